@@ -1,0 +1,3 @@
+//! The `magician` command.
+
+fn main() {}

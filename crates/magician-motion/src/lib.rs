@@ -1,0 +1,1 @@
+//! Kinematics, limits, paths and speed laws of the Dobot Magician arm.

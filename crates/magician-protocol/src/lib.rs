@@ -1,0 +1,1 @@
+//! Frames, the command table and alarms of the Dobot Magician protocol: bytes and values.

@@ -1,0 +1,1 @@
+//! A virtual Dobot Magician controller: bytes in, bytes out, time passes when you say so.

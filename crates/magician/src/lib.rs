@@ -1,0 +1,1 @@
+//! Driver for the Dobot Magician arm.
