@@ -1,1 +1,84 @@
-//! Frames, the command table and alarms of the Dobot Magician protocol: bytes and values.
+//! The Dobot Magician protocol (V1.1.3 and what came after): frames, every command, alarms.
+//!
+//! Bytes become values here and values become bytes, and nothing else happens: no I/O, no clock,
+//! no allocation, no dependency (`serde` only behind the feature of that name).
+//!
+//! * [`Deframer`] finds frames in a byte stream that may be cut anywhere or damaged;
+//!   [`Frame`] is a frame's bytes, [`FrameBuf`] one that you own.
+//! * [`commands`] is the protocol: one table with a row for each command. A row's layouts are
+//!   structs ([`commands::Pose`], [`commands::PtpCmd`], ...) that implement [`Layout`].
+//! * [`Request`] is what a frame asks of the controller; [`Row`] and [`LayoutInfo`] describe a
+//!   command to programs that learn of it at run time (command line, JSON, documentation).
+//! * [`Alarm`] and [`AlarmSet`] name the controller's alarms, with cause and cure.
+//!
+//! Lengths are mm, angles degrees, everywhere.
+//!
+//! ```
+//! use magician_protocol::{Ctrl, Deframer, Event, FrameBuf, Layout, commands::Pose};
+//!
+//! // Ask for the pose ...
+//! let request = FrameBuf::get(&magician_protocol::NoArgs, Pose::ROW)?;
+//! assert_eq!(request.bytes(), [0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6]);
+//!
+//! // ... and read the answer that a real arm gave.
+//! let answer = [
+//!     0xAA, 0xAA, 0x22, 0x0A, 0x00, 0xB0, 0x0A, 0x42, 0x43, 0x36, 0x85, 0x95, 0x42, 0x94, 0xE8,
+//!     0x06, 0x43, 0xA0, 0x90, 0xA8, 0x41, 0xA0, 0x90, 0xA8, 0x41, 0x00, 0xB6, 0xBD, 0xBC, 0x98,
+//!     0x0C, 0x12, 0x3D, 0x00, 0x00, 0x00, 0x00, 0x0C,
+//! ];
+//! let mut deframer = Deframer::new();
+//! let mut input = &answer[..];
+//! let Some(Event::Frame { frame, .. }) = deframer.next(&mut input) else { panic!() };
+//! let pose = Pose::decode(frame.params())?;
+//! assert_eq!(pose.x, 194.04175);
+//! # use magician_protocol::Readable;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
+#[cfg(test)]
+extern crate std;
+
+mod alarm;
+mod deframer;
+mod describe;
+mod enums;
+mod error;
+mod frame;
+mod layout;
+mod list;
+mod message;
+mod parse;
+mod row;
+#[cfg(feature = "serde")]
+mod serialize;
+#[macro_use]
+mod table;
+mod text;
+mod wire;
+
+pub mod commands;
+
+pub use alarm::{Alarm, AlarmGroup, AlarmSet};
+pub use commands::{Get, Set, TABLE};
+pub use deframer::{Deframer, Event, Rejection};
+pub use describe::{Description, Direction, MAX_NOTES, describe};
+pub use enums::{
+    CpMode, Flag, Handedness, IoFunction, JogCommand, Port, PtpMode, RailVersion, SensorVersion,
+    Stepper, TeachTrigger, TriggerCondition, TriggerMode,
+};
+pub use error::{DecodeError, EncodeError};
+pub use frame::{
+    BAUD_RATE, Ctrl, Frame, FrameBuf, HEADER, INTER_BYTE_TIMEOUT_MS, MAX_FRAME, MAX_LEN,
+    MAX_PARAMS, UDP_PORT, checksum,
+};
+pub use layout::{Field, FieldValue, Fields, Form, FormKind, LayoutInfo, Normalised};
+pub use list::{PoCmd, PoList};
+pub use message::{QueuedCmdIndex, Request};
+pub use parse::{ParseError, encode_text};
+pub use row::{Chapter, Confidence, NameError, Row, Source};
+pub use text::{Bytes, Text};
+pub use wire::{EnumInfo, FieldType, Layout, NoArgs, Reader, Scalar, Variant, Wire, Writer};
+pub use wire::{Queueable, Readable, Writable};

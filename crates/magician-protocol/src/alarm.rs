@@ -1,0 +1,268 @@
+use core::fmt;
+
+use crate::{DecodeError, FieldType, Reader, Wire, Writer};
+
+/// Family of an alarm, sixteen bits each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AlarmGroup {
+    /// 0x00: the controller itself.
+    Common,
+    /// 0x10: found while planning, before the arm moves.
+    Plan,
+    /// 0x20: found while moving.
+    Move,
+    /// 0x30: a joint too fast.
+    Overspeed,
+    /// 0x40: a joint at its limit.
+    Limit,
+    /// 0x50: a joint lost steps.
+    LostStep,
+    /// 0x60: motor drivers.
+    Other,
+}
+
+/// An alarm of the controller (document 1.5.1; names as the vendor's alarm list has them).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Alarm {
+    /// Bit in the alarm state, 0x00 to 0x6B.
+    pub code: u8,
+    /// Name.
+    pub name: &'static str,
+    /// Family.
+    pub group: AlarmGroup,
+    /// What raises it.
+    pub cause: &'static str,
+    /// What to do about it.
+    pub cure: &'static str,
+    /// Whether the controller drops it by itself when the cause is gone.
+    pub clears_itself: bool,
+    /// Whether the Magician is known to raise it; the others come from its siblings' lists.
+    pub magician: bool,
+}
+
+const CLEAR: &str = "clear the alarms";
+const OTHER_TARGET: &str = "choose another target, then clear the alarms";
+const SLOWER: &str = "lower the speed ratio, then clear the alarms";
+const JOG_BACK: &str =
+    "jog the joint back; the alarm drops inside the range, the hold ends with a clear";
+const REHOME: &str = "remove the obstacle, home the arm, then clear the alarms";
+const POWER: &str = "switch the arm off and on";
+
+macro_rules! alarms {
+    ($( $code:literal $name:ident $group:ident $cause:literal $cure:expr, $itself:ident $magician:ident; )+) => {
+        impl Alarm {
+            $(
+                #[doc = concat!("Alarm ", $code, ": ", $cause, ".")]
+                #[allow(non_upper_case_globals)]
+                pub const $name: u8 = $code;
+            )+
+
+            /// Every alarm that has a name, by code.
+            pub const TABLE: &'static [Self] = &[ $( Self {
+                code: $code,
+                name: stringify!($name),
+                group: AlarmGroup::$group,
+                cause: $cause,
+                cure: $cure,
+                clears_itself: alarms!(@ $itself),
+                magician: alarms!(@ $magician),
+            }, )+ ];
+        }
+    };
+    (@ itself) => { true };
+    (@ stays) => { false };
+    (@ magician) => { true };
+    (@ sibling) => { false };
+}
+
+alarms! {
+    0x00 ResetOccurred Common "the controller was reset or switched on" CLEAR, stays magician;
+    0x01 UndefinedInstruction Common "a command that the controller does not know" CLEAR, stays magician;
+    0x02 FileSystemError Common "the controller's flash memory did not open" POWER, itself magician;
+    0x03 McuFpgaCommError Common "processor and motor logic did not find each other at start-up" POWER, itself magician;
+    0x04 AngleSensorError Common "an angle sensor gives an impossible value" POWER, stays magician;
+    0x10 PlanInvSingularity Plan "the target lies in a singular pose" OTHER_TARGET, stays magician;
+    0x11 PlanInvCalc Plan "the target is out of reach" OTHER_TARGET, stays magician;
+    0x12 PlanInvLimit Plan "the target would take a joint beyond its limit" OTHER_TARGET, stays magician;
+    0x13 PlanPushDataRepeat Plan "two points of an arc coincide" OTHER_TARGET, stays magician;
+    0x14 PlanArcInputParam Plan "the three points of an arc lie on a line" OTHER_TARGET, stays magician;
+    0x15 PlanJumpParam Plan "the jump heights contradict each other" "set other jump heights, then clear the alarms", stays magician;
+    0x16 PlanLineHand Plan "a straight line changes the elbow side" CLEAR, stays sibling;
+    0x17 PlanLineOutSpace Plan "a straight line leaves the workspace" CLEAR, stays sibling;
+    0x18 PlanArcOutSpace Plan "an arc leaves the workspace" CLEAR, stays sibling;
+    0x19 PlanMotionType Plan "an unknown kind of motion" CLEAR, stays sibling;
+    0x1A PlanSpeedInputParam Plan "a speed or acceleration is zero, negative or no number" "set the speeds, then clear the alarms", stays sibling;
+    0x1B PlanCpCalc Plan "the continuous path could not be calculated" CLEAR, stays sibling;
+    0x20 MoveInvSingularity Move "the path ran into a singular pose" "jog away by joints, then clear the alarms", stays magician;
+    0x21 MoveInvCalc Move "the path left the workspace" "move back inside, then clear the alarms", stays magician;
+    0x22 MoveInvLimit Move "the path took a joint to its limit" "move back inside, then clear the alarms", stays magician;
+    0x30 OverspeedAxis1 Overspeed "J1 too fast" SLOWER, stays magician;
+    0x31 OverspeedAxis2 Overspeed "J2 too fast" SLOWER, stays magician;
+    0x32 OverspeedAxis3 Overspeed "J3 too fast" SLOWER, stays magician;
+    0x33 OverspeedAxis4 Overspeed "J4 too fast" SLOWER, stays magician;
+    0x40 LimitAxis1Pos Limit "J1 at its upper limit" JOG_BACK, itself magician;
+    0x41 LimitAxis1Neg Limit "J1 at its lower limit" JOG_BACK, itself magician;
+    0x42 LimitAxis2Pos Limit "J2 at its upper limit" JOG_BACK, itself magician;
+    0x43 LimitAxis2Neg Limit "J2 at its lower limit" JOG_BACK, itself magician;
+    0x44 LimitAxis3Pos Limit "J3 at its upper limit" JOG_BACK, itself magician;
+    0x45 LimitAxis3Neg Limit "J3 at its lower limit" JOG_BACK, itself magician;
+    0x46 LimitAxis4Pos Limit "J4 at its upper limit" JOG_BACK, itself magician;
+    0x47 LimitAxis4Neg Limit "J4 at its lower limit" JOG_BACK, itself magician;
+    0x48 LimitAxis23Pos Limit "the parallelogram of J2 and J3 stretched to its limit" JOG_BACK, itself magician;
+    0x49 LimitAxis23Neg Limit "the parallelogram of J2 and J3 folded to its limit" JOG_BACK, itself magician;
+    0x50 LoseStepAxis1 LostStep "J1 lost steps" REHOME, stays magician;
+    0x51 LoseStepAxis2 LostStep "J2 lost steps" REHOME, stays magician;
+    0x52 LoseStepAxis3 LostStep "J3 lost steps" REHOME, stays magician;
+    0x53 LoseStepAxis4 LostStep "J4 lost steps" REHOME, stays magician;
+    0x60 OtherAxis1DrvAlarm Other "the motor driver of axis 1 reports a fault" POWER, stays sibling;
+    0x61 OtherAxis1Overflow Other "the position counter of axis 1 overflowed" POWER, stays sibling;
+    0x62 OtherAxis1Follow Other "axis 1 does not follow" CLEAR, stays sibling;
+    0x63 OtherAxis2DrvAlarm Other "the motor driver of axis 2 reports a fault" POWER, stays sibling;
+    0x64 OtherAxis2Overflow Other "the position counter of axis 2 overflowed" POWER, stays sibling;
+    0x65 OtherAxis2Follow Other "axis 2 does not follow" CLEAR, stays sibling;
+    0x66 OtherAxis3DrvAlarm Other "the motor driver of axis 3 reports a fault" POWER, stays sibling;
+    0x67 OtherAxis3Overflow Other "the position counter of axis 3 overflowed" POWER, stays sibling;
+    0x68 OtherAxis3Follow Other "axis 3 does not follow" CLEAR, stays sibling;
+    0x69 OtherAxis4DrvAlarm Other "the motor driver of axis 4 reports a fault" POWER, stays sibling;
+    0x6A OtherAxis4Overflow Other "the position counter of axis 4 overflowed" POWER, stays sibling;
+    0x6B OtherAxis4Follow Other "axis 4 does not follow" CLEAR, stays sibling;
+}
+
+impl Alarm {
+    /// The alarm of a code, if it has a name.
+    #[must_use]
+    pub fn with_code(code: u8) -> Option<&'static Self> {
+        Self::TABLE.iter().find(|alarm| alarm.code == code)
+    }
+
+    /// Whether an alarm of this code holds the queue: all but 0x00 to 0x07 (model section 4).
+    #[must_use]
+    pub const fn blocks(code: u8) -> bool {
+        code > 7
+    }
+}
+
+/// The alarms that stand: bit n % 8 of byte n / 8 is alarm n (errata E20). The Magician sends 16
+/// bytes, its siblings up to 32.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct AlarmSet {
+    bytes: [u8; Self::CAPACITY],
+    len: u8,
+}
+
+impl AlarmSet {
+    /// Most bytes in an alarm state.
+    pub const CAPACITY: usize = 32;
+
+    /// No alarm, as the Magician says it: 16 bytes.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            bytes: [0; Self::CAPACITY],
+            len: 16,
+        }
+    }
+
+    /// The alarms of a state of 1 to 32 bytes.
+    #[must_use]
+    pub fn from_bytes(from: &[u8]) -> Option<Self> {
+        let mut bytes = [0; Self::CAPACITY];
+        bytes.get_mut(..from.len())?.copy_from_slice(from);
+        (!from.is_empty()).then_some(Self {
+            bytes,
+            len: from.len() as u8,
+        })
+    }
+
+    /// The state's bytes.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..usize::from(self.len)).unwrap_or_default()
+    }
+
+    /// Whether an alarm stands.
+    #[must_use]
+    pub fn contains(&self, code: u8) -> bool {
+        self.bytes[usize::from(code / 8)] & (1 << (code % 8)) != 0
+    }
+
+    /// Raises an alarm; one beyond the state's length lengthens it.
+    pub fn insert(&mut self, code: u8) {
+        self.bytes[usize::from(code / 8)] |= 1 << (code % 8);
+        self.len = self.len.max(code / 8 + 1);
+    }
+
+    /// Drops an alarm.
+    pub fn remove(&mut self, code: u8) {
+        self.bytes[usize::from(code / 8)] &= !(1 << (code % 8));
+    }
+
+    /// Whether no alarm stands.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.bytes.iter().all(|byte| *byte == 0)
+    }
+
+    /// The codes that stand, lowest first.
+    pub fn codes(&self) -> impl Iterator<Item = u8> + '_ {
+        (0..=u8::MAX).filter(|code| self.contains(*code))
+    }
+
+    /// Whether an alarm stands that holds the queue.
+    #[must_use]
+    pub fn blocking(&self) -> bool {
+        self.bytes[1..].iter().any(|byte| *byte != 0)
+    }
+}
+
+impl Default for AlarmSet {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl FromIterator<u8> for AlarmSet {
+    fn from_iter<I: IntoIterator<Item = u8>>(codes: I) -> Self {
+        let mut set = Self::new();
+        codes.into_iter().for_each(|code| set.insert(code));
+        set
+    }
+}
+
+impl Wire for AlarmSet {
+    const TYPE: FieldType = FieldType::Alarms;
+
+    fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        let bytes = reader.rest();
+        let known = bytes.get(..Self::CAPACITY).unwrap_or(bytes);
+        Self::from_bytes(known).ok_or(DecodeError::Length {
+            expected: 1,
+            found: 0,
+        })
+    }
+
+    fn write(&self, writer: &mut Writer<'_>) {
+        writer.put(self.as_bytes());
+    }
+}
+
+impl fmt::Display for AlarmSet {
+    /// `0x12 PlanInvLimit, 0x41 LimitAxis1Neg`, or `none`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_empty() {
+            return f.write_str("none");
+        }
+        for (at, code) in self.codes().enumerate() {
+            let comma = if at == 0 { "" } else { ", " };
+            let name = Alarm::with_code(code).map_or("unknown", |alarm| alarm.name);
+            write!(f, "{comma}{code:#04x} {name}")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for AlarmSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "AlarmSet({self})")
+    }
+}

@@ -1,0 +1,160 @@
+use crate::layout::Fields;
+use crate::message::QueuedCmdIndex;
+use crate::{DecodeError, FieldValue, Frame, Layout, LayoutInfo, NoArgs, Row};
+
+/// Who sent a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// The host, to the arm.
+    Request,
+    /// The arm, to the host.
+    Reply,
+}
+
+/// Most leniencies that one frame can show.
+pub const MAX_NOTES: usize = 6;
+
+/// A frame explained: which command, which form, what it carries.
+#[derive(Clone, Debug)]
+pub struct Description<'a> {
+    /// The command.
+    pub row: &'static Row,
+    /// Name of the form, as the vendor writes it (`GetPose`, `SetPTPCmd`).
+    pub name: &'static str,
+    /// Who sent it.
+    pub direction: Direction,
+    /// Whether the form is a set.
+    pub write: bool,
+    /// Whether the frame asks to be queued.
+    pub queued: bool,
+    /// The layout that the parameters follow.
+    pub layout: &'static LayoutInfo,
+    params: &'a [u8],
+    notes: [Option<&'static str>; MAX_NOTES],
+}
+
+impl<'a> Description<'a> {
+    /// The fields with their values.
+    ///
+    /// # Errors
+    /// None in practice: [`describe`] has tried them.
+    pub fn values(&self) -> Result<Fields<'a>, DecodeError> {
+        self.layout.values(self.params)
+    }
+
+    /// The leniencies applied, in words.
+    pub fn notes(&self) -> impl Iterator<Item = &'static str> {
+        self.notes.into_iter().flatten()
+    }
+
+    /// Whether the frame is in exactly the form that a strict sender uses.
+    #[must_use]
+    pub fn exact(&self) -> bool {
+        self.notes.iter().all(Option::is_none)
+    }
+
+    fn note(&mut self, text: &'static str) {
+        if let Some(free) = self.notes.iter_mut().find(|note| note.is_none()) {
+            *free = Some(text);
+        }
+    }
+}
+
+/// Explains a frame that travelled in a known direction.
+///
+/// # Errors
+/// [`DecodeError::UnknownId`], and [`DecodeError::Length`] when the parameters fit no accepted
+/// form.
+pub fn describe<'a>(
+    frame: &Frame<'a>,
+    direction: Direction,
+) -> Result<Description<'a>, DecodeError> {
+    let (ctrl, params) = (frame.ctrl(), frame.params());
+    let row = Row::with_id(frame.id()).ok_or(DecodeError::UnknownId(frame.id()))?;
+    let queued = ctrl.queued() && !row.steers_queue();
+    let write = row.set.is_some() && (ctrl.write() || queued);
+    let inert = !write && row.value.is_none();
+    let layout = match direction {
+        _ if inert => NoArgs::INFO,
+        Direction::Request if write => row.set.unwrap_or(NoArgs::INFO),
+        Direction::Request => row.query.unwrap_or(NoArgs::INFO),
+        Direction::Reply if write && queued => QueuedCmdIndex::INFO,
+        Direction::Reply if write => NoArgs::INFO,
+        Direction::Reply => row.value.unwrap_or(NoArgs::INFO),
+    };
+    let fit = layout.normalise(params.len())?;
+    let mut description = Description {
+        row,
+        name: if write || inert {
+            row.set_name
+        } else {
+            row.get_name
+        },
+        direction,
+        write,
+        queued: ctrl.queued(),
+        layout,
+        params,
+        notes: [None; MAX_NOTES],
+    };
+    for (_, value) in description.values()? {
+        if matches!(value, FieldValue::Outputs(list) if list.counted()) {
+            description.note("count byte before the outputs (E29)");
+        }
+    }
+    if let Some(note) = fit.note {
+        description.note(note);
+    }
+    note_ctrl(&mut description, frame, inert);
+    Ok(description)
+}
+
+fn note_ctrl(description: &mut Description<'_>, frame: &Frame<'_>, inert: bool) {
+    let (row, ctrl) = (description.row, frame.ctrl());
+    if ctrl.queued() && !ctrl.write() && row.set.is_some() && !row.steers_queue() {
+        description.note("queued with rw = 0: taken as a queued set (E07)");
+    }
+    if inert {
+        description.note("set-only command with rw = 0: does nothing (E12)");
+    }
+    if ctrl.write() && row.set.is_none() {
+        description.note("get-only command with rw = 1: answered as a get (E12)");
+    }
+    if ctrl.queued() && (row.steers_queue() || row.set.is_none()) {
+        description.note("the queued bit is ignored on this command");
+    }
+    if ctrl.error() {
+        description.note("error bit set: the controller refused the command (E05)");
+    }
+    if ctrl.0 & 0xF8 != 0 {
+        description.note("destination or reserved bits set in Ctrl (E05)");
+    }
+}
+
+impl<'a> Description<'a> {
+    /// Explains a frame whose direction is unknown: the direction whose layout fits exactly, the
+    /// host's if both do, else the one that fits with a leniency.
+    ///
+    /// # Errors
+    /// As [`describe`], for the host's direction.
+    pub fn guess(frame: &Frame<'a>) -> Result<Self, DecodeError> {
+        let request = describe(frame, Direction::Request);
+        let reply = describe(frame, Direction::Reply);
+        let fits = |d: &Result<Description<'_>, _>| d.as_ref().is_ok_and(Description::fits_exactly);
+        match (fits(&request), fits(&reply)) {
+            (true, true) => request.map(|mut description| {
+                description.note("fits both directions, taken as the host's");
+                description
+            }),
+            (true, false) => request,
+            (false, true) => reply,
+            (false, false) => request.or(reply),
+        }
+    }
+
+    fn fits_exactly(&self) -> bool {
+        self.layout
+            .normalise(self.params.len())
+            .is_ok_and(|fit| fit.note.is_none())
+    }
+}

@@ -1,0 +1,220 @@
+use core::fmt;
+
+use crate::wire::{EnumInfo, FieldType, Reader, Variant, Wire, Writer};
+use crate::{DecodeError, row::same_name};
+
+/// A byte of which 0 is off and anything else is on; keeps the byte it was read from.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub struct Flag(pub u8);
+
+impl Flag {
+    /// Off.
+    pub const OFF: Self = Self(0);
+    /// On.
+    pub const ON: Self = Self(1);
+
+    /// Whether it is on.
+    #[must_use]
+    pub const fn is_on(self) -> bool {
+        self.0 != 0
+    }
+}
+
+impl From<bool> for Flag {
+    fn from(on: bool) -> Self {
+        Self(on.into())
+    }
+}
+
+impl fmt::Debug for Flag {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            0 => f.write_str("off"),
+            1 => f.write_str("on"),
+            byte => write!(f, "on({byte})"),
+        }
+    }
+}
+
+impl Wire for Flag {
+    const TYPE: FieldType = FieldType::Flag;
+
+    fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        u8::read(reader).map(Self)
+    }
+
+    fn write(&self, writer: &mut Writer<'_>) {
+        self.0.write(writer);
+    }
+}
+
+impl EnumInfo {
+    /// Name of a value, if it has one.
+    #[must_use]
+    pub fn name_of(&self, value: u8) -> Option<&'static str> {
+        let variant = self.variants.iter().find(|v| v.value == value)?;
+        Some(variant.name)
+    }
+
+    /// Value of a name, without regard to case, `-` and `_`.
+    #[must_use]
+    pub fn value_of(&self, name: &str) -> Option<u8> {
+        let variant = self.variants.iter().find(|v| same_name(v.name, name))?;
+        Some(variant.value)
+    }
+}
+
+macro_rules! open_enums {
+    ($(
+        $(#[$meta:meta])*
+        $name:ident { $( $value:literal $variant:ident $doc:literal, )+ }
+    )+) => {$(
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum $name {
+            $( #[doc = $doc] $variant, )+
+            /// A value without a name; it travels as it is.
+            Unknown(u8),
+        }
+
+        impl $name {
+            /// The named values.
+            pub const INFO: &'static EnumInfo = &EnumInfo {
+                name: stringify!($name),
+                variants: &[$( Variant { value: $value, name: stringify!($variant), doc: $doc }, )+],
+            };
+        }
+
+        impl From<u8> for $name {
+            fn from(value: u8) -> Self {
+                match value {
+                    $( $value => Self::$variant, )+
+                    other => Self::Unknown(other),
+                }
+            }
+        }
+
+        impl From<$name> for u8 {
+            fn from(value: $name) -> u8 {
+                match value {
+                    $( $name::$variant => $value, )+
+                    $name::Unknown(other) => other,
+                }
+            }
+        }
+
+        impl Wire for $name {
+            const TYPE: FieldType = FieldType::Enum($name::INFO);
+
+            #[inline]
+            fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+                u8::read(reader).map(Self::from)
+            }
+
+            #[inline]
+            fn write(&self, writer: &mut Writer<'_>) {
+                u8::from(*self).write(writer);
+            }
+        }
+    )+};
+}
+
+open_enums! {
+    /// How a point-to-point move travels and what its numbers mean (document 1.10.5, errata E28).
+    PtpMode {
+        0 JumpXyz "Lift, joint transfer, descend; absolute x y z r.",
+        1 MovjXyz "All joints together; absolute x y z r.",
+        2 MovlXyz "Straight line; absolute x y z r.",
+        3 JumpAngle "Lift, joint transfer, descend; absolute J1 to J4.",
+        4 MovjAngle "All joints together; absolute J1 to J4.",
+        5 MovlAngle "Straight line; absolute J1 to J4.",
+        6 MovjAngleInc "All joints together; J1 to J4 added to where the move starts.",
+        7 MovlXyzInc "Straight line; x y z r added to where the move starts.",
+        8 MovjXyzInc "All joints together; x y z r added to where the move starts.",
+        9 JumpMovlXyz "Lift, straight transfer, descend; absolute x y z r.",
+    }
+
+    /// Which way to jog; the axis is a joint or a coordinate (document 1.9.4, errata E25).
+    JogCommand {
+        0 Stop "Slow down and stop.",
+        1 Axis1Plus "J1 or x, positive.",
+        2 Axis1Minus "J1 or x, negative.",
+        3 Axis2Plus "J2 or y, positive.",
+        4 Axis2Minus "J2 or y, negative.",
+        5 Axis3Plus "J3 or z, positive.",
+        6 Axis3Minus "J3 or z, negative.",
+        7 Axis4Plus "J4 or r, positive.",
+        8 Axis4Minus "J4 or r, negative.",
+        9 RailPlus "Rail, positive.",
+        10 RailMinus "Rail, negative.",
+    }
+
+    /// What the numbers of a continuous-path segment count from (document 1.11.2).
+    CpMode {
+        0 Relative "From the end of the segment before.",
+        1 Absolute "From the base frame.",
+    }
+
+    /// Generation of the sliding rail (errata E15).
+    RailVersion {
+        0 V1 "First version.",
+        1 V2 "Second version.",
+    }
+
+    /// Generation of a colour or infrared sensor (errata E42, E43).
+    SensorVersion {
+        0 V1 "First version.",
+        1 V2 "Second version.",
+    }
+
+    /// When hand teaching reports a point (document 1.7.1).
+    TeachTrigger {
+        0 OnRelease "Once, when the unlock key is released.",
+        1 Periodic "Again and again while the key is held.",
+    }
+
+    /// What an EIO pin does (document 1.15.1, errata E40).
+    IoFunction {
+        0 None "Nothing.",
+        1 DigitalOutput "Digital output.",
+        2 Pwm "Pulse-width output.",
+        3 DigitalInput "Digital input.",
+        4 AnalogInput "Analog input.",
+        5 DigitalInputPullUp "Digital input with pull-up.",
+        6 DigitalInputPullDown "Digital input with pull-down.",
+    }
+
+    /// Connector that a sensor is plugged into (errata E42).
+    Port {
+        0 Gp1 "GP1, at the base.",
+        1 Gp2 "GP2, at the base.",
+        2 Gp4 "GP4, on the forearm.",
+        3 Gp5 "GP5, on the forearm.",
+    }
+
+    /// External motor output (document 1.15.6).
+    Stepper {
+        0 Stepper1 "First motor output.",
+        1 Stepper2 "Second motor output.",
+    }
+
+    /// What a trigger looks at (document 1.14.1).
+    TriggerMode {
+        0 Level "Digital level.",
+        1 Analog "Analog value.",
+    }
+
+    /// How a trigger compares (document 1.14.1, errata E35).
+    TriggerCondition {
+        0 EqualOrBelow "Level equal to the threshold; analog below it.",
+        1 DifferentOrAtMost "Level different from the threshold; analog at most it.",
+        2 AtLeast "Analog at least the threshold.",
+        3 Above "Analog above the threshold.",
+    }
+
+    /// Elbow side of a SCARA arm; without meaning on this one.
+    Handedness {
+        0 Left "Left hand.",
+        1 Right "Right hand.",
+    }
+}

@@ -1,0 +1,68 @@
+use core::fmt;
+
+/// Why the parameters of a well-formed frame could not be read as a command's layout.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum DecodeError {
+    /// The parameter count fits no accepted form of the layout (errata E11).
+    Length {
+        /// Fewest parameter bytes the layout takes.
+        expected: usize,
+        /// Parameter bytes in the frame.
+        found: usize,
+    },
+    /// The list of outputs fits neither form of errata E29.
+    List {
+        /// Bytes left for the list.
+        found: usize,
+    },
+    /// The id stands in no row of the table.
+    UnknownId(u8),
+    /// The row has no such layout (a get of a set-only command, for instance).
+    NoSuchForm(u8),
+}
+
+impl fmt::Display for DecodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Length { expected, found } => {
+                write!(f, "{found} parameter bytes, expected {expected}")
+            }
+            Self::List { found } => write!(
+                f,
+                "{found} bytes of output list, expected a multiple of 4, or one more with a count first"
+            ),
+            Self::UnknownId(id) => write!(f, "unknown command id {id}"),
+            Self::NoSuchForm(id) => write!(f, "command id {id} has no such form"),
+        }
+    }
+}
+
+impl core::error::Error for DecodeError {}
+
+/// Why a value does not fit a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum EncodeError {
+    /// More parameter bytes than the 248 a frame carries (errata E03).
+    TooLong {
+        /// Parameter bytes that the value needs.
+        needed: usize,
+    },
+}
+
+impl fmt::Display for EncodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooLong { needed } => {
+                write!(
+                    f,
+                    "{needed} parameter bytes, a frame carries {}",
+                    crate::MAX_PARAMS
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for EncodeError {}

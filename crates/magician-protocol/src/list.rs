@@ -1,0 +1,123 @@
+use core::fmt;
+
+use crate::{DecodeError, FieldType, MAX_PARAMS, Reader, Wire, Writer};
+
+/// An output to switch when a share of a move is done (document 1.10.9, errata E29).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PoCmd {
+    /// Share of the move, percent, 0 to 100.
+    pub ratio: u8,
+    /// EIO address, 1 to 20.
+    pub address: u16,
+    /// Level to set, 0 or 1.
+    pub level: u8,
+}
+
+const SIZE: usize = 4;
+const CAPACITY: usize = (MAX_PARAMS - 17) / SIZE;
+
+/// The outputs that a move switches on its way, at most 57.
+#[derive(Clone, Copy)]
+pub struct PoList {
+    items: [PoCmd; CAPACITY],
+    len: u8,
+    /// Whether the frame carried a count byte; only for telling, never written.
+    counted: bool,
+}
+
+impl PoList {
+    /// Most entries that fit a frame.
+    pub const CAPACITY: usize = CAPACITY;
+
+    /// The outputs in order; `None` for more than [`PoList::CAPACITY`].
+    #[must_use]
+    pub fn new(outputs: &[PoCmd]) -> Option<Self> {
+        let mut items = [PoCmd::default(); CAPACITY];
+        items.get_mut(..outputs.len())?.copy_from_slice(outputs);
+        Some(Self {
+            items,
+            len: outputs.len() as u8,
+            counted: false,
+        })
+    }
+
+    /// The outputs in order.
+    #[must_use]
+    pub fn as_slice(&self) -> &[PoCmd] {
+        self.items.get(..usize::from(self.len)).unwrap_or_default()
+    }
+
+    /// Whether the frame it came from carried a count byte (errata E29).
+    #[must_use]
+    pub fn counted(&self) -> bool {
+        self.counted
+    }
+}
+
+impl Wire for PoList {
+    const TYPE: FieldType = FieldType::Outputs;
+
+    fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        let found = reader.remaining();
+        let bytes = reader.rest();
+        let (entries, counted) = match (found % SIZE, bytes.split_first()) {
+            (0, _) => (bytes, false),
+            (1, Some((count, rest))) if usize::from(*count) == rest.len() / SIZE => (rest, true),
+            _ => return Err(DecodeError::List { found }),
+        };
+        let mut items = [PoCmd::default(); CAPACITY];
+        let mut len = 0;
+        for (to, from) in items.iter_mut().zip(entries.chunks_exact(SIZE)) {
+            *to = PoCmd {
+                ratio: from[0],
+                address: u16::from_le_bytes([from[1], from[2]]),
+                level: from[3],
+            };
+            len += 1;
+        }
+        Ok(Self {
+            items,
+            len,
+            counted,
+        })
+    }
+
+    fn write(&self, writer: &mut Writer<'_>) {
+        for item in self.as_slice() {
+            let [low, high] = item.address.to_le_bytes();
+            writer.put(&[item.ratio, low, high, item.level]);
+        }
+    }
+}
+
+impl Default for PoList {
+    fn default() -> Self {
+        Self {
+            items: [PoCmd::default(); CAPACITY],
+            len: 0,
+            counted: false,
+        }
+    }
+}
+
+impl PartialEq for PoList {
+    fn eq(&self, other: &Self) -> bool {
+        self.as_slice() == other.as_slice()
+    }
+}
+
+impl fmt::Debug for PoList {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.as_slice()).finish()
+    }
+}
+
+impl fmt::Display for PoList {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (at, item) in self.as_slice().iter().enumerate() {
+            let comma = if at == 0 { "" } else { "," };
+            write!(f, "{comma}{}:{}:{}", item.ratio, item.address, item.level)?;
+        }
+        Ok(())
+    }
+}

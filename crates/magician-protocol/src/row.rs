@@ -1,0 +1,192 @@
+use core::fmt;
+
+use crate::LayoutInfo;
+use crate::commands::TABLE;
+
+/// Area of the protocol a command belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub enum Chapter {
+    Info,
+    Pose,
+    Alarm,
+    Home,
+    Teach,
+    Tool,
+    Jog,
+    Ptp,
+    Cp,
+    Arc,
+    Wait,
+    Trigger,
+    Io,
+    Calibration,
+    Wifi,
+    LostStep,
+    Queue,
+}
+
+/// Where a command is described.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Source {
+    /// The vendor's document V1.1.3.
+    Document,
+    /// The vendor's document V1.1.5.
+    Addition,
+    /// Vendor headers only.
+    Header,
+}
+
+/// How sure the layout is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub enum Confidence {
+    High,
+    Medium,
+    Low,
+}
+
+/// A command of the protocol.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// Id in the frame.
+    pub id: u8,
+    /// The vendor's name, without Get or Set.
+    pub name: &'static str,
+    /// What it is for.
+    pub doc: &'static str,
+    /// Area it belongs to.
+    pub chapter: Chapter,
+    /// Section of the document, empty when the document does not have it.
+    pub section: &'static str,
+    /// Where it is described.
+    pub source: Source,
+    /// How sure the layout is.
+    pub confidence: Confidence,
+    /// Whether a set may be queued.
+    pub queueable: bool,
+    /// Whether an immediate set may be sent again when its answer is lost.
+    pub resendable: bool,
+    /// Whether it can brick, unlearn or unlock something.
+    pub dangerous: bool,
+    /// Name of the get form.
+    pub get_name: &'static str,
+    /// Name of the set form.
+    pub set_name: &'static str,
+    /// What a get carries; `None` when there is no get.
+    pub query: Option<&'static LayoutInfo>,
+    /// What the answer to a get carries; `None` when there is no get.
+    pub value: Option<&'static LayoutInfo>,
+    /// What a set carries; `None` when there is no set.
+    pub set: Option<&'static LayoutInfo>,
+}
+
+/// A name that stands for no command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NameError;
+
+impl fmt::Display for NameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("no command of this name or id")
+    }
+}
+
+impl core::error::Error for NameError {}
+
+const NO_ROW: u8 = u8::MAX;
+
+static INDEX: [u8; 256] = {
+    let mut index = [NO_ROW; 256];
+    let mut at = 0;
+    while at < TABLE.len() {
+        index[TABLE[at].id as usize] = at as u8;
+        at += 1;
+    }
+    index
+};
+
+impl Row {
+    /// The row of an id; `None` when the Magician does not have it.
+    #[must_use]
+    pub fn with_id(id: u8) -> Option<&'static Self> {
+        TABLE.get(usize::from(INDEX[usize::from(id)]))
+    }
+
+    /// For the table: the row of an id that is known to stand in it.
+    pub(crate) const fn of(id: u8) -> &'static Self {
+        let mut at = 0;
+        while TABLE[at].id != id {
+            at += 1;
+        }
+        &TABLE[at]
+    }
+
+    /// The row of a command that can be got; see [`find`](Self::find).
+    ///
+    /// # Errors
+    /// [`NameError`] when no readable command has that name.
+    pub fn find_readable(name: &str) -> Result<&'static Self, NameError> {
+        Self::search(name, |row| row.value.is_some())
+    }
+
+    /// The row of a command that can be set; see [`find`](Self::find).
+    ///
+    /// # Errors
+    /// [`NameError`] when no writable command has that name.
+    pub fn find_writable(name: &str) -> Result<&'static Self, NameError> {
+        Self::search(name, |row| row.set.is_some())
+    }
+
+    /// The row that a person means: the vendor's name, the Rust name or the id, without regard
+    /// to case, `-` and `_`, with or without Get or Set.
+    ///
+    /// # Errors
+    /// [`NameError`] when no command has that name.
+    pub fn find(name: &str) -> Result<&'static Self, NameError> {
+        Self::search(name, |_| true)
+    }
+
+    fn search(name: &str, wanted: impl Fn(&Row) -> bool) -> Result<&'static Self, NameError> {
+        if let Some(id) = parse_id(name) {
+            return Self::with_id(id).filter(|row| wanted(row)).ok_or(NameError);
+        }
+        let is = |candidate: &str| same_name(candidate, name);
+        TABLE
+            .iter()
+            .filter(|row| wanted(row))
+            .find(|row| {
+                is(row.name) || is(row.get_name) && row.value.is_some() || {
+                    row.set.is_some() && (is(row.set_name) || prefixed("set", row.name, name))
+                }
+            })
+            .ok_or(NameError)
+    }
+
+    /// Ids 240 to 245: they steer the queue, act at once and are never queued themselves.
+    #[must_use]
+    pub const fn steers_queue(&self) -> bool {
+        matches!(self.id, 240..=245)
+    }
+}
+
+fn parse_id(name: &str) -> Option<u8> {
+    match name.strip_prefix("0x").or(name.strip_prefix("0X")) {
+        Some(hex) => u8::from_str_radix(hex, 16).ok(),
+        None => name.parse().ok(),
+    }
+}
+
+fn letters(name: &str) -> impl Iterator<Item = u8> + '_ {
+    name.bytes()
+        .filter(|byte| !matches!(byte, b'-' | b'_'))
+        .map(|byte| byte.to_ascii_lowercase())
+}
+
+/// Whether two names are the same but for case, `-` and `_`.
+pub(crate) fn same_name(a: &str, b: &str) -> bool {
+    letters(a).eq(letters(b))
+}
+
+fn prefixed(prefix: &str, candidate: &str, name: &str) -> bool {
+    letters(prefix).chain(letters(candidate)).eq(letters(name))
+}

@@ -1,0 +1,74 @@
+use serde::ser::{Serialize, SerializeMap, SerializeSeq, Serializer};
+
+use crate::layout::{FieldValue, encoded};
+use crate::{Description, Layout, LayoutInfo, MAX_PARAMS};
+
+impl Serialize for FieldValue<'_> {
+    /// Numbers as numbers, but NaN and the infinities as strings; bytes as hex; enums and flags
+    /// as their wire numbers.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Unsigned(number) => serializer.serialize_u64(*number),
+            Self::Signed(number) => serializer.serialize_i32(*number),
+            Self::Float(number) if number.is_finite() => serializer.serialize_f32(*number),
+            Self::Float(number) => serializer.collect_str(number),
+            Self::Flag(byte) | Self::Enum(_, byte) => serializer.serialize_u8(*byte),
+            Self::Array(..) => serializer.collect_seq(self.items()),
+            Self::Text(_) | Self::Bytes(_) => serializer.collect_str(self),
+            Self::Alarms(alarms) => serializer.collect_seq(alarms.as_bytes()),
+            Self::Outputs(list) => {
+                let mut entries = serializer.serialize_seq(Some(list.as_slice().len()))?;
+                for item in list.as_slice() {
+                    entries.serialize_element(&Output {
+                        ratio: item.ratio,
+                        address: item.address,
+                        level: item.level,
+                    })?;
+                }
+                entries.end()
+            }
+        }
+    }
+}
+
+#[derive(serde::Serialize)]
+struct Output {
+    ratio: u8,
+    address: u16,
+    level: u8,
+}
+
+fn serialize_values<S: Serializer>(
+    info: &LayoutInfo,
+    params: &[u8],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let values = info.values(params).map_err(serde::ser::Error::custom)?;
+    let mut map = serializer.serialize_map(None)?;
+    for (field, value) in values {
+        map.serialize_entry(field.name, &value)?;
+    }
+    map.end()
+}
+
+/// The fields of a layout as a map.
+pub(crate) fn serialize_layout<L: Layout, S: Serializer>(
+    layout: &L,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let mut params = [0; MAX_PARAMS];
+    let count = encoded(layout, &mut params).map_err(serde::ser::Error::custom)?;
+    serialize_values(L::INFO, &params[..count], serializer)
+}
+
+impl Serialize for Description<'_> {
+    /// The fields that the frame carries, as a map.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let values = self.values().map_err(serde::ser::Error::custom)?;
+        let mut map = serializer.serialize_map(None)?;
+        for (field, value) in values {
+            map.serialize_entry(field.name, &value)?;
+        }
+        map.end()
+    }
+}

@@ -1,0 +1,304 @@
+//! The macro that turns the table of [`commands`](crate::commands) into code.
+
+/// `Readable` for the value of a row that has one.
+macro_rules! readable {
+    ($id:literal [] []) => {};
+    ($id:literal [] [$value:ident]) => {
+        readable! { $id [NoArgs] [$value] }
+    };
+    ($id:literal [$query:ident] [$value:ident]) => {
+        impl Readable for $value {
+            type Query = $query;
+            const ROW: &'static Row = Row::of($id);
+        }
+    };
+}
+
+/// `Writable`, and `Queueable` where the row says so, for what a row can set.
+macro_rules! writable {
+    ($id:literal $queue:ident []) => {};
+    ($id:literal yes [$set:ident]) => {
+        writable! { $id no [$set] }
+        impl Queueable for $set {}
+    };
+    ($id:literal no [$set:ident]) => {
+        impl Writable for $set {
+            const ROW: &'static Row = Row::of($id);
+        }
+    };
+}
+
+macro_rules! yes {
+    (yes) => {
+        true
+    };
+    (no) => {
+        false
+    };
+}
+
+macro_rules! name_or {
+    ($default:expr) => {
+        $default
+    };
+    ($default:expr, $name:literal) => {
+        $name
+    };
+}
+
+/// A struct from its fields, with its wire layout.
+macro_rules! layout {
+    (
+        $doc:expr, $name:ident {
+            $( $field:ident : $type:ty $(= $default:literal)? $(| $required:ident)?,
+               $unit:literal, $range:literal, $about:literal; )*
+        }
+        [ $( $len:literal $kind:ident $(($skip:literal))? $note:literal ),* ]
+    ) => {
+        #[doc = $doc]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name {
+            $( #[doc = concat!($about, " Unit: ", $unit, ".", range_doc!($range))] pub $field: $type, )*
+        }
+
+        impl Layout for $name {
+            const INFO: &'static LayoutInfo = &LayoutInfo {
+                name: stringify!($name),
+                fields: &[ $( Field {
+                    name: crate::layout::field_name(stringify!($field)),
+                    ty: <$type as Wire>::TYPE,
+                    unit: $unit,
+                    range: $range,
+                    doc: $about,
+                    optional: (<$type as Wire>::OPTIONAL || has!($($default)?)) && !has!($($required)?),
+                    omittable: <$type as Wire>::OPTIONAL || has!($($default)?),
+                    default: default_of!($($default)?),
+                }, )* ],
+                forms: &[ $( Form {
+                    len: $len,
+                    kind: FormKind::$kind $(($skip))?,
+                    note: $note,
+                }, )* ],
+            };
+
+            #[inline]
+            #[allow(unused_variables)]
+            fn decode(params: &[u8]) -> Result<Self, DecodeError> {
+                const SIZE: Option<usize> = $name::INFO.size();
+                let read = |reader: &mut Reader<'_>| {
+                    Ok(Self { $( $field: read_field!(reader, $type $(, $default)?), )* })
+                };
+                if SIZE == Some(params.len()) {
+                    return read(&mut Reader::new(params));
+                }
+                Self::INFO.read_form(params, read)
+            }
+
+            #[inline]
+            #[allow(unused_variables)]
+            fn encode(&self, writer: &mut Writer<'_>) {
+                $( self.$field.write(writer); )*
+            }
+        }
+
+        #[cfg(feature = "serde")]
+        impl serde::Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                crate::serialize::serialize_layout(self, serializer)
+            }
+        }
+    };
+}
+
+macro_rules! range_doc {
+    ("") => {
+        ""
+    };
+    ($range:literal) => {
+        concat!(" Range: ", $range, ".")
+    };
+}
+
+macro_rules! has {
+    () => {
+        false
+    };
+    ($($any:tt)+) => {
+        true
+    };
+}
+
+macro_rules! default_of {
+    () => {
+        None
+    };
+    ($default:literal) => {
+        Some($default)
+    };
+}
+
+macro_rules! read_field {
+    ($reader:ident, $type:ty) => {
+        <$type as Wire>::read($reader)?
+    };
+    ($reader:ident, $type:ty, $default:literal) => {
+        if $reader.is_empty() {
+            <$type as From<u8>>::from($default)
+        } else {
+            <$type as Wire>::read($reader)?
+        }
+    };
+}
+
+/// The table. A row is
+///
+/// ```text
+/// ID "VendorName" "what it is for" [Chapter "section" Source Confidence]
+///     [queue yes|no, resend yes|no, danger yes|no]
+///     query Args { fields }     what a get carries, when it carries something
+///     state Value { fields }    a value that can be got
+///     param Value { fields }    a value that can be got and set
+///     action Order { fields }   what a set carries
+/// ```
+///
+/// with any of the four left out that the command does not have, each followed by its tolerated
+/// forms, if any: `forms [ 14 Zeros "who sends it" ]`. A field is `name: type, "unit", "range",
+/// "meaning";`, with `= 0` after the type when it may be left out and is then 0, an `Option`
+/// when it may be left out and its absence means something, `| required` when only a lenient
+/// controller does without.
+macro_rules! commands {
+    ($(
+        $id:literal $vendor:literal $doc:literal [$chapter:ident $section:literal $source:ident $confidence:ident]
+        [queue $queue:ident, resend $resend:ident, danger $danger:ident]
+        $( query $query:ident $query_body:tt $( forms $query_forms:tt )? )?
+        $( state $state:ident $state_body:tt $( forms $state_forms:tt )? )?
+        $( param $param:ident $param_body:tt $( forms $param_forms:tt )? )?
+        $( action $action:ident $( named $action_name:literal )? { $($action_body:tt)* } $( forms $action_forms:tt )? )?
+    )+) => {
+        $(
+            $( forms_or_none! { layout, concat!("What a get of `", $vendor, "` carries (", $section, ")."), $query $query_body $($query_forms)? } )?
+            $( forms_or_none! { layout, concat!($doc, "\n\nId ", $id, ", section ", $section, "; the answer to a get."), $state $state_body $($state_forms)? } )?
+            $( forms_or_none! { layout, concat!($doc, "\n\nId ", $id, ", section ", $section, "; can be got and set."), $param $param_body $($param_forms)? } )?
+            $( forms_or_none! { layout, concat!($doc, "\n\nId ", $id, ", section ", $section, "; a set."), $action { $($action_body)* } $($action_forms)? } )?
+
+            readable! { $id [ $($query)? ] [ $($state)? $($param)? ] }
+            writable! { $id $queue [ $($param)? $($action)? ] }
+        )+
+
+        /// Every command of the Magician, by id.
+        pub const TABLE: &[Row] = &[ $( Row {
+            id: $id,
+            name: $vendor,
+            doc: $doc,
+            chapter: Chapter::$chapter,
+            section: $section,
+            source: Source::$source,
+            confidence: Confidence::$confidence,
+            queueable: yes!($queue),
+            resendable: yes!($resend),
+            dangerous: yes!($danger),
+            get_name: concat!("Get", $vendor),
+            set_name: name_or!(concat!("Set", $vendor) $( $(, $action_name)? )?),
+            query: first!( $( <$state as Readable>::Query::INFO )? $( <$param as Readable>::Query::INFO )? ),
+            value: first!( $( $state::INFO )? $( $param::INFO )? ),
+            set: first!( $( $param::INFO )? $( $action::INFO )? ),
+        }, )+ ];
+
+        /// A request to report a value, by the value asked for.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[allow(missing_docs)]
+        pub enum Get {
+            $( $( $state(<$state as Readable>::Query), )? $( $param(<$param as Readable>::Query), )? )+
+        }
+
+        impl Get {
+            /// Reads the request of an id.
+            ///
+            /// # Errors
+            /// [`DecodeError::NoSuchForm`] when the id has no get, and those of the layout.
+            pub fn decode(id: u8, params: &[u8]) -> Result<Self, DecodeError> {
+                match id {
+                    $( $( $id => Layout::decode(params).map(Self::$state), )?
+                       $( $id => Layout::decode(params).map(Self::$param), )? )+
+                    _ => Err(DecodeError::NoSuchForm(id)),
+                }
+            }
+        }
+
+        /// A value to set or an action to do: an element of the controller's queue.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[allow(missing_docs)]
+        pub enum Set {
+            $( $( $param($param), )? $( $action($action), )? )+
+        }
+
+        impl Set {
+            /// Reads the request of an id.
+            ///
+            /// # Errors
+            /// [`DecodeError::NoSuchForm`] when the id has no set, and those of the layout.
+            pub fn decode(id: u8, params: &[u8]) -> Result<Self, DecodeError> {
+                match id {
+                    $( $( $id => $param::decode(params).map(Self::$param), )?
+                       $( $id => $action::decode(params).map(Self::$action), )? )+
+                    _ => Err(DecodeError::NoSuchForm(id)),
+                }
+            }
+
+            /// The row of the command.
+            #[must_use]
+            pub fn row(&self) -> &'static Row {
+                match self {
+                    $( $( Self::$param(_) => <$param as Writable>::ROW, )?
+                       $( Self::$action(_) => <$action as Writable>::ROW, )? )+
+                }
+            }
+
+            /// Writes the parameters.
+            pub fn encode(&self, writer: &mut Writer<'_>) {
+                match self {
+                    $( $( Self::$param(value) => value.encode(writer), )?
+                       $( Self::$action(value) => value.encode(writer), )? )+
+                }
+            }
+        }
+
+        $( $( impl From<$param> for Set { fn from(value: $param) -> Self { Self::$param(value) } } )?
+           $( impl From<$action> for Set { fn from(value: $action) -> Self { Self::$action(value) } } )? )+
+
+        for_each! { ($) [ $( $( $state )? $( $param )? )+ ] [ $( $( $param )? $( $action )? )+ ] }
+    };
+}
+
+macro_rules! first {
+    () => { None };
+    ($($any:tt)+) => { Some($($any)+) };
+}
+
+macro_rules! forms_or_none {
+    ($with:ident, $doc:expr, $name:ident $body:tt) => {
+        $with! { $doc, $name $body [] }
+    };
+    ($with:ident, $doc:expr, $name:ident $body:tt $forms:tt) => {
+        $with! { $doc, $name $body $forms }
+    };
+}
+
+/// Two macros for crates that must treat every command: `for_each_readable!(callback)` and
+/// `for_each_writable!(callback)` call `callback!` with the names of all layouts of that kind, so
+/// that a match over [`Get`](crate::Get) or [`Set`](crate::Set) cannot forget one.
+macro_rules! for_each {
+    (($d:tt) [ $($readable:ident)+ ] [ $($writable:ident)+ ]) => {
+        /// Calls a macro with the names of all values that can be got.
+        #[macro_export]
+        macro_rules! for_each_readable {
+            ($d callback:ident) => { $d callback! { $($readable)+ } };
+        }
+
+        /// Calls a macro with the names of all layouts that can be set.
+        #[macro_export]
+        macro_rules! for_each_writable {
+            ($d callback:ident) => { $d callback! { $($writable)+ } };
+        }
+    };
+}

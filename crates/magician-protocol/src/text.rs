@@ -1,0 +1,153 @@
+use core::fmt;
+
+use crate::{DecodeError, FieldType, MAX_PARAMS, Reader, Wire, Writer};
+
+/// Text in a frame: at most 247 bytes without its NUL (errata E17). UTF-8 when we wrote it; what
+/// a controller sends is kept as it came.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Text {
+    bytes: [u8; MAX_PARAMS],
+    len: u8,
+}
+
+impl Text {
+    /// Most bytes of text that fit a frame with the NUL.
+    pub const CAPACITY: usize = MAX_PARAMS - 1;
+
+    /// The text; `None` when it is longer than [`Text::CAPACITY`] bytes or holds a NUL.
+    #[must_use]
+    pub fn new(text: &str) -> Option<Self> {
+        let fits = text.len() <= Self::CAPACITY && !text.as_bytes().contains(&0);
+        fits.then(|| Self::cut(text.as_bytes()))
+    }
+
+    fn cut(from: &[u8]) -> Self {
+        let mut bytes = [0; MAX_PARAMS];
+        let mut len = 0;
+        for (to, byte) in bytes.iter_mut().zip(until_nul(from)) {
+            *to = *byte;
+            len += 1;
+        }
+        Self { bytes, len }
+    }
+
+    /// The bytes without the NUL.
+    #[must_use]
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..usize::from(self.len)).unwrap_or_default()
+    }
+
+    /// The text.
+    ///
+    /// # Errors
+    /// When the controller sent bytes that are not UTF-8.
+    pub fn as_str(&self) -> Result<&str, core::str::Utf8Error> {
+        core::str::from_utf8(self.as_bytes())
+    }
+
+    /// The text cut to `max` bytes.
+    #[must_use]
+    pub fn truncated(&self, max: usize) -> Self {
+        let bytes = self.as_bytes();
+        Self::cut(bytes.get(..max).unwrap_or(bytes))
+    }
+}
+
+/// Everything before the first NUL.
+pub(crate) fn until_nul(bytes: &[u8]) -> &[u8] {
+    match bytes.iter().position(|byte| *byte == 0) {
+        Some(end) => bytes.get(..end).unwrap_or_default(),
+        None => bytes,
+    }
+}
+
+impl Wire for Text {
+    const TYPE: FieldType = FieldType::Text;
+
+    fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        Ok(Self::cut(reader.rest()))
+    }
+
+    fn write(&self, writer: &mut Writer<'_>) {
+        writer.put(self.as_bytes());
+        if usize::from(self.len) < MAX_PARAMS {
+            writer.put(&[0]);
+        }
+    }
+}
+
+impl Default for Text {
+    fn default() -> Self {
+        Self::cut(&[])
+    }
+}
+
+impl fmt::Display for Text {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        crate::FieldValue::Text(self.as_bytes()).fmt(f)
+    }
+}
+
+impl fmt::Debug for Text {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "\"{}\"", self.as_bytes().escape_ascii())
+    }
+}
+
+/// The rest of a frame as bytes, possibly none.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Bytes {
+    bytes: [u8; MAX_PARAMS],
+    len: u8,
+}
+
+impl Bytes {
+    /// The bytes; `None` for more than a frame carries.
+    #[must_use]
+    pub fn new(from: &[u8]) -> Option<Self> {
+        let mut bytes = [0; MAX_PARAMS];
+        bytes.get_mut(..from.len())?.copy_from_slice(from);
+        Some(Self {
+            bytes,
+            len: from.len() as u8,
+        })
+    }
+
+    /// The bytes.
+    #[must_use]
+    pub fn as_slice(&self) -> &[u8] {
+        self.bytes.get(..usize::from(self.len)).unwrap_or_default()
+    }
+}
+
+impl Wire for Bytes {
+    const TYPE: FieldType = FieldType::Bytes;
+    const OPTIONAL: bool = true;
+
+    fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
+        let found = reader.remaining();
+        Self::new(reader.rest()).ok_or(DecodeError::Length {
+            expected: MAX_PARAMS,
+            found,
+        })
+    }
+
+    fn write(&self, writer: &mut Writer<'_>) {
+        writer.put(self.as_slice());
+    }
+}
+
+impl Default for Bytes {
+    fn default() -> Self {
+        Self {
+            bytes: [0; MAX_PARAMS],
+            len: 0,
+        }
+    }
+}
+
+impl fmt::Debug for Bytes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.as_slice().fmt(f)
+    }
+}
