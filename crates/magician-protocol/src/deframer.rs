@@ -69,6 +69,8 @@ pub struct Deframer {
     start: u16,
     end: u16,
     expiring: bool,
+    /// Bytes the candidate at `start` needs before it is worth another look.
+    wanted: u16,
     /// Stream position of `buffer[start]`.
     offset: u64,
     /// Stream position up to which a rejected candidate has already reported the bytes.
@@ -97,6 +99,7 @@ impl Deframer {
             start: 0,
             end: 0,
             expiring: false,
+            wanted: 0,
             offset: 0,
             reported: 0,
         }
@@ -158,7 +161,7 @@ impl Deframer {
         self.start != self.end
     }
 
-    /// Stream position of the next byte that has not been reported.
+    /// Stream position that the search has reached: every byte before it has been reported.
     #[must_use]
     pub fn offset(&self) -> u64 {
         self.offset
@@ -169,6 +172,7 @@ impl Deframer {
         let before = (self.offset, usize::from(self.start));
         self.offset += count as u64;
         self.start += count as u16;
+        self.wanted = 0;
         before
     }
 
@@ -192,7 +196,10 @@ impl Deframer {
         true
     }
 
-    fn judge(&self) -> Verdict {
+    fn judge(&mut self) -> Verdict {
+        if self.end - self.start < self.wanted && !self.expiring {
+            return Verdict::More;
+        }
         let bytes = &self.buffer[usize::from(self.start)..usize::from(self.end)];
         match bytes {
             [0xAA, 0xAA, len, rest @ ..] => {
@@ -201,7 +208,7 @@ impl Deframer {
                     return Verdict::Rejected(3, Rejection::Length(*len));
                 }
                 let Some((body, [found, ..])) = rest.split_at_checked(len_byte) else {
-                    return self.incomplete(bytes);
+                    return self.incomplete(len_byte + 4);
                 };
                 let expected = checksum(body);
                 if expected == *found {
@@ -212,16 +219,21 @@ impl Deframer {
                 }
             }
             [] => Verdict::More,
-            [0xAA] | [0xAA, 0xAA] => self.incomplete(bytes),
+            [0xAA] => self.incomplete(2),
+            [0xAA, 0xAA] => self.incomplete(3),
             _ => Verdict::Noise(noise_length(bytes)),
         }
     }
 
-    fn incomplete(&self, bytes: &[u8]) -> Verdict {
-        match (self.expiring, bytes.len()) {
-            (false, _) => Verdict::More,
+    /// A candidate that cannot be judged before it has `wanted` bytes.
+    fn incomplete(&mut self, wanted: usize) -> Verdict {
+        match (self.expiring, self.end - self.start) {
+            (false, _) => {
+                self.wanted = wanted as u16;
+                Verdict::More
+            }
             (true, 1) => Verdict::Noise(1),
-            (true, count) => Verdict::Rejected(count, Rejection::Truncated),
+            (true, count) => Verdict::Rejected(count.into(), Rejection::Truncated),
         }
     }
 }

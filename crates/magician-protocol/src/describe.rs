@@ -1,5 +1,6 @@
 use crate::layout::Fields;
 use crate::message::QueuedCmdIndex;
+use crate::motor;
 use crate::{DecodeError, FieldValue, Frame, Layout, LayoutInfo, NoArgs, Row};
 
 /// Who sent a frame.
@@ -98,8 +99,14 @@ pub fn describe<'a>(
         notes: [None; MAX_NOTES],
     };
     for (_, value) in description.values()? {
-        if matches!(value, FieldValue::Outputs(list) if list.counted()) {
-            description.note("count byte before the outputs (E29)");
+        match value {
+            FieldValue::Outputs(list) if list.counted() => {
+                description.note("count byte before the outputs (E29)");
+            }
+            FieldValue::Signed(speed) if motor::float_bits(speed).is_some() => {
+                description.note("speed taken as the bits of a float (E41)");
+            }
+            _ => {}
         }
     }
     if let Some(note) = fit.note {

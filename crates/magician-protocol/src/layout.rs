@@ -4,7 +4,7 @@ use crate::alarm::AlarmSet;
 use crate::list::PoList;
 use crate::text::until_nul;
 use crate::wire::{EnumInfo, FieldType, Reader, Scalar, Wire};
-use crate::{DecodeError, EncodeError, Writer};
+use crate::{DecodeError, Writer};
 
 /// A field of a layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +21,8 @@ pub struct Field {
     pub doc: &'static str,
     /// Whether a host may leave it out.
     pub optional: bool,
-    /// Whether a controller accepts a frame that ends before it.
+    /// Whether a controller accepts a frame that ends before it: a sender leaves out all such
+    /// fields of a layout or none.
     pub omittable: bool,
     /// What a host sends when the field is left out; `None` sends nothing.
     pub default: Option<u8>,
@@ -70,6 +71,7 @@ pub struct Normalised {
 }
 
 const SURPLUS: &str = "surplus parameter bytes ignored (E11)";
+const OMITTED: &str = "address or port left out (E39, E43)";
 /// Longest layout that has a tolerated form, rounded up.
 const LONGEST_FORM: usize = 32;
 
@@ -107,44 +109,37 @@ impl LayoutInfo {
     /// # Errors
     /// [`DecodeError::Length`] when it belongs to none.
     pub fn normalise(&self, count: usize) -> Result<Normalised, DecodeError> {
-        let own = |note| {
-            Ok(Normalised {
-                kind: FormKind::Skip(0),
-                note,
-            })
-        };
         if let Some(form) = self.forms.iter().find(|form| form.len == count) {
             return Ok(Normalised {
                 kind: form.kind,
                 note: Some(form.note),
             });
         }
-        let expected = self.min_size();
-        if count < expected {
-            return Err(DecodeError::Length {
-                expected,
-                found: count,
-            });
-        }
-        let mut sum = expected;
-        for field in self.fields.iter().skip_while(|field| !field.omittable) {
-            if sum == count {
-                return own(None);
+        let (shortest, full) = (self.min_size(), self.size());
+        let note = match full {
+            None if count >= shortest => None,
+            Some(full) if count == full => None,
+            Some(full) if count > full => Some(SURPLUS),
+            Some(_) if count == shortest => self.omission(),
+            _ => {
+                return Err(DecodeError::Length {
+                    expected: full.filter(|_| count > shortest).unwrap_or(shortest),
+                    found: count,
+                });
             }
-            let Some(size) = field.ty.size() else {
-                return own(None);
-            };
-            sum += size;
-        }
-        match self.size() {
-            None => own(None),
-            Some(size) if size == count => own(None),
-            Some(size) if size < count => own(Some(SURPLUS)),
-            Some(_) => Err(DecodeError::Length {
-                expected: sum,
-                found: count,
-            }),
-        }
+        };
+        Ok(Normalised {
+            kind: FormKind::Skip(0),
+            note,
+        })
+    }
+
+    /// What to say of a frame that ends before the fields that may be left out.
+    fn omission(&self) -> Option<&'static str> {
+        self.fields
+            .iter()
+            .any(|field| field.omittable && !field.optional)
+            .then_some(OMITTED)
     }
 
     /// Brings a tolerated form into the layout's own, then hands it to `read`.
@@ -374,10 +369,11 @@ pub(crate) fn write_default(field: &Field, writer: &mut Writer<'_>) {
 }
 
 /// Encodes into a buffer of its own; for callers that hold a layout, not a frame.
+#[cfg(feature = "serde")]
 pub(crate) fn encoded<L: crate::Layout>(
     layout: &L,
     buffer: &mut [u8; crate::MAX_PARAMS],
-) -> Result<usize, EncodeError> {
+) -> Result<usize, crate::EncodeError> {
     let mut writer = Writer::new(buffer);
     layout.encode(&mut writer);
     writer.finish()

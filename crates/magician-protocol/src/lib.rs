@@ -50,6 +50,7 @@ mod frame;
 mod layout;
 mod list;
 mod message;
+mod motor;
 mod parse;
 mod row;
 #[cfg(feature = "serde")]

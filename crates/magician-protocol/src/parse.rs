@@ -175,8 +175,11 @@ fn write_hex(text: &str, writer: &mut Writer<'_>) -> Option<()> {
         return None;
     }
     for pair in pairs {
-        let digits = core::str::from_utf8(pair).ok()?;
-        u8::from_str_radix(digits, 16).ok()?.write(writer);
+        let mut byte = 0;
+        for digit in pair {
+            byte = byte << 4 | char::from(*digit).to_digit(16)? as u8;
+        }
+        byte.write(writer);
     }
     Some(())
 }

@@ -137,8 +137,10 @@ impl Row {
         Self::search(name, |row| row.set.is_some())
     }
 
-    /// The row that a person means: the vendor's name, the Rust name or the id, without regard
-    /// to case, `-` and `_`, with or without Get or Set.
+    /// The row that a person means: the vendor's name, the Rust name or the id (decimal or hex
+    /// after `0x`), without regard to case, `-` and `_`, with or without Get or Set.
+    ///
+    /// `ClearAllAlarmsState` is id 20, which is what hosts send (errata E19); 21 has only its id.
     ///
     /// # Errors
     /// [`NameError`] when no command has that name.
@@ -150,16 +152,17 @@ impl Row {
         if let Some(id) = parse_id(name) {
             return Self::with_id(id).filter(|row| wanted(row)).ok_or(NameError);
         }
+        let mut rows = TABLE.iter().filter(|row| wanted(row));
+        rows.find(|row| row.is_named(name)).ok_or(NameError)
+    }
+
+    fn is_named(&self, name: &str) -> bool {
         let is = |candidate: &str| same_name(candidate, name);
-        TABLE
-            .iter()
-            .filter(|row| wanted(row))
-            .find(|row| {
-                is(row.name) || is(row.get_name) && row.value.is_some() || {
-                    row.set.is_some() && (is(row.set_name) || prefixed("set", row.name, name))
-                }
-            })
-            .ok_or(NameError)
+        let layouts = [self.query, self.value, self.set];
+        is(self.name)
+            || self.value.is_some() && is(self.get_name)
+            || self.set.is_some() && (is(self.set_name) || prefixed("set", self.name, name))
+            || layouts.into_iter().flatten().any(|info| is(info.name))
     }
 
     /// Ids 240 to 245: they steer the queue, act at once and are never queued themselves.
@@ -170,10 +173,14 @@ impl Row {
 }
 
 fn parse_id(name: &str) -> Option<u8> {
-    match name.strip_prefix("0x").or(name.strip_prefix("0X")) {
-        Some(hex) => u8::from_str_radix(hex, 16).ok(),
-        None => name.parse().ok(),
+    let (digits, radix) = match name.strip_prefix("0x").or(name.strip_prefix("0X")) {
+        Some(hex) => (hex, 16),
+        None => (name, 10),
+    };
+    if digits.starts_with('+') {
+        return None;
     }
+    u8::from_str_radix(digits, radix).ok()
 }
 
 fn letters(name: &str) -> impl Iterator<Item = u8> + '_ {

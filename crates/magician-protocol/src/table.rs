@@ -185,13 +185,21 @@ macro_rules! commands {
             writable! { $id $queue [ $($param)? $($action)? ] }
         )+
 
+        /// What the document does not have stands as `none` in the table.
+        const fn section(name: &'static str) -> &'static str {
+            match name.as_bytes() {
+                b"none" => "",
+                _ => name,
+            }
+        }
+
         /// Every command of the Magician, by id.
         pub const TABLE: &[Row] = &[ $( Row {
             id: $id,
             name: $vendor,
             doc: $doc,
             chapter: Chapter::$chapter,
-            section: $section,
+            section: section($section),
             source: Source::$source,
             confidence: Confidence::$confidence,
             queueable: yes!($queue),

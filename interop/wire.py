@@ -1,0 +1,253 @@
+"""Frames of the protocol as bytes, and the ways to send them, with nothing between the test and the line."""
+
+import errno
+import os
+import select
+import socket
+import struct
+import termios
+import threading
+import time
+import tty
+
+GET, SET, QUEUED = 0, 1, 3
+
+POSE, ALARMS, TIME = 10, 20, 4
+INDEX = 246
+
+
+def frame(ident, ctrl=GET, params=b""):
+    """One frame with its checksum."""
+    body = bytes([ident, ctrl]) + bytes(params)
+    return b"\xaa\xaa" + bytes([len(body)]) + body + bytes([-sum(body) & 0xFF])
+
+
+def split(data):
+    """The frames in a run of bytes, as (id, ctrl, params), and the bytes left over. Foreign bytes are an error."""
+    frames = []
+    while len(data) >= 3 and len(data) >= data[2] + 4:
+        whole, data = data[: data[2] + 4], data[data[2] + 4 :]
+        if whole[:2] != b"\xaa\xaa" or sum(whole[3:]) & 0xFF:
+            raise AssertionError(f"not a frame: {whole.hex(' ')}")
+        frames.append((whole[3], whole[4], whole[5:-1]))
+    return frames, data
+
+
+def floats(params, count=None):
+    """Little-endian 32-bit floats."""
+    return struct.unpack(f"<{count or len(params) // 4}f", params)
+
+
+class Link:
+    """Requests and replies over something that carries bytes."""
+
+    def send(self, data):
+        raise NotImplementedError
+
+    def read(self, timeout):
+        """What one read gives, or nothing when the time is up."""
+        raise NotImplementedError
+
+    def replies(self, count, timeout=3.0):
+        """The next replies; fewer if the time is up first."""
+        frames, data, end = [], b"", time.monotonic() + timeout
+        while len(frames) < count and (left := end - time.monotonic()) > 0:
+            data += self.read(left)
+            found, data = split(data)
+            frames += found
+        if data and len(frames) >= count:
+            raise AssertionError(f"bytes after the last reply: {data.hex(' ')}")
+        return frames
+
+    def ask(self, ident, ctrl=GET, params=b"", timeout=3.0):
+        """The reply to one request; id and Ctrl must be its own."""
+        self.send(frame(ident, ctrl, params))
+        found = self.replies(1, timeout)
+        if not found:
+            raise AssertionError(f"no reply to id {ident}, ctrl {ctrl}, {bytes(params).hex(' ')}")
+        if len(found) != 1 or found[0][:2] != (ident, ctrl):
+            raise AssertionError(f"asked id {ident}, ctrl {ctrl}; got {found}")
+        return found[0][2]
+
+    def quiet(self, seconds):
+        """Whatever comes unasked within this time."""
+        return self.read(seconds)
+
+    # The few requests that nearly every check needs.
+
+    def pose(self):
+        """x y z r j1 j2 j3 j4"""
+        return floats(self.ask(POSE), 8)
+
+    def index(self):
+        """Index of the last finished queued command."""
+        return struct.unpack("<Q", self.ask(INDEX))[0]
+
+    def time(self):
+        """The arm's clock in ms."""
+        return struct.unpack("<I", self.ask(TIME))[0]
+
+    def queue(self, ident, params=b"", ctrl=QUEUED):
+        """Put one command into the queue; its index."""
+        return struct.unpack("<Q", self.ask(ident, ctrl, params))[0]
+
+    def wait(self, index, timeout=60.0):
+        """Until the command with this index has finished."""
+        end = time.monotonic() + timeout
+        while (now := self.index()) < index:
+            if time.monotonic() > end:
+                raise AssertionError(f"index {index} not reached, stands at {now}")
+            time.sleep(0.002)
+        return now
+
+
+class Pty(Link):
+    """A terminal opened by its path, as a serial port is."""
+
+    def __init__(self, path, raw=True):
+        self.fd = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        if raw:
+            tty.setraw(self.fd)
+            mode = termios.tcgetattr(self.fd)
+            mode[4] = mode[5] = termios.B115200
+            termios.tcsetattr(self.fd, termios.TCSANOW, mode)
+
+    def send(self, data):
+        while data:
+            data = data[os.write(self.fd, data) :]
+
+    def read(self, timeout):
+        if not select.select([self.fd], [], [], timeout)[0]:
+            return b""
+        return os.read(self.fd, 4096)
+
+    def close(self):
+        os.close(self.fd)
+
+
+class Udp(Link):
+    """Datagrams, as the Wi-Fi module of the arm takes them."""
+
+    def __init__(self, port):
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind(("127.0.0.1", 0))
+        self.address = ("127.0.0.1", port)
+
+    def send(self, data):
+        self.socket.sendto(data, self.address)
+
+    def read(self, timeout):
+        self.socket.settimeout(timeout)
+        try:
+            return self.socket.recv(4096)
+        except TimeoutError:
+            return b""
+
+    def close(self):
+        self.socket.close()
+
+
+class Tcp(Link):
+    """A stream socket."""
+
+    def __init__(self, port):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=5)
+
+    def send(self, data):
+        self.socket.sendall(data)
+
+    def read(self, timeout):
+        self.socket.settimeout(timeout)
+        try:
+            return self.socket.recv(4096)
+        except TimeoutError:
+            return b""
+
+    def close(self):
+        self.socket.close()
+
+
+class Observer:
+    """Watches queue and clock over UDP while another host drives the arm.
+
+    Every look asks for clock, index, clock in this order, so that the moment at which an index was reached is
+    bracketed by two readings of the arm's own clock however slow this machine is.
+    """
+
+    def __init__(self, port):
+        self.link = Udp(port)
+        self.looks = []
+        self.error = None
+        self.stopping = threading.Event()
+        self.thread = threading.Thread(target=self._watch, daemon=True)
+        self.thread.start()
+
+    def _watch(self):
+        request = frame(TIME) + frame(INDEX) + frame(TIME)
+        try:
+            while not self.stopping.is_set():
+                self.link.send(request)
+                answers = self.link.replies(3)
+                if [a[0] for a in answers] != [TIME, INDEX, TIME]:
+                    raise AssertionError(f"observer: {answers}")
+                before, index, after = (int.from_bytes(a[2], "little") for a in answers)
+                self.looks.append((before, index, after))
+                time.sleep(0.001)
+        except (AssertionError, OSError) as error:
+            self.error = error
+
+    def reached(self, index):
+        """Clock readings (ms) surely before and surely after the command finished."""
+        lo, hi = 0, None
+        for before, seen, after in list(self.looks):
+            if seen >= index:
+                hi = after
+                break
+            lo = before
+        if hi is None:
+            raise AssertionError(f"index {index} was not seen ({self.error or 'still running'})")
+        return lo, hi
+
+    def duration(self, index):
+        """The shortest and longest time in seconds that the command can have taken after the one before it."""
+        lo0, hi0 = self.reached(index - 1)
+        lo1, hi1 = self.reached(index)
+        return max(0, lo1 - hi0) / 1000, (hi1 - lo0) / 1000
+
+    def close(self):
+        self.stopping.set()
+        self.thread.join()
+        self.link.close()
+
+
+def check_durations(checks, observer, timed):
+    """Moves that followed each other without a pause took the time that the speed law gives them.
+
+    `timed` is a list of (name, index, expected seconds) in queue order.
+    """
+    slack = 0.005
+    for name, index, want in timed:
+        least, most = observer.duration(index)
+        good = least - slack <= want <= most + slack
+        checks.ok(f"{name} takes {want:.3f} s", good, f"between {least:.3f} and {most:.3f} s of the arm's clock")
+    total = sum(want for _, _, want in timed)
+    lo0, hi0 = observer.reached(timed[0][1] - 1)
+    lo1, hi1 = observer.reached(timed[-1][1])
+    least, most = (lo1 - hi0) / 1000, (hi1 - lo0) / 1000
+    checks.ok(
+        f"all {len(timed)} take {total:.3f} s",
+        least - slack <= total <= most + slack and most - least < total / 2,
+        f"between {least:.3f} and {most:.3f} s",
+    )
+
+
+def open_eventually(path, seconds=1.0):
+    """Open a terminal; a port that is still busy is tried again for a while."""
+    end = time.monotonic() + seconds
+    while True:
+        try:
+            return Pty(path)
+        except OSError as error:
+            if error.errno != errno.EBUSY or time.monotonic() > end:
+                raise
+        time.sleep(0.01)
