@@ -1,1 +1,29 @@
 //! Kinematics, limits, paths and speed laws of the Dobot Magician arm.
+//!
+//! Pure mathematics: no clock, no input or output, no allocation, and the same results on every platform. Lengths
+//! are mm, angles degrees, times seconds, and in trajectories whole microseconds.
+//!
+//! ```
+//! use magician_motion::{Geometry, JointAngles, Limits, ToolBias};
+//!
+//! let arm = Geometry::magician(ToolBias::SUCTION);
+//! let pose = arm.forward(&JointAngles::HOME);
+//! assert!((pose.x - 259.104).abs() < 1e-3);
+//!
+//! let joints = arm.inverse_within(&pose, &Limits::CONTROLLER)?;
+//! assert!((joints.j2 - 45.0).abs() < 1e-9);
+//! # Ok::<(), magician_motion::MotionError>(())
+//! ```
+#![cfg_attr(not(test), no_std)]
+#![forbid(unsafe_code)]
+
+mod angle;
+mod error;
+mod geometry;
+mod kinematics;
+mod limits;
+
+pub use error::{MotionError, SpeedQuantity, Unreachable};
+pub use geometry::{FOREARM, Geometry, REAR_ARM, ToolBias};
+pub use kinematics::{JointAngles, Pose};
+pub use limits::{Bound, LIMIT_TOLERANCE, Limits, Range};

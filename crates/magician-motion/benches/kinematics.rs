@@ -1,0 +1,4 @@
+//! What the mathematics costs.
+fn main() {
+    divan::main();
+}

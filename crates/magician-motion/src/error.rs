@@ -1,0 +1,160 @@
+//! Why a motion cannot be made: the request's fault, never the machine's state.
+
+use core::fmt;
+
+use crate::Bound;
+
+/// Why no joint angles lead to a pose. Distances in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Unreachable {
+    /// The wrist would have to be further from the shoulder than both links together reach.
+    TooFar {
+        /// Distance that the pose asks for.
+        distance: f64,
+        /// Longest distance there is.
+        limit: f64,
+    },
+    /// The pose is nearer to the shoulder or to the base axis than the arm can fold.
+    TooNear {
+        /// Distance that the pose asks for.
+        distance: f64,
+        /// Shortest distance there is.
+        limit: f64,
+    },
+    /// A component of the target, or a jump height, is NaN or infinite.
+    NotFinite,
+}
+
+/// A velocity, acceleration or ratio that a motion needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SpeedQuantity {
+    /// Velocity of a joint (1 to 4), deg/s.
+    JointVelocity(u8),
+    /// Acceleration of a joint (1 to 4), deg/s2.
+    JointAcceleration(u8),
+    /// Velocity along the path, mm/s.
+    LinearVelocity,
+    /// Acceleration along the path, mm/s2.
+    LinearAcceleration,
+    /// Velocity of r, deg/s.
+    RotationVelocity,
+    /// Acceleration of r, deg/s2.
+    RotationAcceleration,
+    /// Velocity ratio, percent.
+    VelocityRatio,
+    /// Acceleration ratio, percent.
+    AccelerationRatio,
+}
+
+impl fmt::Display for SpeedQuantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::JointVelocity(joint) => write!(f, "velocity of joint {joint}"),
+            Self::JointAcceleration(joint) => write!(f, "acceleration of joint {joint}"),
+            Self::LinearVelocity => f.write_str("linear velocity"),
+            Self::LinearAcceleration => f.write_str("linear acceleration"),
+            Self::RotationVelocity => f.write_str("velocity of r"),
+            Self::RotationAcceleration => f.write_str("acceleration of r"),
+            Self::VelocityRatio => f.write_str("velocity ratio"),
+            Self::AccelerationRatio => f.write_str("acceleration ratio"),
+        }
+    }
+}
+
+impl SpeedQuantity {
+    fn unit(self) -> &'static str {
+        match self {
+            Self::JointVelocity(_) | Self::RotationVelocity => "deg/s",
+            Self::JointAcceleration(_) | Self::RotationAcceleration => "deg/s2",
+            Self::LinearVelocity => "mm/s",
+            Self::LinearAcceleration => "mm/s2",
+            Self::VelocityRatio | Self::AccelerationRatio => "%",
+        }
+    }
+}
+
+/// Why a motion cannot be made as asked.
+///
+/// The three kinds are the three answers of the controller: no solution (alarm 0x11 while planning, 0x21 while
+/// moving), solved but beyond a limit (0x12, 0x22, or 0x40 to 0x49 for a motion of joints), and a speed that is
+/// not one (0x1A).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// No joint angles lead there.
+    Unreachable(Unreachable),
+    /// Joint angles lead there, but beyond a limit.
+    Limit {
+        /// The bound violated.
+        bound: Bound,
+        /// Where the motion would lead, degrees.
+        value: f64,
+        /// Where the bound stands, degrees.
+        limit: f64,
+    },
+    /// The motion needs a velocity, acceleration or ratio that is NaN, zero, negative, or too small to end.
+    Speed {
+        /// Which one.
+        quantity: SpeedQuantity,
+        /// Its value, in its own unit.
+        value: f64,
+    },
+}
+
+impl From<Unreachable> for MotionError {
+    fn from(reason: Unreachable) -> Self {
+        Self::Unreachable(reason)
+    }
+}
+
+impl fmt::Display for Unreachable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooFar { distance, limit } => write!(
+                f,
+                "out of reach: {distance:.1} mm from the shoulder, limit {limit:.1} mm"
+            ),
+            Self::TooNear { distance, limit } => write!(
+                f,
+                "too close to the arm: {distance:.1} mm, limit {limit:.1} mm"
+            ),
+            Self::NotFinite => f.write_str("out of reach: the target is not a finite number"),
+        }
+    }
+}
+
+impl fmt::Display for MotionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unreachable(reason) => reason.fmt(f),
+            Self::Limit {
+                bound,
+                value,
+                limit,
+            } => {
+                let subject = bound.subject();
+                write!(
+                    f,
+                    "{subject} would be at {value:.1} deg, limit {limit:.1} deg"
+                )
+            }
+            Self::Speed { quantity, value } => {
+                let unit = quantity.unit();
+                write!(f, "{quantity} is {value} {unit}, it must be above 0 {unit}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for Unreachable {}
+
+impl core::error::Error for MotionError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match self {
+            Self::Unreachable(reason) => Some(reason),
+            Self::Limit { .. } | Self::Speed { .. } => None,
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! The arm's measures: two links and the tool at the end of them.
+
+/// Length of the rear arm, shoulder axis to elbow axis, mm (model section 1).
+pub const REAR_ARM: f64 = 135.0;
+/// Length of the forearm, elbow axis to wrist axis, mm (model section 1).
+pub const FOREARM: f64 = 147.0;
+
+/// Where the tool sits, seen from the wrist axis, in mm: the end-effector bias of the protocol.
+///
+/// `x` points away from the base along the arm, `y` to its left, and a positive `z` means that the tool hangs
+/// down by that much (model section 2).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ToolBias {
+    /// Forward of the wrist axis, mm.
+    pub x: f64,
+    /// Left of the wrist axis, mm.
+    pub y: f64,
+    /// Below the wrist axis, mm.
+    pub z: f64,
+}
+
+impl ToolBias {
+    /// No tool: poses are those of the wrist axis. The arm's state at power-up.
+    pub const NONE: Self = Self::forward_by(0.0);
+    /// The suction cup, 59.7 mm forward (model section 1, measured).
+    pub const SUCTION: Self = Self::forward_by(59.7);
+    /// The gripper, 59.7 mm forward (model section 1, measured).
+    pub const GRIPPER: Self = Self::forward_by(59.7);
+    /// The pen holder, 61 mm forward (model section 1).
+    pub const PEN: Self = Self::forward_by(61.0);
+    /// The laser, 70 mm forward (model section 1).
+    pub const LASER: Self = Self::forward_by(70.0);
+
+    /// The named tools, in the order in which people list them.
+    pub const NAMED: [(&'static str, Self); 5] = [
+        ("none", Self::NONE),
+        ("suction", Self::SUCTION),
+        ("gripper", Self::GRIPPER),
+        ("pen", Self::PEN),
+        ("laser", Self::LASER),
+    ];
+
+    /// A bias of its own; mm.
+    #[must_use]
+    pub const fn new(x: f64, y: f64, z: f64) -> Self {
+        Self { x, y, z }
+    }
+
+    const fn forward_by(x: f64) -> Self {
+        Self::new(x, 0.0, 0.0)
+    }
+
+    /// The bias of a tool by its name (`none`, `suction`, `gripper`, `pen`, `laser`; case does not matter), or
+    /// nothing if there is no tool of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::NAMED
+            .iter()
+            .find(|(known, _)| known.eq_ignore_ascii_case(name))
+            .map(|(_, bias)| *bias)
+    }
+}
+
+/// The measures of one arm: its links and the tool bias in force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Geometry {
+    /// Length of the rear arm, mm.
+    pub rear_arm: f64,
+    /// Length of the forearm, mm.
+    pub forearm: f64,
+    /// The tool bias in force.
+    pub tool: ToolBias,
+}
+
+impl Geometry {
+    /// A Dobot Magician with this tool bias.
+    #[must_use]
+    pub const fn magician(tool: ToolBias) -> Self {
+        Self {
+            rear_arm: REAR_ARM,
+            forearm: FOREARM,
+            tool,
+        }
+    }
+}
+
+impl Default for Geometry {
+    /// A Dobot Magician without a tool, as it powers up.
+    fn default() -> Self {
+        Self::magician(ToolBias::NONE)
+    }
+}

@@ -1,0 +1,228 @@
+//! Joint angles to pose and back (model sections 2 and 3).
+
+use crate::angle::{atan2, sin_cos};
+use crate::{Geometry, Limits, MotionError, Unreachable};
+
+/// The four joint angles in degrees, in the controller's own convention (model section 1).
+///
+/// `j2` is measured from the vertical, positive leaning forward; `j3` is the angle of the forearm below the
+/// horizontal, whatever `j2` does; `j4` is the servo on the wrist plate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointAngles {
+    /// Base, counter-clockwise seen from above.
+    pub j1: f64,
+    /// Rear arm, from the vertical.
+    pub j2: f64,
+    /// Forearm, below the horizontal.
+    pub j3: f64,
+    /// End servo, relative to the wrist plate.
+    pub j4: f64,
+}
+
+impl JointAngles {
+    /// The home point, (0, 45, 45, 0): where an arm stands after homing unless told otherwise, and what it
+    /// reports at power-up (model sections 11 and 15a).
+    pub const HOME: Self = Self::new(0.0, 45.0, 45.0, 0.0);
+
+    /// Four angles, degrees.
+    #[must_use]
+    pub const fn new(j1: f64, j2: f64, j3: f64, j4: f64) -> Self {
+        Self { j1, j2, j3, j4 }
+    }
+
+    /// The angles as an array, J1 first.
+    #[must_use]
+    pub const fn to_array(self) -> [f64; 4] {
+        [self.j1, self.j2, self.j3, self.j4]
+    }
+
+    /// Whether every angle is a finite number.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.to_array().iter().all(|angle| angle.is_finite())
+    }
+
+    /// These angles moved by an increment, axis by axis.
+    #[must_use]
+    pub fn offset_by(&self, by: &Self) -> Self {
+        Self::new(
+            self.j1 + by.j1,
+            self.j2 + by.j2,
+            self.j3 + by.j3,
+            self.j4 + by.j4,
+        )
+    }
+}
+
+impl From<[f64; 4]> for JointAngles {
+    fn from([j1, j2, j3, j4]: [f64; 4]) -> Self {
+        Self::new(j1, j2, j3, j4)
+    }
+}
+
+/// Where the tool is: position in mm in the base frame, and its rotation `r` about the vertical in degrees.
+///
+/// The origin is where the base axis meets the shoulder axis; X forward, Y to the arm's left, Z up. The table is
+/// not z = 0 (model section 1).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// Forward, mm.
+    pub x: f64,
+    /// To the arm's left, mm.
+    pub y: f64,
+    /// Up, mm.
+    pub z: f64,
+    /// Rotation of the tool seen from above, counter-clockwise, degrees: J1 + J4.
+    pub r: f64,
+}
+
+impl Pose {
+    /// A pose; mm and degrees.
+    #[must_use]
+    pub const fn new(x: f64, y: f64, z: f64, r: f64) -> Self {
+        Self { x, y, z, r }
+    }
+
+    /// The pose as an array: x, y, z, r.
+    #[must_use]
+    pub const fn to_array(self) -> [f64; 4] {
+        [self.x, self.y, self.z, self.r]
+    }
+
+    /// Whether every component is a finite number.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.to_array().iter().all(|value| value.is_finite())
+    }
+
+    /// This pose moved by an increment, component by component.
+    #[must_use]
+    pub fn offset_by(&self, by: &Self) -> Self {
+        Self::new(self.x + by.x, self.y + by.y, self.z + by.z, self.r + by.r)
+    }
+}
+
+impl From<[f64; 4]> for Pose {
+    fn from([x, y, z, r]: [f64; 4]) -> Self {
+        Self::new(x, y, z, r)
+    }
+}
+
+impl Geometry {
+    /// The pose of the tool at these joint angles. Angles that are not finite give a pose that is not.
+    #[must_use]
+    pub fn forward(&self, joints: &JointAngles) -> Pose {
+        let (sin1, cos1) = sin_cos(joints.j1);
+        let (sin2, cos2) = sin_cos(joints.j2);
+        let (sin3, cos3) = sin_cos(joints.j3);
+        let radius = self.rear_arm * sin2 + self.forearm * cos3 + self.tool.x;
+        Pose {
+            x: radius * cos1 - self.tool.y * sin1,
+            y: radius * sin1 + self.tool.y * cos1,
+            z: self.rear_arm * cos2 - self.forearm * sin3 - self.tool.z,
+            r: joints.j1 + joints.j4,
+        }
+    }
+
+    /// The joint angles that bring the tool to this pose, elbow up, limits not considered.
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError::Unreachable`] if no angles do: too far, too near, or not a finite number.
+    pub fn inverse(&self, pose: &Pose) -> Result<JointAngles, MotionError> {
+        if !pose.is_finite() {
+            return Err(Unreachable::NotFinite.into());
+        }
+        self.solve(pose, Outside::Refuse)
+    }
+
+    /// The joint angles that bring the tool to this pose, if they are within `limits`.
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError::Unreachable`] as [`inverse`](Self::inverse), [`MotionError::Limit`] if the pose can be
+    /// solved but lies beyond a limit.
+    pub fn inverse_within(&self, pose: &Pose, limits: &Limits) -> Result<JointAngles, MotionError> {
+        let joints = self.inverse(pose)?;
+        limits.check(&joints)?;
+        Ok(joints)
+    }
+
+    /// As [`inverse`](Self::inverse), but a wrist outside the reach by a rounding error is taken to be at its
+    /// edge: for points of a path already known to lie within.
+    pub(crate) fn inverse_at_edge(&self, pose: &Pose) -> Option<JointAngles> {
+        self.solve(pose, Outside::Clamp).ok()
+    }
+
+    fn solve(&self, pose: &Pose, outside: Outside) -> Result<JointAngles, MotionError> {
+        let across = self.tool.y;
+        let radius_squared = pose.x * pose.x + pose.y * pose.y - across * across;
+        let radius = outside.root(radius_squared).ok_or(Unreachable::TooNear {
+            distance: libm::sqrt(pose.x * pose.x + pose.y * pose.y),
+            limit: libm::fabs(across),
+        })?;
+        let heading = atan2(pose.y, pose.x);
+        let j1 = if across == 0.0 {
+            heading
+        } else {
+            heading - atan2(across, radius)
+        };
+        let (j2, j3) = self.solve_section(radius - self.tool.x, pose.z + self.tool.z, outside)?;
+        Ok(JointAngles::new(j1, j2, j3, pose.r - j1))
+    }
+
+    /// J2 and J3 for the wrist at `p` outwards and `q` up in the arm's vertical plane.
+    ///
+    /// Sine and cosine of the rear arm's elevation follow from the triangle without a detour over its angle, which
+    /// saves three trigonometric calls and loses no precision.
+    fn solve_section(&self, p: f64, q: f64, outside: Outside) -> Result<(f64, f64), MotionError> {
+        let (rear, fore) = (self.rear_arm, self.forearm);
+        let distance_squared = p * p + q * q;
+        let distance = libm::sqrt(distance_squared);
+        let cos_inner = (rear * rear + distance_squared - fore * fore) / (2.0 * rear * distance);
+        let sin_inner = outside
+            .root(1.0 - cos_inner * cos_inner)
+            .ok_or_else(|| self.out_of_reach(distance))?;
+        let sin_elevation = (q * cos_inner + p * sin_inner) / distance;
+        let cos_elevation = (p * cos_inner - q * sin_inner) / distance;
+        let mut elevation = atan2(sin_elevation, cos_elevation);
+        if elevation < 0.0 && q >= 0.0 {
+            // The inner angle leads up from a wrist above the shoulder, past 180 degrees.
+            elevation += 360.0;
+        }
+        let j3 = atan2(rear * sin_elevation - q, p - rear * cos_elevation);
+        Ok((90.0 - elevation, j3))
+    }
+
+    fn out_of_reach(&self, distance: f64) -> Unreachable {
+        if distance < self.forearm {
+            Unreachable::TooNear {
+                distance,
+                limit: libm::fabs(self.forearm - self.rear_arm),
+            }
+        } else {
+            Unreachable::TooFar {
+                distance,
+                limit: self.forearm + self.rear_arm,
+            }
+        }
+    }
+}
+
+/// What becomes of a square that must not be negative and is.
+#[derive(Clone, Copy)]
+enum Outside {
+    Refuse,
+    Clamp,
+}
+
+impl Outside {
+    /// The square root, nothing for NaN, and for a negative number nothing or zero.
+    fn root(self, square: f64) -> Option<f64> {
+        match self {
+            _ if square >= 0.0 => Some(libm::sqrt(square)),
+            Self::Clamp if square < 0.0 => Some(0.0),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! The ten joint bounds: four joints, and the coupling of rear arm and forearm, each with two sides.
+
+use crate::{JointAngles, MotionError};
+
+/// How far beyond a bound an angle still counts as on it, degrees: room for rounding, a ten-millionth of a
+/// motor step.
+pub const LIMIT_TOLERANCE: f64 = 1e-9;
+
+/// One side of one limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Bound {
+    /// Base, negative side.
+    J1Min,
+    /// Base, positive side.
+    J1Max,
+    /// Rear arm leaning back.
+    J2Min,
+    /// Rear arm leaning forward.
+    J2Max,
+    /// Forearm up.
+    J3Min,
+    /// Forearm down.
+    J3Max,
+    /// End servo, negative side.
+    J4Min,
+    /// End servo, positive side.
+    J4Max,
+    /// J2 - J3 too small: the parallelogram folded.
+    J23Min,
+    /// J2 - J3 too large: the parallelogram stretched.
+    J23Max,
+}
+
+impl Bound {
+    /// All ten, in the order of the alarms 0x40 to 0x49 with each pair from its negative side.
+    pub const ALL: [Self; 10] = [
+        Self::J1Min,
+        Self::J1Max,
+        Self::J2Min,
+        Self::J2Max,
+        Self::J3Min,
+        Self::J3Max,
+        Self::J4Min,
+        Self::J4Max,
+        Self::J23Min,
+        Self::J23Max,
+    ];
+
+    /// The angle that this bound limits, degrees: a joint, or J2 - J3.
+    #[must_use]
+    pub fn value(self, joints: &JointAngles) -> f64 {
+        match self {
+            Self::J1Min | Self::J1Max => joints.j1,
+            Self::J2Min | Self::J2Max => joints.j2,
+            Self::J3Min | Self::J3Max => joints.j3,
+            Self::J4Min | Self::J4Max => joints.j4,
+            Self::J23Min | Self::J23Max => joints.j2 - joints.j3,
+        }
+    }
+
+    /// Whether this is an upper bound.
+    #[must_use]
+    pub fn is_upper(self) -> bool {
+        matches!(
+            self,
+            Self::J1Max | Self::J2Max | Self::J3Max | Self::J4Max | Self::J23Max
+        )
+    }
+
+    /// What people call the limited angle: `joint 2`, or `joint 2 minus joint 3`.
+    #[must_use]
+    pub fn subject(self) -> &'static str {
+        match self {
+            Self::J1Min | Self::J1Max => "joint 1",
+            Self::J2Min | Self::J2Max => "joint 2",
+            Self::J3Min | Self::J3Max => "joint 3",
+            Self::J4Min | Self::J4Max => "joint 4",
+            Self::J23Min | Self::J23Max => "joint 2 minus joint 3",
+        }
+    }
+}
+
+/// From and to, both allowed; degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// Smallest allowed angle.
+    pub min: f64,
+    /// Largest allowed angle.
+    pub max: f64,
+}
+
+impl Range {
+    /// From `min` to `max`, degrees.
+    #[must_use]
+    pub const fn new(min: f64, max: f64) -> Self {
+        Self { min, max }
+    }
+}
+
+/// Where the joints may be, degrees (model section 4).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Base.
+    pub j1: Range,
+    /// Rear arm.
+    pub j2: Range,
+    /// Forearm.
+    pub j3: Range,
+    /// End servo.
+    pub j4: Range,
+    /// The coupling of rear arm and forearm: J2 - J3.
+    pub j2_minus_j3: Range,
+}
+
+impl Limits {
+    /// The controller's soft limits, at which it stops and raises an alarm (model section 4).
+    pub const CONTROLLER: Self = Self {
+        j1: Range::new(-135.0, 135.0),
+        j2: Range::new(-5.0, 90.0),
+        j3: Range::new(-15.0, 90.0),
+        j4: Range::new(-150.0, 150.0),
+        j2_minus_j3: Range::new(-70.0, 55.0),
+    };
+
+    /// The range that the vendor guarantees, a strict profile (model section 4); the coupling, which the vendor
+    /// does not print, is the controller's.
+    pub const GUARANTEED: Self = Self {
+        j1: Range::new(-90.0, 90.0),
+        j2: Range::new(0.0, 85.0),
+        j3: Range::new(-10.0, 90.0),
+        j4: Range::new(-90.0, 90.0),
+        j2_minus_j3: Range::new(-70.0, 55.0),
+    };
+
+    /// The angle at which this bound stands, degrees.
+    #[must_use]
+    pub fn at(&self, bound: Bound) -> f64 {
+        match bound {
+            Bound::J1Min => self.j1.min,
+            Bound::J1Max => self.j1.max,
+            Bound::J2Min => self.j2.min,
+            Bound::J2Max => self.j2.max,
+            Bound::J3Min => self.j3.min,
+            Bound::J3Max => self.j3.max,
+            Bound::J4Min => self.j4.min,
+            Bound::J4Max => self.j4.max,
+            Bound::J23Min => self.j2_minus_j3.min,
+            Bound::J23Max => self.j2_minus_j3.max,
+        }
+    }
+
+    fn at_mut(&mut self, bound: Bound) -> &mut f64 {
+        match bound {
+            Bound::J1Min => &mut self.j1.min,
+            Bound::J1Max => &mut self.j1.max,
+            Bound::J2Min => &mut self.j2.min,
+            Bound::J2Max => &mut self.j2.max,
+            Bound::J3Min => &mut self.j3.min,
+            Bound::J3Max => &mut self.j3.max,
+            Bound::J4Min => &mut self.j4.min,
+            Bound::J4Max => &mut self.j4.max,
+            Bound::J23Min => &mut self.j2_minus_j3.min,
+            Bound::J23Max => &mut self.j2_minus_j3.max,
+        }
+    }
+
+    /// Whether the joints are within all ten bounds, to [`LIMIT_TOLERANCE`].
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError::Limit`] for the first bound violated, in the order of [`Bound::ALL`];
+    /// [`Unreachable::NotFinite`](crate::Unreachable::NotFinite) for angles that are not numbers.
+    pub fn check(&self, joints: &JointAngles) -> Result<(), MotionError> {
+        if !joints.is_finite() {
+            return Err(crate::Unreachable::NotFinite.into());
+        }
+        match self.violations(joints).next() {
+            Some(bound) => Err(self.violation(bound, bound.value(joints))),
+            None => Ok(()),
+        }
+    }
+
+    /// Every bound that the joints violate: what a controller that shows limits as alarm bits shows.
+    pub fn violations(&self, joints: &JointAngles) -> impl Iterator<Item = Bound> {
+        let (limits, joints) = (*self, *joints);
+        Bound::ALL
+            .into_iter()
+            .filter(move |bound| limits.is_violated(*bound, &joints))
+    }
+
+    /// Whether the joints violate this bound, by more than [`LIMIT_TOLERANCE`]. NaN violates every bound.
+    #[must_use]
+    pub fn is_violated(&self, bound: Bound, joints: &JointAngles) -> bool {
+        let excess = if bound.is_upper() {
+            bound.value(joints) - self.at(bound)
+        } else {
+            self.at(bound) - bound.value(joints)
+        };
+        excess > LIMIT_TOLERANCE || excess.is_nan()
+    }
+
+    /// The error that says that `value` is beyond `bound`.
+    pub(crate) fn violation(&self, bound: Bound, value: f64) -> MotionError {
+        MotionError::Limit {
+            bound,
+            value,
+            limit: self.at(bound),
+        }
+    }
+
+    /// These limits with every bound that `joints` violate moved out to where the joints are.
+    pub(crate) fn widened_to(&self, joints: &JointAngles) -> Self {
+        let mut wide = *self;
+        for bound in self.violations(joints) {
+            *wide.at_mut(bound) = bound.value(joints);
+        }
+        wide
+    }
+
+    /// These limits with every bound that `joints` keep put back to where it is in `strict`.
+    pub(crate) fn narrowed_at(&self, strict: &Self, joints: &JointAngles) -> Self {
+        let mut narrow = *self;
+        for bound in Bound::ALL {
+            if !strict.is_violated(bound, joints) {
+                *narrow.at_mut(bound) = strict.at(bound);
+            }
+        }
+        narrow
+    }
+}
+
+impl Default for Limits {
+    /// The controller's soft limits.
+    fn default() -> Self {
+        Self::CONTROLLER
+    }
+}
