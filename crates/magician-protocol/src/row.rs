@@ -144,20 +144,23 @@ impl Row {
     /// like frames: UTF-8 with nothing after its NUL, a list of outputs, alarm bits.
     pub(crate) fn takes_open(&self, params: &[u8]) -> bool {
         let layouts = [self.query, self.value, self.set];
-        let mut last = layouts
-            .into_iter()
-            .flatten()
-            .filter_map(|l| l.fields.last());
-        last.any(|field| match field.ty {
-            FieldType::Text => {
-                let text = until_nul(params);
-                let rest = params.get(text.len()..).unwrap_or_default();
-                rest.iter().all(|byte| *byte == 0) && core::str::from_utf8(text).is_ok()
-            }
-            FieldType::Alarms => params.len() <= AlarmSet::CAPACITY,
-            FieldType::Outputs => true,
-            _ => false,
+        layouts.into_iter().flatten().any(|info| {
+            let last = info.fields.last().map(|field| field.ty);
+            last.is_some_and(|ty| open_fits(info, ty, params))
         })
+    }
+}
+
+fn open_fits(info: &LayoutInfo, last: FieldType, params: &[u8]) -> bool {
+    match last {
+        FieldType::Text => {
+            let text = until_nul(params);
+            let rest = params.get(text.len()..).unwrap_or_default();
+            rest.iter().all(|byte| *byte == 0) && core::str::from_utf8(text).is_ok()
+        }
+        FieldType::Alarms => params.len() <= AlarmSet::CAPACITY,
+        FieldType::Outputs => info.values(params).is_ok(),
+        _ => false,
     }
 }
 
