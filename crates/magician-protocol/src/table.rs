@@ -231,6 +231,23 @@ macro_rules! commands {
                     _ => Err(DecodeError::NoSuchForm(id)),
                 }
             }
+
+            /// The row of the command.
+            #[must_use]
+            pub fn row(&self) -> &'static Row {
+                match self {
+                    $( $( Self::$state(_) => <$state as Readable>::ROW, )?
+                       $( Self::$param(_) => <$param as Readable>::ROW, )? )+
+                }
+            }
+
+            /// Writes the parameters.
+            pub fn encode(&self, writer: &mut Writer<'_>) {
+                match self {
+                    $( $( Self::$state(query) => query.encode(writer), )?
+                       $( Self::$param(query) => query.encode(writer), )? )+
+                }
+            }
         }
 
         /// A value to set or an action to do: an element of the controller's queue.
