@@ -3,6 +3,7 @@
 pub(crate) mod commands;
 pub(crate) mod completions;
 pub(crate) mod decode;
+pub(crate) mod demo;
 pub(crate) mod forward;
 pub(crate) mod help;
 pub(crate) mod inverse;

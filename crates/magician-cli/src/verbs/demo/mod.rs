@@ -1,0 +1,3 @@
+//! Demonstration.
+mod picture;
+mod scene;
