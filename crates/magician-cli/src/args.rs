@@ -9,7 +9,7 @@ use magician_motion::ToolBias;
 
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::verbs::{commands, completions, decode, forward, help, inverse, man};
+use crate::verbs::{commands, completions, decode, forward, help, inverse, man, sim};
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
 #[derive(Debug, Parser)]
@@ -86,6 +86,7 @@ pub(crate) struct Global {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
+    Sim(sim::Sim),
     Commands(commands::Commands),
     Decode(decode::Decode),
     Forward(forward::Forward),
@@ -99,6 +100,7 @@ impl Verb {
     /// Does it.
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         match self {
+            Self::Sim(verb) => verb.run(context),
             Self::Commands(verb) => verb.run(context),
             Self::Decode(verb) => verb.run(context),
             Self::Forward(verb) => verb.run(context),

@@ -17,8 +17,16 @@ pub(crate) enum Kind {
     Usage,
     InvalidInput,
     Unreachable,
+    Port,
     Closed,
+    Timeout,
+    Unexpected,
+    Unsupported,
+    QueueFull,
+    Alarm,
+    Uncertain,
     CheckFailed,
+    Interrupted,
     /// The reader of our output went away: end quietly.
     BrokenPipe,
 }
@@ -31,8 +39,14 @@ impl Kind {
             Self::Bug => 1,
             Self::Usage => 2,
             Self::InvalidInput | Self::Unreachable => 3,
-            Self::Closed => 4,
+            Self::Port | Self::Closed => 4,
+            Self::Timeout => 5,
+            Self::Unexpected | Self::Unsupported => 6,
+            Self::QueueFull => 7,
+            Self::Alarm => 8,
+            Self::Uncertain => 9,
             Self::CheckFailed => 10,
+            Self::Interrupted => 130,
         }
     }
 
@@ -44,6 +58,14 @@ impl Kind {
             Self::Usage => "usage",
             Self::InvalidInput => "invalid-input",
             Self::Unreachable => "unreachable",
+            Self::Port => "port",
+            Self::Timeout => "timeout",
+            Self::Unexpected => "unexpected",
+            Self::Unsupported => "unsupported",
+            Self::QueueFull => "queue-full",
+            Self::Alarm => "alarm",
+            Self::Uncertain => "uncertain",
+            Self::Interrupted => "interrupted",
             Self::CheckFailed => "check-failed",
         }
     }
@@ -116,6 +138,10 @@ impl Failure {
         Self::new(Kind::InvalidInput, message)
     }
 
+    pub(crate) fn interrupted() -> Self {
+        Self::new(Kind::Interrupted, "interrupted")
+    }
+
     /// Adds what to do about it.
     pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
@@ -154,13 +180,6 @@ impl Failure {
 
     fn write_text(&self, to: &mut impl Write, paint: Paint) -> io::Result<()> {
         write!(to, "{} ", paint.error("error:"))?;
-        let command = self
-            .figures
-            .as_ref()
-            .and_then(|figures| figures.command.as_ref());
-        if let Some(command) = command {
-            write!(to, "{command}: ")?;
-        }
         writeln!(to, "{}", self.message)?;
         match &self.hint {
             Some(hint) => writeln!(to, "{} {hint}", paint.dim("hint:")),

@@ -9,6 +9,7 @@ mod catalogue;
 mod columns;
 mod context;
 mod failure;
+mod interrupt;
 mod output;
 mod verbs;
 

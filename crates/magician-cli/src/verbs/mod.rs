@@ -8,4 +8,5 @@ pub(crate) mod forward;
 pub(crate) mod help;
 pub(crate) mod inverse;
 pub(crate) mod man;
+pub(crate) mod sim;
 pub(crate) mod version;

@@ -66,7 +66,10 @@ mod tests {
 
     #[test]
     fn no_two_cubes_share_a_place() {
-        let places: Vec<_> = CUBES.iter().flat_map(|errand| [errand.from, errand.to]).collect();
+        let places: Vec<_> = CUBES
+            .iter()
+            .flat_map(|errand| [errand.from, errand.to])
+            .collect();
         for (at, one) in places.iter().enumerate() {
             for other in &places[at + 1..] {
                 let apart = (one.0 - other.0).abs().max((one.1 - other.1).abs());

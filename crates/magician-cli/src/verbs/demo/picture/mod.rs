@@ -58,8 +58,16 @@ const SIDE: Scale = Scale {
 pub(super) fn draw(samples: &[Sample], subtitle: &str) -> String {
     let mut svg = Svg::new(WIDTH, HEIGHT, "#ffffff");
     let title = [("font-size", "24"), ("font-weight", "bold"), ("fill", INK)];
-    svg.text((60.0, 44.0), "Six cubes, picked from a row and placed on a grid", &title);
-    svg.text((60.0, 70.0), subtitle, &[("font-size", "15"), ("fill", FAINT)]);
+    svg.text(
+        (60.0, 44.0),
+        "Six cubes, picked from a row and placed on a grid",
+        &title,
+    );
+    svg.text(
+        (60.0, 70.0),
+        subtitle,
+        &[("font-size", "15"), ("fill", FAINT)],
+    );
     from_above(&mut svg, samples);
     from_the_side(&mut svg, samples);
     legend(&mut svg);
@@ -69,9 +77,11 @@ pub(super) fn draw(samples: &[Sample], subtitle: &str) -> String {
 fn from_above(svg: &mut Svg, samples: &[Sample]) {
     let section = workspace::section(&ARM, &Limits::CONTROLLER);
     let panel = Panel::begin(svg, ABOVE, "above", "From above", "y / mm", "x / mm");
-    let (near, far) = section.iter().fold((f64::MAX, 0.0_f64), |(near, far), point| {
-        (near.min(point.0), far.max(point.0))
-    });
+    let (near, far) = section
+        .iter()
+        .fold((f64::MAX, 0.0_f64), |(near, far), point| {
+            (near.min(point.0), far.max(point.0))
+        });
     reach_from_above(svg, near, far, REACH_FILL, "none");
     if let Some((near, far)) = workspace::radii_at(&section, super::scene::TOP) {
         reach_from_above(svg, near, far, "none", "5 4");
@@ -96,7 +106,8 @@ fn reach_from_above(svg: &mut Svg, near: f64, far: f64, fill: &str, dashes: &str
     let angle = |step: u32| {
         (turn.min + (turn.max - turn.min) * f64::from(step) / f64::from(steps)).to_radians()
     };
-    let on = |radius: f64, step| ABOVE.at(radius * f64::sin(angle(step)), radius * angle(step).cos());
+    let on =
+        |radius: f64, step| ABOVE.at(radius * f64::sin(angle(step)), radius * angle(step).cos());
     let outer = (0..=steps).map(|step| on(far, step));
     let inner = (0..=steps).rev().map(|step| on(near, step));
     let data = path(outer.chain(inner), true);
@@ -113,19 +124,44 @@ fn reach_from_above(svg: &mut Svg, near: f64, far: f64, fill: &str, dashes: &str
 /// The base's footprint, 158 mm square, and its axis.
 fn base_from_above(svg: &mut Svg) {
     const HALF: f64 = 79.0;
-    rectangle(svg, ABOVE.at(HALF, HALF), ABOVE.at(-HALF, -HALF), BODY, FAINT, "8");
+    rectangle(
+        svg,
+        ABOVE.at(HALF, HALF),
+        ABOVE.at(-HALF, -HALF),
+        BODY,
+        FAINT,
+        "8",
+    );
     let (x, y) = ABOVE.at(0.0, 0.0);
     let (x, y) = (svg::number(x), svg::number(y));
-    svg.leaf("circle", &[("cx", &x), ("cy", &y), ("r", "5"), ("fill", INK)]);
-    let label = [("font-size", "14"), ("fill", INK), ("text-anchor", "middle")];
+    svg.leaf(
+        "circle",
+        &[("cx", &x), ("cy", &y), ("r", "5"), ("fill", INK)],
+    );
+    let label = [
+        ("font-size", "14"),
+        ("fill", INK),
+        ("text-anchor", "middle"),
+    ];
     let (x, y) = ABOVE.at(0.0, -32.0);
     svg.text((x, y), "base", &label);
 }
 
 fn square_from_above(svg: &mut Svg, (x, y): (f64, f64), number: usize, placed: bool) {
     const HALF: f64 = CUBE / 2.0;
-    let (fill, stroke) = if placed { (CUBE_FILL, CARRYING) } else { ("#ffffff", FAINT) };
-    rectangle(svg, ABOVE.at(y + HALF, x + HALF), ABOVE.at(y - HALF, x - HALF), fill, stroke, "3");
+    let (fill, stroke) = if placed {
+        (CUBE_FILL, CARRYING)
+    } else {
+        ("#ffffff", FAINT)
+    };
+    rectangle(
+        svg,
+        ABOVE.at(y + HALF, x + HALF),
+        ABOVE.at(y - HALF, x - HALF),
+        fill,
+        stroke,
+        "3",
+    );
     let (px, py) = ABOVE.at(y, x);
     let label = [
         ("font-size", "13"),
@@ -146,7 +182,10 @@ fn from_the_side(svg: &mut Svg, samples: &[Sample]) {
         "z / mm",
     );
     let section = workspace::section(&ARM, &Limits::CONTROLLER);
-    let data = path(section.into_iter().map(|(radius, z)| SIDE.at(radius, z)), true);
+    let data = path(
+        section.into_iter().map(|(radius, z)| SIDE.at(radius, z)),
+        true,
+    );
     let attributes = [
         ("d", data.as_str()),
         ("fill", REACH_FILL),
@@ -172,7 +211,11 @@ fn table(svg: &mut Svg) {
     let (from, to) = (SIDE.at(0.0, TABLE), SIDE.at(SIDE.across.1, TABLE - 4.0));
     rectangle(svg, from, to, "#dee2e6", "none", "0");
     let label = [("font-size", "13"), ("fill", FAINT)];
-    svg.text((from.0 + 10.0, to.1 + 17.0), "table, where the cup touches it", &label);
+    svg.text(
+        (from.0 + 10.0, to.1 + 17.0),
+        "table, where the cup touches it",
+        &label,
+    );
 }
 
 fn square_from_the_side(svg: &mut Svg, radius: f64, placed: bool) {
@@ -180,7 +223,11 @@ fn square_from_the_side(svg: &mut Svg, radius: f64, placed: bool) {
         SIDE.at(radius - CUBE / 2.0, TABLE + CUBE),
         SIDE.at(radius + CUBE / 2.0, TABLE),
     );
-    let (fill, stroke) = if placed { (CUBE_FILL, CARRYING) } else { ("none", FAINT) };
+    let (fill, stroke) = if placed {
+        (CUBE_FILL, CARRYING)
+    } else {
+        ("none", FAINT)
+    };
     rectangle(svg, from, to, fill, stroke, "2");
 }
 
@@ -189,7 +236,10 @@ fn arm_from_the_side(svg: &mut Svg) {
     let joints = JointAngles::HOME;
     let (rear, fore) = (joints.j2.to_radians(), joints.j3.to_radians());
     let elbow = (ARM.rear_arm * rear.sin(), ARM.rear_arm * rear.cos());
-    let wrist = (elbow.0 + ARM.forearm * fore.cos(), elbow.1 - ARM.forearm * fore.sin());
+    let wrist = (
+        elbow.0 + ARM.forearm * fore.cos(),
+        elbow.1 - ARM.forearm * fore.sin(),
+    );
     let tool = (wrist.0 + ARM.tool.x, wrist.1);
     let points = [(0.0, 0.0), elbow, wrist, tool].map(|(radius, z)| SIDE.at(radius, z));
     let data = path(points, false);
@@ -204,7 +254,10 @@ fn arm_from_the_side(svg: &mut Svg) {
     svg.leaf("path", &attributes);
     for (x, y) in points.iter().take(3) {
         let (x, y) = (svg::number(*x), svg::number(*y));
-        svg.leaf("circle", &[("cx", &x), ("cy", &y), ("r", "5"), ("fill", FAINT)]);
+        svg.leaf(
+            "circle",
+            &[("cx", &x), ("cy", &y), ("r", "5"), ("fill", FAINT)],
+        );
     }
 }
 
@@ -279,7 +332,11 @@ fn legend(svg: &mut Svg) {
         (CARRYING, "tool with a cube", 170.0),
     ] {
         let data = path([(x, Y - 5.0), (x + 28.0, Y - 5.0)], false);
-        let line = [("d", data.as_str()), ("stroke", colour), ("stroke-width", "3")];
+        let line = [
+            ("d", data.as_str()),
+            ("stroke", colour),
+            ("stroke-width", "3"),
+        ];
         svg.leaf("path", &line);
         svg.text((x + 36.0, Y), label, &text);
         x += width + 20.0;
@@ -287,8 +344,20 @@ fn legend(svg: &mut Svg) {
     for (fill, stroke, dashes, label, width) in [
         ("#ffffff", FAINT, "none", "cube, before", 120.0),
         (CUBE_FILL, CARRYING, "none", "cube, after", 112.0),
-        (REACH_FILL, REACH_EDGE, "none", "within reach at some height", 215.0),
-        ("none", REACH_EDGE, "5 4", "within reach at the height of the cubes", 300.0),
+        (
+            REACH_FILL,
+            REACH_EDGE,
+            "none",
+            "within reach at some height",
+            215.0,
+        ),
+        (
+            "none",
+            REACH_EDGE,
+            "5 4",
+            "within reach at the height of the cubes",
+            300.0,
+        ),
     ] {
         let left = svg::number(x);
         let top = svg::number(Y - 13.0);
@@ -324,7 +393,12 @@ mod tests {
                 }
             }
             let (x, y) = errand.to;
-            samples.push(Sample { x, y, z: TOP + LIFT, carrying: false });
+            samples.push(Sample {
+                x,
+                y,
+                z: TOP + LIFT,
+                carrying: false,
+            });
         }
         samples
     }
@@ -332,11 +406,24 @@ mod tests {
     #[test]
     fn a_run_is_drawn_with_both_tracks_and_all_labels() {
         let picture = draw(&corners(), "a subtitle");
-        if let Some(p) = std::env::var_os("DUMP") { std::fs::write(p, &picture).unwrap(); }
-        for part in [EMPTY, CARRYING, "From above", "From the side", "a subtitle", "home", "base"] {
+        if let Some(p) = std::env::var_os("DUMP") {
+            std::fs::write(p, &picture).unwrap();
+        }
+        for part in [
+            EMPTY,
+            CARRYING,
+            "From above",
+            "From the side",
+            "a subtitle",
+            "home",
+            "base",
+        ] {
             assert!(picture.contains(part), "{part}");
         }
-        assert_eq!(picture.matches("<g ").count(), picture.matches("</g>").count());
+        assert_eq!(
+            picture.matches("<g ").count(),
+            picture.matches("</g>").count()
+        );
         assert!(!picture.contains("NaN"));
     }
 }

@@ -54,7 +54,11 @@ impl Panel {
         svg.text((scale.left, scale.top - 10.0), title, &heading);
         let label = [("font-size", "13"), ("fill", FAINT), ("text-anchor", "end")];
         svg.text((right, bottom + 36.0), across, &label);
-        svg.text((right, scale.top - 10.0), format_args!("upwards: {up}"), &label);
+        svg.text(
+            (right, scale.top - 10.0),
+            format_args!("upwards: {up}"),
+            &label,
+        );
         let [left, top, width, height] = [scale.left, scale.top, width, height].map(number);
         let frame = [
             ("x", left.as_str()),
@@ -86,14 +90,26 @@ impl Panel {
             let ends = [across.0, across.1].map(|across| self.scale.at(across, value));
             data.push_str(&path(ends, false));
         }
-        let attributes = [("d", data.as_str()), ("stroke", "#1f2933"), ("stroke-opacity", "0.09")];
+        let attributes = [
+            ("d", data.as_str()),
+            ("stroke", "#1f2933"),
+            ("stroke-opacity", "0.09"),
+        ];
         svg.leaf("path", &attributes);
     }
 
     /// The numbers at the lines of the grid.
     fn ticks(&self, svg: &mut Svg) {
-        let Scale { across, up, left, .. } = self.scale;
-        let label = |anchor| [("font-size", "12"), ("fill", FAINT), ("text-anchor", anchor)];
+        let Scale {
+            across, up, left, ..
+        } = self.scale;
+        let label = |anchor| {
+            [
+                ("font-size", "12"),
+                ("fill", FAINT),
+                ("text-anchor", anchor),
+            ]
+        };
         for value in lines(across) {
             let (x, y) = self.scale.at(value, up.0);
             svg.text((x, y + 17.0), value, &label("middle"));

@@ -30,7 +30,11 @@ impl Svg {
         );
         svg.leaf(
             "rect",
-            &[("width", &size.0), ("height", &size.1), ("fill", background)],
+            &[
+                ("width", &size.0),
+                ("height", &size.1),
+                ("fill", background),
+            ],
         );
         svg
     }
@@ -124,9 +128,15 @@ mod tests {
         svg.group("g", &[("class", "a\"b")]);
         svg.text((1.0, 2.345), "x < y & z", &[]);
         let text = svg.finish();
-        assert!(text.contains("a&quot;b") && text.contains("x &lt; y &amp; z"), "{text}");
+        assert!(
+            text.contains("a&quot;b") && text.contains("x &lt; y &amp; z"),
+            "{text}"
+        );
         assert!(text.trim_end().ends_with("</g>\n</svg>"), "{text}");
-        assert!(text.contains(r#"y="2.35""#) || text.contains(r#"y="2.34""#), "{text}");
+        assert!(
+            text.contains(r#"y="2.35""#) || text.contains(r#"y="2.34""#),
+            "{text}"
+        );
     }
 
     #[test]

@@ -12,7 +12,11 @@ const STEP: f64 = 2.0;
 pub(super) fn section(arm: &Geometry, limits: &Limits) -> Vec<(f64, f64)> {
     let corners = allowed(limits);
     let next = corners.iter().cycle().skip(1);
-    corners.iter().zip(next).flat_map(|(a, b)| edge(arm, *a, *b)).collect()
+    corners
+        .iter()
+        .zip(next)
+        .flat_map(|(a, b)| edge(arm, *a, *b))
+        .collect()
 }
 
 /// The allowed pairs of J2 and J3, a convex polygon: the two ranges, cut by the coupled one.
@@ -60,7 +64,10 @@ fn edge(arm: &Geometry, a: (f64, f64), b: (f64, f64)) -> Vec<(f64, f64)> {
 /// Smallest and largest radius at a height, `None` where the arm cannot be.
 pub(super) fn radii_at(section: &[(f64, f64)], z: f64) -> Option<(f64, f64)> {
     let next = section.iter().cycle().skip(1);
-    let crossings = section.iter().zip(next).filter(|(a, b)| (a.1 < z) != (b.1 < z));
+    let crossings = section
+        .iter()
+        .zip(next)
+        .filter(|(a, b)| (a.1 < z) != (b.1 < z));
     let radii = crossings.map(|(a, b)| a.0 + (b.0 - a.0) * (z - a.1) / (b.1 - a.1));
     radii.fold(None, |range: Option<(f64, f64)>, radius| match range {
         None => Some((radius, radius)),
@@ -74,7 +81,9 @@ mod tests {
     use magician_motion::ToolBias;
 
     fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
-        values.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)))
+        values.fold((f64::MAX, f64::MIN), |(low, high), value| {
+            (low.min(value), high.max(value))
+        })
     }
 
     /// Figures of model section 5.
