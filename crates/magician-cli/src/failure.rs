@@ -4,7 +4,6 @@ use std::fmt;
 use std::io::{self, Write};
 
 use magician_motion::MotionError;
-use magician_protocol::ParseError;
 use serde::Serialize;
 
 use crate::output::Paint;
@@ -138,6 +137,10 @@ impl Failure {
         Self::new(Kind::InvalidInput, message)
     }
 
+    pub(crate) fn unexpected(message: impl Into<String>) -> Self {
+        Self::new(Kind::Unexpected, message)
+    }
+
     pub(crate) fn interrupted() -> Self {
         Self::new(Kind::Interrupted, "interrupted")
     }
@@ -234,12 +237,6 @@ impl From<&clap::Error> for Failure {
 
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-impl From<ParseError<'_>> for Failure {
-    fn from(error: ParseError<'_>) -> Self {
-        Self::usage(error.to_string())
-    }
 }
 
 impl From<MotionError> for Failure {

@@ -11,6 +11,7 @@ mod context;
 mod failure;
 mod interrupt;
 mod output;
+mod values;
 mod verbs;
 
 use std::ffi::OsString;

@@ -2,10 +2,11 @@
 
 use magician_protocol::{DecodeError, Description, Direction, Frame, Rejection};
 
-use super::Printer;
-use crate::columns::{Columns, wrap};
+use super::{Place, Printer};
+use crate::columns::wrap;
 use crate::failure::Failure;
 use crate::output::Output;
+use crate::values;
 
 /// Bytes of a run of noise that are shown.
 const SHOWN: usize = 32;
@@ -16,12 +17,15 @@ const OFFSET: usize = 8;
 pub(super) struct Lines<'o> {
     out: &'o mut Output,
     noise: Noise,
+    /// Times of the first packet and of the latest, in a capture.
+    first: Option<u64>,
+    last: u64,
 }
 
 /// A run of noise as far as it has come.
 #[derive(Default)]
 struct Noise {
-    offset: u64,
+    position: String,
     count: u64,
     first: Vec<u8>,
 }
@@ -31,35 +35,50 @@ impl<'o> Lines<'o> {
         Self {
             out,
             noise: Noise::default(),
+            first: None,
+            last: 0,
         }
     }
 
     fn title(
         &mut self,
-        offset: u64,
+        place: Place<'_>,
         direction: &str,
         name: &str,
         about: &str,
     ) -> Result<(), Failure> {
+        let position = self.position(place);
         let paint = self.out.paint;
-        let offset = format!("{offset:<OFFSET$}");
         let line = format!(
             "{}{direction:<9}{}{about}",
-            paint.dim(offset),
+            paint.dim(position),
             paint.name(name)
         );
         self.out.line(line.trim_end())
     }
 
-    fn bad(&mut self, offset: u64, what: &str, about: &str) -> Result<(), Failure> {
+    fn bad(&mut self, place: Place<'_>, what: &str, about: &str) -> Result<(), Failure> {
+        let position = self.position(place);
+        self.bad_at(&position, what, about)
+    }
+
+    fn bad_at(&mut self, position: &str, what: &str, about: &str) -> Result<(), Failure> {
         let paint = self.out.paint;
-        let offset = format!("{offset:<OFFSET$}");
-        let what = format!("{what:<9}");
-        self.out.line(format_args!(
-            "{}{}{about}",
-            paint.dim(offset),
-            paint.error(what)
-        ))
+        let what = paint.error(format!("{what:<9}")).to_string();
+        self.out
+            .line(format_args!("{}{what}{about}", paint.dim(position)))
+    }
+
+    /// The offset; in a capture the time since its first packet, and the link.
+    fn position(&mut self, place: Place<'_>) -> String {
+        let Some((_, link)) = place.origin.link else {
+            return format!("{:<OFFSET$}", place.offset);
+        };
+        let time = place.origin.time.unwrap_or(self.last);
+        self.last = time;
+        let since = time.saturating_sub(*self.first.get_or_insert(time));
+        let (seconds, micros) = (since / 1_000_000, since % 1_000_000);
+        format!("{seconds}.{micros:06} s  {link}  ")
     }
 
     fn bytes(&mut self, bytes: &[u8]) -> Result<(), Failure> {
@@ -72,22 +91,7 @@ impl<'o> Lines<'o> {
     }
 
     fn fields(&mut self, description: &Description<'_>) -> Result<(), Failure> {
-        let mut columns = Columns::indented(OFFSET);
-        let values = description
-            .values()
-            .map_err(|error| Failure::invalid(error.to_string()))?;
-        for (field, value) in values {
-            let unit = match field.unit {
-                "flag" | "enum" | "text" | "bytes" | "bitmap" | "reserved" => "",
-                unit => unit,
-            };
-            let value = value.to_string().replace(',', ", ").replace(",  ", ", ");
-            columns.row([
-                field.name.to_owned(),
-                format!("{value} {unit}").trim_end().to_owned(),
-            ]);
-        }
-        columns.write(self.out)
+        values::columns(description, OFFSET)?.write(self.out)
     }
 }
 
@@ -99,7 +103,7 @@ fn spaced(bytes: &[u8]) -> String {
 impl Printer for Lines<'_> {
     fn frame(
         &mut self,
-        offset: u64,
+        place: Place<'_>,
         frame: &Frame<'_>,
         meaning: Result<Description<'_>, DecodeError>,
     ) -> Result<(), Failure> {
@@ -110,7 +114,7 @@ impl Printer for Lines<'_> {
                     Direction::Reply => "reply",
                 };
                 let queued = if description.queued { "  queued" } else { "" };
-                self.title(offset, direction, description.name, queued)?;
+                self.title(place, direction, description.name, queued)?;
                 self.bytes(frame.bytes())?;
                 self.fields(&description)?;
                 for note in description.notes() {
@@ -124,18 +128,23 @@ impl Printer for Lines<'_> {
                 Ok(())
             }
             Err(error @ DecodeError::UnknownId(_)) => {
-                self.bad(offset, "unknown", &error.to_string())?;
+                self.bad(place, "unknown", &error.to_string())?;
                 self.bytes(frame.bytes())
             }
             Err(error) => {
                 let name = magician_protocol::Row::with_id(frame.id()).map_or("", |row| row.name);
-                self.bad(offset, "length", &format!("{name}: {error}"))?;
+                self.bad(place, "length", &format!("{name}: {error}"))?;
                 self.bytes(frame.bytes())
             }
         }
     }
 
-    fn rejected(&mut self, offset: u64, bytes: &[u8], reason: Rejection) -> Result<(), Failure> {
+    fn rejected(
+        &mut self,
+        place: Place<'_>,
+        bytes: &[u8],
+        reason: Rejection,
+    ) -> Result<(), Failure> {
         let (what, about) = match reason {
             Rejection::Checksum { expected, found } => (
                 "checksum",
@@ -144,13 +153,13 @@ impl Printer for Lines<'_> {
             Rejection::Length(len) => ("length", format!("is {len}, a frame has 2 to 250")),
             Rejection::Truncated => ("truncated", " the input ends inside the frame".to_owned()),
         };
-        self.bad(offset, what, &about)?;
+        self.bad(place, what, &about)?;
         self.bytes(bytes)
     }
 
-    fn noise_begins(&mut self, offset: u64) -> Result<(), Failure> {
+    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure> {
         self.noise = Noise {
-            offset,
+            position: self.position(place),
             ..Noise::default()
         };
         Ok(())
@@ -165,15 +174,15 @@ impl Printer for Lines<'_> {
 
     fn noise_ends(&mut self) -> Result<(), Failure> {
         let Noise {
-            offset,
+            position,
             count,
             first,
         } = std::mem::take(&mut self.noise);
         let bytes = if count == 1 { "byte" } else { "bytes" };
         let more = if count > SHOWN as u64 { " ..." } else { "" };
         let text = first.escape_ascii();
-        self.bad(
-            offset,
+        self.bad_at(
+            &position,
             "noise",
             &format!("{count} {bytes}: \"{text}\"{more}"),
         )?;

@@ -13,7 +13,7 @@ use magician_protocol::{DecodeError, Description, Direction, Frame, Rejection, d
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
-use stream::Tally;
+use stream::{Origin, Tally};
 
 /// Explain bytes of the protocol: hex, a file, or stdin
 #[derive(Args, Debug)]
@@ -24,9 +24,11 @@ Text is hex if it has only hex digits, spaces, commas and 0x; a file may hold by
   magician decode --from arm --json capture.bin
   cat /dev/ttyUSB0 | magician decode -
 
+In a capture every packet's direction is known; offsets count in each direction of each link.
+
 Exit status 10 if something is no frame, or one that nobody understands.")]
 pub(crate) struct Decode {
-    /// Who sent the bytes
+    /// Who sent the bytes, where the input does not say
     #[arg(long, value_name = "SIDE", default_value = "auto")]
     from: From,
     /// Bytes in hex, or a file, or - for stdin
@@ -45,6 +47,15 @@ enum From {
     Auto,
 }
 
+impl std::convert::From<Direction> for From {
+    fn from(direction: Direction) -> Self {
+        match direction {
+            Direction::Request => Self::Host,
+            Direction::Reply => Self::Arm,
+        }
+    }
+}
+
 impl From {
     fn describe<'a>(self, frame: &Frame<'a>) -> Result<Description<'a>, DecodeError> {
         match self {
@@ -55,16 +66,29 @@ impl From {
     }
 }
 
+/// Where a piece begins: its position in the bytes of its direction and link, and what is known of
+/// those.
+#[derive(Clone, Copy, Debug)]
+struct Place<'a> {
+    offset: u64,
+    origin: Origin<'a>,
+}
+
 /// What becomes of the pieces that the bytes consist of; a run of noise comes in parts.
 trait Printer {
     fn frame(
         &mut self,
-        offset: u64,
+        place: Place<'_>,
         frame: &Frame<'_>,
         meaning: Result<Description<'_>, DecodeError>,
     ) -> Result<(), Failure>;
-    fn rejected(&mut self, offset: u64, bytes: &[u8], reason: Rejection) -> Result<(), Failure>;
-    fn noise_begins(&mut self, offset: u64) -> Result<(), Failure>;
+    fn rejected(
+        &mut self,
+        place: Place<'_>,
+        bytes: &[u8],
+        reason: Rejection,
+    ) -> Result<(), Failure>;
+    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure>;
     fn noise(&mut self, bytes: &[u8]) -> Result<(), Failure>;
     fn noise_ends(&mut self) -> Result<(), Failure>;
     fn flush(&mut self) -> Result<(), Failure>;

@@ -6,7 +6,8 @@ use std::io::Write;
 use magician_protocol::{DecodeError, Description, Direction, Frame, Rejection, Row};
 use serde::Serialize;
 
-use super::Printer;
+use super::stream::Origin;
+use super::{Place, Printer};
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -27,10 +28,12 @@ struct Understood<'a> {
     queued: bool,
     params: &'a Description<'a>,
     notes: Vec<&'static str>,
+    #[serde(flatten)]
+    seen: Seen<'a>,
 }
 
 #[derive(Serialize)]
-struct Misfit {
+struct Misfit<'a> {
     offset: u64,
     hex: String,
     ok: bool,
@@ -40,6 +43,29 @@ struct Misfit {
     queued: bool,
     params: Raw,
     error: &'static str,
+    #[serde(flatten)]
+    seen: Seen<'a>,
+}
+
+/// What a capture knows besides: the link, and the time in microseconds since 1970.
+#[derive(Serialize)]
+struct Seen<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    link: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time: Option<u64>,
+}
+
+impl<'a> Seen<'a> {
+    fn of(origin: Origin<'a>) -> Self {
+        Self {
+            link: origin
+                .link
+                .map(|(_, name)| name)
+                .filter(|name| !name.is_empty()),
+            time: origin.time,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -48,11 +74,13 @@ struct Raw {
 }
 
 #[derive(Serialize)]
-struct Rejected {
+struct Rejected<'a> {
     offset: u64,
     hex: String,
     ok: bool,
     error: &'static str,
+    #[serde(flatten)]
+    seen: Seen<'a>,
 }
 
 /// Bytes in hex, as JSON has them.
@@ -63,16 +91,16 @@ pub(super) fn hex(bytes: &[u8]) -> String {
 impl Printer for Records<'_> {
     fn frame(
         &mut self,
-        offset: u64,
+        place: Place<'_>,
         frame: &Frame<'_>,
         meaning: Result<Description<'_>, DecodeError>,
     ) -> Result<(), Failure> {
         let description = match &meaning {
             Ok(description) => description,
-            Err(error) => return self.out.json(&misfit(offset, frame, *error)),
+            Err(error) => return self.out.json(&misfit(place, frame, *error)),
         };
         self.out.json(&Understood {
-            offset,
+            offset: place.offset,
             hex: hex(frame.bytes()),
             ok: true,
             id: frame.id(),
@@ -85,12 +113,18 @@ impl Printer for Records<'_> {
             queued: description.queued,
             params: description,
             notes: description.notes().collect(),
+            seen: Seen::of(place.origin),
         })
     }
 
-    fn rejected(&mut self, offset: u64, bytes: &[u8], reason: Rejection) -> Result<(), Failure> {
+    fn rejected(
+        &mut self,
+        place: Place<'_>,
+        bytes: &[u8],
+        reason: Rejection,
+    ) -> Result<(), Failure> {
         self.out.json(&Rejected {
-            offset,
+            offset: place.offset,
             hex: hex(bytes),
             ok: false,
             error: match reason {
@@ -98,11 +132,12 @@ impl Printer for Records<'_> {
                 Rejection::Length(_) => "length",
                 Rejection::Truncated => "truncated",
             },
+            seen: Seen::of(place.origin),
         })
     }
 
-    fn noise_begins(&mut self, offset: u64) -> Result<(), Failure> {
-        Ok(write!(self.out, r#"{{"offset":{offset},"hex":""#)?)
+    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure> {
+        Ok(write!(self.out, r#"{{"offset":{},"hex":""#, place.offset)?)
     }
 
     fn noise(&mut self, bytes: &[u8]) -> Result<(), Failure> {
@@ -119,10 +154,10 @@ impl Printer for Records<'_> {
 }
 
 /// A whole frame that nobody understands: an unknown id, or parameters that fit no form.
-fn misfit(offset: u64, frame: &Frame<'_>, error: DecodeError) -> Misfit {
+fn misfit<'a>(place: Place<'a>, frame: &Frame<'_>, error: DecodeError) -> Misfit<'a> {
     let ctrl = frame.ctrl();
     Misfit {
-        offset,
+        offset: place.offset,
         hex: hex(frame.bytes()),
         ok: false,
         id: frame.id(),
@@ -140,5 +175,6 @@ fn misfit(offset: u64, frame: &Frame<'_>, error: DecodeError) -> Misfit {
             DecodeError::UnknownId(_) => "unknown",
             _ => "length",
         },
+        seen: Seen::of(place.origin),
     }
 }

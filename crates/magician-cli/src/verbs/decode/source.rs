@@ -4,13 +4,15 @@ use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Read, Seek};
 
+use super::Printer;
 use super::hex::{HexError, Parser, Test};
-use super::{Printer, stream::Decoder};
+use super::stream::{Decoder, Origin};
 use crate::failure::Failure;
+use magician_sim::trace::{is_trace, read_trace};
 
 const CHUNK: usize = 1 << 16;
-/// The first bytes of a pcapng capture.
-const PCAPNG: &[u8] = &[0x0A, 0x0D, 0x0D, 0x0A];
+/// How many first bytes tell a capture.
+const MAGIC: usize = 4;
 
 /// Feeds everything that the arguments name into the decoder, in bounded memory.
 pub(super) fn read(input: &[OsString], decoder: &mut Decoder<impl Printer>) -> Result<(), Failure> {
@@ -69,7 +71,7 @@ fn examine(file: &mut impl Read) -> io::Result<Nature> {
     let mut chunk = [0; CHUNK];
     let mut test = Test::default();
     let mut first = fill(file, &mut chunk)?;
-    if chunk.starts_with(PCAPNG) {
+    if is_trace(&chunk) {
         return Ok(Nature::Capture);
     }
     while first > 0 {
@@ -84,7 +86,7 @@ fn examine(file: &mut impl Read) -> io::Result<Nature> {
 /// Reads at least the four bytes that tell a capture, unless the input ends before.
 fn fill(from: &mut impl Read, chunk: &mut [u8]) -> io::Result<usize> {
     let mut count = 0;
-    while count < PCAPNG.len() {
+    while count < MAGIC {
         match from.read(&mut chunk[count..]) {
             Ok(0) => break,
             Ok(more) => count += more,
@@ -120,7 +122,7 @@ impl<'d, P: Printer> Feed<'d, P> {
         let mut chunk = [0; CHUNK];
         let count = fill(from, &mut chunk).map_err(|error| broken(name, &error))?;
         let first = &chunk[..count];
-        if first.starts_with(PCAPNG) {
+        if is_trace(first) {
             self.nature = Nature::Capture;
             return self.rest(&mut first.chain(from), name);
         }
@@ -133,8 +135,7 @@ impl<'d, P: Printer> Feed<'d, P> {
 
     fn rest(mut self, from: &mut impl Read, name: &str) -> Result<(), Failure> {
         if matches!(self.nature, Nature::Capture) {
-            let message = format!("{name} is a pcapng capture; this build of magician reads none");
-            return Err(Failure::invalid(message));
+            return self.capture(from, name);
         }
         let mut chunk = [0; CHUNK];
         loop {
@@ -147,15 +148,40 @@ impl<'d, P: Printer> Feed<'d, P> {
         }
     }
 
+    /// A capture is read whole: its blocks refer to each other.
+    fn capture(self, from: &mut impl Read, name: &str) -> Result<(), Failure> {
+        let mut bytes = Vec::new();
+        from.read_to_end(&mut bytes)
+            .map_err(|error| broken(name, &error))?;
+        let mut wrong = None;
+        for packet in read_trace(&bytes) {
+            match packet {
+                Ok(packet) => {
+                    let origin = Origin {
+                        direction: packet.direction,
+                        link: Some((packet.link, &packet.link_name)),
+                        time: Some(packet.time),
+                    };
+                    self.decoder.push(origin, packet.bytes)?;
+                }
+                Err(error) => wrong = wrong.or(Some(error)),
+            }
+        }
+        self.decoder.flush()?;
+        wrong.map_or(Ok(()), |error| {
+            Err(Failure::invalid(format!("{name}: {error}")))
+        })
+    }
+
     fn push(&mut self, chunk: &[u8]) -> Result<(), Failure> {
         match &mut self.nature {
             Nature::Text(parser) => {
                 let mut bytes = Vec::with_capacity(chunk.len() / 2 + 1);
                 let parsed = parser.push(chunk, &mut bytes);
-                self.decoder.push(&bytes)?;
+                self.decoder.push(Origin::default(), &bytes)?;
                 parsed.map_err(not_hex)?;
             }
-            _ => self.decoder.push(chunk)?,
+            _ => self.decoder.push(Origin::default(), chunk)?,
         }
         self.decoder.flush()
     }
@@ -166,7 +192,7 @@ impl<'d, P: Printer> Feed<'d, P> {
         };
         let mut bytes = Vec::new();
         parser.finish(&mut bytes).map_err(not_hex)?;
-        self.decoder.push(&bytes)
+        self.decoder.push(Origin::default(), &bytes)
     }
 }
 

@@ -3,8 +3,33 @@
 use std::io::{self, Write};
 
 use magician_protocol::{Alarm, Row};
-use magician_sim::serve::Notice;
-use magician_sim::{Event, Profile, Refusal, Speed};
+use magician_sim::serve::{Endpoint, Notice};
+use magician_sim::{Event, Identity, Refusal, Speed};
+
+/// What kind of arm is served.
+pub(super) fn title(identity: &Identity, speed: Speed) -> String {
+    let [major, minor, revision] = identity.version;
+    let speed = match speed {
+        Speed::Max => "max".to_owned(),
+        Speed::Times(times) => format!("{times}x"),
+    };
+    let name = &identity.name;
+    format!("virtual arm \"{name}\", firmware {major}.{minor}.{revision}, speed {speed}")
+}
+
+/// Says what is served where.
+pub(super) fn doors(title: &str, endpoints: &[Endpoint]) {
+    say(title);
+    for endpoint in endpoints {
+        say(&match endpoint {
+            #[cfg(unix)]
+            Endpoint::Pty { path, device } => {
+                format!("serving {} ({})", path.display(), device.display())
+            }
+            endpoint => format!("serving {endpoint}"),
+        });
+    }
+}
 
 /// Writes the log; how much is the user's choice.
 pub(super) struct Log {
@@ -14,18 +39,6 @@ pub(super) struct Log {
 impl Log {
     pub(super) fn new(verbose: u8) -> Self {
         Self { verbose }
-    }
-
-    pub(super) fn title(&self, profile: &Profile, speed: Speed) {
-        let [major, minor, revision] = profile.identity.version;
-        let speed = match speed {
-            Speed::Max => "max".to_owned(),
-            Speed::Times(times) => format!("{times}x"),
-        };
-        let name = &profile.identity.name;
-        say(&format!(
-            "virtual arm: {name}, firmware {major}.{minor}.{revision}, speed {speed}"
-        ));
     }
 
     pub(super) fn notice(&mut self, notice: Notice) {

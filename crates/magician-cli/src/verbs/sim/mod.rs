@@ -7,7 +7,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use magician_sim::serve::{Endpoint, ServeError, Server};
+use magician_sim::serve::{ServeError, Server};
 use magician_sim::{Controller, Line, Profile, Speed};
 
 use crate::context::Context;
@@ -69,8 +69,7 @@ impl Sim {
             return Err(Failure::usage("the virtual arm would have no door").hint(hint));
         }
         let profile = self.read_profile()?;
-        let log = log::Log::new(context.global.verbose);
-        log.title(&profile, self.speed);
+        let log = (!context.global.json).then(|| log::Log::new(context.global.verbose));
         let server = self.server(profile, log)?;
         let runtime = context.runtime()?;
         let signal = runtime.block_on(async {
@@ -104,11 +103,12 @@ impl Sim {
         Profile::from_toml(&text).map_err(|error| wrong(&error))
     }
 
-    fn server(&self, profile: Profile, mut log: log::Log) -> Result<Server, Failure> {
+    fn server(&self, profile: Profile, log: Option<log::Log>) -> Result<Server, Failure> {
         let line = Line {
             baud: self.baud,
             turnaround: (self.turnaround * 1000.0) as u64,
         };
+        let identity = profile.identity.clone();
         let mut server = Server::new(Controller::new(profile))
             .speed(self.speed)
             .line(line);
@@ -128,25 +128,20 @@ impl Sim {
             })?;
             server = server.trace(BufWriter::new(file));
         }
-        Ok(server
-            .on_ready(ready)
-            .on_notice(move |notice| log.notice(notice)))
+        let Some(mut log) = log else {
+            return Ok(server.on_ready(|_| say_ready()));
+        };
+        let title = log::title(&identity, self.speed);
+        let server = server.on_ready(move |endpoints| {
+            log::doors(&title, endpoints);
+            say_ready();
+        });
+        Ok(server.on_notice(move |notice| log.notice(notice)))
     }
 }
 
-/// Says so on stdout, and where the doors are on stderr. A parent that does not listen is no
-/// reason to stop serving.
-fn ready(endpoints: &[Endpoint]) {
-    let mut stderr = io::stderr().lock();
-    for endpoint in endpoints {
-        let _ = match endpoint {
-            #[cfg(unix)]
-            Endpoint::Pty { path, device } => {
-                writeln!(stderr, "serving {} ({})", path.display(), device.display())
-            }
-            endpoint => writeln!(stderr, "serving {endpoint}"),
-        };
-    }
+/// A parent that does not listen is no reason to stop serving.
+fn say_ready() {
     let mut stdout = io::stdout().lock();
     let _ = writeln!(stdout, "ready").and_then(|()| stdout.flush());
 }
