@@ -164,7 +164,7 @@ pub struct Settings {
     pub window: usize,
     /// Whether the link keeps the order of bytes (serial, TCP). UDP does not.
     pub ordered: bool,
-    /// How long a request or answer may be under way, in us: what a frame that is no longer waited
+    /// How long a request and its answer may be under way together, in us: what a frame that is no longer waited
     /// for can do harm. On an ordered link it only bounds the wait for a dead line.
     pub lifetime: Micros,
     /// Places in the controller's queue (model section 14). A larger number read from the
