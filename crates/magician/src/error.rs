@@ -119,13 +119,13 @@ impl Error {
 
     /// For [`ErrorKind::Uncertain`]: first queue index in doubt, when it is known.
     #[must_use]
-    pub fn from(&self) -> Option<u64> {
+    pub fn from_index(&self) -> Option<u64> {
         self.0.from
     }
 
     /// For [`ErrorKind::Uncertain`]: last queue index in doubt, when it is known.
     #[must_use]
-    pub fn to(&self) -> Option<u64> {
+    pub fn to_index(&self) -> Option<u64> {
         self.0.to
     }
 
