@@ -26,6 +26,7 @@ mod core;
 mod dispatch;
 mod event;
 mod executor;
+mod limits;
 mod link;
 mod motion;
 mod profile;
