@@ -9,7 +9,10 @@ use magician_motion::ToolBias;
 
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::verbs::{commands, completions, decode, forward, help, inverse, man, sim};
+use crate::verbs::{
+    alarms, commands, completions, decode, demo, enqueue, forward, get, help, home, info, inverse,
+    io, man, ports, pose, queue, set, shell, sim, stop, tools, travel,
+};
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
 #[derive(Debug, Parser)]
@@ -86,6 +89,23 @@ pub(crate) struct Global {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
+    Ports(ports::Ports),
+    Info(info::Info),
+    Pose(pose::Pose),
+    Home(home::Home),
+    Move(travel::Move),
+    Stop(stop::Stop),
+    Suction(tools::Suction),
+    Gripper(tools::Gripper),
+    Laser(tools::Laser),
+    Io(io::Io),
+    Alarms(alarms::Alarms),
+    Queue(queue::Queue),
+    Get(get::Get),
+    Set(set::Set),
+    Enqueue(enqueue::Enqueue),
+    Shell(shell::Shell),
+    Demo(demo::Demo),
     Sim(sim::Sim),
     Commands(commands::Commands),
     Decode(decode::Decode),
@@ -100,6 +120,23 @@ impl Verb {
     /// Does it.
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         match self {
+            Self::Ports(verb) => verb.run(context),
+            Self::Info(verb) => verb.run(context),
+            Self::Pose(verb) => verb.run(context),
+            Self::Home(verb) => verb.run(context),
+            Self::Move(verb) => verb.run(context),
+            Self::Stop(verb) => verb.run(context),
+            Self::Suction(verb) => verb.run(context),
+            Self::Gripper(verb) => verb.run(context),
+            Self::Laser(verb) => verb.run(context),
+            Self::Io(verb) => verb.run(context),
+            Self::Alarms(verb) => verb.run(context),
+            Self::Queue(verb) => verb.run(context),
+            Self::Get(verb) => verb.run(context),
+            Self::Set(verb) => verb.run(context),
+            Self::Enqueue(verb) => verb.run(context),
+            Self::Shell(verb) => verb.run(context),
+            Self::Demo(verb) => verb.run(context),
             Self::Sim(verb) => verb.run(context),
             Self::Commands(verb) => verb.run(context),
             Self::Decode(verb) => verb.run(context),

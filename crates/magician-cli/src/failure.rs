@@ -3,6 +3,7 @@
 use std::fmt;
 use std::io::{self, Write};
 
+use magician::ErrorKind;
 use magician_motion::MotionError;
 use serde::Serialize;
 
@@ -94,6 +95,12 @@ pub(crate) struct Figures {
     pub(crate) limit: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) unit: Option<&'static str>,
+    /// First queue index in doubt.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) from: Option<u64>,
+    /// Last queue index in doubt.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) to: Option<u64>,
 }
 
 /// The object that `--json` puts on stderr.
@@ -182,7 +189,9 @@ impl Failure {
     }
 
     fn write_text(&self, to: &mut impl Write, paint: Paint) -> io::Result<()> {
-        write!(to, "{} ", paint.error("error:"))?;
+        if self.kind != Kind::Interrupted {
+            write!(to, "{} ", paint.error("error:"))?;
+        }
         writeln!(to, "{}", self.message)?;
         match &self.hint {
             Some(hint) => writeln!(to, "{} {hint}", paint.dim("hint:")),
@@ -239,26 +248,34 @@ fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+impl From<magician::Error> for Failure {
+    fn from(error: magician::Error) -> Self {
+        let kind = match error.kind() {
+            ErrorKind::InvalidInput => Kind::InvalidInput,
+            ErrorKind::Unreachable => Kind::Unreachable,
+            ErrorKind::Port => Kind::Port,
+            ErrorKind::Timeout => Kind::Timeout,
+            ErrorKind::Unexpected => Kind::Unexpected,
+            ErrorKind::Unsupported => Kind::Unsupported,
+            ErrorKind::QueueFull => Kind::QueueFull,
+            ErrorKind::Alarm => Kind::Alarm,
+            ErrorKind::Uncertain => Kind::Uncertain,
+            ErrorKind::Closed => Kind::Closed,
+            _ => Kind::Bug,
+        };
+        Self::new(kind, error.to_string()).about(Figures {
+            command: error.command().map(str::to_owned),
+            value: error.value(),
+            limit: error.limit(),
+            unit: error.unit(),
+            from: error.from(),
+            to: error.to(),
+        })
+    }
+}
+
 impl From<MotionError> for Failure {
     fn from(error: MotionError) -> Self {
-        use magician_motion::Unreachable::{NotFinite, TooFar, TooNear};
-        let kind = match error {
-            MotionError::Unreachable(NotFinite) | MotionError::Speed { .. } => Kind::InvalidInput,
-            _ => Kind::Unreachable,
-        };
-        let failure = Self::new(kind, error.to_string());
-        let (value, limit, unit) = match error {
-            MotionError::Unreachable(TooFar { distance, limit } | TooNear { distance, limit }) => {
-                (distance, limit, "mm")
-            }
-            MotionError::Limit { value, limit, .. } => (value, limit, "deg"),
-            _ => return failure,
-        };
-        failure.about(Figures {
-            value: Some(value),
-            limit: Some(limit),
-            unit: Some(unit),
-            ..Figures::default()
-        })
+        magician::Error::from(error).into()
     }
 }

@@ -11,6 +11,7 @@ mod context;
 mod failure;
 mod interrupt;
 mod output;
+mod progress;
 mod values;
 mod verbs;
 
@@ -48,7 +49,7 @@ fn run(arguments: &[OsString]) -> Result<(), Failure> {
 }
 
 /// Shows what clap has to say: help on stdout, a mistake as a failure.
-fn usage(error: &clap::Error, output: &mut Output) -> Result<(), Failure> {
+pub(crate) fn usage(error: &clap::Error, output: &mut Output) -> Result<(), Failure> {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => output.styled(&error.render()),
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {

@@ -17,12 +17,14 @@ pub(crate) fn columns(description: &Description<'_>, indent: usize) -> Result<Co
     Ok(columns)
 }
 
-/// A unit as it follows a value; nothing for what is no quantity, or changes with the mode.
-pub(crate) fn unit(unit: &'static str) -> &'static str {
+/// A unit as it follows a value; nothing for what is no quantity.
+pub(crate) fn unit(unit: &'static str) -> String {
     match unit {
-        "flag" | "enum" | "text" | "bytes" | "bitmap" | "reserved" | "index" | "id" | "count" => "",
-        unit if unit.contains([',', ';', ':']) => "",
-        unit => unit,
+        "flag" | "enum" | "text" | "bytes" | "bitmap" | "reserved" | "index" | "id" | "count" => {
+            String::new()
+        }
+        unit if unit.contains([',', ';', ':']) => format!("({unit})"),
+        unit => unit.to_owned(),
     }
 }
 

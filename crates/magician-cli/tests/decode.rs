@@ -253,7 +253,7 @@ fn people_see_names_units_and_enum_names() {
     for part in [
         "request  SetPTPCmd  queued",
         "1 (MovjXyz)",
-        "x         250 mm",
+        "x         250 (mm, or deg for J1)",
     ] {
         assert!(run.out.contains(part), "{part} in\n{}", run.out);
     }
