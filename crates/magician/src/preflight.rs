@@ -3,7 +3,7 @@ use magician_motion::{
     Transfer,
 };
 use magician_protocol::commands::{EndEffectorParams, Pose, PtpJump2Params};
-use magician_protocol::{CpMode, FieldValue, MAX_PARAMS, PtpMode, Set, Writer};
+use magician_protocol::{CpMode, Field, FieldValue, MAX_PARAMS, PtpMode, Set, Writer};
 
 use crate::{Error, ErrorKind, Result};
 
@@ -269,20 +269,24 @@ fn check_numbers(command: &Set) -> Result<()> {
     };
     let values = layout.values(params.get(..count).unwrap_or_default())?;
     for (field, value) in values {
-        let above_zero = field.range == "above 0" || field.range.starts_with("1 to");
-        for item in value.items().chain([value]) {
-            let FieldValue::Float(number) = item else {
-                continue;
-            };
-            let name = field.name;
-            if !number.is_finite() {
-                return Err(Error::invalid(format!("{name} is {number}, which is no number")));
-            }
-            if above_zero && number <= 0.0 {
-                let message = format!("{name} is {number} {}, it must be above 0", field.unit);
-                return Err(Error::invalid(message).with_limit(number.into(), 0.0, field.unit));
-            }
-        }
+        check_number(field, value)?;
+        value.items().try_for_each(|item| check_number(field, item))?;
+    }
+    Ok(())
+}
+
+fn check_number(field: &Field, value: FieldValue<'_>) -> Result<()> {
+    let FieldValue::Float(number) = value else {
+        return Ok(());
+    };
+    let name = field.name;
+    if !number.is_finite() {
+        return Err(Error::invalid(format!("{name} is {number}, which is no number")));
+    }
+    let above_zero = field.range == "above 0" || field.range.starts_with("1 to");
+    if above_zero && number <= 0.0 {
+        let message = format!("{name} is {number} {}, it must be above 0", field.unit);
+        return Err(Error::invalid(message).with_limit(number.into(), 0.0, field.unit));
     }
     Ok(())
 }
