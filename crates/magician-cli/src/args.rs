@@ -21,6 +21,7 @@ use crate::verbs::{
     bin_name = "magician",
     disable_version_flag = true,
     disable_help_subcommand = true,
+    args_override_self = true,
     arg_required_else_help = true,
     subcommand_value_name = "VERB",
     subcommand_help_heading = "Verbs",
@@ -81,7 +82,7 @@ pub(crate) struct Global {
     #[arg(long, global = true, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) timeout: Option<Duration>,
 
-    /// Say more on stderr; twice for every frame
+    /// Say more on stderr; more often, more still
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub(crate) verbose: u8,
 }
