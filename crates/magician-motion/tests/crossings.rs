@@ -122,7 +122,7 @@ proptest! {
         let from = ArmState::at_joints(&planner.geometry, &from);
         let to = planner.geometry.forward(&to);
         // The azimuth's cut behind the base is beyond any limit of J1 that an arm has.
-        if !(from.pose.x > 0.0 && to.x > 0.0) {
+        if from.pose.x <= 0.0 || to.x <= 0.0 {
             return Ok(());
         }
         agrees_with_sampling(&planner, &from, &line(Target::Pose(to)), true)?;
@@ -143,7 +143,7 @@ proptest! {
             j2: magician_motion::Range::new(-5.0, 90.0 * shrink),
             ..Limits::CONTROLLER
         };
-        if !(tight.check(&to).is_ok()) {
+        if tight.check(&to).is_err() {
             return Ok(());
         }
         let planner = Planner { limits: tight, ..planner };
