@@ -1,6 +1,6 @@
 //! Joint angles to pose and back (model sections 2 and 3).
 
-use crate::angle::{atan2, sin_cos};
+use crate::angle::{DEGREES_PER_RADIAN, atan2, sin_cos};
 use crate::{Geometry, Limits, MotionError, Unreachable};
 
 /// The four joint angles in degrees, in the controller's own convention (model section 1).
@@ -95,6 +95,13 @@ impl Pose {
         self.to_array().iter().all(|value| value.is_finite())
     }
 
+    /// The distance between two positions, mm.
+    #[must_use]
+    pub fn distance_to(&self, other: &Self) -> f64 {
+        let (x, y, z) = (other.x - self.x, other.y - self.y, other.z - self.z);
+        libm::sqrt(x * x + y * y + z * z)
+    }
+
     /// This pose moved by an increment, component by component.
     #[must_use]
     pub fn offset_by(&self, by: &Self) -> Self {
@@ -151,7 +158,9 @@ impl Geometry {
     /// As [`inverse`](Self::inverse), but a wrist outside the reach by a rounding error is taken to be at its
     /// edge: for points of a path already known to lie within.
     pub(crate) fn inverse_at_edge(&self, pose: &Pose) -> Option<JointAngles> {
-        self.solve(pose, Outside::Clamp).ok()
+        self.solve(pose, Outside::Clamp)
+            .ok()
+            .filter(JointAngles::is_finite)
     }
 
     fn solve(&self, pose: &Pose, outside: Outside) -> Result<JointAngles, MotionError> {
@@ -183,6 +192,7 @@ impl Geometry {
         let sin_inner = outside
             .root(1.0 - cos_inner * cos_inner)
             .ok_or_else(|| self.out_of_reach(distance))?;
+        let cos_inner = cos_inner.clamp(-1.0, 1.0);
         let sin_elevation = (q * cos_inner + p * sin_inner) / distance;
         let cos_elevation = (p * cos_inner - q * sin_inner) / distance;
         let mut elevation = atan2(sin_elevation, cos_elevation);
@@ -224,5 +234,35 @@ impl Outside {
             Self::Clamp if square < 0.0 => Some(0.0),
             _ => None,
         }
+    }
+}
+
+impl Geometry {
+    /// Joint velocities (deg/s) at these joints when the tool moves with this velocity (mm/s, r in deg/s).
+    ///
+    /// The arm has no singularity within its limits (model section 5); at one, the result is not finite.
+    pub(crate) fn joint_velocities(
+        &self,
+        joints: &JointAngles,
+        pose: &Pose,
+        rate: &Pose,
+    ) -> [f64; 4] {
+        let across = self.tool.y;
+        let square = pose.x * pose.x + pose.y * pose.y;
+        let radius = libm::sqrt(square - across * across);
+        let outwards = (pose.x * rate.x + pose.y * rate.y) / radius;
+        let turning = (pose.x * rate.y - pose.y * rate.x + across * outwards) / square;
+        let (sin2, cos2) = sin_cos(joints.j2);
+        let (sin3, cos3) = sin_cos(joints.j3);
+        let cos_between = cos2 * cos3 + sin2 * sin3;
+        let leaning = (cos3 * outwards - sin3 * rate.z) / (self.rear_arm * cos_between);
+        let dropping = -(sin2 * outwards + cos2 * rate.z) / (self.forearm * cos_between);
+        let j1 = turning * DEGREES_PER_RADIAN;
+        [
+            j1,
+            leaning * DEGREES_PER_RADIAN,
+            dropping * DEGREES_PER_RADIAN,
+            rate.r - j1,
+        ]
     }
 }

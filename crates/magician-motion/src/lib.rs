@@ -18,12 +18,32 @@
 #![forbid(unsafe_code)]
 
 mod angle;
+mod apex;
+mod boundary;
+mod crossing;
 mod error;
 mod geometry;
+mod joint_leg;
+mod jump;
 mod kinematics;
+mod leg;
 mod limits;
+mod line_leg;
+mod planner;
+mod profile;
+mod roots;
+mod speeds;
+mod state;
+mod trajectory;
+mod wrist;
 
 pub use error::{MotionError, SpeedQuantity, Unreachable};
 pub use geometry::{FOREARM, Geometry, REAR_ARM, ToolBias};
+pub use jump::{JumpHeights, Transfer};
 pub use kinematics::{JointAngles, Pose};
 pub use limits::{Bound, LIMIT_TOLERANCE, Limits, Range};
+pub use planner::{Crossing, Move, MoveKind, Plan, Planner, Target};
+pub use profile::{Braking, Profile, Rates};
+pub use speeds::Speeds;
+pub use state::ArmState;
+pub use trajectory::Trajectory;

@@ -1,10 +1,13 @@
 //! Forward and inverse kinematics against poses reported by real arms, and against each other.
 
+mod support;
+
 use magician_motion::{
     Bound, Geometry, JointAngles, Limits, MotionError, Pose, ToolBias, Unreachable,
 };
 use proptest::prelude::*;
 use serde::Deserialize;
+use support::cases;
 
 #[derive(Deserialize)]
 struct Poses {
@@ -105,7 +108,7 @@ fn any_number() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20_000))]
+    #![proptest_config(cases(20_000))]
 
     #[test]
     fn inverse_undoes_forward(joints in reachable(), tool in bias()) {

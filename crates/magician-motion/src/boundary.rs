@@ -1,0 +1,227 @@
+//! Where a straight line cuts the boundaries of the workspace (model section 5).
+//!
+//! In the arm's vertical plane every boundary is a circle: at a bound of J2 the wrist is on a circle round the elbow,
+//! at a bound of J3 on one round a displaced shoulder, and a bound of J2 - J3 or the end of reach is a circle round
+//! the shoulder. Along a straight line the wrist's radius is the root of a quadratic, so that the equation of a cut
+//! is `quadratic - c * sqrt(quadratic) = 0`. Its second derivative has at most two zeros, in closed form; between
+//! them the function is convex or concave, which bounds its roots to two and brackets each of them. Nothing is
+//! sampled, and no root can be missed.
+
+use crate::angle::sin_cos;
+use crate::roots::{between, quadratic};
+use crate::{Bound, Geometry, Limits, Pose};
+
+/// A straight line as the arm's vertical plane sees it; its parameter runs from 0 to 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Section {
+    geometry: Geometry,
+    from: Pose,
+    step: Pose,
+    /// Square of the tool's distance from the base axis, less the sideways bias: coefficients, constant first.
+    square: [f64; 3],
+}
+
+impl Section {
+    pub(crate) fn new(geometry: &Geometry, from: &Pose, to: &Pose) -> Self {
+        let step = Pose::new(to.x - from.x, to.y - from.y, to.z - from.z, to.r - from.r);
+        let across = geometry.tool.y;
+        Self {
+            geometry: *geometry,
+            from: *from,
+            step,
+            square: [
+                from.x * from.x + from.y * from.y - across * across,
+                2.0 * (from.x * step.x + from.y * step.y),
+                step.x * step.x + step.y * step.y,
+            ],
+        }
+    }
+
+    /// Square of the radius at a parameter, and its derivative.
+    pub(crate) fn square(&self, at: f64) -> (f64, f64) {
+        let [c0, c1, c2] = self.square;
+        (c0 + at * (c1 + at * c2), c1 + 2.0 * c2 * at)
+    }
+
+    /// The parameter at which the line is nearest to the base axis; not a number for a vertical line.
+    pub(crate) fn nearest(&self) -> f64 {
+        let [_, c1, c2] = self.square;
+        -0.5 * c1 / c2
+    }
+
+    /// Twice the area that the line sweeps round the base axis: constant along it.
+    pub(crate) fn swept(&self) -> f64 {
+        self.from.x * self.step.y - self.from.y * self.step.x
+    }
+
+    /// Reports the parameters at which the line may pass a bound of J1, J2, J3 or J2 - J3 standing at `angle`.
+    pub(crate) fn cuts(&self, bound: Bound, angle: f64, report: &mut impl FnMut(f64)) {
+        let Geometry {
+            rear_arm, forearm, ..
+        } = self.geometry;
+        let (sin, cos) = sin_cos(angle);
+        match bound {
+            Bound::J1Min | Bound::J1Max => {
+                // The tool stands sideways of the vertical plane at J1 = angle by exactly the bias.
+                let Pose { x, y, .. } = self.from;
+                let offset = y * cos - x * sin - self.geometry.tool.y;
+                report(-offset / (self.step.y * cos - self.step.x * sin));
+            }
+            Bound::J2Min | Bound::J2Max => {
+                self.circle(rear_arm * sin, rear_arm * cos, forearm, report);
+            }
+            Bound::J3Min | Bound::J3Max => {
+                self.circle(forearm * cos, -forearm * sin, rear_arm, report);
+            }
+            Bound::J23Min | Bound::J23Max if libm::fabs(angle) < 90.0 => {
+                let square =
+                    rear_arm * rear_arm + forearm * forearm + 2.0 * rear_arm * forearm * sin;
+                self.circle(0.0, 0.0, libm::sqrt(square), report);
+            }
+            // The elbow cannot bend further than straight; J4 is not a matter of the vertical plane.
+            Bound::J23Min | Bound::J23Max | Bound::J4Min | Bound::J4Max => {}
+        }
+    }
+
+    /// Reports the parameters at which the line may leave the reach of the links.
+    pub(crate) fn reach_cuts(&self, report: &mut impl FnMut(f64)) {
+        let Geometry {
+            rear_arm, forearm, ..
+        } = self.geometry;
+        self.circle(0.0, 0.0, rear_arm + forearm, report);
+        self.circle(0.0, 0.0, libm::fabs(forearm - rear_arm), report);
+        let [c0, c1, c2] = self.square;
+        quadratic(c2, c1, c0).into_iter().for_each(report);
+    }
+
+    /// Reports where the wrist is on a circle in the vertical plane, given from the shoulder.
+    fn circle(&self, outwards: f64, up: f64, radius: f64, report: &mut impl FnMut(f64)) {
+        let height = self.from.z + self.geometry.tool.z - up;
+        let centre = outwards + self.geometry.tool.x;
+        let [c0, c1, c2] = self.square;
+        let climb = self.step.z;
+        Cut {
+            square: self.square,
+            sum: [
+                c0 + centre * centre + height * height - radius * radius,
+                c1 + 2.0 * height * climb,
+                c2 + climb * climb,
+            ],
+            centre,
+        }
+        .roots(self.nearest(), report);
+    }
+}
+
+/// `sum(x) - 2 centre sqrt(square(x))`, both quadratics, constant first.
+struct Cut {
+    square: [f64; 3],
+    sum: [f64; 3],
+    centre: f64,
+}
+
+/// A point of the function: its value and slope there.
+#[derive(Clone, Copy)]
+struct Point {
+    at: f64,
+    value: f64,
+    slope: f64,
+}
+
+impl Cut {
+    fn point(&self, at: f64) -> Point {
+        let ([s0, s1, s2], [g0, g1, g2]) = (self.square, self.sum);
+        let root = libm::sqrt((s0 + at * (s1 + at * s2)).max(0.0));
+        // Where the root vanishes its slope has no bound; its sign is what counts.
+        let root_slope = (0.5 * s1 + at * s2) / root.max(1e-12);
+        Point {
+            at,
+            value: g0 + at * (g1 + at * g2) - 2.0 * self.centre * root,
+            slope: g1 + 2.0 * g2 * at - 2.0 * self.centre * root_slope,
+        }
+    }
+
+    /// Where the second derivative vanishes: `2 g2 = centre (4 s0 s2 - s1^2) / (2 root^3)`.
+    fn inflections(&self) -> [f64; 2] {
+        let ([s0, s1, s2], [_, _, g2]) = (self.square, self.sum);
+        let cube = self.centre * (4.0 * s0 * s2 - s1 * s1) / (4.0 * g2);
+        if cube > 0.0 {
+            let root = libm::cbrt(cube);
+            quadratic(s2, s1, s0 - root * root)
+        } else {
+            [f64::NAN; 2]
+        }
+    }
+
+    fn roots(&self, nearest: f64, report: &mut impl FnMut(f64)) {
+        let [first, second] = self.inflections();
+        let [s0, s1, s2] = self.square;
+        let [enter, leave] = quadratic(s2, s1, s0);
+        // Beside the inflections the places where the root may begin, end, or have a kink.
+        let mut pieces = [first, second, enter, leave, nearest];
+        pieces.sort_unstable_by(f64::total_cmp);
+        let mut from = self.point(0.0);
+        for end in pieces {
+            if end > from.at && end < 1.0 {
+                let to = self.point(end);
+                self.piece_roots(from, to, report);
+                from = to;
+            }
+        }
+        self.piece_roots(from, self.point(1.0), report);
+    }
+
+    /// The roots in a piece on which the function is convex or concave.
+    fn piece_roots(&self, from: Point, to: Point, report: &mut impl FnMut(f64)) {
+        let value = |at| self.point(at).value;
+        if (from.value > 0.0) != (to.value > 0.0) {
+            report(between(from.at, to.at, value));
+            return;
+        }
+        // Only a hollow (a hill, if both values are negative) can hold two roots, and only one that dips below the
+        // point where the tangents of its ends meet.
+        let side = if from.value > 0.0 { 1.0 } else { -1.0 };
+        let (falling, rising) = (side * from.slope, side * to.slope);
+        if !(falling < 0.0 && rising > 0.0) {
+            return;
+        }
+        let (a, b) = (side * from.value, side * to.value);
+        let meet = (b - a + falling * from.at - rising * to.at) / (falling - rising);
+        if a + falling * (meet - from.at) > 0.0 {
+            return;
+        }
+        let bottom = between(from.at, to.at, |at| self.point(at).slope);
+        if side * value(bottom) <= 0.0 {
+            report(between(from.at, bottom, value));
+            report(between(bottom, to.at, value));
+        }
+    }
+}
+
+/// The bounds that are boundaries in space, in other words all but J4's.
+pub(crate) const SPATIAL: [Bound; 8] = [
+    Bound::J1Min,
+    Bound::J1Max,
+    Bound::J2Min,
+    Bound::J2Max,
+    Bound::J3Min,
+    Bound::J3Max,
+    Bound::J23Min,
+    Bound::J23Max,
+];
+
+/// Reports every parameter at which a line may pass a bound of `strict`, or one of `wide` where that differs.
+pub(crate) fn spatial_cuts(
+    section: &Section,
+    strict: &Limits,
+    wide: &Limits,
+    report: &mut impl FnMut(f64),
+) {
+    for bound in SPATIAL {
+        section.cuts(bound, strict.at(bound), report);
+        if wide.at(bound) != strict.at(bound) {
+            section.cuts(bound, wide.at(bound), report);
+        }
+    }
+    section.reach_cuts(report);
+}

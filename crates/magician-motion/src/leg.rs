@@ -1,0 +1,145 @@
+//! One stretch of a motion from rest to rest, or from speed to rest: geometry and speed law together.
+
+use crate::joint_leg::{Axis, JointLeg};
+use crate::line_leg::LineLeg;
+use crate::{ArmState, Geometry, Limits, MotionError, apex};
+
+/// What a leg is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Leg {
+    /// Every joint by a law of its own.
+    Joints(JointLeg),
+    /// The tool along a straight line, r alongside.
+    Line(LineLeg),
+}
+
+impl Leg {
+    pub(crate) fn duration(&self) -> f64 {
+        match self {
+            Self::Joints(leg) => leg.duration(),
+            Self::Line(leg) => leg.along.duration(),
+        }
+    }
+
+    pub(crate) fn end(&self) -> ArmState {
+        match self {
+            Self::Joints(leg) => leg.to,
+            Self::Line(leg) => leg.to,
+        }
+    }
+
+    /// The state after `t` seconds: exactly the start's and the end's at either end.
+    pub(crate) fn state_at(&self, geometry: &Geometry, t: f64) -> ArmState {
+        let (from, to) = match self {
+            Self::Joints(leg) => (leg.from, leg.to),
+            Self::Line(leg) => (leg.from, leg.to),
+        };
+        if t >= self.duration() {
+            to
+        } else if t <= 0.0 {
+            from
+        } else {
+            match self {
+                Self::Joints(leg) => ArmState::at_joints(geometry, &leg.joints_at(t)),
+                Self::Line(leg) => leg.state_at(geometry, t),
+            }
+        }
+    }
+
+    /// The state in which a motion stops that the limits end after `t` seconds.
+    pub(crate) fn state_stopped_by(
+        &self,
+        geometry: &Geometry,
+        t: f64,
+        stopped_by: &MotionError,
+    ) -> ArmState {
+        match self {
+            Self::Joints(leg) => leg.state_stopped_by(geometry, t, stopped_by),
+            Self::Line(_) => self.state_at(geometry, t),
+        }
+    }
+
+    /// The joints' velocities after `t` seconds, deg/s.
+    pub(crate) fn joint_velocities(&self, geometry: &Geometry, t: f64) -> [f64; 4] {
+        if t < 0.0 || t >= self.duration() {
+            return [0.0; 4];
+        }
+        match self {
+            Self::Joints(leg) => leg.axes.map(|axis| axis.velocity(t)),
+            Self::Line(leg) => {
+                let state = leg.state_at(geometry, t);
+                geometry.joint_velocities(&state.joints, &state.pose, &leg.tool_rate_at(t))
+            }
+        }
+    }
+
+    /// When the leg first leaves the limits or the reach of the arm, seconds, and how.
+    pub(crate) fn first_crossing(
+        &self,
+        geometry: &Geometry,
+        limits: &Limits,
+    ) -> Option<(f64, MotionError)> {
+        match self {
+            Self::Joints(leg) => leg.first_crossing(limits),
+            Self::Line(leg) => leg.first_crossing(geometry, limits),
+        }
+    }
+
+    /// How far the tool rises above `ceiling` on the way, mm; both ends are taken to be below it.
+    pub(crate) fn excess(&self, geometry: &Geometry, ceiling: f64) -> Option<f64> {
+        match self {
+            Self::Joints(leg) => apex::above(leg, geometry, ceiling).map(|top| top - ceiling),
+            Self::Line(_) => None,
+        }
+    }
+
+    /// How much the leg counts in a motion of several, mm: the way between its ends; degrees if there is none.
+    pub(crate) fn weight(&self) -> f64 {
+        match self {
+            Self::Joints(leg) => {
+                let way = leg.from.pose.distance_to(&leg.to.pose);
+                if way >= SHORTEST_MOVE {
+                    way
+                } else {
+                    leg.governing().1
+                }
+            }
+            Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => leg.along.length(),
+            Self::Line(leg) => leg.turning.length(),
+        }
+    }
+
+    fn governing(&self) -> Axis {
+        match self {
+            Self::Joints(leg) => leg.governing().0,
+            Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => {
+                Axis::Travelling(1.0, leg.along)
+            }
+            Self::Line(leg) => Axis::Travelling(1.0, leg.turning),
+        }
+    }
+
+    /// The share of the leg done after `t` seconds.
+    pub(crate) fn progress(&self, t: f64) -> f64 {
+        let axis = self.governing();
+        let whole = axis.offset(axis.duration());
+        if whole == 0.0 || t >= self.duration() {
+            1.0
+        } else {
+            axis.offset(t) / whole
+        }
+    }
+
+    /// When a share of the leg is done, seconds.
+    pub(crate) fn time_at(&self, progress: f64) -> f64 {
+        match self.governing() {
+            Axis::Travelling(_, profile) => profile.time_at(progress * profile.length()),
+            Axis::Braking(braking) => {
+                braking.duration() * (1.0 - libm::sqrt((1.0 - progress).max(0.0)))
+            }
+        }
+    }
+}
+
+/// A motion shorter than this takes no time, mm or degrees (model section 7).
+pub(crate) const SHORTEST_MOVE: f64 = 1e-4;

@@ -1,0 +1,408 @@
+//! From a request to a trajectory (model section 7).
+
+use crate::joint_leg::{Axis, JointLeg};
+use crate::jump::Corners;
+use crate::leg::{Leg, SHORTEST_MOVE};
+use crate::line_leg::LineLeg;
+use crate::profile::{Profile, Rates};
+use crate::{
+    ArmState, Bound, Geometry, JointAngles, JumpHeights, LIMIT_TOLERANCE, Limits, MotionError,
+    Pose, Speeds, Trajectory, Transfer, Unreachable,
+};
+
+/// Where a motion leads. Increments count from where it starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// To a pose.
+    Pose(Pose),
+    /// To joint angles.
+    Joints(JointAngles),
+    /// By so much in x, y, z and r.
+    PoseIncrement(Pose),
+    /// By so much in every joint.
+    JointIncrement(JointAngles),
+}
+
+/// On which path a motion gets there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MoveKind {
+    /// All joints together, starting and ending at once (`MOVJ`).
+    Joint,
+    /// The tool on a straight line, r alongside (`MOVL`).
+    Line,
+    /// Up, across and down, coming to rest at both corners (`JUMP`).
+    Jump(JumpHeights, Transfer),
+}
+
+/// A point-to-point motion.
+///
+/// The ten modes of the protocol are ten pairs of target and kind (model section 7): 0 pose, jump with joint
+/// transfer; 1 pose, joint; 2 pose, line; 3 joints, jump with joint transfer; 4 joints, joint; 5 joints, line;
+/// 6 joint increment, joint; 7 pose increment, line; 8 pose increment, joint; 9 pose, jump with line transfer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Move {
+    /// Where to.
+    pub target: Target,
+    /// On which path.
+    pub kind: MoveKind,
+}
+
+/// What ends a motion on its way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// When it ends there, microseconds from the start of the motion; 0 if the start is beyond a limit already and
+    /// the motion leads further out.
+    pub at_us: u64,
+    /// The share of the path that is done by then, 0 to 1.
+    pub progress: f64,
+    /// What is in the way: the end of reach ([`MotionError::Unreachable`]) or a bound ([`MotionError::Limit`]).
+    pub cause: MotionError,
+}
+
+/// What the arm will do about a request.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// The motion that it will make: all the way, or as far as the crossing.
+    pub trajectory: Trajectory,
+    /// What stops it before the target, if something does.
+    pub crossing: Option<Crossing>,
+}
+
+impl Plan {
+    fn within(trajectory: Trajectory, limits: &Limits) -> Self {
+        match trajectory.first_crossing(limits) {
+            None => Self {
+                trajectory,
+                crossing: None,
+            },
+            Some((at_us, cause, end)) => Self {
+                trajectory: trajectory.cut(at_us, end),
+                crossing: Some(Crossing {
+                    at_us,
+                    progress: trajectory.progress(at_us),
+                    cause,
+                }),
+            },
+        }
+    }
+}
+
+/// All that a plan depends on besides start and request.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Planner {
+    /// The arm's measures, with the tool bias in force.
+    pub geometry: Geometry,
+    /// The limits in force.
+    pub limits: Limits,
+    /// The speeds set.
+    pub speeds: Speeds,
+}
+
+impl Planner {
+    /// Plans a motion from rest.
+    ///
+    /// Targets in space, and the corners of a jump, must be within reach and limits, and are checked here. Lines and
+    /// jumps whose ends are in order may still leave them on the way, and motions whose target is given in joints
+    /// are not checked at all: such a plan ends where they do, and says so in its [`crossing`](Plan::crossing).
+    /// A motion shorter than 0.0001 mm and degrees takes no time and always succeeds.
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError::Unreachable`] and [`MotionError::Limit`] for the target or a corner of a jump,
+    /// [`MotionError::Speed`] for a speed that the motion needs.
+    pub fn plan(&self, from: &ArmState, request: &Move) -> Result<Plan, MotionError> {
+        let target = self.resolve(from, &request.target)?;
+        let trajectory = match request.kind {
+            MoveKind::Joint => self.plan_joint(from, &target)?,
+            MoveKind::Line => self.plan_line(from, &target)?,
+            MoveKind::Jump(heights, transfer) => {
+                self.plan_jump(from, &target, &heights, transfer)?
+            }
+        };
+        Ok(Plan::within(trajectory, &self.limits))
+    }
+
+    /// Plans the emergency stop from a time within a motion: at twice the acceleration set for the joints, J1 to J3
+    /// together over the longest time that one of them needs, J4 at once (model section 14). Without an acceleration
+    /// to go by the arm stops dead.
+    ///
+    /// A motion braked next to a limit may still run into it, which the plan tells.
+    #[must_use]
+    pub fn brake(&self, motion: &Trajectory, at_us: u64) -> Plan {
+        let deceleration = |joint| match self.speeds.joint(joint) {
+            Ok(rates) => 2.0 * rates.acceleration,
+            Err(_) => f64::INFINITY,
+        };
+        let braked = motion.braked(at_us, [0, 1, 2].map(deceleration));
+        Plan::within(braked, &self.limits)
+    }
+
+    fn resolve(&self, from: &ArmState, target: &Target) -> Result<Destination, MotionError> {
+        let destination = match target {
+            Target::Pose(pose) => Destination::Pose(*pose),
+            Target::PoseIncrement(by) => Destination::Pose(from.pose.offset_by(by)),
+            Target::Joints(joints) => Destination::joints(&self.geometry, joints),
+            Target::JointIncrement(by) => {
+                Destination::joints(&self.geometry, &from.joints.offset_by(by))
+            }
+        };
+        if destination.is_finite() {
+            Ok(destination)
+        } else {
+            Err(Unreachable::NotFinite.into())
+        }
+    }
+
+    fn plan_joint(&self, from: &ArmState, to: &Destination) -> Result<Trajectory, MotionError> {
+        if to.is_reached(from) {
+            return Ok(self.arrival(from, to));
+        }
+        let to = match to {
+            Destination::Joints(state) => *state,
+            Destination::Pose(_) => self.check(to)?,
+        };
+        let leg = self.joint_leg(from, &to)?;
+        Ok(Trajectory::of_legs(&self.geometry, from, [leg]))
+    }
+
+    fn plan_line(&self, from: &ArmState, to: &Destination) -> Result<Trajectory, MotionError> {
+        if Destination::Pose(to.pose()).is_reached(from) {
+            return Ok(self.arrival(from, to));
+        }
+        let leg = self.line_leg(from, &self.check(to)?)?;
+        Ok(Trajectory::of_legs(&self.geometry, from, [leg]))
+    }
+
+    fn plan_jump(
+        &self,
+        from: &ArmState,
+        to: &Destination,
+        heights: &JumpHeights,
+        transfer: Transfer,
+    ) -> Result<Trajectory, MotionError> {
+        let to = self.check(to)?;
+        let corners = Corners::between(&self.geometry, &from.pose, &to.pose, heights)?;
+        let legs = self.jump_legs(from, &to, &corners, transfer)?;
+        let legs = self.under_the_ceiling(from, &to, corners, transfer, legs);
+        Ok(Trajectory::of_legs(&self.geometry, from, legs))
+    }
+
+    /// The legs of a jump, changed where joints would swing the tool up through the ceiling between two corners: the
+    /// corners give way downwards, and where the ends leave no room for that, straight lines take over if they can.
+    fn under_the_ceiling(
+        &self,
+        from: &ArmState,
+        to: &ArmState,
+        corners: Corners,
+        transfer: Transfer,
+        legs: [Leg; 3],
+    ) -> [Leg; 3] {
+        let excess = |legs: &[Leg; 3]| {
+            legs.iter()
+                .filter_map(|leg| leg.excess(&self.geometry, corners.ceiling))
+                .fold(0.0, f64::max)
+        };
+        let (mut lower, mut lower_legs) = (corners, legs);
+        for _ in 0..MOST_LOWERINGS {
+            let excess = excess(&lower_legs);
+            if excess <= 0.0 {
+                return lower_legs;
+            }
+            let Some(next) = lower.lowered(excess) else {
+                break;
+            };
+            let Ok(next_legs) = self.jump_legs(from, to, &next, transfer) else {
+                break;
+            };
+            (lower, lower_legs) = (next, next_legs);
+        }
+        match self.jump_legs(from, to, &corners.straight(), Transfer::Line) {
+            Ok(straight) if self.is_clear(from, straight) => straight,
+            _ => lower_legs,
+        }
+    }
+
+    fn is_clear(&self, from: &ArmState, legs: [Leg; 3]) -> bool {
+        Trajectory::of_legs(&self.geometry, from, legs)
+            .first_crossing(&self.limits)
+            .is_none()
+    }
+
+    fn jump_legs(
+        &self,
+        from: &ArmState,
+        to: &ArmState,
+        corners: &Corners,
+        transfer: Transfer,
+    ) -> Result<[Leg; 3], MotionError> {
+        let lift = self.check(&Destination::Pose(corners.lift))?;
+        let descent = self.check(&Destination::Pose(corners.descent))?;
+        Ok([
+            self.leg(from, &lift, corners.lift_is_straight)?,
+            self.leg(&lift, &descent, transfer == Transfer::Line)?,
+            self.leg(&descent, to, corners.descent_is_straight)?,
+        ])
+    }
+
+    /// A destination in space: solved, and within limits.
+    fn check(&self, destination: &Destination) -> Result<ArmState, MotionError> {
+        match destination {
+            Destination::Pose(pose) => ArmState::at_pose(&self.geometry, pose, &self.limits),
+            Destination::Joints(state) => {
+                self.limits.check(&state.joints)?;
+                // Limits wider than the arm's would let a forearm past straight in, where no line can follow.
+                let coupled = state.joints.j2 - state.joints.j3;
+                if libm::fabs(coupled) > STRAIGHT + LIMIT_TOLERANCE {
+                    let bound = if coupled > 0.0 {
+                        Bound::J23Max
+                    } else {
+                        Bound::J23Min
+                    };
+                    return Err(MotionError::Limit {
+                        bound,
+                        value: coupled,
+                        limit: libm::copysign(STRAIGHT, coupled),
+                    });
+                }
+                Ok(*state)
+            }
+        }
+    }
+
+    /// No motion, as the destination is where the arm is; to the last bit if it may be.
+    fn arrival(&self, from: &ArmState, to: &Destination) -> Trajectory {
+        let end = self.check(to).unwrap_or(*from);
+        Trajectory::at_rest(&self.geometry, &end)
+    }
+
+    fn leg(&self, from: &ArmState, to: &ArmState, straight: bool) -> Result<Leg, MotionError> {
+        if straight {
+            self.line_leg(from, to)
+        } else {
+            self.joint_leg(from, to)
+        }
+    }
+
+    fn joint_leg(&self, from: &ArmState, to: &ArmState) -> Result<Leg, MotionError> {
+        let mut sweeps = to.joints.to_array();
+        for (sweep, start) in sweeps.iter_mut().zip(from.joints.to_array()) {
+            *sweep -= start;
+        }
+        let lengths = sweeps.map(libm::fabs);
+        let [s1, s2, s3, s4] = sweeps;
+        let [p1, p2, p3, p4] = synchronised(lengths, |joint| self.speeds.joint(joint))?;
+        let axis = |sweep, profile| Axis::Travelling(libm::copysign(1.0, sweep), profile);
+        Ok(Leg::Joints(JointLeg {
+            from: *from,
+            to: *to,
+            axes: [axis(s1, p1), axis(s2, p2), axis(s3, p3), axis(s4, p4)],
+        }))
+    }
+
+    fn line_leg(&self, from: &ArmState, to: &ArmState) -> Result<Leg, MotionError> {
+        let lengths = [
+            from.pose.distance_to(&to.pose),
+            libm::fabs(to.pose.r - from.pose.r),
+        ];
+        let [along, turning] = synchronised(lengths, |axis| match axis {
+            0 => self.speeds.linear(),
+            _ => self.speeds.rotation(),
+        })?;
+        Ok(Leg::Line(LineLeg {
+            from: *from,
+            to: *to,
+            along,
+            turning,
+        }))
+    }
+}
+
+/// How often the corners of a jump are lowered at most; the way down converges in a few.
+const MOST_LOWERINGS: u32 = 32;
+
+/// J2 - J3 at which the elbow is straight, degrees.
+const STRAIGHT: f64 = 90.0;
+
+/// Joint targets beyond this angle count as at it: no limit lets the arm get there.
+const FARTHEST_ANGLE: f64 = 1e9;
+
+/// A target that is a number, increments added up.
+enum Destination {
+    Pose(Pose),
+    Joints(ArmState),
+}
+
+impl Destination {
+    fn joints(geometry: &Geometry, joints: &JointAngles) -> Self {
+        let near = joints.to_array().map(|angle| {
+            // Not a number stays what it is; infinity must not become one.
+            if angle.is_finite() {
+                angle.clamp(-FARTHEST_ANGLE, FARTHEST_ANGLE)
+            } else {
+                angle
+            }
+        });
+        Self::Joints(ArmState::at_joints(geometry, &near.into()))
+    }
+
+    fn pose(&self) -> Pose {
+        match self {
+            Self::Pose(pose) => *pose,
+            Self::Joints(state) => state.pose,
+        }
+    }
+
+    fn is_finite(&self) -> bool {
+        match self {
+            Self::Pose(pose) => pose.is_finite(),
+            Self::Joints(state) => state.joints.is_finite(),
+        }
+    }
+
+    /// Whether there is less left to go than counts as a motion.
+    fn is_reached(&self, from: &ArmState) -> bool {
+        match self {
+            Self::Pose(pose) => {
+                from.pose.distance_to(pose) < SHORTEST_MOVE
+                    && libm::fabs(pose.r - from.pose.r) < SHORTEST_MOVE
+            }
+            Self::Joints(state) => {
+                let (from, to) = (from.joints.to_array(), state.joints.to_array());
+                let mut sweeps = from.iter().zip(to).map(|(from, to)| libm::fabs(to - from));
+                sweeps.all(|sweep| sweep < SHORTEST_MOVE)
+            }
+        }
+    }
+}
+
+/// The laws of axes that start and end together: the slowest sets the time, and the others are stretched to it.
+///
+/// An axis that hardly moves needs no speed of its own; it goes along as gently as it can.
+fn synchronised<const N: usize>(
+    lengths: [f64; N],
+    rates: impl Fn(usize) -> Result<Rates, MotionError>,
+) -> Result<[Profile; N], MotionError> {
+    let mut duration: f64 = 0.0;
+    let mut allowed: [Option<Rates>; N] = [None; N];
+    for (axis, (slot, length)) in allowed.iter_mut().zip(lengths).enumerate() {
+        *slot = match rates(axis) {
+            Ok(rates) => Some(rates),
+            Err(error) if length >= SHORTEST_MOVE => return Err(error),
+            Err(_) => None,
+        };
+        if let Some(rates) = slot {
+            duration = duration.max(rates.least_time(length));
+        }
+    }
+    if lengths.iter().all(|length| *length < SHORTEST_MOVE) {
+        duration = 0.0;
+    }
+    let mut profiles = [Profile::default(); N];
+    for (profile, (length, rates)) in profiles.iter_mut().zip(lengths.into_iter().zip(allowed)) {
+        *profile = match rates {
+            Some(rates) if duration > 0.0 => Profile::lasting(length, &rates, duration),
+            _ => Profile::triangle(length, duration),
+        };
+    }
+    Ok(profiles)
+}

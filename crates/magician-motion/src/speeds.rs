@@ -1,0 +1,165 @@
+//! How fast a motion may be: what has been set, the ratio, and the arm's ceilings.
+
+use crate::profile::Rates;
+use crate::{MotionError, SpeedQuantity};
+
+/// The point-to-point speed settings as they stand, in the values of the protocol: nothing clamped or checked.
+///
+/// A plan takes from them what its motion needs: each value up to the arm's ceiling, times its ratio up to 100 %
+/// (model section 6).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Speeds {
+    /// Velocity of J1 to J4, deg/s.
+    pub joint_velocity: [f64; 4],
+    /// Acceleration of J1 to J4, deg/s2.
+    pub joint_acceleration: [f64; 4],
+    /// Velocity along a straight line, mm/s.
+    pub linear_velocity: f64,
+    /// Acceleration along a straight line, mm/s2.
+    pub linear_acceleration: f64,
+    /// Velocity of r along a straight line, deg/s.
+    pub rotation_velocity: f64,
+    /// Acceleration of r along a straight line, deg/s2.
+    pub rotation_acceleration: f64,
+    /// Percentage of every velocity; above 100 counts as 100.
+    pub velocity_ratio: f64,
+    /// Percentage of every acceleration; above 100 counts as 100.
+    pub acceleration_ratio: f64,
+}
+
+impl Speeds {
+    /// The settings at power-up (model section 6).
+    pub const POWER_UP: Self = Self {
+        joint_velocity: [200.0; 4],
+        joint_acceleration: [200.0; 4],
+        linear_velocity: 200.0,
+        linear_acceleration: 200.0,
+        rotation_velocity: 100.0,
+        rotation_acceleration: 100.0,
+        velocity_ratio: 50.0,
+        acceleration_ratio: 50.0,
+    };
+
+    /// The speeds of the last part of homing, which no setting scales (model section 11).
+    pub const HOMING: Self = Self {
+        joint_velocity: [30.0, 50.0, 50.0, 50.0],
+        joint_acceleration: [30.0, 50.0, 50.0, 50.0],
+        velocity_ratio: 100.0,
+        acceleration_ratio: 100.0,
+        ..Self::POWER_UP
+    };
+
+    /// Velocity and acceleration of a joint, its index from 0.
+    pub(crate) fn joint(&self, index: usize) -> Result<Rates, MotionError> {
+        let name = u8::try_from(index + 1).unwrap_or(u8::MAX);
+        self.rates(
+            Setting {
+                quantity: SpeedQuantity::JointVelocity(name),
+                value: self.joint_velocity.get(index).copied().unwrap_or(f64::NAN),
+                ceiling: if index < 3 {
+                    ceiling::JOINT_VELOCITY
+                } else {
+                    ceiling::SERVO_VELOCITY
+                },
+            },
+            Setting {
+                quantity: SpeedQuantity::JointAcceleration(name),
+                value: self
+                    .joint_acceleration
+                    .get(index)
+                    .copied()
+                    .unwrap_or(f64::NAN),
+                ceiling: ceiling::ROTARY_ACCELERATION,
+            },
+        )
+    }
+
+    /// Velocity and acceleration along a straight line.
+    pub(crate) fn linear(&self) -> Result<Rates, MotionError> {
+        self.rates(
+            Setting {
+                quantity: SpeedQuantity::LinearVelocity,
+                value: self.linear_velocity,
+                ceiling: ceiling::LINEAR_VELOCITY,
+            },
+            Setting {
+                quantity: SpeedQuantity::LinearAcceleration,
+                value: self.linear_acceleration,
+                ceiling: ceiling::LINEAR_ACCELERATION,
+            },
+        )
+    }
+
+    /// Velocity and acceleration of r along a straight line.
+    pub(crate) fn rotation(&self) -> Result<Rates, MotionError> {
+        self.rates(
+            Setting {
+                quantity: SpeedQuantity::RotationVelocity,
+                value: self.rotation_velocity,
+                ceiling: ceiling::SERVO_VELOCITY,
+            },
+            Setting {
+                quantity: SpeedQuantity::RotationAcceleration,
+                value: self.rotation_acceleration,
+                ceiling: ceiling::ROTARY_ACCELERATION,
+            },
+        )
+    }
+
+    fn rates(&self, velocity: Setting, acceleration: Setting) -> Result<Rates, MotionError> {
+        let velocity_ratio = ratio(SpeedQuantity::VelocityRatio, self.velocity_ratio)?;
+        let acceleration_ratio = ratio(SpeedQuantity::AccelerationRatio, self.acceleration_ratio)?;
+        Ok(Rates {
+            velocity: velocity.capped()? * velocity_ratio,
+            acceleration: acceleration.capped()? * acceleration_ratio,
+        })
+    }
+}
+
+impl Default for Speeds {
+    /// The settings at power-up.
+    fn default() -> Self {
+        Self::POWER_UP
+    }
+}
+
+/// The fastest the arm goes whatever has been set (model section 6).
+mod ceiling {
+    /// J1 to J3, deg/s.
+    pub(super) const JOINT_VELOCITY: f64 = 320.0;
+    /// J4, deg/s; taken for r too, which the same servo turns.
+    pub(super) const SERVO_VELOCITY: f64 = 480.0;
+    /// Along a path, mm/s.
+    pub(super) const LINEAR_VELOCITY: f64 = 300.0;
+    /// Every joint, and r, deg/s2.
+    pub(super) const ROTARY_ACCELERATION: f64 = 300.0;
+    /// Along a path, mm/s2.
+    pub(super) const LINEAR_ACCELERATION: f64 = 400.0;
+}
+
+struct Setting {
+    quantity: SpeedQuantity,
+    value: f64,
+    ceiling: f64,
+}
+
+impl Setting {
+    fn capped(&self) -> Result<f64, MotionError> {
+        positive(self.quantity, self.value).map(|value| value.min(self.ceiling))
+    }
+}
+
+/// A speed below this is none: times could no longer be told.
+const LEAST: f64 = 1e-50;
+
+fn ratio(quantity: SpeedQuantity, percent: f64) -> Result<f64, MotionError> {
+    positive(quantity, percent).map(|percent| percent.min(100.0) / 100.0)
+}
+
+fn positive(quantity: SpeedQuantity, value: f64) -> Result<f64, MotionError> {
+    if value >= LEAST {
+        Ok(value)
+    } else {
+        Err(MotionError::Speed { quantity, value })
+    }
+}

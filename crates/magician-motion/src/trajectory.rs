@@ -1,0 +1,205 @@
+//! A planned motion as a function of time.
+
+use crate::joint_leg::{Axis, JointLeg};
+use crate::leg::Leg;
+use crate::profile::Braking;
+use crate::{ArmState, Geometry, MotionError};
+
+/// A planned motion: up to three legs, each from rest to rest, and where it ends.
+///
+/// Every question is answered from the start of the motion, in closed form; nothing is stepped or remembered, so
+/// the order and the number of questions do not matter. Time is in whole microseconds from the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trajectory {
+    geometry: Geometry,
+    legs: [Option<TimedLeg>; 3],
+    start: ArmState,
+    end: ArmState,
+    duration_us: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct TimedLeg {
+    leg: Leg,
+    start_us: u64,
+}
+
+/// Whole microseconds that hold so many seconds; a rounding error does not cost one.
+pub(crate) fn microseconds(seconds: f64) -> u64 {
+    libm::ceil(seconds * 1e6 - 1e-3) as u64
+}
+
+fn seconds(microseconds: u64) -> f64 {
+    microseconds as f64 / 1e6
+}
+
+impl Trajectory {
+    /// No motion: the arm stays where it is.
+    #[must_use]
+    pub fn at_rest(geometry: &Geometry, state: &ArmState) -> Self {
+        Self {
+            geometry: *geometry,
+            legs: [None; 3],
+            start: *state,
+            end: *state,
+            duration_us: 0,
+        }
+    }
+
+    /// The legs in turn, each beginning when the one before has come to rest.
+    pub(crate) fn of_legs(
+        geometry: &Geometry,
+        start: &ArmState,
+        legs: impl IntoIterator<Item = Leg>,
+    ) -> Self {
+        let mut trajectory = Self::at_rest(geometry, start);
+        for (slot, leg) in trajectory.legs.iter_mut().zip(legs) {
+            *slot = Some(TimedLeg {
+                leg,
+                start_us: trajectory.duration_us,
+            });
+            trajectory.end = leg.end();
+            let lasting = microseconds(leg.duration());
+            trajectory.duration_us = trajectory.duration_us.saturating_add(lasting);
+        }
+        trajectory
+    }
+
+    fn legs(&self) -> impl Iterator<Item = &TimedLeg> {
+        self.legs.iter().flatten()
+    }
+
+    /// When the motion first leaves the limits or the reach, and how, with the state it would stop in.
+    pub(crate) fn first_crossing(
+        &self,
+        limits: &crate::Limits,
+    ) -> Option<(u64, MotionError, ArmState)> {
+        self.legs().find_map(|timed| {
+            let (t, error) = timed.leg.first_crossing(&self.geometry, limits)?;
+            let state = timed.leg.state_stopped_by(&self.geometry, t, &error);
+            // A motion that begins on a bound and leads out of it is one of no time.
+            let at_us = timed.start_us.saturating_add(libm::floor(t * 1e6) as u64);
+            Some((at_us, error, state))
+        })
+    }
+
+    /// This motion cut short at `at_us`, where it stops at once in the given state.
+    pub(crate) fn cut(self, at_us: u64, end: ArmState) -> Self {
+        Self {
+            end,
+            duration_us: at_us.min(self.duration_us),
+            ..self
+        }
+    }
+
+    /// How long the motion takes.
+    #[must_use]
+    pub fn duration_us(&self) -> u64 {
+        self.duration_us
+    }
+
+    /// Where it starts.
+    #[must_use]
+    pub fn start(&self) -> &ArmState {
+        &self.start
+    }
+
+    /// Where it ends: for a target that is reached, exactly the target as it was given.
+    #[must_use]
+    pub fn end(&self) -> &ArmState {
+        &self.end
+    }
+
+    /// The leg under way at a time within the motion, and the seconds since it began.
+    fn leg_at(&self, t_us: u64) -> Option<(&TimedLeg, f64)> {
+        let timed = self.legs().filter(|timed| timed.start_us <= t_us).last()?;
+        Some((timed, seconds(t_us - timed.start_us)))
+    }
+
+    /// Joints and pose at a time. From the end of the motion on, exactly its [`end`](Self::end).
+    #[must_use]
+    pub fn sample(&self, t_us: u64) -> ArmState {
+        if t_us >= self.duration_us {
+            return self.end;
+        }
+        match self.leg_at(t_us) {
+            Some((timed, t)) => timed.leg.state_at(&self.geometry, t),
+            None => self.start,
+        }
+    }
+
+    /// The joints' velocities at a time, deg/s; zero from the end of the motion on.
+    #[must_use]
+    pub fn joint_velocities(&self, t_us: u64) -> [f64; 4] {
+        match self.leg_at(t_us) {
+            Some((timed, t)) if t_us < self.duration_us => {
+                timed.leg.joint_velocities(&self.geometry, t)
+            }
+            _ => [0.0; 4],
+        }
+    }
+
+    /// The share of the planned motion that is done at a time, 0 to 1, measured along the path.
+    ///
+    /// Legs count by the distance between their ends. A motion that a limit cuts short does not get to 1.
+    #[must_use]
+    pub fn progress(&self, t_us: u64) -> f64 {
+        let t_us = t_us.min(self.duration_us);
+        let (mut done, mut whole) = (0.0, 0.0);
+        for timed in self.legs() {
+            let weight = timed.leg.weight();
+            whole += weight;
+            if timed.start_us <= t_us {
+                done += weight * timed.leg.progress(seconds(t_us - timed.start_us));
+            }
+        }
+        if whole > 0.0 { done / whole } else { 1.0 }
+    }
+
+    /// When a share of the planned motion is done, in microseconds, or never if a limit ends it before.
+    #[must_use]
+    pub fn time_at_progress(&self, progress: f64) -> Option<u64> {
+        let whole: f64 = self.legs().map(|timed| timed.leg.weight()).sum();
+        let mut left = progress.clamp(0.0, 1.0) * whole;
+        let mut at_us = 0;
+        for timed in self.legs() {
+            let weight = timed.leg.weight();
+            let share = if weight > 0.0 {
+                (left / weight).min(1.0)
+            } else {
+                1.0
+            };
+            at_us = timed
+                .start_us
+                .saturating_add(microseconds(timed.leg.time_at(share)));
+            left -= weight;
+            // Less than that is the rounding of the sum.
+            if left <= 1e-12 * whole {
+                break;
+            }
+        }
+        (at_us <= self.duration_us).then_some(at_us)
+    }
+
+    /// The emergency stop from a time within this motion: J1 to J3 come to rest together, each along its own way,
+    /// in the longest time that one of them needs at the given decelerations (deg/s2); J4 stops at once.
+    pub(crate) fn braked(&self, at_us: u64, decelerations: [f64; 3]) -> Self {
+        let from = self.sample(at_us);
+        let velocities = self.joint_velocities(at_us);
+        let duration = velocities
+            .iter()
+            .zip(decelerations)
+            .map(|(velocity, deceleration)| libm::fabs(*velocity) / deceleration)
+            .fold(0.0, f64::max);
+        let [v1, v2, v3, _] = velocities;
+        let axes = [v1, v2, v3].map(|velocity| Axis::Braking(Braking::lasting(velocity, duration)));
+        let [a1, a2, a3] = axes;
+        let axes = [a1, a2, a3, Axis::Braking(Braking::lasting(0.0, 0.0))];
+        let leg = JointLeg::braking(&self.geometry, &from, axes);
+        if duration > 0.0 {
+            Self::of_legs(&self.geometry, &from, [Leg::Joints(leg)])
+        } else {
+            Self::at_rest(&self.geometry, &from)
+        }
+    }
+}

@@ -1,0 +1,325 @@
+//! Where motions meet limits and the end of reach: the analytic answer against dense sampling.
+
+mod support;
+
+use magician_motion::{
+    ArmState, Bound, Geometry, JointAngles, LIMIT_TOLERANCE, Limits, MotionError, Move, Planner,
+    Pose, Target, ToolBias, Unreachable,
+};
+use proptest::prelude::*;
+use support::*;
+
+/// The excess over the worst bound, degrees; infinite out of reach.
+fn excess(planner: &Planner, limits: &Limits, state: &ArmState, straight: bool) -> f64 {
+    let joints = if straight {
+        match planner.geometry.inverse(&state.pose) {
+            Ok(joints) => joints,
+            Err(_) => return f64::INFINITY,
+        }
+    } else {
+        state.joints
+    };
+    let over = |bound: Bound| {
+        let beyond = bound.value(&joints) - limits.at(bound);
+        if bound.is_upper() { beyond } else { -beyond }
+    };
+    Bound::ALL
+        .into_iter()
+        .map(over)
+        .fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Looks along the same motion without limits, sample by sample, and compares.
+fn agrees_with_sampling(
+    planner: &Planner,
+    from: &ArmState,
+    request: &Move,
+    straight: bool,
+) -> Result<bool, TestCaseError> {
+    const SAMPLES: u64 = 4_000;
+    let unlimited = Planner {
+        limits: WITHOUT_LIMITS,
+        ..*planner
+    };
+    let unlimited = unlimited.plan(from, request).expect("planned");
+    let whole = unlimited.trajectory;
+    let crossing = match planner.plan(from, request) {
+        Ok(plan) => plan.crossing,
+        Err(error) => return Err(TestCaseError::fail(error.to_string())),
+    };
+    let at = |t: u64| excess(planner, &planner.limits, &whole.sample(t), straight);
+    let time = |sample: u64| {
+        (u128::from(whole.duration_us()) * u128::from(sample) / u128::from(SAMPLES)) as u64
+    };
+    let seen = (1..SAMPLES).map(time).find(|t| at(*t) > LIMIT_TOLERANCE);
+    match (seen, crossing) {
+        (None, None) => {}
+        (Some(t), None) => prop_assert!(false, "outside by {} at {t}, not found", at(t)),
+        // The end of reach, where the motion without limits ends too.
+        (None, Some(found)) if Some(found) == unlimited.crossing => {}
+        (seen, Some(found)) => {
+            // Before it nothing was seen, and just after it there is something to see.
+            if let Some(t) = seen {
+                prop_assert!(found.at_us <= t + 1, "seen {t}, found {found:?}");
+            }
+            let gap = whole.duration_us() / SAMPLES + 2;
+            let before = found.at_us.saturating_sub(2);
+            prop_assert!(at(before) < 1e-6, "{} before {found:?}", at(before));
+            let just_after = (1..=400).map(|part| at(found.at_us + (gap * part / 400).max(1)));
+            // An excursion shorter than the samples' distance has its top near by.
+            prop_assert!(
+                just_after.fold(f64::NEG_INFINITY, f64::max) > 0.0,
+                "nothing after {found:?} of {}",
+                whole.duration_us()
+            );
+        }
+    }
+    Ok(crossing.is_some())
+}
+
+proptest! {
+    #![proptest_config(cases(3_000))]
+
+    #[test]
+    fn on_lines(from in reachable(), to in reachable(), planner in planner()) {
+        let from = ArmState::at_joints(&planner.geometry, &from);
+        let to = planner.geometry.forward(&to);
+        agrees_with_sampling(&planner, &from, &line(Target::Pose(to)), true)?;
+    }
+
+    #[test]
+    fn on_lines_that_graze(from in reachable(), to in reachable(), planner in planner(), closer in 0.5..1.0f64) {
+        // Limits drawn in to what the ends need, and a little more: many lines then touch them.
+        let (a, b) = (from, to);
+        let draw = |bound: Bound| {
+            let (a, b) = (bound.value(&a), bound.value(&b));
+            let ends = if bound.is_upper() { a.max(b) } else { a.min(b) };
+            ends + (planner.limits.at(bound) - ends) * (1.0 - closer) * 0.2
+        };
+        let range = |min, max| magician_motion::Range::new(draw(min), draw(max));
+        let planner = Planner {
+            limits: Limits {
+                j1: range(Bound::J1Min, Bound::J1Max),
+                j2: range(Bound::J2Min, Bound::J2Max),
+                j3: range(Bound::J3Min, Bound::J3Max),
+                j4: range(Bound::J4Min, Bound::J4Max),
+                j2_minus_j3: range(Bound::J23Min, Bound::J23Max),
+            },
+            ..planner
+        };
+        let from = ArmState::at_joints(&planner.geometry, &from);
+        let to = planner.geometry.forward(&to);
+        agrees_with_sampling(&planner, &from, &line(Target::Pose(to)), true)?;
+    }
+
+    #[test]
+    fn of_joint_four_alone(from in reachable(), to in reachable(), planner in planner(), share in 0.0..1.0f64) {
+        let (low, high) = (from.j4.min(to.j4), from.j4.max(to.j4));
+        let planner = Planner {
+            limits: Limits { j4: magician_motion::Range::new(low - 10.0 * share, high + 10.0 * share), ..WITHOUT_LIMITS },
+            ..planner
+        };
+        let from = ArmState::at_joints(&planner.geometry, &from);
+        let to = planner.geometry.forward(&to);
+        // The azimuth's cut behind the base is beyond any limit of J1 that an arm has.
+        if from.pose.x <= 0.0 || to.x <= 0.0 {
+            return Ok(());
+        }
+        agrees_with_sampling(&planner, &from, &line(Target::Pose(to)), true)?;
+    }
+
+    #[test]
+    fn on_joint_motions(from in reachable(), to in reachable(), planner in planner(), beyond in 0.8..1.6f64) {
+        let target = JointAngles::from(to.to_array().map(|angle| angle * beyond));
+        let from = ArmState::at_joints(&planner.geometry, &from);
+        agrees_with_sampling(&planner, &from, &joint_move(Target::Joints(target)), false)?;
+    }
+
+    #[test]
+    fn from_outside_inwards_only(from in reachable(), to in reachable(), planner in planner(), shrink in 0.3..1.0f64) {
+        // The start may be outside these limits; the target is inside.
+        let tight = Limits {
+            j1: magician_motion::Range::new(-135.0 * shrink, 135.0 * shrink),
+            j2: magician_motion::Range::new(-5.0, 90.0 * shrink),
+            ..Limits::CONTROLLER
+        };
+        if tight.check(&to).is_err() {
+            return Ok(());
+        }
+        let planner = Planner { limits: tight, ..planner };
+        let start = ArmState::at_joints(&planner.geometry, &from);
+        let request = line(Target::Pose(planner.geometry.forward(&to)));
+        let plan = planner.plan(&start, &request).expect("planned");
+        let outside: Vec<Bound> = tight.violations(&from).collect();
+        // On the way that is made no bound is violated by more than at the start.
+        let motion = plan.trajectory;
+        for step in 0..=500u64 {
+            let joints = motion.sample(motion.duration_us() * step / 500).joints;
+            for bound in tight.violations(&joints) {
+                let side = if bound.is_upper() { 1.0 } else { -1.0 };
+                let further = side * (bound.value(&joints) - bound.value(&from));
+                // A crossing is told to the microsecond.
+                prop_assert!(outside.contains(&bound) && further < 1e-3 || side * (bound.value(&joints) - tight.at(bound)) < 1e-3,
+                    "{bound:?} {joints:?} from {from:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn samples_are_found_to_cross_often_enough_to_prove_something() {
+    use proptest::strategy::ValueTree;
+    use proptest::test_runner::TestRunner;
+    let mut runner = TestRunner::deterministic();
+    let mut crossed = 0;
+    for _ in 0..500 {
+        let mut draw = || {
+            reachable()
+                .new_tree(&mut runner)
+                .expect("a value")
+                .current()
+        };
+        let planner = Planner::default();
+        let from = ArmState::at_joints(&planner.geometry, &draw());
+        let to = planner.geometry.forward(&draw());
+        let request = line(Target::Pose(to));
+        crossed += usize::from(
+            planner
+                .plan(&from, &request)
+                .expect("planned")
+                .crossing
+                .is_some(),
+        );
+    }
+    assert!((50..450).contains(&crossed), "{crossed}");
+}
+
+#[test]
+fn a_line_past_the_base_leaves_the_workspace() {
+    let planner = Planner::default();
+    let from = state(&planner, [-80.0, 45.0, 45.0, 80.0]);
+    let to = planner
+        .geometry
+        .forward(&JointAngles::new(80.0, 45.0, 45.0, -80.0));
+    let plan = planner
+        .plan(&from, &line(Target::Pose(to)))
+        .expect("planned");
+    let crossing = plan.crossing.expect("too near the base");
+    // The wrist comes too near: J2 - J3 = -70 at a distance d with
+    // d^2 = 135^2 + 147^2 - 2 * 135 * 147 * sin(70), which the line meets in closed form.
+    let MotionError::Limit { bound, .. } = crossing.cause else {
+        panic!("{crossing:?}")
+    };
+    let stopped = plan.trajectory.end();
+    assert!((bound.value(&stopped.joints) - planner.limits.at(bound)).abs() < 1e-9);
+    assert_eq!(plan.trajectory.sample(crossing.at_us), *stopped);
+    assert!((plan.trajectory.progress(crossing.at_us) - crossing.progress).abs() < 1e-12);
+}
+
+#[test]
+fn without_limits_the_end_of_reach_is_the_end() {
+    let planner = Planner {
+        limits: WITHOUT_LIMITS,
+        ..Planner::default()
+    };
+    let from = state(&planner, [0.0, 20.0, 80.0, 0.0]);
+    let to = Pose {
+        x: -from.pose.x,
+        ..from.pose
+    };
+    let through_the_base = planner
+        .plan(&from, &line(Target::Pose(to)))
+        .expect("planned");
+    let low = from.pose.z.abs() < 12.0;
+    assert_eq!(through_the_base.crossing.is_some(), low);
+    let sideways = Planner {
+        geometry: Geometry::magician(ToolBias::new(0.0, 40.0, 0.0)),
+        ..planner
+    };
+    let from = state(&sideways, [0.0, 20.0, 80.0, 0.0]);
+    let to = Pose {
+        x: -from.pose.x,
+        y: -from.pose.y,
+        ..from.pose
+    };
+    let plan = sideways
+        .plan(&from, &line(Target::Pose(to)))
+        .expect("planned");
+    assert!(matches!(
+        plan.crossing
+            .expect("passes the axis nearer than the bias")
+            .cause,
+        MotionError::Unreachable(Unreachable::TooNear { .. })
+    ));
+    let end = plan.trajectory.end().pose;
+    assert!((end.x.hypot(end.y) - 40.0).abs() < 1e-6);
+}
+
+#[test]
+fn joint_motions_run_to_the_limit_exactly() {
+    let planner = Planner::default();
+    let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
+    let cases = [
+        ([170.0, 45.0, 45.0, 0.0], Bound::J1Max, 170.0),
+        ([-1e30, 45.0, 45.0, 0.0], Bound::J1Min, -1e9),
+        ([0.0, 95.0, 80.0, 0.0], Bound::J2Max, 95.0),
+        ([0.0, 45.0, 92.0, 0.0], Bound::J3Max, 92.0),
+        ([0.0, 45.0, 45.0, -151.0], Bound::J4Min, -151.0),
+        ([0.0, 85.0, 20.0, 0.0], Bound::J23Max, 65.0),
+        ([0.0, 10.0, 85.0, 0.0], Bound::J23Min, -75.0),
+    ];
+    for (target, expected, value) in cases {
+        let request = joint_move(Target::Joints(target.into()));
+        let plan = planner.plan(&home, &request).expect("not refused");
+        let crossing = plan.crossing.expect("beyond a limit");
+        let limit = planner.limits.at(expected);
+        assert_eq!(
+            crossing.cause,
+            MotionError::Limit {
+                bound: expected,
+                value,
+                limit
+            }
+        );
+        let stopped = plan.trajectory.sample(u64::MAX).joints;
+        assert!((expected.value(&stopped) - limit).abs() < 1e-9);
+        assert!(planner.limits.check(&stopped).is_ok());
+        // Once there, further out is refused at once, and back in is not.
+        let there = *plan.trajectory.end();
+        let again = planner.plan(&there, &request).expect("not refused");
+        assert_eq!(again.crossing.map(|crossing| crossing.at_us), Some(0));
+        assert_eq!(*again.trajectory.end(), there);
+        let back = joint_move(Target::Joints(JointAngles::HOME));
+        assert_eq!(planner.plan(&there, &back).expect("planned").crossing, None);
+    }
+}
+
+#[test]
+fn from_beyond_a_limit_the_way_is_back_in() {
+    let planner = Planner::default();
+    let beyond = state(&planner, [140.0, 45.0, 45.0, 0.0]);
+    let by = |j1, j2| joint_move(Target::JointIncrement(JointAngles::new(j1, j2, 0.0, 0.0)));
+    let plan = |request| planner.plan(&beyond, &request).expect("planned");
+    assert_eq!(
+        plan(by(2.0, 0.0)).crossing.map(|crossing| crossing.at_us),
+        Some(0)
+    );
+    assert_eq!(plan(by(-2.0, 0.0)).crossing, None);
+    assert_eq!(plan(by(-20.0, 0.0)).crossing, None);
+    // A motion of another joint leads no further out.
+    assert_eq!(plan(by(0.0, 5.0)).crossing, None);
+    let inwards = plan(by(-300.0, 0.0)).crossing.expect("the other side");
+    assert!(matches!(
+        inwards.cause,
+        MotionError::Limit {
+            bound: Bound::J1Min,
+            ..
+        }
+    ));
+    let out = line(Target::Pose(planner.geometry.forward(&JointAngles::HOME)));
+    let far_out = state(&planner, [0.0, 93.0, 60.0, 0.0]);
+    assert_eq!(
+        planner.plan(&far_out, &out).expect("planned").crossing,
+        None
+    );
+}
