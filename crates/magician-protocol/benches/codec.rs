@@ -13,7 +13,8 @@ use magician_protocol::commands::{
     QueuedCmdCurrentIndex, QueuedCmdLeftSpace,
 };
 use magician_protocol::{
-    Ctrl, Deframer, Event, Frame, FrameBuf, Layout, PtpMode, QueuedCmdIndex, Readable, Writable,
+    Ctrl, Deframer, Event, Frame, FrameBuf, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable,
+    Writable,
 };
 
 /// The replies of an arm that streams a path while its state is watched.
@@ -168,8 +169,13 @@ fn worst_input(bencher: Bencher<'_, '_>) {
 }
 
 #[bench]
+fn encode_pose_request() -> FrameBuf {
+    FrameBuf::get(&black_box(NoArgs), Pose::ROW).expect("short")
+}
+
+#[bench]
 fn encode_get() -> FrameBuf {
-    FrameBuf::get(black_box(&GetIoAdc { address: Some(12) }), IoAdc::ROW).expect("short")
+    FrameBuf::get(&black_box(GetIoAdc { address: Some(12) }), IoAdc::ROW).expect("short")
 }
 
 #[bench]
@@ -181,7 +187,7 @@ fn encode_ptp() -> FrameBuf {
         z: -20.25,
         r: 0.0,
     };
-    FrameBuf::encode(PtpCmd::ROW.id, Ctrl::QUEUED, black_box(&move_to)).expect("short")
+    FrameBuf::encode(PtpCmd::ROW.id, Ctrl::QUEUED, &black_box(move_to)).expect("short")
 }
 
 #[bench]
@@ -193,5 +199,5 @@ fn encode_cp() -> FrameBuf {
         z: -20.25,
         velocity_or_power: 0.0,
     };
-    FrameBuf::encode(CpCmd::ROW.id, Ctrl::QUEUED, black_box(&segment)).expect("short")
+    FrameBuf::encode(CpCmd::ROW.id, Ctrl::QUEUED, &black_box(segment)).expect("short")
 }

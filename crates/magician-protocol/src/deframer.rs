@@ -115,7 +115,20 @@ impl Deframer {
 
     /// Takes bytes from the front of `input` until there is something to report; `None` when all
     /// of `input` has been taken and what is left may still become a frame.
+    #[inline]
     pub fn next<'a>(&'a mut self, input: &mut &[u8]) -> Option<Event<'a>> {
+        // What cannot complete the candidate is only kept.
+        let held = usize::from(self.end - self.start);
+        if held + input.len() < usize::from(self.wanted) && !self.expiring {
+            self.refill(input);
+            if input.is_empty() {
+                return None;
+            }
+        }
+        self.search(input)
+    }
+
+    fn search<'a>(&'a mut self, input: &mut &[u8]) -> Option<Event<'a>> {
         loop {
             match self.judge() {
                 Verdict::More => {
