@@ -108,10 +108,10 @@ impl Tally {
             return;
         };
         self.requests += 1;
-        if self.requests % 4 == 0 {
+        if self.requests.is_multiple_of(4) {
             write_back(frame, &request);
         }
-        if self.requests % 64 == 0 {
+        if self.requests.is_multiple_of(64) {
             explain(frame);
         }
     }
@@ -190,7 +190,7 @@ fn main() {
                 tally.take(event);
             }
         }
-        if case % 16 == 0 {
+        if case.is_multiple_of(16) {
             deframer.expire();
         }
     }

@@ -57,8 +57,8 @@ pub enum Event<'a> {
 ///
 /// The protocol does not escape its header (errata E04), so a candidate that fails is searched
 /// again from its second byte: a fault costs the frame it hits, and one good frame after it when
-/// by chance (1 in 256) a false sum is right. State is under 512 bytes, work at
-/// most 252 additions a byte. There is no clock inside: when the line has been silent for
+/// by chance (1 in 256) a false sum is right. State is under 512 bytes, work
+/// under 256 additions a byte. There is no clock inside: when the line has been silent for
 /// [`INTER_BYTE_TIMEOUT_MS`](crate::INTER_BYTE_TIMEOUT_MS) and [`pending`](Self::pending) says
 /// that bytes wait, call [`expire`](Self::expire).
 ///
