@@ -1,1 +1,50 @@
 //! A virtual Dobot Magician controller: bytes in, bytes out, time passes when you say so.
+//!
+//! [`Controller`] is the whole arm behind its connectors. It answers byte for byte as the real one does, keeps its
+//! queue, its alarms and its motion, and has neither a clock nor any input or output of its own. What it knows at
+//! power-up, and every choice where nothing is documented, stands in a [`Profile`]; what lies outside the arm is a
+//! [`World`].
+//!
+//! ```
+//! use magician_sim::{Controller, LinkId, Profile};
+//!
+//! let mut arm = Controller::new(Profile::default());
+//! let usb = LinkId(0);
+//!
+//! // Put the rail out of use: the exchange that a real arm was seen to make.
+//! arm.receive(usb, &[0xAA, 0xAA, 0x04, 0x03, 0x01, 0x01, 0x00, 0xFB]);
+//! let reply = arm.poll_transmit(usb).expect("every request is answered");
+//! assert_eq!(reply.bytes(), [0xAA, 0xAA, 0x02, 0x03, 0x01, 0xFC]);
+//! ```
+#![forbid(unsafe_code)]
+
+mod alarms;
+mod chapter;
+mod controller;
+mod convert;
+mod core;
+mod dispatch;
+mod event;
+mod executor;
+mod limits;
+mod link;
+mod motion;
+mod profile;
+mod queue;
+mod settings;
+mod state;
+mod world;
+
+pub use controller::Controller;
+pub use event::{Event, Refusal};
+pub use link::LinkId;
+pub use profile::{
+    ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, Identity, JogDefaults, LimitChoice,
+    LimitSet, LimitSets, LostStepDefaults, PinFunctions, Pins, PowerUp, Profile, ProfileError,
+    PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools, WifiDefaults,
+};
+pub use state::{Output, QueueState, State};
+pub use world::{EmptyWorld, World};
+
+/// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.
+pub type Micros = u64;

@@ -1,0 +1,21 @@
+//! Sensor calibration (document 1.16) and what little is known of its neighbours.
+
+use magician_protocol::NoArgs;
+use magician_protocol::commands::*;
+
+use crate::core::Core;
+use crate::dispatch::{Report, not_simulated, stored};
+
+stored!(
+    AngleSensorStaticError in angle_error,
+    AngleSensorCoef in angle_coef,
+    BaseDecoderStaticError in base_error,
+    PulseMode in pulse_mode,
+);
+not_simulated!(ZdfCalibRequest);
+
+impl Report for ZdfCalibStatus {
+    fn report(_: &mut Core, _: &NoArgs) -> Self {
+        Self { status: 0 }
+    }
+}

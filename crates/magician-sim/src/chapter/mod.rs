@@ -1,0 +1,19 @@
+//! The protocol's chapters: what each command does. A chapter is named after the document's.
+
+mod alarm;
+mod arc;
+mod calibration;
+mod cp;
+mod home;
+mod info;
+pub(crate) mod io;
+mod jog;
+mod lost_step;
+mod pose;
+mod ptp;
+mod queue;
+mod teach;
+pub(crate) mod tool;
+mod trigger;
+mod wait;
+mod wifi;

@@ -1,0 +1,52 @@
+//! Where the arm is (document 1.4).
+
+use magician_protocol::commands::*;
+use magician_protocol::{NoArgs, Writable};
+
+use crate::convert::{from_wire, pose_to_wire};
+use crate::core::Core;
+use crate::dispatch::{Apply, Report, Step, Turn, stored};
+use crate::event::Refusal;
+
+stored!(ArmOrientation in orientation);
+
+/// Angles that ResetPose may give: a full turn either way.
+const SENSIBLE: std::ops::RangeInclusive<f64> = -360.0..=360.0;
+
+impl Report for Pose {
+    fn report(core: &mut Core, _: &NoArgs) -> Self {
+        pose_to_wire(&core.arm())
+    }
+}
+
+impl Report for PoseL {
+    fn report(_: &mut Core, _: &NoArgs) -> Self {
+        Self { pose_l: 0.0 }
+    }
+}
+
+impl Report for Kinematics {
+    fn report(_: &mut Core, _: &NoArgs) -> Self {
+        Self {
+            velocity: 0.0,
+            acceleration: 0.0,
+        }
+    }
+}
+
+impl Apply for ResetPose {
+    /// With manual 0 the angles come from the sensors, which read what is commanded: no step has been lost.
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        if !self.manual.is_on() {
+            return Step::Done;
+        }
+        let [j2, j3] = from_wire([self.rear_arm_angle, self.front_arm_angle]);
+        let sensible = SENSIBLE.contains(&j2) && SENSIBLE.contains(&j3);
+        if core.motion.is_moving() || !sensible {
+            return core.refuse(Self::ROW.id, Refusal::Pose);
+        }
+        let joints = core.arm().joints;
+        core.place_at(magician_motion::JointAngles { j2, j3, ..joints });
+        Step::Done
+    }
+}

@@ -1,0 +1,166 @@
+//! The controller as those who hold it see it.
+
+use magician_protocol::{Event as Found, FrameBuf, Row};
+
+use crate::core::Core;
+use crate::event::Event;
+use crate::link::{Link, Links};
+use crate::{EmptyWorld, LinkId, Micros, Profile, State, World};
+
+/// A Dobot Magician's controller, without a clock and without a wire.
+///
+/// # Grammar
+///
+/// * **Look**: [`now`](Self::now), [`state`](Self::state), [`jogging`](Self::jogging) change nothing.
+/// * **Bytes in**: [`receive`](Self::receive) takes what came over a link and acts on every frame in it at the present
+///   instant; [`receive_one`](Self::receive_one) stops after each request, for callers that let time pass between
+///   them. [`expire`](Self::expire) and [`close`](Self::close) say that a link fell silent or is gone.
+/// * **Time**: [`advance`](Self::advance) lets the arm's clock run to an instant.
+///   [`poll_timeout`](Self::poll_timeout) is the next instant at which something happens by itself.
+/// * **Out**: [`poll_transmit`](Self::poll_transmit) gives the replies of a link until `None`,
+///   [`poll_event`](Self::poll_event) what happened.
+///
+/// A driver of it repeats: `receive`, `poll_transmit` until `None`, `advance` to the earlier of the next byte and
+/// `poll_timeout`.
+///
+/// # Promises
+///
+/// The same calls give the same bytes, events and poses, bit for bit. `advance(a); advance(b)` is `advance(b)`. A move
+/// costs the same whether it takes a second or an hour. No bytes and no values make it panic, and its memory is bounded:
+/// the queue by its depth, each of at most 64 links by its decoder and 32 KiB of replies not taken, the log by 256 events.
+/// Once its buffers have grown to what is in use it allocates nothing.
+pub struct Controller {
+    links: Links,
+    core: Core,
+}
+
+impl std::fmt::Debug for Controller {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Controller")
+            .field("state", &self.state())
+            .finish_non_exhaustive()
+    }
+}
+
+impl Default for Controller {
+    /// A Magician with firmware 3.6.14 in an empty world.
+    fn default() -> Self {
+        Self::new(Profile::default())
+    }
+}
+
+impl Controller {
+    /// Switches on an arm with this firmware in an [`EmptyWorld`].
+    #[must_use]
+    pub fn new(profile: Profile) -> Self {
+        Self::in_world(profile, Box::new(EmptyWorld))
+    }
+
+    /// Switches on an arm with this firmware in this world.
+    #[must_use]
+    pub fn in_world(profile: Profile, world: Box<dyn World>) -> Self {
+        Self {
+            links: Links::default(),
+            core: Core::new(profile, world),
+        }
+    }
+
+    /// The arm's clock: microseconds since power-up.
+    #[must_use]
+    pub fn now(&self) -> Micros {
+        self.core.now
+    }
+
+    /// Everything about the arm at the present instant.
+    #[must_use]
+    pub fn state(&self) -> State {
+        State::of(&self.core)
+    }
+
+    /// Whether a motion without an end of its own runs: a jog.
+    #[must_use]
+    pub fn jogging(&self) -> bool {
+        false
+    }
+
+    /// Takes bytes from a link and handles every frame in them, all at the present instant.
+    pub fn receive(&mut self, link: LinkId, bytes: &[u8]) {
+        let mut input = bytes;
+        while self.receive_one(link, &mut input) {}
+    }
+
+    /// As [`receive`](Self::receive), but returns `true` as soon as one request has been handled; `false` when all of
+    /// `input` has been taken and no whole frame is left. Bytes taken from `input` may hold further requests: call
+    /// again, even with an empty `input`, until it returns `false`.
+    pub fn receive_one(&mut self, link: LinkId, input: &mut &[u8]) -> bool {
+        let Self { links, core } = self;
+        let peer = links.heard(link);
+        while let Some(found) = peer.deframer.next(input) {
+            match found {
+                Found::Frame { frame, .. } => {
+                    let frame = FrameBuf::from(frame);
+                    handle(core, link, peer, &frame);
+                    return true;
+                }
+                Found::Rejected { .. } => core.log.push(Event::BadFrame { link }),
+                Found::Noise { .. } => {}
+            }
+        }
+        false
+    }
+
+    /// The line has been silent for the inter-byte timeout: a frame that has begun there will not be completed. Frames
+    /// that this uncovers are handled at the present instant. The caller's clock decides, the arm's has no part in it.
+    pub fn expire(&mut self, link: LinkId) {
+        if let Some(peer) = self.links.known(link) {
+            peer.deframer.expire();
+            self.receive(link, &[]);
+        }
+    }
+
+    /// The peer is gone: forgets its half-received frame and the replies it has not taken.
+    pub fn close(&mut self, link: LinkId) {
+        self.links.close(link);
+    }
+
+    /// Lets the arm's time pass up to `to`; an instant that has passed changes nothing.
+    pub fn advance(&mut self, to: Micros) {
+        self.core.advance(to);
+    }
+
+    /// The instant of the arm's clock at which something next happens by itself: the end of a motion, of a wait.
+    /// `None` when nothing is scheduled.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Micros> {
+        self.core.next_event()
+    }
+
+    /// The next reply to a link, oldest first.
+    pub fn poll_transmit(&mut self, link: LinkId) -> Option<FrameBuf> {
+        self.links.known(link)?.outbox.pop()
+    }
+
+    /// The next event, oldest first. At most 256 are kept; [`State::events_lost`] counts those that were not read in
+    /// time.
+    pub fn poll_event(&mut self) -> Option<Event> {
+        self.core.log.pop()
+    }
+}
+
+/// Handles one frame: exactly one reply for a request that the controller knows, silence for others (errata E09).
+fn handle(core: &mut Core, link: LinkId, peer: &mut Link, frame: &FrameBuf) {
+    if !peer.outbox.has_room() {
+        core.log.push(Event::Overrun { link });
+        return;
+    }
+    let frame = frame.frame();
+    if Row::with_id(frame.id()).is_none() {
+        core.unknown_id(link, frame.id());
+        return;
+    }
+    let reply = core.answer(&frame);
+    // A reply holds what the controller stores, which fits a frame.
+    if let Ok(reply) = reply.or_else(|_| FrameBuf::new(frame.id(), frame.ctrl(), &[])) {
+        peer.outbox.push(&reply);
+    }
+}

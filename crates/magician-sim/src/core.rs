@@ -1,0 +1,123 @@
+//! The controller behind its links: everything that a command can look at or change.
+
+use magician_protocol::{
+    Ctrl, DecodeError, EncodeError, Frame, FrameBuf, QueuedCmdIndex, Request, Row, Set,
+};
+
+use crate::alarms::Alarms;
+use crate::chapter::{io::Connectors, tool::Actuators};
+use crate::dispatch::{self, Step, Turn};
+use crate::event::{Event, Log, Refusal};
+use crate::motion::Motion;
+use crate::queue::{Order, Queue};
+use crate::settings::Settings;
+use crate::{LinkId, Micros, Profile, World};
+
+/// The controller behind its links.
+pub(crate) struct Core {
+    pub(crate) now: Micros,
+    pub(crate) profile: Profile,
+    pub(crate) settings: Settings,
+    pub(crate) queue: Queue,
+    pub(crate) alarms: Alarms,
+    pub(crate) motion: Motion,
+    pub(crate) actuators: Actuators,
+    pub(crate) connectors: Connectors,
+    pub(crate) homed: bool,
+    pub(crate) world: Box<dyn World>,
+    pub(crate) log: Log,
+}
+
+impl Core {
+    pub(crate) fn new(profile: Profile, world: Box<dyn World>) -> Self {
+        let rules = &profile.queue;
+        let mut core = Self {
+            now: 0,
+            settings: Settings::new(&profile),
+            queue: Queue::new(
+                rules.depth,
+                rules.first_index,
+                profile.power_up.queue_started,
+            ),
+            alarms: Alarms::default(),
+            motion: Motion::at(profile.power_up.joints.into()),
+            actuators: Actuators::default(),
+            connectors: Connectors::default(),
+            homed: false,
+            world,
+            log: Log::default(),
+            profile,
+        };
+        if core.profile.power_up.reset_alarm {
+            core.raise(magician_protocol::Alarm::ResetOccurred);
+        }
+        core
+    }
+
+    /// Does what a frame asks and says what to reply.
+    pub(crate) fn answer(&mut self, frame: &Frame<'_>) -> Result<FrameBuf, EncodeError> {
+        let (id, ctrl) = (frame.id(), frame.ctrl());
+        let nothing = || FrameBuf::new(id, ctrl, &[]);
+        match Request::decode(frame) {
+            Ok(Request::Get(get)) => dispatch::report(self, &get, id, ctrl),
+            Ok(Request::Set(set)) => {
+                self.act_at_once(&set);
+                nothing()
+            }
+            Ok(Request::Queue(set)) => self.enqueue(id, ctrl, Order::Set(set)),
+            Ok(Request::Nothing) => nothing(),
+            Err(error) => {
+                let reason = Refusal::Parameters;
+                self.log.push(Event::Refused { id, reason });
+                if is_queued(ctrl, id, error) {
+                    self.enqueue(id, ctrl, Order::Nothing)
+                } else {
+                    nothing()
+                }
+            }
+        }
+    }
+
+    fn act_at_once(&mut self, set: &Set) {
+        // The step of an immediate command is of no concern: nothing waits for it.
+        let _: Step = dispatch::apply(self, set, Turn::Immediate);
+        self.settle();
+    }
+
+    fn enqueue(&mut self, id: u8, ctrl: Ctrl, order: Order) -> Result<FrameBuf, EncodeError> {
+        let Some(index) = self.queue.push(id, order) else {
+            self.log.push(Event::QueueFull { id });
+            return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
+        };
+        self.log.push(Event::Accepted { index, id });
+        self.settle();
+        FrameBuf::encode(id, ctrl, &QueuedCmdIndex(index))
+    }
+
+    pub(crate) fn unknown_id(&mut self, link: LinkId, id: u8) {
+        self.log.push(Event::UnknownId { link, id });
+        self.raise(magician_protocol::Alarm::UndefinedInstruction);
+    }
+
+    pub(crate) fn raise(&mut self, code: u8) {
+        if self.alarms.raise(code) {
+            self.log.push(Event::AlarmRaised { code });
+        }
+    }
+
+    pub(crate) fn refuse(&mut self, id: u8, reason: Refusal) -> Step {
+        self.log.push(Event::Refused { id, reason });
+        Step::Done
+    }
+
+    pub(crate) fn not_simulated(&mut self, row: &'static Row) -> Step {
+        self.log.push(Event::NotSimulated { row });
+        Step::Done
+    }
+}
+
+/// Whether a frame that could not be read would have been queued.
+fn is_queued(ctrl: Ctrl, id: u8, error: DecodeError) -> bool {
+    let queues = Row::with_id(id).is_some_and(|row| row.set.is_some() && !row.steers_queue());
+    ctrl.queued() && queues && !matches!(error, DecodeError::UnknownId(_))
+}

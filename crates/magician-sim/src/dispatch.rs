@@ -1,0 +1,108 @@
+//! From a command to the chapter that knows it. A command that no chapter knows does not compile.
+
+use magician_protocol::{Ctrl, EncodeError, FrameBuf, Get, Readable, Set, Writable};
+
+use crate::Micros;
+use crate::core::Core;
+
+/// A value that the controller can be asked for.
+pub(crate) trait Report: Readable {
+    /// The value at the present instant. Some reads leave a trace: a pin becomes the one addressed last.
+    fn report(core: &mut Core, query: &Self::Query) -> Self;
+}
+
+/// Something that can be set or ordered.
+pub(crate) trait Apply: Writable {
+    /// Does it at the present instant.
+    fn apply(&self, core: &mut Core, turn: Turn) -> Step;
+}
+
+/// How a command came to be carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Turn {
+    /// On arrival.
+    Immediate,
+    /// At its place in the queue.
+    Queued,
+}
+
+/// What a command leaves behind for the queue to wait for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Step {
+    /// Nothing: it has finished.
+    Done,
+    /// The motion that it began.
+    Moving,
+    /// An instant.
+    Waiting(Micros),
+}
+
+macro_rules! report {
+    ($($value:ident)+) => {
+        /// The reply to a get.
+        pub(crate) fn report(
+            core: &mut Core,
+            get: &Get,
+            id: u8,
+            ctrl: Ctrl,
+        ) -> Result<FrameBuf, EncodeError> {
+            use magician_protocol::commands::*;
+            match get {
+                $( Get::$value(query) => FrameBuf::encode(id, ctrl, &$value::report(core, query)), )+
+            }
+        }
+    };
+}
+
+macro_rules! apply {
+    ($($order:ident)+) => {
+        /// Carries out a set.
+        pub(crate) fn apply(core: &mut Core, set: &Set, turn: Turn) -> Step {
+            match set {
+                $( Set::$order(order) => order.apply(core, turn), )+
+            }
+        }
+    };
+}
+
+magician_protocol::for_each_readable!(report);
+magician_protocol::for_each_writable!(apply);
+
+/// Parameter sets that are stored and read back, and have no other effect on the spot.
+macro_rules! stored {
+    ($($layout:ident in $field:ident),+ $(,)?) => {$(
+        impl $crate::dispatch::Report for $layout {
+            fn report(core: &mut $crate::core::Core, _: &magician_protocol::NoArgs) -> Self {
+                core.settings.$field
+            }
+        }
+
+        impl $crate::dispatch::Apply for $layout {
+            fn apply(
+                &self,
+                core: &mut $crate::core::Core,
+                _: $crate::dispatch::Turn,
+            ) -> $crate::dispatch::Step {
+                core.settings.$field = *self;
+                $crate::dispatch::Step::Done
+            }
+        }
+    )+};
+}
+
+/// Commands that this simulation accepts, answers and finishes, and does not act on.
+macro_rules! not_simulated {
+    ($($layout:ident),+ $(,)?) => {$(
+        impl $crate::dispatch::Apply for $layout {
+            fn apply(
+                &self,
+                core: &mut $crate::core::Core,
+                _: $crate::dispatch::Turn,
+            ) -> $crate::dispatch::Step {
+                core.not_simulated(<Self as magician_protocol::Writable>::ROW)
+            }
+        }
+    )+};
+}
+
+pub(crate) use {not_simulated, stored};

@@ -1,0 +1,127 @@
+//! What the controller has done, for those who watch it: a bounded log.
+
+use std::collections::VecDeque;
+
+use magician_protocol::Row;
+
+use crate::LinkId;
+
+/// Something that happened inside the controller. None of it goes over the wire.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub enum Event {
+    /// A queued command was taken and given this index.
+    Accepted {
+        /// Its index in the queue's numbering.
+        index: u64,
+        /// Its id.
+        id: u8,
+    },
+    /// A queued command came to its turn.
+    Started {
+        /// Its index.
+        index: u64,
+        /// Its id.
+        id: u8,
+    },
+    /// A queued command has ended: carried out, refused, cut short or replaced.
+    Finished {
+        /// Its index.
+        index: u64,
+        /// Its id.
+        id: u8,
+    },
+    /// Commands that waited were dropped from the queue.
+    Dropped {
+        /// How many.
+        count: usize,
+    },
+    /// A queued command came when the queue was full; nothing was stored.
+    QueueFull {
+        /// Its id.
+        id: u8,
+    },
+    /// A command was understood and not carried out.
+    Refused {
+        /// Its id.
+        id: u8,
+        /// Why.
+        reason: Refusal,
+    },
+    /// An alarm was raised that did not stand before.
+    AlarmRaised {
+        /// Its code.
+        code: u8,
+    },
+    /// An alarm no longer stands.
+    AlarmCleared {
+        /// Its code.
+        code: u8,
+    },
+    /// A command was accepted, stored and answered, but this simulation does not act on it, or
+    /// only in part.
+    NotSimulated {
+        /// The command's row.
+        row: &'static Row,
+    },
+    /// Bytes that looked like a frame were damaged; they had no effect and no answer.
+    BadFrame {
+        /// Where they came from.
+        link: LinkId,
+    },
+    /// A frame with an id that the Magician does not have; it had no answer.
+    UnknownId {
+        /// Where it came from.
+        link: LinkId,
+        /// The id.
+        id: u8,
+    },
+    /// A request was dropped because its peer has not taken the replies that wait for it.
+    Overrun {
+        /// The peer's link.
+        link: LinkId,
+    },
+}
+
+/// Why a command was not carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// Its parameter count fits no accepted form (errata E11).
+    Parameters,
+    /// Its motion cannot be planned; an alarm says why.
+    Unplannable,
+    /// Its point-to-point mode has no meaning (model section 15a).
+    UnknownMode,
+    /// A pin that there is not, or a function that the pin does not have.
+    Pin,
+    /// It sets the pose while the arm moves, or to angles that make no sense.
+    Pose,
+}
+
+/// The latest events; when it is full the oldest goes and is counted.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Log {
+    events: VecDeque<Event>,
+    lost: u64,
+}
+
+impl Log {
+    const CAPACITY: usize = 256;
+
+    pub(crate) fn push(&mut self, event: Event) {
+        if self.events.len() >= Self::CAPACITY {
+            self.events.pop_front();
+            self.lost = self.lost.saturating_add(1);
+        }
+        self.events.push_back(event);
+    }
+
+    pub(crate) fn pop(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    pub(crate) fn lost(&self) -> u64 {
+        self.lost
+    }
+}

@@ -1,0 +1,150 @@
+//! Time and turns: what happens next, and what that lets happen.
+
+use crate::Micros;
+use crate::core::Core;
+use crate::dispatch::{self, Step, Turn};
+use crate::event::Event;
+use crate::queue::{Busy, Entry, Order, Running};
+use magician_protocol::{AlarmSet, Set};
+
+impl Core {
+    /// Lets time pass up to `to`, from one event to the next.
+    pub(crate) fn advance(&mut self, to: Micros) {
+        while let Some(at) = self.next_event().filter(|at| *at <= to) {
+            self.now = self.now.max(at);
+            self.happen();
+        }
+        self.now = self.now.max(to);
+    }
+
+    /// Does all that can be done at the present instant: what is due, and what the queue may take.
+    pub(crate) fn settle(&mut self) {
+        self.run_queue();
+        self.advance(self.now);
+    }
+
+    /// When something next happens by itself.
+    pub(crate) fn next_event(&self) -> Option<Micros> {
+        let waited = match self.queue.running.map(|running| running.busy) {
+            Some(Busy::Waiting(until)) => Some(until),
+            _ => None,
+        };
+        [waited, self.motion.next_event()]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+
+    /// What is due at the present instant. The motion comes first: a wait that ends with it may begin another.
+    fn happen(&mut self) {
+        let now = self.now;
+        if self.motion.next_event().is_some_and(|at| at <= now) {
+            self.motion_event();
+        }
+        if let Some(Busy::Waiting(until)) = self.queue.running.map(|running| running.busy)
+            && until <= now
+        {
+            self.finish_running();
+        }
+        self.run_queue();
+    }
+
+    /// Takes commands from the queue as long as it may and they finish on the spot.
+    fn run_queue(&mut self) {
+        while self.may_take() {
+            let Some(entry) = self.queue.pop() else {
+                return;
+            };
+            self.start(entry);
+        }
+    }
+
+    /// The queue takes its next command when it is started, nothing runs or moves, and no alarm holds it; homing is
+    /// taken all the same (model section 4).
+    fn may_take(&self) -> bool {
+        let homes = matches!(self.queue.head(), Some(Order::Set(Set::HomeCmd(_))));
+        let held = self.alarms.held() && self.profile.queue.alarms_hold;
+        self.queue.started
+            && self.queue.running.is_none()
+            && !self.motion.is_moving()
+            && (!held || homes)
+    }
+
+    fn start(&mut self, entry: Entry) {
+        let Entry { index, id, order } = entry;
+        self.log.push(Event::Started { index, id });
+        let step = match &order {
+            Order::Set(set) => dispatch::apply(self, set, Turn::Queued),
+            Order::Nothing => Step::Done,
+        };
+        let busy = match step {
+            Step::Done => return self.finished(index, id),
+            Step::Moving => Busy::Moving,
+            Step::Waiting(until) => Busy::Waiting(until),
+        };
+        self.queue.running = Some(Running { index, id, busy });
+    }
+
+    /// The running command has ended, however it did.
+    pub(crate) fn finish_running(&mut self) {
+        if let Some(Running { index, id, .. }) = self.queue.running.take() {
+            self.finished(index, id);
+        }
+    }
+
+    /// The running command has ended if the motion was its own.
+    pub(crate) fn finish_moving(&mut self) {
+        if let Some(Busy::Moving) = self.queue.running.map(|running| running.busy) {
+            self.finish_running();
+        }
+    }
+
+    fn finished(&mut self, index: u64, id: u8) {
+        self.queue.current = index;
+        self.log.push(Event::Finished { index, id });
+    }
+}
+
+impl Core {
+    /// Stops the queue: the running motion goes on to its end, a running wait is cut short (model section 14).
+    pub(crate) fn stop(&mut self) {
+        self.queue.started = false;
+        if let Some(Busy::Waiting(_)) = self.queue.running.map(|running| running.busy) {
+            self.finish_running();
+        }
+    }
+
+    /// Stops the queue and brakes whatever moves.
+    pub(crate) fn force_stop(&mut self) {
+        self.stop();
+        self.brake();
+    }
+
+    /// Drops what waits. Numbering goes on and the current index stands.
+    pub(crate) fn clear_queue(&mut self) {
+        let count = self.queue.clear();
+        if count > 0 {
+            self.log.push(Event::Dropped { count });
+        }
+        let moving = self
+            .queue
+            .running
+            .is_some_and(|running| running.busy == Busy::Moving);
+        if moving && self.profile.queue.clear_ends_motion {
+            self.halt();
+        }
+    }
+
+    /// Clears the alarms whose cause is gone, which may let the queue go on.
+    pub(crate) fn clear_alarms(&mut self) {
+        let before = self.alarms.standing();
+        let standing: AlarmSet = (before.codes())
+            .filter(|code| self.limit_stands(*code))
+            .collect();
+        self.alarms.clear(|code| standing.contains(code));
+        let after = self.alarms.standing();
+        for code in before.codes().filter(|code| !after.contains(*code)) {
+            self.log.push(Event::AlarmCleared { code });
+        }
+    }
+}

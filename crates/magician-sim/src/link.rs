@@ -1,0 +1,96 @@
+//! The peers of the controller: a decoder and the replies that wait, each.
+
+use std::collections::VecDeque;
+
+use magician_protocol::{Deframer, FrameBuf, MAX_FRAME};
+
+/// Names a peer: a pseudo-terminal, the sender of datagrams, a connection.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LinkId(pub u32);
+
+/// One peer.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Link {
+    pub(crate) deframer: Deframer,
+    pub(crate) outbox: Outbox,
+}
+
+/// Replies of one peer that wait to be taken, oldest first, as bytes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outbox {
+    bytes: VecDeque<u8>,
+}
+
+impl Outbox {
+    /// Most bytes that wait: the answers to 5000 bytes of the costliest request, GetPose.
+    const CAPACITY: usize = 32 * 1024;
+
+    /// Whether the longest reply still fits.
+    pub(crate) fn has_room(&self) -> bool {
+        self.bytes.len() + MAX_FRAME <= Self::CAPACITY
+    }
+
+    pub(crate) fn push(&mut self, reply: &FrameBuf) {
+        self.bytes.extend(reply.bytes());
+    }
+
+    pub(crate) fn pop(&mut self) -> Option<FrameBuf> {
+        let [_, _, len, id, ctrl] = self.head()?;
+        let count = usize::from(len).saturating_sub(2);
+        let mut params = [0; MAX_FRAME];
+        for (to, from) in params.iter_mut().zip(self.bytes.iter().skip(5).take(count)) {
+            *to = *from;
+        }
+        self.bytes.drain(..(count + 6).min(self.bytes.len()));
+        FrameBuf::new(id, magician_protocol::Ctrl(ctrl), params.get(..count)?).ok()
+    }
+
+    fn head(&self) -> Option<[u8; 5]> {
+        let mut head = [0; 5];
+        for (at, to) in head.iter_mut().enumerate() {
+            *to = *self.bytes.get(at)?;
+        }
+        Some(head)
+    }
+}
+
+/// The peers that have been heard, least recently heard first.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Links {
+    links: Vec<(LinkId, Link)>,
+}
+
+impl Links {
+    /// Most peers at a time. One more pushes out the one that has been silent longest: senders of
+    /// datagrams come and go without a word.
+    pub(crate) const CAPACITY: usize = 64;
+
+    /// The peer of this name, as the one heard last.
+    pub(crate) fn heard(&mut self, id: LinkId) -> &mut Link {
+        match self.links.iter().position(|(known, _)| *known == id) {
+            Some(at) if at + 1 == self.links.len() => {}
+            Some(at) => {
+                if let Some(tail) = self.links.get_mut(at..) {
+                    tail.rotate_left(1);
+                }
+            }
+            None => {
+                if self.links.len() >= Self::CAPACITY {
+                    self.links.remove(0);
+                }
+                self.links.push((id, Link::default()));
+            }
+        }
+        let last = self.links.len() - 1;
+        &mut self.links[last].1
+    }
+
+    pub(crate) fn known(&mut self, id: LinkId) -> Option<&mut Link> {
+        let (_, link) = self.links.iter_mut().find(|(known, _)| *known == id)?;
+        Some(link)
+    }
+
+    pub(crate) fn close(&mut self, id: LinkId) {
+        self.links.retain(|(known, _)| *known != id);
+    }
+}

@@ -1,0 +1,98 @@
+//! A look at everything, for tests, demonstrations and pictures.
+
+use magician_motion::{JointAngles, Pose};
+use magician_protocol::AlarmSet;
+
+use crate::Micros;
+use crate::core::Core;
+
+/// The arm at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct State {
+    /// The arm's clock.
+    pub now: Micros,
+    /// The commanded tool pose, for the tool bias that is set.
+    pub pose: Pose,
+    /// The commanded joints.
+    pub joints: JointAngles,
+    /// Whether anything moves, homing included.
+    pub moving: bool,
+    /// Whether the arm has been homed since power-up.
+    pub homed: bool,
+    /// The alarms that stand.
+    pub alarms: AlarmSet,
+    /// The command queue.
+    pub queue: QueueState,
+    /// The suction cup: sucking or not.
+    pub suction: Output,
+    /// The gripper: closed or open.
+    pub gripper: Output,
+    /// Whether suction cup or gripper hold something.
+    pub holding: bool,
+    /// Whether the laser burns.
+    pub laser: bool,
+    /// Events that were dropped because nobody read them.
+    pub events_lost: u64,
+}
+
+/// The command queue at an instant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct QueueState {
+    /// Places in all.
+    pub capacity: usize,
+    /// Commands that wait.
+    pub waiting: usize,
+    /// Index of the command at work.
+    pub running: Option<u64>,
+    /// Index of the command that finished last, 0 before the first.
+    pub current_index: u64,
+    /// Whether it takes commands: between start and stop.
+    pub started: bool,
+    /// Whether an alarm holds it until the alarms are cleared.
+    pub held: bool,
+    /// Commands that came when it was full.
+    pub overflows: u64,
+}
+
+/// A tool that takes its time to do what it is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Output {
+    /// What it was told.
+    pub commanded: bool,
+    /// What it has come to.
+    pub reached: bool,
+}
+
+impl State {
+    pub(crate) fn of(core: &Core) -> Self {
+        let (queue, arm) = (&core.queue, core.arm());
+        let suction = core.actuators.suction(core.now);
+        let gripper = core.actuators.gripper(core.now);
+        let gripping = suction.reached || gripper.reached;
+        Self {
+            now: core.now,
+            pose: arm.pose,
+            joints: arm.joints,
+            moving: core.motion.is_moving(),
+            homed: core.homed,
+            alarms: core.alarms.standing(),
+            queue: QueueState {
+                capacity: queue.depth(),
+                waiting: queue.waiting(),
+                running: queue.running.map(|running| running.index),
+                current_index: queue.current,
+                started: queue.started,
+                held: core.alarms.held() && core.profile.queue.alarms_hold,
+                overflows: queue.overflows,
+            },
+            suction,
+            gripper,
+            holding: gripping && core.world.graspable(core.now),
+            laser: core.actuators.laser_burns(),
+            events_lost: core.log.lost(),
+        }
+    }
+}
