@@ -18,6 +18,8 @@ use std::path::PathBuf;
 use std::pin::pin;
 use std::task::{Context, Poll};
 
+use tokio::task::unconstrained;
+
 use crate::{Controller, Event, Line, Runner, Speed};
 
 mod address;
@@ -268,10 +270,11 @@ impl Server {
         let endpoints: Vec<Endpoint> = ports.iter().map(|port| port.endpoint()).collect();
         (self.on_ready)(&endpoints);
         let mut end = pin!(end);
-        poll_fn(|cx| match end.as_mut().poll(cx) {
+        // Turns are bounded here. The runtime's own bound would look like a full socket.
+        unconstrained(poll_fn(|cx| match end.as_mut().poll(cx) {
             Poll::Ready(()) => Poll::Ready(Ok(())),
             Poll::Pending => turn(cx, &mut hub, &mut ports, &mut timer),
-        })
+        }))
         .await
     }
 }
