@@ -50,6 +50,7 @@ impl Hub {
     }
 
     /// A client left, and the next will be known by the same name.
+    #[cfg(unix)]
     pub(super) fn renew(&mut self, peer: &mut Peer) {
         self.runner.close(peer.link);
         peer.link = self.next_link();

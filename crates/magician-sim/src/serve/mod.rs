@@ -310,7 +310,14 @@ trait Port {
 }
 
 impl Door {
-    fn open(self, hub: &mut Hub) -> Result<Box<dyn Port + Send>, ServeError> {
+    fn open(
+        self,
+        #[cfg_attr(
+            not(unix),
+            expect(unused_variables, reason = "only a terminal is a peer by itself")
+        )]
+        hub: &mut Hub,
+    ) -> Result<Box<dyn Port + Send>, ServeError> {
         match self {
             #[cfg(unix)]
             Self::Pty(path) => Ok(Box::new(pty::Pty::open(&path, hub)?)),
