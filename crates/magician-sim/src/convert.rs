@@ -1,6 +1,6 @@
 //! The one place where the wire's 32-bit numbers become the planner's 64-bit ones, and are rounded back.
 
-use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
+use magician_motion::{ArmState, Geometry, JumpHeights, Pose, Speeds, Target, ToolBias};
 use magician_protocol::commands;
 
 use crate::core::Core;
@@ -15,9 +15,10 @@ pub(crate) fn from_wire<const N: usize>(values: [f32; N]) -> [f64; N] {
     values.map(f64::from)
 }
 
-pub(crate) fn pose_to_wire(pose: &Pose, joints: &JointAngles) -> commands::Pose {
-    let [x, y, z, r] = to_wire(pose.to_array());
-    let joint_angle = to_wire(joints.to_array());
+/// The answer to GetPose.
+pub(crate) fn pose_to_wire(arm: &ArmState) -> commands::Pose {
+    let [x, y, z, r] = to_wire(arm.pose.to_array());
+    let joint_angle = to_wire(arm.joints.to_array());
     commands::Pose {
         x,
         y,
@@ -34,6 +35,74 @@ impl Core {
         let [x, y, z] = from_wire([bias.x_bias, bias.y_bias, bias.z_bias]);
         Geometry::magician(ToolBias::new(x, y, z))
     }
+
+    /// The point-to-point speeds that are set now, up to the profile's ceilings.
+    pub(crate) fn ptp_speeds(&self) -> Speeds {
+        let (joint, space) = (&self.settings.ptp_joint, &self.settings.ptp_coordinate);
+        let (ratio, most) = (&self.settings.ptp_common, &self.profile.ceilings);
+        let [mut v, mut a] = [from_wire(joint.velocity), from_wire(joint.acceleration)];
+        for (value, ceiling) in v.iter_mut().zip(most.joint_velocity) {
+            *value = capped(*value, ceiling);
+        }
+        for value in &mut a {
+            *value = capped(*value, most.joint_acceleration);
+        }
+        Speeds {
+            joint_velocity: v,
+            joint_acceleration: a,
+            linear_velocity: capped(space.xyz_velocity.into(), most.linear_velocity),
+            linear_acceleration: capped(space.xyz_acceleration.into(), most.linear_acceleration),
+            rotation_velocity: capped(space.r_velocity.into(), most.rotation_velocity),
+            rotation_acceleration: capped(space.r_acceleration.into(), most.rotation_acceleration),
+            velocity_ratio: ratio.velocity_ratio.into(),
+            acceleration_ratio: ratio.acceleration_ratio.into(),
+        }
+    }
+
+    /// The speeds by which ForceStop brakes: the planner doubles the acceleration, the profile says by how much it is
+    /// to be multiplied.
+    pub(crate) fn brake_speeds(&self) -> Speeds {
+        let speeds = self.ptp_speeds();
+        let factor = self.profile.stop.force_factor / 2.0;
+        Speeds {
+            joint_acceleration: speeds.joint_acceleration.map(|a| a * factor),
+            ..speeds
+        }
+    }
+
+    /// The speeds of the move that ends homing; no ratio scales them.
+    pub(crate) fn homing_speeds(&self) -> Speeds {
+        Speeds {
+            joint_velocity: self.profile.home.velocity,
+            joint_acceleration: self.profile.home.acceleration,
+            ..Speeds::HOMING
+        }
+    }
+
+    /// Where homing ends: the point that was set, else the profile's joints.
+    pub(crate) fn home_point(&self) -> Target {
+        match self.settings.home {
+            Some(commands::HomeParams { x, y, z, r }) => {
+                Target::Pose(Pose::from(from_wire([x, y, z, r])))
+            }
+            None => Target::Joints(self.profile.home_joints()),
+        }
+    }
+
+    /// How high jumps go now.
+    pub(crate) fn jump_heights(&self) -> JumpHeights {
+        let heights = &self.settings.ptp_jump2;
+        JumpHeights {
+            start: heights.start_jump_height.into(),
+            end: heights.end_jump_height.into(),
+            z_limit: heights.z_limit.into(),
+        }
+    }
+}
+
+/// The value, no more than the ceiling; what is not a number stays so, for the planner to refuse.
+fn capped(value: f64, ceiling: f64) -> f64 {
+    if value > ceiling { ceiling } else { value }
 }
 
 /// Seconds as whole microseconds, to the nearest; what is no such time is 0 or the end of time.

@@ -81,7 +81,7 @@ impl Core {
     fn act_at_once(&mut self, set: &Set) {
         // The step of an immediate command is of no concern: nothing waits for it.
         let _: Step = dispatch::apply(self, set, Turn::Immediate);
-        self.run_queue();
+        self.settle();
     }
 
     fn enqueue(&mut self, id: u8, ctrl: Ctrl, order: Order) -> Result<FrameBuf, EncodeError> {
@@ -90,7 +90,7 @@ impl Core {
             return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
         };
         self.log.push(Event::Accepted { index, id });
-        self.run_queue();
+        self.settle();
         FrameBuf::encode(id, ctrl, &QueuedCmdIndex(index))
     }
 

@@ -5,7 +5,7 @@ use crate::core::Core;
 use crate::dispatch::{self, Step, Turn};
 use crate::event::Event;
 use crate::queue::{Busy, Entry, Order, Running};
-use magician_protocol::Set;
+use magician_protocol::{AlarmSet, Set};
 
 impl Core {
     /// Lets time pass up to `to`, from one event to the next.
@@ -15,6 +15,12 @@ impl Core {
             self.happen();
         }
         self.now = self.now.max(to);
+    }
+
+    /// Does all that can be done at the present instant: what is due, and what the queue may take.
+    pub(crate) fn settle(&mut self) {
+        self.run_queue();
+        self.advance(self.now);
     }
 
     /// When something next happens by itself.
@@ -44,7 +50,7 @@ impl Core {
     }
 
     /// Takes commands from the queue as long as it may and they finish on the spot.
-    pub(crate) fn run_queue(&mut self) {
+    fn run_queue(&mut self) {
         while self.may_take() {
             let Some(entry) = self.queue.pop() else {
                 return;
@@ -120,12 +126,22 @@ impl Core {
         if count > 0 {
             self.log.push(Event::Dropped { count });
         }
+        let moving = self
+            .queue
+            .running
+            .is_some_and(|running| running.busy == Busy::Moving);
+        if moving && self.profile.queue.clear_ends_motion {
+            self.halt();
+        }
     }
 
     /// Clears the alarms whose cause is gone, which may let the queue go on.
     pub(crate) fn clear_alarms(&mut self) {
         let before = self.alarms.standing();
-        self.alarms.clear(|_| false);
+        let standing: AlarmSet = (before.codes())
+            .filter(|code| self.limit_stands(*code))
+            .collect();
+        self.alarms.clear(|code| standing.contains(code));
         let after = self.alarms.standing();
         for code in before.codes().filter(|code| !after.contains(*code)) {
             self.log.push(Event::AlarmCleared { code });

@@ -31,6 +31,7 @@ mod core;
 mod dispatch;
 mod event;
 mod executor;
+mod limits;
 mod link;
 mod motion;
 mod pace;

@@ -15,6 +15,8 @@ pub(crate) const MAX_NAME: usize = 64;
 pub(crate) const MAX_SERIAL: usize = 23;
 /// EIO addresses run from 1 to this (model section 13).
 pub(crate) const PINS: usize = 20;
+/// The planner brakes with no more than this many times the acceleration.
+const MAX_FORCE_FACTOR: f64 = 2.0;
 /// Deepest queue that a profile may ask for; it bounds the controller's memory.
 const MAX_DEPTH: usize = 1024;
 
@@ -144,7 +146,8 @@ pub struct LimitSet {
     pub j2_minus_j3: [f64; 2],
 }
 
-/// More than this counts as this when a motion is planned (model section 6).
+/// More than this counts as this when a motion is planned (model section 6). The values of the built-in profile are the
+/// planner's own; a profile can only lower them.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ceilings {
@@ -180,7 +183,7 @@ pub struct Homing {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stopping {
-    /// ForceStop brakes with this many times the acceleration that is set.
+    /// ForceStop brakes with this many times the acceleration that is set; above 0, at most 2.
     pub force_factor: f64,
 }
 
@@ -470,7 +473,13 @@ impl Profile {
         positive("ceilings.rotation_acceleration", &[rotation_acceleration])?;
         positive("home.velocity", &self.home.velocity)?;
         positive("home.acceleration", &self.home.acceleration)?;
-        positive("stop.force_factor", &[self.stop.force_factor])?;
+        let factor = self.stop.force_factor;
+        rule(
+            factor > 0.0 && factor <= MAX_FORCE_FACTOR,
+            "stop.force_factor",
+            factor,
+            "above 0 and at most 2",
+        )?;
         let Defaults { jog, ptp, .. } = &self.defaults;
         positive32("defaults.jog.joint_velocity", &jog.joint_velocity)?;
         positive32("defaults.jog.joint_acceleration", &jog.joint_acceleration)?;

@@ -28,6 +28,8 @@ pub struct State {
     pub suction: Output,
     /// The gripper: closed or open.
     pub gripper: Output,
+    /// Whether suction cup or gripper hold something.
+    pub holding: bool,
     /// Whether the laser burns.
     pub laser: bool,
     /// Events that were dropped because nobody read them.
@@ -66,11 +68,14 @@ pub struct Output {
 
 impl State {
     pub(crate) fn of(core: &Core) -> Self {
-        let queue = &core.queue;
+        let (queue, arm) = (&core.queue, core.arm());
+        let suction = core.actuators.suction(core.now);
+        let gripper = core.actuators.gripper(core.now);
+        let gripping = suction.reached || gripper.reached;
         Self {
             now: core.now,
-            pose: core.pose(),
-            joints: core.joints(),
+            pose: arm.pose,
+            joints: arm.joints,
             moving: core.motion.is_moving(),
             homed: core.homed,
             alarms: core.alarms.standing(),
@@ -83,8 +88,9 @@ impl State {
                 held: core.alarms.held() && core.profile.queue.alarms_hold,
                 overflows: queue.overflows,
             },
-            suction: core.actuators.suction(core.now),
-            gripper: core.actuators.gripper(core.now),
+            suction,
+            gripper,
+            holding: gripping && core.world.graspable(core.now),
             laser: core.actuators.laser_burns(),
             events_lost: core.log.lost(),
         }

@@ -27,7 +27,7 @@ impl Apply for HomeParams {
 
 impl Apply for HomeCmd {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
-        core.not_simulated(Self::ROW)
+        core.home()
     }
 }
 

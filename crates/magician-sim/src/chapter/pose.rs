@@ -15,7 +15,7 @@ const SENSIBLE: std::ops::RangeInclusive<f64> = -360.0..=360.0;
 
 impl Report for Pose {
     fn report(core: &mut Core, _: &NoArgs) -> Self {
-        pose_to_wire(&core.pose(), &core.joints())
+        pose_to_wire(&core.arm())
     }
 }
 
@@ -45,7 +45,7 @@ impl Apply for ResetPose {
         if core.motion.is_moving() || !sensible {
             return core.refuse(Self::ROW.id, Refusal::Pose);
         }
-        let joints = core.joints();
+        let joints = core.arm().joints;
         core.place_at(magician_motion::JointAngles { j2, j3, ..joints });
         Step::Done
     }

@@ -1,10 +1,16 @@
 //! Point-to-point motion (document 1.10, model section 7).
 
-use magician_protocol::NoArgs;
-use magician_protocol::commands::*;
+use magician_motion::{JointAngles, Move, MoveKind, Pose, Target, Transfer};
+use magician_protocol::commands::{
+    GetPtpTime, PtpCmd, PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpJump2Params,
+    PtpJumpParams, PtpLParams, PtpPoCmd, PtpPoWithLCmd, PtpTime, PtpWithLCmd,
+};
+use magician_protocol::{Alarm, NoArgs, PoList, PtpMode, Row, Writable};
 
+use crate::convert::from_wire;
 use crate::core::Core;
-use crate::dispatch::{Apply, Report, Step, Turn, not_simulated, stored};
+use crate::dispatch::{Apply, Report, Step, Turn, stored};
+use crate::event::Refusal;
 
 stored!(
     PtpJointParams in ptp_joint,
@@ -13,7 +19,111 @@ stored!(
     PtpCommonParams in ptp_common,
     PtpLParams in ptp_rail,
 );
-not_simulated!(PtpCmd, PtpWithLCmd, PtpPoCmd, PtpPoWithLCmd);
+
+/// What a mode and its four numbers ask for; `None` for a mode that there is not (errata E28, model section 7).
+fn request(core: &Core, mode: PtpMode, numbers: [f32; 4]) -> Option<Move> {
+    let numbers = from_wire(numbers);
+    let (pose, joints) = (Pose::from(numbers), JointAngles::from(numbers));
+    let jump = |transfer| MoveKind::Jump(core.jump_heights(), transfer);
+    let (target, kind) = match mode {
+        PtpMode::JumpXyz => (Target::Pose(pose), jump(Transfer::Joint)),
+        PtpMode::MovjXyz => (Target::Pose(pose), MoveKind::Joint),
+        PtpMode::MovlXyz => (Target::Pose(pose), MoveKind::Line),
+        PtpMode::JumpAngle => (Target::Joints(joints), jump(Transfer::Joint)),
+        PtpMode::MovjAngle => (Target::Joints(joints), MoveKind::Joint),
+        PtpMode::MovlAngle => (Target::Joints(joints), MoveKind::Line),
+        PtpMode::MovjAngleInc => (Target::JointIncrement(joints), MoveKind::Joint),
+        PtpMode::MovlXyzInc => (Target::PoseIncrement(pose), MoveKind::Line),
+        PtpMode::MovjXyzInc => (Target::PoseIncrement(pose), MoveKind::Joint),
+        PtpMode::JumpMovlXyz => (Target::Pose(pose), jump(Transfer::Line)),
+        PtpMode::Unknown(_) => return None,
+    };
+    Some(Move { target, kind })
+}
+
+fn move_to(core: &mut Core, row: &Row, mode: PtpMode, numbers: [f32; 4]) -> Step {
+    match request(core, mode, numbers) {
+        Some(request) => core.move_arm(row.id, &request),
+        None => {
+            core.raise(Alarm::UndefinedInstruction);
+            core.refuse(row.id, Refusal::UnknownMode)
+        }
+    }
+}
+
+/// The rail does not move yet; without the rail its number is ignored (model section 12).
+fn leave_rail(core: &mut Core, row: &'static Row) {
+    if core.settings.with_rail.with_l.is_on() {
+        core.not_simulated(row);
+    }
+}
+
+/// Outputs are not switched on the way yet.
+fn leave_outputs(core: &mut Core, row: &'static Row, outputs: &PoList) {
+    if !outputs.as_slice().is_empty() {
+        core.not_simulated(row);
+    }
+}
+
+impl Apply for PtpCmd {
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        let Self {
+            ptp_mode,
+            x,
+            y,
+            z,
+            r,
+        } = *self;
+        move_to(core, Self::ROW, ptp_mode, [x, y, z, r])
+    }
+}
+
+impl Apply for PtpWithLCmd {
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        let Self {
+            ptp_mode,
+            x,
+            y,
+            z,
+            r,
+            l: _,
+        } = *self;
+        leave_rail(core, Self::ROW);
+        move_to(core, Self::ROW, ptp_mode, [x, y, z, r])
+    }
+}
+
+impl Apply for PtpPoCmd {
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        let Self {
+            ptp_mode,
+            x,
+            y,
+            z,
+            r,
+            po,
+        } = self;
+        leave_outputs(core, Self::ROW, po);
+        move_to(core, Self::ROW, *ptp_mode, [*x, *y, *z, *r])
+    }
+}
+
+impl Apply for PtpPoWithLCmd {
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        let Self {
+            ptp_mode,
+            x,
+            y,
+            z,
+            r,
+            l: _,
+            po,
+        } = self;
+        leave_rail(core, Self::ROW);
+        leave_outputs(core, Self::ROW, po);
+        move_to(core, Self::ROW, *ptp_mode, [*x, *y, *z, *r])
+    }
+}
 
 impl Report for PtpJumpParams {
     fn report(core: &mut Core, _: &NoArgs) -> Self {
@@ -35,7 +145,21 @@ impl Apply for PtpJumpParams {
 }
 
 impl Report for PtpTime {
-    fn report(_: &mut Core, _: &GetPtpTime) -> Self {
-        Self { ptp_time: 0 }
+    /// Rounded up; 0 for a move that would be refused.
+    fn report(core: &mut Core, query: &GetPtpTime) -> Self {
+        let GetPtpTime {
+            ptp_mode,
+            x,
+            y,
+            z,
+            r,
+        } = *query;
+        let plan = request(core, ptp_mode, [x, y, z, r]).map(|request| core.plan(&request));
+        let lasting = match plan {
+            Some(Ok(plan)) => plan.trajectory.duration_us().div_ceil(1000),
+            _ => 0,
+        };
+        let ptp_time = u32::try_from(lasting).unwrap_or(u32::MAX);
+        Self { ptp_time }
     }
 }

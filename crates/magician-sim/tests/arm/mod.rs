@@ -1,0 +1,211 @@
+//! An arm on a bench, in virtual time: send, let time pass, look.
+#![allow(dead_code, unreachable_pub)]
+
+use magician_protocol::commands::*;
+use magician_protocol::{
+    Ctrl, Flag, FrameBuf, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Writable,
+};
+use magician_sim::{Controller, Event, LinkId, Micros, Profile, State};
+
+/// The link that most tests talk over.
+pub const USB: LinkId = LinkId(0);
+/// A second of arm time.
+pub const SECOND: Micros = 1_000_000;
+
+/// An arm and the hand that works it.
+pub struct Bench {
+    pub arm: Controller,
+}
+
+/// An arm as it is switched on, its reset alarm cleared.
+pub fn arm() -> Bench {
+    arm_with(|_| ())
+}
+
+/// The same with another profile.
+pub fn arm_with(change: impl FnOnce(&mut Profile)) -> Bench {
+    let mut profile = Profile::default();
+    change(&mut profile);
+    profile.check().expect("a sensible profile");
+    let mut bench = Bench {
+        arm: Controller::new(profile),
+    };
+    bench.set(&ClearAlarmsState {});
+    bench
+}
+
+/// The same with the queue started.
+pub fn running_arm() -> Bench {
+    let mut bench = arm();
+    bench.set(&QueuedCmdStartExec {});
+    bench
+}
+
+/// Bytes from a line of hex.
+pub fn hex(text: &str) -> Vec<u8> {
+    text.split_whitespace()
+        .map(|byte| u8::from_str_radix(byte, 16).expect("hex"))
+        .collect()
+}
+
+impl Bench {
+    /// Sends bytes; everything that comes back.
+    pub fn send(&mut self, bytes: &[u8]) -> Vec<FrameBuf> {
+        self.send_over(USB, bytes)
+    }
+
+    pub fn send_over(&mut self, link: LinkId, bytes: &[u8]) -> Vec<FrameBuf> {
+        self.arm.receive(link, bytes);
+        std::iter::from_fn(|| self.arm.poll_transmit(link)).collect()
+    }
+
+    /// Sends a line of hex and expects a line of hex.
+    #[track_caller]
+    pub fn exchange(&mut self, request: &str, reply: &str) {
+        let replies = self.send(&hex(request));
+        let bytes: Vec<u8> = replies.iter().flat_map(|r| r.bytes().to_vec()).collect();
+        assert_eq!(bytes, hex(reply), "reply to {request}: {replies:?}");
+    }
+
+    /// Sends a frame and expects exactly one reply, id and Ctrl as they were.
+    #[track_caller]
+    pub fn frame(&mut self, id: u8, ctrl: Ctrl, params: &[u8]) -> FrameBuf {
+        let replies = self.send(FrameBuf::new(id, ctrl, params).unwrap().bytes());
+        let [reply] = replies[..] else {
+            panic!("one reply to id {id}, not {replies:?}")
+        };
+        assert_eq!(reply.frame().id(), id);
+        assert_eq!(Ctrl(reply.frame().ctrl().0 & !4), ctrl);
+        reply
+    }
+
+    #[track_caller]
+    pub fn get<T: Readable<Query = NoArgs>>(&mut self) -> T {
+        self.get_with(&NoArgs)
+    }
+
+    #[track_caller]
+    pub fn get_with<T: Readable>(&mut self, query: &T::Query) -> T {
+        let request = FrameBuf::get(query, T::ROW).unwrap();
+        let reply = self.frame(T::ROW.id, Ctrl::GET, request.frame().params());
+        T::decode(reply.frame().params()).unwrap()
+    }
+
+    /// Sets at once; the reply is empty.
+    #[track_caller]
+    pub fn set<T: Writable>(&mut self, value: &T) {
+        let request = FrameBuf::encode(T::ROW.id, Ctrl::SET, value).unwrap();
+        let reply = self.frame(T::ROW.id, Ctrl::SET, request.frame().params());
+        assert_eq!(reply.frame().params(), [0u8; 0]);
+    }
+
+    /// Queues; the index in the reply.
+    #[track_caller]
+    pub fn enqueue<T: Writable>(&mut self, value: &T) -> u64 {
+        let request = FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).unwrap();
+        let reply = self.frame(T::ROW.id, Ctrl::QUEUED, request.frame().params());
+        assert_eq!(reply.frame().params().len(), 8);
+        QueuedCmdIndex::decode(reply.frame().params()).unwrap().0
+    }
+
+    pub fn start(&mut self) {
+        self.set(&QueuedCmdStartExec {});
+    }
+
+    /// Lets time pass.
+    pub fn pass(&mut self, span: Micros) {
+        self.arm.advance(self.arm.now() + span);
+    }
+
+    /// Lets time pass until nothing is scheduled; how long that took.
+    pub fn rest(&mut self) -> Micros {
+        let from = self.arm.now();
+        while let Some(at) = self.arm.poll_timeout() {
+            self.arm.advance(at);
+        }
+        self.arm.now() - from
+    }
+
+    pub fn state(&self) -> State {
+        self.arm.state()
+    }
+
+    #[track_caller]
+    pub fn current_index(&mut self) -> u64 {
+        self.get::<QueuedCmdCurrentIndex>().queued_cmd_current_index
+    }
+
+    #[track_caller]
+    pub fn left_space(&mut self) -> u32 {
+        self.get::<QueuedCmdLeftSpace>().left_space
+    }
+
+    /// Codes of the alarms that stand, over the wire.
+    #[track_caller]
+    pub fn alarms(&mut self) -> Vec<u8> {
+        self.get::<AlarmsState>().alarms_state.codes().collect()
+    }
+
+    /// x, y, z, r over the wire.
+    #[track_caller]
+    pub fn pose(&mut self) -> [f32; 4] {
+        let Pose { x, y, z, r, .. } = self.get::<Pose>();
+        [x, y, z, r]
+    }
+
+    #[track_caller]
+    pub fn joints(&mut self) -> [f32; 4] {
+        self.get::<Pose>().joint_angle
+    }
+
+    pub fn events(&mut self) -> Vec<Event> {
+        std::iter::from_fn(|| self.arm.poll_event()).collect()
+    }
+
+    /// Both ratios at 100 %.
+    pub fn full_speed(&mut self) {
+        self.set(&PtpCommonParams {
+            velocity_ratio: 100.0,
+            acceleration_ratio: 100.0,
+        });
+    }
+
+    pub fn suction_bias(&mut self) {
+        self.set(&EndEffectorParams {
+            x_bias: 59.7,
+            y_bias: 0.0,
+            z_bias: 0.0,
+        });
+    }
+}
+
+/// A point-to-point command.
+pub fn ptp(mode: u8, [x, y, z, r]: [f32; 4]) -> PtpCmd {
+    let ptp_mode = PtpMode::from(mode);
+    PtpCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+    }
+}
+
+pub fn joints_to(joints: [f32; 4]) -> PtpCmd {
+    ptp(4, joints)
+}
+
+pub fn wait(ms: u32) -> WaitCmd {
+    WaitCmd { timeout: ms }
+}
+
+pub fn home() -> HomeCmd {
+    HomeCmd { reserved: 0 }
+}
+
+pub fn suck(on: bool) -> SetEndEffectorSuctionCup {
+    SetEndEffectorSuctionCup {
+        enable_ctrl: Flag::ON,
+        suck: Flag::from(on),
+    }
+}

@@ -1,0 +1,373 @@
+//! Point-to-point motion and homing: times, ends, and what the pose says on the way.
+
+mod arm;
+
+use arm::{SECOND, arm, arm_with, home, joints_to, ptp, running_arm};
+use magician_protocol::PtpMode;
+use magician_protocol::commands::*;
+
+const HOME: [f32; 4] = [199.404_1, 0.0, -8.485_281, 0.0];
+
+#[track_caller]
+fn lasts(measured: u64, seconds: f64) {
+    let error = measured as f64 / 1e6 - seconds;
+    assert!(error.abs() < 1e-3, "{measured} us, expected {seconds} s");
+}
+
+#[test]
+fn a_line_of_100_mm_takes_2_s_and_at_full_ratio_1_414_s() {
+    for (full, seconds) in [(false, 2.0), (true, 1.414_214)] {
+        let mut bench = running_arm();
+        if full {
+            bench.full_speed();
+        }
+        bench.enqueue(&ptp(7, [0.0, 100.0, 0.0, 0.0]));
+        lasts(bench.rest(), seconds);
+    }
+}
+
+#[test]
+fn a_joint_move_of_90_degrees_takes_1_897_s_and_at_full_ratio_1_342_s() {
+    for (full, seconds) in [(false, 1.897_367), (true, 1.341_641)] {
+        let mut bench = running_arm();
+        if full {
+            bench.full_speed();
+        }
+        bench.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
+        lasts(bench.rest(), seconds);
+    }
+}
+
+#[test]
+fn half_way_through_the_time_is_half_the_way() {
+    let mut bench = running_arm();
+    bench.enqueue(&ptp(2, [199.404_1, 100.0, -8.485_281, 0.0]));
+    bench.pass(SECOND);
+    let [x, y, z, r] = bench.pose();
+    assert!(
+        (x - HOME[0]).abs() < 1e-4 && (y - 50.0).abs() < 1e-3,
+        "{x} {y}"
+    );
+    assert!((z - HOME[2]).abs() < 1e-4 && r.abs() < 1e-4);
+}
+
+#[test]
+fn every_mode_ends_where_it_says() {
+    let start = [220.0, 20.0, 30.0, 5.0];
+    let angles = [10.0, 30.0, 40.0, -10.0];
+    let by = [5.0, -10.0, 8.0, 3.0];
+    for mode in 0..=9 {
+        let mut bench = running_arm();
+        bench.enqueue(&ptp(1, start));
+        bench.rest();
+        assert_eq!(bench.pose(), start, "to the last bit");
+        let from = bench.joints();
+        let target = match mode {
+            3..=5 => angles,
+            6..=8 => by,
+            _ => [210.0, -40.0, 12.5, -20.0],
+        };
+        bench.enqueue(&ptp(mode, target));
+        assert!(bench.rest() > 100_000, "mode {mode} takes time");
+        assert!(
+            bench.alarms().is_empty(),
+            "mode {mode}: {:?}",
+            bench.alarms()
+        );
+        let sum = |from: [f32; 4]| [0, 1, 2, 3].map(|axis| from[axis] + by[axis]);
+        match mode {
+            3..=5 => assert_eq!(bench.joints(), angles, "mode {mode}"),
+            6 => {
+                for (joint, wanted) in bench.joints().iter().zip(sum(from)) {
+                    assert!((joint - wanted).abs() < 1e-4, "mode {mode}");
+                }
+            }
+            7 | 8 => assert_eq!(bench.pose(), sum(start), "mode {mode}"),
+            _ => assert_eq!(bench.pose(), target, "mode {mode}"),
+        }
+    }
+}
+
+#[test]
+fn a_jump_rises_by_its_height_and_no_higher_than_its_limit() {
+    for (height, z_limit, top) in [(20.0, 100.0, 50.0), (20.0, 40.0, 40.0)] {
+        let mut bench = running_arm();
+        bench.enqueue(&ptp(1, [200.0, 0.0, 30.0, 0.0]));
+        bench.rest();
+        bench.set(&PtpJumpParams {
+            jump_height: height,
+            z_limit,
+        });
+        bench.enqueue(&ptp(9, [200.0, 60.0, 10.0, 0.0]));
+        let mut highest = f32::MIN;
+        while bench.arm.poll_timeout().is_some() {
+            highest = highest.max(bench.pose()[2]);
+            bench.pass(1000);
+        }
+        assert!((highest - top).abs() < 1e-3, "{highest}, expected {top}");
+        assert_eq!(bench.pose(), [200.0, 60.0, 10.0, 0.0]);
+    }
+}
+
+#[test]
+fn increments_count_from_where_the_command_starts() {
+    let mut bench = arm();
+    bench.enqueue(&ptp(6, [10.0, 0.0, 0.0, 0.0]));
+    bench.enqueue(&ptp(6, [10.0, 0.0, 0.0, 0.0]));
+    bench.start();
+    bench.rest();
+    assert_eq!(bench.joints(), [20.0, 45.0, 45.0, 0.0]);
+}
+
+#[test]
+fn a_move_is_planned_when_it_starts_and_not_changed_later() {
+    let mut bench = arm();
+    bench.enqueue(&ptp(7, [0.0, 100.0, 0.0, 0.0]));
+    bench.full_speed();
+    bench.start();
+    bench.set(&PtpCommonParams {
+        velocity_ratio: 1.0,
+        acceleration_ratio: 1.0,
+    });
+    lasts(bench.rest(), 1.414_214);
+}
+
+#[test]
+fn ceilings_apply_when_a_motion_is_planned_and_values_read_back_as_sent() {
+    let mut bench = running_arm();
+    let fast = PtpJointParams {
+        velocity: [1e9; 4],
+        acceleration: [f32::INFINITY; 4],
+    };
+    bench.set(&fast);
+    bench.full_speed();
+    assert_eq!(bench.get::<PtpJointParams>(), fast);
+    bench.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
+    // 300 deg/s2, a triangle that never gets to 320 deg/s.
+    lasts(bench.rest(), 2.0 * (90.0_f64 / 300.0).sqrt());
+}
+
+#[test]
+fn a_move_to_where_the_arm_is_finishes_at_once_without_alarm() {
+    let mut bench = running_arm();
+    let speeds = PtpJointParams {
+        velocity: [f32::NAN; 4],
+        acceleration: [0.0; 4],
+    };
+    bench.set(&speeds);
+    bench.enqueue(&joints_to([0.0, 45.0, 45.0, 0.0]));
+    assert_eq!(bench.current_index(), 1);
+    assert!(bench.alarms().is_empty());
+}
+
+#[test]
+fn the_bias_moves_the_reported_pose_at_once_and_no_joint() {
+    let mut bench = arm();
+    let joints = bench.joints();
+    assert_eq!(bench.pose()[0], 199.404_1);
+    bench.suction_bias();
+    assert_eq!(bench.pose()[0], 259.104_1);
+    assert_eq!(bench.joints(), joints);
+    assert_eq!(bench.get::<HomeParams>().x, 259.104_1);
+    // And on the way, too.
+    bench.set(&ptp(7, [0.0, 50.0, 0.0, 0.0]));
+    bench.pass(500_000);
+    let before = bench.get::<Pose>();
+    bench.set(&EndEffectorParams {
+        x_bias: 0.0,
+        y_bias: 0.0,
+        z_bias: 0.0,
+    });
+    let after = bench.get::<Pose>();
+    assert_eq!(before.joint_angle, after.joint_angle);
+    let radius = |pose: &Pose| pose.x.hypot(pose.y);
+    assert!((radius(&before) - radius(&after) - 59.7).abs() < 1e-3);
+    bench.rest();
+    bench.suction_bias();
+    assert_eq!(bench.pose()[1], 50.0, "the target again, to the last bit");
+}
+
+#[test]
+fn an_immediate_motion_replaces_the_queues_and_the_queue_goes_on_after_it() {
+    let mut bench = running_arm();
+    bench.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
+    bench.enqueue(&joints_to([0.0, 45.0, 45.0, 30.0]));
+    bench.pass(SECOND);
+    let from = bench.joints()[0];
+    bench.set(&joints_to([-20.0, 45.0, 45.0, 0.0]));
+    assert_eq!(bench.current_index(), 1, "replaced counts as finished");
+    assert_eq!(bench.joints()[0], from);
+    assert_eq!(
+        bench.left_space(),
+        31,
+        "the queue waits for the immediate motion"
+    );
+    let mut lowest = f32::MAX;
+    while bench.arm.poll_timeout().is_some() {
+        lowest = lowest.min(bench.joints()[0]);
+        bench.pass(1000);
+    }
+    assert!((lowest + 20.0).abs() < 1e-3, "{lowest}");
+    assert_eq!(bench.joints(), [0.0, 45.0, 45.0, 30.0]);
+    assert_eq!(bench.current_index(), 2);
+    assert!(bench.alarms().is_empty());
+}
+
+#[test]
+fn an_immediate_motion_that_is_refused_disturbs_nothing_under_way() {
+    let mut bench = running_arm();
+    bench.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
+    bench.pass(SECOND);
+    bench.set(&ptp(1, [900.0, 0.0, 0.0, 0.0]));
+    assert_eq!(bench.alarms(), [0x11]);
+    bench.rest();
+    assert_eq!(bench.joints()[0], 90.0);
+    assert_eq!(bench.current_index(), 1);
+}
+
+#[test]
+fn an_immediate_motion_leaves_a_running_wait_alone() {
+    let mut bench = running_arm();
+    bench.enqueue(&arm::wait(500));
+    bench.enqueue(&arm::wait(0));
+    bench.set(&joints_to([90.0, 45.0, 45.0, 0.0]));
+    bench.pass(500_000);
+    assert_eq!(bench.current_index(), 1);
+    bench.pass(SECOND);
+    assert_eq!(
+        bench.current_index(),
+        1,
+        "the next one waits for the motion"
+    );
+    bench.rest();
+    assert_eq!(bench.current_index(), 2);
+}
+
+#[test]
+fn motion_finish_tells_whether_something_moves() {
+    let mut bench = arm();
+    assert!(bench.get::<QueuedCmdMotionFinish>().is_finish.is_on());
+    bench.set(&joints_to([90.0, 45.0, 45.0, 0.0]));
+    assert!(!bench.get::<QueuedCmdMotionFinish>().is_finish.is_on());
+    bench.rest();
+    assert!(bench.get::<QueuedCmdMotionFinish>().is_finish.is_on());
+}
+
+#[test]
+fn ptp_time_is_the_time_that_the_move_then_takes() {
+    let mut bench = running_arm();
+    let [x, y, z, r] = [0.0, 100.0, 0.0, 0.0];
+    let ptp_mode = PtpMode::MovlXyzInc;
+    let query = GetPtpTime {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+    };
+    assert_eq!(bench.get_with::<PtpTime>(&query).ptp_time, 2000);
+    let nowhere = GetPtpTime {
+        ptp_mode: PtpMode::MovjXyz,
+        x: 1e6,
+        ..query
+    };
+    assert_eq!(bench.get_with::<PtpTime>(&nowhere).ptp_time, 0);
+    assert!(bench.alarms().is_empty(), "asking is no motion");
+}
+
+#[test]
+fn homing_searches_for_15_s_and_then_goes_to_the_home_point() {
+    let mut bench = running_arm();
+    assert!(!bench.state().homed);
+    assert_eq!(bench.enqueue(&home()), 1);
+    bench.pass(15 * SECOND - 1);
+    assert!(bench.state().moving && !bench.state().homed);
+    bench.pass(1);
+    assert!(bench.state().homed && !bench.state().moving);
+    assert_eq!(bench.current_index(), 1);
+    assert_eq!(bench.joints(), [0.0, 45.0, 45.0, 0.0]);
+
+    bench.enqueue(&joints_to([60.0, 45.0, 45.0, 0.0]));
+    bench.rest();
+    bench.enqueue(&home());
+    // 60 degrees at 30 deg/s and 30 deg/s2: 3 s.
+    lasts(bench.rest(), 18.0);
+    assert_eq!(bench.joints(), [0.0, 45.0, 45.0, 0.0]);
+}
+
+#[test]
+fn homing_goes_to_the_point_that_was_set() {
+    let mut bench = running_arm();
+    bench.suction_bias();
+    let point = HomeParams {
+        x: 200.0,
+        y: 50.0,
+        z: 40.0,
+        r: 10.0,
+    };
+    bench.set(&point);
+    bench.set(&home());
+    bench.rest();
+    assert_eq!(bench.pose(), [200.0, 50.0, 40.0, 10.0]);
+}
+
+#[test]
+fn a_home_point_out_of_reach_is_stored_and_refused_when_homing_gets_there() {
+    let mut bench = running_arm();
+    let point = HomeParams {
+        x: 2000.0,
+        y: f32::NAN,
+        z: 0.0,
+        r: 0.0,
+    };
+    bench.set(&point);
+    assert!(bench.get::<HomeParams>().y.is_nan());
+    bench.enqueue(&home());
+    bench.rest();
+    assert_eq!(bench.alarms(), [0x11]);
+    assert_eq!(bench.current_index(), 1);
+    assert!(bench.state().homed, "the reference was found all the same");
+    assert_eq!(bench.joints(), [0.0, 45.0, 45.0, 0.0]);
+}
+
+#[test]
+fn a_force_stop_ends_the_search_of_homing() {
+    let mut bench = running_arm();
+    bench.enqueue(&home());
+    bench.pass(SECOND);
+    bench.set(&QueuedCmdForceStopExec {});
+    assert_eq!(bench.rest(), 0);
+    assert!(!bench.state().homed);
+    assert_eq!(bench.current_index(), 1);
+}
+
+#[test]
+fn a_profile_may_have_no_search() {
+    let mut bench = arm_with(|profile| profile.home.search = 0.0);
+    bench.start();
+    assert_eq!(bench.enqueue(&home()), 1);
+    assert_eq!(bench.current_index(), 1);
+    bench.set(&joints_to([30.0, 45.0, 45.0, 0.0]));
+    bench.rest();
+    bench.set(&home());
+    lasts(bench.rest(), 2.0);
+}
+
+#[test]
+fn reset_pose_sets_two_joints_when_nothing_moves() {
+    let mut bench = arm();
+    let reset = |manual, j2, j3| ResetPose {
+        manual: magician_protocol::Flag(manual),
+        rear_arm_angle: j2,
+        front_arm_angle: j3,
+    };
+    bench.set(&reset(1, 20.0, 30.0));
+    assert_eq!(bench.joints(), [0.0, 20.0, 30.0, 0.0]);
+    bench.set(&reset(0, 1.0, 2.0));
+    bench.set(&reset(1, f32::NAN, 2.0));
+    bench.set(&reset(1, 1.0, f32::INFINITY));
+    bench.set(&joints_to([10.0, 20.0, 30.0, 0.0]));
+    bench.set(&reset(1, 1.0, 2.0));
+    bench.rest();
+    assert_eq!(bench.joints(), [10.0, 20.0, 30.0, 0.0]);
+}
