@@ -224,6 +224,22 @@ fn at_full_speed_a_command_has_finished_before_the_next_request_is_read() {
 }
 
 #[test]
+fn at_full_speed_the_arm_is_there_when_it_is_asked() {
+    let mut runner = runner(Speed::Max, Line::default());
+    let target: [f32; 4] = [220.0, 30.0, 40.0, 15.0];
+    let mode = [1]; // MOVJ to Cartesian coordinates
+    let move_to = [&mode[..], target.map(f32::to_le_bytes).as_flattened()].concat();
+    let requests = [start(), frame(84, Ctrl::QUEUED, &move_to), get_pose()];
+    runner.receive(0, USB, &requests.concat());
+    let pose = (0..4)
+        .map(|_| runner.poll_transmit(0, USB).unwrap())
+        .last()
+        .unwrap();
+    assert_eq!(pose.frame().params()[..16], move_to[1..]);
+    assert!(runner.controller().now() > 100_000);
+}
+
+#[test]
 fn at_full_speed_nothing_scheduled_runs_at_wall_speed() {
     let mut runner = runner(Speed::Max, Line::default());
     let mut now = 2_000_000;

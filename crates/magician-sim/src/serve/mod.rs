@@ -59,11 +59,14 @@ pub struct Server {
     speed: Speed,
     line: Line,
     doors: Vec<Door>,
-    on_ready: Box<dyn FnOnce(&[Endpoint]) + Send>,
-    on_notice: Box<dyn FnMut(Notice) + Send>,
+    on_ready: OnReady,
+    on_notice: OnNotice,
     #[cfg(feature = "trace")]
     trace: Option<Box<dyn io::Write + Send>>,
 }
+
+type OnReady = Box<dyn FnOnce(&[Endpoint]) + Send>;
+type OnNotice = Box<dyn FnMut(Notice) + Send>;
 
 /// An endpoint that was asked for.
 enum Door {

@@ -305,3 +305,60 @@ fn hung_up(master: &OwnedFd) -> io::Result<bool> {
     poll(&mut fds, Some(&now))?;
     Ok(fds[0].revents().contains(PollFlags::HUP))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::future::poll_fn;
+
+    #[tokio::test(flavor = "current_thread")]
+    async fn every_byte_value_passes_unchanged_both_ways() {
+        let terminal = Terminal::open().unwrap();
+        let client = open_slave(&terminal.device).unwrap();
+        let all: Vec<u8> = (0..=255).collect();
+        let mut read = [0; 512];
+
+        assert_eq!(rustix::io::write(&client, &all), Ok(256));
+        let count = poll_fn(|cx| terminal.poll_read(cx, &mut read)).await;
+        assert_eq!(&read[..count.unwrap()], all);
+
+        let count = poll_fn(|cx| terminal.poll_write(cx, &all)).await;
+        assert_eq!(count.unwrap(), 256);
+        let count = rustix::io::read(&client, &mut read).unwrap();
+        assert_eq!(&read[..count], all);
+        assert!(terminal.read_now(&mut read).is_err(), "nothing is echoed");
+    }
+
+    #[tokio::test(flavor = "current_thread")]
+    async fn a_terminal_is_alone_when_all_clients_have_closed() {
+        let mut terminal = Terminal::open().unwrap();
+        let mut watch = Watch::new(&terminal.device).unwrap();
+        assert!(terminal.alone(&mut watch).unwrap());
+        let clients = [0, 1].map(|_| open_slave(&terminal.device).unwrap());
+        for client in clients {
+            assert!(!terminal.alone(&mut watch).unwrap());
+            drop(client);
+        }
+        assert!(terminal.alone(&mut watch).unwrap());
+    }
+
+    #[tokio::test(flavor = "current_thread")]
+    async fn nobodys_replies_are_forgotten() {
+        let terminal = Terminal::open().unwrap();
+        let written = poll_fn(|cx| {
+            let mut written = 0;
+            while let Poll::Ready(count) = terminal.poll_write(cx, &[7; 1000])? {
+                written += count;
+            }
+            Poll::Ready(io::Result::Ok(written))
+        });
+        assert!(written.await.unwrap() > 4096);
+        terminal.forget_replies().unwrap();
+        let client = open_slave(&terminal.device).unwrap();
+        rustix::io::ioctl_fionbio(&client, true).unwrap();
+        assert_eq!(
+            rustix::io::read(&client, &mut [0; 16]),
+            Err(rustix::io::Errno::AGAIN)
+        );
+    }
+}
