@@ -53,6 +53,8 @@ impl Hub {
     #[cfg(unix)]
     pub(super) fn renew(&mut self, peer: &mut Peer) {
         self.runner.close(peer.link);
+        let written = self.tape.close(&peer.tape);
+        self.taped(written);
         peer.link = self.next_link();
     }
 
