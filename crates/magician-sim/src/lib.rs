@@ -18,6 +18,11 @@
 //! ```
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "serve")]
+pub mod serve;
+#[cfg(feature = "trace")]
+pub mod trace;
+
 mod alarms;
 mod chapter;
 mod controller;
@@ -29,8 +34,10 @@ mod executor;
 mod limits;
 mod link;
 mod motion;
+mod pace;
 mod profile;
 mod queue;
+mod runner;
 mod settings;
 mod state;
 mod world;
@@ -38,11 +45,13 @@ mod world;
 pub use controller::Controller;
 pub use event::{Event, Refusal};
 pub use link::LinkId;
+pub use pace::{Line, Speed, SpeedError};
 pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, Identity, JogDefaults, LimitChoice,
     LimitSet, LimitSets, LostStepDefaults, PinFunctions, Pins, PowerUp, Profile, ProfileError,
     PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools, WifiDefaults,
 };
+pub use runner::Runner;
 pub use state::{Output, QueueState, State};
 pub use world::{EmptyWorld, World};
 

@@ -1,0 +1,226 @@
+use std::time::{Duration, Instant};
+
+use magician_protocol::{Direction, FrameBuf};
+
+use super::{Notice, OnNotice};
+use crate::{LinkId, Micros, Runner};
+
+/// What all endpoints share: the arm on the wall clock, the log and the trace.
+pub(super) struct Hub {
+    runner: Runner,
+    start: Instant,
+    links: u32,
+    on_notice: OnNotice,
+    tape: tape::Tape,
+}
+
+/// A client: its link to the arm and its place in the trace.
+pub(super) struct Peer {
+    link: LinkId,
+    name: String,
+    tape: tape::Place,
+}
+
+impl Hub {
+    pub(super) fn new(runner: Runner, on_notice: OnNotice) -> Self {
+        Self {
+            runner,
+            start: Instant::now(),
+            links: 0,
+            on_notice,
+            tape: tape::Tape::default(),
+        }
+    }
+
+    #[cfg(feature = "trace")]
+    pub(super) fn trace(&mut self, out: Box<dyn std::io::Write + Send>) -> std::io::Result<()> {
+        self.tape = tape::Tape::new(out)?;
+        Ok(())
+    }
+
+    /// A client came, or may come.
+    pub(super) fn open(&mut self, name: String) -> Peer {
+        let tape = self.tape.open(&name);
+        self.taped(tape.1);
+        Peer {
+            link: self.next_link(),
+            name,
+            tape: tape.0,
+        }
+    }
+
+    /// A client left, and the next will be known by the same name.
+    #[cfg(unix)]
+    pub(super) fn renew(&mut self, peer: &mut Peer) {
+        self.runner.close(peer.link);
+        let written = self.tape.close(&peer.tape);
+        self.taped(written);
+        peer.link = self.next_link();
+    }
+
+    pub(super) fn close(&mut self, peer: Peer) {
+        self.runner.close(peer.link);
+        let written = self.tape.close(&peer.tape);
+        self.taped(written);
+        self.notice(Notice::Left(peer.name));
+    }
+
+    /// Bytes that the client may send before it should be made to wait.
+    pub(super) fn room(&self, peer: &Peer) -> usize {
+        self.runner.room(peer.link)
+    }
+
+    pub(super) fn receive(&mut self, peer: &Peer, bytes: &[u8]) {
+        let now = self.now();
+        let written = self.tape.record(&peer.tape, now, Direction::Request, bytes);
+        self.taped(written);
+        self.runner.receive(now, peer.link, bytes);
+    }
+
+    pub(super) fn reply(&mut self, peer: &Peer) -> Option<FrameBuf> {
+        let now = self.now();
+        let reply = self.runner.poll_transmit(now, peer.link)?;
+        let written = self
+            .tape
+            .record(&peer.tape, now, Direction::Reply, reply.bytes());
+        self.taped(written);
+        Some(reply)
+    }
+
+    pub(super) fn notice(&mut self, notice: Notice) {
+        (self.on_notice)(notice);
+    }
+
+    /// Lets time pass.
+    pub(super) fn tick(&mut self) {
+        let now = self.now();
+        self.runner.handle_timeout(now);
+    }
+
+    /// Passes on what the controller has to tell.
+    pub(super) fn report(&mut self) {
+        while let Some(event) = self.runner.controller_mut().poll_event() {
+            self.notice(Notice::Arm(event));
+        }
+    }
+
+    /// How long nothing is due.
+    pub(super) fn wait(&self) -> Option<Duration> {
+        let at = self.runner.poll_timeout()?;
+        Some(Duration::from_micros(at.saturating_sub(self.now())))
+    }
+
+    fn now(&self) -> Micros {
+        Micros::try_from(self.start.elapsed().as_micros()).unwrap_or(Micros::MAX)
+    }
+
+    fn next_link(&mut self) -> LinkId {
+        let link = LinkId(self.links);
+        self.links = self.links.wrapping_add(1);
+        link
+    }
+
+    /// A trace that cannot be written ends; the arm does not.
+    fn taped(&mut self, written: std::io::Result<()>) {
+        if let Err(error) = written {
+            self.tape = tape::Tape::default();
+            self.notice(Notice::TraceEnded(error));
+        }
+    }
+}
+
+#[cfg(feature = "trace")]
+mod tape {
+    use std::io::{self, Write};
+    use std::time::SystemTime;
+
+    use magician_protocol::Direction;
+
+    use crate::Micros;
+    use crate::trace::{TraceLink, TraceWriter};
+
+    /// The trace, if there is one.
+    #[derive(Default)]
+    pub(super) struct Tape(Option<Running>);
+
+    struct Running {
+        writer: TraceWriter<Box<dyn Write + Send>>,
+        /// Microseconds since 1970 when the wall clock of the runner showed 0.
+        epoch: u64,
+    }
+
+    pub(super) struct Place(Option<TraceLink>);
+
+    impl Tape {
+        pub(super) fn new(out: Box<dyn Write + Send>) -> io::Result<Self> {
+            let epoch = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
+            Ok(Self(Some(Running {
+                writer: TraceWriter::new(out)?,
+                epoch: u64::try_from(epoch.as_micros()).unwrap_or_default(),
+            })))
+        }
+
+        pub(super) fn open(&mut self, name: &str) -> (Place, io::Result<()>) {
+            let link = self.0.as_mut().map(|tape| tape.writer.link(name));
+            match link.transpose() {
+                Ok(link) => (Place(link), Ok(())),
+                Err(error) => (Place(None), Err(error)),
+            }
+        }
+
+        pub(super) fn record(
+            &mut self,
+            place: &Place,
+            now: Micros,
+            direction: Direction,
+            bytes: &[u8],
+        ) -> io::Result<()> {
+            let (Some(tape), Some(link)) = (&mut self.0, place.0) else {
+                return Ok(());
+            };
+            let time = tape.epoch.saturating_add(now);
+            tape.writer.record(link, time, direction, bytes)
+        }
+
+        pub(super) fn close(&mut self, place: &Place) -> io::Result<()> {
+            match (&mut self.0, place.0) {
+                (Some(tape), Some(link)) => tape.writer.close(link),
+                _ => Ok(()),
+            }
+        }
+    }
+}
+
+/// Without the feature there is nothing to write to.
+#[cfg(not(feature = "trace"))]
+mod tape {
+    use std::io;
+
+    use magician_protocol::Direction;
+
+    use crate::Micros;
+
+    #[derive(Default)]
+    pub(super) struct Tape;
+    pub(super) struct Place;
+
+    impl Tape {
+        pub(super) fn open(&mut self, _: &str) -> (Place, io::Result<()>) {
+            (Place, Ok(()))
+        }
+
+        pub(super) fn record(
+            &mut self,
+            _: &Place,
+            _: Micros,
+            _: Direction,
+            _: &[u8],
+        ) -> io::Result<()> {
+            Ok(())
+        }
+
+        pub(super) fn close(&mut self, _: &Place) -> io::Result<()> {
+            Ok(())
+        }
+    }
+}

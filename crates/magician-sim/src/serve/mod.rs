@@ -1,0 +1,341 @@
+//! The virtual arm for programs outside: pseudo-terminals, UDP and TCP, all to the same arm.
+//!
+//! A [`Server`] needs a tokio runtime with I/O (and, except on Linux, time) enabled. It is one
+//! future on one thread; a current-thread runtime answers fastest. Signals are the caller's:
+//! [`Server::serve_until`] ends when the future given to it does.
+//!
+//! Every client is a link of its own with its own decoder: each client of a pseudo-terminal in
+//! turn, each UDP peer, each TCP connection. Nothing a client does, or leaves undone, blocks the
+//! arm or grows: replies that nobody reads are dropped, whole frames at a time, as a serial port
+//! drops them.
+
+use std::fmt;
+use std::future::{Future, poll_fn};
+use std::io;
+use std::net::SocketAddr;
+#[cfg(unix)]
+use std::path::PathBuf;
+use std::pin::pin;
+use std::task::{Context, Poll};
+
+use tokio::task::unconstrained;
+
+use crate::{Controller, Event, Line, Runner, Speed};
+
+mod address;
+mod hub;
+mod outbox;
+#[cfg(unix)]
+mod pty;
+#[cfg(unix)]
+mod reactor;
+mod tcp;
+mod timer;
+mod udp;
+
+use address::resolve;
+use hub::Hub;
+use timer::Timer;
+
+/// Reads on one endpoint before the others get their turn.
+const READS_PER_TURN: u32 = 16;
+
+/// Serves one virtual arm. What is not set is real time, no pacing, no endpoint.
+///
+/// ```no_run
+/// # async fn serve() -> Result<(), magician_sim::serve::ServeError> {
+/// use magician_sim::serve::Server;
+/// use magician_sim::{Controller, Profile};
+///
+/// Server::new(Controller::new(Profile::default()))
+///     .udp("127.0.0.1")
+///     .on_ready(|_| println!("ready"))
+///     .serve_until(std::future::pending())
+///     .await
+/// # }
+/// ```
+pub struct Server {
+    controller: Controller,
+    speed: Speed,
+    line: Line,
+    doors: Vec<Door>,
+    on_ready: OnReady,
+    on_notice: OnNotice,
+    #[cfg(feature = "trace")]
+    trace: Option<Box<dyn io::Write + Send>>,
+}
+
+type OnReady = Box<dyn FnOnce(&[Endpoint]) + Send>;
+type OnNotice = Box<dyn FnMut(Notice) + Send>;
+
+/// An endpoint that was asked for.
+enum Door {
+    #[cfg(unix)]
+    Pty(PathBuf),
+    Udp(String),
+    Tcp(String),
+}
+
+/// An endpoint that accepts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Endpoint {
+    /// A pseudo-terminal.
+    #[cfg(unix)]
+    Pty {
+        /// The symlink to it.
+        path: PathBuf,
+        /// The terminal itself (`/dev/pts/3`).
+        device: PathBuf,
+    },
+    /// A UDP socket, with the port it got.
+    Udp(SocketAddr),
+    /// A TCP listener, with the port it got.
+    Tcp(SocketAddr),
+}
+
+impl fmt::Display for Endpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            #[cfg(unix)]
+            Self::Pty { path, .. } => path.display().fmt(f),
+            Self::Udp(address) => write!(f, "udp:{address}"),
+            Self::Tcp(address) => write!(f, "tcp:{address}"),
+        }
+    }
+}
+
+/// Something worth a line in a log.
+#[derive(Debug)]
+pub enum Notice {
+    /// The controller reports.
+    Arm(Event),
+    /// A client sent its first bytes (UDP), connected (TCP), or opened the port (pseudo-terminal,
+    /// on Linux).
+    Connected(String),
+    /// A client left, was forgotten for a newer one (UDP) or, on a pseudo-terminal, was the last.
+    Left(String),
+    /// A connection was refused because as many as the server keeps are open.
+    Refused(String),
+    /// The trace cannot be written and ends here; the arm is served on.
+    TraceEnded(io::Error),
+}
+
+/// Why the arm is not, or no longer, served.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The path for a pseudo-terminal is taken by something that is not a symlink.
+    #[cfg(unix)]
+    #[error("{} exists and is not a symlink: give another path or remove it", path.display())]
+    Occupied {
+        /// The path.
+        path: PathBuf,
+    },
+    /// An address makes no sense.
+    #[error("{address}: {reason}")]
+    Address {
+        /// As it was given.
+        address: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// The system refused an endpoint.
+    #[error("{endpoint}: cannot {action}: {source}")]
+    Endpoint {
+        /// Which endpoint, as it was given.
+        endpoint: String,
+        /// What was tried.
+        action: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The trace could not be begun.
+    #[cfg(feature = "trace")]
+    #[error("cannot write the trace: {0}")]
+    Trace(#[source] io::Error),
+    /// The system has no timer for us.
+    #[error("cannot make a timer: {0}")]
+    Timer(#[source] io::Error),
+}
+
+impl ServeError {
+    fn at(endpoint: impl fmt::Display, action: &'static str, source: impl Into<io::Error>) -> Self {
+        Self::Endpoint {
+            endpoint: endpoint.to_string(),
+            action,
+            source: source.into(),
+        }
+    }
+}
+
+impl Server {
+    /// A server for this arm.
+    #[must_use]
+    pub fn new(controller: Controller) -> Self {
+        Self {
+            controller,
+            speed: Speed::default(),
+            line: Line::default(),
+            doors: Vec::new(),
+            on_ready: Box::new(|_| ()),
+            on_notice: Box::new(|_| ()),
+            #[cfg(feature = "trace")]
+            trace: None,
+        }
+    }
+
+    /// How fast the arm's clock runs.
+    #[must_use]
+    pub fn speed(mut self, speed: Speed) -> Self {
+        self.speed = speed;
+        self
+    }
+
+    /// Baud rate and turnaround, for every client's line on its own.
+    #[must_use]
+    pub fn line(mut self, line: Line) -> Self {
+        self.line = line;
+        self
+    }
+
+    /// A pseudo-terminal behind a symlink at `path`, which takes the place of a symlink that is
+    /// there. It is raw from the beginning, survives clients that come, go or are killed, and
+    /// belongs to the user who runs the server (mode 0620, group `tty`, as the system makes
+    /// pseudo-terminals); for others, change the mode of what the symlink points to.
+    ///
+    /// When the last client leaves, replies it did not read are dropped, what it wrote is still
+    /// obeyed, and an exclusive flag it left is cleared. Linux tells when a client leaves; on other
+    /// systems the flag is cleared once a second, and unread replies wait for the next client,
+    /// which should discard its input on opening, as with any serial port.
+    #[cfg(unix)]
+    #[must_use]
+    pub fn pty(mut self, path: impl Into<PathBuf>) -> Self {
+        self.doors.push(Door::Pty(path.into()));
+        self
+    }
+
+    /// A UDP socket at `HOST[:PORT]` (8899 unless given, errata E45; 0: any free port). Each
+    /// sender's datagrams are a stream of bytes; each reply is a datagram to the address its
+    /// request came from. The 32 latest senders are remembered.
+    #[must_use]
+    pub fn udp(mut self, address: impl Into<String>) -> Self {
+        self.doors.push(Door::Udp(address.into()));
+        self
+    }
+
+    /// A TCP listener at `HOST:PORT` (0: any free port) for up to 16 connections at a time.
+    #[must_use]
+    pub fn tcp(mut self, address: impl Into<String>) -> Self {
+        self.doors.push(Door::Tcp(address.into()));
+        self
+    }
+
+    /// Writes all that passes to a trace file ([`trace`](crate::trace)).
+    #[cfg(feature = "trace")]
+    #[must_use]
+    pub fn trace(mut self, writer: impl io::Write + Send + 'static) -> Self {
+        self.trace = Some(Box::new(writer));
+        self
+    }
+
+    /// Called once, when every endpoint accepts.
+    #[must_use]
+    pub fn on_ready(mut self, call: impl FnOnce(&[Endpoint]) + Send + 'static) -> Self {
+        self.on_ready = Box::new(call);
+        self
+    }
+
+    /// Called for everything worth a line in a log. It should be quick: the arm waits for it.
+    #[must_use]
+    pub fn on_notice(mut self, call: impl FnMut(Notice) + Send + 'static) -> Self {
+        self.on_notice = Box::new(call);
+        self
+    }
+
+    /// Opens every endpoint and serves until `end` is ready. What it made (symlinks, sockets) is
+    /// gone when this returns or the future is dropped.
+    ///
+    /// # Errors
+    /// [`ServeError`] when an endpoint cannot be opened (then none stays open) or breaks down.
+    pub async fn serve_until(self, end: impl Future<Output = ()>) -> Result<(), ServeError> {
+        let mut hub = Hub::new(
+            Runner::new(self.controller, self.speed, self.line),
+            self.on_notice,
+        );
+        #[cfg(feature = "trace")]
+        if let Some(writer) = self.trace {
+            hub.trace(writer).map_err(ServeError::Trace)?;
+        }
+        let mut ports: Vec<Box<dyn Port + Send>> = Vec::new();
+        for door in self.doors {
+            ports.push(door.open(&mut hub)?);
+        }
+        let mut timer = Timer::new().map_err(ServeError::Timer)?;
+        let endpoints: Vec<Endpoint> = ports.iter().map(|port| port.endpoint()).collect();
+        (self.on_ready)(&endpoints);
+        let mut end = pin!(end);
+        // Turns are bounded here. The runtime's own bound would look like a full socket.
+        unconstrained(poll_fn(|cx| match end.as_mut().poll(cx) {
+            Poll::Ready(()) => Poll::Ready(Ok(())),
+            Poll::Pending => turn(cx, &mut hub, &mut ports, &mut timer),
+        }))
+        .await
+    }
+}
+
+/// Does all that can be done now and sees to being woken for the rest.
+fn turn(
+    cx: &mut Context<'_>,
+    hub: &mut Hub,
+    ports: &mut [Box<dyn Port + Send>],
+    timer: &mut Timer,
+) -> Poll<Result<(), ServeError>> {
+    hub.tick();
+    for port in ports {
+        if let Err(source) = port.turn(cx, hub) {
+            return Poll::Ready(Err(ServeError::at(port.endpoint(), "go on", source)));
+        }
+    }
+    hub.report();
+    if let Some(wait) = hub.wait()
+        && timer.poll(cx, wait).is_ready()
+    {
+        cx.waker().wake_by_ref();
+    }
+    Poll::Pending
+}
+
+/// An open endpoint.
+trait Port {
+    /// What it is called outside.
+    fn endpoint(&self) -> Endpoint;
+    /// Reads what is there, writes what is due, and registers to be woken for more.
+    fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()>;
+}
+
+impl Door {
+    fn open(
+        self,
+        #[cfg_attr(
+            not(unix),
+            expect(unused_variables, reason = "only a terminal is a peer by itself")
+        )]
+        hub: &mut Hub,
+    ) -> Result<Box<dyn Port + Send>, ServeError> {
+        match self {
+            #[cfg(unix)]
+            Self::Pty(path) => Ok(Box::new(pty::Pty::open(&path, hub)?)),
+            Self::Udp(address) => {
+                let resolved = resolve(&address, Some(magician_protocol::UDP_PORT))?;
+                let port = udp::Udp::bind(resolved);
+                let port = port.map_err(|source| ServeError::at(&address, "bind", source))?;
+                Ok(Box::new(port))
+            }
+            Self::Tcp(address) => {
+                let resolved = resolve(&address, None)?;
+                let port = tcp::Tcp::bind(resolved);
+                let port = port.map_err(|source| ServeError::at(&address, "listen", source))?;
+                Ok(Box::new(port))
+            }
+        }
+    }
+}

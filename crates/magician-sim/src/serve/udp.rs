@@ -1,0 +1,102 @@
+use std::collections::VecDeque;
+use std::io;
+use std::net::SocketAddr;
+use std::task::{Context, Poll};
+
+use tokio::io::ReadBuf;
+use tokio::net::UdpSocket;
+
+use super::hub::{Hub, Peer};
+use super::{Endpoint, Notice, Port, READS_PER_TURN};
+
+/// Senders that are remembered.
+const PEERS: usize = 32;
+/// Largest datagram there is.
+const DATAGRAM: usize = 65_536;
+
+/// A UDP socket, as the Wi-Fi module has one (errata E45).
+pub(super) struct Udp {
+    socket: UdpSocket,
+    address: SocketAddr,
+    /// The one heard last stands last.
+    peers: VecDeque<(SocketAddr, Peer)>,
+    buffer: Box<[u8]>,
+}
+
+impl Udp {
+    pub(super) fn bind(address: SocketAddr) -> io::Result<Self> {
+        let socket = std::net::UdpSocket::bind(address)?;
+        socket.set_nonblocking(true)?;
+        Ok(Self {
+            address: socket.local_addr()?,
+            socket: UdpSocket::from_std(socket)?,
+            peers: VecDeque::new(),
+            buffer: vec![0; DATAGRAM].into_boxed_slice(),
+        })
+    }
+
+    /// Moves the sender to the end of the peers, or adds it there in the place of the first.
+    fn hear(&mut self, from: SocketAddr, hub: &mut Hub) {
+        let known = self.peers.iter().position(|(address, _)| *address == from);
+        let peer = match known.and_then(|at| self.peers.remove(at)) {
+            Some(peer) => peer,
+            None => {
+                if self.peers.len() >= PEERS
+                    && let Some((_, forgotten)) = self.peers.pop_front()
+                {
+                    hub.close(forgotten);
+                }
+                let name = format!("udp:{from}");
+                hub.notice(Notice::Connected(name.clone()));
+                (from, hub.open(name))
+            }
+        };
+        self.peers.push_back(peer);
+    }
+
+    fn send(&self, cx: &mut Context<'_>, hub: &mut Hub) {
+        for (address, peer) in &self.peers {
+            while let Some(reply) = hub.reply(peer) {
+                // A datagram that finds no space or no reader is lost, as datagrams are.
+                let _ = self.socket.poll_send_to(cx, reply.bytes(), *address);
+            }
+        }
+    }
+}
+
+impl Port for Udp {
+    fn endpoint(&self) -> Endpoint {
+        Endpoint::Udp(self.address)
+    }
+
+    fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+        self.send(cx, hub);
+        for _ in 0..READS_PER_TURN {
+            let mut buffer = ReadBuf::new(&mut self.buffer);
+            let from = match self.socket.poll_recv_from(cx, &mut buffer) {
+                Poll::Pending => return Ok(()),
+                Poll::Ready(Ok(from)) => from,
+                // An earlier reply met a closed port; that is its reader's affair.
+                Poll::Ready(Err(error)) if refused(&error) => continue,
+                Poll::Ready(Err(error)) => return Err(error),
+            };
+            let count = buffer.filled().len();
+            self.hear(from, hub);
+            if let Some((_, peer)) = self.peers.back()
+                && hub.room(peer) > 0
+            {
+                hub.receive(peer, &self.buffer[..count]);
+            }
+            self.send(cx, hub);
+        }
+        cx.waker().wake_by_ref();
+        Ok(())
+    }
+}
+
+fn refused(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::ConnectionReset | io::ErrorKind::ConnectionRefused
+    )
+}
