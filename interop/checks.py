@@ -1,6 +1,8 @@
 """Counting checks: one printed line each, and a verdict at the end."""
 
+import struct
 import sys
+import traceback
 
 
 class Checks:
@@ -30,6 +32,14 @@ class Checks:
         good = len(got) == len(want) and all(abs(a - b) <= tolerance for a, b in zip(got, want))
         shown = " ".join(f"{v:.4f}" for v in got)
         return self.ok(name, good, shown if good else f"{shown}, want {' '.join(f'{v:.4f}' for v in want)}")
+
+    def section(self, part, *arguments):
+        """Run some checks; when they break off, that counts as a failure and the rest goes on."""
+        try:
+            part(self, *arguments)
+        except (AssertionError, OSError, ValueError, struct.error) as error:
+            self.ok(f"{part.__name__} came to its end", False, f"{type(error).__name__}: {error}")
+            traceback.print_exc()
 
     def finish(self):
         """The verdict; ends the program."""

@@ -603,21 +603,27 @@ def several_links(checks, link, udp, tcp):
 def main():
     path, udp, tcp, speed = sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), float(sys.argv[4])
     checks = Checks()
-    untouched_terminal(checks, path)
-    link = Pty(path)
-    power_up(checks, link, speed)
+    checks.section(untouched_terminal, path)
+
+    def each(part, *more):
+        link = open_eventually(path)
+        link.quiet(0.02)
+        try:
+            checks.section(part, link, *more)
+        finally:
+            link.close()
+
+    each(power_up, speed)
     for part in (one_reply, wrong_checksum, resynchronisation):
-        part(checks, link)
-    link.close()
-    terminal(checks, path)
-    link = Pty(path)
+        each(part)
+    checks.section(terminal, path)
     for part in (queued_replies, current_index):
-        part(checks, link)
-    moves_take_time(checks, link, udp)
+        each(part)
+    each(moves_take_time, udp)
     for part in (immediate_motion, jog, motion_forms, surplus_and_missing, io_forms, strings):
-        part(checks, link)
-    several_links(checks, link, udp, tcp)
-    checks.equal("no alarm at the end", link.ask(ALARMS), bytes(16))
+        each(part)
+    each(several_links, udp, tcp)
+    each(lambda checks, link: checks.equal("no alarm at the end", link.ask(ALARMS), bytes(16)))
     checks.finish()
 
 

@@ -274,9 +274,9 @@ commands! {
     [queue yes, resend no, danger no]
     action PtpCmd {
         ptp_mode: PtpMode, "enum", "0 to 9", "How to travel, and what the numbers mean.";
-        x: f32, "mm, or deg for J1", "", "x, or J1 in the angle modes.";
-        y: f32, "mm, or deg for J2", "", "y, or J2 in the angle modes.";
-        z: f32, "mm, or deg for J3", "", "z, or J3 in the angle modes.";
+        x: f32, "mm, or deg for J1", "", "Target x, or J1 in the angle modes.";
+        y: f32, "mm, or deg for J2", "", "Target y, or J2 in the angle modes.";
+        z: f32, "mm, or deg for J3", "", "Target z, or J3 in the angle modes.";
         r: f32, "deg", "", "Rotation, or J4 in the angle modes.";
     }
 
@@ -291,9 +291,9 @@ commands! {
     [queue yes, resend no, danger no]
     action PtpWithLCmd {
         ptp_mode: PtpMode, "enum", "0 to 9", "How to travel, and what the numbers mean.";
-        x: f32, "mm, or deg for J1", "", "x, or J1 in the angle modes.";
-        y: f32, "mm, or deg for J2", "", "y, or J2 in the angle modes.";
-        z: f32, "mm, or deg for J3", "", "z, or J3 in the angle modes.";
+        x: f32, "mm, or deg for J1", "", "Target x, or J1 in the angle modes.";
+        y: f32, "mm, or deg for J2", "", "Target y, or J2 in the angle modes.";
+        z: f32, "mm, or deg for J3", "", "Target z, or J3 in the angle modes.";
         r: f32, "deg", "", "Rotation, or J4 in the angle modes.";
         l: f32, "mm", "0 to 1000", "Rail position, or way on the rail in the incremental modes.";
     }
@@ -310,9 +310,9 @@ commands! {
     [queue yes, resend no, danger no]
     action PtpPoCmd {
         ptp_mode: PtpMode, "enum", "0 to 9", "How to travel, and what the numbers mean.";
-        x: f32, "mm, or deg for J1", "", "x, or J1 in the angle modes.";
-        y: f32, "mm, or deg for J2", "", "y, or J2 in the angle modes.";
-        z: f32, "mm, or deg for J3", "", "z, or J3 in the angle modes.";
+        x: f32, "mm, or deg for J1", "", "Target x, or J1 in the angle modes.";
+        y: f32, "mm, or deg for J2", "", "Target y, or J2 in the angle modes.";
+        z: f32, "mm, or deg for J3", "", "Target z, or J3 in the angle modes.";
         r: f32, "deg", "", "Rotation, or J4 in the angle modes.";
         po: PoList, "percent : EIO address : level", "at most 57", "Outputs to switch.";
     }
@@ -321,9 +321,9 @@ commands! {
     [queue yes, resend no, danger no]
     action PtpPoWithLCmd {
         ptp_mode: PtpMode, "enum", "0 to 9", "How to travel, and what the numbers mean.";
-        x: f32, "mm, or deg for J1", "", "x, or J1 in the angle modes.";
-        y: f32, "mm, or deg for J2", "", "y, or J2 in the angle modes.";
-        z: f32, "mm, or deg for J3", "", "z, or J3 in the angle modes.";
+        x: f32, "mm, or deg for J1", "", "Target x, or J1 in the angle modes.";
+        y: f32, "mm, or deg for J2", "", "Target y, or J2 in the angle modes.";
+        z: f32, "mm, or deg for J3", "", "Target z, or J3 in the angle modes.";
         r: f32, "deg", "", "Rotation, or J4 in the angle modes.";
         l: f32, "mm", "0 to 1000", "Rail position, or way on the rail in the incremental modes.";
         po: PoList, "percent : EIO address : level", "at most 56", "Outputs to switch.";
@@ -640,9 +640,9 @@ commands! {
     [queue no, resend yes, danger no]
     query GetPtpTime {
         ptp_mode: PtpMode, "enum", "0 to 9", "How to travel, and what the numbers mean.";
-        x: f32, "mm, or deg for J1", "", "x, or J1 in the angle modes.";
-        y: f32, "mm, or deg for J2", "", "y, or J2 in the angle modes.";
-        z: f32, "mm, or deg for J3", "", "z, or J3 in the angle modes.";
+        x: f32, "mm, or deg for J1", "", "Target x, or J1 in the angle modes.";
+        y: f32, "mm, or deg for J2", "", "Target y, or J2 in the angle modes.";
+        z: f32, "mm, or deg for J3", "", "Target z, or J3 in the angle modes.";
         r: f32, "deg", "", "Rotation, or J4 in the angle modes.";
     }
     state PtpTime {

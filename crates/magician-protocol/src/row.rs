@@ -1,28 +1,45 @@
 use core::fmt;
 
-use crate::LayoutInfo;
 use crate::commands::TABLE;
+use crate::text::until_nul;
+use crate::{AlarmSet, Ctrl, FieldType, LayoutInfo};
 
 /// Area of the protocol a command belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(missing_docs)]
 pub enum Chapter {
+    /// The device itself: name, version, clock (1.3).
     Info,
+    /// Where the arm is (1.4).
     Pose,
+    /// Alarms (1.5).
     Alarm,
+    /// Homing (1.6).
     Home,
+    /// Teaching by hand (1.7).
     Teach,
+    /// What the arm carries (1.8).
     Tool,
+    /// Moving while a key is held (1.9).
     Jog,
+    /// Point-to-point moves (1.10).
     Ptp,
+    /// Continuous path (1.11).
     Cp,
+    /// Arcs and circles (1.12).
     Arc,
+    /// Waiting in the queue (1.13).
     Wait,
+    /// Waiting for an input (1.14).
     Trigger,
+    /// Pins, steppers and sensors (1.15).
     Io,
+    /// Corrections that are kept without power (1.16).
     Calibration,
+    /// The wireless network (1.17).
     Wifi,
+    /// Finding lost steps (1.18).
     LostStep,
+    /// Running and emptying the queue (1.19).
     Queue,
 }
 
@@ -39,10 +56,12 @@ pub enum Source {
 
 /// How sure the layout is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(missing_docs)]
 pub enum Confidence {
+    /// Several independent sources agree.
     High,
+    /// One good source, or several that leave something open.
     Medium,
+    /// One source, never seen at work.
     Low,
 }
 
@@ -104,6 +123,64 @@ static INDEX: [u8; 256] = {
     }
     index
 };
+
+/// No layout has as many bytes.
+const NO_SIZE: u8 = u8::MAX;
+
+/// The sizes of each id's query, value and set.
+static SIZES: [[u8; 3]; 256] = {
+    let mut sizes = [[NO_SIZE; 3]; 256];
+    let mut at = 0;
+    while at < TABLE.len() {
+        let row = &TABLE[at];
+        sizes[row.id as usize] = [size(row.query), size(row.value), size(row.set)];
+        at += 1;
+    }
+    sizes
+};
+
+const fn size(info: Option<&LayoutInfo>) -> u8 {
+    match info {
+        Some(info) => match info.size() {
+            Some(size) => size as u8,
+            None => NO_SIZE,
+        },
+        None => NO_SIZE,
+    }
+}
+
+impl Row {
+    /// Whether frames of an id usually carry this many parameter bytes: exactly those of one of
+    /// its layouts, or a queue index.
+    #[inline]
+    pub(crate) fn usual(id: u8, ctrl: Ctrl, count: usize) -> bool {
+        let sizes = &SIZES[usize::from(id)];
+        sizes.iter().any(|size| usize::from(*size) == count) || count == 8 && ctrl.queued()
+    }
+
+    /// Whether these parameters can be those of a layout without a fixed size, although they look
+    /// like frames: UTF-8 with nothing after its NUL, a list of outputs, alarm bits.
+    pub(crate) fn takes_open(&self, params: &[u8]) -> bool {
+        let layouts = [self.query, self.value, self.set];
+        layouts.into_iter().flatten().any(|info| {
+            let last = info.fields.last().map(|field| field.ty);
+            last.is_some_and(|ty| open_fits(info, ty, params))
+        })
+    }
+}
+
+fn open_fits(info: &LayoutInfo, last: FieldType, params: &[u8]) -> bool {
+    match last {
+        FieldType::Text => {
+            let text = until_nul(params);
+            let rest = params.get(text.len()..).unwrap_or_default();
+            rest.iter().all(|byte| *byte == 0) && core::str::from_utf8(text).is_ok()
+        }
+        FieldType::Alarms => params.len() <= AlarmSet::CAPACITY,
+        FieldType::Outputs => info.values(params).is_ok(),
+        _ => false,
+    }
+}
 
 impl Row {
     /// The row of an id; `None` when the Magician does not have it.

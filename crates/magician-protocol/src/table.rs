@@ -214,9 +214,11 @@ macro_rules! commands {
 
         /// A request to report a value, by the value asked for.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        #[allow(missing_docs)]
         pub enum Get {
-            $( $( $state(<$state as Readable>::Query), )? $( $param(<$param as Readable>::Query), )? )+
+            $( $( #[doc = concat!("Asks for [`", stringify!($state), "`].")]
+                  $state(<$state as Readable>::Query), )?
+               $( #[doc = concat!("Asks for [`", stringify!($param), "`].")]
+                  $param(<$param as Readable>::Query), )? )+
         }
 
         impl Get {
@@ -231,13 +233,30 @@ macro_rules! commands {
                     _ => Err(DecodeError::NoSuchForm(id)),
                 }
             }
+
+            /// The row of the command.
+            #[must_use]
+            pub fn row(&self) -> &'static Row {
+                match self {
+                    $( $( Self::$state(_) => <$state as Readable>::ROW, )?
+                       $( Self::$param(_) => <$param as Readable>::ROW, )? )+
+                }
+            }
+
+            /// Writes the parameters.
+            pub fn encode(&self, writer: &mut Writer<'_>) {
+                match self {
+                    $( $( Self::$state(query) => query.encode(writer), )?
+                       $( Self::$param(query) => query.encode(writer), )? )+
+                }
+            }
         }
 
         /// A value to set or an action to do: an element of the controller's queue.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        #[allow(missing_docs)]
         pub enum Set {
-            $( $( $param($param), )? $( $action($action), )? )+
+            $( $( #[doc = concat!("Sets [`", stringify!($param), "`].")] $param($param), )?
+               $( #[doc = concat!("Orders [`", stringify!($action), "`].")] $action($action), )? )+
         }
 
         impl Set {
