@@ -9,7 +9,7 @@ pub struct JumpHeights {
     pub start: f64,
     /// Descent to the end.
     pub end: f64,
-    /// The z that a jump does not rise above, unless its start or end does.
+    /// The z that a jump does not rise above, unless its start or end does or leaves the joints no room.
     pub z_limit: f64,
 }
 
@@ -61,16 +61,22 @@ impl Default for JumpHeights {
 /// How a jump gets from one corner to the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transfer {
-    /// All joints together.
+    /// All joints together. This swings the tool up between the corners, by millimetres; where that would break the
+    /// jump's z limit, both corners are lowered until it does not.
     Joint,
     /// On a straight line.
     Line,
 }
 
 /// The corners of one jump.
+#[derive(Clone, Copy)]
 pub(crate) struct Corners {
     pub(crate) lift: Pose,
     pub(crate) descent: Pose,
+    /// The z that no part of the jump rises above: the limit, or the higher end if that is above it.
+    pub(crate) ceiling: f64,
+    /// The z below which each corner is not taken.
+    floors: [f64; 2],
     pub(crate) lift_is_straight: bool,
     pub(crate) descent_is_straight: bool,
 }
@@ -90,9 +96,31 @@ impl Corners {
         Ok(Self {
             lift: Pose { z: lift, ..*from },
             descent: Pose { z: descent, ..*to },
+            ceiling: heights.z_limit.max(from.z).max(to.z),
+            floors: [from.z, to.z],
             lift_is_straight: is_outstretched(geometry, from),
             descent_is_straight: is_outstretched(geometry, to),
         })
+    }
+}
+
+impl Corners {
+    /// These corners with straight ways up and down.
+    pub(crate) fn straight(&self) -> Self {
+        Self {
+            lift_is_straight: true,
+            descent_is_straight: true,
+            ..*self
+        }
+    }
+
+    /// These corners taken down by so many mm, as far as the ends of the jump allow; nothing if they are down already.
+    pub(crate) fn lowered(&self, by: f64) -> Option<Self> {
+        let [first, second] = self.floors;
+        let mut lowered = *self;
+        lowered.lift.z = (self.lift.z - by).max(first.min(self.lift.z));
+        lowered.descent.z = (self.descent.z - by).max(second.min(self.descent.z));
+        (lowered.lift.z < self.lift.z || lowered.descent.z < self.descent.z).then_some(lowered)
     }
 }
 

@@ -18,13 +18,17 @@
 #![forbid(unsafe_code)]
 
 mod angle;
+mod apex;
 mod boundary;
+mod crossing;
 mod error;
 mod geometry;
+mod joint_leg;
 mod jump;
 mod kinematics;
 mod leg;
 mod limits;
+mod line_leg;
 mod planner;
 mod profile;
 mod roots;

@@ -1,7 +1,9 @@
 //! From a request to a trajectory (model section 7).
 
+use crate::joint_leg::{Axis, JointLeg};
 use crate::jump::Corners;
-use crate::leg::{Axis, JointLeg, Leg, LineLeg, SHORTEST_MOVE};
+use crate::leg::{Leg, SHORTEST_MOVE};
+use crate::line_leg::LineLeg;
 use crate::profile::{Profile, Rates};
 use crate::{
     ArmState, Bound, Geometry, JointAngles, JumpHeights, LIMIT_TOLERANCE, Limits, MotionError,
@@ -180,14 +182,66 @@ impl Planner {
     ) -> Result<Trajectory, MotionError> {
         let to = self.check(to)?;
         let corners = Corners::between(&self.geometry, &from.pose, &to.pose, heights)?;
+        let legs = self.jump_legs(from, &to, &corners, transfer)?;
+        let legs = self.under_the_ceiling(from, &to, corners, transfer, legs);
+        Ok(Trajectory::of_legs(&self.geometry, from, legs))
+    }
+
+    /// The legs of a jump, changed where joints would swing the tool up through the ceiling between two corners: the
+    /// corners give way downwards, and where the ends leave no room for that, straight lines take over if they can.
+    fn under_the_ceiling(
+        &self,
+        from: &ArmState,
+        to: &ArmState,
+        corners: Corners,
+        transfer: Transfer,
+        legs: [Leg; 3],
+    ) -> [Leg; 3] {
+        let excess = |legs: &[Leg; 3]| {
+            legs.iter()
+                .filter_map(|leg| leg.excess(&self.geometry, corners.ceiling))
+                .fold(0.0, f64::max)
+        };
+        let (mut lower, mut lower_legs) = (corners, legs);
+        for _ in 0..MOST_LOWERINGS {
+            let excess = excess(&lower_legs);
+            if excess <= 0.0 {
+                return lower_legs;
+            }
+            let Some(next) = lower.lowered(excess) else {
+                break;
+            };
+            let Ok(next_legs) = self.jump_legs(from, to, &next, transfer) else {
+                break;
+            };
+            (lower, lower_legs) = (next, next_legs);
+        }
+        match self.jump_legs(from, to, &corners.straight(), Transfer::Line) {
+            Ok(straight) if self.is_clear(from, straight) => straight,
+            _ => lower_legs,
+        }
+    }
+
+    fn is_clear(&self, from: &ArmState, legs: [Leg; 3]) -> bool {
+        Trajectory::of_legs(&self.geometry, from, legs)
+            .first_crossing(&self.limits)
+            .is_none()
+    }
+
+    fn jump_legs(
+        &self,
+        from: &ArmState,
+        to: &ArmState,
+        corners: &Corners,
+        transfer: Transfer,
+    ) -> Result<[Leg; 3], MotionError> {
         let lift = self.check(&Destination::Pose(corners.lift))?;
         let descent = self.check(&Destination::Pose(corners.descent))?;
-        let legs = [
+        Ok([
             self.leg(from, &lift, corners.lift_is_straight)?,
             self.leg(&lift, &descent, transfer == Transfer::Line)?,
-            self.leg(&descent, &to, corners.descent_is_straight)?,
-        ];
-        Ok(Trajectory::of_legs(&self.geometry, from, legs))
+            self.leg(&descent, to, corners.descent_is_straight)?,
+        ])
     }
 
     /// A destination in space: solved, and within limits.
@@ -262,6 +316,9 @@ impl Planner {
         }))
     }
 }
+
+/// How often the corners of a jump are lowered at most; the way down converges in a few.
+const MOST_LOWERINGS: u32 = 32;
 
 /// J2 - J3 at which the elbow is straight, degrees.
 const STRAIGHT: f64 = 90.0;

@@ -92,6 +92,11 @@ impl Profile {
         [self.ramp, self.duration - self.ramp]
     }
 
+    /// The highest velocity and acceleration on the way.
+    pub(crate) fn extremes(&self) -> (f64, f64) {
+        (self.peak, self.slope())
+    }
+
     fn slope(&self) -> f64 {
         if self.ramp > 0.0 {
             self.peak / self.ramp

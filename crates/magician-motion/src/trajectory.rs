@@ -1,6 +1,7 @@
 //! A planned motion as a function of time.
 
-use crate::leg::{Axis, JointLeg, Leg};
+use crate::joint_leg::{Axis, JointLeg};
+use crate::leg::Leg;
 use crate::profile::Braking;
 use crate::{ArmState, Geometry, MotionError};
 

@@ -9,7 +9,7 @@
 
 use crate::angle::DEGREES_PER_RADIAN;
 use crate::boundary::Section;
-use crate::leg::LineLeg;
+use crate::line_leg::LineLeg;
 use crate::roots::between;
 use crate::{Geometry, LIMIT_TOLERANCE, Limits};
 

@@ -63,8 +63,6 @@ fn agrees_with_sampling(
                 prop_assert!(found.at_us <= t + 1, "seen {t}, found {found:?}");
             }
             let gap = whole.duration_us() / SAMPLES + 2;
-            let last_good = seen.map_or(found.at_us, |t| t.saturating_sub(gap));
-            prop_assert!(found.at_us >= last_good.min(found.at_us));
             let before = found.at_us.saturating_sub(2);
             prop_assert!(at(before) < 1e-6, "{} before {found:?}", at(before));
             let just_after = (1..=400).map(|part| at(found.at_us + (gap * part / 400).max(1)));
@@ -124,7 +122,7 @@ proptest! {
         let from = ArmState::at_joints(&planner.geometry, &from);
         let to = planner.geometry.forward(&to);
         // The azimuth's cut behind the base is beyond any limit of J1 that an arm has.
-        if !(from.pose.x > 0.0 && to.x > 0.0) {
+        if from.pose.x <= 0.0 || to.x <= 0.0 {
             return Ok(());
         }
         agrees_with_sampling(&planner, &from, &line(Target::Pose(to)), true)?;
@@ -145,7 +143,7 @@ proptest! {
             j2: magician_motion::Range::new(-5.0, 90.0 * shrink),
             ..Limits::CONTROLLER
         };
-        if !(tight.check(&to).is_ok()) {
+        if tight.check(&to).is_err() {
             return Ok(());
         }
         let planner = Planner { limits: tight, ..planner };

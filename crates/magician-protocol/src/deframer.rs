@@ -57,8 +57,8 @@ pub enum Event<'a> {
 ///
 /// The protocol does not escape its header (errata E04), so a candidate that fails is searched
 /// again from its second byte: a fault costs the frame it hits, and one good frame after it when
-/// by chance (1 in 256) a false sum is right. State is under 512 bytes, work at
-/// most 252 additions a byte. There is no clock inside: when the line has been silent for
+/// by chance (1 in 256) a false sum is right. State is under 512 bytes, work
+/// under 256 additions a byte. There is no clock inside: when the line has been silent for
 /// [`INTER_BYTE_TIMEOUT_MS`](crate::INTER_BYTE_TIMEOUT_MS) and [`pending`](Self::pending) says
 /// that bytes wait, call [`expire`](Self::expire).
 ///
@@ -115,7 +115,20 @@ impl Deframer {
 
     /// Takes bytes from the front of `input` until there is something to report; `None` when all
     /// of `input` has been taken and what is left may still become a frame.
+    #[inline]
     pub fn next<'a>(&'a mut self, input: &mut &[u8]) -> Option<Event<'a>> {
+        // What cannot complete the candidate is only kept.
+        let held = usize::from(self.end - self.start);
+        if held + input.len() < usize::from(self.wanted) && !self.expiring {
+            self.refill(input);
+            if input.is_empty() {
+                return None;
+            }
+        }
+        self.search(input)
+    }
+
+    fn search<'a>(&'a mut self, input: &mut &[u8]) -> Option<Event<'a>> {
         loop {
             match self.judge() {
                 Verdict::More => {

@@ -24,6 +24,7 @@ pub const INTER_BYTE_TIMEOUT_MS: u64 = 50;
 /// assert_eq!(magician_protocol::checksum(&[0x0A, 0x00]), 0xF6);
 /// ```
 #[must_use]
+#[inline]
 pub fn checksum(body: &[u8]) -> u8 {
     body.iter()
         .fold(0u8, |sum, byte| sum.wrapping_add(*byte))
@@ -164,6 +165,7 @@ impl FrameBuf {
     ///
     /// # Errors
     /// [`EncodeError::TooLong`] when a list or text is too long for a frame.
+    #[inline]
     pub fn encode<L: Layout>(id: u8, ctrl: Ctrl, layout: &L) -> Result<Self, EncodeError> {
         Self::with(id, ctrl, |writer| layout.encode(writer))
     }
@@ -172,25 +174,25 @@ impl FrameBuf {
     ///
     /// # Errors
     /// As [`FrameBuf::encode`].
+    #[inline]
     pub fn get<Q: Layout>(query: &Q, row: &Row) -> Result<Self, EncodeError> {
         Self::encode(row.id, Ctrl::GET, query)
     }
 
+    #[inline]
     fn with(id: u8, ctrl: Ctrl, fill: impl FnOnce(&mut Writer<'_>)) -> Result<Self, EncodeError> {
-        let mut bytes = [0; MAX_FRAME];
+        let mut frame = Self {
+            bytes: [0; MAX_FRAME],
+            len: 0,
+        };
+        let bytes = &mut frame.bytes;
         let mut writer = Writer::new(&mut bytes[5..5 + MAX_PARAMS]);
         fill(&mut writer);
         let count = writer.finish()?;
-        bytes[0] = HEADER[0];
-        bytes[1] = HEADER[1];
-        bytes[2] = (count + 2) as u8;
-        bytes[3] = id;
-        bytes[4] = ctrl.0;
+        bytes[..5].copy_from_slice(&[HEADER[0], HEADER[1], (count + 2) as u8, id, ctrl.0]);
         bytes[count + 5] = checksum(&bytes[3..count + 5]);
-        Ok(Self {
-            bytes,
-            len: (count + 6) as u8,
-        })
+        frame.len = (count + 6) as u8;
+        Ok(frame)
     }
 
     /// All bytes, header to checksum.

@@ -6,24 +6,40 @@ use crate::{AlarmSet, Ctrl, FieldType, LayoutInfo};
 
 /// Area of the protocol a command belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(missing_docs)]
 pub enum Chapter {
+    /// The device itself: name, version, clock (1.3).
     Info,
+    /// Where the arm is (1.4).
     Pose,
+    /// Alarms (1.5).
     Alarm,
+    /// Homing (1.6).
     Home,
+    /// Teaching by hand (1.7).
     Teach,
+    /// What the arm carries (1.8).
     Tool,
+    /// Moving while a key is held (1.9).
     Jog,
+    /// Point-to-point moves (1.10).
     Ptp,
+    /// Continuous path (1.11).
     Cp,
+    /// Arcs and circles (1.12).
     Arc,
+    /// Waiting in the queue (1.13).
     Wait,
+    /// Waiting for an input (1.14).
     Trigger,
+    /// Pins, steppers and sensors (1.15).
     Io,
+    /// Corrections that are kept without power (1.16).
     Calibration,
+    /// The wireless network (1.17).
     Wifi,
+    /// Finding lost steps (1.18).
     LostStep,
+    /// Running and emptying the queue (1.19).
     Queue,
 }
 
@@ -40,10 +56,12 @@ pub enum Source {
 
 /// How sure the layout is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(missing_docs)]
 pub enum Confidence {
+    /// Several independent sources agree.
     High,
+    /// One good source, or several that leave something open.
     Medium,
+    /// One source, never seen at work.
     Low,
 }
 

@@ -214,9 +214,11 @@ macro_rules! commands {
 
         /// A request to report a value, by the value asked for.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        #[allow(missing_docs)]
         pub enum Get {
-            $( $( $state(<$state as Readable>::Query), )? $( $param(<$param as Readable>::Query), )? )+
+            $( $( #[doc = concat!("Asks for [`", stringify!($state), "`].")]
+                  $state(<$state as Readable>::Query), )?
+               $( #[doc = concat!("Asks for [`", stringify!($param), "`].")]
+                  $param(<$param as Readable>::Query), )? )+
         }
 
         impl Get {
@@ -252,9 +254,9 @@ macro_rules! commands {
 
         /// A value to set or an action to do: an element of the controller's queue.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        #[allow(missing_docs)]
         pub enum Set {
-            $( $( $param($param), )? $( $action($action), )? )+
+            $( $( #[doc = concat!("Sets [`", stringify!($param), "`].")] $param($param), )?
+               $( #[doc = concat!("Orders [`", stringify!($action), "`].")] $action($action), )? )+
         }
 
         impl Set {

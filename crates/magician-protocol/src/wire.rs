@@ -94,13 +94,18 @@ impl<'a> Writer<'a> {
 
 /// A number on the wire, always little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum Scalar {
+    /// One byte, unsigned.
     U8,
+    /// Two bytes, unsigned.
     U16,
+    /// Four bytes, unsigned.
     U32,
+    /// Eight bytes, unsigned.
     U64,
+    /// Four bytes, two's complement.
     I32,
+    /// Four bytes, IEEE 754 binary32.
     F32,
 }
 

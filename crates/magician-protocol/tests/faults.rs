@@ -158,11 +158,11 @@ fn a_fault_costs_one_frame() {
     let [mut replaced, mut inserted, mut dropped] = [(); 3].map(|()| Tally::default());
     for (first, frame) in all.iter().enumerate() {
         let stretch = Stretch::new(&all, first);
-        for at in 0..frame.len() {
+        for (at, good) in frame.iter().enumerate() {
             dropped.add(stretch.cost(at, Fault::Dropped));
             for bad in TELLING {
                 inserted.add(stretch.cost(at, Fault::Inserted(bad)));
-                if bad != frame[at] {
+                if bad != *good {
                     replaced.add(stretch.cost(at, Fault::Replaced(bad)));
                 }
             }

@@ -7,74 +7,12 @@ use magician_protocol::commands::{
     PtpPoCmd, PtpPoWithLCmd, QueuedCmdLeftSpace, QueuedCmdStartDownload,
 };
 use magician_protocol::{
-    Ctrl, DecodeError, Description, Direction, FrameBuf, Get, JogCommand, Layout, PoCmd, Port,
-    PtpMode, Request, Row, Set, describe,
+    DecodeError, Direction, JogCommand, Layout, PoCmd, Port, PtpMode, Request, Row, Set, describe,
 };
-use material::{get_again, set_again};
-
-fn frame(id: u8, ctrl: u8, params: &[u8]) -> FrameBuf {
-    FrameBuf::new(id, Ctrl(ctrl), params).unwrap()
-}
-
-fn request(id: u8, ctrl: u8, params: &[u8]) -> Result<Request, DecodeError> {
-    Request::decode(&frame(id, ctrl, params).frame())
-}
-
-fn notes(id: u8, ctrl: u8, params: &[u8], direction: Direction) -> Vec<&'static str> {
-    let frame = frame(id, ctrl, params);
-    describe(&frame.frame(), direction)
-        .unwrap()
-        .notes()
-        .collect()
-}
-
-/// The one note of a request says the erratum.
-fn noted(id: u8, ctrl: u8, params: &[u8], erratum: &str) {
-    let notes = notes(id, ctrl, params, Direction::Request);
-    assert!(notes.len() == 1 && notes[0].contains(erratum), "{notes:?}");
-}
-
-fn fields(id: u8, ctrl: u8, params: &[u8], direction: Direction) -> String {
-    let frame = frame(id, ctrl, params);
-    let description = describe(&frame.frame(), direction).unwrap();
-    let values = description.values().unwrap();
-    let list: Vec<_> = values.map(|(f, v)| format!("{}={v}", f.name)).collect();
-    list.join(" ")
-}
+use material::{fields, frame, get_again, noted, notes, request, set_again};
 
 fn length(expected: usize, found: usize) -> DecodeError {
     DecodeError::Length { expected, found }
-}
-
-#[test]
-fn e05_destination_and_error_bits_are_kept_and_noted() {
-    assert_eq!(request(10, 0x10, &[]), request(10, 0, &[]));
-    noted(10, 0x10, &[], "E05");
-    noted(10, 0xC0, &[], "E05");
-    let notes = notes(84, 0x07, &[0; 8], Direction::Reply);
-    assert!(notes.len() == 1 && notes[0].contains("refused"));
-    let ctrl = frame(10, 0x95, &[]).frame().ctrl();
-    assert_eq!((ctrl.destination(), ctrl.slave()), (1, 2));
-    assert!(ctrl.error() && ctrl.write() && !ctrl.queued());
-}
-
-#[test]
-fn e07_the_queued_bit_alone_queues() {
-    assert!(matches!(
-        request(3, 2, &[1, 1]),
-        Ok(Request::Queue(Set::SetDeviceWithL(_)))
-    ));
-    noted(3, 2, &[1, 1], "E07");
-    assert_eq!(
-        fields(3, 2, &[5, 0, 0, 0, 0, 0, 0, 0], Direction::Reply),
-        "queued_cmd_index=5"
-    );
-    assert_eq!(
-        request(240, 3, &[]),
-        request(240, 1, &[]),
-        "240 is never queued"
-    );
-    assert_eq!(request(246, 2, &[]), request(246, 0, &[]), "nor is a get");
 }
 
 #[test]
@@ -105,20 +43,6 @@ fn e11_four_bytes_of_a_motor_are_filled_up() {
     noted(135, 1, &[1, 1, 0x10, 0x27], "E11");
     assert_eq!(EMotor::decode(&[1, 1, 0x10]), Err(length(6, 3)));
     assert_eq!(EMotor::decode(&[1, 1, 0x10, 0x27, 0]), Err(length(6, 5)));
-}
-
-#[test]
-fn e12_rw_does_not_matter_where_there_is_one_direction() {
-    assert!(matches!(
-        request(246, 1, &[]),
-        Ok(Request::Get(Get::QueuedCmdCurrentIndex(_)))
-    ));
-    noted(246, 1, &[], "E12");
-    let answer = fields(246, 1, &[7, 0, 0, 0, 0, 0, 0, 0], Direction::Reply);
-    assert_eq!(answer, "queued_cmd_current_index=7");
-    assert_eq!(request(240, 0, &[]), Ok(Request::Nothing));
-    noted(240, 0, &[], "E12");
-    assert_eq!(request(84, 0, &[1, 2, 3]), Ok(Request::Nothing));
 }
 
 #[test]
@@ -163,18 +87,6 @@ fn e17_text_ends_at_its_nul_or_without_one() {
         assert_eq!(fields(1, 1, params, Direction::Request), "device_name=arm");
     }
     assert_eq!(set_again(1, b""), Ok(b"\0".to_vec()));
-}
-
-#[test]
-fn e19_alarms_are_cleared_under_both_ids() {
-    assert!(matches!(
-        request(20, 1, &[]),
-        Ok(Request::Set(Set::ClearAlarmsState(_)))
-    ));
-    assert!(matches!(
-        request(21, 1, &[]),
-        Ok(Request::Set(Set::ClearAllAlarmsState(_)))
-    ));
 }
 
 #[test]
@@ -400,30 +312,4 @@ fn e46_downloads_begin_with_two_words_or_two_bytes() {
         );
     }
     noted(243, 1, &[3, 5], "E46");
-}
-
-#[test]
-fn unknown_ids_and_missing_forms_say_so() {
-    assert_eq!(request(7, 0, &[]), Err(DecodeError::UnknownId(7)));
-    assert_eq!(Set::decode(10, &[]), Err(DecodeError::NoSuchForm(10)));
-    assert_eq!(Get::decode(84, &[]), Err(DecodeError::NoSuchForm(84)));
-}
-
-#[test]
-fn the_direction_is_guessed_from_what_fits() {
-    let guess = |id, ctrl, params: &[u8]| {
-        let frame = frame(id, ctrl, params);
-        let guess = Description::guess(&frame.frame()).unwrap();
-        (
-            guess.direction,
-            guess.notes().any(|note| note.contains("both")),
-        )
-    };
-    assert_eq!(guess(10, 0, &[]), (Direction::Request, false));
-    assert_eq!(guess(10, 0, &[0; 32]), (Direction::Reply, false));
-    assert_eq!(guess(84, 3, &[0; 17]), (Direction::Request, false));
-    assert_eq!(guess(84, 3, &[0; 8]), (Direction::Reply, false));
-    assert_eq!(guess(84, 1, &[]), (Direction::Reply, false));
-    assert_eq!(guess(245, 1, &[]), (Direction::Request, true));
-    assert_eq!(guess(1, 0, b"arm\0"), (Direction::Reply, false));
 }

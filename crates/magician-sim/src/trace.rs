@@ -64,7 +64,8 @@ pub struct TraceLink(u32);
 ///
 /// let packet = read_trace(&file).next().unwrap()?;
 /// assert_eq!(packet.bytes, get_pose);
-/// assert_eq!((packet.link_name, packet.direction), ("./arm", Some(Direction::Request)));
+/// assert_eq!(packet.link_name, "./arm");
+/// assert_eq!(packet.direction, Some(Direction::Request));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct TraceWriter<W: Write> {

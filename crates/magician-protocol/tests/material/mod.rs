@@ -2,8 +2,8 @@
 #![allow(dead_code, unreachable_pub)]
 
 use magician_protocol::{
-    Deframer, Direction, Event, FieldValue, Frame, FrameBuf, Get, Layout, QueuedCmdIndex, Readable,
-    Request, Set, Writer, commands, describe,
+    Ctrl, DecodeError, Deframer, Direction, Event, FieldValue, Frame, FrameBuf, Get, Layout,
+    QueuedCmdIndex, Readable, Request, Set, Writer, commands, describe,
 };
 use toml::{Table, Value};
 
@@ -204,14 +204,14 @@ macro_rules! value_again {
             id: u8,
             params: &[u8],
             writer: &mut Writer<'_>,
-        ) -> Result<(), magician_protocol::DecodeError> {
+        ) -> Result<(), DecodeError> {
             $(
                 if id == <commands::$name as Readable>::ROW.id {
                     commands::$name::decode(params)?.encode(writer);
                     return Ok(());
                 }
             )+
-            Err(magician_protocol::DecodeError::NoSuchForm(id))
+            Err(DecodeError::NoSuchForm(id))
         }
     };
 }
@@ -227,10 +227,40 @@ pub fn bytes_of(encode: impl FnOnce(&mut Writer<'_>)) -> Vec<u8> {
     params[..count].to_vec()
 }
 
-pub fn get_again(id: u8, params: &[u8]) -> Result<Vec<u8>, magician_protocol::DecodeError> {
+pub fn get_again(id: u8, params: &[u8]) -> Result<Vec<u8>, DecodeError> {
     Get::decode(id, params).map(|get| bytes_of(|writer| get.encode(writer)))
 }
 
-pub fn set_again(id: u8, params: &[u8]) -> Result<Vec<u8>, magician_protocol::DecodeError> {
+pub fn set_again(id: u8, params: &[u8]) -> Result<Vec<u8>, DecodeError> {
     Set::decode(id, params).map(|set| bytes_of(|writer| set.encode(writer)))
+}
+
+pub fn frame(id: u8, ctrl: u8, params: &[u8]) -> FrameBuf {
+    FrameBuf::new(id, Ctrl(ctrl), params).unwrap()
+}
+
+pub fn request(id: u8, ctrl: u8, params: &[u8]) -> Result<Request, DecodeError> {
+    Request::decode(&frame(id, ctrl, params).frame())
+}
+
+pub fn notes(id: u8, ctrl: u8, params: &[u8], direction: Direction) -> Vec<&'static str> {
+    let frame = frame(id, ctrl, params);
+    describe(&frame.frame(), direction)
+        .unwrap()
+        .notes()
+        .collect()
+}
+
+/// The one note of a request says the erratum.
+pub fn noted(id: u8, ctrl: u8, params: &[u8], erratum: &str) {
+    let notes = notes(id, ctrl, params, Direction::Request);
+    assert!(notes.len() == 1 && notes[0].contains(erratum), "{notes:?}");
+}
+
+pub fn fields(id: u8, ctrl: u8, params: &[u8], direction: Direction) -> String {
+    let frame = frame(id, ctrl, params);
+    let description = describe(&frame.frame(), direction).unwrap();
+    let values = description.values().unwrap();
+    let list: Vec<_> = values.map(|(f, v)| format!("{}={v}", f.name)).collect();
+    list.join(" ")
 }

@@ -2,7 +2,7 @@ use std::time::{Duration, Instant};
 
 use magician_protocol::{Direction, FrameBuf};
 
-use super::Notice;
+use super::{Notice, OnNotice};
 use crate::{LinkId, Micros, Runner};
 
 /// What all endpoints share: the arm on the wall clock, the log and the trace.
@@ -10,7 +10,7 @@ pub(super) struct Hub {
     runner: Runner,
     start: Instant,
     links: u32,
-    on_notice: Box<dyn FnMut(Notice) + Send>,
+    on_notice: OnNotice,
     tape: tape::Tape,
 }
 
@@ -22,7 +22,7 @@ pub(super) struct Peer {
 }
 
 impl Hub {
-    pub(super) fn new(runner: Runner, on_notice: Box<dyn FnMut(Notice) + Send>) -> Self {
+    pub(super) fn new(runner: Runner, on_notice: OnNotice) -> Self {
         Self {
             runner,
             start: Instant::now(),
@@ -50,8 +50,11 @@ impl Hub {
     }
 
     /// A client left, and the next will be known by the same name.
+    #[cfg(unix)]
     pub(super) fn renew(&mut self, peer: &mut Peer) {
         self.runner.close(peer.link);
+        let written = self.tape.close(&peer.tape);
+        self.taped(written);
         peer.link = self.next_link();
     }
 

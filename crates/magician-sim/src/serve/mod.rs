@@ -18,6 +18,8 @@ use std::path::PathBuf;
 use std::pin::pin;
 use std::task::{Context, Poll};
 
+use tokio::task::unconstrained;
+
 use crate::{Controller, Event, Line, Runner, Speed};
 
 mod address;
@@ -57,11 +59,14 @@ pub struct Server {
     speed: Speed,
     line: Line,
     doors: Vec<Door>,
-    on_ready: Box<dyn FnOnce(&[Endpoint]) + Send>,
-    on_notice: Box<dyn FnMut(Notice) + Send>,
+    on_ready: OnReady,
+    on_notice: OnNotice,
     #[cfg(feature = "trace")]
     trace: Option<Box<dyn io::Write + Send>>,
 }
+
+type OnReady = Box<dyn FnOnce(&[Endpoint]) + Send>;
+type OnNotice = Box<dyn FnMut(Notice) + Send>;
 
 /// An endpoint that was asked for.
 enum Door {
@@ -268,10 +273,11 @@ impl Server {
         let endpoints: Vec<Endpoint> = ports.iter().map(|port| port.endpoint()).collect();
         (self.on_ready)(&endpoints);
         let mut end = pin!(end);
-        poll_fn(|cx| match end.as_mut().poll(cx) {
+        // Turns are bounded here. The runtime's own bound would look like a full socket.
+        unconstrained(poll_fn(|cx| match end.as_mut().poll(cx) {
             Poll::Ready(()) => Poll::Ready(Ok(())),
             Poll::Pending => turn(cx, &mut hub, &mut ports, &mut timer),
-        })
+        }))
         .await
     }
 }
@@ -307,7 +313,14 @@ trait Port {
 }
 
 impl Door {
-    fn open(self, hub: &mut Hub) -> Result<Box<dyn Port + Send>, ServeError> {
+    fn open(
+        self,
+        #[cfg_attr(
+            not(unix),
+            expect(unused_variables, reason = "only a terminal is a peer by itself")
+        )]
+        hub: &mut Hub,
+    ) -> Result<Box<dyn Port + Send>, ServeError> {
         match self {
             #[cfg(unix)]
             Self::Pty(path) => Ok(Box::new(pty::Pty::open(&path, hub)?)),

@@ -52,6 +52,7 @@ impl Outbox {
     }
 
     /// The client is gone.
+    #[cfg(unix)]
     pub(super) fn clear(&mut self) {
         self.frame = None;
     }

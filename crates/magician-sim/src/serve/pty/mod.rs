@@ -73,15 +73,26 @@ impl Pty {
     fn read(&mut self, cx: &mut Context<'_>, hub: &mut Hub, most: usize) -> io::Result<bool> {
         let mut bytes = [0; BUFFER];
         let bytes = &mut bytes[..most.min(BUFFER)];
-        match self.terminal.poll_read(cx, bytes) {
-            Poll::Ready(Ok(count)) => {
-                hub.receive(&self.peer, &bytes[..count]);
-                self.send(cx, hub)?;
-                Ok(true)
+        let Poll::Ready(count) = self.terminal.poll_read(cx, bytes)? else {
+            return Ok(false);
+        };
+        hub.receive(&self.peer, &bytes[..count]);
+        self.send(cx, hub)?;
+        Ok(true)
+    }
+
+    /// Reads all that clients wrote, whether the line has room for it or not.
+    fn read_all(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+        let mut bytes = [0; BUFFER];
+        for _ in 0..READS_PER_TURN {
+            match self.terminal.read_now(&mut bytes) {
+                Ok(count) => hub.receive(&self.peer, &bytes[..count]),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
+                Err(error) => return Err(error),
             }
-            Poll::Ready(Err(error)) => Err(error),
-            Poll::Pending => Ok(false),
+            self.send(cx, hub)?;
         }
+        Ok(())
     }
 
     fn send(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
@@ -93,11 +104,25 @@ impl Pty {
         Ok(())
     }
 
+    fn seen(&mut self, seen: &Seen, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+        if seen.opened && !self.occupied {
+            self.occupied = true;
+            hub.notice(Notice::Connected(self.symlink.to_string()));
+        }
+        if seen.closed {
+            self.client_left(cx, hub)?;
+        }
+        if watch::BLIND {
+            self.terminal.clear_exclusive()?;
+        }
+        Ok(())
+    }
+
     /// Some client closed the terminal. If it was the last, the next finds it as new.
     fn client_left(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
         // All that it wrote comes before anything its successor writes, so it is read before the
         // question who is there; what is read after belongs to a successor.
-        while self.read(cx, hub, BUFFER)? {}
+        self.read_all(cx, hub)?;
         if !self.terminal.alone(&mut self.watch)? {
             return Ok(());
         }
@@ -120,6 +145,10 @@ impl Port for Pty {
     }
 
     fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+        // First, because it may replace the descriptor that the rest registers with.
+        while let Poll::Ready(seen) = self.watch.poll(cx)? {
+            self.seen(&seen, cx, hub)?;
+        }
         self.send(cx, hub)?;
         let mut turns = 0;
         loop {
@@ -133,17 +162,6 @@ impl Port for Pty {
             if turns == READS_PER_TURN {
                 cx.waker().wake_by_ref();
                 break;
-            }
-        }
-        while let Poll::Ready(seen) = self.watch.poll(cx)? {
-            match seen {
-                Seen::Opened if !self.occupied => {
-                    self.occupied = true;
-                    hub.notice(Notice::Connected(self.symlink.to_string()));
-                }
-                Seen::Opened => {}
-                Seen::Closed => self.client_left(cx, hub)?,
-                Seen::Nothing => self.terminal.clear_exclusive()?,
             }
         }
         Ok(())
@@ -178,14 +196,25 @@ impl Terminal {
         }
     }
 
+    /// Reads without asking the reactor, which may not have heard yet that there is something.
+    fn read_now(&self, bytes: &mut [u8]) -> io::Result<usize> {
+        would_block(rustix::io::read(self.master()?, bytes))
+    }
+
+    /// Tries before it asks the reactor, so that pending means that there is no space.
     fn poll_write(&self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         let master = self.master()?;
+        let mut written = would_block(rustix::io::write(master, bytes));
         loop {
-            let mut guard = ready!(master.poll_write_ready(cx))?;
-            match guard.try_io(|fd| would_block(rustix::io::write(fd, bytes))) {
-                Ok(result) => return Poll::Ready(result),
-                Err(_) => continue,
+            match written {
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                written => return Poll::Ready(written),
             }
+            let mut guard = ready!(master.poll_write_ready(cx))?;
+            written = match guard.try_io(|fd| would_block(rustix::io::write(fd, bytes))) {
+                Ok(written) => written,
+                Err(_) => Err(io::ErrorKind::WouldBlock.into()),
+            };
         }
     }
 
@@ -275,4 +304,61 @@ fn hung_up(master: &OwnedFd) -> io::Result<bool> {
     };
     poll(&mut fds, Some(&now))?;
     Ok(fds[0].revents().contains(PollFlags::HUP))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::future::poll_fn;
+
+    #[tokio::test(flavor = "current_thread")]
+    async fn every_byte_value_passes_unchanged_both_ways() {
+        let terminal = Terminal::open().unwrap();
+        let client = open_slave(&terminal.device).unwrap();
+        let all: Vec<u8> = (0..=255).collect();
+        let mut read = [0; 512];
+
+        assert_eq!(rustix::io::write(&client, &all), Ok(256));
+        let count = poll_fn(|cx| terminal.poll_read(cx, &mut read)).await;
+        assert_eq!(&read[..count.unwrap()], all);
+
+        let count = poll_fn(|cx| terminal.poll_write(cx, &all)).await;
+        assert_eq!(count.unwrap(), 256);
+        let count = rustix::io::read(&client, &mut read).unwrap();
+        assert_eq!(&read[..count], all);
+        assert!(terminal.read_now(&mut read).is_err(), "nothing is echoed");
+    }
+
+    #[tokio::test(flavor = "current_thread")]
+    async fn a_terminal_is_alone_when_all_clients_have_closed() {
+        let mut terminal = Terminal::open().unwrap();
+        let mut watch = Watch::new(&terminal.device).unwrap();
+        assert!(terminal.alone(&mut watch).unwrap());
+        let clients = [0, 1].map(|_| open_slave(&terminal.device).unwrap());
+        for client in clients {
+            assert!(!terminal.alone(&mut watch).unwrap());
+            drop(client);
+        }
+        assert!(terminal.alone(&mut watch).unwrap());
+    }
+
+    #[tokio::test(flavor = "current_thread")]
+    async fn nobodys_replies_are_forgotten() {
+        let terminal = Terminal::open().unwrap();
+        let written = poll_fn(|cx| {
+            let mut written = 0;
+            while let Poll::Ready(count) = terminal.poll_write(cx, &[7; 1000])? {
+                written += count;
+            }
+            Poll::Ready(io::Result::Ok(written))
+        });
+        assert!(written.await.unwrap() > 4096);
+        terminal.forget_replies().unwrap();
+        let client = open_slave(&terminal.device).unwrap();
+        rustix::io::ioctl_fionbio(&client, true).unwrap();
+        assert_eq!(
+            rustix::io::read(&client, &mut [0; 16]),
+            Err(rustix::io::Errno::AGAIN)
+        );
+    }
 }

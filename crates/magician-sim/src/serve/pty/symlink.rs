@@ -8,9 +8,9 @@ use super::ServeError;
 /// The path under which clients find the terminal; gone when dropped.
 pub(super) struct Symlink {
     /// As it was given.
-    given: PathBuf,
-    /// The same, whatever the working directory becomes.
     path: PathBuf,
+    /// The same, whatever the working directory becomes.
+    absolute: PathBuf,
     device: PathBuf,
 }
 
@@ -24,29 +24,29 @@ impl Symlink {
         // Not by renaming over it: what has come there since is not ours to replace.
         std::os::unix::fs::symlink(device, path).map_err(failed)?;
         Ok(Self {
-            given: path.to_owned(),
-            path: std::path::absolute(path).map_err(failed)?,
+            path: path.to_owned(),
+            absolute: std::path::absolute(path).map_err(failed)?,
             device: device.to_owned(),
         })
     }
 
     /// The path as it was given.
     pub(super) fn path(&self) -> &Path {
-        &self.given
+        &self.path
     }
 }
 
 impl fmt::Display for Symlink {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.given.display().fmt(f)
+        self.path.display().fmt(f)
     }
 }
 
 impl Drop for Symlink {
     fn drop(&mut self) {
-        if fs::read_link(&self.path).is_ok_and(|target| target == self.device) {
+        if fs::read_link(&self.absolute).is_ok_and(|target| target == self.device) {
             // If it cannot be removed, it dangles; the next server replaces it.
-            let _ = fs::remove_file(&self.path);
+            let _ = fs::remove_file(&self.absolute);
         }
     }
 }

@@ -12,20 +12,21 @@ use tokio::io::unix::AsyncFd;
 
 use super::super::reactor::register;
 
+/// Whether clients that come and go cannot be seen.
+pub(super) const BLIND: bool = false;
+
 pub(super) struct Watch {
     inotify: AsyncFd<OwnedFd>,
     watch: Option<i32>,
 }
 
-/// What happened to the terminal.
-pub(super) enum Seen {
+/// What happened to the terminal. Equal events in a row are reported as one, and the order is lost:
+/// who is there now has to be asked.
+pub(super) struct Seen {
     /// A client opened it.
-    Opened,
-    /// A client closed it. Equal events in a row are reported as one, so these are no count.
-    Closed,
-    /// Nothing, for a while: only where closing cannot be seen.
-    #[expect(dead_code, reason = "the watch of other systems says so")]
-    Nothing,
+    pub(super) opened: bool,
+    /// A client closed it.
+    pub(super) closed: bool,
 }
 
 impl Watch {
@@ -54,21 +55,21 @@ impl Watch {
         Ok(())
     }
 
-    /// What happened since, closing before opening: a client that went and one that came are told
-    /// apart by asking the terminal who is there.
+    /// What happened since it was last asked.
     pub(super) fn poll(&mut self, cx: &mut Context<'_>) -> io::Result<Poll<Seen>> {
         loop {
             let Poll::Ready(guard) = self.inotify.poll_read_ready(cx) else {
                 return Ok(Poll::Pending);
             };
-            let mut guard = guard?;
-            match guard.try_io(|fd| events(fd.get_ref())) {
-                Ok(Ok(seen)) if seen.intersects(CLOSED) => return Ok(Poll::Ready(Seen::Closed)),
-                Ok(Ok(seen)) if seen.contains(ReadFlags::OPEN) => {
-                    return Ok(Poll::Ready(Seen::Opened));
+            match guard?.try_io(|fd| events(fd.get_ref())) {
+                Ok(seen) => {
+                    let seen = seen?;
+                    return Ok(Poll::Ready(Seen {
+                        opened: seen.contains(ReadFlags::OPEN),
+                        closed: seen.intersects(CLOSED),
+                    }));
                 }
-                Ok(Ok(_)) | Err(_) => {}
-                Ok(Err(error)) => return Err(error),
+                Err(_) => continue,
             }
         }
     }

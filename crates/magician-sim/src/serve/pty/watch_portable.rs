@@ -9,20 +9,17 @@ use std::time::Duration;
 
 use tokio::time::{Interval, MissedTickBehavior, interval};
 
+/// Whether clients that come and go cannot be seen.
+pub(super) const BLIND: bool = true;
+
 pub(super) struct Watch {
     interval: Interval,
 }
 
-/// What happened to the terminal.
-pub(super) enum Seen {
-    /// A client opened it.
-    #[expect(dead_code, reason = "cannot be seen here")]
-    Opened,
-    /// A client closed it.
-    #[expect(dead_code, reason = "cannot be seen here")]
-    Closed,
-    /// Nothing that could be seen, for a second.
-    Nothing,
+/// What happened to the terminal: a second passed, which is all that can be seen here.
+pub(super) struct Seen {
+    pub(super) opened: bool,
+    pub(super) closed: bool,
 }
 
 impl Watch {
@@ -43,6 +40,9 @@ impl Watch {
     }
 
     pub(super) fn poll(&mut self, cx: &mut Context<'_>) -> io::Result<Poll<Seen>> {
-        Ok(self.interval.poll_tick(cx).map(|_| Seen::Nothing))
+        Ok(self.interval.poll_tick(cx).map(|_| Seen {
+            opened: false,
+            closed: false,
+        }))
     }
 }

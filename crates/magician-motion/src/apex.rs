@@ -1,0 +1,97 @@
+//! How high the tool rises while the joints move.
+//!
+//! Between two heights joints swing the arm along arcs that bulge upwards, so that the way may be higher than both of
+//! its ends. The height's second derivative is bounded by the joints' speeds: over a span of time the height exceeds
+//! neither end by more than an eighth of that bound times the square of the span. Spans that cannot beat the
+//! highest point known are dropped, others halved; near a summit few are left.
+
+use crate::Geometry;
+use crate::angle::{DEGREES_PER_RADIAN, sin_cos};
+use crate::joint_leg::JointLeg;
+
+/// How exactly the summit is found, mm.
+const EXACT: f64 = 1e-6;
+/// Spans looked at, at most. A jump needs dozens; more are asked for only by numbers that are no arm's.
+const MOST_SPANS: u32 = 5_000;
+
+/// The greatest height of the tool on a leg, mm, if it is above `ceiling`.
+pub(crate) fn above(leg: &JointLeg, geometry: &Geometry, ceiling: f64) -> Option<f64> {
+    if bound(leg, geometry) <= ceiling {
+        return None;
+    }
+    let search = Search {
+        leg,
+        geometry,
+        curvature: curvature(leg, geometry),
+    };
+    let (from, to) = (search.at(0.0), search.at(leg.duration()));
+    let mut highest = from.height.max(to.height);
+    search.raise(&mut highest, from, to, &mut { MOST_SPANS });
+    let highest = highest + EXACT;
+    (highest > ceiling + 2.0 * EXACT).then_some(highest)
+}
+
+/// A height that the tool does not exceed, known at once: every joint at its best.
+fn bound(leg: &JointLeg, geometry: &Geometry) -> f64 {
+    let (from, to) = (leg.from.joints, leg.to.joints);
+    let within = |angle: f64, a: f64, b: f64| a.min(b) <= angle && angle <= a.max(b);
+    let cos = if within(0.0, from.j2, to.j2) {
+        1.0
+    } else {
+        sin_cos(from.j2).1.max(sin_cos(to.j2).1)
+    };
+    let sin = sin_cos(from.j3).0.min(sin_cos(to.j3).0);
+    geometry.rear_arm * cos - geometry.forearm * sin - geometry.tool.z
+}
+
+/// A bound of the height's second derivative, mm/s2.
+fn curvature(leg: &JointLeg, geometry: &Geometry) -> f64 {
+    let [_, rear, fore, _] = &leg.axes;
+    let swing = |length: f64, axis: &crate::joint_leg::Axis| {
+        let (velocity, acceleration) = axis.extremes();
+        let turning = velocity / DEGREES_PER_RADIAN;
+        length * (turning * turning + acceleration / DEGREES_PER_RADIAN)
+    };
+    swing(geometry.rear_arm, rear) + swing(geometry.forearm, fore)
+}
+
+#[derive(Clone, Copy)]
+struct Point {
+    t: f64,
+    height: f64,
+}
+
+struct Search<'a> {
+    leg: &'a JointLeg,
+    geometry: &'a Geometry,
+    curvature: f64,
+}
+
+impl Search<'_> {
+    fn at(&self, t: f64) -> Point {
+        let joints = self.leg.joints_at(t);
+        let (_, cos) = sin_cos(joints.j2);
+        let (sin, _) = sin_cos(joints.j3);
+        let Geometry {
+            rear_arm,
+            forearm,
+            tool,
+        } = *self.geometry;
+        Point {
+            t,
+            height: rear_arm * cos - forearm * sin - tool.z,
+        }
+    }
+
+    fn raise(&self, highest: &mut f64, from: Point, to: Point, spans_left: &mut u32) {
+        let span = to.t - from.t;
+        let possible = from.height.max(to.height) + 0.125 * self.curvature * span * span;
+        if *spans_left > 0 && possible > *highest + EXACT {
+            *spans_left -= 1;
+            let middle = self.at(0.5 * (from.t + to.t));
+            *highest = highest.max(middle.height);
+            self.raise(highest, from, middle, spans_left);
+            self.raise(highest, middle, to, spans_left);
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! The joints of a motion: each by a law of its own.
+
+use crate::crossing::{Moments, first_violation};
+use crate::profile::{Braking, Profile};
+use crate::roots::quadratic;
+use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError};
+
+/// Every joint by a law of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct JointLeg {
+    pub(crate) from: ArmState,
+    pub(crate) to: ArmState,
+    pub(crate) axes: [Axis; 4],
+}
+
+/// The law of one joint: how far it has gone from where it started.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Axis {
+    /// From rest to rest, forwards (1) or backwards (-1).
+    Travelling(f64, Profile),
+    /// From speed to rest.
+    Braking(Braking),
+}
+
+impl Axis {
+    pub(crate) fn offset(&self, t: f64) -> f64 {
+        match self {
+            Self::Travelling(sign, profile) => sign * profile.position(t),
+            Self::Braking(braking) => braking.position(t),
+        }
+    }
+
+    pub(crate) fn velocity(&self, t: f64) -> f64 {
+        match self {
+            Self::Travelling(sign, profile) => sign * profile.velocity(t),
+            Self::Braking(braking) => braking.velocity(t),
+        }
+    }
+
+    fn acceleration(&self, t: f64) -> f64 {
+        match self {
+            Self::Travelling(sign, profile) => sign * profile.acceleration(t),
+            Self::Braking(braking) => braking.acceleration(t),
+        }
+    }
+
+    pub(crate) fn duration(&self) -> f64 {
+        match self {
+            Self::Travelling(_, profile) => profile.duration(),
+            Self::Braking(braking) => braking.duration(),
+        }
+    }
+
+    /// The highest velocity and acceleration on the way.
+    pub(crate) fn extremes(&self) -> (f64, f64) {
+        match self {
+            Self::Travelling(_, profile) => profile.extremes(),
+            Self::Braking(braking) => (
+                libm::fabs(braking.velocity(0.0)),
+                libm::fabs(braking.acceleration(0.0)),
+            ),
+        }
+    }
+
+    fn corners(&self) -> [f64; 3] {
+        match self {
+            Self::Travelling(_, profile) => {
+                let [first, second] = profile.corners();
+                [first, second, profile.duration()]
+            }
+            Self::Braking(braking) => [braking.duration(); 3],
+        }
+    }
+}
+
+impl JointLeg {
+    /// The leg on which every joint comes to rest by its own law, wherever that is.
+    pub(crate) fn braking(geometry: &Geometry, from: &ArmState, axes: [Axis; 4]) -> Self {
+        let mut leg = Self {
+            from: *from,
+            to: *from,
+            axes,
+        };
+        leg.to = ArmState::at_joints(geometry, &leg.joints_at(leg.duration()));
+        leg
+    }
+
+    pub(crate) fn joints_at(&self, t: f64) -> JointAngles {
+        let mut joints = self.from.joints.to_array();
+        for (angle, axis) in joints.iter_mut().zip(&self.axes) {
+            *angle += axis.offset(t);
+        }
+        joints.into()
+    }
+
+    pub(crate) fn duration(&self) -> f64 {
+        self.axes.iter().map(Axis::duration).fold(0.0, f64::max)
+    }
+
+    pub(crate) fn first_crossing(&self, limits: &Limits) -> Option<(f64, MotionError)> {
+        if self.stays_within(limits) {
+            return None;
+        }
+        let mut moments = Moments::new();
+        let wide = limits.widened_to(&self.from.joints);
+        for bound in Bound::ALL {
+            self.passings(bound, limits.at(bound), &mut moments);
+            if wide.at(bound) != limits.at(bound) {
+                self.passings(bound, wide.at(bound), &mut moments);
+            }
+        }
+        let found = first_violation(limits, &self.from.joints, moments, self.duration(), |t| {
+            Ok(self.joints_at(t))
+        });
+        // People want to hear where the target would be, not where the arm stood just after.
+        found.map(|(t, error)| match error {
+            MotionError::Limit { bound, .. } if limits.is_violated(bound, &self.to.joints) => {
+                (t, limits.violation(bound, bound.value(&self.to.joints)))
+            }
+            error => (t, error),
+        })
+    }
+
+    /// Whether both ends, and with them everything between, are within limits. The joints move each by its own law, so
+    /// the coupled bound is safe only if no pairing of J2 and J3 on the way violates it.
+    fn stays_within(&self, limits: &Limits) -> bool {
+        let (from, to) = (self.from.joints, self.to.joints);
+        let pairing = |j2, j3| JointAngles { j2, j3, ..to };
+        [from, to, pairing(from.j2, to.j3), pairing(to.j2, from.j3)]
+            .iter()
+            .all(|joints| limits.violations(joints).next().is_none())
+    }
+
+    /// The moments at which the bound's angle is `angle`: between corners of the laws it is a quadratic of time.
+    fn passings(&self, bound: Bound, angle: f64, moments: &mut Moments) {
+        let [j1, j2, j3, j4] = &self.axes;
+        let (axis, other) = match bound {
+            Bound::J1Min | Bound::J1Max => (j1, None),
+            Bound::J2Min | Bound::J2Max => (j2, None),
+            Bound::J3Min | Bound::J3Max => (j3, None),
+            Bound::J4Min | Bound::J4Max => (j4, None),
+            Bound::J23Min | Bound::J23Max => (j2, Some(j3)),
+        };
+        let less = |of: &dyn Fn(&Axis) -> f64| of(axis) - other.map_or(0.0, of);
+        let mut corners = [f64::NAN; 6];
+        let others = other.map_or([f64::NAN; 3], Axis::corners);
+        for (slot, corner) in corners
+            .iter_mut()
+            .zip(axis.corners().into_iter().chain(others))
+        {
+            *slot = corner;
+        }
+        corners.sort_unstable_by(f64::total_cmp);
+        let start = bound.value(&self.from.joints) - angle;
+        let mut from = 0.0;
+        for to in corners.into_iter().filter(|t| !t.is_nan()) {
+            if to > from {
+                let acceleration = less(&|axis| axis.acceleration(0.5 * (from + to)));
+                let velocity = less(&|axis| axis.velocity(from));
+                let offset = start + less(&|axis| axis.offset(from));
+                for root in quadratic(0.5 * acceleration, velocity, offset) {
+                    if root >= 0.0 && from + root <= to {
+                        moments.add(from + root);
+                    }
+                }
+                from = to;
+            }
+        }
+    }
+
+    /// The state at `t`; a joint that `stopped_by` names is exactly at that bound.
+    pub(crate) fn state_stopped_by(
+        &self,
+        geometry: &Geometry,
+        t: f64,
+        stopped_by: &MotionError,
+    ) -> ArmState {
+        let mut joints = self.joints_at(t);
+        if let MotionError::Limit { bound, limit, .. } = *stopped_by {
+            match bound {
+                // Without a passing of the bound the start was beyond it: there it stays.
+                _ if t <= 0.0 => {}
+                Bound::J1Min | Bound::J1Max => joints.j1 = limit,
+                Bound::J2Min | Bound::J2Max => joints.j2 = limit,
+                Bound::J3Min | Bound::J3Max => joints.j3 = limit,
+                Bound::J4Min | Bound::J4Max => joints.j4 = limit,
+                Bound::J23Min | Bound::J23Max => joints.j3 = joints.j2 - limit,
+            }
+        }
+        ArmState::at_joints(geometry, &joints)
+    }
+}
+
+impl JointLeg {
+    /// The joint that goes furthest, and how far.
+    pub(crate) fn governing(&self) -> (Axis, f64) {
+        let [first, ..] = self.axes;
+        let sweep = |axis: &Axis| libm::fabs(axis.offset(axis.duration()));
+        self.axes
+            .iter()
+            .map(|axis| (*axis, sweep(axis)))
+            .fold(
+                (first, 0.0),
+                |best, next| if next.1 > best.1 { next } else { best },
+            )
+    }
+}

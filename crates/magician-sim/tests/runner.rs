@@ -1,0 +1,446 @@
+//! The runner in virtual time: pacing, speed, silence, and that cuts do not matter.
+
+use magician_protocol::{Ctrl, FrameBuf};
+use magician_sim::{Controller, Line, LinkId, Micros, Profile, Runner, Speed};
+use proptest::prelude::*;
+
+const USB: LinkId = LinkId(0);
+const WIFI: LinkId = LinkId(1);
+
+fn frame(id: u8, ctrl: Ctrl, params: &[u8]) -> Vec<u8> {
+    FrameBuf::new(id, ctrl, params).unwrap().bytes().to_vec()
+}
+
+fn get_pose() -> Vec<u8> {
+    frame(10, Ctrl::GET, &[])
+}
+
+fn current_index() -> Vec<u8> {
+    frame(246, Ctrl::GET, &[])
+}
+
+fn device_time() -> Vec<u8> {
+    frame(4, Ctrl::GET, &[])
+}
+
+fn wait(ms: u32) -> Vec<u8> {
+    frame(110, Ctrl::QUEUED, &ms.to_le_bytes())
+}
+
+/// Clears the alarm of power-up and lets the queue run.
+fn start() -> Vec<u8> {
+    [frame(20, Ctrl::SET, &[]), frame(240, Ctrl::SET, &[])].concat()
+}
+
+fn runner(speed: Speed, line: Line) -> Runner {
+    Runner::new(Controller::new(Profile::default()), speed, line)
+}
+
+fn paced(turnaround: Micros) -> Line {
+    Line {
+        baud: Some(115_200),
+        turnaround,
+    }
+}
+
+fn number(reply: &FrameBuf) -> u64 {
+    let params = reply.frame().params().to_vec();
+    let low = |bytes: &[u8]| {
+        bytes
+            .iter()
+            .rev()
+            .fold(0, |sum, byte| sum << 8 | u64::from(*byte))
+    };
+    low(&params[..params.len().min(8)])
+}
+
+/// The next reply on a link and when it came.
+fn reply(runner: &mut Runner, now: &mut Micros, link: LinkId) -> FrameBuf {
+    loop {
+        if let Some(reply) = runner.poll_transmit(*now, link) {
+            return reply;
+        }
+        *now = runner
+            .poll_timeout()
+            .expect("a reply is on its way")
+            .max(*now);
+        runner.handle_timeout(*now);
+    }
+}
+
+/// Sends requests one by one, each when the last has been answered; how many a second.
+fn stop_and_wait(request: &[u8], turnaround: Micros) -> f64 {
+    let mut runner = runner(Speed::default(), paced(turnaround));
+    let mut now = 0;
+    for _ in 0..500 {
+        runner.receive(now, USB, request);
+        reply(&mut runner, &mut now, USB);
+    }
+    500e6 / now as f64
+}
+
+#[track_caller]
+fn within_2_percent(found: f64, expected: f64) {
+    assert!(
+        (found / expected - 1.0).abs() < 0.02,
+        "{found} is not {expected}"
+    );
+}
+
+#[test]
+fn stop_and_wait_runs_at_the_rate_of_the_line() {
+    let ptp = frame(84, Ctrl::QUEUED, &[0; 17]);
+    for (request, rates) in [
+        (get_pose(), [262.0, 172.0, 128.0]),
+        (ptp, [311.0, 192.0, 139.0]),
+        (current_index(), [576.0, 268.0, 174.0]),
+    ] {
+        for (turnaround, rate) in [0, 2_000, 4_000].into_iter().zip(rates) {
+            within_2_percent(stop_and_wait(&request, turnaround), rate);
+        }
+    }
+}
+
+#[test]
+fn a_pipelined_stream_is_bound_by_the_slower_direction() {
+    let ptp = frame(84, Ctrl::QUEUED, &[0; 17]);
+    for (request, rate) in [(get_pose(), 303.0), (ptp, 501.0), (current_index(), 823.0)] {
+        let mut runner = runner(Speed::default(), paced(0));
+        let mut now = 0;
+        for _ in 0..400 {
+            runner.receive(0, USB, &request);
+        }
+        for _ in 0..400 {
+            reply(&mut runner, &mut now, USB);
+        }
+        within_2_percent(400e6 / now as f64, rate);
+    }
+}
+
+#[test]
+fn a_reply_begins_after_its_request_even_if_more_follows() {
+    let mut runner = runner(Speed::default(), paced(0));
+    let mut now = 0;
+    runner.receive(
+        0,
+        USB,
+        &[get_pose(), get_pose(), b"M10".repeat(100)].concat(),
+    );
+    reply(&mut runner, &mut now, USB);
+    assert_eq!(now, 3820); // 44 bytes
+    reply(&mut runner, &mut now, USB);
+    assert_eq!(now, 7119); // 38 more
+}
+
+#[test]
+fn a_frame_inside_a_damaged_one_is_answered_when_the_damage_shows() {
+    let mut damaged = frame(60, Ctrl::GET, &[0; 20]);
+    damaged[10..16].copy_from_slice(&get_pose());
+    let mut runner = runner(Speed::default(), paced(0));
+    let mut now = 0;
+    runner.receive(0, USB, &[damaged, b"M10".repeat(100)].concat());
+    reply(&mut runner, &mut now, USB);
+    assert_eq!(now, 5556); // 26 bytes there, 38 back
+}
+
+#[test]
+fn links_do_not_share_a_line() {
+    let mut runner = runner(Speed::default(), paced(0));
+    for link in [USB, WIFI] {
+        runner.receive(0, link, &get_pose());
+    }
+    for link in [USB, WIFI] {
+        let mut now = 0;
+        reply(&mut runner, &mut now, link);
+        assert_eq!(now, 3820);
+    }
+}
+
+#[test]
+fn turnaround_counts_without_a_baud_rate_too() {
+    let mut runner = runner(
+        Speed::Max,
+        Line {
+            baud: None,
+            turnaround: 700,
+        },
+    );
+    let mut now = 5;
+    runner.receive(now, USB, &[get_pose(), get_pose()].concat());
+    for _ in 0..2 {
+        reply(&mut runner, &mut now, USB);
+        assert_eq!(now, 705);
+    }
+}
+
+#[test]
+fn the_arms_clock_is_the_walls_times_the_speed() {
+    for (speed, wall) in [(1.0, 3_000_000), (10.0, 300_000), (0.5, 6_000_000)] {
+        let mut runner = runner(Speed::Times(speed), Line::default());
+        let mut now = 0;
+        runner.receive(0, USB, &[start(), wait(3_000)].concat());
+        while runner.poll_transmit(0, USB).is_some() {}
+        while runner.controller().state().queue.current_index == 0 {
+            now = runner.poll_timeout().unwrap();
+            runner.handle_timeout(now);
+        }
+        assert_eq!(now, wall, "{speed}");
+        runner.receive(wall, USB, &device_time());
+        assert_eq!(number(&reply(&mut runner, &mut now, USB)), 3_000);
+    }
+}
+
+#[test]
+fn a_stopped_clock_still_answers() {
+    for speed in [0.0, -1.0, f64::NAN] {
+        let mut runner = runner(Speed::Times(speed), paced(0));
+        let mut now = 0;
+        runner.receive(0, USB, &[start(), wait(5), device_time()].concat());
+        for _ in 0..3 {
+            reply(&mut runner, &mut now, USB);
+        }
+        assert_eq!(number(&reply(&mut runner, &mut now, USB)), 0);
+    }
+}
+
+#[test]
+fn at_full_speed_a_command_has_finished_before_the_next_request_is_read() {
+    let mut runner = runner(Speed::Max, Line::default());
+    let mut now = 0;
+    let requests = [
+        start(),
+        wait(60_000),
+        current_index(),
+        wait(3_600_000),
+        current_index(),
+        device_time(),
+    ];
+    runner.receive(0, USB, &requests.concat());
+    let answers: Vec<u64> = (0..7)
+        .map(|_| number(&reply(&mut runner, &mut now, USB)))
+        .collect();
+    assert_eq!(answers[2..], [1, 1, 2, 2, 3_660_000]);
+    assert_eq!(now, 0);
+}
+
+#[test]
+fn at_full_speed_the_arm_is_there_when_it_is_asked() {
+    let mut runner = runner(Speed::Max, Line::default());
+    let target: [f32; 4] = [220.0, 30.0, 40.0, 15.0];
+    let mode = [1]; // MOVJ to Cartesian coordinates
+    let move_to = [&mode[..], target.map(f32::to_le_bytes).as_flattened()].concat();
+    let requests = [start(), frame(84, Ctrl::QUEUED, &move_to), get_pose()];
+    runner.receive(0, USB, &requests.concat());
+    let pose = (0..4)
+        .map(|_| runner.poll_transmit(0, USB).unwrap())
+        .last()
+        .unwrap();
+    assert_eq!(pose.frame().params()[..16], move_to[1..]);
+    assert!(runner.controller().now() > 100_000);
+}
+
+#[test]
+fn at_full_speed_nothing_scheduled_runs_at_wall_speed() {
+    let mut runner = runner(Speed::Max, Line::default());
+    let mut now = 2_000_000;
+    runner.receive(now, USB, &[start(), wait(60_000)].concat());
+    now += 1_500_000;
+    runner.handle_timeout(now);
+    runner.receive(now, USB, &device_time());
+    for _ in 0..3 {
+        reply(&mut runner, &mut now, USB);
+    }
+    assert_eq!(number(&reply(&mut runner, &mut now, USB)), 63_500);
+}
+
+#[test]
+fn at_full_speed_what_the_line_brings_later_is_read_later() {
+    let mut runner = runner(Speed::Max, paced(0));
+    let mut now = 0;
+    runner.receive(0, USB, &[start(), wait(10_000), device_time()].concat());
+    for _ in 0..3 {
+        reply(&mut runner, &mut now, USB);
+    }
+    // 28 bytes after the beginning, the wait left out.
+    assert_eq!(number(&reply(&mut runner, &mut now, USB)), 10_002);
+}
+
+#[test]
+fn a_silence_of_50_ms_ends_a_frame() {
+    for line in [Line::default(), paced(0)] {
+        for (pause, answers) in [(49_000, 1), (51_500, 0)] {
+            let mut runner = runner(Speed::default(), line);
+            let request = get_pose();
+            runner.receive(0, USB, &request[..4]);
+            runner.receive(pause, USB, &request[4..]);
+            runner.handle_timeout(pause + 10_000);
+            let answered = runner.poll_transmit(pause + 10_000, USB);
+            assert_eq!(usize::from(answered.is_some()), answers, "{line:?} {pause}");
+        }
+    }
+}
+
+#[test]
+fn after_a_silence_the_next_frame_is_taken() {
+    let mut runner = runner(Speed::default(), paced(0));
+    runner.receive(0, USB, &[0xAA, 0xAA, 0x20, 1, 2, 3]);
+    let mut now = 100_000;
+    runner.receive(now, USB, &get_pose());
+    reply(&mut runner, &mut now, USB);
+    assert_eq!(now, 103_820);
+}
+
+#[test]
+fn nothing_is_due_when_all_is_done() {
+    let mut runner = runner(Speed::Max, paced(100));
+    let mut now = 0;
+    runner.receive(0, USB, &get_pose());
+    reply(&mut runner, &mut now, USB);
+    while let Some(next) = runner.poll_timeout() {
+        assert!(next > now && next < 100_000);
+        now = next;
+        runner.handle_timeout(now);
+    }
+}
+
+#[test]
+fn what_a_peer_wrote_before_it_left_is_obeyed() {
+    let mut runner = runner(Speed::Max, paced(0));
+    runner.receive(
+        0,
+        USB,
+        &[start(), wait(1), wait(1), vec![0xAA, 0xAA, 9]].concat(),
+    );
+    runner.handle_timeout(1_500);
+    runner.close(USB);
+    runner.handle_timeout(20_000);
+    assert_eq!(runner.controller().state().queue.current_index, 2);
+    assert_eq!(runner.poll_transmit(20_000, USB), None);
+    assert_eq!(runner.poll_timeout(), None);
+}
+
+#[test]
+fn room_shrinks_by_what_is_under_way() {
+    let mut runner = runner(Speed::default(), paced(0));
+    assert_eq!(runner.room(USB), 4096);
+    runner.receive(0, USB, &get_pose().repeat(100));
+    assert_eq!(runner.room(USB), 4096 - 600);
+    runner.handle_timeout(100_000);
+    assert_eq!(runner.room(USB), 4096usize.saturating_sub(100 * 38));
+    runner.receive(100_000, USB, &get_pose().repeat(1000));
+    assert_eq!(runner.room(USB), 0);
+}
+
+#[test]
+fn the_wall_clock_does_not_run_back() {
+    let mut runner = runner(Speed::default(), Line::default());
+    runner.handle_timeout(5_000_000);
+    runner.receive(1_000, USB, &device_time());
+    assert_eq!(
+        number(&runner.poll_transmit(5_000_000, USB).unwrap()),
+        5_000
+    );
+}
+
+fn speeds() -> impl Strategy<Value = Speed> {
+    prop_oneof![Just(Speed::Max), (0.01f64..100.0).prop_map(Speed::Times)]
+}
+
+fn lines() -> impl Strategy<Value = Line> {
+    let baud = prop_oneof![Just(None), (9_600u32..1_000_000).prop_map(Some)];
+    (baud, 0u64..5_000).prop_map(|(baud, turnaround)| Line { baud, turnaround })
+}
+
+/// Bytes that hosts send, and some that they do not.
+fn requests() -> impl Strategy<Value = Vec<u8>> {
+    prop_oneof![
+        Just(get_pose()),
+        Just(current_index()),
+        Just(device_time()),
+        Just(start()),
+        (0u32..500).prop_map(wait),
+        Just(b"M10\r\n".to_vec()),
+        prop::collection::vec(prop_oneof![Just(0xAA), any::<u8>()], 1..12),
+    ]
+}
+
+/// Runs a script of (pause, link, bytes); all replies with the time at which they were due.
+fn transcript(
+    speed: Speed,
+    line: Line,
+    script: &[(Micros, LinkId, Vec<u8>)],
+    cut: usize,
+    looks: &[Micros],
+) -> Vec<(Micros, LinkId, Vec<u8>)> {
+    let mut runner = runner(speed, line);
+    let mut replies = Vec::new();
+    let mut now = 0;
+    let run = |runner: &mut Runner, until: Micros, replies: &mut Vec<_>| {
+        let mut looks = looks.iter().copied().filter(|look| *look <= until);
+        loop {
+            let due = runner.poll_timeout().filter(|due| *due <= until);
+            let Some(at) = due.into_iter().chain(looks.next()).min() else {
+                break;
+            };
+            runner.handle_timeout(at);
+            for link in [USB, WIFI] {
+                while let Some(reply) = runner.poll_transmit(at, link) {
+                    replies.push((at, link, reply.bytes().to_vec()));
+                }
+            }
+            if due.is_none() {
+                break;
+            }
+        }
+    };
+    for (pause, link, bytes) in script {
+        now += pause;
+        run(&mut runner, now, &mut replies);
+        for piece in bytes.chunks(cut) {
+            runner.receive(now, *link, piece);
+        }
+    }
+    run(&mut runner, now + 60_000_000, &mut replies);
+    replies
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn cuts_of_bytes_and_time_change_nothing(
+        speed in speeds(),
+        line in lines(),
+        script in prop::collection::vec(
+            (0u64..80_000, prop_oneof![Just(USB), Just(WIFI)], requests()), 1..30),
+        cut in 1usize..8,
+        looks in prop::collection::vec(0u64..2_000_000, 0..20),
+    ) {
+        let whole = transcript(speed, line, &script, 300, &[]);
+        let cut = transcript(speed, line, &script, cut, &looks);
+        prop_assert_eq!(whole, cut);
+    }
+
+    #[test]
+    fn no_bytes_stall_or_break_it(
+        speed in speeds(),
+        line in lines(),
+        chunks in prop::collection::vec(
+            (0u64..100_000, prop::collection::vec(prop_oneof![Just(0xAA), any::<u8>()], 0..300)),
+            0..20),
+    ) {
+        let mut runner = runner(speed, line);
+        let mut now = 0;
+        for (pause, bytes) in chunks {
+            now += pause;
+            runner.receive(now, USB, &bytes);
+            while runner.poll_transmit(now, USB).is_some() {}
+        }
+        // Whatever came before, after a silence the next request is answered.
+        now += 10_000_000;
+        runner.handle_timeout(now);
+        while runner.poll_transmit(now, USB).is_some() {}
+        runner.receive(now, USB, &get_pose());
+        prop_assert_eq!(reply(&mut runner, &mut now, USB).frame().id(), 10);
+    }
+}
