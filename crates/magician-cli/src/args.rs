@@ -187,3 +187,34 @@ impl FromStr for Tool {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_contradicts_itself_nowhere() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn tools_by_name_and_by_bias() {
+        assert_eq!(
+            "Suction".parse::<Tool>().map(|tool| tool.0),
+            Ok(ToolBias::SUCTION)
+        );
+        let bias = "-1, 2,3.5".parse::<Tool>().map(|tool| tool.0);
+        assert_eq!(bias, Ok(ToolBias::new(-1.0, 2.0, 3.5)));
+        for wrong in ["hammer", "1,2", "1,2,x", "1,2,nan", ""] {
+            assert!(wrong.parse::<Tool>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn seconds_are_above_zero() {
+        assert_eq!(seconds("0.5s"), Ok(Duration::from_millis(500)));
+        for wrong in ["0", "-1", "nan", "inf", "1e30", "soon"] {
+            assert!(seconds(wrong).is_err(), "{wrong}");
+        }
+    }
+}

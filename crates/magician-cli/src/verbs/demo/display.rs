@@ -39,11 +39,12 @@ impl<'o> Display<'o> {
     /// Shows nothing if `quiet`.
     pub(super) fn new(quiet: bool, out: &'o mut Output, places: u32) -> Self {
         let live = !quiet && io::stdout().is_terminal();
+        let wide = out.width() >= WIDE;
         Self {
             out,
             quiet,
             places,
-            bar: live.then(|| bar(out.width() >= WIDE)),
+            bar: live.then(|| bar(wide)),
             told: None,
             shown: None,
         }
