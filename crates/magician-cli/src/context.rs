@@ -6,6 +6,7 @@ use magician::{Arm, Options, SimSpeed, Target};
 use tokio::runtime::{Builder, Runtime};
 
 use crate::args::{Cli, Global};
+use crate::debts::Debts;
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Signals;
 use crate::output::Output;
@@ -17,6 +18,8 @@ pub(crate) struct Context {
     pub(crate) out: Output,
     runtime: Option<Rc<Runtime>>,
     arm: Option<Connected>,
+    /// Settings that the verb under way owes the arm.
+    pub(crate) debts: Debts,
     /// Whether more lines follow: Ctrl-C then stops the arm and keeps the connection.
     pub(crate) in_shell: bool,
 }
@@ -49,6 +52,7 @@ impl Context {
             out,
             runtime: None,
             arm: None,
+            debts: Debts::default(),
             in_shell: false,
         }
     }
@@ -145,14 +149,21 @@ impl Context {
                 outcome = work => outcome,
                 _ = signals.next() => Err(Failure::interrupted()),
             };
-            if outcome
-                .as_ref()
-                .is_err_and(|failure| failure.kind == Kind::Interrupted)
-            {
-                self.halt().await;
+            if let Err(failure) = &outcome {
+                self.make_good(failure).await;
             }
             outcome
         })
+    }
+
+    /// After a failure: settings are given back; Ctrl-C stops what was set going.
+    async fn make_good(&mut self, failure: &Failure) {
+        if let Some(connected) = &self.arm {
+            self.debts.pay_after_failure(&connected.arm).await;
+        }
+        if failure.kind == Kind::Interrupted {
+            self.halt().await;
+        }
     }
 
     /// Stops what was set going. Within a shell the connection lasts, if the arm obeys.

@@ -8,6 +8,7 @@ mod args;
 mod catalogue;
 mod columns;
 mod context;
+mod debts;
 mod failure;
 mod interrupt;
 mod log;

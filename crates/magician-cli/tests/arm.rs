@@ -327,6 +327,23 @@ fn a_real_arm_does_not_move_without_yes() {
         (2, Some("usage"))
     );
     assert!(!picture.exists());
+    let nobody = run_with(
+        &[
+            "--port",
+            "/dev/no-such-arm",
+            "demo",
+            "--yes",
+            "--json",
+            "--out",
+            path,
+        ],
+        b"",
+    );
+    assert_eq!(
+        (nobody.status, nobody.error()["kind"].as_str()),
+        (4, Some("port"))
+    );
+    assert!(!picture.exists(), "nothing was drawn");
     let nowhere = run_with(&["demo", "--out", "/no/such/place/demo.svg", "--json"], b"");
     assert_eq!(
         (nowhere.status, nowhere.error()["kind"].as_str()),

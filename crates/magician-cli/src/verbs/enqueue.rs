@@ -12,6 +12,7 @@ use crate::values;
 #[command(
     disable_help_flag = true,
     after_help = "\
+Examples:
   magician enqueue PTPCmd ptp_mode=movl-xyz x=220 y=40 z=30 r=0 --start
   magician enqueue --help PTPCmd     explains the command
 

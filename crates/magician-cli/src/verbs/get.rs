@@ -11,6 +11,7 @@ use crate::values;
 #[command(
     disable_help_flag = true,
     after_help = "\
+Examples:
   magician get Pose
   magician get IODO address=4
   magician get --help IODO     explains the command"

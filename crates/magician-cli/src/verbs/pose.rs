@@ -2,8 +2,9 @@ use std::io::{IsTerminal, Write};
 use std::time::Duration;
 
 use clap::Args;
-use magician::commands;
+use magician::{Arm, commands};
 use serde::Serialize;
+use tokio::time::MissedTickBehavior;
 
 use crate::columns::Columns;
 use crate::context::Context;
@@ -61,28 +62,40 @@ impl Pose {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let json = context.global.json;
         context.with_arm(async |arm, out| {
-            if !self.watch {
-                let answer = Answer::from(arm.get::<commands::Pose>().await?);
-                return if json {
-                    out.json(&answer)
-                } else {
-                    answer.write(out)
-                };
+            if self.watch {
+                return self.go_on(arm, json, out).await;
             }
-            let mut ticks = tokio::time::interval(Duration::from_secs_f64(1.0 / self.rate));
-            ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-            let live = !json && std::io::stdout().is_terminal();
-            loop {
-                ticks.tick().await;
-                let answer = Answer::from(arm.get::<commands::Pose>().await?);
-                match (json, live) {
-                    (true, _) => out.json(&answer)?,
-                    (false, true) => write!(out, "\r{}\x1b[K", answer.line())?,
-                    (false, false) => out.line(answer.line())?,
-                }
-                out.flush()?;
+            let answer = Answer::from(arm.get::<commands::Pose>().await?);
+            if json {
+                out.json(&answer)
+            } else {
+                answer.write(out)
             }
         })
+    }
+
+    async fn go_on(&self, arm: &Arm, json: bool, out: &mut Output) -> Result<(), Failure> {
+        let mut ticks = tokio::time::interval(Duration::from_secs_f64(1.0 / self.rate));
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut next = async || {
+            ticks.tick().await;
+            let pose = arm.get::<commands::Pose>().await?;
+            Ok::<_, Failure>(Answer::from(pose))
+        };
+        if !json && std::io::stdout().is_terminal() {
+            let mut live = Live(out);
+            loop {
+                live.show(&next().await?.line())?;
+            }
+        }
+        loop {
+            let answer = next().await?;
+            match json {
+                true => out.json(&answer)?,
+                false => out.line(answer.line())?,
+            }
+            out.flush()?;
+        }
     }
 }
 
@@ -109,13 +122,27 @@ impl Answer {
         columns.write(out)
     }
 
-    /// One line.
+    /// One line, short enough for 80 columns.
     pub(crate) fn line(&self) -> String {
-        let place = format!(
-            "x {:8.2}  y {:8.2}  z {:8.2}  r {:8.2}",
-            self.x, self.y, self.z, self.r
-        );
+        let (x, y, z, r) = (self.x, self.y, self.z, self.r);
         let (j1, j2, j3, j4) = (self.j1, self.j2, self.j3, self.j4);
-        format!("{place}   j1 {j1:7.2}  j2 {j2:7.2}  j3 {j3:7.2}  j4 {j4:7.2}")
+        format!("x{x:8.2} y{y:8.2} z{z:8.2} r{r:8.2}  j{j1:7.1}{j2:7.1}{j3:7.1}{j4:7.1}")
+    }
+}
+
+/// A line that is written over and over, and ends when it goes.
+struct Live<'o>(&'o mut Output);
+
+impl Live<'_> {
+    fn show(&mut self, line: &str) -> Result<(), Failure> {
+        write!(self.0, "\r{line}\x1b[K")?;
+        self.0.flush()
+    }
+}
+
+impl Drop for Live<'_> {
+    fn drop(&mut self) {
+        // Nobody is left to tell that this failed.
+        let _ = self.0.line("").and_then(|()| self.0.flush());
     }
 }

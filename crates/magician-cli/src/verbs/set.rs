@@ -12,6 +12,7 @@ use crate::values;
 #[command(
     disable_help_flag = true,
     after_help = "\
+Examples:
   magician set PTPCommonParams velocity_ratio=80 acceleration_ratio=60
   magician set PTPJointParams velocity=100,100,100,100 acceleration=80,80,80,80
   magician set --help PTPCmd     explains the command"

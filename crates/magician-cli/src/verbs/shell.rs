@@ -40,6 +40,7 @@ impl Shell {
         let session = context.global.clone();
         let mut lines = Lines::open();
         let mut first = None;
+        let mut number = 0_u64;
         context.in_shell = true;
         loop {
             if terminal {
@@ -57,9 +58,13 @@ impl Shell {
             if matches!(line.trim(), "exit" | "quit") {
                 break;
             }
-            let Err(failure) = one(&line, &session, context) else {
+            number += 1;
+            let Err(mut failure) = one(&line, &session, context) else {
                 continue;
             };
+            if !terminal {
+                failure.message = format!("line {number}: {}", failure.message);
+            }
             context.out.flush()?;
             if !terminal && !self.keep_going {
                 return Err(failure);

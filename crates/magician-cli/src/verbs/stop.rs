@@ -27,8 +27,8 @@ impl Stop {
         })?;
         let answer = Answer::from(pose);
         let what = match self.gentle {
-            true => "the queue stops after the command under way",
-            false => "the arm stands",
+            true => "stopping",
+            false => "stopped",
         };
         context.show(&answer, |out| {
             out.line(format_args!("{what}: {}", answer.line()))

@@ -1,11 +1,11 @@
 //! `suction`, `gripper`, `laser`: the tools, at once.
 
 use clap::{Args, ValueEnum};
-use magician::{Ctrl, Set, words};
-use magician_protocol::{MAX_PARAMS, Writer};
+use magician::{Set, words};
 use serde::Serialize;
 
 use crate::context::Context;
+use crate::debts::at_once;
 use crate::failure::Failure;
 
 /// Switch the suction cup
@@ -91,15 +91,4 @@ where
     context.show(&Answer { state }, |out| {
         out.line(format_args!("{name}: {word}"))
     })
-}
-
-/// Sends a command past the queue.
-pub(crate) async fn at_once(arm: &magician::Arm, command: &Set) -> Result<(), Failure> {
-    let mut params = [0; MAX_PARAMS];
-    let mut writer = Writer::new(&mut params);
-    command.encode(&mut writer);
-    let count = writer.finish().map_err(magician::Error::from)?;
-    let params = params.get(..count).unwrap_or_default();
-    arm.raw(command.row().id, Ctrl::SET, params).await?;
-    Ok(())
 }

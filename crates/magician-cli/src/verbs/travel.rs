@@ -10,6 +10,7 @@ use tokio::sync::Notify;
 use super::pose::Answer;
 use crate::args::Tool;
 use crate::context::Context;
+use crate::debts::Debts;
 use crate::failure::Failure;
 use crate::progress::attended;
 
@@ -19,6 +20,7 @@ const REACHED: f64 = 0.1;
 /// Move the arm to a pose and wait until it is there
 #[derive(Args, Debug)]
 #[command(after_help = "\
+Examples:
   magician move 220 40 30              all joints together, rotation as it is
   magician move 220 40 30 0 --linear   on a straight line
   magician move --relative 0 0 -10     down by 10 mm
@@ -84,15 +86,16 @@ impl Move {
             return Err(Failure::usage(message));
         }
         let quiet = context.global.json;
+        let debts = context.debts.clone();
         if self.no_wait {
             let index = context
-                .with_arm(async |arm, _| self.hand_over(arm).await)?
+                .with_arm(async |arm, _| self.hand_over(arm, &debts).await)?
                 .0;
             return context.show(&Taken { index }, |out| {
                 out.line(format_args!("index {index}"))
             });
         }
-        let pose = context.with_arm(async |arm, _| self.go(arm, quiet).await)?;
+        let pose = context.with_arm(async |arm, _| self.go(arm, quiet, &debts).await)?;
         let answer = Answer::from(pose);
         context.show(&answer, |out| {
             out.line(format_args!("there: {}", answer.line()))
@@ -100,11 +103,12 @@ impl Move {
     }
 
     /// Moves, and makes sure that the arm is where it should be.
-    async fn go(&self, arm: &Arm, quiet: bool) -> Result<commands::Pose, Failure> {
-        let (commands, end) = self.plan(arm).await?;
+    async fn go(&self, arm: &Arm, quiet: bool, debts: &Debts) -> Result<commands::Pose, Failure> {
+        let (commands, end) = self.plan(arm, debts).await?;
         let options = RunOptions::default().keep(self.keep);
         let run = arm.run_with(commands, options, |_| {});
         attended(quiet, "moving", run).await?;
+        debts.forget();
         let pose = arm.get::<commands::Pose>().await?;
         let found = [pose.x, pose.y, pose.z].map(f64::from);
         match end {
@@ -120,8 +124,8 @@ impl Move {
     }
 
     /// Starts the move and tells its index.
-    async fn hand_over(&self, arm: &Arm) -> Result<QueueIndex, Failure> {
-        let (commands, _) = self.plan(arm).await?;
+    async fn hand_over(&self, arm: &Arm, debts: &Debts) -> Result<QueueIndex, Failure> {
+        let (commands, _) = self.plan(arm, debts).await?;
         let options = RunOptions::default().keep(self.keep);
         let (taken, last) = (Notify::new(), Cell::new(QueueIndex(0)));
         let run = arm.run_with(commands, options, |progress| {
@@ -135,27 +139,38 @@ impl Move {
             () = taken.notified() => (),
             ran = run => drop(ran?),
         }
+        debts.forget();
         Ok(last.get())
     }
 
     /// The commands of the move, checked, and where it ends.
-    async fn plan(&self, arm: &Arm) -> Result<(Vec<Set>, Option<[f64; 3]>), Failure> {
+    async fn plan(
+        &self,
+        arm: &Arm,
+        debts: &Debts,
+    ) -> Result<(Vec<Set>, Option<[f64; 3]>), Failure> {
         let pose = arm.get::<commands::Pose>().await?;
         let mut commands = Vec::new();
         if let Some(Tool(bias)) = self.tool {
             commands.push(words::tool(bias));
         }
         let travel = self.travel(&pose);
-        match self.speed_ratio {
-            None => commands.push(travel),
-            Some(ratio) => {
-                let before = arm.get::<commands::PtpCommonParams>().await?;
+        let before = match self.speed_ratio {
+            Some(_) => Some(arm.get::<commands::PtpCommonParams>().await?),
+            None => None,
+        };
+        match (self.speed_ratio, before) {
+            (Some(ratio), Some(before)) => {
                 commands.extend([words::speed(ratio, ratio), travel, before.into()]);
             }
+            _ => commands.push(travel),
         }
         let mut check = arm.preflight().await?;
         for command in &commands {
             check.check(command)?;
+        }
+        if let Some(before) = before {
+            debts.owe(before);
         }
         let end = check.arm().map(|end| [end.pose.x, end.pose.y, end.pose.z]);
         Ok((commands, end))

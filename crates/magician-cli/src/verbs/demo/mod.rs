@@ -6,9 +6,9 @@ mod picture;
 mod recorder;
 mod scene;
 
-use std::fs::File;
-use std::io::Write;
-use std::path::PathBuf;
+use std::fs::{self, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -18,9 +18,9 @@ use magician::commands::{
 use magician::{Arm, Set, SimSpeed, Target, words};
 use serde::Serialize;
 
-use super::tools::at_once;
 use crate::columns::wrap;
 use crate::context::{Context, Sim};
+use crate::debts::{Debts, at_once};
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
 use display::Display;
@@ -72,13 +72,6 @@ struct Summary {
     picture: String,
 }
 
-/// Settings of the arm that the demonstration changes and puts back.
-struct Settings {
-    tool: EndEffectorParams,
-    jump: PtpJump2Params,
-    speed: PtpCommonParams,
-}
-
 impl Demo {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let sim = Sim {
@@ -96,23 +89,14 @@ impl Demo {
             let message = format!("the arm at {target} would move; nothing was sent");
             return Err(Failure::usage(message).hint("clear its reach and give --yes"));
         }
-        let mut file = self.create()?;
+        let place = Place::open(&self.out)?;
         let quiet = context.global.json;
+        let debts = context.debts.clone();
         let (summary, drawing) = context.with_arm_at(Some(sim), async |arm, out| {
-            self.perform(arm, &target, out, quiet).await
+            self.perform(arm, &target, out, quiet, &debts).await
         })?;
-        file.write_all(drawing.as_bytes())
-            .map_err(|error| self.unwritable(&error))?;
+        place.fill(&drawing)?;
         context.show(&summary, |out| summary.write(out))
-    }
-
-    /// The file is there before the arm moves.
-    fn create(&self) -> Result<File, Failure> {
-        File::create(&self.out).map_err(|error| self.unwritable(&error))
-    }
-
-    fn unwritable(&self, error: &std::io::Error) -> Failure {
-        Failure::invalid(format!("{} cannot be written: {error}", self.out.display()))
     }
 
     async fn perform(
@@ -121,6 +105,7 @@ impl Demo {
         target: &Target,
         out: &mut Output,
         quiet: bool,
+        debts: &Debts,
     ) -> Result<(Summary, String), Failure> {
         let begun = (arm.get::<DeviceTime>().await?.g_systick, Instant::now());
         let (_, places) = arm.stats().await?;
@@ -129,14 +114,13 @@ impl Demo {
         display.begin("homing")?;
         arm.home().await?;
         display.end(&arm.get::<Pose>().await?)?;
-        let settings = Settings::read(arm).await?;
         let commands = commands();
         check(arm, &commands).await?;
         let mut recorder = Recorder::new(&commands);
-        let ran = recorder.run(arm, &commands, &mut display).await;
-        let restored = settings.restore(arm).await;
-        let ran = ran?;
-        restored?;
+        owe(arm, debts).await?;
+        let ran = recorder.run(arm, &commands, &mut display).await?;
+        at_once(arm, &words::pump_off()).await?;
+        debts.pay(arm).await?;
         display.finish();
         let summary = Summary {
             port: arm.name().to_owned(),
@@ -156,6 +140,40 @@ impl Demo {
         );
         Ok((summary, drawing))
     }
+}
+
+/// Where the picture goes: known to be writable before the arm moves, and left as it was if there
+/// is nothing to draw.
+struct Place<'p> {
+    path: &'p Path,
+    fresh: bool,
+}
+
+impl<'p> Place<'p> {
+    fn open(path: &'p Path) -> Result<Self, Failure> {
+        let fresh = !path.exists();
+        let opened = OpenOptions::new().create(true).append(true).open(path);
+        opened.map_err(|error| unwritable(path, &error))?;
+        Ok(Self { path, fresh })
+    }
+
+    fn fill(mut self, picture: &str) -> Result<(), Failure> {
+        self.fresh = false;
+        fs::write(self.path, picture).map_err(|error| unwritable(self.path, &error))
+    }
+}
+
+impl Drop for Place<'_> {
+    fn drop(&mut self) {
+        if self.fresh {
+            // An empty file that stays is a nuisance, not a failure.
+            let _ = fs::remove_file(self.path);
+        }
+    }
+}
+
+fn unwritable(path: &Path, error: &io::Error) -> Failure {
+    Failure::invalid(format!("{} cannot be written: {error}", path.display()))
 }
 
 async fn title(arm: &Arm, target: &Target) -> Result<String, Failure> {
@@ -248,26 +266,12 @@ async fn confirm(arm: &Arm, summary: &Summary, commands: usize) -> Result<(), Fa
     Ok(())
 }
 
-impl Settings {
-    async fn read(arm: &Arm) -> Result<Self, Failure> {
-        Ok(Self {
-            tool: arm.get().await?,
-            jump: arm.get().await?,
-            speed: arm.get().await?,
-        })
-    }
-
-    async fn restore(self, arm: &Arm) -> Result<(), Failure> {
-        for command in [
-            self.tool.into(),
-            self.jump.into(),
-            self.speed.into(),
-            words::pump_off(),
-        ] {
-            at_once(arm, &command).await?;
-        }
-        Ok(())
-    }
+/// What the demonstration changes and gives back.
+async fn owe(arm: &Arm, debts: &Debts) -> Result<(), Failure> {
+    debts.owe(arm.get::<EndEffectorParams>().await?);
+    debts.owe(arm.get::<PtpJump2Params>().await?);
+    debts.owe(arm.get::<PtpCommonParams>().await?);
+    Ok(())
 }
 
 /// Both are of the arm's clock, which wraps.
