@@ -167,6 +167,7 @@ impl Core {
             let state = self.motion.state(self.now, &self.motion.measured);
             self.motion.rest = state;
             self.motion.under_way = None;
+            self.drop_limit_alarms();
             self.finish_moving();
         }
     }
@@ -282,15 +283,15 @@ impl Core {
 
     /// Finds out when the motion takes a joint back inside whose limit alarm stands.
     fn watch_limits(&mut self) {
-        let standing = self.alarms.standing();
-        if !standing.blocking() {
-            return;
-        }
+        let (standing, now) = (self.alarms.standing(), self.now);
         let limits = self.profile.limits_in_force();
-        let now = self.now;
         let Some(motion) = &mut self.motion.under_way else {
             return;
         };
+        motion.leaves_limit = None;
+        if !standing.blocking() {
+            return;
+        }
         let from = motion.elapsed(now);
         let leaving = |trajectory: &Trajectory| {
             let leaves = |bound: Bound| {

@@ -397,6 +397,7 @@ impl Profile {
         finite("power_up.joints", &self.power_up.joints)?;
         finite("home.joints", &self.home.joints)?;
         self.check_speeds()?;
+        self.check_numbers()?;
         duration("home.search", self.home.search)?;
         duration("tools.vacuum_delay", self.tools.vacuum_delay)?;
         duration("tools.gripper_delay", self.tools.gripper_delay)?;
@@ -492,6 +493,31 @@ impl Profile {
         positive32("defaults.ptp.joint_acceleration", &ptp.joint_acceleration)?;
         for (name, value) in self.scalar_speeds() {
             positive32(name, &[value])?;
+        }
+        Ok(())
+    }
+
+    /// Numbers that may have any sign.
+    fn check_numbers(&self) -> Result<(), ProfileError> {
+        let Defaults {
+            ptp,
+            cp,
+            tool,
+            lost_step,
+            ..
+        } = &self.defaults;
+        let numbers: [(_, &[f32]); 7] = [
+            ("defaults.ptp.jump_height", &[ptp.jump_height]),
+            ("defaults.ptp.z_limit", &[ptp.z_limit]),
+            ("defaults.cp.acceleration", &[cp.acceleration]),
+            ("defaults.cp.velocity_ratio", &[cp.velocity_ratio]),
+            ("defaults.cp.acceleration_ratio", &[cp.acceleration_ratio]),
+            ("defaults.tool.bias", &tool.bias),
+            ("defaults.lost_step.threshold", &[lost_step.threshold]),
+        ];
+        for (name, values) in numbers {
+            let good = values.iter().all(|value| value.is_finite());
+            rule(good, name, format!("{values:?}"), "finite")?;
         }
         Ok(())
     }

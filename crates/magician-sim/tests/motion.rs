@@ -6,7 +6,7 @@ use arm::{SECOND, arm, arm_with, home, joints_to, ptp, running_arm};
 use magician_protocol::PtpMode;
 use magician_protocol::commands::*;
 
-const HOME: [f32; 4] = [199.404_1, 0.0, -8.485_281, 0.0];
+const HOME: [f32; 4] = [199.404_11, 0.0, -8.485_281, 0.0];
 
 #[track_caller]
 fn lasts(measured: u64, seconds: f64) {
@@ -41,7 +41,7 @@ fn a_joint_move_of_90_degrees_takes_1_897_s_and_at_full_ratio_1_342_s() {
 #[test]
 fn half_way_through_the_time_is_half_the_way() {
     let mut bench = running_arm();
-    bench.enqueue(&ptp(2, [199.404_1, 100.0, -8.485_281, 0.0]));
+    bench.enqueue(&ptp(2, [199.404_11, 100.0, -8.485_281, 0.0]));
     bench.pass(SECOND);
     let [x, y, z, r] = bench.pose();
     assert!(
@@ -164,11 +164,11 @@ fn a_move_to_where_the_arm_is_finishes_at_once_without_alarm() {
 fn the_bias_moves_the_reported_pose_at_once_and_no_joint() {
     let mut bench = arm();
     let joints = bench.joints();
-    assert_eq!(bench.pose()[0], 199.404_1);
+    assert_eq!(bench.pose()[0], 199.404_11);
     bench.suction_bias();
-    assert_eq!(bench.pose()[0], 259.104_1);
+    assert_eq!(bench.pose()[0], 259.104_13);
     assert_eq!(bench.joints(), joints);
-    assert_eq!(bench.get::<HomeParams>().x, 259.104_1);
+    assert_eq!(bench.get::<HomeParams>().x, 259.104_13);
     // And on the way, too.
     bench.set(&ptp(7, [0.0, 50.0, 0.0, 0.0]));
     bench.pass(500_000);

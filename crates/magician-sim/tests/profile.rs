@@ -1,0 +1,115 @@
+//! Firmware profiles: read, checked, refused with a reason.
+
+use magician_sim::{Profile, ProfileError};
+
+fn changed(from: &str, to: &str) -> Result<Profile, ProfileError> {
+    assert!(Profile::BUILT_IN.contains(from), "{from}");
+    Profile::from_toml(&Profile::BUILT_IN.replacen(from, to, 1))
+}
+
+#[test]
+fn the_built_in_profile_is_the_default() {
+    assert_eq!(
+        Profile::from_toml(Profile::BUILT_IN).unwrap(),
+        Profile::default()
+    );
+}
+
+#[test]
+fn every_value_of_the_built_in_profile_says_whence_it_comes() {
+    let mut commented = 0;
+    for line in Profile::BUILT_IN.lines() {
+        if line.contains(" = ") && !line.trim_start().starts_with('#') && !line.ends_with('[') {
+            assert!(line.contains('#'), "{line}");
+            commented += 1;
+        }
+    }
+    assert!(commented > 60);
+}
+
+#[test]
+fn values_that_make_no_sense_are_refused_by_name() {
+    for (from, to, name) in [
+        ("depth = 32", "depth = 0", "queue.depth is 0"),
+        ("depth = 32", "depth = 100000", "queue.depth"),
+        ("first_index = 1", "first_index = 0", "queue.first_index"),
+        (
+            "j1 = [-135.0, 135.0]",
+            "j1 = [135.0, -135.0]",
+            "limits.controller",
+        ),
+        (
+            "j1 = [-90.0, 90.0]",
+            "j1 = [nan, 90.0]",
+            "limits.guaranteed",
+        ),
+        (
+            "force_factor = 2.0",
+            "force_factor = -1.0",
+            "stop.force_factor",
+        ),
+        ("search = 15.0", "search = -1.0", "home.search"),
+        (
+            "vacuum_delay = 0.3",
+            "vacuum_delay = nan",
+            "tools.vacuum_delay",
+        ),
+        (
+            "jump_height = 20.0",
+            "jump_height = nan",
+            "defaults.ptp.jump_height",
+        ),
+        (
+            "threshold = 5.0",
+            "threshold = inf",
+            "defaults.lost_step.threshold",
+        ),
+        (
+            "bias = [0.0, 0.0, 0.0]",
+            "bias = [0.0, nan, 0.0]",
+            "defaults.tool.bias",
+        ),
+        (
+            "plan_acceleration = 100.0",
+            "plan_acceleration = 0.0",
+            "defaults.cp.plan_acceleration",
+        ),
+        (
+            "joints = [0.0, 45.0, 45.0, 0.0]",
+            "joints = [inf, 45.0, 45.0, 0.0]",
+            "power_up.joints",
+        ),
+        (
+            "linear_velocity = 300.0",
+            "linear_velocity = 0.0",
+            "ceilings.linear_velocity",
+        ),
+        (
+            "name = \"Dobot 2.0\"",
+            "name = \"a\\u0000b\"",
+            "identity.name",
+        ),
+        ("    \"DO\",        # 2 ", "    # 2 ", "io.pins is 19"),
+    ] {
+        let error = changed(from, to).expect_err(to).to_string();
+        assert!(error.contains(name), "{to}: {error}");
+    }
+}
+
+#[test]
+fn what_is_missing_unknown_or_misspelt_is_refused_with_its_place() {
+    for (from, to, message) in [
+        ("depth = 32", "", "missing field `depth`"),
+        ("depth = 32", "depth = 32\ndeep = 1", "unknown field `deep`"),
+        (
+            "use = \"controller\"",
+            "use = \"wide\"",
+            "unknown variant `wide`",
+        ),
+        ("\"DO PWM\"", "\"DO PWN\"", "not PWN"),
+        ("[stop]", "[stop", "line"),
+    ] {
+        let error = changed(from, to).expect_err(to).to_string();
+        assert!(error.contains(message), "{to}: {error}");
+    }
+}

@@ -1,0 +1,271 @@
+//! Properties over random lives of an arm: cuts change nothing, nothing panics, everything ends.
+
+mod arm;
+
+use arm::{Bench, SECOND};
+use magician_protocol::commands::*;
+use magician_protocol::{Ctrl, FrameBuf, MAX_PARAMS, TABLE};
+use magician_sim::{Controller, LinkId, Micros, Profile, State};
+use proptest::prelude::*;
+
+/// A number as a host, a bad host or chance sends it.
+fn number() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        4 => -200.0f32..300.0,
+        2 => -5.0f32..5.0,
+        1 => prop::sample::select(vec![
+            0.0, -0.0, 1.0, 45.0, 90.0, 135.0, -135.0, 1e-40, f32::MIN_POSITIVE, 1e-3, 1e9, 1e30,
+            f32::MAX, f32::MIN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN,
+        ]),
+        1 => any::<u32>().prop_map(f32::from_bits),
+    ]
+}
+
+/// A frame of a command of the table, its numbers of any kind.
+fn request() -> impl Strategy<Value = Vec<u8>> {
+    let ids: Vec<u8> = TABLE.iter().map(|row| row.id).collect();
+    let any_command = (
+        prop::sample::select(ids),
+        0..8u8,
+        prop::collection::vec(number(), 0..9),
+        0..11u8,
+    );
+    let motion = (
+        0..11u8,
+        prop::array::uniform4(number()),
+        prop::sample::select(vec![1u8, 3, 3, 3]),
+    );
+    let reasonable = (
+        0..10u8,
+        prop::array::uniform4(-60.0f32..60.0),
+        prop::sample::select(vec![1u8, 3, 3]),
+    );
+    let steering = prop::sample::select(vec![240u8, 240, 240, 241, 242, 245, 20, 31]);
+    prop_oneof![
+        2 => any_command.prop_map(|(id, ctrl, numbers, first)| {
+            let mut params = vec![first];
+            params.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+            frame(id, ctrl, &params)
+        }),
+        2 => motion.prop_map(|(mode, numbers, ctrl)| frame(84, ctrl, &ptp_params(mode, numbers))),
+        3 => reasonable.prop_map(|(mode, by, ctrl)| {
+            let [a, b, c, d] = by;
+            let numbers = if matches!(mode, 6..=8) { by } else { [200.0 + a, b, c, d] };
+            let numbers = if matches!(mode, 3..=5) { [a, 45.0 + b / 4.0, 45.0 + c / 4.0, d] } else { numbers };
+            frame(84, ctrl, &ptp_params(mode, numbers))
+        }),
+        2 => (steering, prop::sample::select(vec![1u8, 1, 3])).prop_map(|(id, ctrl)| frame(id, ctrl, &[])),
+        1 => (0u32..3000).prop_map(|ms| frame(110, 3, &ms.to_le_bytes())),
+        1 => Just(frame(10, 0, &[])),
+        1 => (number(), number(), number()).prop_map(|(x, y, z)| {
+            let params: Vec<u8> = [x, y, z].iter().flat_map(|n| n.to_le_bytes()).collect();
+            frame(60, 3, &params)
+        }),
+        1 => prop::collection::vec(any::<u8>(), 0..30),
+    ]
+}
+
+fn ptp_params(mode: u8, numbers: [f32; 4]) -> Vec<u8> {
+    let mut params = vec![mode];
+    params.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+    params
+}
+
+fn frame(id: u8, ctrl: u8, params: &[u8]) -> Vec<u8> {
+    FrameBuf::new(id, Ctrl(ctrl), params)
+        .unwrap()
+        .bytes()
+        .to_vec()
+}
+
+/// What a host does: it lets time pass and sends.
+fn life() -> impl Strategy<Value = Vec<(Micros, Vec<u8>)>> {
+    let pause =
+        prop_oneof![2 => Just(0), 2 => 0..200_000u64, 2 => 0..5_000_000u64, 1 => 0..40_000_000u64];
+    prop::collection::vec((pause, request()), 1..40)
+}
+
+/// Everything that can be seen of an arm, bit for bit.
+fn fingerprint(state: &State) -> String {
+    let bits = |values: [f64; 4]| values.map(f64::to_bits);
+    format!(
+        "{:x?} {:x?} {state:?}",
+        bits(state.pose.to_array()),
+        bits(state.joints.to_array())
+    )
+}
+
+fn switched_on() -> Controller {
+    let mut arm = Controller::new(Profile::default());
+    arm.receive(LinkId(0), &frame(240, 1, &[]));
+    arm
+}
+
+/// Lives a life; the replies and the states at every send, as one text.
+fn live(
+    life: &[(Micros, Vec<u8>)],
+    mut advance: impl FnMut(&mut Controller, Micros),
+    mut send: impl FnMut(&mut Controller, &[u8]),
+) -> String {
+    let mut arm = switched_on();
+    let mut story = String::new();
+    for (pause, bytes) in life {
+        let to = arm.now() + pause;
+        advance(&mut arm, to);
+        send(&mut arm, bytes);
+        while let Some(reply) = arm.poll_transmit(LinkId(0)) {
+            story.push_str(&format!("{reply:?}\n"));
+        }
+        story.push_str(&fingerprint(&arm.state()));
+        while let Some(event) = arm.poll_event() {
+            story.push_str(&format!("{event:?}\n"));
+        }
+    }
+    story
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn cuts_of_time_and_bytes_change_nothing(life in life(), seed in any::<u64>()) {
+        let whole = live(&life, |arm, to| arm.advance(to), |arm, bytes| arm.receive(LinkId(0), bytes));
+        let mut dice = seed | 1;
+        let mut roll = move |below: u64| {
+            dice ^= dice << 13;
+            dice ^= dice >> 7;
+            dice ^= dice << 17;
+            dice % below.max(1)
+        };
+        let mut other = roll;
+        let cut = live(
+            &life,
+            |arm, to| {
+                while arm.now() < to {
+                    let step = 1 + roll((to - arm.now()).min(700_000));
+                    arm.advance((arm.now() + step).min(to));
+                    let _ = arm.state();
+                }
+            },
+            |arm, bytes| {
+                let mut left = bytes;
+                while !left.is_empty() {
+                    let (now, later) = left.split_at(1 + other(left.len() as u64) as usize);
+                    let mut input = now;
+                    while arm.receive_one(LinkId(0), &mut input) {}
+                    left = later;
+                }
+            },
+        );
+        prop_assert_eq!(&whole, &cut);
+        let again = live(&life, |arm, to| arm.advance(to), |arm, bytes| arm.receive(LinkId(0), bytes));
+        prop_assert_eq!(whole, again);
+    }
+
+    #[test]
+    fn going_from_event_to_event_always_ends(life in life()) {
+        let mut arm = switched_on();
+        for (pause, bytes) in &life {
+            arm.advance(arm.now() + pause);
+            arm.receive(LinkId(0), bytes);
+            prop_assert!(arm.poll_timeout().is_none_or(|at| at > arm.now()), "nothing due is left undone");
+        }
+        let mut steps = 0;
+        while let Some(at) = arm.poll_timeout() {
+            prop_assert!(at > arm.now());
+            arm.advance(at);
+            steps += 1;
+            prop_assert!(steps < 200, "32 commands cannot hold so many events");
+        }
+        let state = arm.state();
+        prop_assert!(!state.moving && state.queue.running.is_none());
+    }
+
+    #[test]
+    fn indices_and_places_add_up(life in life()) {
+        let mut arm = switched_on();
+        let mut last = 0;
+        for (pause, bytes) in &life {
+            arm.advance(arm.now() + pause);
+            arm.receive(LinkId(0), bytes);
+            let state = arm.state();
+            let taken = state.queue.waiting + usize::from(state.queue.running.is_some());
+            prop_assert!(taken <= state.queue.capacity);
+            prop_assert!(state.queue.current_index >= last, "the current index never falls");
+            last = state.queue.current_index;
+            prop_assert!(state.joints.is_finite());
+        }
+    }
+}
+
+/// Random requests and random bytes, a great many, with time passing: no panic, no number that is none in the joints, and
+/// the same memory at the end.
+#[test]
+fn a_hostile_host() {
+    let mut dice = Dice(0x5EED);
+    let mut arm = switched_on();
+    for step in 0..150_000u32 {
+        match dice.roll(12) {
+            0 => {
+                let bytes: Vec<u8> = (0..dice.roll(40)).map(|_| dice.roll(256) as u8).collect();
+                arm.receive(LinkId(dice.roll(70) as u32), &bytes);
+            }
+            1 => arm.advance(arm.now() + dice.roll(3_000_000)),
+            2 => arm.expire(LinkId(dice.roll(70) as u32)),
+            3 => arm.close(LinkId(dice.roll(70) as u32)),
+            4 | 5 => {
+                let numbers = [0; 4].map(|_| dice.number());
+                let ctrl = if dice.roll(3) == 0 { 1 } else { 3 };
+                arm.receive(
+                    LinkId(1),
+                    &frame(84, ctrl, &ptp_params(dice.roll(12) as u8, numbers)),
+                );
+            }
+            6 => {
+                let id = [240, 240, 240, 20, 20, 245, 242, 241][dice.roll(8) as usize];
+                arm.receive(LinkId(1), &frame(id, 1, &[]));
+            }
+            _ => {
+                let row = &TABLE[dice.roll(TABLE.len() as u64) as usize];
+                let size = row.set.and_then(|set| set.size()).unwrap_or(9);
+                let params: Vec<u8> = (0..=size / 4)
+                    .flat_map(|_| dice.number().to_le_bytes())
+                    .take(size.min(MAX_PARAMS))
+                    .collect();
+                arm.receive(LinkId(2), &frame(row.id, dice.roll(8) as u8, &params));
+            }
+        }
+        if step % 64 == 0 {
+            let state = arm.state();
+            assert!(state.joints.is_finite(), "{state:?}");
+            while arm.poll_transmit(LinkId(1)).is_some() {}
+        }
+    }
+    let mut bench = Bench { arm };
+    bench.rest();
+    bench.set(&QueuedCmdClear {});
+    assert_eq!(bench.left_space(), 32, "still of sound mind");
+    bench.pass(SECOND);
+}
+
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, below: u64) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0 % below
+    }
+
+    fn number(&mut self) -> f32 {
+        match self.roll(8) {
+            0 => f32::from_bits(self.roll(1 << 32) as u32),
+            1 => {
+                [0.0, f32::NAN, f32::INFINITY, -1.0, 1e-42, f32::MAX, 100.0][self.roll(7) as usize]
+            }
+            2 => self.roll(100) as f32 / 10.0,
+            _ => self.roll(500) as f32 - 200.0,
+        }
+    }
+}
