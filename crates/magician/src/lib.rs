@@ -1,1 +1,51 @@
-//! Driver for the Dobot Magician arm.
+//! Driver for the Dobot Magician desktop arm: the whole protocol, typed, async and blocking, over
+//! USB serial, Wi-Fi, TCP, and to a virtual arm in this process.
+//!
+//! * [`Arm`] is a connected arm for programs on tokio, [`blocking::Arm`] the same for all others.
+//! * [`Target`] says where the arm is; [`ports`](fn@ports) lists where it could be.
+//! * [`words`] makes commands of intentions; [`commands`] has every command of the protocol.
+//! * [`connection`] is the engine under both handles, without I/O and without a clock.
+//!
+//! Lengths are mm, angles degrees, times seconds unless a name says otherwise.
+//!
+//! This is a convenience, not a safety function. The protocol has no heartbeat: an arm whose host
+//! dies without a word finishes what is in its queue.
+//!
+//! ```
+//! use magician::{blocking::Arm, words};
+//!
+//! # fn main() -> magician::Result<()> {
+//! let arm = Arm::connect(&"sim".parse()?)?; // or "/dev/ttyUSB0", "COM3", "udp:192.168.1.5"
+//! arm.home()?;
+//! arm.perform(&[
+//!     words::tool_named("suction")?,
+//!     words::jump_to(220.0, 60.0, -20.0, 0.0),
+//!     words::suction(true),
+//!     words::jump_to(220.0, -60.0, -20.0, 0.0),
+//!     words::suction(false),
+//! ])?;
+//! # Ok(())
+//! # }
+//! ```
+#![forbid(unsafe_code)]
+
+mod arm;
+pub mod blocking;
+pub mod connection;
+mod error;
+mod ports;
+mod preflight;
+mod target;
+mod transport;
+pub mod words;
+
+pub use arm::{Arm, Options, Progress, Ran, RunOptions};
+pub use error::{Error, ErrorKind, Result};
+pub use magician_motion::{Geometry, JointAngles, Limits, ToolBias};
+pub use magician_protocol::{
+    self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
+};
+#[cfg(feature = "sim")]
+pub use magician_sim as sim;
+pub use ports::{Port, Usb, ports};
+pub use target::{SimSpeed, Target};

@@ -1,0 +1,115 @@
+use magician_protocol::commands::{
+    ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, JogCmd, PtpCmd, PtpPoCmd, PtpPoWithLCmd,
+    PtpWithLCmd, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdStartExec,
+    QueuedCmdStopExec, SetEndEffectorLaser,
+};
+use magician_protocol::{Frame, FrameBuf, Layout, QueuedCmdIndex, Readable, Writable};
+
+/// Commands after which the arm moves without the queue.
+const MOTIONS: [u8; 10] = [
+    HomeCmd::ROW.id,
+    JogCmd::ROW.id,
+    PtpCmd::ROW.id,
+    PtpWithLCmd::ROW.id,
+    PtpPoCmd::ROW.id,
+    PtpPoWithLCmd::ROW.id,
+    CpCmd::ROW.id,
+    CpLeCmd::ROW.id,
+    ArcCmd::ROW.id,
+    CircleCmd::ROW.id,
+];
+
+/// Whether a command moves the arm.
+pub(super) fn moves(id: u8) -> bool {
+    MOTIONS.contains(&id)
+}
+
+/// What a handle has set going and not seen finished: what has to be stopped when it goes.
+///
+/// It errs towards more: a stop of an arm that stands still does no harm.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Exposure {
+    /// Whether this handle started (or stopped) the queue; `None`: it found it as it is.
+    started: Option<bool>,
+    /// The index of its last queued command.
+    last: Option<u64>,
+    /// The last index known to be finished.
+    current: u64,
+    /// A motion outside the queue, or one without an end.
+    free: bool,
+    /// It may have switched the laser on.
+    laser: bool,
+}
+
+impl Exposure {
+    /// A request goes out.
+    pub(super) fn sends(&mut self, request: &Frame<'_>) {
+        let (id, ctrl, params) = (request.id(), request.ctrl(), request.params());
+        if !ctrl.write() && !ctrl.queued() {
+            return;
+        }
+        if id == SetEndEffectorLaser::ROW.id {
+            let on = params.get(1).is_some_and(|on| *on != 0);
+            self.laser = on || self.laser && ctrl.queued();
+        }
+        if id == CpLeCmd::ROW.id {
+            let power = CpLeCmd::decode(params).map(|segment| segment.velocity_or_power);
+            self.laser |= power.is_ok_and(|power| power != 0.0);
+        }
+        if id == JogCmd::ROW.id {
+            self.free = params.get(1).is_some_and(|cmd| *cmd != 0) || self.free && ctrl.queued();
+        } else if moves(id) && !ctrl.queued() {
+            self.free = true;
+        }
+    }
+
+    /// A request was answered.
+    pub(super) fn answered(&mut self, request: &Frame<'_>, reply: &FrameBuf) {
+        let reply = reply.frame();
+        match request.id() {
+            id if id == QueuedCmdStartExec::ROW.id => self.started = Some(true),
+            id if id == QueuedCmdStopExec::ROW.id => self.started = Some(false),
+            id if id == QueuedCmdForceStopExec::ROW.id => {
+                self.started = Some(false);
+                self.free = false;
+            }
+            id if id == QueuedCmdClear::ROW.id => self.last = None,
+            id if id == <QueuedCmdCurrentIndex as Readable>::ROW.id => {
+                if let Ok(read) = QueuedCmdCurrentIndex::decode(reply.params()) {
+                    self.current = read.queued_cmd_current_index;
+                }
+            }
+            _ if request.ctrl().queued() => {
+                let index = QueuedCmdIndex::decode(reply.params());
+                self.last = index.ok().map(|index| index.0).or(self.last);
+            }
+            _ => {}
+        }
+    }
+
+    /// A queued command may have been taken.
+    pub(super) fn maybe_queued(&mut self) {
+        self.last = Some(u64::MAX);
+    }
+
+    /// Two equal poses: nothing outside the queue moves.
+    pub(super) fn stands_still(&mut self) {
+        self.free = false;
+    }
+
+    /// Whether this handle started the queue, as far as it knows.
+    pub(super) fn started(&self) -> Option<bool> {
+        self.started
+    }
+
+    /// Whether motion of this handle may be under way.
+    pub(super) fn moving(&self) -> bool {
+        let queued = self.last.is_some_and(|last| last > self.current);
+        self.free || queued && self.started != Some(false)
+    }
+
+    /// Whether the laser may burn because of this handle.
+    pub(super) fn laser(&self) -> bool {
+        self.laser
+    }
+}

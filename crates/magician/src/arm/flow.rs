@@ -1,0 +1,249 @@
+//! Many commands in a row: never more than the queue holds, never less than it could do.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use magician_protocol::commands::{
+    EndEffectorParams, HomeCmd, Pose, PtpJump2Params, QueuedCmdCurrentIndex,
+};
+use magician_protocol::{FrameBuf, MAX_PARAMS, Set, Writer};
+use tokio::sync::oneshot;
+use tokio::time::{Instant, sleep};
+
+use super::Arm;
+use super::watch::{Progress, Watch};
+use crate::connection::Request;
+use crate::words::Preflight;
+use crate::{Error, QueueIndex, Result};
+
+/// How often a queue that has no room is looked at.
+const FULL_PAUSE: Duration = Duration::from_millis(10);
+/// How often a stream looks for alarms while it has room.
+const LOOK_PAUSE: Duration = Duration::from_millis(100);
+
+/// What is known of the room in the queue. Whoever puts commands into it holds this.
+#[derive(Debug, Default)]
+pub(super) struct Flow {
+    /// Places known to be free.
+    pub(super) room: u32,
+}
+
+/// How [`Arm::run_with`] treats a queue.
+#[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
+pub struct RunOptions {
+    /// Runs commands of an earlier program that still wait in the queue, before these.
+    pub keep: bool,
+}
+
+impl RunOptions {
+    /// Sets [`keep`](Self::keep).
+    #[must_use]
+    pub fn keep(mut self, keep: bool) -> Self {
+        self.keep = keep;
+        self
+    }
+}
+
+/// What a run has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Ran {
+    /// How many commands the arm took and finished.
+    pub commands: u64,
+    /// Index of the first.
+    pub first: Option<QueueIndex>,
+    /// Index of the last.
+    pub last: Option<QueueIndex>,
+}
+
+/// The request that queues a command.
+pub(super) fn queued(command: &Set) -> Result<Request> {
+    let row = command.row();
+    if !row.queueable {
+        let error = Error::invalid("it cannot be queued; set it at once");
+        return Err(error.with_command(row.set_name));
+    }
+    let mut params = [0; MAX_PARAMS];
+    let mut writer = Writer::new(&mut params);
+    command.encode(&mut writer);
+    let count = writer.finish()?;
+    let params = params.get(..count).unwrap_or_default();
+    Ok(Request::raw(row.id, magician_protocol::Ctrl::QUEUED, params)?)
+}
+
+/// A command in flight.
+struct InFlight {
+    command: Set,
+    frame: FrameBuf,
+    answer: oneshot::Receiver<Result<FrameBuf>>,
+    deadline: Instant,
+}
+
+impl Arm {
+    /// Runs commands through the queue: puts them in as room allows, starts the queue, and returns
+    /// when the last has finished. `progress` is called now and then.
+    ///
+    /// The commands are sent as they are; [`perform`](Self::perform) checks them first.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue,
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands of an earlier
+    /// program wait in the queue, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop came,
+    /// else as [`enqueue`](Self::enqueue) and [`wait`](Self::wait). What was put into the queue
+    /// before the error stays there: [`stop`](Self::stop) drops it.
+    pub async fn run<C>(&self, commands: C, progress: impl FnMut(Progress)) -> Result<Ran>
+    where
+        C: IntoIterator<Item = Set>,
+    {
+        self.run_with(commands, RunOptions::default(), progress).await
+    }
+
+    /// As [`run`](Self::run), with options.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub async fn run_with<C>(
+        &self,
+        commands: C,
+        options: RunOptions,
+        mut progress: impl FnMut(Progress),
+    ) -> Result<Ran>
+    where
+        C: IntoIterator<Item = Set>,
+    {
+        let mut commands = commands.into_iter();
+        let total = match commands.size_hint() {
+            (least, Some(most)) if least == most => Some(least as u64),
+            _ => None,
+        };
+        let mut flow = self.flow.lock().await;
+        flow.room = self.left_space().await?;
+        if !options.keep {
+            self.refuse_strangers(flow.room).await?;
+        }
+        self.warn_if_not_homed().await?;
+        let mut ran = Ran::default();
+        let mut watch = Watch::new(total);
+        let mut started = false;
+        let mut looked = Instant::now();
+        let mut next = commands.next();
+        while next.is_some() {
+            self.fill(&mut flow, &mut next, &mut commands, &mut ran).await?;
+            if !started {
+                self.start_queue().await?;
+                started = true;
+            }
+            if flow.room == 0 {
+                flow.room = self.left_space().await?;
+            }
+            if flow.room == 0 || looked.elapsed() >= LOOK_PAUSE {
+                looked = Instant::now();
+                watch.sent(ran.commands, ran.last);
+                progress(self.look(&mut watch).await?);
+            }
+            if flow.room == 0 {
+                sleep(FULL_PAUSE).await;
+            }
+        }
+        drop(flow);
+        if let Some(last) = ran.last {
+            watch.sent(ran.commands, ran.last);
+            self.watch_until(last, &mut watch, &mut progress).await?;
+        }
+        Ok(ran)
+    }
+
+    /// Checks commands as the arm stands now, before a byte is sent, and runs them.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) with value and limit and
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) from the check, else as
+    /// [`run`](Self::run).
+    pub async fn perform(&self, commands: &[Set]) -> Result<Ran> {
+        let mut check = self.preflight().await?;
+        for command in commands {
+            check.check(command)?;
+        }
+        self.run(commands.iter().copied(), |_| {}).await
+    }
+
+    /// What commands from here would meet: reads pose, tool and jump heights.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub async fn preflight(&self) -> Result<Preflight> {
+        let pose = self.get::<Pose>().await?;
+        let tool = self.get::<EndEffectorParams>().await?;
+        let jump = self.get::<PtpJump2Params>().await?;
+        Ok(Preflight::new(&pose, &tool, &jump))
+    }
+
+    /// Homes the arm, waits until it is done, and clears the alarms (document 1.6.2). It takes up to
+    /// half a minute.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub async fn home(&self) -> Result<()> {
+        self.warned.store(true, std::sync::atomic::Ordering::SeqCst);
+        let home = Set::from(HomeCmd { reserved: 0 });
+        self.run([home], |_| {}).await?;
+        self.clear_alarms().await
+    }
+
+    /// Commands that others put into the queue and nobody has run are not run by accident.
+    async fn refuse_strangers(&self, room: u32) -> Result<()> {
+        let (_, capacity) = self.stats().await?;
+        let waiting = capacity.saturating_sub(room);
+        if waiting == 0 {
+            return Ok(());
+        }
+        let current = self.get::<QueuedCmdCurrentIndex>().await?;
+        let ours = self.own().waiting(current.queued_cmd_current_index);
+        if ours >= u64::from(waiting) {
+            return Ok(());
+        }
+        Err(Error::invalid(format!(
+            "{waiting} commands of an earlier program wait in the arm's queue and would run first: \
+             `magician stop` drops them, `--keep` runs them"
+        )))
+    }
+
+    /// Puts commands into the queue until it has no room or there are none, up to a window at once.
+    async fn fill(
+        &self,
+        flow: &mut Flow,
+        next: &mut Option<Set>,
+        commands: &mut impl Iterator<Item = Set>,
+        ran: &mut Ran,
+    ) -> Result<()> {
+        let window = self.options.window.max(1);
+        let batch = Instant::now();
+        let mut in_flight: VecDeque<InFlight> = VecDeque::with_capacity(window);
+        loop {
+            let free = u64::from(flow.room) > in_flight.len() as u64;
+            let fresh = free && batch.elapsed() < LOOK_PAUSE;
+            while fresh && in_flight.len() < window && u64::from(flow.room) > in_flight.len() as u64 {
+                let Some(command) = next.take() else { break };
+                *next = commands.next();
+                let request = queued(&command)?;
+                let (frame, deadline) = (*request.frame(), self.deadline());
+                let answer = self.submit(request, deadline).await?;
+                in_flight.push_back(InFlight {
+                    command,
+                    frame,
+                    answer,
+                    deadline,
+                });
+            }
+            let Some(oldest) = in_flight.pop_front() else {
+                return Ok(());
+            };
+            let reply = self.answer(oldest.answer, &oldest.frame, oldest.deadline).await;
+            let index = self.accepted(flow, &oldest.command, reply)?;
+            ran.commands += 1;
+            ran.first = ran.first.or(Some(index));
+            ran.last = Some(index);
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! Waiting: by index, with an eye on alarms and on an arm that stands still.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use magician_protocol::commands::{HomeCmd, Pose, QueuedCmdCurrentIndex, TrigCmd};
+use magician_protocol::{Set, Writable};
+use tokio::time::{Instant, sleep};
+
+use super::Arm;
+use super::exposure::moves;
+use crate::{Error, ErrorKind, QueueIndex, Result};
+
+/// How soon the first look follows, and how far apart looks are at most.
+const FIRST_PAUSE: Duration = Duration::from_millis(2);
+const PAUSE: Duration = Duration::from_millis(50);
+/// A queue whose index stands so long, with an arm that stands still, is looked into.
+const STANDING: Duration = Duration::from_millis(1500);
+/// Nothing but homing, waits and triggers takes longer than this without a movement.
+const STUCK: Duration = Duration::from_secs(15);
+/// Longest homing, and longest command of another program's (model section 11: 25 s).
+const LONG: Duration = Duration::from_secs(60);
+/// Own commands remembered: more than any queue holds.
+const REMEMBERED: usize = 512;
+
+/// How far a wait or a run has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Progress {
+    /// Index of the command that finished last.
+    pub current: QueueIndex,
+    /// Index of the last command that was put into the queue, or that is waited for.
+    pub last: QueueIndex,
+    /// Commands this run has put into the queue.
+    pub sent: u64,
+    /// Commands this run has in all, when it is known.
+    pub total: Option<u64>,
+}
+
+/// What a queued command does to the time it takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Pace {
+    /// Moves the arm.
+    Motion,
+    /// Homes it; runs even when an alarm holds the queue.
+    Home,
+    /// Waits so long.
+    Pause(Duration),
+    /// Waits for an input, for ever if need be.
+    Trigger,
+    /// Takes effect at once.
+    Moment,
+}
+
+impl Pace {
+    fn of(command: &Set) -> Self {
+        match command {
+            Set::WaitCmd(wait) => Self::Pause(Duration::from_millis(wait.timeout.into())),
+            other => match other.row().id {
+                id if id == HomeCmd::ROW.id => Self::Home,
+                id if id == TrigCmd::ROW.id => Self::Trigger,
+                id if moves(id) => Self::Motion,
+                _ => Self::Moment,
+            },
+        }
+    }
+}
+
+/// The commands this handle has put into the queue lately.
+#[derive(Debug, Default)]
+pub(super) struct Own {
+    commands: VecDeque<(u64, Pace)>,
+}
+
+impl Own {
+    pub(super) fn accepted(&mut self, index: QueueIndex, command: &Set) {
+        if self.commands.len() >= REMEMBERED {
+            self.commands.pop_front();
+        }
+        self.commands.push_back((index.0, Pace::of(command)));
+    }
+
+    /// How many of them have not finished.
+    pub(super) fn waiting(&self, current: u64) -> u64 {
+        let waiting = self.commands.iter().filter(|(index, _)| *index > current);
+        waiting.count() as u64
+    }
+
+    /// They were dropped.
+    pub(super) fn clear(&mut self) {
+        self.commands.clear();
+    }
+
+    /// The one that runs, if it is one of them.
+    fn running(&self, current: u64) -> Option<Pace> {
+        let next = self.commands.iter().find(|(index, _)| *index > current)?;
+        // After a Clear the first unfinished command need not be the one after the current index.
+        Some(next.1)
+    }
+}
+
+/// What a wait has seen so far.
+#[derive(Debug)]
+pub(super) struct Watch {
+    progress: Progress,
+    /// When the index, or the pose, changed last.
+    changed: Instant,
+    pose: Option<Pose>,
+}
+
+impl Watch {
+    pub(super) fn new(total: Option<u64>) -> Self {
+        Self {
+            progress: Progress {
+                current: magician_protocol::QueuedCmdIndex(0),
+                last: magician_protocol::QueuedCmdIndex(0),
+                sent: 0,
+                total,
+            },
+            changed: Instant::now(),
+            pose: None,
+        }
+    }
+
+    pub(super) fn sent(&mut self, sent: u64, last: Option<QueueIndex>) {
+        self.progress.sent = sent;
+        self.progress.last = last.unwrap_or(self.progress.last);
+    }
+
+    fn changed(&mut self) {
+        self.changed = Instant::now();
+        self.pose = None;
+    }
+}
+
+impl Arm {
+    /// Waits until a queued command has finished.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Alarm`] as soon as an alarm holds the queue, or when the hold of an alarm that
+    /// has gone by itself keeps the arm from moving; [`ErrorKind::Timeout`] when nothing happens for
+    /// longer than the commands explain (a trigger explains any time); else as [`get`](Self::get).
+    pub async fn wait(&self, index: QueueIndex) -> Result<()> {
+        self.wait_with(index, |_| {}).await
+    }
+
+    /// As [`wait`](Self::wait), and tells how far it is.
+    ///
+    /// # Errors
+    /// As [`wait`](Self::wait).
+    pub async fn wait_with(
+        &self,
+        index: QueueIndex,
+        mut progress: impl FnMut(Progress),
+    ) -> Result<()> {
+        let mut watch = Watch::new(None);
+        watch.sent(0, Some(index));
+        self.watch_until(index, &mut watch, &mut progress).await
+    }
+
+    pub(super) async fn watch_until(
+        &self,
+        index: QueueIndex,
+        watch: &mut Watch,
+        progress: &mut impl FnMut(Progress),
+    ) -> Result<()> {
+        let mut pause = FIRST_PAUSE;
+        loop {
+            let seen = self.look(watch).await?;
+            progress(seen);
+            if seen.current >= index {
+                return Ok(());
+            }
+            sleep(pause).await;
+            pause = (pause * 2).min(PAUSE);
+        }
+    }
+
+    /// One look at the queue, the alarms and, when the index stands, the arm.
+    pub(super) async fn look(&self, watch: &mut Watch) -> Result<Progress> {
+        let read = self.get::<QueuedCmdCurrentIndex>().await?;
+        let current = read.queued_cmd_current_index;
+        if current != watch.progress.current.0 {
+            watch.progress.current.0 = current;
+            watch.changed();
+        }
+        let progress = watch.progress;
+        if progress.current >= progress.last {
+            return Ok(progress);
+        }
+        let pace = self.own().running(current);
+        let alarms = self.alarms().await?;
+        if alarms.blocking() && pace != Some(Pace::Home) {
+            // The command may have finished before the alarm was raised.
+            let again = self.current_index().await?;
+            if again >= progress.last {
+                watch.progress.current = again;
+                return Ok(watch.progress);
+            }
+            return Err(Error::alarm(alarms));
+        }
+        if watch.changed.elapsed() >= STANDING {
+            self.look_closer(watch, pace).await?;
+        }
+        Ok(progress)
+    }
+
+    /// The index stands: does the arm?
+    async fn look_closer(&self, watch: &mut Watch, pace: Option<Pace>) -> Result<()> {
+        let pose = self.get::<Pose>().await?;
+        let before = watch.pose.replace(pose);
+        if before != Some(pose) {
+            if before.is_some() {
+                watch.changed();
+            }
+            return Ok(());
+        }
+        let started = self.exposure().started() == Some(true);
+        let patience = match pace {
+            Some(Pace::Trigger) => return Ok(()),
+            Some(Pace::Motion) if started => return self.confirm_hold(watch).await,
+            Some(Pace::Motion | Pace::Moment) => STUCK,
+            Some(Pace::Pause(time)) => time + STUCK,
+            Some(Pace::Home) | None => LONG,
+        };
+        if watch.changed.elapsed() < patience {
+            return Ok(());
+        }
+        let hint = match started {
+            true => "the arm stands still",
+            false => "the arm stands still; its queue may be stopped (`magician queue start`)",
+        };
+        let message = format!(
+            "waiting for queue index {}: it stays at {} and {hint}",
+            watch.progress.last.0, watch.progress.current.0
+        );
+        Err(Error::new(ErrorKind::Timeout, message))
+    }
+
+    /// Two equal poses and a motion that does not run: the hold of an alarm, unless the index moved
+    /// in this very moment.
+    async fn confirm_hold(&self, watch: &Watch) -> Result<()> {
+        if self.current_index().await? == watch.progress.current {
+            return Err(Error::held());
+        }
+        Ok(())
+    }
+}

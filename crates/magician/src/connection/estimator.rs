@@ -1,0 +1,92 @@
+use super::{Micros, Settings};
+
+/// How long an answer takes on this link, and from when on it counts as lost (after RFC 6298:
+/// smoothed round trip plus four times its deviation, doubled with every loss, never sampled from
+/// a request that went out twice).
+#[derive(Clone, Debug)]
+pub(super) struct Estimator {
+    smoothed: Option<Micros>,
+    deviation: Micros,
+    doublings: u32,
+    initial: Micros,
+    floor: Micros,
+    ceiling: Micros,
+}
+
+impl Estimator {
+    pub(super) fn new(settings: &Settings) -> Self {
+        Self {
+            smoothed: None,
+            deviation: 0,
+            doublings: 0,
+            initial: settings.initial_timeout,
+            floor: settings.floor,
+            ceiling: settings.ceiling.max(settings.floor),
+        }
+    }
+
+    /// An answer took `time`.
+    pub(super) fn sample(&mut self, time: Micros) {
+        let time = time.min(self.ceiling);
+        self.doublings = 0;
+        match self.smoothed {
+            None => {
+                self.smoothed = Some(time);
+                self.deviation = time / 2;
+            }
+            Some(smoothed) => {
+                self.deviation = (3 * self.deviation + smoothed.abs_diff(time)) / 4;
+                self.smoothed = Some((7 * smoothed + time) / 8);
+            }
+        }
+    }
+
+    /// An answer did not come in time.
+    pub(super) fn back_off(&mut self) {
+        self.doublings = (self.doublings + 1).min(16);
+    }
+
+    /// The smoothed round trip.
+    pub(super) fn round_trip(&self) -> Option<Micros> {
+        self.smoothed
+    }
+
+    /// From when on an answer counts as lost.
+    pub(super) fn timeout(&self) -> Micros {
+        let base = match self.smoothed {
+            Some(smoothed) => smoothed.saturating_add(4 * self.deviation),
+            None => self.initial,
+        };
+        let base = base.clamp(self.floor, self.ceiling);
+        base.saturating_mul(1 << self.doublings).min(self.ceiling)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn adapts_to_a_slow_link_and_back_within_its_bounds() {
+        let settings = Settings::ORDERED;
+        let mut estimator = Estimator::new(&settings);
+        assert_eq!(estimator.timeout(), settings.initial_timeout);
+        for _ in 0..50 {
+            estimator.sample(3_000);
+        }
+        assert_eq!(estimator.timeout(), settings.floor);
+        for _ in 0..50 {
+            estimator.sample(400_000);
+        }
+        let slow = estimator.timeout();
+        assert!(slow > 400_000 && slow < 600_000, "{slow}");
+        estimator.back_off();
+        assert_eq!(estimator.timeout(), 2 * slow);
+        for _ in 0..100 {
+            estimator.back_off();
+        }
+        assert_eq!(estimator.timeout(), settings.ceiling);
+        estimator.sample(Micros::MAX);
+        assert!(estimator.timeout() <= settings.ceiling);
+    }
+}

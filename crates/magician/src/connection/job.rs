@@ -1,0 +1,95 @@
+use magician_protocol::{Ctrl, FrameBuf, Row};
+
+use super::outstanding::Key;
+use super::{Micros, Priority, Request, Ticket};
+
+/// What a request is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// The caller submitted it.
+    Caller,
+    /// Its reply proves that older replies will not come any more.
+    Fence,
+    /// Reads the current index for a command in doubt.
+    Current,
+    /// Reads the left space for a command in doubt.
+    Left,
+    /// Reads the left space after a Clear.
+    Drain,
+}
+
+/// What may be done when an answer does not come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Policy {
+    /// Send it again.
+    Resend,
+    /// It stands in the queue or not: find out.
+    Doubt,
+    /// It was done or not, and nothing tells.
+    Once,
+}
+
+/// A request from submission to its end.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Job {
+    pub(super) ticket: Ticket,
+    pub(super) purpose: Purpose,
+    pub(super) policy: Policy,
+    pub(super) priority: Priority,
+    pub(super) frame: FrameBuf,
+    pub(super) key: Key,
+    pub(super) deadline: Micros,
+    /// How often it went out.
+    pub(super) sent: u32,
+    /// When it went out last.
+    pub(super) since: Micros,
+    /// When its answer counts as lost.
+    pub(super) timer: Micros,
+    /// It is to go out again as soon as possible.
+    pub(super) due: bool,
+    /// Its answer counts as lost but would still be taken; it holds no place in the window.
+    pub(super) lingers: bool,
+    /// Clears that had gone out when it did.
+    pub(super) clears: u32,
+}
+
+impl Job {
+    pub(super) fn new(ticket: Ticket, purpose: Purpose, request: &Request) -> Self {
+        let frame = request.frame.frame();
+        Self {
+            ticket,
+            purpose,
+            policy: policy(frame.id(), frame.ctrl()),
+            priority: request.priority,
+            frame: request.frame,
+            key: Key::of(&frame),
+            deadline: request.deadline,
+            sent: 0,
+            since: 0,
+            timer: Micros::MAX,
+            due: false,
+            lingers: false,
+            clears: 0,
+        }
+    }
+
+    pub(super) fn queued(&self) -> bool {
+        self.policy == Policy::Doubt
+    }
+
+    pub(super) fn in_window(&self) -> bool {
+        self.priority != Priority::Stop && !self.lingers
+    }
+}
+
+/// Gets may always be sent again; for immediate sets the row says so; a queued command is
+/// answered with an index. What the table does not know is sent once.
+fn policy(id: u8, ctrl: Ctrl) -> Policy {
+    match Row::with_id(id) {
+        Some(row) if ctrl.queued() && row.set.is_some() && !row.steers_queue() => Policy::Doubt,
+        Some(row) if ctrl.write() && row.set.is_some() && !row.resendable => Policy::Once,
+        Some(_) => Policy::Resend,
+        None if ctrl.write() || ctrl.queued() => Policy::Once,
+        None => Policy::Resend,
+    }
+}

@@ -1,0 +1,767 @@
+//! The host's end of the protocol, without I/O and without a clock.
+//!
+//! A [`Connection`] turns requests into frames and frames into answers. Its methods come in five
+//! kinds, and every shell calls them in the same round:
+//!
+//! * look: `&self` methods, which change nothing;
+//! * [`submit`](Connection::submit): our own side wants something;
+//! * [`receive`](Connection::receive): bytes came from the controller;
+//! * time: [`poll_timeout`](Connection::poll_timeout) names the instant at which
+//!   [`handle_timeout`](Connection::handle_timeout) is to be called;
+//! * what comes out: [`poll_transmit`](Connection::poll_transmit) the next frame to write,
+//!   [`poll_event`](Connection::poll_event) the next thing to tell. Both are asked until they
+//!   return `None`, after each of the calls above.
+//!
+//! Time is microseconds from any origin and never goes back. The same calls give the same results.
+//! State is bounded, nothing panics on any bytes, and in steady state nothing is allocated.
+//!
+//! # Which reply answers which request
+//!
+//! A reply repeats id and Ctrl of its request (its *key*) and nothing else, so the danger is a
+//! reply that comes after its request was given up and is taken for the answer to a later one. The
+//! rule that excludes it on an ordered link, where the controller answers in the order of arrival
+//! (errata E06):
+//!
+//! 1. Every frame that went out stays *outstanding* until its reply has come or cannot come any
+//!    more, whether or not somebody still waits for it.
+//! 2. A reply belongs to the *oldest* outstanding frame of its key. Should that one's reply have
+//!    been lost, the true owner is younger, and this only errs towards distrust.
+//! 3. A reply proves that no reply to an older frame can come: those are no longer outstanding.
+//!    By 2 the assumed owner is never younger than the true one, so the proof holds.
+//! 4. A frame is sent only if no outstanding frame of its key belongs to another request.
+//!    Otherwise a *fence* goes first: a read with another key, whose reply does what 3 says.
+//!
+//! Hence at window 1 all outstanding frames of a key are copies of one request, and a reply with
+//! that key answers it. A fence that is lost is followed by one with another id. A stop does not
+//! wait for 4: its reply is dropped while an older frame of its key is outstanding, and it is
+//! simply sent again. On an unordered link (UDP) rules 3 and 4 are replaced by time: a frame is
+//! outstanding until its reply has come or for the [`lifetime`](Settings::lifetime).
+//! A link that invents replies, or doubles one and holds the double back while the same thing is
+//! asked again, can pass off an old reading as a new one; queued commands are safe from that too,
+//! by their index.
+//!
+//! # Queued commands are never sent again blindly
+//!
+//! A reply is accepted when its index follows the one accepted last. When it is lost, or repeats
+//! the last index, the command is *in doubt*: current index and left space are read until two
+//! pairs in succession are equal, and the ledger judges (its file says how). Lost: it is sent again.
+//! Taken: on we go. Anything else: [`Failure::Uncertain`] with the interval of indices, and the
+//! next accepted index is a new beginning. The readings follow the command on the wire, so on an
+//! ordered link it can no longer be under way when they arrive; on an unordered one, "lost" is
+//! concluded only from readings made after its lifetime.
+
+mod estimator;
+mod job;
+mod ledger;
+mod outstanding;
+mod request;
+
+use std::collections::VecDeque;
+
+use magician_protocol::commands::{
+    AlarmsState, DeviceTime, DeviceVersion, Pose, QueuedCmdClear, QueuedCmdCurrentIndex,
+    QueuedCmdLeftSpace,
+};
+use magician_protocol::{
+    Ctrl, Deframer, FrameBuf, INTER_BYTE_TIMEOUT_MS, Layout, QueuedCmdIndex, Readable, Row,
+    Writable,
+};
+
+use estimator::Estimator;
+use job::{Job, Policy, Purpose};
+use ledger::{Ledger, Verdict};
+use outstanding::{Copy, Key, Outstanding};
+pub use request::{Event, Failure, Priority, Request, Settings, Ticket};
+
+/// Microseconds from an origin of the caller's choice.
+pub type Micros = u64;
+
+/// Most requests that wait in one lane.
+const LANE: usize = 64;
+/// Most requests that may be in flight.
+const MAX_WINDOW: usize = 8;
+/// After so many requests of the stream in a row, a waiting read has its turn.
+const STREAK: u32 = 4;
+/// Pause between looks at a queue that drains after a Clear.
+const DRAIN_PAUSE: Micros = 10_000;
+/// Reads that every controller answers: fences are taken from these in turn.
+const FENCES: [&Row; 6] = [
+    QueuedCmdCurrentIndex::ROW,
+    QueuedCmdLeftSpace::ROW,
+    <AlarmsState as Readable>::ROW,
+    <Pose as Readable>::ROW,
+    DeviceTime::ROW,
+    DeviceVersion::ROW,
+];
+
+/// What went over the line so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Frames sent.
+    pub sent: u64,
+    /// Frames sent again.
+    pub resent: u64,
+    /// Bytes received.
+    pub bytes: u64,
+    /// Whole frames received.
+    pub frames: u64,
+    /// Frames that came too late and were dropped.
+    pub late: u64,
+    /// Frames nobody had asked for.
+    pub unsolicited: u64,
+    /// Damaged frames and runs of foreign bytes.
+    pub noise: u64,
+}
+
+/// A queued command whose answer was lost, and what was read to find out its fate.
+#[derive(Debug)]
+struct Doubt {
+    job: Job,
+    current: Option<u64>,
+    pair: Option<(u64, u32)>,
+    /// Readings before this instant prove nothing (unordered links).
+    not_before: Option<Micros>,
+}
+
+/// The host's end of the protocol; see the [module](self).
+#[derive(Debug)]
+pub struct Connection {
+    settings: Settings,
+    deframer: Deframer,
+    heard: Micros,
+    estimator: Estimator,
+    ledger: Ledger,
+    outstanding: Outstanding,
+    lanes: [VecDeque<Job>; 3],
+    flight: Vec<Job>,
+    doubt: Option<Doubt>,
+    events: VecDeque<Event>,
+    next_ticket: u64,
+    streak: u32,
+    next_fence: usize,
+    /// When to look again whether the queue has drained; `None`: now.
+    drain_at: Option<Micros>,
+    stats: Stats,
+}
+
+/// Look.
+impl Connection {
+    /// A connection that has sent and seen nothing.
+    #[must_use]
+    pub fn new(settings: Settings) -> Self {
+        let settings = Settings {
+            window: settings.window.clamp(1, MAX_WINDOW),
+            ..settings
+        };
+        Self {
+            deframer: Deframer::new(),
+            heard: 0,
+            estimator: Estimator::new(&settings),
+            ledger: Ledger::new(settings.capacity),
+            outstanding: Outstanding::new(settings.ordered),
+            lanes: std::array::from_fn(|_| VecDeque::with_capacity(LANE)),
+            flight: Vec::with_capacity(MAX_WINDOW + 4),
+            doubt: None,
+            events: VecDeque::with_capacity(LANE),
+            next_ticket: 0,
+            streak: 0,
+            next_fence: 0,
+            drain_at: None,
+            stats: Stats::default(),
+            settings,
+        }
+    }
+
+    /// What went over the line so far.
+    #[must_use]
+    pub fn stats(&self) -> Stats {
+        self.stats
+    }
+
+    /// The smoothed time from a request to its answer, us.
+    #[must_use]
+    pub fn round_trip(&self) -> Option<Micros> {
+        self.estimator.round_trip()
+    }
+
+    /// From when on an answer counts as lost at present, us.
+    #[must_use]
+    pub fn answer_timeout(&self) -> Micros {
+        self.estimator.timeout()
+    }
+
+    /// The index accepted last, while it is certain.
+    #[must_use]
+    pub fn last_index(&self) -> Option<QueuedCmdIndex> {
+        self.ledger.last().map(QueuedCmdIndex)
+    }
+
+    /// Places in the controller's queue: as set, or more if the controller showed more.
+    #[must_use]
+    pub fn capacity(&self) -> u32 {
+        self.ledger.capacity()
+    }
+
+    /// Whether nothing waits and nothing is in flight.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.flight.is_empty() && self.doubt.is_none() && self.lanes.iter().all(VecDeque::is_empty)
+    }
+}
+
+/// Our own side, and time.
+impl Connection {
+    /// Takes a request. Its ticket comes back in exactly one [`Event::Done`].
+    ///
+    /// A [`Priority::Stop`] ends every request of the stream that has not gone out yet with
+    /// [`Failure::Stopped`].
+    pub fn submit(&mut self, request: Request) -> Ticket {
+        let ticket = self.ticket();
+        if request.priority == Priority::Stop {
+            self.drop_stream();
+        }
+        let lane = &mut self.lanes[request.priority as usize];
+        if lane.len() < LANE {
+            lane.push_back(Job::new(ticket, Purpose::Caller, &request));
+        } else {
+            self.done(ticket, Err(Failure::Busy));
+        }
+        ticket
+    }
+
+    /// The instant at which [`handle_timeout`](Self::handle_timeout) is to be called, if any.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Micros> {
+        let mut next = Micros::MAX;
+        for job in &self.flight {
+            next = next.min(job.deadline);
+            if !job.due {
+                next = next.min(job.timer);
+            }
+        }
+        for job in self.lanes.iter().flatten() {
+            next = next.min(job.deadline);
+        }
+        if let Some(doubt) = &self.doubt {
+            next = next.min(doubt.job.deadline);
+            next = next.min(doubt.not_before.unwrap_or(Micros::MAX));
+        }
+        if let (true, Some(at)) = (self.wants_drain(), self.drain_at) {
+            next = next.min(at);
+        }
+        if self.deframer.pending() {
+            next = next.min(self.heard.saturating_add(INTER_BYTE_TIMEOUT_MS * 1000));
+        }
+        if let Some(at) = self.outstanding.next_expiry(self.settings.lifetime) {
+            next = next.min(at);
+        }
+        (next != Micros::MAX).then_some(next)
+    }
+
+    /// Lets time pass.
+    pub fn handle_timeout(&mut self, now: Micros) {
+        if self.deframer.pending() && now >= self.heard.saturating_add(INTER_BYTE_TIMEOUT_MS * 1000)
+        {
+            self.deframer.expire();
+            self.hear(now, &[]);
+        }
+        self.outstanding.expire(now, self.settings.lifetime);
+        if self.drain_at.is_some_and(|at| at <= now) {
+            self.drain_at = None;
+        }
+        self.end_at_deadline(now);
+        while let Some(at) = (self.flight.iter()).position(|job| !job.due && job.timer <= now) {
+            self.estimator.back_off();
+            self.lost(at);
+        }
+        if let Some(doubt) = &mut self.doubt
+            && doubt.not_before.is_some_and(|at| at <= now)
+        {
+            doubt.not_before = None;
+        }
+    }
+
+    /// The next thing to tell.
+    pub fn poll_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+}
+
+/// What goes out.
+impl Connection {
+    /// The next frame to write, `None` when there is none at present.
+    pub fn poll_transmit(&mut self, now: Micros) -> Option<FrameBuf> {
+        if let Some(frame) = self.transmit_stop(now) {
+            return Some(frame);
+        }
+        if self.outstanding.is_full() {
+            return None;
+        }
+        if let Some(at) = self.flight.iter().position(|job| job.due) {
+            let job = self.flight.remove(at);
+            return Some(self.send(job, now));
+        }
+        let busy = self.flight.iter().filter(|job| job.in_window()).count();
+        if busy >= self.settings.window {
+            return None;
+        }
+        if let Some(purpose) = self.next_reading() {
+            let row = match purpose {
+                Purpose::Current => QueuedCmdCurrentIndex::ROW,
+                _ => QueuedCmdLeftSpace::ROW,
+            };
+            return self.send_own(purpose, row, now);
+        }
+        let poll_first = self.streak >= STREAK;
+        let [first, second] = match poll_first {
+            true => [Priority::Poll, Priority::Stream],
+            false => [Priority::Stream, Priority::Poll],
+        };
+        self.transmit_lane(first, now)
+            .or_else(|| self.transmit_lane(second, now))
+    }
+
+    fn transmit_stop(&mut self, now: Micros) -> Option<FrameBuf> {
+        let stop = |job: &Job| job.priority == Priority::Stop;
+        match self.flight.iter().position(stop) {
+            Some(at) if self.flight.get(at).is_some_and(|job| job.due) => {
+                let job = self.flight.remove(at);
+                Some(self.send(job, now))
+            }
+            Some(_) => None,
+            None => {
+                let job = self.lanes[Priority::Stop as usize].pop_front()?;
+                Some(self.send(job, now))
+            }
+        }
+    }
+
+    /// The reading that a command in doubt needs next, unless one is in flight.
+    fn next_reading(&self) -> Option<Purpose> {
+        let doubt = self.doubt.as_ref()?;
+        let reading = |job: &Job| matches!(job.purpose, Purpose::Current | Purpose::Left);
+        if doubt.not_before.is_some() || self.flight.iter().any(reading) {
+            return None;
+        }
+        Some(match doubt.current {
+            None => Purpose::Current,
+            Some(_) => Purpose::Left,
+        })
+    }
+
+    fn transmit_lane(&mut self, lane: Priority, now: Micros) -> Option<FrameBuf> {
+        if lane == Priority::Stream && self.wants_drain() {
+            let looking = |job: &Job| job.purpose == Purpose::Drain;
+            if self.drain_at.is_some() || self.flight.iter().any(looking) {
+                return None;
+            }
+            return self.send_own(Purpose::Drain, QueuedCmdLeftSpace::ROW, now);
+        }
+        let job = *self.lanes[lane as usize].front()?;
+        if !self.may_join(&job) {
+            return None;
+        }
+        if self.haunted(&job) {
+            return self.send_fence(now);
+        }
+        self.lanes[lane as usize].pop_front();
+        self.streak = match lane {
+            Priority::Poll => 0,
+            _ => self.streak.saturating_add(1),
+        };
+        Some(self.send(job, now))
+    }
+
+    /// Whether a job may be in flight beside those that are: queued commands beside each other, an
+    /// immediate set of the stream alone in its lane, and no key twice but for queued commands.
+    fn may_join(&self, job: &Job) -> bool {
+        if job.priority == Priority::Stream && self.doubt.is_some() {
+            return false;
+        }
+        let mut beside = self.flight.iter().filter(|other| !other.lingers);
+        beside.all(|other| {
+            let both_stream = job.priority == Priority::Stream && other.priority == job.priority;
+            let both_queued = job.queued() && other.queued();
+            both_queued || !both_stream && other.key != job.key
+        })
+    }
+
+    /// Whether a queued command waits for the queue to drain after a Clear.
+    fn wants_drain(&self) -> bool {
+        let head = self.lanes[Priority::Stream as usize].front();
+        self.ledger.draining() && head.is_some_and(Job::queued)
+    }
+
+    /// Rule 4: whether an outstanding frame of the job's key belongs to a request that is not
+    /// waited for in the window any more.
+    fn haunted(&self, job: &Job) -> bool {
+        let waited_for = |ticket: Ticket| {
+            ticket == job.ticket
+                || (self.flight.iter()).any(|other| other.ticket == ticket && !other.lingers)
+        };
+        self.outstanding.haunted(job.key, waited_for)
+    }
+
+    /// Sends a read of our own; a fence instead when its key is haunted.
+    fn send_own(&mut self, purpose: Purpose, row: &Row, now: Micros) -> Option<FrameBuf> {
+        let request = Request::raw(row.id, Ctrl::GET, &[]).ok()?;
+        let ticket = self.ticket();
+        let job = Job::new(ticket, purpose, &request);
+        if purpose != Purpose::Fence && self.haunted(&job) {
+            return self.send_fence(now);
+        }
+        Some(self.send(job, now))
+    }
+
+    /// Sends a fence unless one is in flight; on an unordered link there are none.
+    fn send_fence(&mut self, now: Micros) -> Option<FrameBuf> {
+        let fenced = self.flight.iter().any(|job| job.purpose == Purpose::Fence);
+        if fenced || !self.settings.ordered {
+            return None;
+        }
+        let key = |row: &Row| Key {
+            id: row.id,
+            ctrl: Ctrl::GET,
+        };
+        let turn = FENCES[self.next_fence % FENCES.len()];
+        let clean = FENCES.iter().find(|row| !self.outstanding.contains(key(row)));
+        self.next_fence = (self.next_fence + 1) % FENCES.len();
+        self.send_own(Purpose::Fence, clean.copied().unwrap_or(turn), now)
+    }
+
+    fn send(&mut self, mut job: Job, now: Micros) -> FrameBuf {
+        if job.key.ctrl.write() && job.key.id == QueuedCmdClear::ROW.id {
+            self.ledger.clearing();
+            self.drain_at = None;
+        }
+        self.stats.sent += 1;
+        self.stats.resent += u64::from(job.sent > 0);
+        job.due = false;
+        job.sent = job.sent.saturating_add(1);
+        job.since = now;
+        job.timer = now.saturating_add(self.estimator.timeout());
+        job.clears = self.ledger.clears();
+        self.outstanding.sent(Copy {
+            key: job.key,
+            ticket: job.ticket,
+            at: now,
+        });
+        let frame = job.frame;
+        self.flight.push(job);
+        frame
+    }
+
+    fn ticket(&mut self) -> Ticket {
+        self.next_ticket = self.next_ticket.wrapping_add(1);
+        Ticket(self.next_ticket)
+    }
+}
+
+/// What comes in.
+impl Connection {
+    /// Takes bytes from the controller, cut anywhere.
+    pub fn receive(&mut self, now: Micros, bytes: &[u8]) {
+        self.stats.bytes = self.stats.bytes.saturating_add(bytes.len() as u64);
+        self.heard = now;
+        self.hear(now, bytes);
+    }
+
+    fn hear(&mut self, now: Micros, mut bytes: &[u8]) {
+        while let Some(event) = self.deframer.next(&mut bytes) {
+            if let magician_protocol::Event::Frame { frame, .. } = event {
+                let frame = FrameBuf::from(frame);
+                self.stats.frames += 1;
+                self.reply(now, &frame);
+            } else {
+                self.stats.noise += 1;
+            }
+        }
+    }
+
+    fn reply(&mut self, now: Micros, frame: &FrameBuf) {
+        let Some(copy) = self.outstanding.answered(Key::of(&frame.frame())) else {
+            self.stats.unsolicited += 1;
+            return;
+        };
+        let answered = (self.flight.iter()).position(|job| job.ticket == copy.ticket);
+        // Jobs that this reply proves lost come first: they were sent before.
+        if let Some(at) = answered {
+            let job = self.flight.remove(at);
+            self.settle();
+            self.answer(job, frame, now);
+        } else if let Some(doubt) = self.doubt.take_if(|doubt| doubt.job.ticket == copy.ticket) {
+            self.settle();
+            self.answer_queued(doubt.job, frame);
+        } else {
+            self.stats.late += 1;
+            self.settle();
+        }
+    }
+
+    /// Ends or sends again every job whose reply can no longer come.
+    fn settle(&mut self) {
+        if !self.settings.ordered {
+            return;
+        }
+        let gone = |connection: &Self, job: &Job| {
+            !job.due && !connection.outstanding.awaits(job.ticket)
+        };
+        while let Some(at) = self.flight.iter().position(|job| gone(self, job)) {
+            self.lost(at);
+        }
+    }
+
+    fn answer(&mut self, job: Job, frame: &FrameBuf, now: Micros) {
+        if job.sent == 1 {
+            self.estimator.sample(now.saturating_sub(job.since));
+        }
+        if job.queued() {
+            return self.answer_queued(job, frame);
+        }
+        let reset = self.observe(&job, frame);
+        if self.settings.ordered && !reset {
+            self.ledger.confirm();
+        }
+        match job.purpose {
+            Purpose::Caller if frame.frame().ctrl().error() => {
+                self.done(job.ticket, Err(Failure::Refused));
+            }
+            Purpose::Caller => self.done(job.ticket, Ok(*frame)),
+            Purpose::Fence => {}
+            Purpose::Drain => self.drain_at = Some(now.saturating_add(DRAIN_PAUSE)),
+            Purpose::Current | Purpose::Left => self.read(frame, now),
+        }
+    }
+
+    fn answer_queued(&mut self, job: Job, frame: &FrameBuf) {
+        let view = frame.frame();
+        let index = match QueuedCmdIndex::decode(view.params()) {
+            _ if view.ctrl().error() => return self.done(job.ticket, Err(Failure::QueueFull)),
+            Err(_) => return self.done(job.ticket, Err(Failure::NoIndex)),
+            Ok(QueuedCmdIndex(0)) => return self.done(job.ticket, Err(Failure::QueueFull)),
+            Ok(QueuedCmdIndex(index)) => index,
+        };
+        if self.ledger.follows(index) {
+            self.ledger.accept(index);
+            if self.queued_unanswered() == 0 && self.settings.window == 1 {
+                self.ledger.confirm();
+            }
+            self.done(job.ticket, Ok(*frame));
+        } else if self.ledger.last() == Some(index) && self.alone() {
+            self.enter_doubt(job);
+        } else {
+            self.uncertain(job);
+        }
+    }
+
+    /// Notes what a reading says about the queue; true when it shows a reset.
+    fn observe(&mut self, job: &Job, frame: &FrameBuf) -> bool {
+        let params = frame.frame();
+        let params = params.params();
+        match job.key.id {
+            246 => {
+                let Ok(read) = QueuedCmdCurrentIndex::decode(params) else {
+                    return false;
+                };
+                let reset = self.ledger.read_current(read.queued_cmd_current_index);
+                if reset {
+                    self.reset();
+                }
+                reset
+            }
+            247 => {
+                let idle = self.doubt.is_none() && self.queued_unanswered() == 0;
+                if let Ok(read) = QueuedCmdLeftSpace::decode(params) {
+                    self.ledger.read_left(read.left_space, idle);
+                }
+                false
+            }
+            _ => false,
+        }
+    }
+
+    fn reset(&mut self) {
+        if !self.events.contains(&Event::Reset) {
+            self.events.push_back(Event::Reset);
+        }
+        if let Some(doubt) = self.doubt.take() {
+            self.uncertain(doubt.job);
+        }
+    }
+
+    fn done(&mut self, ticket: Ticket, result: Result<FrameBuf, Failure>) {
+        self.events.push_back(Event::Done { ticket, result });
+    }
+}
+
+/// Losses and doubts.
+impl Connection {
+    /// The answer to a job in flight did not come in time, or cannot come any more.
+    fn lost(&mut self, at: usize) {
+        let Some(job) = self.flight.get_mut(at) else {
+            return;
+        };
+        let unordered_or_awaited = !self.settings.ordered || self.outstanding.awaits(job.ticket);
+        match (job.purpose, job.policy) {
+            (Purpose::Fence | Purpose::Drain, _) => {
+                self.flight.remove(at);
+            }
+            (Purpose::Current | Purpose::Left, _) if self.doubt.is_none() => {
+                self.flight.remove(at);
+            }
+            (_, Policy::Resend) => job.due = true,
+            (_, Policy::Once) if unordered_or_awaited => {
+                job.lingers = true;
+                job.timer = Micros::MAX;
+            }
+            (_, Policy::Once) => {
+                let job = self.flight.remove(at);
+                self.uncertain(job);
+            }
+            (_, Policy::Doubt) => {
+                let job = self.flight.remove(at);
+                if self.alone() {
+                    self.enter_doubt(job);
+                } else {
+                    self.uncertain(job);
+                }
+            }
+        }
+    }
+
+    /// Whether at most one queued command is not accounted for.
+    fn alone(&self) -> bool {
+        self.queued_unanswered() == 0 && self.doubt.is_none() && self.ledger.is_confirmed()
+    }
+
+    fn queued_unanswered(&self) -> u64 {
+        self.flight.iter().filter(|job| job.queued()).count() as u64
+    }
+
+    fn enter_doubt(&mut self, job: Job) {
+        self.doubt = Some(Doubt {
+            job,
+            current: None,
+            pair: None,
+            not_before: None,
+        });
+    }
+
+    /// Takes a reading for the command in doubt, and judges it when two pairs are equal.
+    fn read(&mut self, frame: &FrameBuf, now: Micros) {
+        let Some(mut doubt) = self.doubt.take() else {
+            return;
+        };
+        let view = frame.frame();
+        match doubt.current {
+            None => {
+                let read = QueuedCmdCurrentIndex::decode(view.params());
+                doubt.current = read.ok().map(|read| read.queued_cmd_current_index);
+            }
+            Some(current) => {
+                doubt.current = None;
+                if let Ok(read) = QueuedCmdLeftSpace::decode(view.params()) {
+                    let pair = (current, read.left_space);
+                    if doubt.pair.replace(pair) == Some(pair) {
+                        return self.judge(doubt, pair, now);
+                    }
+                }
+            }
+        }
+        self.doubt = Some(doubt);
+    }
+
+    fn judge(&mut self, mut doubt: Doubt, (current, left): (u64, u32), now: Micros) {
+        let verdict = match self.ledger.judge(current, left) {
+            _ if doubt.job.clears != self.ledger.clears() => Verdict::Unclear,
+            verdict => verdict,
+        };
+        match verdict {
+            Verdict::Unclear => self.uncertain(doubt.job),
+            Verdict::Taken(index) => {
+                self.ledger.accept(index);
+                self.ledger.confirm();
+                let key = doubt.job.key;
+                let frame = FrameBuf::encode(key.id, key.ctrl, &QueuedCmdIndex(index));
+                self.done(doubt.job.ticket, frame.map_err(|_| Failure::NoIndex));
+            }
+            Verdict::Lost if self.may_be_under_way(&doubt.job, now) => {
+                let latest = self.outstanding.latest(doubt.job.ticket).unwrap_or(now);
+                doubt.not_before = Some(latest.saturating_add(self.settings.lifetime));
+                doubt.pair = None;
+                self.doubt = Some(doubt);
+            }
+            Verdict::Lost if left == 0 => self.done(doubt.job.ticket, Err(Failure::QueueFull)),
+            Verdict::Lost => {
+                doubt.job.due = true;
+                self.flight.push(doubt.job);
+            }
+        }
+    }
+
+    /// On an unordered link a request may overtake the readings that were sent after it.
+    fn may_be_under_way(&self, job: &Job, now: Micros) -> bool {
+        let latest = self.outstanding.latest(job.ticket);
+        !self.settings.ordered
+            && latest.is_some_and(|at| at.saturating_add(self.settings.lifetime) > now)
+    }
+
+    /// Ends a command of which nobody can tell whether it was taken, and for a queued one all that
+    /// are in flight with it.
+    fn uncertain(&mut self, job: Job) {
+        if !job.queued() {
+            let nowhere = Failure::Uncertain {
+                from: None,
+                to: None,
+            };
+            return self.done(job.ticket, Err(nowhere));
+        }
+        let (from, to) = self.ledger.doubt(1 + self.queued_unanswered());
+        let failure = Failure::Uncertain { from, to };
+        self.ledger.forget();
+        self.done(job.ticket, Err(failure));
+        while let Some(at) = self.flight.iter().position(Job::queued) {
+            let job = self.flight.remove(at);
+            self.done(job.ticket, Err(failure));
+        }
+    }
+
+    /// A stop was submitted: nothing of the stream goes out any more.
+    fn drop_stream(&mut self) {
+        while let Some(job) = self.lanes[Priority::Stream as usize].pop_front() {
+            self.done(job.ticket, Err(Failure::Stopped));
+        }
+        if let Some(doubt) = self.doubt.take() {
+            self.uncertain(doubt.job);
+        }
+        while let Some(at) = (self.flight.iter())
+            .position(|job| job.due && job.priority == Priority::Stream)
+        {
+            let job = self.flight.remove(at);
+            match job.policy {
+                Policy::Doubt => self.uncertain(job),
+                _ => self.done(job.ticket, Err(Failure::Stopped)),
+            }
+        }
+    }
+
+    fn end_at_deadline(&mut self, now: Micros) {
+        for lane in 0..self.lanes.len() {
+            while let Some(at) = self.lanes[lane].iter().position(|job| job.deadline <= now) {
+                if let Some(job) = self.lanes[lane].remove(at) {
+                    self.done(job.ticket, Err(Failure::Timeout { sent: 0 }));
+                }
+            }
+        }
+        while let Some(at) = self.flight.iter().position(|job| job.deadline <= now) {
+            let job = self.flight.remove(at);
+            match job.policy {
+                Policy::Resend => self.done(job.ticket, Err(Failure::Timeout { sent: job.sent })),
+                Policy::Once | Policy::Doubt => self.uncertain(job),
+            }
+        }
+        if let Some(doubt) = self.doubt.take_if(|doubt| doubt.job.deadline <= now) {
+            self.uncertain(doubt.job);
+        }
+    }
+}

@@ -1,0 +1,208 @@
+use magician_protocol::commands::{QueuedCmdClear, QueuedCmdForceStopExec, SetEndEffectorLaser};
+use magician_protocol::{Ctrl, EncodeError, Flag, FrameBuf, Queueable, Readable, Writable};
+
+use super::Micros;
+
+/// What goes first when several requests wait.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Priority {
+    /// Overtakes everything and takes no place in the window.
+    Stop,
+    /// Sets and queued commands, in the order in which they were submitted.
+    Stream,
+    /// Reads; they may be overtaken, but not for ever.
+    Poll,
+}
+
+/// Names one submitted request until its [`Event`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Ticket(pub(super) u64);
+
+/// A request to the controller: a frame, how urgent it is, and when its answer is no longer wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct Request {
+    pub(super) frame: FrameBuf,
+    pub(super) priority: Priority,
+    pub(super) deadline: Micros,
+}
+
+impl Request {
+    /// A frame of any kind. Reads (Ctrl bit 0 clear) are polls, all else belongs to the stream.
+    ///
+    /// # Errors
+    /// [`EncodeError::TooLong`] beyond 248 parameter bytes.
+    pub fn raw(id: u8, ctrl: Ctrl, params: &[u8]) -> Result<Self, EncodeError> {
+        FrameBuf::new(id, ctrl, params).map(Self::of)
+    }
+
+    /// Asks for a value.
+    ///
+    /// # Errors
+    /// As [`Request::raw`].
+    pub fn get<T: Readable>(query: &T::Query) -> Result<Self, EncodeError> {
+        FrameBuf::get(query, T::ROW).map(Self::of)
+    }
+
+    /// Sets a value or orders an action, at once.
+    ///
+    /// # Errors
+    /// As [`Request::raw`].
+    pub fn set<T: Writable>(value: &T) -> Result<Self, EncodeError> {
+        FrameBuf::encode(T::ROW.id, Ctrl::SET, value).map(Self::of)
+    }
+
+    /// Puts a command into the controller's queue.
+    ///
+    /// # Errors
+    /// As [`Request::raw`].
+    pub fn queued<T: Queueable>(value: &T) -> Result<Self, EncodeError> {
+        FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).map(Self::of)
+    }
+
+    /// The three requests that bring the arm to a stand, in their order: stop the queue and the
+    /// motion, put the laser out, drop what waits.
+    ///
+    /// # Errors
+    /// None in practice; as [`Request::raw`].
+    pub fn halt() -> Result<[Self; 3], EncodeError> {
+        let dark = SetEndEffectorLaser {
+            enable_ctrl: Flag::OFF,
+            on: Flag::OFF,
+        };
+        let all = [
+            Self::set(&QueuedCmdForceStopExec {})?,
+            Self::set(&dark)?,
+            Self::set(&QueuedCmdClear {})?,
+        ];
+        Ok(all.map(|request| request.priority(Priority::Stop)))
+    }
+
+    fn of(frame: FrameBuf) -> Self {
+        let priority = match frame.frame().ctrl() {
+            ctrl if ctrl.write() || ctrl.queued() => Priority::Stream,
+            _ => Priority::Poll,
+        };
+        Self {
+            frame,
+            priority,
+            deadline: Micros::MAX,
+        }
+    }
+
+    /// Puts it into another lane.
+    #[must_use]
+    pub fn priority(mut self, priority: Priority) -> Self {
+        self.priority = priority;
+        self
+    }
+
+    /// The instant at which it ends at the latest, answered or not.
+    #[must_use]
+    pub fn deadline(mut self, at: Micros) -> Self {
+        self.deadline = at;
+        self
+    }
+
+    /// The frame that goes out.
+    #[must_use]
+    pub fn frame(&self) -> &FrameBuf {
+        &self.frame
+    }
+}
+
+/// Why a request ended without an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Failure {
+    /// No answer by the deadline, and nothing was done or it does not matter whether it was.
+    Timeout {
+        /// How often the frame went out.
+        sent: u32,
+    },
+    /// The command went out and nobody can tell whether the controller took it. `from` and `to`
+    /// are the indices it (and what was in flight with it) would have been given; absent for an
+    /// immediate command and before the first accepted index.
+    Uncertain {
+        /// First index in doubt.
+        from: Option<u64>,
+        /// Last index in doubt.
+        to: Option<u64>,
+    },
+    /// The controller's queue has no room; nothing was stored.
+    QueueFull,
+    /// The controller answered that it refuses the command (Ctrl bit 2, errata E05).
+    Refused,
+    /// The answer to a queued command carries no index.
+    NoIndex,
+    /// A stop overtook the command before it went out; it was dropped.
+    Stopped,
+    /// Too many requests wait; this one was not taken.
+    Busy,
+}
+
+/// What a [`Connection`](super::Connection) has to tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(clippy::large_enum_variant)]
+pub enum Event {
+    /// A request has ended, with the frame that answers it. When a lost answer to a queued command
+    /// was made up for by reading the queue, the frame is the one that was lost.
+    Done {
+        /// The request.
+        ticket: Ticket,
+        /// Its answer, or why there is none.
+        result: Result<FrameBuf, Failure>,
+    },
+    /// The indices went backwards: the controller was reset. What it had queued is gone.
+    Reset,
+}
+
+/// How a [`Connection`](super::Connection) behaves.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Most requests in flight, 1 to 8. Above 1 only queued commands share an id in flight; a
+    /// command lost among them is reported as an interval and never sent again.
+    pub window: usize,
+    /// Whether the link keeps the order of bytes (serial, TCP). UDP does not.
+    pub ordered: bool,
+    /// How long a request and its answer may be under way together, in us: what a frame that is no longer waited
+    /// for can do harm. On an ordered link it only bounds the wait for a dead line.
+    pub lifetime: Micros,
+    /// Places in the controller's queue (model section 14). A larger number read from the
+    /// controller replaces it.
+    pub capacity: u32,
+    /// First guess of the time to an answer, us.
+    pub initial_timeout: Micros,
+    /// Shortest time after which an answer counts as lost, us. A premature timeout makes the doubt
+    /// it fears, so it is far above the 1 to 12 ms of the real arm (model section 15).
+    pub floor: Micros,
+    /// Longest time after which an answer counts as lost, us.
+    pub ceiling: Micros,
+}
+
+impl Settings {
+    /// For a serial port or TCP: bytes arrive in order or not at all.
+    pub const ORDERED: Self = Self {
+        window: 1,
+        ordered: true,
+        lifetime: 60_000_000,
+        capacity: 32,
+        initial_timeout: 500_000,
+        floor: 100_000,
+        ceiling: 2_000_000,
+    };
+
+    /// For UDP: datagrams may be lost, doubled and overtake each other, for up to two seconds.
+    pub const DATAGRAMS: Self = Self {
+        ordered: false,
+        lifetime: 2_000_000,
+        initial_timeout: 700_000,
+        floor: 200_000,
+        ..Self::ORDERED
+    };
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::ORDERED
+    }
+}

@@ -1,0 +1,316 @@
+use std::fmt;
+use std::io;
+
+use magician_motion::{MotionError, Unreachable};
+use magician_protocol::{Alarm, AlarmSet, DecodeError, EncodeError};
+
+/// What the driver returns.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Whose problem an [`Error`] is. The names are stable; C return codes, Python exceptions and exit
+/// statuses are made from them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// The request makes no sense: a NaN, a wrong name, a queue that belongs to another program.
+    InvalidInput,
+    /// The arm cannot get there.
+    Unreachable,
+    /// The port is not there, not allowed, in use, or gone.
+    Port,
+    /// No answer by the deadline.
+    Timeout,
+    /// The peer answered what it should not.
+    Unexpected,
+    /// This build or this peer cannot do it.
+    Unsupported,
+    /// The controller's queue has no room.
+    QueueFull,
+    /// An alarm stands that holds the queue.
+    Alarm,
+    /// A command may or may not have been taken.
+    Uncertain,
+    /// The connection has been closed, or a stop came first.
+    Closed,
+}
+
+impl ErrorKind {
+    /// The name in kebab case, as in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::InvalidInput => "invalid-input",
+            Self::Unreachable => "unreachable",
+            Self::Port => "port",
+            Self::Timeout => "timeout",
+            Self::Unexpected => "unexpected",
+            Self::Unsupported => "unsupported",
+            Self::QueueFull => "queue-full",
+            Self::Alarm => "alarm",
+            Self::Uncertain => "uncertain",
+            Self::Closed => "closed",
+        }
+    }
+}
+
+impl fmt::Display for ErrorKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Why something could not be done: a sentence for people, and the parts of it for programs.
+///
+/// ```
+/// use magician::{ErrorKind, Target};
+///
+/// let error = "udp:".parse::<Target>().unwrap_err();
+/// assert_eq!(error.kind(), ErrorKind::InvalidInput);
+/// assert!(error.to_string().contains("udp:HOST"));
+/// ```
+#[derive(Debug)]
+pub struct Error(Box<Details>);
+
+#[derive(Debug)]
+struct Details {
+    kind: ErrorKind,
+    message: String,
+    command: Option<String>,
+    value: Option<f64>,
+    limit: Option<f64>,
+    unit: Option<&'static str>,
+    from: Option<u64>,
+    to: Option<u64>,
+    alarms: Option<AlarmSet>,
+    source: Option<io::Error>,
+}
+
+/// The parts.
+impl Error {
+    /// Whose problem it is.
+    #[must_use]
+    pub fn kind(&self) -> ErrorKind {
+        self.0.kind
+    }
+
+    /// The vendor's name of the command that failed (`GetPose`, `SetPTPCmd`), or its id.
+    #[must_use]
+    pub fn command(&self) -> Option<&str> {
+        self.0.command.as_deref()
+    }
+
+    /// The value that was asked for or found, in [`unit`](Self::unit).
+    #[must_use]
+    pub fn value(&self) -> Option<f64> {
+        self.0.value
+    }
+
+    /// The limit it breaks, in [`unit`](Self::unit).
+    #[must_use]
+    pub fn limit(&self) -> Option<f64> {
+        self.0.limit
+    }
+
+    /// Unit of value and limit.
+    #[must_use]
+    pub fn unit(&self) -> Option<&'static str> {
+        self.0.unit
+    }
+
+    /// For [`ErrorKind::Uncertain`]: first queue index in doubt, when it is known.
+    #[must_use]
+    pub fn from_index(&self) -> Option<u64> {
+        self.0.from
+    }
+
+    /// For [`ErrorKind::Uncertain`]: last queue index in doubt, when it is known.
+    #[must_use]
+    pub fn to_index(&self) -> Option<u64> {
+        self.0.to
+    }
+
+    /// For [`ErrorKind::Alarm`]: the alarms that stand. Empty when only the hold that an alarm left
+    /// behind stands.
+    #[must_use]
+    pub fn alarms(&self) -> Option<&AlarmSet> {
+        self.0.alarms.as_ref()
+    }
+}
+
+/// Making one.
+impl Error {
+    /// An error of this kind with this sentence.
+    #[must_use]
+    pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
+        Self(Box::new(Details {
+            kind,
+            message: message.into(),
+            command: None,
+            value: None,
+            limit: None,
+            unit: None,
+            from: None,
+            to: None,
+            alarms: None,
+            source: None,
+        }))
+    }
+
+    /// A request that makes no sense.
+    #[must_use]
+    pub fn invalid(message: impl Into<String>) -> Self {
+        Self::new(ErrorKind::InvalidInput, message)
+    }
+
+    /// Names the command, in the message too.
+    #[must_use]
+    pub fn with_command(mut self, name: impl Into<String>) -> Self {
+        let name = name.into();
+        self.0.message = format!("{name}: {}", self.0.message);
+        self.0.command = Some(name);
+        self
+    }
+
+    /// Adds the value and the limit it breaks.
+    #[must_use]
+    pub fn with_limit(mut self, value: f64, limit: f64, unit: &'static str) -> Self {
+        self.0.value = Some(value);
+        self.0.limit = Some(limit);
+        self.0.unit = Some(unit);
+        self
+    }
+
+    /// Adds a value that breaks a rule without a number.
+    #[must_use]
+    pub fn with_value(mut self, value: f64, unit: &'static str) -> Self {
+        self.0.value = Some(value);
+        self.0.unit = Some(unit);
+        self
+    }
+
+    pub(crate) fn with_source(mut self, source: io::Error) -> Self {
+        self.0.source = Some(source);
+        self
+    }
+
+    /// A command that may or may not have been taken.
+    pub(crate) fn uncertain(from: Option<u64>, to: Option<u64>) -> Self {
+        let which = match (from, to) {
+            (Some(from), Some(to)) if from == to => format!(" (queue index {from})"),
+            (Some(from), Some(to)) => format!(" (queue indices {from} to {to})"),
+            _ => String::new(),
+        };
+        let message = format!(
+            "the answer was lost, and it cannot be told whether the arm took the command{which}; \
+             look at the arm before you repeat it"
+        );
+        let mut error = Self::new(ErrorKind::Uncertain, message);
+        error.0.from = from;
+        error.0.to = to;
+        error
+    }
+
+    /// Alarms that hold the queue.
+    pub(crate) fn alarm(alarms: AlarmSet) -> Self {
+        let mut message = String::from("the arm stopped with an alarm");
+        for code in alarms.codes().filter(|code| Alarm::blocks(*code)) {
+            match Alarm::with_code(code) {
+                Some(alarm) => message += &format!(
+                    "; {code:#04x} {}: {} ({})",
+                    alarm.name, alarm.cause, alarm.cure
+                ),
+                None => message += &format!("; {code:#04x}: unknown to this program"),
+            }
+        }
+        message += "; `magician alarms --clear` lets the queue go on";
+        let mut error = Self::new(ErrorKind::Alarm, message);
+        error.0.alarms = Some(alarms);
+        error
+    }
+
+    /// The queue stands although no alarm does.
+    pub(crate) fn held() -> Self {
+        let message = "the arm stands still with commands in its queue: an alarm that has gone by \
+                       itself still holds it; `magician alarms --clear` lets it go on";
+        let mut error = Self::new(ErrorKind::Alarm, message);
+        error.0.alarms = Some(AlarmSet::new());
+        error
+    }
+
+    pub(crate) fn closed() -> Self {
+        Self::new(ErrorKind::Closed, "the connection is closed")
+    }
+
+    /// The line failed while in use.
+    pub(crate) fn gone(name: &str, source: io::Error) -> Self {
+        let message = format!("the connection to {name} broke off: {source}");
+        Self::new(ErrorKind::Port, message).with_source(source)
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0.message)
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        let source = self.0.source.as_ref()?;
+        Some(source)
+    }
+}
+
+impl From<EncodeError> for Error {
+    fn from(error: EncodeError) -> Self {
+        Self::invalid(error.to_string())
+    }
+}
+
+impl From<DecodeError> for Error {
+    fn from(error: DecodeError) -> Self {
+        Self::new(ErrorKind::Unexpected, format!("an answer that cannot be read: {error}"))
+    }
+}
+
+impl From<MotionError> for Error {
+    fn from(error: MotionError) -> Self {
+        let message = error.to_string();
+        match error {
+            MotionError::Limit { value, limit, .. } => {
+                Self::new(ErrorKind::Unreachable, message).with_limit(value, limit, "deg")
+            }
+            MotionError::Unreachable(
+                Unreachable::TooFar { distance, limit } | Unreachable::TooNear { distance, limit },
+            ) => Self::new(ErrorKind::Unreachable, message).with_limit(distance, limit, "mm"),
+            MotionError::Unreachable(_) => Self::invalid(message),
+            _ => Self::invalid(message),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_alarm_names_cause_cure_and_the_command_that_clears() {
+        let error = Error::alarm([0x00, 0x12].into_iter().collect());
+        let message = error.to_string();
+        assert!(message.contains("0x12 PlanInvLimit"), "{message}");
+        assert!(!message.contains("0x00"), "0x00 does not hold the queue: {message}");
+        assert!(message.contains("magician alarms --clear"));
+        assert!(error.alarms().is_some_and(|alarms| alarms.contains(0x12)));
+    }
+
+    #[test]
+    fn a_limit_has_both_values() {
+        let limits = magician_motion::Limits::CONTROLLER;
+        let joints = magician_motion::JointAngles::new(0.0, 91.3, 45.0, 0.0);
+        let error = Error::from(limits.check(&joints).unwrap_err());
+        assert_eq!(error.kind(), ErrorKind::Unreachable);
+        assert_eq!((error.value(), error.limit()), (Some(91.3), Some(90.0)));
+        assert_eq!(error.unit(), Some("deg"));
+        assert!(error.to_string().contains("91.3") && error.to_string().contains("90.0"));
+    }
+}

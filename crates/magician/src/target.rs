@@ -1,0 +1,249 @@
+use std::fmt;
+use std::str::FromStr;
+
+use magician_protocol::UDP_PORT;
+
+use crate::{Error, ErrorKind, Result, ports};
+
+/// Where the arm is: what `--port` takes.
+///
+/// ```
+/// use magician::{SimSpeed, Target};
+///
+/// assert_eq!("sim".parse::<Target>()?, Target::Sim(SimSpeed::Max));
+/// assert_eq!("udp:192.168.1.5".parse::<Target>()?.to_string(), "udp:192.168.1.5:8899");
+/// assert_eq!("/dev/ttyUSB0".parse::<Target>()?, Target::Serial("/dev/ttyUSB0".into()));
+/// # Ok::<(), magician::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub enum Target {
+    /// `sim[:SPEED]`: a virtual arm inside this process.
+    Sim(SimSpeed),
+    /// A serial port: `/dev/ttyUSB0`, `COM3`, or the path of a pseudo-terminal.
+    Serial(String),
+    /// `udp:HOST[:PORT]`: Wi-Fi; the port is 8899 unless given (errata E45).
+    Udp {
+        /// Name or address.
+        host: String,
+        /// Port.
+        port: u16,
+    },
+    /// `tcp:HOST:PORT`: a virtual arm, or a bridge to a serial port.
+    Tcp {
+        /// Name or address.
+        host: String,
+        /// Port.
+        port: u16,
+    },
+    /// `ble:NAME`: Bluetooth.
+    Ble(String),
+}
+
+/// How fast the clock of a virtual arm runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SimSpeed {
+    /// Motion, waits and homing take no time.
+    Max,
+    /// So many times as fast as a real arm.
+    Times(f64),
+}
+
+/// What is right, for those who wrote something else.
+const FORMS: &str =
+    "sim[:SPEED], a serial path such as /dev/ttyUSB0 or COM3, udp:HOST[:PORT], tcp:HOST:PORT, ble:NAME";
+
+impl FromStr for Target {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let (scheme, rest) = match text.split_once(':') {
+            Some((scheme, rest)) => (scheme, Some(rest)),
+            None => (text, None),
+        };
+        match (scheme.to_ascii_lowercase().as_str(), rest) {
+            ("sim", None) => Ok(Self::Sim(SimSpeed::Max)),
+            ("sim", Some(speed)) => parse_speed(speed).map(Self::Sim),
+            ("udp", Some(address)) => {
+                let (host, port) = split_port(address, "udp:HOST[:PORT]")?;
+                let port = port.unwrap_or(UDP_PORT);
+                Ok(Self::Udp { host, port })
+            }
+            ("tcp", Some(address)) => match split_port(address, "tcp:HOST:PORT")? {
+                (host, Some(port)) => Ok(Self::Tcp { host, port }),
+                (host, None) => Err(Error::invalid(format!(
+                    "`{text}` has no port: write tcp:{host}:PORT"
+                ))),
+            },
+            ("ble", Some(name)) if !name.is_empty() => Ok(Self::Ble(name.to_owned())),
+            ("udp" | "tcp" | "ble", _) => Err(bad(text)),
+            _ if is_serial(text) => Ok(Self::Serial(text.to_owned())),
+            _ => Err(bad(text)),
+        }
+    }
+}
+
+fn bad(text: &str) -> Error {
+    Error::invalid(format!("`{text}` names no port; right is {FORMS}"))
+}
+
+fn is_serial(text: &str) -> bool {
+    let com = text.get(..3).is_some_and(|head| head.eq_ignore_ascii_case("com"));
+    let number = com && text.len() > 3 && text.bytes().skip(3).all(|byte| byte.is_ascii_digit());
+    number || text.contains(['/', '\\'])
+}
+
+fn parse_speed(text: &str) -> Result<SimSpeed> {
+    if text.eq_ignore_ascii_case("max") {
+        return Ok(SimSpeed::Max);
+    }
+    let number = text.strip_suffix('x').unwrap_or(text).parse::<f64>();
+    match number {
+        Ok(times) if times.is_finite() && times > 0.0 => Ok(SimSpeed::Times(times)),
+        _ => Err(Error::invalid(format!(
+            "`{text}` is no speed for the virtual arm: write sim:max, or sim:N with a number above 0"
+        ))),
+    }
+}
+
+/// `HOST`, `HOST:PORT`, `[V6]`, `[V6]:PORT`.
+fn split_port(address: &str, form: &str) -> Result<(String, Option<u16>)> {
+    let wrong = || Error::invalid(format!("`{address}` is no address; right is {form}"));
+    let (host, port) = match address.strip_prefix('[') {
+        Some(inner) => {
+            let (host, rest) = inner.split_once(']').ok_or_else(wrong)?;
+            match rest.strip_prefix(':') {
+                Some(port) => (host, Some(port)),
+                None if rest.is_empty() => (host, None),
+                None => return Err(wrong()),
+            }
+        }
+        None => match address.split_once(':') {
+            Some((host, port)) => (host, Some(port)),
+            None => (address, None),
+        },
+    };
+    if host.is_empty() {
+        return Err(wrong());
+    }
+    let port = match port.map(str::parse::<u16>) {
+        None => None,
+        Some(Ok(port)) if port > 0 => Some(port),
+        Some(_) => return Err(wrong()),
+    };
+    Ok((host.to_owned(), port))
+}
+
+impl fmt::Display for Target {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let host_port = |f: &mut fmt::Formatter<'_>, scheme, host: &str, port| {
+            if host.contains(':') {
+                write!(f, "{scheme}:[{host}]:{port}")
+            } else {
+                write!(f, "{scheme}:{host}:{port}")
+            }
+        };
+        match self {
+            Self::Sim(SimSpeed::Max) => f.write_str("sim"),
+            Self::Sim(SimSpeed::Times(times)) => write!(f, "sim:{times}"),
+            Self::Serial(path) => f.write_str(path),
+            Self::Udp { host, port } => host_port(f, "udp", host, *port),
+            Self::Tcp { host, port } => host_port(f, "tcp", host, *port),
+            Self::Ble(name) => write!(f, "ble:{name}"),
+        }
+    }
+}
+
+impl Target {
+    /// The one arm that is plugged into this computer; never the simulator.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Port`] when no serial port looks like an arm, or several do; the message lists
+    /// what there is.
+    pub fn discover() -> Result<Self> {
+        Self::choose(&ports::ports()?)
+    }
+
+    fn choose(found: &[ports::Port]) -> Result<Self> {
+        let arms: Vec<_> = found.iter().filter(|port| port.likely_arm()).collect();
+        let message = match arms.as_slice() {
+            [arm] => return Ok(Self::Serial(arm.path.clone())),
+            [] => format!(
+                "no arm found ({}); is it switched on and plugged in? Name a port with --port, \
+                 or use --port sim for a virtual arm",
+                ports::list(found)
+            ),
+            several => format!(
+                "several arms found: {}; choose one with --port",
+                ports::list(several.iter().copied())
+            ),
+        };
+        Err(Error::new(ErrorKind::Port, message))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ports::{Port, Usb};
+
+    #[test]
+    fn reads_every_form() {
+        let right = [
+            ("sim", Target::Sim(SimSpeed::Max)),
+            ("sim:max", Target::Sim(SimSpeed::Max)),
+            ("SIM:2.5", Target::Sim(SimSpeed::Times(2.5))),
+            ("com12", Target::Serial("com12".into())),
+            ("./arm", Target::Serial("./arm".into())),
+            ("/dev/serial/by-id/usb:1", Target::Serial("/dev/serial/by-id/usb:1".into())),
+            ("udp:arm", Target::Udp { host: "arm".into(), port: 8899 }),
+            ("udp:[::1]:9", Target::Udp { host: "::1".into(), port: 9 }),
+            ("tcp:10.0.0.2:2000", Target::Tcp { host: "10.0.0.2".into(), port: 2000 }),
+            ("ble:Dobot", Target::Ble("Dobot".into())),
+        ];
+        for (text, target) in right {
+            assert_eq!(text.parse::<Target>().unwrap(), target, "{text}");
+            let again = target.to_string().parse::<Target>().unwrap();
+            assert_eq!(again, target, "{text} survives being written");
+        }
+    }
+
+    #[test]
+    fn says_what_is_right() {
+        for (text, hint) in [
+            ("", "sim[:SPEED]"),
+            ("ttyUSB0", "/dev/ttyUSB0"),
+            ("sim:fast", "sim:max"),
+            ("sim:0", "above 0"),
+            ("sim:-1", "above 0"),
+            ("sim:nan", "above 0"),
+            ("udp:", "udp:HOST"),
+            ("udp:h:0", "udp:HOST"),
+            ("udp:h:99999", "udp:HOST"),
+            ("udp:::1", "udp:HOST"),
+            ("tcp:host", "tcp:host:PORT"),
+            ("tcp", "tcp:HOST:PORT"),
+            ("ble:", "ble:NAME"),
+            ("com", "COM3"),
+            ("comet", "COM3"),
+        ] {
+            let error = text.parse::<Target>().unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::InvalidInput);
+            assert!(error.to_string().contains(hint), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn chooses_the_one_arm() {
+        let port = |path: &str, vendor| Port {
+            path: path.into(),
+            usb: Some(Usb { vendor, product: 0xEA60, ..Usb::default() }),
+        };
+        let (arm, other) = (port("/dev/ttyUSB0", 0x10C4), port("/dev/ttyACM0", 0x1234));
+        let chosen = Target::choose(&[other.clone(), arm.clone()]).unwrap();
+        assert_eq!(chosen, Target::Serial("/dev/ttyUSB0".into()));
+        let none = Target::choose(&[other]).unwrap_err().to_string();
+        assert!(none.contains("/dev/ttyACM0"), "{none}");
+        let two = Target::choose(&[arm.clone(), port("/dev/ttyUSB7", 0x10C4)]);
+        assert!(two.unwrap_err().to_string().contains("/dev/ttyUSB7"));
+    }
+}

@@ -1,0 +1,196 @@
+use std::io;
+use std::path::Path;
+
+use magician_protocol::BAUD_RATE;
+use serial2_tokio::SerialPort;
+
+use super::Transport;
+use super::stream::Stream;
+use crate::{Error, ErrorKind, Result, ports};
+
+/// A serial port that nobody else uses meanwhile.
+pub(crate) struct Serial {
+    port: Stream<SerialPort>,
+    /// Holds the lock that tells other programs so. serial2 does not lock, serialport and pyserial
+    /// (when asked to) do, and this is the lock that both know.
+    #[cfg(unix)]
+    _lock: std::os::fd::OwnedFd,
+}
+
+/// Opens a port at 115200 8N1, raw, and throws away what came before.
+pub(super) fn open(path: &str) -> Result<Serial> {
+    #[cfg(unix)]
+    let _lock = lock(path)?;
+    let port = SerialPort::open(path, |mut settings: serial2_tokio::Settings| {
+        settings.set_raw();
+        settings.set_baud_rate(BAUD_RATE)?;
+        settings.set_char_size(serial2_tokio::CharSize::Bits8);
+        settings.set_stop_bits(serial2_tokio::StopBits::One);
+        settings.set_parity(serial2_tokio::Parity::None);
+        settings.set_flow_control(serial2_tokio::FlowControl::None);
+        Ok(settings)
+    })
+    .map_err(|error| explain(path, error))?;
+    // A pseudo-terminal has no modem lines; an adapter without them works as well.
+    for line in [port.set_dtr(true), port.set_rts(true)] {
+        if let Err(error) = line {
+            tracing::debug!(path, %error, "modem line not set");
+        }
+    }
+    port.discard_input_buffer().map_err(|error| explain(path, error))?;
+    Ok(Serial {
+        port: Stream(port),
+        #[cfg(unix)]
+        _lock,
+    })
+}
+
+impl Transport for Serial {
+    fn poll_read(
+        &mut self,
+        cx: &mut std::task::Context<'_>,
+        bytes: &mut [u8],
+    ) -> std::task::Poll<io::Result<usize>> {
+        self.port.poll_read(cx, bytes)
+    }
+
+    fn poll_write(
+        &mut self,
+        cx: &mut std::task::Context<'_>,
+        bytes: &[u8],
+    ) -> std::task::Poll<io::Result<usize>> {
+        self.port.poll_write(cx, bytes)
+    }
+}
+
+/// Takes the port's lock before anything about the port is changed.
+#[cfg(unix)]
+fn lock(path: &str) -> Result<std::os::fd::OwnedFd> {
+    use rustix::fs::{FlockOperation, Mode, OFlags, flock};
+
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    let file = rustix::fs::open(path, flags, Mode::empty())
+        .map_err(|errno| explain(path, errno.into()))?;
+    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => Ok(file),
+        Err(rustix::io::Errno::WOULDBLOCK) => Err(held(path)),
+        // What cannot be locked can still be used.
+        Err(_) => Ok(file),
+    }
+}
+
+/// Why a port could not be opened, and what to do about it.
+fn explain(path: &str, error: io::Error) -> Error {
+    let is_port = |message: String| Error::new(ErrorKind::Port, message);
+    let error = match error.kind() {
+        io::ErrorKind::NotFound => {
+            let known = ports::ports().unwrap_or_default();
+            is_port(format!("there is no port {path} ({})", ports::list(&known))).with_source(error)
+        }
+        io::ErrorKind::PermissionDenied if cfg!(windows) => held(path).with_source(error),
+        io::ErrorKind::PermissionDenied => forbidden(path).with_source(error),
+        io::ErrorKind::ResourceBusy => held(path).with_source(error),
+        _ => is_port(format!("{path} cannot be opened as a serial port: {error}"))
+            .with_source(error),
+    };
+    error
+}
+
+/// The port is another program's.
+fn held(path: &str) -> Error {
+    let holders = holders(Path::new(path));
+    let by = match holders.as_slice() {
+        [] => "another program".to_owned(),
+        known => known.join(", "),
+    };
+    let message = format!("{path} is in use by {by}; close that first");
+    Error::new(ErrorKind::Port, message)
+}
+
+/// The port is there, but not for this user.
+fn forbidden(path: &str) -> Error {
+    let owner = owner_group(Path::new(path));
+    let join = match &owner {
+        Some(group) => format!(
+            "it belongs to the group `{group}`: join it with `sudo usermod -aG {group} $USER` and \
+             log in again, or let everybody at this desk use the arm:"
+        ),
+        None => "let everybody at this desk use the arm:".to_owned(),
+    };
+    let message = format!("no permission to use {path}; {join} {UDEV}");
+    Error::new(ErrorKind::Port, message)
+}
+
+/// Installs the rule that gives the arm's adapters to whoever is logged in.
+const UDEV: &str = r#"printf '%s\n' 'SUBSYSTEM=="tty", ATTRS{idVendor}=="10c4", ATTRS{idProduct}=="ea60", TAG+="uaccess"' 'SUBSYSTEM=="tty", ATTRS{idVendor}=="1a86", ATTRS{idProduct}=="7523", TAG+="uaccess"' | sudo tee /etc/udev/rules.d/70-magician.rules && sudo udevadm control --reload && sudo udevadm trigger"#;
+
+/// Name of the group that owns a file.
+#[cfg(unix)]
+fn owner_group(path: &Path) -> Option<String> {
+    use std::os::unix::fs::MetadataExt;
+
+    let gid = std::fs::metadata(path).ok()?.gid();
+    let groups = std::fs::read_to_string("/etc/group").ok()?;
+    let line = groups.lines().find(|line| {
+        let number = line.split(':').nth(2);
+        number.and_then(|number| number.parse::<u32>().ok()) == Some(gid)
+    })?;
+    line.split(':').next().map(str::to_owned)
+}
+
+#[cfg(not(unix))]
+fn owner_group(_: &Path) -> Option<String> {
+    None
+}
+
+/// The processes that have a file open, as far as this user may know.
+#[cfg(target_os = "linux")]
+fn holders(path: &Path) -> Vec<String> {
+    let Ok(wanted) = path.canonicalize() else {
+        return Vec::new();
+    };
+    let own = std::process::id().to_string();
+    let entries = |dir: &Path| std::fs::read_dir(dir).into_iter().flatten().flatten();
+    let mut found = Vec::new();
+    for process in entries(Path::new("/proc")) {
+        let pid = process.file_name().to_string_lossy().into_owned();
+        if !pid.bytes().all(|byte| byte.is_ascii_digit()) {
+            continue;
+        }
+        let open = entries(&process.path().join("fd"))
+            .any(|fd| std::fs::read_link(fd.path()).is_ok_and(|file| file == wanted));
+        if open && pid == own {
+            found.push("this program itself".to_owned());
+        } else if open {
+            let name = std::fs::read_to_string(process.path().join("comm")).unwrap_or_default();
+            found.push(format!("{} (process {pid})", name.trim()));
+        }
+    }
+    found
+}
+
+#[cfg(not(target_os = "linux"))]
+fn holders(_: &Path) -> Vec<String> {
+    Vec::new()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_port_that_is_not_there_is_named_with_those_that_are() {
+        let error = open("/dev/tty-of-no-arm").err().expect("there is none");
+        assert_eq!(error.kind(), ErrorKind::Port);
+        assert!(error.to_string().contains("there is no port /dev/tty-of-no-arm"), "{error}");
+        assert!(error.to_string().contains("serial port"), "{error}");
+    }
+
+    #[test]
+    fn a_forbidden_port_says_how_to_be_allowed() {
+        let message = forbidden("/dev/null").to_string();
+        assert!(message.contains("10c4") && message.contains("udevadm"), "{message}");
+        #[cfg(unix)]
+        assert!(message.contains("usermod -aG"), "{message}");
+    }
+}

@@ -1,0 +1,37 @@
+use std::io;
+use std::pin::Pin;
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::net::TcpStream;
+
+use super::{Transport, unreachable_host};
+use crate::Result;
+
+/// How long a host may take to accept a connection.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Anything that reads and writes bytes in order: TCP, a pipe, a bridge of the caller's own.
+pub(crate) struct Stream<T>(pub(crate) T);
+
+impl<T: AsyncRead + AsyncWrite + Send + Unpin> Transport for Stream<T> {
+    fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
+        let mut buffer = ReadBuf::new(bytes);
+        ready!(Pin::new(&mut self.0).poll_read(cx, &mut buffer))?;
+        Poll::Ready(Ok(buffer.filled().len()))
+    }
+
+    fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
+        Pin::new(&mut self.0).poll_write(cx, bytes)
+    }
+}
+
+/// Connects to a TCP port; small frames are not held back.
+pub(super) async fn connect(host: &str, port: u16) -> Result<Stream<TcpStream>> {
+    let connecting = tokio::time::timeout(PATIENCE, TcpStream::connect((host, port))).await;
+    let connected = connecting.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
+    let stream = connected.map_err(|error| unreachable_host(host, port, error))?;
+    stream.set_nodelay(true).map_err(|error| unreachable_host(host, port, error))?;
+    Ok(Stream(stream))
+}
