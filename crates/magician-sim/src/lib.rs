@@ -34,6 +34,7 @@ mod executor;
 mod limits;
 mod link;
 mod motion;
+mod outputs;
 mod pace;
 mod profile;
 mod queue;

@@ -5,7 +5,7 @@ use magician_motion::{
     Speeds, Target, Trajectory,
 };
 use magician_protocol::commands::HomeCmd;
-use magician_protocol::{Alarm, Writable};
+use magician_protocol::{Alarm, PoList, Writable};
 
 use crate::Micros;
 use crate::convert::micros;
@@ -13,6 +13,7 @@ use crate::core::Core;
 use crate::dispatch::Step;
 use crate::event::{Event, Refusal};
 use crate::limits::{alarm_of, is_at};
+use crate::outputs::Outputs;
 
 /// The commanded position of the arm: at rest, or on its way.
 #[derive(Clone, Debug)]
@@ -31,6 +32,8 @@ struct UnderWay {
     ends: Micros,
     /// What to raise when it has ended: something stops it before its target.
     alarm: Option<u8>,
+    /// What it switches on its way.
+    outputs: Outputs,
     /// When a limit alarm drops because the joint has come back inside.
     leaves_limit: Option<Micros>,
 }
@@ -75,11 +78,16 @@ impl Motion {
         self.under_way.is_some()
     }
 
-    /// When the motion ends, or a limit alarm drops on the way.
+    /// When the motion ends, or on its way switches an output or drops a limit alarm.
     pub(crate) fn next_event(&self) -> Option<Micros> {
         let motion = self.under_way.as_ref()?;
-        let leaves = motion.leaves_limit.unwrap_or(Micros::MAX);
-        Some(motion.ends.min(leaves))
+        let switches = motion.outputs.next_due();
+        let on_the_way = [
+            motion.leaves_limit,
+            switches.map(|at| motion.started.saturating_add(at)),
+        ];
+        let first = on_the_way.into_iter().flatten().min();
+        Some(first.map_or(motion.ends, |at| at.min(motion.ends)))
     }
 
     /// Where the arm is commanded to be, for the tool bias in force. A target that has been reached reads back as it
@@ -119,14 +127,13 @@ impl Core {
 
     /// Begins a motion. One that is under way is replaced: if it was the queue's, its command has finished. A motion
     /// that cannot be planned is refused with an alarm and changes nothing.
-    pub(crate) fn move_arm(&mut self, id: u8, request: &Move) -> Step {
+    pub(crate) fn move_arm(&mut self, id: u8, request: &Move, outputs: PoList) -> Step {
         match self.plan(request) {
             Ok(plan) => {
                 self.halt();
-                self.begin(
-                    Kind::Path(plan.trajectory),
-                    alarm_on_the_way(request, plan.crossing),
-                )
+                let alarm = alarm_on_the_way(request, plan.crossing);
+                let outputs = Outputs::new(outputs, &plan.trajectory);
+                self.begin(Kind::Path(plan.trajectory), alarm, outputs)
             }
             Err(error) => {
                 self.raise(alarm_in_planning(&error));
@@ -139,7 +146,7 @@ impl Core {
     /// home point.
     pub(crate) fn home(&mut self) -> Step {
         self.halt();
-        self.begin(Kind::Search, None)
+        self.begin(Kind::Search, None, Outputs::default())
     }
 
     /// Brakes what moves; a motion that brakes already goes on doing so.
@@ -156,7 +163,7 @@ impl Core {
                 let alarm = plan.crossing.map(|crossing| alarm_at_limit(&crossing));
                 self.motion.under_way = None;
                 // Its command finishes when the arm stands.
-                self.begin(Kind::Brake(plan.trajectory), alarm);
+                self.begin(Kind::Brake(plan.trajectory), alarm, Outputs::default());
             }
         }
     }
@@ -182,7 +189,7 @@ impl Core {
         self.drop_limit_alarms();
     }
 
-    fn begin(&mut self, kind: Kind, alarm: Option<u8>) -> Step {
+    fn begin(&mut self, kind: Kind, alarm: Option<u8>, outputs: Outputs) -> Step {
         let lasting = match &kind {
             Kind::Search => micros(self.profile.home.search),
             Kind::Path(trajectory) | Kind::Brake(trajectory) => trajectory.duration_us(),
@@ -196,12 +203,14 @@ impl Core {
             started: self.now,
             ends: self.now.saturating_add(lasting),
             alarm,
+            outputs,
             leaves_limit: None,
         });
         self.watch_limits();
         if lasting > 0 {
             return Step::Moving;
         }
+        self.switch_outputs();
         self.end_motion();
         if self.motion.is_moving() {
             Step::Moving
@@ -210,14 +219,28 @@ impl Core {
         }
     }
 
-    /// The motion has ended, or a limit alarm drops.
+    /// Something is due in the motion: an output, the drop of a limit alarm, its end.
     pub(crate) fn motion_event(&mut self) {
+        self.switch_outputs();
         let ended = self.motion.under_way.as_ref().map(|motion| motion.ends);
         if ended.is_some_and(|ends| ends <= self.now) {
             self.end_motion();
         } else {
             self.drop_limit_alarms();
             self.watch_limits();
+        }
+    }
+
+    fn switch_outputs(&mut self) {
+        while let Some(motion) = &mut self.motion.under_way {
+            let elapsed = motion.elapsed(self.now);
+            let (Kind::Path(trajectory), outputs) = (&motion.kind, &mut motion.outputs) else {
+                return;
+            };
+            let Some(output) = outputs.take_due(elapsed, trajectory) else {
+                return;
+            };
+            self.switch(output);
         }
     }
 
@@ -251,7 +274,7 @@ impl Core {
         match plan {
             Ok(plan) => {
                 let alarm = alarm_on_the_way(&request, plan.crossing);
-                self.begin(Kind::Path(plan.trajectory), alarm)
+                self.begin(Kind::Path(plan.trajectory), alarm, Outputs::default())
             }
             Err(error) => {
                 self.raise(alarm_in_planning(&error));

@@ -7,6 +7,8 @@ use std::sync::LazyLock;
 use magician_motion::{JointAngles, Limits, Range};
 use serde::Deserialize;
 
+mod check;
+
 const MAGICIAN_3_6_14: &str = include_str!("../profiles/magician-3.6.14.toml");
 
 /// Longest name that the arm keeps, bytes (model section 15).
@@ -15,10 +17,6 @@ pub(crate) const MAX_NAME: usize = 64;
 pub(crate) const MAX_SERIAL: usize = 23;
 /// EIO addresses run from 1 to this (model section 13).
 pub(crate) const PINS: usize = 20;
-/// The planner brakes with no more than this many times the acceleration.
-const MAX_FORCE_FACTOR: f64 = 2.0;
-/// Deepest queue that a profile may ask for; it bounds the controller's memory.
-const MAX_DEPTH: usize = 1024;
 
 /// Why a firmware profile cannot be used.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -384,178 +382,6 @@ impl Profile {
         }
     }
 
-    /// Whether the values make sense: no NaN, nothing negative that must not be, lists of the right length. Needed
-    /// only for a profile that was changed by hand; [`from_toml`](Self::from_toml) has done it.
-    ///
-    /// # Errors
-    /// [`ProfileError::Value`] for the first that does not.
-    pub fn check(&self) -> Result<(), ProfileError> {
-        self.check_text()?;
-        self.check_queue()?;
-        self.limits.controller.check("limits.controller")?;
-        self.limits.guaranteed.check("limits.guaranteed")?;
-        finite("power_up.joints", &self.power_up.joints)?;
-        finite("home.joints", &self.home.joints)?;
-        self.check_speeds()?;
-        self.check_numbers()?;
-        duration("home.search", self.home.search)?;
-        duration("tools.vacuum_delay", self.tools.vacuum_delay)?;
-        duration("tools.gripper_delay", self.tools.gripper_delay)?;
-        let pins = self.io.pins.len();
-        rule(pins == PINS, "io.pins", pins, "a list of 20 pins")
-    }
-
-    fn check_text(&self) -> Result<(), ProfileError> {
-        let texts: [(_, &str, usize, _); 4] = [
-            (
-                "identity.name",
-                &self.identity.name,
-                MAX_NAME,
-                "text of at most 64 bytes without NUL",
-            ),
-            (
-                "identity.serial",
-                &self.identity.serial,
-                MAX_SERIAL,
-                "text of at most 23 bytes without NUL",
-            ),
-            (
-                "defaults.wifi.ssid",
-                &self.defaults.wifi.ssid,
-                MAX_NAME,
-                "text of at most 64 bytes without NUL",
-            ),
-            (
-                "defaults.wifi.password",
-                &self.defaults.wifi.password,
-                MAX_NAME,
-                "text of at most 64 bytes without NUL",
-            ),
-        ];
-        for (name, text, max, wanted) in texts {
-            let good = text.len() <= max && !text.contains('\0');
-            rule(good, name, format!("{text:?}"), wanted)?;
-        }
-        Ok(())
-    }
-
-    fn check_queue(&self) -> Result<(), ProfileError> {
-        let QueueRules {
-            depth, first_index, ..
-        } = self.queue;
-        rule(
-            (1..=MAX_DEPTH).contains(&depth),
-            "queue.depth",
-            depth,
-            "1 to 1024",
-        )?;
-        rule(
-            first_index >= 1,
-            "queue.first_index",
-            first_index,
-            "at least 1",
-        )
-    }
-
-    fn check_speeds(&self) -> Result<(), ProfileError> {
-        let Ceilings {
-            joint_velocity,
-            joint_acceleration,
-            linear_velocity,
-            linear_acceleration,
-            rotation_velocity,
-            rotation_acceleration,
-        } = self.ceilings;
-        positive("ceilings.joint_velocity", &joint_velocity)?;
-        positive("ceilings.joint_acceleration", &[joint_acceleration])?;
-        positive("ceilings.linear_velocity", &[linear_velocity])?;
-        positive("ceilings.linear_acceleration", &[linear_acceleration])?;
-        positive("ceilings.rotation_velocity", &[rotation_velocity])?;
-        positive("ceilings.rotation_acceleration", &[rotation_acceleration])?;
-        positive("home.velocity", &self.home.velocity)?;
-        positive("home.acceleration", &self.home.acceleration)?;
-        let factor = self.stop.force_factor;
-        rule(
-            factor > 0.0 && factor <= MAX_FORCE_FACTOR,
-            "stop.force_factor",
-            factor,
-            "above 0 and at most 2",
-        )?;
-        let Defaults { jog, ptp, .. } = &self.defaults;
-        positive32("defaults.jog.joint_velocity", &jog.joint_velocity)?;
-        positive32("defaults.jog.joint_acceleration", &jog.joint_acceleration)?;
-        positive32("defaults.jog.coordinate_velocity", &jog.coordinate_velocity)?;
-        positive32(
-            "defaults.jog.coordinate_acceleration",
-            &jog.coordinate_acceleration,
-        )?;
-        positive32("defaults.ptp.joint_velocity", &ptp.joint_velocity)?;
-        positive32("defaults.ptp.joint_acceleration", &ptp.joint_acceleration)?;
-        for (name, value) in self.scalar_speeds() {
-            positive32(name, &[value])?;
-        }
-        Ok(())
-    }
-
-    /// Numbers that may have any sign.
-    fn check_numbers(&self) -> Result<(), ProfileError> {
-        let Defaults {
-            ptp,
-            cp,
-            tool,
-            lost_step,
-            ..
-        } = &self.defaults;
-        let numbers: [(_, &[f32]); 7] = [
-            ("defaults.ptp.jump_height", &[ptp.jump_height]),
-            ("defaults.ptp.z_limit", &[ptp.z_limit]),
-            ("defaults.cp.acceleration", &[cp.acceleration]),
-            ("defaults.cp.velocity_ratio", &[cp.velocity_ratio]),
-            ("defaults.cp.acceleration_ratio", &[cp.acceleration_ratio]),
-            ("defaults.tool.bias", &tool.bias),
-            ("defaults.lost_step.threshold", &[lost_step.threshold]),
-        ];
-        for (name, values) in numbers {
-            let good = values.iter().all(|value| value.is_finite());
-            rule(good, name, format!("{values:?}"), "finite")?;
-        }
-        Ok(())
-    }
-
-    fn scalar_speeds(&self) -> [(&'static str, f32); 20] {
-        let Defaults {
-            jog, ptp, cp, arc, ..
-        } = &self.defaults;
-        [
-            ("defaults.jog.velocity_ratio", jog.velocity_ratio),
-            ("defaults.jog.acceleration_ratio", jog.acceleration_ratio),
-            ("defaults.jog.rail_velocity", jog.rail_velocity),
-            ("defaults.jog.rail_acceleration", jog.rail_acceleration),
-            ("defaults.ptp.linear_velocity", ptp.linear_velocity),
-            ("defaults.ptp.linear_acceleration", ptp.linear_acceleration),
-            ("defaults.ptp.rotation_velocity", ptp.rotation_velocity),
-            (
-                "defaults.ptp.rotation_acceleration",
-                ptp.rotation_acceleration,
-            ),
-            ("defaults.ptp.velocity_ratio", ptp.velocity_ratio),
-            ("defaults.ptp.acceleration_ratio", ptp.acceleration_ratio),
-            ("defaults.ptp.rail_velocity", ptp.rail_velocity),
-            ("defaults.ptp.rail_acceleration", ptp.rail_acceleration),
-            ("defaults.cp.plan_acceleration", cp.plan_acceleration),
-            ("defaults.cp.junction_velocity", cp.junction_velocity),
-            ("defaults.arc.linear_velocity", arc.linear_velocity),
-            ("defaults.arc.linear_acceleration", arc.linear_acceleration),
-            ("defaults.arc.rotation_velocity", arc.rotation_velocity),
-            (
-                "defaults.arc.rotation_acceleration",
-                arc.rotation_acceleration,
-            ),
-            ("defaults.arc.velocity_ratio", arc.velocity_ratio),
-            ("defaults.arc.acceleration_ratio", arc.acceleration_ratio),
-        ]
-    }
-
     /// The home point until a host sets one.
     pub(crate) fn home_joints(&self) -> JointAngles {
         JointAngles::from(self.home.joints)
@@ -575,54 +401,4 @@ impl LimitSet {
             j2_minus_j3: range(self.j2_minus_j3),
         }
     }
-
-    fn check(&self, name: &'static str) -> Result<(), ProfileError> {
-        for [min, max] in [self.j1, self.j2, self.j3, self.j4, self.j2_minus_j3] {
-            let good = min.is_finite() && max.is_finite() && min < max;
-            rule(
-                good,
-                name,
-                format!("[{min}, {max}]"),
-                "pairs of numbers, the smaller first",
-            )?;
-        }
-        Ok(())
-    }
-}
-
-fn rule(
-    good: bool,
-    name: &'static str,
-    value: impl ToString,
-    rule: &'static str,
-) -> Result<(), ProfileError> {
-    if good {
-        return Ok(());
-    }
-    let value = value.to_string();
-    Err(ProfileError::Value { name, value, rule })
-}
-
-fn finite(name: &'static str, values: &[f64]) -> Result<(), ProfileError> {
-    let good = values.iter().all(|value| value.is_finite());
-    rule(good, name, format!("{values:?}"), "finite numbers")
-}
-
-fn positive(name: &'static str, values: &[f64]) -> Result<(), ProfileError> {
-    let good = values.iter().all(|value| value.is_finite() && *value > 0.0);
-    rule(good, name, format!("{values:?}"), "above 0")
-}
-
-fn positive32(name: &'static str, values: &[f32]) -> Result<(), ProfileError> {
-    let good = values.iter().all(|value| value.is_finite() && *value > 0.0);
-    rule(good, name, format!("{values:?}"), "above 0")
-}
-
-fn duration(name: &'static str, seconds: f64) -> Result<(), ProfileError> {
-    rule(
-        (0.0..=3600.0).contains(&seconds),
-        name,
-        seconds,
-        "0 to 3600 seconds",
-    )
 }

@@ -3,8 +3,8 @@
 mod arm;
 
 use arm::{SECOND, arm, arm_with, home, joints_to, ptp, running_arm};
-use magician_protocol::PtpMode;
 use magician_protocol::commands::*;
+use magician_protocol::{PoCmd, PoList, PtpMode};
 
 const HOME: [f32; 4] = [199.404_11, 0.0, -8.485_281, 0.0];
 
@@ -16,7 +16,7 @@ fn lasts(measured: u64, seconds: f64) {
 
 #[test]
 fn a_line_of_100_mm_takes_2_s_and_at_full_ratio_1_414_s() {
-    for (full, seconds) in [(false, 2.0), (true, 1.414_214)] {
+    for (full, seconds) in [(false, 2.0), (true, 2.0_f64.sqrt())] {
         let mut bench = running_arm();
         if full {
             bench.full_speed();
@@ -129,7 +129,7 @@ fn a_move_is_planned_when_it_starts_and_not_changed_later() {
         velocity_ratio: 1.0,
         acceleration_ratio: 1.0,
     });
-    lasts(bench.rest(), 1.414_214);
+    lasts(bench.rest(), 2.0_f64.sqrt());
 }
 
 #[test]
@@ -370,4 +370,68 @@ fn reset_pose_sets_two_joints_when_nothing_moves() {
     bench.set(&reset(1, 1.0, 2.0));
     bench.rest();
     assert_eq!(bench.joints(), [10.0, 20.0, 30.0, 0.0]);
+}
+
+#[test]
+fn a_move_switches_outputs_when_their_share_of_the_path_is_done() {
+    let mut bench = running_arm();
+    let [x, y, z, r] = [0.0, 100.0, 0.0, 0.0];
+    let output = |ratio, address, level| PoCmd {
+        ratio,
+        address,
+        level,
+    };
+    let outputs = [
+        output(50, 4, 1),
+        output(0, 2, 1),
+        output(100, 4, 0),
+        output(50, 6, 1),
+        output(30, 999, 1),
+    ];
+    bench.enqueue(&PtpPoCmd {
+        ptp_mode: PtpMode::MovlXyzInc,
+        x,
+        y,
+        z,
+        r,
+        po: PoList::new(&outputs).unwrap(),
+    });
+    let level = |bench: &mut arm::Bench, address| {
+        let address = Some(address);
+        bench.get_with::<IoDo>(&GetIoDo { address }).level.0
+    };
+    assert_eq!(level(&mut bench, 2), 1);
+    bench.pass(SECOND - 2);
+    assert_eq!([level(&mut bench, 4), level(&mut bench, 6)], [0, 0]);
+    bench.pass(4);
+    assert_eq!([level(&mut bench, 4), level(&mut bench, 6)], [1, 1]);
+    lasts(SECOND + 2 + bench.rest(), 2.0);
+    assert_eq!(level(&mut bench, 4), 0);
+    assert_eq!(bench.current_index(), 1);
+}
+
+#[test]
+fn outputs_beyond_where_a_limit_ends_the_move_are_not_switched() {
+    let mut bench = running_arm();
+    let [x, y, z, r] = [270.0, 45.0, 45.0, 0.0];
+    let outputs = [(25, 2), (75, 3)].map(|(ratio, address)| PoCmd {
+        ratio,
+        address,
+        level: 1,
+    });
+    bench.enqueue(&PtpPoCmd {
+        ptp_mode: PtpMode::MovjAngle,
+        x,
+        y,
+        z,
+        r,
+        po: PoList::new(&outputs).unwrap(),
+    });
+    bench.rest();
+    assert_eq!(bench.alarms(), [0x40]);
+    let levels = [2, 3].map(|address| {
+        let address = Some(address);
+        bench.get_with::<IoDo>(&GetIoDo { address }).level.0
+    });
+    assert_eq!(levels, [1, 0]);
 }

@@ -57,6 +57,11 @@ fn request() -> impl Strategy<Value = Vec<u8>> {
         2 => (steering, prop::sample::select(vec![1u8, 1, 3])).prop_map(|(id, ctrl)| frame(id, ctrl, &[])),
         1 => (0u32..3000).prop_map(|ms| frame(110, 3, &ms.to_le_bytes())),
         1 => Just(frame(10, 0, &[])),
+        1 => (prop::array::uniform4(-60.0f32..60.0), prop::collection::vec(any::<u32>(), 0..57)).prop_map(|(by, outputs)| {
+            let mut params = ptp_params(7, by);
+            params.extend(outputs.iter().flat_map(|output| [*output as u8 % 110, (output >> 8) as u8 % 22, 0, (output >> 16) as u8]));
+            frame(88, 3, &params)
+        }),
         1 => (number(), number(), number()).prop_map(|(x, y, z)| {
             let params: Vec<u8> = [x, y, z].iter().flat_map(|n| n.to_le_bytes()).collect();
             frame(60, 3, &params)
@@ -175,7 +180,7 @@ proptest! {
             prop_assert!(at > arm.now());
             arm.advance(at);
             steps += 1;
-            prop_assert!(steps < 200, "32 commands cannot hold so many events");
+            prop_assert!(steps < 3000, "32 commands hold no more events than that");
         }
         let state = arm.state();
         prop_assert!(!state.moving && state.queue.running.is_none());

@@ -1,7 +1,7 @@
 //! Pins, motors and sensors of the connectors (document 1.15, model section 13).
 
 use magician_protocol::commands::*;
-use magician_protocol::{Flag, IoFunction, Port, Stepper, Writable};
+use magician_protocol::{Flag, IoFunction, PoCmd, Port, Stepper, Writable};
 
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn};
@@ -119,6 +119,16 @@ impl Apply for IoDo {
         };
         pin.level = self.level;
         Step::Done
+    }
+}
+
+impl Core {
+    /// Switches an output that a move has come to.
+    pub(crate) fn switch(&mut self, output: PoCmd) {
+        let address = u8::try_from(output.address).unwrap_or(u8::MAX);
+        let level = Flag(output.level);
+        // A pin that there is not is refused like the command that it stands for; the move goes on.
+        let _: Step = IoDo { address, level }.apply(self, Turn::Queued);
     }
 }
 

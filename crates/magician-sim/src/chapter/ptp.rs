@@ -41,9 +41,9 @@ fn request(core: &Core, mode: PtpMode, numbers: [f32; 4]) -> Option<Move> {
     Some(Move { target, kind })
 }
 
-fn move_to(core: &mut Core, row: &Row, mode: PtpMode, numbers: [f32; 4]) -> Step {
+fn move_to(core: &mut Core, row: &Row, mode: PtpMode, numbers: [f32; 4], outputs: PoList) -> Step {
     match request(core, mode, numbers) {
-        Some(request) => core.move_arm(row.id, &request),
+        Some(request) => core.move_arm(row.id, &request, outputs),
         None => {
             core.raise(Alarm::UndefinedInstruction);
             core.refuse(row.id, Refusal::UnknownMode)
@@ -58,13 +58,6 @@ fn leave_rail(core: &mut Core, row: &'static Row) {
     }
 }
 
-/// Outputs are not switched on the way yet.
-fn leave_outputs(core: &mut Core, row: &'static Row, outputs: &PoList) {
-    if !outputs.as_slice().is_empty() {
-        core.not_simulated(row);
-    }
-}
-
 impl Apply for PtpCmd {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         let Self {
@@ -74,7 +67,7 @@ impl Apply for PtpCmd {
             z,
             r,
         } = *self;
-        move_to(core, Self::ROW, ptp_mode, [x, y, z, r])
+        move_to(core, Self::ROW, ptp_mode, [x, y, z, r], PoList::default())
     }
 }
 
@@ -89,7 +82,7 @@ impl Apply for PtpWithLCmd {
             l: _,
         } = *self;
         leave_rail(core, Self::ROW);
-        move_to(core, Self::ROW, ptp_mode, [x, y, z, r])
+        move_to(core, Self::ROW, ptp_mode, [x, y, z, r], PoList::default())
     }
 }
 
@@ -103,8 +96,7 @@ impl Apply for PtpPoCmd {
             r,
             po,
         } = self;
-        leave_outputs(core, Self::ROW, po);
-        move_to(core, Self::ROW, *ptp_mode, [*x, *y, *z, *r])
+        move_to(core, Self::ROW, *ptp_mode, [*x, *y, *z, *r], *po)
     }
 }
 
@@ -120,8 +112,7 @@ impl Apply for PtpPoWithLCmd {
             po,
         } = self;
         leave_rail(core, Self::ROW);
-        leave_outputs(core, Self::ROW, po);
-        move_to(core, Self::ROW, *ptp_mode, [*x, *y, *z, *r])
+        move_to(core, Self::ROW, *ptp_mode, [*x, *y, *z, *r], *po)
     }
 }
 
