@@ -21,6 +21,7 @@ use crate::verbs::{
     bin_name = "magician",
     disable_version_flag = true,
     disable_help_subcommand = true,
+    args_override_self = true,
     arg_required_else_help = true,
     subcommand_value_name = "VERB",
     subcommand_help_heading = "Verbs",
@@ -81,7 +82,7 @@ pub(crate) struct Global {
     #[arg(long, global = true, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) timeout: Option<Duration>,
 
-    /// Say more on stderr; twice for every frame
+    /// Say more on stderr; more often, more still
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub(crate) verbose: u8,
 }
@@ -183,6 +184,37 @@ impl FromStr for Tool {
                     names.join(", ")
                 ))
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_contradicts_itself_nowhere() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn tools_by_name_and_by_bias() {
+        assert_eq!(
+            "Suction".parse::<Tool>().map(|tool| tool.0),
+            Ok(ToolBias::SUCTION)
+        );
+        let bias = "-1, 2,3.5".parse::<Tool>().map(|tool| tool.0);
+        assert_eq!(bias, Ok(ToolBias::new(-1.0, 2.0, 3.5)));
+        for wrong in ["hammer", "1,2", "1,2,x", "1,2,nan", ""] {
+            assert!(wrong.parse::<Tool>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn seconds_are_above_zero() {
+        assert_eq!(seconds("0.5s"), Ok(Duration::from_millis(500)));
+        for wrong in ["0", "-1", "nan", "inf", "1e30", "soon"] {
+            assert!(seconds(wrong).is_err(), "{wrong}");
         }
     }
 }

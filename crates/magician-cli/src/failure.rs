@@ -268,8 +268,8 @@ impl From<magician::Error> for Failure {
             value: error.value(),
             limit: error.limit(),
             unit: error.unit(),
-            from: error.from(),
-            to: error.to(),
+            from: error.from_index(),
+            to: error.to_index(),
         })
     }
 }

@@ -10,6 +10,7 @@ mod columns;
 mod context;
 mod failure;
 mod interrupt;
+mod log;
 mod output;
 mod progress;
 mod values;
@@ -45,6 +46,7 @@ fn run(arguments: &[OsString]) -> Result<(), Failure> {
         Ok(cli) => cli,
         Err(error) => return usage(&error, &mut output),
     };
+    log::begin(&cli.global);
     Context::new(cli.global.clone(), output).run(cli)
 }
 

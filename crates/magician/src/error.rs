@@ -188,6 +188,12 @@ impl Error {
         self
     }
 
+    /// The end would be reachable, but not the way there.
+    pub(crate) fn on_the_way(mut self, percent: f64) -> Self {
+        self.0.message = format!("{:.0} % of the way there: {}", percent, self.0.message);
+        self
+    }
+
     pub(crate) fn with_source(mut self, source: io::Error) -> Self {
         self.0.source = Some(source);
         self

@@ -1,5 +1,5 @@
 use magician_motion::{
-    ArmState, Geometry, JointAngles, JumpHeights, Limits, Move, MoveKind, Planner, Target, ToolBias,
+    ArmState, Geometry, JointAngles, JumpHeights, Limits, Move, MoveKind, Plan, Planner, Target, ToolBias,
     Transfer,
 };
 use magician_protocol::commands::{EndEffectorParams, Pose, PtpJump2Params};
@@ -163,8 +163,24 @@ impl Preflight {
     /// The whole way from a known start.
     fn travel(&mut self, from: &ArmState, request: &Move) -> Result<()> {
         let plan = self.planner.plan(from, request)?;
+        if plan.crossing.is_some() {
+            // Beyond the limit at its end says more than at the limit on its way.
+            match request.target {
+                Target::Joints(joints) => self.planner.limits.check(&joints)?,
+                Target::JointIncrement(by) => {
+                    self.planner.limits.check(&from.joints.offset_by(&by))?;
+                }
+                Target::Pose(_) | Target::PoseIncrement(_) => {}
+            }
+        }
+        self.arrive_by(&plan)
+    }
+
+    /// The arm gets there, or something is in the way.
+    fn arrive_by(&mut self, plan: &Plan) -> Result<()> {
         if let Some(crossing) = plan.crossing {
-            return Err(crossing.cause.into());
+            let done = 100.0 * crossing.progress;
+            return Err(Error::from(crossing.cause).on_the_way(done));
         }
         self.at = Some(*plan.trajectory.end());
         Ok(())
@@ -207,11 +223,7 @@ impl Preflight {
         let target = Target::Pose(magician_motion::Pose::new(x, y, z, r));
         let kind = MoveKind::Line;
         let plan = planner.plan(&from, &Move { target, kind })?;
-        if let Some(crossing) = plan.crossing {
-            return Err(crossing.cause.into());
-        }
-        self.at = Some(*plan.trajectory.end());
-        Ok(())
+        self.arrive_by(&plan)
     }
 
     fn arc(&mut self, via: [f32; 4], to: [f32; 4]) -> Result<()> {

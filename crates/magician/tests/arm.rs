@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use magician::commands::{
-    AlarmsState, DeviceName, EndEffectorParams, JogCmd, Pose, PtpCmd, PtpCommonParams, WaitCmd,
+    AlarmsState, DeviceName, EndEffectorParams, Pose, PtpCmd, PtpCommonParams, WaitCmd,
 };
-use magician::protocol::{CpMode, Flag, FrameBuf, JogCommand, Layout, Text};
+use magician::protocol::{CpMode, FrameBuf, JogCommand, Layout, Text};
 use magician::sim::{Controller, Line, Profile, Runner, Speed};
 use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, Set, Target, words};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
@@ -140,23 +140,15 @@ async fn fails_on_the_first_blocking_alarm_and_names_the_cure() {
 async fn a_hold_without_an_alarm_is_found_out() {
     let arm = real_time().await;
     arm.start_queue().await.unwrap();
-    // Jog into a limit, and out again: the bit drops, the hold stays.
-    let jog = |cmd| JogCmd { is_joint: Flag::ON, cmd };
-    let joints = words::move_joints(0.0, 89.0, 45.0, 0.0);
-    arm.run([joints], |_| {}).await.unwrap();
-    arm.set(&jog(JogCommand::Axis2Plus)).await.unwrap();
-    let limit = Instant::now();
-    while !arm.alarms().await.unwrap().blocking() {
-        assert!(limit.elapsed() < Duration::from_secs(10), "no limit alarm came");
-        tokio::time::sleep(Duration::from_millis(20)).await;
-    }
-    arm.stop_jog().await.unwrap();
-    arm.set(&jog(JogCommand::Axis2Minus)).await.unwrap();
-    while arm.alarms().await.unwrap().blocking() {
-        assert!(limit.elapsed() < Duration::from_secs(20), "the alarm stays");
-        tokio::time::sleep(Duration::from_millis(20)).await;
-    }
-    arm.stop_jog().await.unwrap();
+    // Into a limit, and out again without the queue: the bit drops, the hold stays.
+    let Set::PtpCmd(out) = words::move_joints(0.0, 95.0, 45.0, 0.0) else { panic!() };
+    arm.set(&out).await.unwrap();
+    arm.wait_still().await.unwrap();
+    assert!(arm.alarms().await.unwrap().contains(0x42));
+    let Set::PtpCmd(back) = words::move_joints(0.0, 50.0, 45.0, 0.0) else { panic!() };
+    arm.set(&back).await.unwrap();
+    arm.wait_still().await.unwrap();
+    assert!(!arm.alarms().await.unwrap().blocking());
     let Set::PtpCmd(back) = words::move_joints(0.0, 45.0, 45.0, 0.0) else { panic!() };
     let index = arm.enqueue(&back).await.unwrap();
     let error = arm.wait(index).await.unwrap_err();
@@ -186,7 +178,8 @@ async fn a_stop_from_another_task_ends_a_run() {
     assert_eq!(before, after);
     assert_eq!(arm.left_space().await.unwrap(), 32);
     let outcome = tokio::time::timeout(Duration::from_secs(120), running).await;
-    assert!(outcome.expect("it ends").unwrap().is_err());
+    let outcome = outcome.expect("it ends").unwrap();
+    assert_eq!(outcome.unwrap_err().kind(), ErrorKind::Closed);
     // And it works again.
     arm.run([words::move_to(200.0, 0.0, 50.0, 0.0)], |_| {}).await.unwrap();
 }
@@ -403,7 +396,7 @@ fn the_check_follows_the_arm() {
     let strict = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     let mut strict = strict.limits(Limits::GUARANTEED);
     let error = strict.check(&words::move_joints(100.0, 45.0, 45.0, 0.0)).unwrap_err();
-    assert_eq!((error.value(), error.limit()), (Some(90.0), Some(90.0)));
+    assert_eq!((error.value(), error.limit()), (Some(100.0), Some(90.0)));
     let slow = strict.check(&words::speed(0.0, 50.0)).unwrap_err();
     assert_eq!(slow.kind(), ErrorKind::InvalidInput);
     let tool = EndEffectorParams { x_bias: f32::INFINITY, y_bias: 0.0, z_bias: 0.0 };

@@ -31,27 +31,32 @@ enum Action {
     List,
     /// Read a pin as what it is
     Get {
+        /// Pin, 1 to 20
         #[arg(value_parser = pin())]
         pin: u8,
     },
     /// Set the level of a digital output
     Set {
+        /// Pin, 1 to 20
         #[arg(value_parser = pin())]
         pin: u8,
         /// 0 or 1, off or on, low or high
-        #[arg(value_parser = level)]
+        #[arg(value_parser = level, action = clap::ArgAction::Set)]
         level: bool,
     },
     /// Say what a pin is: none, digital-output, pwm, digital-input, analog-input,
     /// digital-input-pull-up, digital-input-pull-down, or 0 to 6
     Mux {
+        /// Pin, 1 to 20
         #[arg(value_parser = pin())]
         pin: u8,
+        /// What it is
         #[arg(value_parser = function)]
         function: IoFunction,
     },
     /// Set the signal of a pulse-width output
     Pwm {
+        /// Pin, 1 to 20
         #[arg(value_parser = pin())]
         pin: u8,
         /// Pulses a second, 10 to 1000000
@@ -61,6 +66,7 @@ enum Action {
     },
     /// Read an analog input
     Adc {
+        /// Pin, 1 to 20
         #[arg(value_parser = pin())]
         pin: u8,
     },

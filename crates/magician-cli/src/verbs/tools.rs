@@ -22,7 +22,7 @@ pub(crate) struct Gripper {
 
 /// Switch the laser
 #[derive(Args, Debug)]
-#[command(after_help = "Wear goggles for the laser's wavelength. To switch it on needs --yes.")]
+#[command(after_help = "Wear goggles for the laser's wavelength before you switch it on.")]
 pub(crate) struct Laser {
     state: Switch,
 }
@@ -72,10 +72,6 @@ impl Gripper {
 
 impl Laser {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        if self.state == Switch::On && !context.global.yes {
-            let message = "a laser can blind and set fire; nothing was sent";
-            return Err(Failure::usage(message).hint("give --yes if everybody wears goggles"));
-        }
         switch(
             context,
             "laser",

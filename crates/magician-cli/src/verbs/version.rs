@@ -1,3 +1,4 @@
+use magician_sim::Profile;
 use serde::Serialize;
 
 use crate::context::Context;
@@ -11,16 +12,19 @@ struct Version {
     name: &'static str,
     version: &'static str,
     protocol: &'static str,
+    firmware_profile: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     commit: Option<&'static str>,
 }
 
 /// Prints the version.
 pub(crate) fn run(context: &mut Context) -> Result<(), Failure> {
+    let [major, minor, revision] = Profile::default().identity.version;
     let version = Version {
         name: "magician",
         version: env!("CARGO_PKG_VERSION"),
         protocol: PROTOCOL,
+        firmware_profile: format!("magician-{major}.{minor}.{revision}"),
         commit: option_env!("MAGICIAN_COMMIT"),
     };
     context.show(&version, |out| {

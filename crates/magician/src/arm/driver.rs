@@ -29,6 +29,8 @@ pub(super) enum Message {
     Submit {
         request: Request,
         deadline: Instant,
+        /// Stops before this was begun.
+        stops: u64,
         reply: oneshot::Sender<Result<FrameBuf>>,
     },
     Stats(oneshot::Sender<(Stats, u32)>),
@@ -138,8 +140,17 @@ impl Driver {
                 Some(Message::Submit {
                     request,
                     deadline,
+                    stops,
                     reply,
-                }) => self.submit(request, deadline, Some(reply)),
+                }) => {
+                    let frame = request.frame().frame();
+                    let over = stops != self.shared.stops.load(Ordering::SeqCst);
+                    if over && frame.ctrl().queued() {
+                        let _ = reply.send(Err(explain(&frame, Failure::Stopped)));
+                    } else {
+                        self.submit(request, deadline, Some(reply));
+                    }
+                }
             }
         }
         Poll::Pending

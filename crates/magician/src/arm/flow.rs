@@ -112,6 +112,7 @@ impl Arm {
     where
         C: IntoIterator<Item = Set>,
     {
+        let stops = self.stops();
         let mut commands = commands.into_iter();
         let total = match commands.size_hint() {
             (least, Some(most)) if least == most => Some(least as u64),
@@ -124,12 +125,12 @@ impl Arm {
         }
         self.warn_if_not_homed().await?;
         let mut ran = Ran::default();
-        let mut watch = Watch::new(total);
+        let mut watch = Watch::new(total, stops);
         let mut started = false;
         let mut looked = Instant::now();
         let mut next = commands.next();
         while next.is_some() {
-            self.fill(&mut flow, &mut next, &mut commands, &mut ran).await?;
+            self.fill(&mut flow, &mut next, &mut commands, &mut ran, stops).await?;
             if !started {
                 self.start_queue().await?;
                 started = true;
@@ -144,6 +145,7 @@ impl Arm {
             }
             if flow.room == 0 {
                 sleep(FULL_PAUSE).await;
+                watch.not_stopped(self)?;
             }
         }
         drop(flow);
@@ -216,6 +218,7 @@ impl Arm {
         next: &mut Option<Set>,
         commands: &mut impl Iterator<Item = Set>,
         ran: &mut Ran,
+        stops: u64,
     ) -> Result<()> {
         let window = self.options.window.max(1);
         let batch = Instant::now();
@@ -228,7 +231,7 @@ impl Arm {
                 *next = commands.next();
                 let request = queued(&command)?;
                 let (frame, deadline) = (*request.frame(), self.deadline());
-                let answer = self.submit(request, deadline).await?;
+                let answer = self.submit(request, deadline, stops).await?;
                 in_flight.push_back(InFlight {
                     command,
                     frame,

@@ -1,5 +1,6 @@
 //! Bringing the arm to a stand.
 
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use magician_protocol::JogCommand;
@@ -28,10 +29,11 @@ impl Arm {
     /// [`ErrorKind::Timeout`] when the arm does not answer or does not come to a stand.
     pub async fn stop(&self) -> Result<()> {
         let deadline = self.deadline();
+        let stops = 1 + self.shared.stops.fetch_add(1, Ordering::SeqCst);
         let mut answers = Vec::with_capacity(3);
         for request in Request::halt()? {
             let frame = *request.frame();
-            answers.push((self.submit(request, deadline).await?, frame));
+            answers.push((self.submit(request, deadline, stops).await?, frame));
         }
         let mut outcome = Ok(());
         for (answer, frame) in answers {

@@ -4,7 +4,7 @@ mod flow;
 mod halt;
 mod watch;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -58,6 +58,8 @@ impl Default for Options {
 #[derive(Debug, Default)]
 struct Shared {
     detached: AtomicBool,
+    /// Stops so far. What was begun before the last one is over.
+    stops: AtomicU64,
     exposure: Mutex<Exposure>,
 }
 
@@ -399,21 +401,29 @@ impl Arm {
 
     async fn ask_until(&self, request: Request, deadline: Instant) -> Result<FrameBuf> {
         let frame = *request.frame();
-        let answer = self.submit(request, deadline).await?;
+        let answer = self.submit(request, deadline, self.stops()).await?;
         self.answer(answer, &frame, deadline).await
     }
 
-    /// Hands a request to the task; its answer comes through what this returns.
+    /// Stops so far.
+    fn stops(&self) -> u64 {
+        self.shared.stops.load(Ordering::SeqCst)
+    }
+
+    /// Hands a request to the task; its answer comes through what this returns. A queued command
+    /// that belongs to a time before the last stop is not sent.
     async fn submit(
         &self,
         request: Request,
         deadline: Instant,
+        stops: u64,
     ) -> Result<oneshot::Receiver<Result<FrameBuf>>> {
         let (reply, answer) = oneshot::channel();
         let messages = self.messages.as_ref().ok_or_else(Error::closed)?;
         let message = Message::Submit {
             request,
             deadline,
+            stops,
             reply,
         };
         match timeout_at(deadline, messages.send(message)).await {

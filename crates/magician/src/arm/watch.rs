@@ -106,11 +106,14 @@ pub(super) struct Watch {
     /// When the index, or the pose, changed last.
     changed: Instant,
     pose: Option<Pose>,
+    /// Stops before it began.
+    stops: u64,
 }
 
 impl Watch {
-    pub(super) fn new(total: Option<u64>) -> Self {
+    pub(super) fn new(total: Option<u64>, stops: u64) -> Self {
         Self {
+            stops,
             progress: Progress {
                 current: magician_protocol::QueuedCmdIndex(0),
                 last: magician_protocol::QueuedCmdIndex(0),
@@ -125,6 +128,15 @@ impl Watch {
     pub(super) fn sent(&mut self, sent: u64, last: Option<QueueIndex>) {
         self.progress.sent = sent;
         self.progress.last = last.unwrap_or(self.progress.last);
+    }
+
+    /// What is watched is not over because of a stop.
+    pub(super) fn not_stopped(&self, arm: &Arm) -> Result<()> {
+        if arm.stops() == self.stops {
+            return Ok(());
+        }
+        let message = "a stop came; what was not finished was dropped";
+        Err(Error::new(ErrorKind::Closed, message))
     }
 
     fn changed(&mut self) {
@@ -153,7 +165,7 @@ impl Arm {
         index: QueueIndex,
         mut progress: impl FnMut(Progress),
     ) -> Result<()> {
-        let mut watch = Watch::new(None);
+        let mut watch = Watch::new(None, self.stops());
         watch.sent(0, Some(index));
         self.watch_until(index, &mut watch, &mut progress).await
     }
@@ -188,6 +200,7 @@ impl Arm {
         if progress.current >= progress.last {
             return Ok(progress);
         }
+        watch.not_stopped(self)?;
         let pace = self.own().running(current);
         let alarms = self.alarms().await?;
         if alarms.blocking() && pace != Some(Pace::Home) {

@@ -12,7 +12,7 @@ pub(super) const TABLE: f64 = -60.0;
 /// Height at which it touches a cube's upper side.
 pub(super) const TOP: f64 = TABLE + CUBE;
 /// How far the arm lifts a cube above the higher end of its way.
-pub(super) const LIFT: f64 = 45.0;
+pub(super) const LIFT: f64 = 70.0;
 /// The tool.
 pub(super) const TOOL: ToolBias = ToolBias::SUCTION;
 /// The cubes.
@@ -40,6 +40,9 @@ impl Errand {
 
 /// The arm with the demonstration's tool.
 pub(super) const ARM: Geometry = Geometry::magician(TOOL);
+
+/// Where the joints are after homing, and at the end.
+pub(super) const JOINTS_AT_END: [f32; 4] = [0.0, 45.0, 45.0, 0.0];
 
 /// Where the tool is after homing.
 pub(super) fn home() -> Pose {

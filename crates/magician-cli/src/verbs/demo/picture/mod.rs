@@ -4,6 +4,8 @@ mod panel;
 mod svg;
 mod workspace;
 
+use std::fmt::Display;
+
 use magician_motion::{JointAngles, Limits};
 
 use super::scene::{ARM, CUBE, CUBES, TABLE, home};
@@ -27,7 +29,7 @@ impl Sample {
 }
 
 const WIDTH: f64 = 1340.0;
-const HEIGHT: f64 = 760.0;
+const HEIGHT: f64 = 772.0;
 const INK: &str = "#1f2933";
 const FAINT: &str = "#7b8794";
 const EMPTY: &str = "#3b7dd8";
@@ -40,7 +42,7 @@ const BODY: &str = "#ced4da";
 /// From above: y to the left, x upwards.
 const ABOVE: Scale = Scale {
     left: 60.0,
-    top: 104.0,
+    top: 116.0,
     per_mm: 1.4,
     across: (240.0, -240.0),
     up: (-70.0, 340.0),
@@ -48,7 +50,7 @@ const ABOVE: Scale = Scale {
 /// From the side: radius to the right, z upwards.
 const SIDE: Scale = Scale {
     left: 790.0,
-    top: 104.0,
+    top: 116.0,
     per_mm: 1.4,
     across: (0.0, 350.0),
     up: (-170.0, 240.0),
@@ -88,11 +90,15 @@ fn from_above(svg: &mut Svg, samples: &[Sample]) {
     }
     panel.grid(svg);
     base_from_above(svg);
-    for (at, errand) in CUBES.iter().enumerate() {
-        square_from_above(svg, errand.from, at + 1, false);
-        square_from_above(svg, errand.to, at + 1, true);
+    for errand in CUBES {
+        square_from_above(svg, errand.from, false);
+        square_from_above(svg, errand.to, true);
     }
     tracks(svg, samples, |sample| ABOVE.at(sample.y, sample.x));
+    for (at, errand) in CUBES.iter().enumerate() {
+        number_from_above(svg, errand.from, at + 1);
+        number_from_above(svg, errand.to, at + 1);
+    }
     let at_home = home();
     let spot = ABOVE.at(at_home.y, at_home.x);
     marker(svg, spot, "home", (10.0, -9.0));
@@ -147,7 +153,7 @@ fn base_from_above(svg: &mut Svg) {
     svg.text((x, y), "base", &label);
 }
 
-fn square_from_above(svg: &mut Svg, (x, y): (f64, f64), number: usize, placed: bool) {
+fn square_from_above(svg: &mut Svg, (x, y): (f64, f64), placed: bool) {
     const HALF: f64 = CUBE / 2.0;
     let (fill, stroke) = if placed {
         (CUBE_FILL, CARRYING)
@@ -162,6 +168,10 @@ fn square_from_above(svg: &mut Svg, (x, y): (f64, f64), number: usize, placed: b
         stroke,
         "3",
     );
+}
+
+/// The number of a cube, on top of everything.
+fn number_from_above(svg: &mut Svg, (x, y): (f64, f64), number: usize) {
     let (px, py) = ABOVE.at(y, x);
     let label = [
         ("font-size", "13"),
@@ -169,7 +179,7 @@ fn square_from_above(svg: &mut Svg, (x, y): (f64, f64), number: usize, placed: b
         ("text-anchor", "middle"),
         ("font-weight", "bold"),
     ];
-    svg.text((px - 10.0, py - 6.0), number, &label);
+    haloed(svg, (px - 10.0, py - 5.0), number, &label);
 }
 
 fn from_the_side(svg: &mut Svg, samples: &[Sample]) {
@@ -299,7 +309,18 @@ fn marker(svg: &mut Svg, (x, y): (f64, f64), label: &str, shift: (f64, f64)) {
     ];
     svg.leaf("circle", &attributes);
     let text = [("font-size", "14"), ("fill", INK), ("font-weight", "bold")];
-    svg.text((x + shift.0, y + shift.1), label, &text);
+    haloed(svg, (x + shift.0, y + shift.1), label, &text);
+}
+
+/// Text that stays legible on lines.
+fn haloed(svg: &mut Svg, at: (f64, f64), text: impl Display, attributes: &[(&str, &str)]) {
+    let halo = [
+        ("stroke", "#ffffff"),
+        ("stroke-width", "4"),
+        ("stroke-linejoin", "round"),
+        ("paint-order", "stroke"),
+    ];
+    svg.text(at, text, &[attributes, &halo].concat());
 }
 
 fn rectangle(svg: &mut Svg, a: (f64, f64), b: (f64, f64), fill: &str, stroke: &str, round: &str) {
@@ -324,7 +345,7 @@ fn rectangle(svg: &mut Svg, a: (f64, f64), b: (f64, f64), fill: &str, stroke: &s
 }
 
 fn legend(svg: &mut Svg) {
-    const Y: f64 = 736.0;
+    const Y: f64 = 748.0;
     let text = [("font-size", "14"), ("fill", INK)];
     let mut x = 60.0;
     for (colour, label, width) in [
@@ -406,9 +427,6 @@ mod tests {
     #[test]
     fn a_run_is_drawn_with_both_tracks_and_all_labels() {
         let picture = draw(&corners(), "a subtitle");
-        if let Some(p) = std::env::var_os("DUMP") {
-            std::fs::write(p, &picture).unwrap();
-        }
         for part in [
             EMPTY,
             CARRYING,

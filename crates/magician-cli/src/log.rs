@@ -1,0 +1,70 @@
+//! What the crates below have to say, on stderr: warnings, and with `-v` more. Nothing with
+//! `--json` unless asked for, because stderr then belongs to the error object.
+
+use std::fmt;
+use std::io;
+
+use tracing::field::{Field, Visit};
+use tracing::{Event, Level, Subscriber};
+use tracing_subscriber::filter::LevelFilter;
+use tracing_subscriber::fmt::format::Writer;
+use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::registry::LookupSpan;
+
+use crate::args::Global;
+use crate::output::Paint;
+
+/// Begins to listen.
+pub(crate) fn begin(global: &Global) {
+    let level = match (global.verbose, global.json) {
+        (0, true) => LevelFilter::OFF,
+        (0, false) => LevelFilter::WARN,
+        (1, _) => LevelFilter::INFO,
+        (2, _) => LevelFilter::DEBUG,
+        _ => LevelFilter::TRACE,
+    };
+    let lines = tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_writer(io::stderr)
+        .event_format(Line(Paint::for_stderr()));
+    // Only a second start could fail, and there is none.
+    let _ = lines.try_init();
+}
+
+/// `warning: what happened`.
+struct Line(Paint);
+
+impl<S, N> FormatEvent<S, N> for Line
+where
+    S: Subscriber + for<'a> LookupSpan<'a>,
+    N: for<'a> FormatFields<'a> + 'static,
+{
+    fn format_event(
+        &self,
+        _: &FmtContext<'_, S, N>,
+        mut writer: Writer<'_>,
+        event: &Event<'_>,
+    ) -> fmt::Result {
+        let paint = self.0;
+        match *event.metadata().level() {
+            Level::ERROR => write!(writer, "{} ", paint.error("error:"))?,
+            Level::WARN => write!(writer, "{} ", paint.note("warning:"))?,
+            _ => write!(writer, "{} ", paint.dim("log:"))?,
+        }
+        let mut text = Text(String::new());
+        event.record(&mut text);
+        writeln!(writer, "{}", text.0)
+    }
+}
+
+/// The message, and after it the other fields.
+struct Text(String);
+
+impl Visit for Text {
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        match field.name() {
+            "message" => self.0.insert_str(0, &format!("{value:?}")),
+            name => self.0.push_str(&format!(" {name}={value:?}")),
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! What a person sees while it runs: one live line on a terminal, a line for each cube elsewhere.
+
+use std::io::{self, IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use magician::commands::Pose;
+
+use super::scene::CUBES;
+use crate::failure::Failure;
+use crate::output::Output;
+
+/// Pause between two pictures of the live line.
+const FRAME: Duration = Duration::from_millis(60);
+/// Columns that the roomy form of the live line needs.
+const WIDE: usize = 100;
+
+/// How far the arm is.
+pub(super) struct State {
+    /// Cubes that are where they should be.
+    pub(super) placed: usize,
+    pub(super) pose: Pose,
+    /// Index of the command that finished last.
+    pub(super) index: u64,
+    /// Free places in the queue.
+    pub(super) left: u32,
+}
+
+pub(super) struct Display<'o> {
+    out: &'o mut Output,
+    quiet: bool,
+    places: u32,
+    bar: Option<ProgressBar>,
+    told: Option<usize>,
+    shown: Option<Instant>,
+}
+
+impl<'o> Display<'o> {
+    /// Shows nothing if `quiet`.
+    pub(super) fn new(quiet: bool, out: &'o mut Output, places: u32) -> Self {
+        let live = !quiet && io::stdout().is_terminal();
+        let wide = out.width() >= WIDE;
+        Self {
+            out,
+            quiet,
+            places,
+            bar: live.then(|| bar(wide)),
+            told: None,
+            shown: None,
+        }
+    }
+
+    pub(super) fn title(&mut self, title: &str) -> Result<(), Failure> {
+        self.write(&format!("  {title}\n"))
+    }
+
+    /// Says what begins, and stays on its line.
+    pub(super) fn begin(&mut self, step: &str) -> Result<(), Failure> {
+        self.write(&format!("  {step} ... "))
+    }
+
+    /// Says that it is done, and where the arm is.
+    pub(super) fn end(&mut self, pose: &Pose) -> Result<(), Failure> {
+        let [j1, j2, j3, j4] = pose.joint_angle;
+        let Pose { x, y, z, .. } = pose;
+        self.write(&format!(
+            "done ({j1},{j2},{j3},{j4}) -> x {x:.2} y {y:.2} z {z:.2}\n"
+        ))
+    }
+
+    /// Whether it is time for a new picture.
+    pub(super) fn due(&mut self) -> bool {
+        let due = !self.quiet && self.shown.is_none_or(|shown| shown.elapsed() >= FRAME);
+        if due {
+            self.shown = Some(Instant::now());
+        }
+        due
+    }
+
+    /// Shows how far it is.
+    pub(super) fn show(&mut self, state: &State) -> Result<(), Failure> {
+        let State { pose, index, .. } = state;
+        let place = format!("{:6.1} {:6.1} {:6.1}", pose.x, pose.y, pose.z);
+        let taken = self.places.saturating_sub(state.left);
+        let queue = format!("queue {taken:>2}/{}", self.places);
+        if let Some(bar) = &self.bar {
+            bar.set_position(state.placed as u64);
+            bar.set_message(match self.out.width() >= WIDE {
+                true => format!("  pose {place}   {queue}   index {index}"),
+                false => format!("{place}  {queue}  index {index}"),
+            });
+            return Ok(());
+        }
+        if self.told.replace(state.placed) == Some(state.placed) {
+            return Ok(());
+        }
+        let step = picking();
+        let count = CUBES.len();
+        self.write(&format!(
+            "  {step:<20} {}/{count}   {place}   {queue}\n",
+            state.placed
+        ))
+    }
+
+    /// Leaves the last picture standing.
+    pub(super) fn finish(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish();
+        }
+    }
+
+    fn write(&mut self, text: &str) -> Result<(), Failure> {
+        if self.quiet {
+            return Ok(());
+        }
+        self.out.write_all(text.as_bytes())?;
+        self.out.flush()
+    }
+}
+
+fn picking() -> String {
+    format!("picking {} cubes", CUBES.len())
+}
+
+fn bar(wide: bool) -> ProgressBar {
+    let bar = ProgressBar::new(CUBES.len() as u64).with_prefix(picking());
+    let template = match wide {
+        true => "  {prefix:20} [{bar:14}]  {pos}/{len} {msg}",
+        false => "  {prefix} [{bar:6}] {pos}/{len} {msg}",
+    };
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.progress_chars("##-"));
+    }
+    bar
+}

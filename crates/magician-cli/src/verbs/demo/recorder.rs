@@ -1,0 +1,146 @@
+//! Runs the program and reads the pose all the while: what the picture shows is what the arm said.
+
+use std::cell::Cell;
+use std::time::Duration;
+
+use magician::commands::Pose;
+use magician::{Arm, Ran, Set};
+
+use super::display::{Display, State};
+use super::picture::Sample;
+use crate::failure::Failure;
+
+/// Pause between readings: the arm's own work comes first.
+const PAUSE: Duration = Duration::from_millis(3);
+
+/// The readings of a run.
+pub(super) struct Recorder {
+    readings: Vec<(Pose, u64)>,
+    /// For each command whether the arm carries a cube when it has finished.
+    carrying: Vec<bool>,
+}
+
+impl Recorder {
+    pub(super) fn new(commands: &[Set]) -> Self {
+        let carrying = commands.iter().scan(false, |carrying, command| {
+            if let Set::SetEndEffectorSuctionCup(cup) = command {
+                *carrying = cup.suck.is_on();
+            }
+            Some(*carrying)
+        });
+        Self {
+            readings: Vec::new(),
+            carrying: carrying.collect(),
+        }
+    }
+
+    /// Runs the commands.
+    pub(super) async fn run(
+        &mut self,
+        arm: &Arm,
+        commands: &[Set],
+        display: &mut Display<'_>,
+    ) -> Result<Ran, Failure> {
+        let first = Cell::new(0);
+        let run = arm.run(commands.iter().copied(), |progress| {
+            first.set((progress.last.0 + 1).saturating_sub(progress.sent));
+        });
+        let watch = async {
+            loop {
+                self.read(arm, first.get(), display).await?;
+                tokio::time::sleep(PAUSE).await;
+            }
+        };
+        let ran = tokio::select! {
+            ran = run => ran?,
+            failed = watch => {
+                let failed: Result<std::convert::Infallible, Failure> = failed;
+                match failed {
+                    Ok(never) => match never {},
+                    Err(failure) => return Err(failure),
+                }
+            }
+        };
+        self.read(arm, first.get(), display).await?;
+        Ok(ran)
+    }
+
+    async fn read(
+        &mut self,
+        arm: &Arm,
+        first: u64,
+        display: &mut Display<'_>,
+    ) -> Result<(), Failure> {
+        let pose = arm.get::<Pose>().await?;
+        let index = arm.current_index().await?.0;
+        self.readings.push((pose, index));
+        if !display.due() {
+            return Ok(());
+        }
+        let done = if first == 0 {
+            0
+        } else {
+            (index + 1).saturating_sub(first)
+        };
+        let placed = self.placed(usize::try_from(done).unwrap_or(usize::MAX));
+        let left = arm.left_space().await?;
+        display.show(&State {
+            placed,
+            pose,
+            index,
+            left,
+        })
+    }
+
+    /// Cubes that have been let go when so many commands are finished.
+    fn placed(&self, done: usize) -> usize {
+        let done = self.carrying.get(..done).unwrap_or(&self.carrying);
+        done.windows(2)
+            .filter(|pair| matches!(pair, [true, false]))
+            .count()
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.readings.len()
+    }
+
+    /// The readings as the picture takes them, from the first that the settings of this run hold
+    /// for; equal ones in a row once.
+    pub(super) fn samples(&self, first: u64) -> Vec<Sample> {
+        let mut samples: Vec<Sample> = self
+            .readings
+            .iter()
+            .filter(|(_, index)| *index >= first)
+            .map(|(pose, index)| Sample {
+                x: pose.x.into(),
+                y: pose.y.into(),
+                z: pose.z.into(),
+                carrying: self.carrying_at(index - first),
+            })
+            .collect();
+        samples.dedup();
+        samples
+    }
+
+    fn carrying_at(&self, finished: u64) -> bool {
+        let at = usize::try_from(finished).unwrap_or(usize::MAX);
+        self.carrying.get(at).copied().unwrap_or(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{CUBES, commands};
+    use super::*;
+
+    #[test]
+    fn a_cube_counts_when_it_has_been_let_go() {
+        let commands = commands();
+        let recorder = Recorder::new(&commands);
+        assert_eq!(recorder.placed(0), 0);
+        assert_eq!(recorder.placed(8), 0);
+        assert_eq!(recorder.placed(9), 1);
+        assert_eq!(recorder.placed(usize::MAX), CUBES.len());
+        assert!(!recorder.carrying_at(4) && recorder.carrying_at(5) && !recorder.carrying_at(8));
+    }
+}
