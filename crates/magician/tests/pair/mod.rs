@@ -56,7 +56,14 @@ impl Line {
         if std::mem::take(&mut self.lose_next) {
             return;
         }
-        let Faults { lose, damage, double, late, late_by, reorder } = self.faults;
+        let Faults {
+            lose,
+            damage,
+            double,
+            late,
+            late_by,
+            reorder,
+        } = self.faults;
         for _ in 0..=u32::from(dice.chance(double)) {
             if dice.chance(lose) {
                 continue;
@@ -111,7 +118,13 @@ pub struct Pair {
 
 impl Pair {
     pub fn new(settings: Settings, faults: Faults, seed: u64) -> Self {
-        let line = || Line { faults, under_way: VecDeque::new(), latest: 0, delay: 1_000, lose_next: false };
+        let line = || Line {
+            faults,
+            under_way: VecDeque::new(),
+            latest: 0,
+            delay: 1_000,
+            lose_next: false,
+        };
         Self {
             now: 0,
             host: Connection::new(settings),
@@ -156,7 +169,9 @@ impl Pair {
 
     /// Puts bytes on the line to the host that the arm never sent.
     pub fn inject(&mut self, bytes: &[u8]) {
-        self.to_host.under_way.push_back((self.now + 1, bytes.to_vec()));
+        self.to_host
+            .under_way
+            .push_back((self.now + 1, bytes.to_vec()));
     }
 
     fn arm_hears(&mut self, bytes: &[u8]) {
@@ -233,7 +248,11 @@ impl Pair {
             self.to_host.next(),
         ];
         let next = soonest.into_iter().flatten().min().unwrap_or(end).min(end);
-        self.standing = if next > self.now { 0 } else { self.standing + 1 };
+        self.standing = if next > self.now {
+            0
+        } else {
+            self.standing + 1
+        };
         assert!(self.standing < 1000, "time stands still at {next}");
         self.now = next.max(self.now);
         self.arm.advance(self.now - self.booted);
@@ -267,5 +286,7 @@ impl Pair {
 }
 
 pub fn index_of(frame: &FrameBuf) -> u64 {
-    QueuedCmdIndex::decode(frame.frame().params()).expect("an index").0
+    QueuedCmdIndex::decode(frame.frame().params())
+        .expect("an index")
+        .0
 }
