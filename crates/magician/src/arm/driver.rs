@@ -24,7 +24,8 @@ const FAREWELL: Duration = Duration::from_millis(500);
 /// Rounds of reading and writing before other tasks get their turn.
 const ROUNDS: usize = 64;
 
-/// A handle's wish.
+/// A handle's wish. Nearly all are requests, so their size is no waste.
+#[allow(clippy::large_enum_variant)]
 pub(super) enum Message {
     Submit {
         request: Request,
@@ -253,7 +254,9 @@ impl Driver {
         let Some(at) = self.connection.poll_timeout() else {
             return Poll::Pending;
         };
-        self.timer.as_mut().reset(self.begun + Duration::from_micros(at));
+        self.timer
+            .as_mut()
+            .reset(self.begun + Duration::from_micros(at));
         self.timer.as_mut().poll(cx)
     }
 
@@ -352,7 +355,10 @@ fn explain(request: &Frame<'_>, failure: Failure) -> Error {
         ),
         Failure::Timeout { sent } => {
             let times = if sent == 1 { "once" } else { "again and again" };
-            Error::new(ErrorKind::Timeout, format!("no answer; it was sent {times}"))
+            Error::new(
+                ErrorKind::Timeout,
+                format!("no answer; it was sent {times}"),
+            )
         }
         Failure::Uncertain { from, to } => Error::uncertain(from, to),
         Failure::QueueFull => Error::new(
@@ -364,10 +370,7 @@ fn explain(request: &Frame<'_>, failure: Failure) -> Error {
             ErrorKind::Unexpected,
             "the answer to a queued command carries no index",
         ),
-        Failure::Stopped => Error::new(
-            ErrorKind::Closed,
-            "a stop came first; it was not sent",
-        ),
+        Failure::Stopped => Error::new(ErrorKind::Closed, "a stop came first; it was not sent"),
         Failure::Busy => Error::invalid("too many requests wait at once"),
     };
     error.with_command(command_name(request))

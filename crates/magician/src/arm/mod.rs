@@ -13,7 +13,7 @@ use magician_protocol::commands::{
     QueuedCmdStartExec,
 };
 use magician_protocol::{
-    Alarm, AlarmSet, Ctrl, FrameBuf, Layout, NoArgs, QueuedCmdIndex, Queueable, Readable, Set,
+    Alarm, AlarmSet, Ctrl, FrameBuf, Layout, NoArgs, Queueable, QueuedCmdIndex, Readable, Set,
     Writable,
 };
 use tokio::io::{AsyncRead, AsyncWrite};
@@ -472,6 +472,9 @@ impl Arm {
     }
 
     fn exposure(&self) -> std::sync::MutexGuard<'_, Exposure> {
-        self.shared.exposure.lock().unwrap_or_else(PoisonError::into_inner)
+        self.shared
+            .exposure
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -424,7 +424,9 @@ impl Connection {
             ctrl: Ctrl::GET,
         };
         let turn = FENCES[self.next_fence % FENCES.len()];
-        let clean = FENCES.iter().find(|row| !self.outstanding.contains(key(row)));
+        let clean = FENCES
+            .iter()
+            .find(|row| !self.outstanding.contains(key(row)));
         self.next_fence = (self.next_fence + 1) % FENCES.len();
         self.send_own(Purpose::Fence, clean.copied().unwrap_or(turn), now)
     }
@@ -503,9 +505,8 @@ impl Connection {
         if !self.settings.ordered {
             return;
         }
-        let gone = |connection: &Self, job: &Job| {
-            !job.due && !connection.outstanding.awaits(job.ticket)
-        };
+        let gone =
+            |connection: &Self, job: &Job| !job.due && !connection.outstanding.awaits(job.ticket);
         while let Some(at) = self.flight.iter().position(|job| gone(self, job)) {
             self.lost(at);
         }
@@ -734,8 +735,8 @@ impl Connection {
         if let Some(doubt) = self.doubt.take() {
             self.uncertain(doubt.job);
         }
-        while let Some(at) = (self.flight.iter())
-            .position(|job| job.due && job.priority == Priority::Stream)
+        while let Some(at) =
+            (self.flight.iter()).position(|job| job.due && job.priority == Priority::Stream)
         {
             let job = self.flight.remove(at);
             match job.policy {
