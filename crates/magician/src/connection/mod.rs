@@ -117,8 +117,11 @@ pub struct Stats {
 #[derive(Debug)]
 struct Doubt {
     job: Job,
+    /// When the reading of the pair under way began.
+    begun: Option<Micros>,
     current: Option<u64>,
-    pair: Option<(u64, u32)>,
+    /// The last whole pair, and when its reading began.
+    pair: Option<((u64, u32), Micros)>,
     /// Readings before this instant prove nothing (unordered links).
     not_before: Option<Micros>,
 }
@@ -306,6 +309,9 @@ impl Connection {
             return None;
         }
         if let Some(purpose) = self.next_reading() {
+            if let Some(doubt) = &mut self.doubt {
+                doubt.begun.get_or_insert(now);
+            }
             let row = match purpose {
                 Purpose::Current => QueuedCmdCurrentIndex::ROW,
                 _ => QueuedCmdLeftSpace::ROW,
@@ -642,6 +648,7 @@ impl Connection {
     fn enter_doubt(&mut self, job: Job) {
         self.doubt = Some(Doubt {
             job,
+            begun: None,
             current: None,
             pair: None,
             not_before: None,
@@ -663,8 +670,11 @@ impl Connection {
                 doubt.current = None;
                 if let Ok(read) = QueuedCmdLeftSpace::decode(view.params()) {
                     let pair = (current, read.left_space);
-                    if doubt.pair.replace(pair) == Some(pair) {
-                        return self.judge(doubt, pair, now);
+                    let begun = doubt.begun.take().unwrap_or(now);
+                    if let Some((before, since)) = doubt.pair.replace((pair, begun))
+                        && before == pair
+                    {
+                        return self.judge(doubt, pair, since, now);
                     }
                 }
             }
@@ -672,7 +682,12 @@ impl Connection {
         self.doubt = Some(doubt);
     }
 
-    fn judge(&mut self, mut doubt: Doubt, (current, left): (u64, u32), now: Micros) {
+    /// Judges by two equal pairs, the first of which began to be read at `since`.
+    fn judge(&mut self, mut doubt: Doubt, (current, left): (u64, u32), since: Micros, now: Micros) {
+        // On an unordered link the command may overtake readings that were sent after it, or come
+        // between them, as long as it may be under way.
+        let arrived = doubt.job.since.saturating_add(self.settings.lifetime);
+        let premature = !self.settings.ordered && since < arrived;
         let verdict = match self.ledger.judge(current, left) {
             _ if doubt.job.clears != self.ledger.clears() => Verdict::Unclear,
             verdict => verdict,
@@ -686,9 +701,8 @@ impl Connection {
                 let frame = FrameBuf::encode(key.id, key.ctrl, &QueuedCmdIndex(index));
                 self.done(doubt.job.ticket, frame.map_err(|_| Failure::NoIndex));
             }
-            Verdict::Lost if self.may_be_under_way(&doubt.job, now) => {
-                let latest = self.outstanding.latest(doubt.job.ticket).unwrap_or(now);
-                doubt.not_before = Some(latest.saturating_add(self.settings.lifetime));
+            Verdict::Lost if premature => {
+                doubt.not_before = (arrived > now).then_some(arrived);
                 doubt.pair = None;
                 self.doubt = Some(doubt);
             }
@@ -698,13 +712,6 @@ impl Connection {
                 self.flight.push(doubt.job);
             }
         }
-    }
-
-    /// On an unordered link a request may overtake the readings that were sent after it.
-    fn may_be_under_way(&self, job: &Job, now: Micros) -> bool {
-        let latest = self.outstanding.latest(job.ticket);
-        !self.settings.ordered
-            && latest.is_some_and(|at| at.saturating_add(self.settings.lifetime) > now)
     }
 
     /// Ends a command of which nobody can tell whether it was taken, and for a queued one all that
