@@ -8,10 +8,18 @@ const ALLOWED: [(&str, &[&str]); 5] = [
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
     ("magician-sim", &["magician-protocol", "magician-motion"]),
-    ("magician", &["magician-protocol", "magician-motion", "magician-sim"]),
+    (
+        "magician",
+        &["magician-protocol", "magician-motion", "magician-sim"],
+    ),
     (
         "magician-cli",
-        &["magician-protocol", "magician-motion", "magician-sim", "magician"],
+        &[
+            "magician-protocol",
+            "magician-motion",
+            "magician-sim",
+            "magician",
+        ],
     ),
 ];
 
@@ -42,7 +50,11 @@ fn dependencies_of_members() -> BTreeMap<String, Vec<String>> {
 #[test]
 fn crates_depend_only_downwards() {
     let members = dependencies_of_members();
-    assert!(members.len() >= ALLOWED.len(), "only {} members", members.len());
+    assert!(
+        members.len() >= ALLOWED.len(),
+        "only {} members",
+        members.len()
+    );
     for (name, ours) in members {
         let Some((_, allowed)) = ALLOWED.iter().find(|(allowed, _)| *allowed == name) else {
             panic!("{name} has no place in ARCHITECTURE.md");

@@ -1,0 +1,188 @@
+//! The command line: global options and the verbs.
+
+use std::ffi::OsString;
+use std::str::FromStr;
+use std::time::Duration;
+
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use magician_motion::ToolBias;
+
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::verbs::{
+    alarms, commands, completions, decode, demo, enqueue, forward, get, help, home, info, inverse,
+    io, man, ports, pose, queue, set, shell, sim, stop, tools, travel,
+};
+
+/// Work with a Dobot Magician arm: find it, look, move it, or do without one.
+#[derive(Debug, Parser)]
+#[command(
+    name = "magician",
+    bin_name = "magician",
+    disable_version_flag = true,
+    disable_help_subcommand = true,
+    arg_required_else_help = true,
+    subcommand_value_name = "VERB",
+    subcommand_help_heading = "Verbs",
+    after_help = "Lengths are mm, angles degrees, times seconds. `magician help NAME` explains a verb or a \
+                  command of the protocol."
+)]
+pub(crate) struct Cli {
+    #[command(flatten)]
+    pub(crate) global: Global,
+
+    /// Print the version
+    #[arg(short = 'V', long)]
+    pub(crate) version: bool,
+
+    #[command(subcommand)]
+    pub(crate) verb: Option<Verb>,
+}
+
+impl Cli {
+    /// Reads a command line; the first argument is the program's name.
+    pub(crate) fn read(arguments: &[OsString]) -> Result<Self, clap::Error> {
+        Self::try_parse_from(arguments)
+    }
+
+    /// The command line's description, for completions, manual pages and help.
+    pub(crate) fn description() -> clap::Command {
+        let mut command = Self::command();
+        command.build();
+        command
+    }
+}
+
+/// Options of every verb.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Options of every verb")]
+pub(crate) struct Global {
+    /// Where the arm is: `/dev/ttyUSB0`, `COM3`, `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or
+    /// `sim[:SPEED]` for a virtual arm; the one arm found if not given
+    #[arg(
+        short,
+        long,
+        global = true,
+        env = "MAGICIAN_PORT",
+        hide_env_values = true,
+        value_name = "PORT"
+    )]
+    pub(crate) port: Option<String>,
+
+    /// Print JSON: one object, or one a line
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+
+    /// Do what is dangerous without asking
+    #[arg(long, global = true)]
+    pub(crate) yes: bool,
+
+    /// Seconds to wait for each answer of the arm
+    #[arg(long, global = true, value_name = "SECONDS", value_parser = seconds)]
+    pub(crate) timeout: Option<Duration>,
+
+    /// Say more on stderr; twice for every frame
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    pub(crate) verbose: u8,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Verb {
+    Ports(ports::Ports),
+    Info(info::Info),
+    Pose(pose::Pose),
+    Home(home::Home),
+    Move(travel::Move),
+    Stop(stop::Stop),
+    Suction(tools::Suction),
+    Gripper(tools::Gripper),
+    Laser(tools::Laser),
+    Io(io::Io),
+    Alarms(alarms::Alarms),
+    Queue(queue::Queue),
+    Get(get::Get),
+    Set(set::Set),
+    Enqueue(enqueue::Enqueue),
+    Shell(shell::Shell),
+    Demo(demo::Demo),
+    Sim(sim::Sim),
+    Commands(commands::Commands),
+    Decode(decode::Decode),
+    Forward(forward::Forward),
+    Inverse(inverse::Inverse),
+    Completions(completions::Completions),
+    Man(man::Man),
+    Help(help::Help),
+}
+
+impl Verb {
+    /// Does it.
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        match self {
+            Self::Ports(verb) => verb.run(context),
+            Self::Info(verb) => verb.run(context),
+            Self::Pose(verb) => verb.run(context),
+            Self::Home(verb) => verb.run(context),
+            Self::Move(verb) => verb.run(context),
+            Self::Stop(verb) => verb.run(context),
+            Self::Suction(verb) => verb.run(context),
+            Self::Gripper(verb) => verb.run(context),
+            Self::Laser(verb) => verb.run(context),
+            Self::Io(verb) => verb.run(context),
+            Self::Alarms(verb) => verb.run(context),
+            Self::Queue(verb) => verb.run(context),
+            Self::Get(verb) => verb.run(context),
+            Self::Set(verb) => verb.run(context),
+            Self::Enqueue(verb) => verb.run(context),
+            Self::Shell(verb) => verb.run(context),
+            Self::Demo(verb) => verb.run(context),
+            Self::Sim(verb) => verb.run(context),
+            Self::Commands(verb) => verb.run(context),
+            Self::Decode(verb) => verb.run(context),
+            Self::Forward(verb) => verb.run(context),
+            Self::Inverse(verb) => verb.run(context),
+            Self::Completions(verb) => verb.run(context),
+            Self::Man(verb) => verb.run(context),
+            Self::Help(verb) => verb.run(context),
+        }
+    }
+}
+
+/// Seconds above 0, with a fraction if need be.
+pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
+    let value = text.strip_suffix('s').unwrap_or(text).parse::<f64>();
+    value
+        .ok()
+        .filter(|value| *value > 0.0)
+        .and_then(|value| Duration::try_from_secs_f64(value).ok())
+        .ok_or_else(|| "expected seconds above 0, such as 0.5".to_owned())
+}
+
+/// A tool by name, or its bias as X,Y,Z in mm.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tool(pub(crate) ToolBias);
+
+impl FromStr for Tool {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Some(bias) = ToolBias::named(text) {
+            return Ok(Self(bias));
+        }
+        let numbers: Result<Vec<f64>, _> =
+            text.split(',').map(|part| part.trim().parse()).collect();
+        match numbers.as_deref() {
+            Ok([x, y, z]) if [x, y, z].iter().all(|number| number.is_finite()) => {
+                Ok(Self(ToolBias::new(*x, *y, *z)))
+            }
+            _ => {
+                let names: Vec<_> = ToolBias::NAMED.iter().map(|(name, _)| *name).collect();
+                Err(format!(
+                    "expected X,Y,Z in mm, or one of {}",
+                    names.join(", ")
+                ))
+            }
+        }
+    }
+}

@@ -1,0 +1,126 @@
+use magician_protocol::{Field, FieldType, LayoutInfo, Row};
+
+use super::record::{chapter_name, confidence, section, source, type_name};
+use super::{Entry, example, find};
+use crate::columns::{Columns, wrap};
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::output::Output;
+
+/// Shows everything about the command of a name: what it takes, answers and means.
+pub(crate) fn explain(name: &str, context: &mut Context) -> Result<(), Failure> {
+    let row = find(name)?;
+    context.show(&Entry::full(row), |out| text(row, out))
+}
+
+fn text(row: &'static Row, out: &mut Output) -> Result<(), Failure> {
+    let paint = out.paint;
+    out.line(format_args!("{}  id {}", paint.name(row.name), row.id))?;
+    for line in wrap(row.doc, out.width()) {
+        out.line(line)?;
+    }
+    out.line("")?;
+    facts(row).write(out)?;
+    if let Some(query) = row.query.filter(|_| row.value.is_some()) {
+        layout("To ask for it", query, out)?;
+    }
+    match (row.value, row.set) {
+        (Some(value), Some(set)) if value == set => layout("What it holds", value, out)?,
+        (value, set) => {
+            value.map_or(Ok(()), |info| layout("What a get answers", info, out))?;
+            set.map_or(Ok(()), |info| layout("What a set takes", info, out))?;
+        }
+    }
+    out.line("")?;
+    out.line(paint.heading("Examples"))?;
+    for line in example::lines(row) {
+        out.line(format_args!("  {line}"))?;
+    }
+    Ok(())
+}
+
+fn facts(row: &Row) -> Columns {
+    let mut columns = Columns::indented(2);
+    let names = [
+        row.value.map(|_| row.get_name),
+        row.set.map(|_| row.set_name),
+    ];
+    let names: Vec<_> = names.into_iter().flatten().collect();
+    columns.row(["forms", &names.join(", ")]);
+    columns.row(["queue", queue(row)]);
+    if row.dangerous {
+        columns.row([
+            "danger",
+            "can brick, unlearn or unlock something: a set needs --yes",
+        ]);
+    }
+    columns.row(["chapter", &chapter_name(row)]);
+    let section = match section(row) {
+        "" => String::new(),
+        section => format!(", section {section}"),
+    };
+    let origin = format!(
+        "{}{section}; its layout is sure: {}",
+        source(row),
+        confidence(row)
+    );
+    columns.row(["source", &origin]);
+    columns
+}
+
+fn queue(row: &Row) -> &'static str {
+    match (row.set, row.queueable) {
+        (None, _) => "no: it is only read",
+        (Some(_), true) => "a set may be queued",
+        (Some(_), false) => "no: a set acts at once",
+    }
+}
+
+fn layout(title: &str, info: &'static LayoutInfo, out: &mut Output) -> Result<(), Failure> {
+    let size = match (info.size(), info.fields) {
+        (_, []) => return out.line(format_args!("\n{}: nothing", out.paint.heading(title))),
+        (Some(1), _) => "1 byte".to_owned(),
+        (Some(size), _) => format!("{size} bytes"),
+        (None, [_]) => "the rest of the frame".to_owned(),
+        (None, fields) => {
+            let fixed: usize = fields.iter().filter_map(|field| field.ty.size()).sum();
+            format!("{fixed} bytes and the rest of the frame")
+        }
+    };
+    out.line(format_args!("\n{}, {size}", out.paint.heading(title)))?;
+    let mut columns = Columns::indented(2);
+    for field in info.fields {
+        member(field, &mut columns);
+    }
+    columns.write(out)?;
+    for form in info.forms {
+        out.line(format_args!(
+            "  also accepted in {} bytes: {}",
+            form.len, form.note
+        ))?;
+    }
+    Ok(())
+}
+
+fn member(field: &'static Field, columns: &mut Columns) {
+    let unit = match field.unit {
+        "flag" | "enum" | "text" | "bytes" => "",
+        unit => unit,
+    };
+    let mut about = field.doc.to_owned();
+    if !field.range.is_empty() && !matches!(field.ty, FieldType::Enum(_) | FieldType::Flag) {
+        about.push_str(&format!(" Range: {}.", field.range));
+    }
+    match (field.optional, field.default) {
+        (_, Some(default)) => about.push_str(&format!(" Default: {default}.")),
+        (true, None) => about.push_str(" May be left out."),
+        (false, None) => (),
+    }
+    columns.row([field.name, &type_name(field.ty), unit, &about]);
+    if let FieldType::Enum(info) = field.ty {
+        for variant in info.variants {
+            let about = format!("{:>2} {}: {}", variant.value, variant.name, variant.doc);
+            columns.row(["", "", "", &about]);
+        }
+    }
+}

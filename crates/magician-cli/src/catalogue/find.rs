@@ -1,0 +1,61 @@
+use magician_protocol::{Row, TABLE};
+
+use crate::failure::Failure;
+
+/// How alike a name must be to be suggested, 1 being equal.
+const ALIKE: f64 = 0.5;
+const SUGGESTIONS: usize = 3;
+
+/// The command of a name or id.
+pub(crate) fn find(name: &str) -> Result<&'static Row, Failure> {
+    Row::find(name).map_err(|_| unknown(name))
+}
+
+/// A name without what does not count: case, `-` and `_`.
+pub(crate) fn letters(name: &str) -> String {
+    let kept = name.chars().filter(|letter| !matches!(letter, '-' | '_'));
+    kept.flat_map(char::to_lowercase).collect()
+}
+
+fn unknown(name: &str) -> Failure {
+    let failure = Failure::usage(format!("no command is called `{name}`"));
+    match nearest(name).as_slice() {
+        [] => failure.hint("`magician commands` lists them"),
+        names => failure.hint(format!("did you mean {}?", names.join(" or "))),
+    }
+}
+
+/// The names most like this one, best first.
+fn nearest(name: &str) -> Vec<&'static str> {
+    let wanted = letters(name);
+    let bare = ["get", "set"]
+        .iter()
+        .find_map(|prefix| wanted.strip_prefix(prefix));
+    let wanted = bare.unwrap_or(&wanted);
+    let score = |row: &Row| {
+        let candidate = letters(row.name);
+        let part = wanted.len() >= 3 && candidate.contains(wanted);
+        strsim::sorensen_dice(&candidate, wanted) + if part { 1.0 } else { 0.0 }
+    };
+    let mut scored: Vec<_> = TABLE.iter().map(|row| (score(row), row.name)).collect();
+    scored.retain(|(score, _)| *score >= ALIKE);
+    scored.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    scored
+        .into_iter()
+        .take(SUGGESTIONS)
+        .map(|(_, name)| name)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nearest;
+
+    #[test]
+    fn a_slip_finds_the_name() {
+        assert_eq!(nearest("GetPos").first(), Some(&"Pose"));
+        assert_eq!(nearest("ptpjointparam").first(), Some(&"PTPJointParams"));
+        assert_eq!(nearest("jumparams").first(), Some(&"PTPJumpParams"));
+        assert_eq!(nearest("qqqq"), [""; 0]);
+    }
+}

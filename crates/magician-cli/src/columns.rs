@@ -1,0 +1,111 @@
+//! Text in aligned columns, the last one wrapped to the terminal.
+
+use std::fmt::Display;
+
+use crate::failure::Failure;
+use crate::output::Output;
+
+const GAP: usize = 2;
+
+/// Lines of cells.
+#[derive(Debug, Default)]
+pub(crate) struct Columns {
+    indent: usize,
+    rows: Vec<Vec<String>>,
+}
+
+impl Columns {
+    /// Columns that begin after this many spaces.
+    pub(crate) fn indented(indent: usize) -> Self {
+        Self {
+            indent,
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a line.
+    pub(crate) fn row<C: Display>(&mut self, cells: impl IntoIterator<Item = C>) {
+        self.rows
+            .push(cells.into_iter().map(|cell| cell.to_string()).collect());
+    }
+
+    /// Width of a column that is not the last of its row.
+    fn width(&self, column: usize) -> usize {
+        let inner = self.rows.iter().filter(|row| row.len() > column + 1);
+        inner
+            .filter_map(|row| row.get(column))
+            .map(|cell| count(cell))
+            .max()
+            .unwrap_or(0)
+    }
+
+    /// Writes the lines; the first column stands out.
+    pub(crate) fn write(&self, out: &mut Output) -> Result<(), Failure> {
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        let widths: Vec<_> = (0..columns).map(|column| self.width(column)).collect();
+        for row in &self.rows {
+            self.write_row(row, &widths, out)?;
+        }
+        Ok(())
+    }
+
+    fn write_row(&self, row: &[String], widths: &[usize], out: &mut Output) -> Result<(), Failure> {
+        let Some((last, head)) = row.split_last() else {
+            return out.line("");
+        };
+        let mut line = " ".repeat(self.indent);
+        let mut used = self.indent;
+        for (at, (cell, width)) in head.iter().zip(widths).enumerate() {
+            let pad = " ".repeat((width + GAP).saturating_sub(count(cell)));
+            match at {
+                0 => line.push_str(&format!("{}{pad}", out.paint.name(cell))),
+                _ => line.push_str(&format!("{cell}{pad}")),
+            }
+            used += width + GAP;
+        }
+        let room = out.width().saturating_sub(used).max(24);
+        for (at, part) in wrap(last, room).iter().enumerate() {
+            match at {
+                0 => out.line(format!("{line}{part}").trim_end())?,
+                _ => out.line(format!("{}{part}", " ".repeat(used)))?,
+            }
+        }
+        Ok(())
+    }
+}
+
+fn count(text: &str) -> usize {
+    text.chars().count()
+}
+
+/// Breaks text between words into lines of at most `room` characters; longer words stand alone.
+pub(crate) fn wrap(text: &str, room: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let line = lines
+            .last_mut()
+            .filter(|line| line.is_empty() || count(line).saturating_add(1 + count(word)) <= room);
+        match line {
+            Some(line) => {
+                if !line.is_empty() {
+                    line.push(' ');
+                }
+                line.push_str(word);
+            }
+            None => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::wrap;
+
+    #[test]
+    fn words_stay_whole_and_lines_short() {
+        assert_eq!(wrap("one two three", 7), ["one two", "three"]);
+        assert_eq!(wrap("incomprehensible", 4), ["incomprehensible"]);
+        assert_eq!(wrap("", 4), [""]);
+    }
+}

@@ -1,0 +1,140 @@
+//! Standard output: buffered, painted only on a terminal, quiet when nobody reads it.
+
+use std::fmt::{self, Display};
+use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
+
+use clap::builder::StyledStr;
+use serde::Serialize;
+
+use crate::failure::Failure;
+
+/// Colours, or none: only on a terminal that can, and not with `NO_COLOR`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Paint {
+    on: bool,
+}
+
+/// A text in a colour.
+struct Painted<T> {
+    text: T,
+    code: Option<&'static str>,
+}
+
+impl<T: Display> Display for Painted<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.code {
+            Some(code) => {
+                write!(f, "\x1b[{code}m")?;
+                self.text.fmt(f)?;
+                f.write_str("\x1b[0m")
+            }
+            None => self.text.fmt(f),
+        }
+    }
+}
+
+impl Paint {
+    fn wanted(terminal: bool) -> Self {
+        let set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+        let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
+        Self {
+            on: terminal && !set("NO_COLOR") && !dumb,
+        }
+    }
+
+    pub(crate) fn for_stderr() -> Self {
+        Self::wanted(io::stderr().is_terminal())
+    }
+
+    fn with<T: Display>(self, code: &'static str, text: T) -> impl Display {
+        Painted {
+            text,
+            code: self.on.then_some(code),
+        }
+    }
+
+    /// What an error begins with, and what is wrong in a list.
+    pub(crate) fn error(self, text: impl Display) -> impl Display {
+        self.with("1;31", text)
+    }
+
+    /// What a list is about.
+    pub(crate) fn name(self, text: impl Display) -> impl Display {
+        self.with("1", text)
+    }
+
+    /// What only accompanies.
+    pub(crate) fn dim(self, text: impl Display) -> impl Display {
+        self.with("2", text)
+    }
+
+    /// What deserves a look.
+    pub(crate) fn note(self, text: impl Display) -> impl Display {
+        self.with("33", text)
+    }
+
+    /// A heading.
+    pub(crate) fn heading(self, text: impl Display) -> impl Display {
+        self.with("1;4", text)
+    }
+}
+
+/// Where results go.
+pub(crate) struct Output {
+    to: BufWriter<Stdout>,
+    pub(crate) paint: Paint,
+    width: Option<usize>,
+}
+
+impl Output {
+    pub(crate) fn stdout() -> Self {
+        let stdout = io::stdout();
+        let terminal = stdout.is_terminal();
+        let width = terminal_size::terminal_size_of(&stdout).map(|(width, _)| width.0.into());
+        Self {
+            to: BufWriter::with_capacity(1 << 16, stdout),
+            paint: Paint::wanted(terminal),
+            width: width.filter(|_| terminal),
+        }
+    }
+
+    /// Columns to keep within: the terminal's, at least 60; without a terminal no bound.
+    pub(crate) fn width(&self) -> usize {
+        self.width.map_or(usize::MAX, |width| width.max(60))
+    }
+
+    /// Writes a line.
+    pub(crate) fn line(&mut self, text: impl Display) -> Result<(), Failure> {
+        Ok(writeln!(self.to, "{text}")?)
+    }
+
+    /// Writes one object on a line.
+    pub(crate) fn json(&mut self, value: &impl Serialize) -> Result<(), Failure> {
+        serde_json::to_writer(&mut self.to, value)?;
+        self.line("")
+    }
+
+    /// Writes text that clap has styled.
+    pub(crate) fn styled(&mut self, text: &StyledStr) -> Result<(), Failure> {
+        match self.paint.on {
+            true => write!(self.to, "{}", text.ansi())?,
+            false => write!(self.to, "{text}")?,
+        }
+        self.flush()
+    }
+
+    /// Hands on what is buffered.
+    pub(crate) fn flush(&mut self) -> Result<(), Failure> {
+        Ok(self.to.flush()?)
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.to.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
+}

@@ -1,0 +1,95 @@
+use clap::Args;
+use magician_protocol::{Row, TABLE};
+use serde::Serialize;
+
+use crate::catalogue::{self, Entry, chapter_name, letters};
+use crate::columns::Columns;
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::output::Output;
+
+/// List the commands of the protocol, or explain one
+#[derive(Args, Debug)]
+pub(crate) struct Commands {
+    /// Command to explain: its name as the vendor or Rust writes it, or its id
+    #[arg(conflicts_with_all = ["chapter", "word"])]
+    name: Option<String>,
+    /// Only those of a chapter: info, pose, alarm, home, teach, tool, jog, ptp, cp, arc, wait, trigger, io,
+    /// calibration, wifi, lost-step, queue
+    #[arg(long)]
+    chapter: Option<String>,
+    /// Only those with this word in their name or description
+    #[arg(long)]
+    word: Option<String>,
+}
+
+#[derive(Serialize)]
+struct List {
+    commands: Vec<Entry>,
+}
+
+impl Commands {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        if let Some(name) = &self.name {
+            return catalogue::explain(name, context);
+        }
+        self.check_chapter()?;
+        let rows: Vec<_> = TABLE.iter().filter(|row| self.wants(row)).collect();
+        let commands = rows.iter().map(|row| Entry::brief(row)).collect();
+        context.show(&List { commands }, |out| list(&rows, out))
+    }
+
+    fn check_chapter(&self) -> Result<(), Failure> {
+        let Some(wanted) = &self.chapter else {
+            return Ok(());
+        };
+        let mut names: Vec<_> = TABLE.iter().map(chapter_name).collect();
+        names.dedup();
+        if names.iter().any(|name| letters(name) == letters(wanted)) {
+            return Ok(());
+        }
+        names.sort();
+        names.dedup();
+        let message = format!("no chapter is called `{wanted}`");
+        Err(Failure::usage(message).hint(format!("chapters are {}", names.join(", "))))
+    }
+
+    fn wants(&self, row: &Row) -> bool {
+        let chapter = self.chapter.as_ref();
+        let word = self.word.as_ref().map(|word| word.to_lowercase());
+        chapter.is_none_or(|chapter| letters(chapter) == letters(&chapter_name(row)))
+            && word.is_none_or(|word| {
+                letters(row.name).contains(&letters(&word))
+                    || row.doc.to_lowercase().contains(&word)
+            })
+    }
+}
+
+fn list(rows: &[&'static Row], out: &mut Output) -> Result<(), Failure> {
+    let mut columns = Columns::default();
+    for row in rows {
+        columns.row([
+            row.name,
+            &row.id.to_string(),
+            &forms(row),
+            &chapter_name(row),
+            row.doc,
+        ]);
+    }
+    columns.write(out)?;
+    let count = rows.len();
+    let legend = "g can be got, s set, q queued, ! needs --yes to set";
+    let summary = format!("{count} commands; {legend}; `magician commands NAME` explains one");
+    out.line(out.paint.dim(summary))
+}
+
+/// The forms of a command in four letters.
+fn forms(row: &Row) -> String {
+    let letter = |there, letter| if there { letter } else { '-' };
+    String::from_iter([
+        letter(row.value.is_some(), 'g'),
+        letter(row.set.is_some(), 's'),
+        letter(row.set.is_some() && row.queueable, 'q'),
+        letter(row.dangerous, '!'),
+    ])
+}

@@ -1,0 +1,123 @@
+//! Hex text as people paste it: `AA AA 02`, `AAAA02`, `0xAA, 0xAA, 0x2`.
+
+/// Whether text is hex so far: only hex digits, whitespace, commas and `0x`.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Test {
+    after_zero: bool,
+}
+
+impl Test {
+    /// Looks at more of the text; false once it cannot be hex.
+    pub(super) fn accepts(&mut self, text: &[u8]) -> bool {
+        text.iter().all(|letter| {
+            let after_zero = std::mem::replace(&mut self.after_zero, *letter == b'0');
+            match letter {
+                b'x' | b'X' => after_zero,
+                letter => letter.is_ascii_hexdigit() || separates(*letter),
+            }
+        })
+    }
+}
+
+fn separates(letter: u8) -> bool {
+    letter == b',' || letter.is_ascii_whitespace() || letter == 0x0B
+}
+
+/// Why hex text is no bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum HexError {
+    /// A letter that hex text does not have, at this position.
+    Letter(u64),
+    /// A group of digits that ends before this position has an odd number of them.
+    Odd(u64),
+}
+
+/// Turns hex text into bytes, in any split. A digit alone is a byte.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Parser {
+    position: u64,
+    /// Digits since the last separator.
+    digits: u64,
+    high: Option<u8>,
+}
+
+impl Parser {
+    /// Reads more of the text, appending its bytes to `bytes`.
+    pub(super) fn push(&mut self, text: &[u8], bytes: &mut Vec<u8>) -> Result<(), HexError> {
+        for letter in text {
+            match char::from(*letter).to_digit(16) {
+                Some(digit) => self.digit(digit as u8, bytes),
+                None if separates(*letter) => self.finish(bytes)?,
+                None if matches!(letter, b'x' | b'X')
+                    && self.high == Some(0)
+                    && self.digits % 2 == 1 =>
+                {
+                    (self.high, self.digits) = (None, 0);
+                }
+                None => return Err(HexError::Letter(self.position)),
+            }
+            self.position += 1;
+        }
+        Ok(())
+    }
+
+    fn digit(&mut self, digit: u8, bytes: &mut Vec<u8>) {
+        self.digits += 1;
+        match self.high.take() {
+            None => self.high = Some(digit),
+            Some(high) => bytes.push(high << 4 | digit),
+        }
+    }
+
+    /// Ends a group of digits.
+    pub(super) fn finish(&mut self, bytes: &mut Vec<u8>) -> Result<(), HexError> {
+        let digits = std::mem::take(&mut self.digits);
+        match self.high.take() {
+            None => Ok(()),
+            Some(digit) if digits == 1 => {
+                bytes.push(digit);
+                Ok(())
+            }
+            Some(_) => Err(HexError::Odd(self.position)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Vec<u8>, HexError> {
+        let (mut parser, mut bytes) = (Parser::default(), Vec::new());
+        for letter in text.as_bytes().chunks(1) {
+            parser.push(letter, &mut bytes)?;
+        }
+        parser.finish(&mut bytes).map(|()| bytes)
+    }
+
+    #[test]
+    fn every_usual_way_of_writing_hex() {
+        let bytes = vec![0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6];
+        for text in [
+            "AA AA 02 0A 00 F6",
+            "aaaa020a00f6",
+            "0xAA,0xAA,0x2,0xA,0x0,0xF6",
+            "0xAAAA020A00F6",
+            "AA\tAA\r\n02,0A 0 f6\n",
+            "0xAA0xAA 0x02 0X0A00 F6",
+        ] {
+            assert!(Test::default().accepts(text.as_bytes()), "{text}");
+            assert_eq!(parse(text), Ok(bytes.clone()), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_hex() {
+        for text in ["M10", "AA-AA", "xAA", "AA x2", "capture.bin", "0xx1"] {
+            assert!(!Test::default().accepts(text.as_bytes()), "{text}");
+        }
+        assert_eq!(parse("AAA"), Err(HexError::Odd(3)));
+        assert_eq!(parse("AA ZZ"), Err(HexError::Letter(3)));
+        assert_eq!(parse("A0xBB"), Err(HexError::Letter(2)));
+    }
+}

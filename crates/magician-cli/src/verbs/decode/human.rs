@@ -1,0 +1,195 @@
+//! Pieces for people: a line each, its fields below.
+
+use magician_protocol::{DecodeError, Description, Direction, Frame, Rejection};
+
+use super::{Place, Printer};
+use crate::columns::wrap;
+use crate::failure::Failure;
+use crate::output::Output;
+use crate::values;
+
+/// Bytes of a run of noise that are shown.
+const SHOWN: usize = 32;
+/// Columns of the offset.
+const OFFSET: usize = 8;
+
+/// Writes the pieces as lines.
+pub(super) struct Lines<'o> {
+    out: &'o mut Output,
+    noise: Noise,
+    /// Times of the first packet and of the latest, in a capture.
+    first: Option<u64>,
+    last: u64,
+}
+
+/// A run of noise as far as it has come.
+#[derive(Default)]
+struct Noise {
+    position: String,
+    count: u64,
+    first: Vec<u8>,
+}
+
+impl<'o> Lines<'o> {
+    pub(super) fn new(out: &'o mut Output) -> Self {
+        Self {
+            out,
+            noise: Noise::default(),
+            first: None,
+            last: 0,
+        }
+    }
+
+    fn title(
+        &mut self,
+        place: Place<'_>,
+        direction: &str,
+        name: &str,
+        about: &str,
+    ) -> Result<(), Failure> {
+        let position = self.position(place);
+        let paint = self.out.paint;
+        let line = format!(
+            "{}{direction:<9}{}{about}",
+            paint.dim(position),
+            paint.name(name)
+        );
+        self.out.line(line.trim_end())
+    }
+
+    fn bad(&mut self, place: Place<'_>, what: &str, about: &str) -> Result<(), Failure> {
+        let position = self.position(place);
+        self.bad_at(&position, what, about)
+    }
+
+    fn bad_at(&mut self, position: &str, what: &str, about: &str) -> Result<(), Failure> {
+        let paint = self.out.paint;
+        let what = paint.error(format!("{what:<9}")).to_string();
+        self.out
+            .line(format_args!("{}{what}{about}", paint.dim(position)))
+    }
+
+    /// The offset; in a capture the time since its first packet, and the link.
+    fn position(&mut self, place: Place<'_>) -> String {
+        let Some((_, link)) = place.origin.link else {
+            return format!("{:<OFFSET$}", place.offset);
+        };
+        let time = place.origin.time.unwrap_or(self.last);
+        self.last = time;
+        let since = time.saturating_sub(*self.first.get_or_insert(time));
+        let (seconds, micros) = (since / 1_000_000, since % 1_000_000);
+        format!("{seconds}.{micros:06} s  {link}  ")
+    }
+
+    fn bytes(&mut self, bytes: &[u8]) -> Result<(), Failure> {
+        let text = spaced(bytes);
+        for line in wrap(&text, self.out.width().saturating_sub(OFFSET).min(3 * 32)) {
+            let line = self.out.paint.dim(line).to_string();
+            self.out.line(format_args!("{:OFFSET$}{line}", ""))?;
+        }
+        Ok(())
+    }
+
+    fn fields(&mut self, description: &Description<'_>) -> Result<(), Failure> {
+        values::columns(description, OFFSET)?.write(self.out)
+    }
+}
+
+fn spaced(bytes: &[u8]) -> String {
+    let pairs: Vec<_> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+    pairs.join(" ")
+}
+
+impl Printer for Lines<'_> {
+    fn frame(
+        &mut self,
+        place: Place<'_>,
+        frame: &Frame<'_>,
+        meaning: Result<Description<'_>, DecodeError>,
+    ) -> Result<(), Failure> {
+        match meaning {
+            Ok(description) => {
+                let direction = match description.direction {
+                    Direction::Request => "request",
+                    Direction::Reply => "reply",
+                };
+                let queued = if description.queued { "  queued" } else { "" };
+                self.title(place, direction, description.name, queued)?;
+                self.bytes(frame.bytes())?;
+                self.fields(&description)?;
+                for note in description.notes() {
+                    let note = self
+                        .out
+                        .paint
+                        .note(format_args!("note: {note}"))
+                        .to_string();
+                    self.out.line(format_args!("{:OFFSET$}{note}", ""))?;
+                }
+                Ok(())
+            }
+            Err(error @ DecodeError::UnknownId(_)) => {
+                self.bad(place, "unknown", &error.to_string())?;
+                self.bytes(frame.bytes())
+            }
+            Err(error) => {
+                let name = magician_protocol::Row::with_id(frame.id()).map_or("", |row| row.name);
+                self.bad(place, "length", &format!("{name}: {error}"))?;
+                self.bytes(frame.bytes())
+            }
+        }
+    }
+
+    fn rejected(
+        &mut self,
+        place: Place<'_>,
+        bytes: &[u8],
+        reason: Rejection,
+    ) -> Result<(), Failure> {
+        let (what, about) = match reason {
+            Rejection::Checksum { expected, found } => (
+                "checksum",
+                format!("is {found:02X}, the bytes call for {expected:02X}"),
+            ),
+            Rejection::Length(len) => ("length", format!("is {len}, a frame has 2 to 250")),
+            Rejection::Truncated => ("truncated", " the input ends inside the frame".to_owned()),
+        };
+        self.bad(place, what, &about)?;
+        self.bytes(bytes)
+    }
+
+    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure> {
+        self.noise = Noise {
+            position: self.position(place),
+            ..Noise::default()
+        };
+        Ok(())
+    }
+
+    fn noise(&mut self, bytes: &[u8]) -> Result<(), Failure> {
+        self.noise.count += bytes.len() as u64;
+        let room = SHOWN.saturating_sub(self.noise.first.len());
+        self.noise.first.extend(bytes.iter().take(room));
+        Ok(())
+    }
+
+    fn noise_ends(&mut self) -> Result<(), Failure> {
+        let Noise {
+            position,
+            count,
+            first,
+        } = std::mem::take(&mut self.noise);
+        let bytes = if count == 1 { "byte" } else { "bytes" };
+        let more = if count > SHOWN as u64 { " ..." } else { "" };
+        let text = first.escape_ascii();
+        self.bad_at(
+            &position,
+            "noise",
+            &format!("{count} {bytes}: \"{text}\"{more}"),
+        )?;
+        self.bytes(&first)
+    }
+
+    fn flush(&mut self) -> Result<(), Failure> {
+        self.out.flush()
+    }
+}

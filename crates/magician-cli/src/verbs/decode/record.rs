@@ -1,0 +1,180 @@
+//! Pieces as JSON, one object a line. The hex of a run of noise is written as it comes, so that
+//! a run of any length takes no memory.
+
+use std::io::Write;
+
+use magician_protocol::{DecodeError, Description, Direction, Frame, Rejection, Row};
+use serde::Serialize;
+
+use super::stream::Origin;
+use super::{Place, Printer};
+use crate::failure::Failure;
+use crate::output::Output;
+
+/// Writes the pieces as JSON.
+pub(super) struct Records<'o> {
+    pub(super) out: &'o mut Output,
+}
+
+#[derive(Serialize)]
+struct Understood<'a> {
+    offset: u64,
+    hex: String,
+    ok: bool,
+    id: u8,
+    command: &'static str,
+    direction: &'static str,
+    write: bool,
+    queued: bool,
+    params: &'a Description<'a>,
+    notes: Vec<&'static str>,
+    #[serde(flatten)]
+    seen: Seen<'a>,
+}
+
+#[derive(Serialize)]
+struct Misfit<'a> {
+    offset: u64,
+    hex: String,
+    ok: bool,
+    id: u8,
+    command: Option<&'static str>,
+    write: bool,
+    queued: bool,
+    params: Raw,
+    error: &'static str,
+    #[serde(flatten)]
+    seen: Seen<'a>,
+}
+
+/// What a capture knows besides: the link, and the time in microseconds since 1970.
+#[derive(Serialize)]
+struct Seen<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    link: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time: Option<u64>,
+}
+
+impl<'a> Seen<'a> {
+    fn of(origin: Origin<'a>) -> Self {
+        Self {
+            link: origin
+                .link
+                .map(|(_, name)| name)
+                .filter(|name| !name.is_empty()),
+            time: origin.time,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Raw {
+    raw: String,
+}
+
+#[derive(Serialize)]
+struct Rejected<'a> {
+    offset: u64,
+    hex: String,
+    ok: bool,
+    error: &'static str,
+    #[serde(flatten)]
+    seen: Seen<'a>,
+}
+
+/// Bytes in hex, as JSON has them.
+pub(super) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02X}")).collect()
+}
+
+impl Printer for Records<'_> {
+    fn frame(
+        &mut self,
+        place: Place<'_>,
+        frame: &Frame<'_>,
+        meaning: Result<Description<'_>, DecodeError>,
+    ) -> Result<(), Failure> {
+        let description = match &meaning {
+            Ok(description) => description,
+            Err(error) => return self.out.json(&misfit(place, frame, *error)),
+        };
+        self.out.json(&Understood {
+            offset: place.offset,
+            hex: hex(frame.bytes()),
+            ok: true,
+            id: frame.id(),
+            command: description.name,
+            direction: match description.direction {
+                Direction::Request => "request",
+                Direction::Reply => "reply",
+            },
+            write: description.write,
+            queued: description.queued,
+            params: description,
+            notes: description.notes().collect(),
+            seen: Seen::of(place.origin),
+        })
+    }
+
+    fn rejected(
+        &mut self,
+        place: Place<'_>,
+        bytes: &[u8],
+        reason: Rejection,
+    ) -> Result<(), Failure> {
+        self.out.json(&Rejected {
+            offset: place.offset,
+            hex: hex(bytes),
+            ok: false,
+            error: match reason {
+                Rejection::Checksum { .. } => "checksum",
+                Rejection::Length(_) => "length",
+                Rejection::Truncated => "truncated",
+            },
+            seen: Seen::of(place.origin),
+        })
+    }
+
+    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure> {
+        Ok(write!(self.out, r#"{{"offset":{},"hex":""#, place.offset)?)
+    }
+
+    fn noise(&mut self, bytes: &[u8]) -> Result<(), Failure> {
+        Ok(write!(self.out, "{}", hex(bytes))?)
+    }
+
+    fn noise_ends(&mut self) -> Result<(), Failure> {
+        self.out.line(r#"","ok":false,"error":"noise"}"#)
+    }
+
+    fn flush(&mut self) -> Result<(), Failure> {
+        self.out.flush()
+    }
+}
+
+/// A whole frame that nobody understands: an unknown id, or parameters that fit no form.
+fn misfit<'a>(place: Place<'a>, frame: &Frame<'_>, error: DecodeError) -> Misfit<'a> {
+    let ctrl = frame.ctrl();
+    Misfit {
+        offset: place.offset,
+        hex: hex(frame.bytes()),
+        ok: false,
+        id: frame.id(),
+        command: Row::with_id(frame.id()).map(|row| match ctrl.write() || ctrl.queued() {
+            true if row.set.is_some() => row.set_name,
+            _ if row.value.is_some() => row.get_name,
+            _ => row.set_name,
+        }),
+        write: ctrl.write(),
+        queued: ctrl.queued(),
+        params: Raw {
+            raw: hex(frame.params()),
+        },
+        error: match error {
+            DecodeError::UnknownId(_) => "unknown",
+            _ => "length",
+        },
+        seen: Seen::of(place.origin),
+    }
+}

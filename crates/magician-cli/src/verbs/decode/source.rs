@@ -1,0 +1,213 @@
+//! Where the bytes come from: arguments, a file, stdin; as bytes or as hex text.
+
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::{self, Read, Seek};
+
+use super::Printer;
+use super::hex::{HexError, Parser, Test};
+use super::stream::{Decoder, Origin};
+use crate::failure::Failure;
+use magician_sim::trace::{is_trace, read_trace};
+
+const CHUNK: usize = 1 << 16;
+/// How many first bytes tell a capture.
+const MAGIC: usize = 4;
+
+/// Feeds everything that the arguments name into the decoder, in bounded memory.
+pub(super) fn read(input: &[OsString], decoder: &mut Decoder<impl Printer>) -> Result<(), Failure> {
+    if let [argument] = input
+        && argument == "-"
+    {
+        return Feed::new(decoder).stream(&mut io::stdin().lock(), "stdin");
+    }
+    let words: Vec<_> = input.iter().map(|word| word.to_string_lossy()).collect();
+    let text = words.join(" ");
+    if Test::default().accepts(text.as_bytes()) {
+        return Feed::new(decoder).text(text.as_bytes());
+    }
+    match input {
+        [name] => file(name, &words[0], decoder),
+        _ => {
+            let odd = words
+                .iter()
+                .find(|word| !Test::default().accepts(word.as_bytes()));
+            let odd = odd.map_or("", |word| word);
+            let message = format!("`{odd}` is not hex, and several arguments must be");
+            Err(Failure::invalid(message))
+        }
+    }
+}
+
+fn file(path: &OsString, name: &str, decoder: &mut Decoder<impl Printer>) -> Result<(), Failure> {
+    let unreadable = |error: io::Error| {
+        Failure::invalid(format!(
+            "`{name}` is not hex, and as a file it cannot be read: {error}"
+        ))
+    };
+    let mut file = File::open(path).map_err(unreadable)?;
+    let metadata = file.metadata().map_err(unreadable)?;
+    if metadata.is_dir() {
+        return Err(Failure::invalid(format!("`{name}` is a directory")));
+    }
+    if !metadata.is_file() {
+        return Feed::new(decoder).stream(&mut file, name);
+    }
+    let nature = examine(&mut file).map_err(unreadable)?;
+    file.rewind().map_err(unreadable)?;
+    Feed { decoder, nature }.rest(&mut file, name)
+}
+
+/// What the bytes of an input are.
+#[derive(Clone, Copy)]
+enum Nature {
+    Bytes,
+    Text(Parser),
+    Capture,
+}
+
+/// Reads a whole file to tell its nature.
+fn examine(file: &mut impl Read) -> io::Result<Nature> {
+    let mut chunk = [0; CHUNK];
+    let mut test = Test::default();
+    let mut first = fill(file, &mut chunk)?;
+    if is_trace(&chunk) {
+        return Ok(Nature::Capture);
+    }
+    while first > 0 {
+        if !test.accepts(&chunk[..first]) {
+            return Ok(Nature::Bytes);
+        }
+        first = fill(file, &mut chunk)?;
+    }
+    Ok(Nature::Text(Parser::default()))
+}
+
+/// Reads at least the four bytes that tell a capture, unless the input ends before.
+fn fill(from: &mut impl Read, chunk: &mut [u8]) -> io::Result<usize> {
+    let mut count = 0;
+    while count < MAGIC {
+        match from.read(&mut chunk[count..]) {
+            Ok(0) => break,
+            Ok(more) => count += more,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => (),
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(count)
+}
+
+/// Carries bytes of some nature to the decoder.
+struct Feed<'d, P: Printer> {
+    decoder: &'d mut Decoder<P>,
+    nature: Nature,
+}
+
+impl<'d, P: Printer> Feed<'d, P> {
+    fn new(decoder: &'d mut Decoder<P>) -> Self {
+        Self {
+            decoder,
+            nature: Nature::Bytes,
+        }
+    }
+
+    fn text(mut self, text: &[u8]) -> Result<(), Failure> {
+        self.nature = Nature::Text(Parser::default());
+        self.push(text)?;
+        self.finish()
+    }
+
+    /// An input that can be read once: what comes first tells its nature.
+    fn stream(mut self, from: &mut impl Read, name: &str) -> Result<(), Failure> {
+        let mut chunk = [0; CHUNK];
+        let count = fill(from, &mut chunk).map_err(|error| broken(name, &error))?;
+        let first = &chunk[..count];
+        if is_trace(first) {
+            self.nature = Nature::Capture;
+            return self.rest(&mut first.chain(from), name);
+        }
+        if Test::default().accepts(first) {
+            self.nature = Nature::Text(Parser::default());
+        }
+        self.push(first)?;
+        self.rest(from, name)
+    }
+
+    fn rest(mut self, from: &mut impl Read, name: &str) -> Result<(), Failure> {
+        if matches!(self.nature, Nature::Capture) {
+            return self.capture(from, name);
+        }
+        let mut chunk = [0; CHUNK];
+        loop {
+            match from.read(&mut chunk) {
+                Ok(0) => return self.finish(),
+                Ok(count) => self.push(&chunk[..count])?,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => (),
+                Err(error) => return Err(broken(name, &error)),
+            }
+        }
+    }
+
+    /// A capture is read whole: its blocks refer to each other.
+    fn capture(self, from: &mut impl Read, name: &str) -> Result<(), Failure> {
+        let mut bytes = Vec::new();
+        from.read_to_end(&mut bytes)
+            .map_err(|error| broken(name, &error))?;
+        let mut wrong = None;
+        for packet in read_trace(&bytes) {
+            match packet {
+                Ok(packet) => {
+                    let origin = Origin {
+                        direction: packet.direction,
+                        link: Some((packet.link, &packet.link_name)),
+                        time: Some(packet.time),
+                    };
+                    self.decoder.push(origin, packet.bytes)?;
+                }
+                Err(error) => wrong = wrong.or(Some(error)),
+            }
+        }
+        self.decoder.flush()?;
+        wrong.map_or(Ok(()), |error| {
+            Err(Failure::invalid(format!("{name}: {error}")))
+        })
+    }
+
+    fn push(&mut self, chunk: &[u8]) -> Result<(), Failure> {
+        match &mut self.nature {
+            Nature::Text(parser) => {
+                let mut bytes = Vec::with_capacity(chunk.len() / 2 + 1);
+                let parsed = parser.push(chunk, &mut bytes);
+                self.decoder.push(Origin::default(), &bytes)?;
+                parsed.map_err(not_hex)?;
+            }
+            _ => self.decoder.push(Origin::default(), chunk)?,
+        }
+        self.decoder.flush()
+    }
+
+    fn finish(self) -> Result<(), Failure> {
+        let Nature::Text(mut parser) = self.nature else {
+            return Ok(());
+        };
+        let mut bytes = Vec::new();
+        parser.finish(&mut bytes).map_err(not_hex)?;
+        self.decoder.push(Origin::default(), &bytes)
+    }
+}
+
+fn broken(name: &str, error: &io::Error) -> Failure {
+    Failure::invalid(format!("{name} cannot be read: {error}"))
+}
+
+fn not_hex(error: HexError) -> Failure {
+    match error {
+        HexError::Odd(end) => Failure::invalid(format!(
+            "the hex digits before position {end} are an odd number, so they are no bytes"
+        ))
+        .hint("for a file of such a name write ./NAME"),
+        HexError::Letter(at) => Failure::invalid(format!(
+            "the text is hex up to position {at}, then something else"
+        )),
+    }
+}

@@ -1,0 +1,66 @@
+use clap::Args;
+use serde::Serialize;
+
+use super::set::{refuse_danger, writable};
+use crate::catalogue;
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::values;
+
+/// Put any command of the protocol into the arm's queue
+#[derive(Args, Debug)]
+#[command(
+    disable_help_flag = true,
+    after_help = "\
+  magician enqueue PTPCmd ptp_mode=movl-xyz x=220 y=40 z=30 r=0 --start
+  magician enqueue --help PTPCmd     explains the command
+
+Prints the index that the arm gave it. The queue is not started unless --start says so."
+)]
+pub(crate) struct Enqueue {
+    /// Command: its name as the vendor or Rust writes it, or its id
+    #[arg(required_unless_present = "help")]
+    name: Option<String>,
+    /// The fields
+    #[arg(value_name = "KEY=VALUE")]
+    fields: Vec<String>,
+    /// Let the queue run
+    #[arg(long)]
+    start: bool,
+    /// Explain the command, or this verb
+    #[arg(short, long)]
+    help: bool,
+}
+
+#[derive(Serialize)]
+struct Answer {
+    index: u64,
+}
+
+impl Enqueue {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let Some(name) = catalogue::named(self.name, self.help, "enqueue", context)? else {
+            return Ok(());
+        };
+        let (row, layout) = writable(&name)?;
+        if !row.queueable {
+            let message = format!("{} cannot be queued", row.set_name);
+            return Err(Failure::usage(message)
+                .hint(format!("`magician set {}` does it at once", row.name)));
+        }
+        let params = values::params(row, layout, &self.fields)?;
+        refuse_danger(row, context)?;
+        let command = magician::Set::decode(row.id, &params)
+            .map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;
+        let index = context.with_arm(async |arm, _| {
+            let index = arm.enqueue_set(&command).await?;
+            if self.start {
+                arm.start_queue().await?;
+            }
+            Ok(index.0)
+        })?;
+        context.show(&Answer { index }, |out| {
+            out.line(format_args!("index {index}"))
+        })
+    }
+}

@@ -1,0 +1,69 @@
+use clap::Args;
+use magician_motion::{Geometry, JointAngles, Limits};
+use serde::Serialize;
+
+use crate::args::Tool;
+use crate::columns::Columns;
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// Calculate where the tool is at four joint angles
+#[derive(Args, Debug)]
+pub(crate) struct Forward {
+    /// Base, degrees
+    #[arg(allow_hyphen_values = true)]
+    j1: f64,
+    /// Rear arm, degrees from the vertical
+    #[arg(allow_hyphen_values = true)]
+    j2: f64,
+    /// Forearm, degrees below the horizontal
+    #[arg(allow_hyphen_values = true)]
+    j3: f64,
+    /// End servo, degrees
+    #[arg(allow_hyphen_values = true)]
+    j4: f64,
+    /// Tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm
+    #[arg(
+        long,
+        value_name = "NAME|X,Y,Z",
+        default_value = "none",
+        allow_hyphen_values = true
+    )]
+    tool: Tool,
+}
+
+#[derive(Serialize)]
+struct Answer {
+    x: f64,
+    y: f64,
+    z: f64,
+    r: f64,
+}
+
+impl Forward {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let joints = JointAngles::new(self.j1, self.j2, self.j3, self.j4);
+        if !joints.is_finite() {
+            return Err(Failure::invalid("the joint angles must be finite numbers"));
+        }
+        let pose = Geometry::magician(self.tool.0).forward(&joints);
+        let [x, y, z, r] = pose.to_array().map(|value| value + 0.0);
+        context.show(&Answer { x, y, z, r }, |out| {
+            let mut columns = Columns::default();
+            for (name, value, unit) in [
+                ("x", x, "mm"),
+                ("y", y, "mm"),
+                ("z", z, "mm"),
+                ("r", r, "deg"),
+            ] {
+                columns.row([name, &format!("{value:10.4}"), unit]);
+            }
+            columns.write(out)?;
+            if let Err(beyond) = Limits::CONTROLLER.check(&joints) {
+                let note = format!("note: the arm cannot stand there, {beyond}");
+                out.line(out.paint.note(note))?;
+            }
+            Ok(())
+        })
+    }
+}

@@ -1,0 +1,67 @@
+use clap::Args;
+use magician_protocol::{Ctrl, Direction, Row, describe};
+
+use crate::catalogue;
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::values;
+
+/// Ask the arm for any value of the protocol
+#[derive(Args, Debug)]
+#[command(
+    disable_help_flag = true,
+    after_help = "\
+  magician get Pose
+  magician get IODO address=4
+  magician get --help IODO     explains the command"
+)]
+pub(crate) struct Get {
+    /// Command: its name as the vendor or Rust writes it, or its id
+    #[arg(required_unless_present = "help")]
+    name: Option<String>,
+    /// What the request carries
+    #[arg(value_name = "KEY=VALUE")]
+    fields: Vec<String>,
+    /// Explain the command, or this verb
+    #[arg(short, long)]
+    help: bool,
+}
+
+impl Get {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let Some(name) = catalogue::named(self.name, self.help, "get", context)? else {
+            return Ok(());
+        };
+        let row = readable(&name)?;
+        let params = match row.query {
+            Some(query) => values::params(row, query, &self.fields)?,
+            None => Vec::new(),
+        };
+        let json = context.global.json;
+        context.with_arm(async |arm, out| {
+            let reply = arm.raw(row.id, Ctrl::GET, &params).await?;
+            let frame = reply.frame();
+            let answer = describe(&frame, Direction::Reply);
+            let answer = answer.map_err(|error| {
+                Failure::unexpected(format!(
+                    "{}: an answer that cannot be read: {error}",
+                    row.get_name
+                ))
+            })?;
+            match json {
+                true => out.json(&answer),
+                false => values::columns(&answer, 0)?.write(out),
+            }
+        })
+    }
+}
+
+fn readable(name: &str) -> Result<&'static Row, Failure> {
+    Row::find_readable(name).or_else(|_| {
+        let row = catalogue::find(name)?;
+        Err(Failure::usage(format!(
+            "{} cannot be read, only set",
+            row.name
+        )))
+    })
+}

@@ -1,0 +1,37 @@
+use clap::Args;
+use magician::{RunOptions, commands, words};
+
+use super::pose::Answer;
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::progress::attended;
+
+/// Home the arm: find its reference, go to the home point, clear the alarms
+#[derive(Args, Debug)]
+pub(crate) struct Home {
+    /// Run what an earlier program left in the queue first
+    #[arg(long)]
+    keep: bool,
+}
+
+impl Home {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let quiet = context.global.json;
+        let pose = context.with_arm(async |arm, _| {
+            let home = async {
+                if !self.keep {
+                    return arm.home().await;
+                }
+                let options = RunOptions::default().keep(true);
+                arm.run_with([words::home()], options, |_| {}).await?;
+                arm.clear_alarms().await
+            };
+            attended(quiet, "homing", home).await?;
+            Ok(arm.get::<commands::Pose>().await?)
+        })?;
+        let answer = Answer::from(pose);
+        context.show(&answer, |out| {
+            out.line(format_args!("home: {}", answer.line()))
+        })
+    }
+}

@@ -1,0 +1,56 @@
+use clap::Args;
+use magician_motion::{Geometry, Limits, Pose};
+use serde::Serialize;
+
+use crate::args::Tool;
+use crate::columns::Columns;
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// Calculate the joint angles that bring the tool to a pose
+#[derive(Args, Debug)]
+pub(crate) struct Inverse {
+    /// Forward, mm
+    #[arg(allow_hyphen_values = true)]
+    x: f64,
+    /// To the left, mm
+    #[arg(allow_hyphen_values = true)]
+    y: f64,
+    /// Up, mm
+    #[arg(allow_hyphen_values = true)]
+    z: f64,
+    /// Rotation of the tool, degrees
+    #[arg(allow_hyphen_values = true)]
+    r: f64,
+    /// Tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm
+    #[arg(
+        long,
+        value_name = "NAME|X,Y,Z",
+        default_value = "none",
+        allow_hyphen_values = true
+    )]
+    tool: Tool,
+}
+
+#[derive(Serialize)]
+struct Answer {
+    j1: f64,
+    j2: f64,
+    j3: f64,
+    j4: f64,
+}
+
+impl Inverse {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let pose = Pose::new(self.x, self.y, self.z, self.r);
+        let joints = Geometry::magician(self.tool.0).inverse_within(&pose, &Limits::CONTROLLER)?;
+        let [j1, j2, j3, j4] = joints.to_array().map(|value| value + 0.0);
+        context.show(&Answer { j1, j2, j3, j4 }, |out| {
+            let mut columns = Columns::default();
+            for (name, value) in [("j1", j1), ("j2", j2), ("j3", j3), ("j4", j4)] {
+                columns.row([name, &format!("{value:10.4}"), "deg"]);
+            }
+            columns.write(out)
+        })
+    }
+}

@@ -1,0 +1,248 @@
+use clap::{Args, Subcommand};
+use magician::Arm;
+use magician::commands::{
+    GetIoAdc, GetIoDi, GetIoDo, GetIoMultiplexing, GetIoPwm, IoAdc, IoDi, IoDo, IoMultiplexing,
+    IoPwm,
+};
+use magician_protocol::{Flag, IoFunction};
+use serde::Serialize;
+
+use crate::columns::Columns;
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::output::Output;
+
+/// Highest address of a pin (document 1.15.1).
+const PINS: u8 = 20;
+
+/// Look at the pins of the arm's connectors and drive them
+#[derive(Args, Debug)]
+#[command(
+    after_help = "A pin does nothing before it is told what it is: `magician io mux 4 digital-output`."
+)]
+pub(crate) struct Io {
+    #[command(subcommand)]
+    action: Option<Action>,
+}
+
+#[derive(Clone, Copy, Debug, Subcommand)]
+enum Action {
+    /// Show what every pin does
+    List,
+    /// Read a pin as what it is
+    Get {
+        #[arg(value_parser = pin())]
+        pin: u8,
+    },
+    /// Set the level of a digital output
+    Set {
+        #[arg(value_parser = pin())]
+        pin: u8,
+        /// 0 or 1, off or on, low or high
+        #[arg(value_parser = level)]
+        level: bool,
+    },
+    /// Say what a pin is: none, digital-output, pwm, digital-input, analog-input,
+    /// digital-input-pull-up, digital-input-pull-down, or 0 to 6
+    Mux {
+        #[arg(value_parser = pin())]
+        pin: u8,
+        #[arg(value_parser = function)]
+        function: IoFunction,
+    },
+    /// Set the signal of a pulse-width output
+    Pwm {
+        #[arg(value_parser = pin())]
+        pin: u8,
+        /// Pulses a second, 10 to 1000000
+        hertz: f32,
+        /// Share of the time that it is high, 0 to 100
+        percent: f32,
+    },
+    /// Read an analog input
+    Adc {
+        #[arg(value_parser = pin())]
+        pin: u8,
+    },
+}
+
+fn pin() -> clap::builder::RangedI64ValueParser<u8> {
+    clap::value_parser!(u8).range(1..=i64::from(PINS))
+}
+
+fn level(text: &str) -> Result<bool, String> {
+    match text.to_ascii_lowercase().as_str() {
+        "0" | "off" | "low" => Ok(false),
+        "1" | "on" | "high" => Ok(true),
+        _ => Err("expected 0 or 1, off or on, low or high".to_owned()),
+    }
+}
+
+fn function(text: &str) -> Result<IoFunction, String> {
+    let known = IoFunction::INFO.value_of(text);
+    let value = known.or_else(|| text.parse().ok().filter(|value| *value <= 6));
+    value.map(IoFunction::from).ok_or_else(|| {
+        let names: Vec<_> = IoFunction::INFO
+            .variants
+            .iter()
+            .map(|variant| variant.name)
+            .collect();
+        format!("expected one of {}, or 0 to 6", names.join(", "))
+    })
+}
+
+/// What is known of a pin.
+#[derive(Default, Serialize)]
+struct Pin {
+    address: u8,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    multiplex: Option<u8>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    level: Option<u8>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frequency: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    duty_cycle: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    value: Option<u16>,
+}
+
+#[derive(Serialize)]
+struct List {
+    pins: Vec<Pin>,
+}
+
+impl Io {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let action = self.action.unwrap_or(Action::List);
+        let pins = context.with_arm(async |arm, _| act(arm, action).await)?;
+        match (pins.as_slice(), action) {
+            (_, Action::List) => {
+                let list = List { pins };
+                context.show(&list, |out| write(&list.pins, out))
+            }
+            ([pin], _) => context.show(pin, |out| write(&pins, out)),
+            _ => Ok(()),
+        }
+    }
+}
+
+async fn act(arm: &Arm, action: Action) -> Result<Vec<Pin>, Failure> {
+    let pin = match action {
+        Action::List => {
+            let mut pins = Vec::new();
+            for address in 1..=PINS {
+                pins.push(read(arm, address).await?);
+            }
+            return Ok(pins);
+        }
+        Action::Get { pin } => pin,
+        Action::Set { pin, level } => {
+            let level = Flag::from(level);
+            arm.set(&IoDo {
+                address: pin,
+                level,
+            })
+            .await?;
+            pin
+        }
+        Action::Mux { pin, function } => {
+            let multiplex = function;
+            arm.set(&IoMultiplexing {
+                address: pin,
+                multiplex,
+            })
+            .await?;
+            pin
+        }
+        Action::Pwm {
+            pin,
+            hertz,
+            percent,
+        } => {
+            let (frequency, duty_cycle) = (hertz, percent);
+            arm.set(&IoPwm {
+                address: pin,
+                frequency,
+                duty_cycle,
+            })
+            .await?;
+            pin
+        }
+        Action::Adc { pin } => {
+            let value = arm
+                .get_with::<IoAdc>(&GetIoAdc { address: Some(pin) })
+                .await?
+                .value;
+            return Ok(vec![Pin {
+                address: pin,
+                value: Some(value),
+                ..Pin::default()
+            }]);
+        }
+    };
+    Ok(vec![read(arm, pin).await?])
+}
+
+/// Reads a pin as what it is.
+async fn read(arm: &Arm, address: u8) -> Result<Pin, Failure> {
+    let query = Some(address);
+    let function = arm
+        .get_with::<IoMultiplexing>(&GetIoMultiplexing { address: query })
+        .await?
+        .multiplex;
+    let mut pin = Pin {
+        address,
+        multiplex: Some(function.into()),
+        ..Pin::default()
+    };
+    match function {
+        IoFunction::DigitalOutput => {
+            let read = arm.get_with::<IoDo>(&GetIoDo { address: query }).await?;
+            pin.level = Some(read.level.0);
+        }
+        IoFunction::Pwm => {
+            let read = arm.get_with::<IoPwm>(&GetIoPwm { address: query }).await?;
+            (pin.frequency, pin.duty_cycle) = (Some(read.frequency), Some(read.duty_cycle));
+        }
+        IoFunction::DigitalInput
+        | IoFunction::DigitalInputPullUp
+        | IoFunction::DigitalInputPullDown => {
+            let read = arm.get_with::<IoDi>(&GetIoDi { address: query }).await?;
+            pin.level = Some(read.level.0);
+        }
+        IoFunction::AnalogInput => {
+            let read = arm.get_with::<IoAdc>(&GetIoAdc { address: query }).await?;
+            pin.value = Some(read.value);
+        }
+        IoFunction::None | IoFunction::Unknown(_) => (),
+    }
+    Ok(pin)
+}
+
+fn write(pins: &[Pin], out: &mut Output) -> Result<(), Failure> {
+    let mut columns = Columns::default();
+    for pin in pins {
+        let function = pin
+            .multiplex
+            .map(|value| match IoFunction::INFO.name_of(value) {
+                Some(name) => name.to_owned(),
+                None => value.to_string(),
+            });
+        columns.row([
+            format!("EIO {}", pin.address),
+            function.unwrap_or_default(),
+            state(pin),
+        ]);
+    }
+    columns.write(out)
+}
+
+fn state(pin: &Pin) -> String {
+    match (pin.level, pin.frequency, pin.duty_cycle, pin.value) {
+        (Some(level), ..) => if level == 0 { "low" } else { "high" }.to_owned(),
+        (_, Some(hertz), Some(percent), _) => format!("{hertz} Hz, {percent} %"),
+        (.., Some(value)) => format!("{value} of 4095"),
+        _ => String::new(),
+    }
+}

@@ -1,0 +1,30 @@
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::args::Cli;
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// Print the manual page, or write a page for every verb into a directory
+#[derive(Args, Debug)]
+#[command(after_help = "To read it at once: magician man | man -l -")]
+pub(crate) struct Man {
+    /// Directory to write the pages into; it must exist
+    dir: Option<PathBuf>,
+}
+
+impl Man {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let description = Cli::description();
+        let Some(dir) = self.dir else {
+            return Ok(clap_mangen::Man::new(description).render(&mut context.out)?);
+        };
+        clap_mangen::generate_to(description, &dir).map_err(|error| {
+            Failure::invalid(format!(
+                "no pages can be written into {}: {error}",
+                dir.display()
+            ))
+        })
+    }
+}

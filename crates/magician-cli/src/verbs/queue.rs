@@ -1,0 +1,59 @@
+use clap::{Args, Subcommand};
+use serde::Serialize;
+
+use crate::columns::Columns;
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// Look at the arm's command queue, start, stop or clear it
+#[derive(Args, Debug)]
+pub(crate) struct Queue {
+    #[command(subcommand)]
+    action: Option<Action>,
+}
+
+#[derive(Clone, Copy, Debug, Subcommand)]
+enum Action {
+    /// Show how far it is and how much room it has
+    Status,
+    /// Let it run
+    Start,
+    /// Let the command under way finish and hold the rest
+    Stop,
+    /// Drop what waits; the command under way finishes
+    Clear,
+}
+
+#[derive(Serialize)]
+struct Status {
+    current_index: u64,
+    left_space: u32,
+}
+
+impl Queue {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let action = self.action.unwrap_or(Action::Status);
+        let (status, capacity) = context.with_arm(async |arm, _| {
+            match action {
+                Action::Status => (),
+                Action::Start => arm.start_queue().await?,
+                Action::Stop => arm.stop_gentle().await?,
+                Action::Clear => arm.clear_queue().await?,
+            }
+            let status = Status {
+                current_index: arm.current_index().await?.0,
+                left_space: arm.left_space().await?,
+            };
+            let (_, capacity) = arm.stats().await?;
+            Ok((status, capacity))
+        })?;
+        context.show(&status, |out| {
+            let taken = capacity.saturating_sub(status.left_space);
+            let mut columns = Columns::default();
+            columns.row(["finished", &format!("up to index {}", status.current_index)]);
+            columns.row(["in the queue", &format!("{taken} commands")]);
+            columns.row(["room for", &format!("{} more", status.left_space)]);
+            columns.write(out)
+        })
+    }
+}

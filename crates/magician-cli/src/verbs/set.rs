@@ -1,0 +1,71 @@
+use clap::Args;
+use magician::Ctrl;
+use magician_protocol::{LayoutInfo, Row};
+
+use crate::catalogue;
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::values;
+
+/// Set any value of the protocol, or order any action, at once
+#[derive(Args, Debug)]
+#[command(
+    disable_help_flag = true,
+    after_help = "\
+  magician set PTPCommonParams velocity_ratio=80 acceleration_ratio=60
+  magician set PTPJointParams velocity=100,100,100,100 acceleration=80,80,80,80
+  magician set --help PTPCmd     explains the command"
+)]
+pub(crate) struct Set {
+    /// Command: its name as the vendor or Rust writes it, or its id
+    #[arg(required_unless_present = "help")]
+    name: Option<String>,
+    /// The fields
+    #[arg(value_name = "KEY=VALUE")]
+    fields: Vec<String>,
+    /// Explain the command, or this verb
+    #[arg(short, long)]
+    help: bool,
+}
+
+impl Set {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let Some(name) = catalogue::named(self.name, self.help, "set", context)? else {
+            return Ok(());
+        };
+        let (row, layout) = writable(&name)?;
+        let params = values::params(row, layout, &self.fields)?;
+        refuse_danger(row, context)?;
+        let json = context.global.json;
+        context.with_arm(async |arm, out| {
+            arm.raw(row.id, Ctrl::SET, &params).await?;
+            // The answer to a set carries nothing.
+            if json { out.line("{}") } else { Ok(()) }
+        })
+    }
+}
+
+/// The command of a name, if it can be set.
+pub(crate) fn writable(name: &str) -> Result<(&'static Row, &'static LayoutInfo), Failure> {
+    let row = match Row::find_writable(name) {
+        Ok(row) => row,
+        Err(_) => catalogue::find(name)?,
+    };
+    match row.set {
+        Some(layout) => Ok((row, layout)),
+        None => Err(Failure::usage(format!(
+            "{} cannot be set, only read",
+            row.name
+        ))),
+    }
+}
+
+/// What can brick, unlearn or unlock something is sent only with `--yes`.
+pub(crate) fn refuse_danger(row: &Row, context: &Context) -> Result<(), Failure> {
+    if !row.dangerous || context.global.yes {
+        return Ok(());
+    }
+    let name = row.set_name;
+    let message = format!("{name} can brick, unlearn or unlock something; nothing was sent");
+    Err(Failure::usage(message).hint("give --yes if you mean it"))
+}

@@ -1,0 +1,116 @@
+//! What the virtual arm does, in lines on stderr.
+
+use std::io::{self, Write};
+
+use magician_protocol::{Alarm, Row};
+use magician_sim::serve::{Endpoint, Notice};
+use magician_sim::{Event, Identity, Refusal, Speed};
+
+/// What kind of arm is served.
+pub(super) fn title(identity: &Identity, speed: Speed) -> String {
+    let [major, minor, revision] = identity.version;
+    let speed = match speed {
+        Speed::Max => "max".to_owned(),
+        Speed::Times(times) => format!("{times}x"),
+    };
+    let name = &identity.name;
+    format!("virtual arm \"{name}\", firmware {major}.{minor}.{revision}, speed {speed}")
+}
+
+/// Says what is served where.
+pub(super) fn doors(title: &str, endpoints: &[Endpoint]) {
+    say(title);
+    for endpoint in endpoints {
+        say(&match endpoint {
+            #[cfg(unix)]
+            Endpoint::Pty { path, device } => {
+                format!("serving {} ({})", path.display(), device.display())
+            }
+            endpoint => format!("serving {endpoint}"),
+        });
+    }
+}
+
+/// Writes the log; how much is the user's choice.
+pub(super) struct Log {
+    verbose: u8,
+}
+
+impl Log {
+    pub(super) fn new(verbose: u8) -> Self {
+        Self { verbose }
+    }
+
+    pub(super) fn notice(&mut self, notice: Notice) {
+        let line = match notice {
+            Notice::Arm(event) => self.event(event),
+            Notice::Connected(who) => Some(format!("{who} connected")),
+            Notice::Left(who) => Some(format!("{who} left")),
+            Notice::Refused(who) => Some(format!("{who} refused: too many connections")),
+            Notice::TraceEnded(error) => Some(format!("the trace ends here: {error}")),
+        };
+        if let Some(line) = line {
+            say(&line);
+        }
+    }
+
+    /// An event in words, if it is worth a line.
+    fn event(&self, event: Event) -> Option<String> {
+        let quiet = match event {
+            Event::Accepted { .. } | Event::Started { .. } => self.verbose < 2,
+            Event::Finished { .. } => self.verbose < 1,
+            _ => false,
+        };
+        let line = match event {
+            _ if quiet => return None,
+            Event::Accepted { index, id } => format!("{index} {} accepted", name(id)),
+            Event::Started { index, id } => format!("{index} {} started", name(id)),
+            Event::Finished { index, id } => format!("{index} {} finished", name(id)),
+            Event::Dropped { count } => format!("{count} waiting commands dropped"),
+            Event::QueueFull { id } => format!("{} not taken: the queue is full", name(id)),
+            Event::Refused { id, reason } => {
+                format!("{} not carried out: {}", name(id), refusal(reason))
+            }
+            Event::AlarmRaised { code } => format!("alarm {} raised", alarm(code)),
+            Event::AlarmCleared { code } => format!("alarm {} cleared", alarm(code)),
+            Event::NotSimulated { row } => {
+                format!(
+                    "{} is answered, but the virtual arm does not act on it yet",
+                    row.name
+                )
+            }
+            Event::BadFrame { .. } => "a damaged frame was ignored".to_owned(),
+            Event::UnknownId { id, .. } => format!("unknown command id {id}: no answer"),
+            Event::Overrun { .. } => "a request was dropped: its replies are not read".to_owned(),
+            other => format!("{other:?}"),
+        };
+        Some(line)
+    }
+}
+
+fn name(id: u8) -> String {
+    Row::with_id(id).map_or_else(|| id.to_string(), |row| row.name.to_owned())
+}
+
+fn alarm(code: u8) -> String {
+    match Alarm::with_code(code) {
+        Some(alarm) => format!("{code:#04x} {}", alarm.name),
+        None => format!("{code:#04x}"),
+    }
+}
+
+fn refusal(reason: Refusal) -> &'static str {
+    match reason {
+        Refusal::Parameters => "its parameter count fits no accepted form",
+        Refusal::Unplannable => "its motion cannot be planned",
+        Refusal::UnknownMode => "its mode has no meaning",
+        Refusal::Pin => "there is no such pin, or it does not do that",
+        Refusal::Pose => "the pose cannot be set now, or not to this",
+        _ => "the arm does not do that",
+    }
+}
+
+/// A stderr that cannot be written to is no reason to stop serving.
+fn say(line: &str) {
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}

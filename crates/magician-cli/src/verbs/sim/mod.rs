@@ -1,0 +1,157 @@
+//! `sim`: a virtual arm for other programs.
+
+mod log;
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use magician_sim::serve::{ServeError, Server};
+use magician_sim::{Controller, Line, Profile, Speed};
+
+use crate::context::Context;
+use crate::failure::{Failure, Kind};
+use crate::interrupt::{self, Signal};
+
+/// Serve a virtual arm to other programs
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Prints the one line `ready` when every endpoint accepts; all else goes to stderr. Ends with Ctrl-C or SIGTERM.
+
+  magician sim --pty ./arm --udp 127.0.0.1
+  magician sim --tcp 127.0.0.1:9000 --speed max
+
+--speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
+before the next request is read.")]
+pub(crate) struct Sim {
+    /// Serve a new pseudo-terminal and make PATH a symlink to it
+    #[cfg(unix)]
+    #[arg(long, value_name = "PATH")]
+    pty: Option<PathBuf>,
+    /// Serve UDP; the port is 8899 unless given
+    #[arg(long, value_name = "HOST[:PORT]")]
+    udp: Option<String>,
+    /// Serve TCP
+    #[arg(long, value_name = "HOST:PORT")]
+    tcp: Option<String>,
+    /// Arm seconds per second, or `max`
+    #[arg(long, value_name = "X|max", default_value = "1")]
+    speed: Speed,
+    /// Pace bytes as a serial line of this speed does; without it nothing is paced
+    #[arg(long, value_name = "BAUD", value_parser = clap::value_parser!(u32).range(1..))]
+    baud: Option<u32>,
+    /// Milliseconds from a request's last byte to its reply's first
+    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = milliseconds)]
+    turnaround: f64,
+    /// Write all that passes to a pcapng file
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Firmware profile in TOML; `--profile -` prints the built-in one as a pattern
+    #[arg(long, value_name = "FILE")]
+    profile: Option<PathBuf>,
+}
+
+fn milliseconds(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok();
+    value
+        .filter(|value| (0.0..=60_000.0).contains(value))
+        .ok_or_else(|| "expected milliseconds from 0 to 60000".to_owned())
+}
+
+impl Sim {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        if self.profile.as_deref() == Some(Path::new("-")) {
+            return context.out.line(Profile::BUILT_IN.trim_end());
+        }
+        if self.udp.is_none() && self.tcp.is_none() && self.pty().is_none() {
+            let hint = "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT";
+            return Err(Failure::usage("the virtual arm would have no door").hint(hint));
+        }
+        let profile = self.read_profile()?;
+        let log = (!context.global.json).then(|| log::Log::new(context.global.verbose));
+        let server = self.server(profile, log)?;
+        let runtime = context.runtime()?;
+        let signal = runtime.block_on(async {
+            let mut signals = interrupt::Signals::listen()?;
+            let mut seen = None;
+            let end = async { seen = Some(signals.next().await) };
+            server.serve_until(end).await.map_err(Failure::from)?;
+            Ok::<_, Failure>(seen)
+        })?;
+        match signal {
+            Some(Signal::Interrupt) => Err(Failure::interrupted()),
+            Some(Signal::Terminate) | None => Ok(()),
+        }
+    }
+
+    fn pty(&self) -> Option<&Path> {
+        #[cfg(unix)]
+        return self.pty.as_deref();
+        #[cfg(not(unix))]
+        None
+    }
+
+    fn read_profile(&self) -> Result<Profile, Failure> {
+        let Some(path) = &self.profile else {
+            return Ok(Profile::default());
+        };
+        let wrong = |error: &dyn std::fmt::Display| {
+            Failure::invalid(format!("{} is no profile: {error}", path.display()))
+        };
+        let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+        Profile::from_toml(&text).map_err(|error| wrong(&error))
+    }
+
+    fn server(&self, profile: Profile, log: Option<log::Log>) -> Result<Server, Failure> {
+        let line = Line {
+            baud: self.baud,
+            turnaround: (self.turnaround * 1000.0) as u64,
+        };
+        let identity = profile.identity.clone();
+        let mut server = Server::new(Controller::new(profile))
+            .speed(self.speed)
+            .line(line);
+        #[cfg(unix)]
+        if let Some(path) = &self.pty {
+            server = server.pty(path);
+        }
+        if let Some(address) = &self.udp {
+            server = server.udp(address);
+        }
+        if let Some(address) = &self.tcp {
+            server = server.tcp(address);
+        }
+        if let Some(path) = &self.trace {
+            let file = File::create(path).map_err(|error| {
+                Failure::invalid(format!("{} cannot be written: {error}", path.display()))
+            })?;
+            server = server.trace(BufWriter::new(file));
+        }
+        let Some(mut log) = log else {
+            return Ok(server.on_ready(|_| say_ready()));
+        };
+        let title = log::title(&identity, self.speed);
+        let server = server.on_ready(move |endpoints| {
+            log::doors(&title, endpoints);
+            say_ready();
+        });
+        Ok(server.on_notice(move |notice| log.notice(notice)))
+    }
+}
+
+/// A parent that does not listen is no reason to stop serving.
+fn say_ready() {
+    let mut stdout = io::stdout().lock();
+    let _ = writeln!(stdout, "ready").and_then(|()| stdout.flush());
+}
+
+impl From<ServeError> for Failure {
+    fn from(error: ServeError) -> Self {
+        let kind = match &error {
+            ServeError::Address { .. } => Kind::InvalidInput,
+            _ => Kind::Port,
+        };
+        Self::new(kind, error.to_string())
+    }
+}

@@ -1,0 +1,184 @@
+//! `move`: one motion, checked before a byte of it is sent.
+
+use std::cell::Cell;
+
+use clap::Args;
+use magician::{Arm, QueueIndex, RunOptions, Set, commands, words};
+use serde::Serialize;
+use tokio::sync::Notify;
+
+use super::pose::Answer;
+use crate::args::Tool;
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::progress::attended;
+
+/// How far from its target an arm may stand that has reached it, mm and degrees.
+const REACHED: f64 = 0.1;
+
+/// Move the arm to a pose and wait until it is there
+#[derive(Args, Debug)]
+#[command(after_help = "\
+  magician move 220 40 30              all joints together, rotation as it is
+  magician move 220 40 30 0 --linear   on a straight line
+  magician move --relative 0 0 -10     down by 10 mm
+  magician move --joints 0 45 45 0     joint angles J1 J2 J3 J4
+
+What is out of reach is refused before anything is sent.")]
+pub(crate) struct Move {
+    /// x in mm, or J1 in degrees
+    #[arg(allow_hyphen_values = true)]
+    x: f32,
+    /// y in mm, or J2
+    #[arg(allow_hyphen_values = true)]
+    y: f32,
+    /// z in mm, or J3
+    #[arg(allow_hyphen_values = true)]
+    z: f32,
+    /// Rotation in degrees, or J4; as it is if left out
+    #[arg(allow_hyphen_values = true)]
+    r: Option<f32>,
+    /// On a straight line
+    #[arg(long)]
+    linear: bool,
+    /// Up, across and down
+    #[arg(long, conflicts_with_all = ["linear", "relative"])]
+    jump: bool,
+    /// The numbers are joint angles
+    #[arg(long)]
+    joints: bool,
+    /// The numbers are added to where the arm is
+    #[arg(long)]
+    relative: bool,
+    /// Share of the set speed for this move, percent
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    speed_ratio: Option<f32>,
+    /// Tool that the pose is for: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; the
+    /// arm keeps it
+    #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
+    tool: Option<Tool>,
+    /// Return as soon as the arm has taken the command
+    #[arg(long)]
+    no_wait: bool,
+    /// Run what an earlier program left in the queue first
+    #[arg(long)]
+    keep: bool,
+}
+
+fn percent(text: &str) -> Result<f32, String> {
+    let value = text.trim_end_matches('%').parse::<f32>().ok();
+    value
+        .filter(|value| (1.0..=100.0).contains(value))
+        .ok_or_else(|| "expected 1 to 100 percent".to_owned())
+}
+
+#[derive(Serialize)]
+struct Taken {
+    index: u64,
+}
+
+impl Move {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        if self.joints && self.relative && self.linear {
+            let message = "joint angles added on a straight line: the arm has no such move";
+            return Err(Failure::usage(message));
+        }
+        let quiet = context.global.json;
+        if self.no_wait {
+            let index = context
+                .with_arm(async |arm, _| self.hand_over(arm).await)?
+                .0;
+            return context.show(&Taken { index }, |out| {
+                out.line(format_args!("index {index}"))
+            });
+        }
+        let pose = context.with_arm(async |arm, _| self.go(arm, quiet).await)?;
+        let answer = Answer::from(pose);
+        context.show(&answer, |out| {
+            out.line(format_args!("there: {}", answer.line()))
+        })
+    }
+
+    /// Moves, and makes sure that the arm is where it should be.
+    async fn go(&self, arm: &Arm, quiet: bool) -> Result<commands::Pose, Failure> {
+        let (commands, end) = self.plan(arm).await?;
+        let options = RunOptions::default().keep(self.keep);
+        let run = arm.run_with(commands, options, |_| {});
+        attended(quiet, "moving", run).await?;
+        let pose = arm.get::<commands::Pose>().await?;
+        let found = [pose.x, pose.y, pose.z].map(f64::from);
+        match end {
+            Some(end) if (0..3).any(|at| (found[at] - end[at]).abs() > REACHED) => {
+                let [x, y, z] = found;
+                Err(Failure::unexpected(format!(
+                    "the arm stands at x {x:.2} y {y:.2} z {z:.2}, not at its target: somebody or \
+                     something cut the move short"
+                )))
+            }
+            _ => Ok(pose),
+        }
+    }
+
+    /// Starts the move and tells its index.
+    async fn hand_over(&self, arm: &Arm) -> Result<QueueIndex, Failure> {
+        let (commands, _) = self.plan(arm).await?;
+        let options = RunOptions::default().keep(self.keep);
+        let (taken, last) = (Notify::new(), Cell::new(QueueIndex(0)));
+        let run = arm.run_with(commands, options, |progress| {
+            last.set(progress.last);
+            if Some(progress.sent) == progress.total {
+                taken.notify_one();
+            }
+        });
+        tokio::select! {
+            biased;
+            () = taken.notified() => (),
+            ran = run => drop(ran?),
+        }
+        Ok(last.get())
+    }
+
+    /// The commands of the move, checked, and where it ends.
+    async fn plan(&self, arm: &Arm) -> Result<(Vec<Set>, Option<[f64; 3]>), Failure> {
+        let pose = arm.get::<commands::Pose>().await?;
+        let mut commands = Vec::new();
+        if let Some(Tool(bias)) = self.tool {
+            commands.push(words::tool(bias));
+        }
+        let travel = self.travel(&pose);
+        match self.speed_ratio {
+            None => commands.push(travel),
+            Some(ratio) => {
+                let before = arm.get::<commands::PtpCommonParams>().await?;
+                commands.extend([words::speed(ratio, ratio), travel, before.into()]);
+            }
+        }
+        let mut check = arm.preflight().await?;
+        for command in &commands {
+            check.check(command)?;
+        }
+        let end = check.arm().map(|end| [end.pose.x, end.pose.y, end.pose.z]);
+        Ok((commands, end))
+    }
+
+    fn travel(&self, now: &commands::Pose) -> Set {
+        let [.., j4] = now.joint_angle;
+        let kept = match (self.relative, self.joints) {
+            (true, _) => 0.0,
+            (false, true) => j4,
+            (false, false) => now.r,
+        };
+        let (x, y, z, r) = (self.x, self.y, self.z, self.r.unwrap_or(kept));
+        match (self.joints, self.relative, self.linear, self.jump) {
+            (false, false, false, false) => words::move_to(x, y, z, r),
+            (false, false, true, _) => words::line_to(x, y, z, r),
+            (false, false, false, true) => words::jump_to(x, y, z, r),
+            (false, true, true, _) => words::line_by(x, y, z, r),
+            (false, true, false, _) => words::move_by(x, y, z, r),
+            (true, false, true, _) => words::line_joints(x, y, z, r),
+            (true, false, false, true) => words::jump_joints(x, y, z, r),
+            (true, false, false, false) => words::move_joints(x, y, z, r),
+            (true, true, ..) => words::move_joints_by(x, y, z, r),
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Runs the built command as a shell does.
+#![allow(dead_code, reason = "every test binary uses another part")]
+
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+/// What a run of the command left.
+#[derive(Debug)]
+pub(crate) struct Run {
+    pub(crate) status: i32,
+    pub(crate) out: String,
+    pub(crate) err: String,
+}
+
+/// The command, without the surroundings of the person who tests.
+pub(crate) fn command() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_magician"));
+    command.env_remove("MAGICIAN_PORT").env_remove("NO_COLOR");
+    command
+}
+
+/// Runs the command with these arguments and nothing on stdin.
+pub(crate) fn run(arguments: &[&str]) -> Run {
+    run_with(arguments, b"")
+}
+
+/// Runs the command with these arguments and bytes on stdin.
+pub(crate) fn run_with(arguments: &[&str], stdin: &[u8]) -> Run {
+    let mut child = command()
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    let mut pipe = child.stdin.take().expect("stdin");
+    let bytes = stdin.to_vec();
+    let writer = std::thread::spawn(move || pipe.write_all(&bytes));
+    let output = child.wait_with_output().expect("the command ends");
+    let _ = writer.join();
+    Run {
+        status: output.status.code().expect("not killed"),
+        out: String::from_utf8(output.stdout).expect("UTF-8"),
+        err: String::from_utf8(output.stderr).expect("UTF-8"),
+    }
+}
+
+impl Run {
+    /// The objects on stdout, one a line.
+    pub(crate) fn objects(&self) -> Vec<Value> {
+        let lines = self.out.lines();
+        lines
+            .map(|line| serde_json::from_str(line).unwrap_or_else(|_| panic!("{line}")))
+            .collect()
+    }
+
+    /// The one object on stdout.
+    pub(crate) fn object(&self) -> Value {
+        let mut objects = self.objects();
+        assert_eq!(objects.len(), 1, "{self:?}");
+        objects.remove(0)
+    }
+
+    /// The error object on stderr, which holds nothing else.
+    pub(crate) fn error(&self) -> Value {
+        let object: Value = serde_json::from_str(&self.err).unwrap_or_else(|_| panic!("{self:?}"));
+        object["error"].clone()
+    }
+}
