@@ -77,8 +77,7 @@ async fn homes_and_clears_the_reset_alarm() {
 #[tokio::test(start_paused = true)]
 async fn a_queue_longer_than_the_arms_flows_and_never_overruns() {
     for window in [1, 4] {
-        let mut options = Options::default();
-        options.window = window;
+        let options = Options::default().window(window);
         let arm = Arm::simulated(runner(Speed::Times(1.0)), options)
             .await
             .unwrap();
@@ -289,8 +288,7 @@ async fn a_port_that_talks_nonsense_is_said_to_do_so() {
 #[tokio::test(start_paused = true)]
 async fn a_line_that_breaks_ends_every_call() {
     let (near, far) = duplex(4096);
-    let mut options = Options::default();
-    options.probe = false;
+    let options = Options::default().probe(false);
     let arm = Arm::over(near, options).await.unwrap();
     drop(far);
     for _ in 0..3 {
@@ -394,9 +392,9 @@ fn a_runtime_that_goes_first_still_lets_the_stop_out() {
         .unwrap();
     let (near, mut far) = duplex(1 << 16);
     runtime.block_on(async {
-        let mut options = Options::default();
-        options.probe = false;
-        options.timeout = Duration::from_millis(1);
+        let options = Options::default()
+            .probe(false)
+            .timeout(Duration::from_millis(1));
         let arm = Arm::over(near, options).await.unwrap();
         let Set::JogCmd(jog) = words::jog_joint(JogCommand::Axis1Plus) else {
             panic!()
@@ -453,6 +451,23 @@ fn the_blocking_handle_works_from_several_threads() {
     assert_eq!(arm.get::<PtpCommonParams>().unwrap(), ratio);
     arm.perform(&[words::move_to(210.0, 10.0, 30.0, 0.0)])
         .unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_line_that_takes_no_more_bytes_holds_nobody_up() {
+    let (near, _far) = duplex(4);
+    let options = Options::default().probe(false);
+    let arm = Arm::over(near, options).await.unwrap();
+    let begun = Instant::now();
+    let error = arm.get::<Pose>().await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Timeout);
+    assert!(begun.elapsed() <= Duration::from_millis(3010));
+    let _ = arm
+        .enqueue_set(&words::move_to(200.0, 0.0, 50.0, 0.0))
+        .await;
+    let begun = Instant::now();
+    arm.close().await;
+    assert!(begun.elapsed() <= Duration::from_millis(510));
 }
 
 #[tokio::test]

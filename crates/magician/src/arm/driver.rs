@@ -118,7 +118,7 @@ impl Driver {
                 (Ok(wrote), Ok(read)) => wrote || read,
             };
             let told = self.tell();
-            if self.leaving && self.waiting.is_empty() && self.out.is_none() {
+            if self.leaving && self.waiting.is_empty() {
                 return Poll::Ready(Ended::Farewell);
             }
             if !moved && !told && self.sleep(cx).is_pending() {
@@ -264,7 +264,10 @@ impl Driver {
     fn say_farewell(&mut self) -> bool {
         self.leaving = true;
         let deadline = Instant::now() + FAREWELL;
-        for request in self.last_requests() {
+        let requests = self.last_requests();
+        // Nobody is there any more to hear these answers.
+        self.waiting.clear();
+        for request in requests {
             self.submit(request, deadline, None);
         }
         !self.waiting.is_empty()
@@ -274,7 +277,13 @@ impl Driver {
         if self.shared.detached.load(Ordering::SeqCst) {
             return Vec::new();
         }
-        let (moving, laser) = self.exposure(|exposure| (exposure.moving(), exposure.laser()));
+        let unanswered = (self.waiting.iter()).any(|one| one.request.frame().ctrl().queued());
+        let (moving, laser) = self.exposure(|exposure| {
+            if unanswered {
+                exposure.maybe_queued();
+            }
+            (exposure.moving(), exposure.laser())
+        });
         let [stop, dark, clear] = match Request::halt() {
             Ok(halt) => halt.map(|request| request.priority(Priority::Stop)),
             Err(_) => return Vec::new(),

@@ -123,7 +123,7 @@ impl Arm {
             (least, Some(most)) if least == most => Some(least as u64),
             _ => None,
         };
-        let mut flow = self.flow.lock().await;
+        let mut flow = self.take_turn(self.deadline(), "a run").await?;
         flow.room = self.left_space().await?;
         if !options.keep {
             self.refuse_strangers(flow.room).await?;
