@@ -54,43 +54,66 @@ impl Outbox {
     }
 }
 
-/// The peers that have been heard, least recently heard first.
+/// The peers that have been heard.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Links {
-    links: Vec<(LinkId, Link)>,
+    links: Vec<Known>,
+    /// Counts what was heard; a peer's count says how long ago it spoke.
+    clock: u64,
+}
+
+#[derive(Clone, Debug)]
+struct Known {
+    id: LinkId,
+    heard: u64,
+    link: Link,
 }
 
 impl Links {
     /// Most peers at a time. One more pushes out the one that has been silent longest: senders of
     /// datagrams come and go without a word.
-    pub(crate) const CAPACITY: usize = 64;
+    const CAPACITY: usize = 64;
 
     /// The peer of this name, as the one heard last.
     pub(crate) fn heard(&mut self, id: LinkId) -> &mut Link {
-        match self.links.iter().position(|(known, _)| *known == id) {
-            Some(at) if at + 1 == self.links.len() => {}
-            Some(at) => {
-                if let Some(tail) = self.links.get_mut(at..) {
-                    tail.rotate_left(1);
-                }
-            }
-            None => {
-                if self.links.len() >= Self::CAPACITY {
-                    self.links.remove(0);
-                }
-                self.links.push((id, Link::default()));
-            }
-        }
-        let last = self.links.len() - 1;
-        &mut self.links[last].1
+        self.clock += 1;
+        let at = match self.position(id) {
+            Some(at) => at,
+            None => self.admit(id),
+        };
+        let known = &mut self.links[at];
+        known.heard = self.clock;
+        &mut known.link
     }
 
     pub(crate) fn known(&mut self, id: LinkId) -> Option<&mut Link> {
-        let (_, link) = self.links.iter_mut().find(|(known, _)| *known == id)?;
-        Some(link)
+        let at = self.position(id)?;
+        self.links.get_mut(at).map(|known| &mut known.link)
     }
 
     pub(crate) fn close(&mut self, id: LinkId) {
-        self.links.retain(|(known, _)| *known != id);
+        if let Some(at) = self.position(id) {
+            self.links.swap_remove(at);
+        }
+    }
+
+    fn position(&self, id: LinkId) -> Option<usize> {
+        self.links.iter().position(|known| known.id == id)
+    }
+
+    /// Makes room for a new peer; its position.
+    fn admit(&mut self, id: LinkId) -> usize {
+        if self.links.len() >= Self::CAPACITY {
+            let silent = (self.links.iter().enumerate()).min_by_key(|(_, known)| known.heard);
+            if let Some((at, _)) = silent {
+                self.links.swap_remove(at);
+            }
+        }
+        self.links.push(Known {
+            id,
+            heard: self.clock,
+            link: Link::default(),
+        });
+        self.links.len() - 1
     }
 }

@@ -162,3 +162,37 @@ fn a_staff_post_moves_home_sucks_and_waits() {
     // The wait of 1500 ms stood between.
     assert!(bench.arm.now() > 16_500_000);
 }
+
+#[test]
+fn every_frame_that_a_host_is_known_to_have_sent_is_answered_in_kind() {
+    let mut seen = 0;
+    for line in include_str!("host_frames.txt").lines() {
+        let Some((about, bytes)) = line.split_once('|').filter(|_| !line.starts_with('#')) else {
+            continue;
+        };
+        let mut about = about.split_whitespace();
+        let (answer, id) = (about.next().unwrap(), about.next().unwrap());
+        let bytes = hex(bytes);
+        let mut bench = running_arm();
+        let replies = bench.send(&bytes);
+        bench.arm.expire(arm::USB);
+        assert_eq!(bench.arm.poll_transmit(arm::USB), None, "{id}");
+        seen += 1;
+        if answer == "silence" {
+            assert!(replies.is_empty(), "{id}");
+            assert!(!bench.state().moving, "{id}");
+            continue;
+        }
+        let [reply] = &replies[..] else {
+            panic!("{id}: {replies:?}")
+        };
+        assert_eq!(reply.bytes()[3..5], bytes[3..5], "{id}: id and Ctrl");
+        match answer {
+            "empty" => assert_eq!(reply.frame().params(), [0u8; 0], "{id}"),
+            "index" => assert_eq!(reply.frame().params(), 1u64.to_le_bytes(), "{id}"),
+            "value" => assert!(!reply.frame().params().is_empty(), "{id}"),
+            other => panic!("{other}"),
+        }
+    }
+    assert_eq!(seen, 79);
+}

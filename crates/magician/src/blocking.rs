@@ -18,9 +18,7 @@ use tokio::runtime::{Builder, Handle, Runtime};
 
 use crate::connection::Stats;
 use crate::words::Preflight;
-use crate::{
-    Error, ErrorKind, Options, Progress, QueueIndex, Ran, Result, RunOptions, Target,
-};
+use crate::{Error, ErrorKind, Options, Progress, QueueIndex, Ran, Result, RunOptions, Target};
 
 /// An arm, for programs without async. What is true of [`crate::Arm`] is true of it: every call
 /// ends by its deadline, and dropping it stops what it set going.

@@ -221,10 +221,12 @@ impl Error {
         let mut message = String::from("the arm stopped with an alarm");
         for code in alarms.codes().filter(|code| Alarm::blocks(*code)) {
             match Alarm::with_code(code) {
-                Some(alarm) => message += &format!(
-                    "; {code:#04x} {}: {} ({})",
-                    alarm.name, alarm.cause, alarm.cure
-                ),
+                Some(alarm) => {
+                    message += &format!(
+                        "; {code:#04x} {}: {} ({})",
+                        alarm.name, alarm.cause, alarm.cure
+                    )
+                }
                 None => message += &format!("; {code:#04x}: unknown to this program"),
             }
         }
@@ -275,7 +277,10 @@ impl From<EncodeError> for Error {
 
 impl From<DecodeError> for Error {
     fn from(error: DecodeError) -> Self {
-        Self::new(ErrorKind::Unexpected, format!("an answer that cannot be read: {error}"))
+        Self::new(
+            ErrorKind::Unexpected,
+            format!("an answer that cannot be read: {error}"),
+        )
     }
 }
 
@@ -304,7 +309,10 @@ mod tests {
         let error = Error::alarm([0x00, 0x12].into_iter().collect());
         let message = error.to_string();
         assert!(message.contains("0x12 PlanInvLimit"), "{message}");
-        assert!(!message.contains("0x00"), "0x00 does not hold the queue: {message}");
+        assert!(
+            !message.contains("0x00"),
+            "0x00 does not hold the queue: {message}"
+        );
         assert!(message.contains("magician alarms --clear"));
         assert!(error.alarms().is_some_and(|alarms| alarms.contains(0x12)));
     }

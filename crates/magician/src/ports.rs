@@ -47,7 +47,11 @@ impl fmt::Display for Port {
         if let Some(name) = &usb.name {
             write!(f, " {name}")?;
         }
-        f.write_str(if self.likely_arm() { ", likely an arm)" } else { ")" })
+        f.write_str(if self.likely_arm() {
+            ", likely an arm)"
+        } else {
+            ")"
+        })
     }
 }
 
@@ -86,7 +90,9 @@ fn usb_of(path: &Path) -> Option<Usb> {
     let name = path.canonicalize().ok()?.file_name()?.to_owned();
     let device = Path::new("/sys/class/tty").join(name).join("device");
     let device = device.canonicalize().ok()?;
-    let usb = device.ancestors().find(|dir| dir.join("idVendor").exists())?;
+    let usb = device
+        .ancestors()
+        .find(|dir| dir.join("idVendor").exists())?;
     let text = |file: &str| {
         let text = std::fs::read_to_string(usb.join(file)).ok()?;
         Some(text.trim().to_owned()).filter(|text| !text.is_empty())
@@ -118,9 +124,15 @@ mod tests {
             name: Some("USB Serial".into()),
             ..Usb::default()
         };
-        let port = Port { path: "/dev/ttyUSB3".into(), usb: Some(usb) };
+        let port = Port {
+            path: "/dev/ttyUSB3".into(),
+            usb: Some(usb),
+        };
         assert!(port.likely_arm());
-        assert_eq!(port.to_string(), "/dev/ttyUSB3 (USB 1a86:7523 USB Serial, likely an arm)");
+        assert_eq!(
+            port.to_string(),
+            "/dev/ttyUSB3 (USB 1a86:7523 USB Serial, likely an arm)"
+        );
         assert_eq!(list([]), "this computer has no serial port");
     }
 }

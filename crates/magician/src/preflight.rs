@@ -1,6 +1,6 @@
 use magician_motion::{
-    ArmState, Geometry, JointAngles, JumpHeights, Limits, Move, MoveKind, Plan, Planner, Target, ToolBias,
-    Transfer,
+    ArmState, Geometry, JointAngles, JumpHeights, Limits, Move, MoveKind, Plan, Planner, Target,
+    ToolBias, Transfer,
 };
 use magician_protocol::commands::{EndEffectorParams, Pose, PtpJump2Params};
 use magician_protocol::{CpMode, Field, FieldValue, MAX_PARAMS, PtpMode, Set, Writer};
@@ -122,8 +122,12 @@ impl Preflight {
                 self.points([[home.x, home.y, home.z, home.r]])
             }
             Set::HomeCmd(_) => {
-                let Planner { geometry, limits, .. } = &self.planner;
-                let home = self.home.map(|home| ArmState::at_pose(geometry, &home, limits));
+                let Planner {
+                    geometry, limits, ..
+                } = &self.planner;
+                let home = self
+                    .home
+                    .map(|home| ArmState::at_pose(geometry, &home, limits));
                 self.at = home.transpose()?;
                 Ok(())
             }
@@ -150,7 +154,8 @@ impl Preflight {
             PtpMode::MovjXyzInc => (Target::PoseIncrement(numbers.into()), MoveKind::Joint),
             PtpMode::JumpMovlXyz => (Target::Pose(numbers.into()), jump(Transfer::Line)),
             PtpMode::Unknown(mode) => {
-                let message = format!("point-to-point mode {mode} does not exist; there are 0 to 9");
+                let message =
+                    format!("point-to-point mode {mode} does not exist; there are 0 to 9");
                 return Err(Error::invalid(message).with_limit(mode.into(), 9.0, "mode"));
             }
         };
@@ -188,7 +193,9 @@ impl Preflight {
 
     /// Only the end: nobody knows where the motion begins.
     fn arrive(&mut self, target: &Target) -> Result<()> {
-        let Planner { geometry, limits, .. } = &self.planner;
+        let Planner {
+            geometry, limits, ..
+        } = &self.planner;
         self.at = match target {
             Target::Pose(pose) => Some(ArmState::at_pose(geometry, pose, limits)?),
             Target::Joints(joints) => {
@@ -237,7 +244,9 @@ impl Preflight {
 
     /// Points that the arm passes and does not stay at.
     fn points<const N: usize>(&self, points: [[f32; 4]; N]) -> Result<()> {
-        let Planner { geometry, limits, .. } = &self.planner;
+        let Planner {
+            geometry, limits, ..
+        } = &self.planner;
         for point in points {
             geometry.inverse_within(&point.map(f64::from).into(), limits)?;
         }
@@ -282,7 +291,9 @@ fn check_numbers(command: &Set) -> Result<()> {
     let values = layout.values(params.get(..count).unwrap_or_default())?;
     for (field, value) in values {
         check_number(field, value)?;
-        value.items().try_for_each(|item| check_number(field, item))?;
+        value
+            .items()
+            .try_for_each(|item| check_number(field, item))?;
     }
     Ok(())
 }
@@ -293,7 +304,9 @@ fn check_number(field: &Field, value: FieldValue<'_>) -> Result<()> {
     };
     let name = field.name;
     if !number.is_finite() {
-        return Err(Error::invalid(format!("{name} is {number}, which is no number")));
+        return Err(Error::invalid(format!(
+            "{name} is {number}, which is no number"
+        )));
     }
     let above_zero = field.range == "above 0" || field.range.starts_with("1 to");
     if above_zero && number <= 0.0 {

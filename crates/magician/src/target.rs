@@ -49,8 +49,7 @@ pub enum SimSpeed {
 }
 
 /// What is right, for those who wrote something else.
-const FORMS: &str =
-    "sim[:SPEED], a serial path such as /dev/ttyUSB0 or COM3, udp:HOST[:PORT], tcp:HOST:PORT, ble:NAME";
+const FORMS: &str = "sim[:SPEED], a serial path such as /dev/ttyUSB0 or COM3, udp:HOST[:PORT], tcp:HOST:PORT, ble:NAME";
 
 impl FromStr for Target {
     type Err = Error;
@@ -87,7 +86,9 @@ fn bad(text: &str) -> Error {
 }
 
 fn is_serial(text: &str) -> bool {
-    let com = text.get(..3).is_some_and(|head| head.eq_ignore_ascii_case("com"));
+    let com = text
+        .get(..3)
+        .is_some_and(|head| head.eq_ignore_ascii_case("com"));
     let number = com && text.len() > 3 && text.bytes().skip(3).all(|byte| byte.is_ascii_digit());
     number || text.contains(['/', '\\'])
 }
@@ -194,10 +195,31 @@ mod tests {
             ("SIM:2.5", Target::Sim(SimSpeed::Times(2.5))),
             ("com12", Target::Serial("com12".into())),
             ("./arm", Target::Serial("./arm".into())),
-            ("/dev/serial/by-id/usb:1", Target::Serial("/dev/serial/by-id/usb:1".into())),
-            ("udp:arm", Target::Udp { host: "arm".into(), port: 8899 }),
-            ("udp:[::1]:9", Target::Udp { host: "::1".into(), port: 9 }),
-            ("tcp:10.0.0.2:2000", Target::Tcp { host: "10.0.0.2".into(), port: 2000 }),
+            (
+                "/dev/serial/by-id/usb:1",
+                Target::Serial("/dev/serial/by-id/usb:1".into()),
+            ),
+            (
+                "udp:arm",
+                Target::Udp {
+                    host: "arm".into(),
+                    port: 8899,
+                },
+            ),
+            (
+                "udp:[::1]:9",
+                Target::Udp {
+                    host: "::1".into(),
+                    port: 9,
+                },
+            ),
+            (
+                "tcp:10.0.0.2:2000",
+                Target::Tcp {
+                    host: "10.0.0.2".into(),
+                    port: 2000,
+                },
+            ),
             ("ble:Dobot", Target::Ble("Dobot".into())),
         ];
         for (text, target) in right {
@@ -236,7 +258,11 @@ mod tests {
     fn chooses_the_one_arm() {
         let port = |path: &str, vendor| Port {
             path: path.into(),
-            usb: Some(Usb { vendor, product: 0xEA60, ..Usb::default() }),
+            usb: Some(Usb {
+                vendor,
+                product: 0xEA60,
+                ..Usb::default()
+            }),
         };
         let (arm, other) = (port("/dev/ttyUSB0", 0x10C4), port("/dev/ttyACM0", 0x1234));
         let chosen = Target::choose(&[other.clone(), arm.clone()]).unwrap();

@@ -38,7 +38,14 @@ pub use crate::preflight::Preflight;
 use crate::{Error, Result};
 
 fn ptp(ptp_mode: PtpMode, [x, y, z, r]: [f32; 4]) -> Set {
-    PtpCmd { ptp_mode, x, y, z, r }.into()
+    PtpCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+    }
+    .into()
 }
 
 /// Goes to a pose, all joints together; the tool's way is a curve.
@@ -106,19 +113,36 @@ pub fn move_joints_by(d1: f32, d2: f32, d3: f32, d4: f32) -> Set {
 #[must_use]
 pub fn move_with_rail(x: f32, y: f32, z: f32, r: f32, l: f32) -> Set {
     let ptp_mode = PtpMode::MovjXyz;
-    PtpWithLCmd { ptp_mode, x, y, z, r, l }.into()
+    PtpWithLCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+        l,
+    }
+    .into()
 }
 
 /// Goes to `to` along the arc through `via`; both are x, y, z, r, and the r of `via` is ignored.
 #[must_use]
 pub fn arc_to(via: [f32; 4], to: [f32; 4]) -> Set {
-    ArcCmd { cir_point: via, to_point: to }.into()
+    ArcCmd {
+        cir_point: via,
+        to_point: to,
+    }
+    .into()
 }
 
 /// Goes round the circle through here, `via` and `over`, so many turns.
 #[must_use]
 pub fn circle(via: [f32; 4], over: [f32; 4], turns: u32) -> Set {
-    CircleCmd { cir_point: via, to_point: over, count: turns }.into()
+    CircleCmd {
+        cir_point: via,
+        to_point: over,
+        count: turns,
+    }
+    .into()
 }
 
 /// Adds a segment to a continuous path, to a point; the tool does not stop between segments that
@@ -126,21 +150,42 @@ pub fn circle(via: [f32; 4], over: [f32; 4], turns: u32) -> Set {
 #[must_use]
 pub fn path_to(x: f32, y: f32, z: f32) -> Set {
     let (cp_mode, velocity_or_power) = (CpMode::Absolute, 0.0);
-    CpCmd { cp_mode, x, y, z, velocity_or_power }.into()
+    CpCmd {
+        cp_mode,
+        x,
+        y,
+        z,
+        velocity_or_power,
+    }
+    .into()
 }
 
 /// Adds a segment to a continuous path, by so much from the end of the one before.
 #[must_use]
 pub fn path_by(dx: f32, dy: f32, dz: f32) -> Set {
     let (cp_mode, velocity_or_power) = (CpMode::Relative, 0.0);
-    CpCmd { cp_mode, x: dx, y: dy, z: dz, velocity_or_power }.into()
+    CpCmd {
+        cp_mode,
+        x: dx,
+        y: dy,
+        z: dz,
+        velocity_or_power,
+    }
+    .into()
 }
 
 /// As [`path_to`], with the laser at so many percent on the way.
 #[must_use]
 pub fn engrave_to(x: f32, y: f32, z: f32, power: f32) -> Set {
     let (cp_mode, velocity_or_power) = (CpMode::Absolute, power);
-    CpLeCmd { cp_mode, x, y, z, velocity_or_power }.into()
+    CpLeCmd {
+        cp_mode,
+        x,
+        y,
+        z,
+        velocity_or_power,
+    }
+    .into()
 }
 
 /// Finds the reference of J1 and goes to the home point. [`Arm::home`](crate::Arm::home) also waits
@@ -174,20 +219,31 @@ pub fn tool(bias: ToolBias) -> Set {
 pub fn tool_named(name: &str) -> Result<Set> {
     ToolBias::named(name).map(tool).ok_or_else(|| {
         let names: Vec<_> = ToolBias::NAMED.iter().map(|(name, _)| *name).collect();
-        Error::invalid(format!("there is no tool `{name}`; there are {}", names.join(", ")))
+        Error::invalid(format!(
+            "there is no tool `{name}`; there are {}",
+            names.join(", ")
+        ))
     })
 }
 
 /// Share of the set speeds and accelerations that point-to-point moves use, percent.
 #[must_use]
 pub fn speed(velocity_ratio: f32, acceleration_ratio: f32) -> Set {
-    PtpCommonParams { velocity_ratio, acceleration_ratio }.into()
+    PtpCommonParams {
+        velocity_ratio,
+        acceleration_ratio,
+    }
+    .into()
 }
 
 /// Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in point-to-point moves.
 #[must_use]
 pub fn joint_speed(velocity: [f32; 4], acceleration: [f32; 4]) -> Set {
-    PtpJointParams { velocity, acceleration }.into()
+    PtpJointParams {
+        velocity,
+        acceleration,
+    }
+    .into()
 }
 
 /// Speed (mm/s) and acceleration (mm/s2) of the tool on straight lines; its rotation has half of
@@ -230,32 +286,53 @@ pub fn arc_speed(velocity: f32, acceleration: f32) -> Set {
 /// How far a jump lifts above the higher of its ends, and the z it stays below.
 #[must_use]
 pub fn jump_height(height: f32, z_limit: f32) -> Set {
-    PtpJumpParams { jump_height: height, z_limit }.into()
+    PtpJumpParams {
+        jump_height: height,
+        z_limit,
+    }
+    .into()
 }
 
 /// How far a jump lifts above its start and above its end, and the z it stays below.
 #[must_use]
 pub fn jump_heights(start: f32, end: f32, z_limit: f32) -> Set {
-    PtpJump2Params { start_jump_height: start, end_jump_height: end, z_limit }.into()
+    PtpJump2Params {
+        start_jump_height: start,
+        end_jump_height: end,
+        z_limit,
+    }
+    .into()
 }
 
 /// Share of the set jog speeds and accelerations, percent.
 #[must_use]
 pub fn jog_speed(velocity_ratio: f32, acceleration_ratio: f32) -> Set {
-    JogCommonParams { velocity_ratio, acceleration_ratio }.into()
+    JogCommonParams {
+        velocity_ratio,
+        acceleration_ratio,
+    }
+    .into()
 }
 
 /// Moves a joint until told to stop: send it at once, not through the queue, and end it with
 /// [`Arm::stop_jog`](crate::Arm::stop_jog).
 #[must_use]
 pub fn jog_joint(direction: JogCommand) -> Set {
-    JogCmd { is_joint: Flag::ON, cmd: direction }.into()
+    JogCmd {
+        is_joint: Flag::ON,
+        cmd: direction,
+    }
+    .into()
 }
 
 /// As [`jog_joint`], along a coordinate.
 #[must_use]
 pub fn jog_axis(direction: JogCommand) -> Set {
-    JogCmd { is_joint: Flag::OFF, cmd: direction }.into()
+    JogCmd {
+        is_joint: Flag::OFF,
+        cmd: direction,
+    }
+    .into()
 }
 
 /// Makes the queue wait, to the millisecond and for at most 49 days.
@@ -281,85 +358,149 @@ pub fn wait_for_level(address: u8, level: bool) -> Set {
 #[must_use]
 pub fn wait_for_analog(address: u8, condition: TriggerCondition, threshold: u16) -> Set {
     let mode = TriggerMode::Analog;
-    TrigCmd { address, mode, condition, threshold }.into()
+    TrigCmd {
+        address,
+        mode,
+        condition,
+        threshold,
+    }
+    .into()
 }
 
 /// Sucks, or lets go.
 #[must_use]
 pub fn suction(on: bool) -> Set {
-    SetEndEffectorSuctionCup { enable_ctrl: Flag::ON, suck: on.into() }.into()
+    SetEndEffectorSuctionCup {
+        enable_ctrl: Flag::ON,
+        suck: on.into(),
+    }
+    .into()
 }
 
 /// Closes the gripper.
 #[must_use]
 pub fn grip() -> Set {
-    SetEndEffectorGripper { enable_ctrl: Flag::ON, grip: Flag::ON }.into()
+    SetEndEffectorGripper {
+        enable_ctrl: Flag::ON,
+        grip: Flag::ON,
+    }
+    .into()
 }
 
 /// Opens the gripper.
 #[must_use]
 pub fn release() -> Set {
-    SetEndEffectorGripper { enable_ctrl: Flag::ON, grip: Flag::OFF }.into()
+    SetEndEffectorGripper {
+        enable_ctrl: Flag::ON,
+        grip: Flag::OFF,
+    }
+    .into()
 }
 
 /// Switches the air pump off; suction cup and gripper go limp (model section 13).
 #[must_use]
 pub fn pump_off() -> Set {
-    SetEndEffectorGripper { enable_ctrl: Flag::OFF, grip: Flag::OFF }.into()
+    SetEndEffectorGripper {
+        enable_ctrl: Flag::OFF,
+        grip: Flag::OFF,
+    }
+    .into()
 }
 
 /// Switches the laser.
 #[must_use]
 pub fn laser(on: bool) -> Set {
-    SetEndEffectorLaser { enable_ctrl: on.into(), on: on.into() }.into()
+    SetEndEffectorLaser {
+        enable_ctrl: on.into(),
+        on: on.into(),
+    }
+    .into()
 }
 
 /// Says what an EIO pin (1 to 20) does; a pin must be told before it is used.
 #[must_use]
 pub fn multiplex(address: u8, function: IoFunction) -> Set {
-    IoMultiplexing { address, multiplex: function }.into()
+    IoMultiplexing {
+        address,
+        multiplex: function,
+    }
+    .into()
 }
 
 /// Sets the level of a digital output.
 #[must_use]
 pub fn output(address: u8, high: bool) -> Set {
-    IoDo { address, level: high.into() }.into()
+    IoDo {
+        address,
+        level: high.into(),
+    }
+    .into()
 }
 
 /// Sets a pulse-width output: Hz (10 to 1000000), and percent of the time that it is high.
 #[must_use]
 pub fn pwm(address: u8, frequency: f32, duty_cycle: f32) -> Set {
-    IoPwm { address, frequency, duty_cycle }.into()
+    IoPwm {
+        address,
+        frequency,
+        duty_cycle,
+    }
+    .into()
 }
 
 /// Runs an external motor at so many pulses a second; 0 stops it. The sign is the direction.
 #[must_use]
 pub fn motor(index: Stepper, speed: i32) -> Set {
-    EMotor { index, is_enabled: (speed != 0).into(), speed }.into()
+    EMotor {
+        index,
+        is_enabled: (speed != 0).into(),
+        speed,
+    }
+    .into()
 }
 
 /// Runs an external motor so many pulses far.
 #[must_use]
 pub fn motor_by(index: Stepper, speed: i32, distance: u32) -> Set {
-    EMotorS { index, is_enabled: Flag::ON, speed, distance }.into()
+    EMotorS {
+        index,
+        is_enabled: Flag::ON,
+        speed,
+        distance,
+    }
+    .into()
 }
 
 /// Switches the colour sensor on a port.
 #[must_use]
 pub fn color_sensor(port: Port, on: bool, version: SensorVersion) -> Set {
-    SetColorSensor { is_enabled: on.into(), port, version: Some(version) }.into()
+    SetColorSensor {
+        is_enabled: on.into(),
+        port,
+        version: Some(version),
+    }
+    .into()
 }
 
 /// Switches the infrared sensor on a port.
 #[must_use]
 pub fn infrared(port: Port, on: bool, version: SensorVersion) -> Set {
-    SetIrSwitch { is_enabled: on.into(), port, version: Some(version) }.into()
+    SetIrSwitch {
+        is_enabled: on.into(),
+        port,
+        version: Some(version),
+    }
+    .into()
 }
 
 /// Says whether the arm stands on a rail.
 #[must_use]
 pub fn rail(on: bool, version: RailVersion) -> Set {
-    SetDeviceWithL { with_l: on.into(), version: Some(version) }.into()
+    SetDeviceWithL {
+        with_l: on.into(),
+        version: Some(version),
+    }
+    .into()
 }
 
 /// Compares the joints with their sensors; a lost step raises an alarm (errata E36).

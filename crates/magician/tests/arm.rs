@@ -12,13 +12,18 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
 use tokio::time::Instant;
 
 fn runner(speed: Speed) -> Runner {
-    let line = Line { baud: Some(115_200), turnaround: 2_000 };
+    let line = Line {
+        baud: Some(115_200),
+        turnaround: 2_000,
+    };
     Runner::new(Controller::new(Profile::default()), speed, line)
 }
 
 /// An arm in real time, on a line as slow as the real one; the test's clock jumps.
 async fn real_time() -> Arm {
-    Arm::simulated(runner(Speed::Times(1.0)), Options::default()).await.unwrap()
+    Arm::simulated(runner(Speed::Times(1.0)), Options::default())
+        .await
+        .unwrap()
 }
 
 async fn fast() -> Arm {
@@ -28,7 +33,9 @@ async fn fast() -> Arm {
 #[tokio::test(start_paused = true)]
 async fn the_three_verbs() {
     let arm = fast().await;
-    let name = DeviceName { device_name: Text::new("arm of the test").unwrap() };
+    let name = DeviceName {
+        device_name: Text::new("arm of the test").unwrap(),
+    };
     arm.set(&name).await.unwrap();
     let read: DeviceName = arm.get().await.unwrap();
     assert_eq!(read.device_name.as_str(), Ok("arm of the test"));
@@ -44,11 +51,17 @@ async fn the_three_verbs() {
 async fn moves_in_the_time_it_takes_and_arrives_exactly() {
     let arm = real_time().await;
     let begun = Instant::now();
-    let ran = arm.perform(&[words::line_to(199.404, 100.0, -8.485, 0.0)]).await.unwrap();
+    let ran = arm
+        .perform(&[words::line_to(199.404, 100.0, -8.485, 0.0)])
+        .await
+        .unwrap();
     assert_eq!(ran.commands, 1);
     // 100 mm at the power-up speeds and half ratio take 2.000 s.
     let took = begun.elapsed();
-    assert!(took >= Duration::from_secs(2) && took < Duration::from_millis(2200), "{took:?}");
+    assert!(
+        took >= Duration::from_secs(2) && took < Duration::from_millis(2200),
+        "{took:?}"
+    );
     let pose: Pose = arm.get().await.unwrap();
     assert_eq!((pose.x, pose.y, pose.z), (199.404, 100.0, -8.485));
 }
@@ -64,9 +77,10 @@ async fn homes_and_clears_the_reset_alarm() {
 #[tokio::test(start_paused = true)]
 async fn a_queue_longer_than_the_arms_flows_and_never_overruns() {
     for window in [1, 4] {
-        let mut options = Options::default();
-        options.window = window;
-        let arm = Arm::simulated(runner(Speed::Times(1.0)), options).await.unwrap();
+        let options = Options::default().window(window);
+        let arm = Arm::simulated(runner(Speed::Times(1.0)), options)
+            .await
+            .unwrap();
         let wait = words::wait(Duration::from_millis(20));
         let mut seen = 0;
         let begun = Instant::now();
@@ -79,11 +93,17 @@ async fn a_queue_longer_than_the_arms_flows_and_never_overruns() {
             })
             .await
             .unwrap();
-        assert_eq!((ran.commands, ran.first.unwrap().0, ran.last.unwrap().0), (200, 1, 200));
+        assert_eq!(
+            (ran.commands, ran.first.unwrap().0, ran.last.unwrap().0),
+            (200, 1, 200)
+        );
         assert_eq!(seen, 200);
         // It never ran dry: the waits alone take four seconds.
         let took = begun.elapsed();
-        assert!(took < Duration::from_millis(4600), "window {window}: {took:?}");
+        assert!(
+            took < Duration::from_millis(4600),
+            "window {window}: {took:?}"
+        );
     }
 }
 
@@ -102,12 +122,18 @@ async fn a_full_queue_that_does_not_run_is_an_error_of_its_own() {
 async fn checks_before_a_byte_is_sent() {
     let arm = fast().await;
     let (before, _) = arm.stats().await.unwrap();
-    let bad = [words::line_to(250.0, 0.0, 20.0, 0.0), words::move_to(500.0, 0.0, 0.0, 0.0)];
+    let bad = [
+        words::line_to(250.0, 0.0, 20.0, 0.0),
+        words::move_to(500.0, 0.0, 0.0, 0.0),
+    ];
     let error = arm.perform(&bad).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unreachable);
     assert_eq!(error.command(), Some("SetPTPCmd"));
     assert!(error.value() > error.limit() && error.unit() == Some("mm"));
-    let nan = arm.perform(&[words::move_to(f32::NAN, 0.0, 0.0, 0.0)]).await.unwrap_err();
+    let nan = arm
+        .perform(&[words::move_to(f32::NAN, 0.0, 0.0, 0.0)])
+        .await
+        .unwrap_err();
     assert_eq!(nan.kind(), ErrorKind::InvalidInput);
     let (after, _) = arm.stats().await.unwrap();
     assert_eq!(after.sent - before.sent, 6, "only reads");
@@ -131,7 +157,10 @@ async fn fails_on_the_first_blocking_alarm_and_names_the_cure() {
     let error = arm.wait(last).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Alarm);
     assert!(error.alarms().unwrap().contains(0x11), "{error}");
-    assert!(error.to_string().contains("magician alarms --clear"), "{error}");
+    assert!(
+        error.to_string().contains("magician alarms --clear"),
+        "{error}"
+    );
     arm.clear_alarms().await.unwrap();
     arm.wait(last).await.unwrap();
 }
@@ -141,20 +170,29 @@ async fn a_hold_without_an_alarm_is_found_out() {
     let arm = real_time().await;
     arm.start_queue().await.unwrap();
     // Into a limit, and out again without the queue: the bit drops, the hold stays.
-    let Set::PtpCmd(out) = words::move_joints(0.0, 95.0, 45.0, 0.0) else { panic!() };
+    let Set::PtpCmd(out) = words::move_joints(0.0, 95.0, 45.0, 0.0) else {
+        panic!()
+    };
     arm.set(&out).await.unwrap();
     arm.wait_still().await.unwrap();
     assert!(arm.alarms().await.unwrap().contains(0x42));
-    let Set::PtpCmd(back) = words::move_joints(0.0, 50.0, 45.0, 0.0) else { panic!() };
+    let Set::PtpCmd(back) = words::move_joints(0.0, 50.0, 45.0, 0.0) else {
+        panic!()
+    };
     arm.set(&back).await.unwrap();
     arm.wait_still().await.unwrap();
     assert!(!arm.alarms().await.unwrap().blocking());
-    let Set::PtpCmd(back) = words::move_joints(0.0, 45.0, 45.0, 0.0) else { panic!() };
+    let Set::PtpCmd(back) = words::move_joints(0.0, 45.0, 45.0, 0.0) else {
+        panic!()
+    };
     let index = arm.enqueue(&back).await.unwrap();
     let error = arm.wait(index).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Alarm);
     assert!(error.alarms().unwrap().is_empty());
-    assert!(error.to_string().contains("magician alarms --clear"), "{error}");
+    assert!(
+        error.to_string().contains("magician alarms --clear"),
+        "{error}"
+    );
     arm.clear_alarms().await.unwrap();
     arm.wait(index).await.unwrap();
 }
@@ -181,7 +219,9 @@ async fn a_stop_from_another_task_ends_a_run() {
     let outcome = outcome.expect("it ends").unwrap();
     assert_eq!(outcome.unwrap_err().kind(), ErrorKind::Closed);
     // And it works again.
-    arm.run([words::move_to(200.0, 0.0, 50.0, 0.0)], |_| {}).await.unwrap();
+    arm.run([words::move_to(200.0, 0.0, 50.0, 0.0)], |_| {})
+        .await
+        .unwrap();
 }
 
 #[tokio::test(start_paused = true)]
@@ -189,16 +229,24 @@ async fn will_not_start_what_others_left_behind() {
     let mut controller = Controller::new(Profile::default());
     let left = FrameBuf::encode(110, Ctrl::QUEUED, &WaitCmd { timeout: 10 }).unwrap();
     controller.receive(magician::sim::LinkId(7), left.bytes());
-    let line = Line { baud: None, turnaround: 0 };
+    let line = Line {
+        baud: None,
+        turnaround: 0,
+    };
     let runner = Runner::new(controller, Speed::Max, line);
     let arm = Arm::simulated(runner, Options::default()).await.unwrap();
     let mine = [words::wait(Duration::from_millis(1))];
     let error = arm.run(mine, |_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidInput);
     let message = error.to_string();
-    assert!(message.contains("magician stop") && message.contains("--keep"), "{message}");
+    assert!(
+        message.contains("magician stop") && message.contains("--keep"),
+        "{message}"
+    );
     assert_eq!(arm.left_space().await.unwrap(), 31, "nothing was sent");
-    arm.run_with(mine, RunOptions::default().keep(true), |_| {}).await.unwrap();
+    arm.run_with(mine, RunOptions::default().keep(true), |_| {})
+        .await
+        .unwrap();
 }
 
 #[tokio::test(start_paused = true)]
@@ -209,7 +257,10 @@ async fn a_silent_port_is_said_to_be_silent() {
     assert_eq!(error.kind(), ErrorKind::Timeout);
     assert!(begun.elapsed() <= Duration::from_millis(3010));
     let message = error.to_string();
-    assert!(message.contains("GetDeviceVersion") && message.contains("nothing came back"), "{message}");
+    assert!(
+        message.contains("GetDeviceVersion") && message.contains("nothing came back"),
+        "{message}"
+    );
     let mut heard = Vec::new();
     far.read_to_end(&mut heard).await.unwrap();
     assert!(heard.starts_with(&[0xAA, 0xAA, 0x02, 0x02]));
@@ -219,7 +270,11 @@ async fn a_silent_port_is_said_to_be_silent() {
 async fn a_port_that_talks_nonsense_is_said_to_do_so() {
     let (near, mut far) = duplex(1 << 16);
     let flood = tokio::spawn(async move {
-        while far.write_all(b"GRBL 1.1\r\nok\r\n\xAA\xAA\xAA").await.is_ok() {
+        while far
+            .write_all(b"GRBL 1.1\r\nok\r\n\xAA\xAA\xAA")
+            .await
+            .is_ok()
+        {
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
     });
@@ -233,8 +288,7 @@ async fn a_port_that_talks_nonsense_is_said_to_do_so() {
 #[tokio::test(start_paused = true)]
 async fn a_line_that_breaks_ends_every_call() {
     let (near, far) = duplex(4096);
-    let mut options = Options::default();
-    options.probe = false;
+    let options = Options::default().probe(false);
     let arm = Arm::over(near, options).await.unwrap();
     drop(far);
     for _ in 0..3 {
@@ -254,7 +308,14 @@ impl Bench {
     fn new() -> (tokio::io::DuplexStream, Self) {
         let (near, far) = duplex(1 << 16);
         let controller = Controller::new(Profile::default());
-        (near, Self { far, controller, laser: false })
+        (
+            near,
+            Self {
+                far,
+                controller,
+                laser: false,
+            },
+        )
     }
 
     /// Answers until the other end is gone.
@@ -263,7 +324,8 @@ impl Bench {
         let mut bytes = [0; 256];
         while let Ok(count @ 1..) = self.far.read(&mut bytes).await {
             self.controller.advance(begun.elapsed().as_micros() as u64);
-            self.controller.receive(magician::sim::LinkId(0), &bytes[..count]);
+            self.controller
+                .receive(magician::sim::LinkId(0), &bytes[..count]);
             self.laser |= self.controller.state().laser;
             while let Some(reply) = self.controller.poll_transmit(magician::sim::LinkId(0)) {
                 let _ = self.far.write_all(reply.bytes()).await;
@@ -278,18 +340,25 @@ async fn a_dropped_handle_stops_what_it_started_and_puts_the_laser_out() {
     let (near, bench) = Bench::new();
     let bench = tokio::spawn(bench.serve());
     let arm = Arm::over(near, Options::default()).await.unwrap();
-    let Set::SetEndEffectorLaser(burn) = words::laser(true) else { panic!() };
+    let Set::SetEndEffectorLaser(burn) = words::laser(true) else {
+        panic!()
+    };
     arm.set(&burn).await.unwrap();
     arm.start_queue().await.unwrap();
     for y in [100.0, -100.0, 100.0] {
-        let Set::PtpCmd(go) = words::move_to(200.0, y, 50.0, 0.0) else { panic!() };
+        let Set::PtpCmd(go) = words::move_to(200.0, y, 50.0, 0.0) else {
+            panic!()
+        };
         arm.enqueue(&go).await.unwrap();
     }
     drop(arm);
     let bench = bench.await.unwrap();
     let state = bench.controller.state();
     assert!(bench.laser, "it did burn");
-    assert!(!state.laser && !state.queue.started && state.queue.waiting == 0, "{state:?}");
+    assert!(
+        !state.laser && !state.queue.started && state.queue.waiting == 0,
+        "{state:?}"
+    );
 }
 
 #[tokio::test(start_paused = true)]
@@ -303,31 +372,45 @@ async fn a_detached_handle_and_one_that_is_done_leave_the_arm_alone() {
             arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
             arm.detach();
         } else {
-            arm.run([words::wait(Duration::from_millis(1))], |_| {}).await.unwrap();
+            arm.run([words::wait(Duration::from_millis(1))], |_| {})
+                .await
+                .unwrap();
         }
         arm.close().await;
-        assert!(bench.await.unwrap().controller.state().queue.started, "detach {detach}");
+        assert!(
+            bench.await.unwrap().controller.state().queue.started,
+            "detach {detach}"
+        );
     }
 }
 
 #[test]
 fn a_runtime_that_goes_first_still_lets_the_stop_out() {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .unwrap();
     let (near, mut far) = duplex(1 << 16);
     runtime.block_on(async {
-        let mut options = Options::default();
-        options.probe = false;
-        options.timeout = Duration::from_millis(1);
+        let options = Options::default()
+            .probe(false)
+            .timeout(Duration::from_millis(1));
         let arm = Arm::over(near, options).await.unwrap();
-        let Set::JogCmd(jog) = words::jog_joint(JogCommand::Axis1Plus) else { panic!() };
+        let Set::JogCmd(jog) = words::jog_joint(JogCommand::Axis1Plus) else {
+            panic!()
+        };
         let _ = arm.set(&jog).await;
     });
     drop(runtime);
-    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .build()
+        .unwrap();
     let mut heard = Vec::new();
     runtime.block_on(far.read_to_end(&mut heard)).unwrap();
     let stop = FrameBuf::new(242, Ctrl::SET, &[]).unwrap();
-    let stopped = heard.windows(stop.bytes().len()).any(|bytes| bytes == stop.bytes());
+    let stopped = heard
+        .windows(stop.bytes().len())
+        .any(|bytes| bytes == stop.bytes());
     assert!(stopped, "{heard:02X?}");
 }
 
@@ -338,7 +421,9 @@ async fn the_blocking_handle_refuses_to_block_a_runtime() {
     assert_eq!(error.kind(), ErrorKind::InvalidInput);
     let made = tokio::task::spawn_blocking(move || {
         // A thread for blocking work still belongs to the runtime.
-        std::thread::spawn(move || magician::blocking::Arm::connect(&target)).join().unwrap()
+        std::thread::spawn(move || magician::blocking::Arm::connect(&target))
+            .join()
+            .unwrap()
     });
     let arm = made.await.unwrap().unwrap();
     let error = arm.get::<Pose>().unwrap_err();
@@ -358,15 +443,38 @@ fn the_blocking_handle_works_from_several_threads() {
             });
         }
     });
-    let ratio = PtpCommonParams { velocity_ratio: 30.0, acceleration_ratio: 40.0 };
+    let ratio = PtpCommonParams {
+        velocity_ratio: 30.0,
+        acceleration_ratio: 40.0,
+    };
     arm.set(&ratio).unwrap();
     assert_eq!(arm.get::<PtpCommonParams>().unwrap(), ratio);
-    arm.perform(&[words::move_to(210.0, 10.0, 30.0, 0.0)]).unwrap();
+    arm.perform(&[words::move_to(210.0, 10.0, 30.0, 0.0)])
+        .unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_line_that_takes_no_more_bytes_holds_nobody_up() {
+    let (near, _far) = duplex(4);
+    let options = Options::default().probe(false);
+    let arm = Arm::over(near, options).await.unwrap();
+    let begun = Instant::now();
+    let error = arm.get::<Pose>().await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Timeout);
+    assert!(begun.elapsed() <= Duration::from_millis(3010));
+    let _ = arm
+        .enqueue_set(&words::move_to(200.0, 0.0, 50.0, 0.0))
+        .await;
+    let begun = Instant::now();
+    arm.close().await;
+    assert!(begun.elapsed() <= Duration::from_millis(510));
 }
 
 #[tokio::test]
 async fn bluetooth_is_not_spoken_yet() {
-    let error = Arm::connect(&"ble:Dobot".parse().unwrap()).await.unwrap_err();
+    let error = Arm::connect(&"ble:Dobot".parse().unwrap())
+        .await
+        .unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unsupported);
 }
 
@@ -378,12 +486,19 @@ fn the_check_follows_the_arm() {
     check.check(&words::line_by(0.0, 50.0, 0.0, 0.0)).unwrap();
     assert!((check.arm().unwrap().pose.y - 50.0).abs() < 1e-9);
     check.check(&words::tool(ToolBias::SUCTION)).unwrap();
-    assert!(check.arm().unwrap().pose.x > 250.0, "the tool point is further out now");
+    assert!(
+        check.arm().unwrap().pose.x > 250.0,
+        "the tool point is further out now"
+    );
     // Both ends are reachable, the straight way between them leads through the base.
     check.check(&words::move_to(0.0, 200.0, 50.0, 0.0)).unwrap();
-    let through = check.check(&words::line_to(0.0, -200.0, 50.0, 0.0)).unwrap_err();
+    let through = check
+        .check(&words::line_to(0.0, -200.0, 50.0, 0.0))
+        .unwrap_err();
     assert_eq!(through.kind(), ErrorKind::Unreachable);
-    check.check(&words::move_to(0.0, -200.0, 50.0, 0.0)).unwrap();
+    check
+        .check(&words::move_to(0.0, -200.0, 50.0, 0.0))
+        .unwrap();
     let relative = CpMode::Relative;
     let segment = magician::commands::CpCmd {
         cp_mode: relative,
@@ -395,10 +510,16 @@ fn the_check_follows_the_arm() {
     assert!(check.check(&segment.into()).is_err());
     let strict = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     let mut strict = strict.limits(Limits::GUARANTEED);
-    let error = strict.check(&words::move_joints(100.0, 45.0, 45.0, 0.0)).unwrap_err();
+    let error = strict
+        .check(&words::move_joints(100.0, 45.0, 45.0, 0.0))
+        .unwrap_err();
     assert_eq!((error.value(), error.limit()), (Some(100.0), Some(90.0)));
     let slow = strict.check(&words::speed(0.0, 50.0)).unwrap_err();
     assert_eq!(slow.kind(), ErrorKind::InvalidInput);
-    let tool = EndEffectorParams { x_bias: f32::INFINITY, y_bias: 0.0, z_bias: 0.0 };
+    let tool = EndEffectorParams {
+        x_bias: f32::INFINITY,
+        y_bias: 0.0,
+        z_bias: 0.0,
+    };
     assert!(strict.check(&tool.into()).is_err());
 }

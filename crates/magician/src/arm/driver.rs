@@ -24,7 +24,8 @@ const FAREWELL: Duration = Duration::from_millis(500);
 /// Rounds of reading and writing before other tasks get their turn.
 const ROUNDS: usize = 64;
 
-/// A handle's wish.
+/// A handle's wish. Nearly all are requests, so their size is no waste.
+#[allow(clippy::large_enum_variant)]
 pub(super) enum Message {
     Submit {
         request: Request,
@@ -117,7 +118,7 @@ impl Driver {
                 (Ok(wrote), Ok(read)) => wrote || read,
             };
             let told = self.tell();
-            if self.leaving && self.waiting.is_empty() && self.out.is_none() {
+            if self.leaving && self.waiting.is_empty() {
                 return Poll::Ready(Ended::Farewell);
             }
             if !moved && !told && self.sleep(cx).is_pending() {
@@ -253,7 +254,9 @@ impl Driver {
         let Some(at) = self.connection.poll_timeout() else {
             return Poll::Pending;
         };
-        self.timer.as_mut().reset(self.begun + Duration::from_micros(at));
+        self.timer
+            .as_mut()
+            .reset(self.begun + Duration::from_micros(at));
         self.timer.as_mut().poll(cx)
     }
 
@@ -261,7 +264,10 @@ impl Driver {
     fn say_farewell(&mut self) -> bool {
         self.leaving = true;
         let deadline = Instant::now() + FAREWELL;
-        for request in self.last_requests() {
+        let requests = self.last_requests();
+        // Nobody is there any more to hear these answers.
+        self.waiting.clear();
+        for request in requests {
             self.submit(request, deadline, None);
         }
         !self.waiting.is_empty()
@@ -271,7 +277,13 @@ impl Driver {
         if self.shared.detached.load(Ordering::SeqCst) {
             return Vec::new();
         }
-        let (moving, laser) = self.exposure(|exposure| (exposure.moving(), exposure.laser()));
+        let unanswered = (self.waiting.iter()).any(|one| one.request.frame().ctrl().queued());
+        let (moving, laser) = self.exposure(|exposure| {
+            if unanswered {
+                exposure.maybe_queued();
+            }
+            (exposure.moving(), exposure.laser())
+        });
         let [stop, dark, clear] = match Request::halt() {
             Ok(halt) => halt.map(|request| request.priority(Priority::Stop)),
             Err(_) => return Vec::new(),
@@ -352,7 +364,10 @@ fn explain(request: &Frame<'_>, failure: Failure) -> Error {
         ),
         Failure::Timeout { sent } => {
             let times = if sent == 1 { "once" } else { "again and again" };
-            Error::new(ErrorKind::Timeout, format!("no answer; it was sent {times}"))
+            Error::new(
+                ErrorKind::Timeout,
+                format!("no answer; it was sent {times}"),
+            )
         }
         Failure::Uncertain { from, to } => Error::uncertain(from, to),
         Failure::QueueFull => Error::new(
@@ -364,10 +379,7 @@ fn explain(request: &Frame<'_>, failure: Failure) -> Error {
             ErrorKind::Unexpected,
             "the answer to a queued command carries no index",
         ),
-        Failure::Stopped => Error::new(
-            ErrorKind::Closed,
-            "a stop came first; it was not sent",
-        ),
+        Failure::Stopped => Error::new(ErrorKind::Closed, "a stop came first; it was not sent"),
         Failure::Busy => Error::invalid("too many requests wait at once"),
     };
     error.with_command(command_name(request))

@@ -69,7 +69,11 @@ pub(super) fn queued(command: &Set) -> Result<Request> {
     command.encode(&mut writer);
     let count = writer.finish()?;
     let params = params.get(..count).unwrap_or_default();
-    Ok(Request::raw(row.id, magician_protocol::Ctrl::QUEUED, params)?)
+    Ok(Request::raw(
+        row.id,
+        magician_protocol::Ctrl::QUEUED,
+        params,
+    )?)
 }
 
 /// A command in flight.
@@ -96,7 +100,8 @@ impl Arm {
     where
         C: IntoIterator<Item = Set>,
     {
-        self.run_with(commands, RunOptions::default(), progress).await
+        self.run_with(commands, RunOptions::default(), progress)
+            .await
     }
 
     /// As [`run`](Self::run), with options.
@@ -118,7 +123,7 @@ impl Arm {
             (least, Some(most)) if least == most => Some(least as u64),
             _ => None,
         };
-        let mut flow = self.flow.lock().await;
+        let mut flow = self.take_turn(self.deadline(), "a run").await?;
         flow.room = self.left_space().await?;
         if !options.keep {
             self.refuse_strangers(flow.room).await?;
@@ -130,7 +135,8 @@ impl Arm {
         let mut looked = Instant::now();
         let mut next = commands.next();
         while next.is_some() {
-            self.fill(&mut flow, &mut next, &mut commands, &mut ran, stops).await?;
+            self.fill(&mut flow, &mut next, &mut commands, &mut ran, stops)
+                .await?;
             if !started {
                 self.start_queue().await?;
                 started = true;
@@ -226,7 +232,8 @@ impl Arm {
         loop {
             let free = u64::from(flow.room) > in_flight.len() as u64;
             let fresh = free && batch.elapsed() < LOOK_PAUSE;
-            while fresh && in_flight.len() < window && u64::from(flow.room) > in_flight.len() as u64 {
+            while fresh && in_flight.len() < window && u64::from(flow.room) > in_flight.len() as u64
+            {
                 let Some(command) = next.take() else { break };
                 *next = commands.next();
                 let request = queued(&command)?;
@@ -242,7 +249,9 @@ impl Arm {
             let Some(oldest) = in_flight.pop_front() else {
                 return Ok(());
             };
-            let reply = self.answer(oldest.answer, &oldest.frame, oldest.deadline).await;
+            let reply = self
+                .answer(oldest.answer, &oldest.frame, oldest.deadline)
+                .await;
             let index = self.accepted(flow, &oldest.command, reply)?;
             ran.commands += 1;
             ran.first = ran.first.or(Some(index));

@@ -60,7 +60,8 @@ impl Arm {
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn clear_queue(&self) -> Result<()> {
-        self.set(&magician_protocol::commands::QueuedCmdClear {}).await?;
+        self.set(&magician_protocol::commands::QueuedCmdClear {})
+            .await?;
         self.own().clear();
         Ok(())
     }

@@ -13,11 +13,11 @@ use magician_protocol::commands::{
     QueuedCmdStartExec,
 };
 use magician_protocol::{
-    Alarm, AlarmSet, Ctrl, FrameBuf, Layout, NoArgs, QueuedCmdIndex, Queueable, Readable, Set,
+    Alarm, AlarmSet, Ctrl, FrameBuf, Layout, NoArgs, Queueable, QueuedCmdIndex, Readable, Set,
     Writable,
 };
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{MutexGuard, mpsc, oneshot};
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, timeout_at};
 
@@ -51,6 +51,29 @@ impl Default for Options {
             window: 1,
             probe: true,
         }
+    }
+}
+
+impl Options {
+    /// Sets [`timeout`](Self::timeout).
+    #[must_use]
+    pub fn timeout(mut self, timeout: Duration) -> Self {
+        self.timeout = timeout;
+        self
+    }
+
+    /// Sets [`window`](Self::window).
+    #[must_use]
+    pub fn window(mut self, window: usize) -> Self {
+        self.window = window;
+        self
+    }
+
+    /// Sets [`probe`](Self::probe).
+    #[must_use]
+    pub fn probe(mut self, probe: bool) -> Self {
+        self.probe = probe;
+        self
     }
 }
 
@@ -305,11 +328,7 @@ impl Arm {
     pub async fn enqueue_set(&self, command: &Set) -> Result<QueueIndex> {
         let request = flow::queued(command)?;
         let deadline = self.deadline();
-        let locked = timeout_at(deadline, self.flow.lock()).await;
-        let mut flow = locked.map_err(|_| {
-            let name = command.row().set_name;
-            Error::new(ErrorKind::Timeout, "other commands did not end").with_command(name)
-        })?;
+        let mut flow = self.take_turn(deadline, command.row().set_name).await?;
         if flow.room == 0 {
             flow.room = self.left_space().await?;
         }
@@ -319,6 +338,15 @@ impl Arm {
         }
         let reply = self.ask_until(request, deadline).await;
         self.accepted(&mut flow, command, reply)
+    }
+
+    /// The queue is filled by one at a time.
+    async fn take_turn(&self, deadline: Instant, name: &str) -> Result<MutexGuard<'_, Flow>> {
+        let turn = timeout_at(deadline, self.flow.lock()).await;
+        turn.map_err(|_| {
+            let message = "another task fills the queue at present";
+            Error::new(ErrorKind::Timeout, message).with_command(name)
+        })
     }
 
     /// Accounts for the answer to a queued command.
@@ -342,7 +370,19 @@ impl Arm {
     /// [`ErrorKind::InvalidInput`] when the parameters do not fit a frame, else as
     /// [`get`](Self::get) and [`enqueue`](Self::enqueue).
     pub async fn raw(&self, id: u8, ctrl: Ctrl, params: &[u8]) -> Result<FrameBuf> {
-        self.ask(Request::raw(id, ctrl, params)?).await
+        let request = Request::raw(id, ctrl, params)?;
+        if !ctrl.queued() {
+            return self.ask(request).await;
+        }
+        let deadline = self.deadline();
+        let mut flow = self.take_turn(deadline, "a raw command").await?;
+        flow.room = 0;
+        let reply = self.ask_until(request, deadline).await?;
+        let index = QueuedCmdIndex::decode(reply.frame().params());
+        if let (Ok(index), Ok(command)) = (index, Set::decode(id, params)) {
+            self.own().accepted(index, &command);
+        }
+        Ok(reply)
     }
 
     /// Lets the queue run (document 1.19.1).
@@ -472,6 +512,9 @@ impl Arm {
     }
 
     fn exposure(&self) -> std::sync::MutexGuard<'_, Exposure> {
-        self.shared.exposure.lock().unwrap_or_else(PoisonError::into_inner)
+        self.shared
+            .exposure
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -77,7 +77,8 @@ impl Ledger {
 
     /// Whether `index` follows the one accepted last; anything follows nothing.
     pub(super) fn follows(&self, index: u64) -> bool {
-        self.last.is_none_or(|last| last.checked_add(1) == Some(index))
+        self.last
+            .is_none_or(|last| last.checked_add(1) == Some(index))
     }
 
     /// A command was accepted.
@@ -169,7 +170,11 @@ mod tests {
         let mut ledger = Ledger::new(32);
         ledger.read_left(32, true);
         ledger.accept(7);
-        assert_eq!(ledger.judge(3, 31), Verdict::Lost, "numbers 4 to 6 were dropped unseen");
+        assert_eq!(
+            ledger.judge(3, 31),
+            Verdict::Lost,
+            "numbers 4 to 6 were dropped unseen"
+        );
         assert_eq!(ledger.judge(3, 30), Verdict::Taken(8));
         assert_eq!(ledger.judge(7, 31), Verdict::Taken(8));
         assert_eq!(ledger.judge(3, 29), Verdict::Unclear);

@@ -50,10 +50,12 @@
 //! ordered link it can no longer be under way when they arrive; on an unordered one, "lost" is
 //! concluded only from readings made after its lifetime.
 
+mod doubt;
 mod estimator;
 mod job;
 mod ledger;
 mod outstanding;
+mod reply;
 mod request;
 
 use std::collections::VecDeque;
@@ -63,13 +65,13 @@ use magician_protocol::commands::{
     QueuedCmdLeftSpace,
 };
 use magician_protocol::{
-    Ctrl, Deframer, FrameBuf, INTER_BYTE_TIMEOUT_MS, Layout, QueuedCmdIndex, Readable, Row,
-    Writable,
+    Ctrl, Deframer, FrameBuf, INTER_BYTE_TIMEOUT_MS, QueuedCmdIndex, Readable, Row, Writable,
 };
 
+use doubt::Doubt;
 use estimator::Estimator;
-use job::{Job, Policy, Purpose};
-use ledger::{Ledger, Verdict};
+use job::{Job, Purpose};
+use ledger::Ledger;
 use outstanding::{Copy, Key, Outstanding};
 pub use request::{Event, Failure, Priority, Request, Settings, Ticket};
 
@@ -111,16 +113,6 @@ pub struct Stats {
     pub unsolicited: u64,
     /// Damaged frames and runs of foreign bytes.
     pub noise: u64,
-}
-
-/// A queued command whose answer was lost, and what was read to find out its fate.
-#[derive(Debug)]
-struct Doubt {
-    job: Job,
-    current: Option<u64>,
-    pair: Option<(u64, u32)>,
-    /// Readings before this instant prove nothing (unordered links).
-    not_before: Option<Micros>,
 }
 
 /// The host's end of the protocol; see the [module](self).
@@ -306,6 +298,9 @@ impl Connection {
             return None;
         }
         if let Some(purpose) = self.next_reading() {
+            if let Some(doubt) = &mut self.doubt {
+                doubt.begun.get_or_insert(now);
+            }
             let row = match purpose {
                 Purpose::Current => QueuedCmdCurrentIndex::ROW,
                 _ => QueuedCmdLeftSpace::ROW,
@@ -424,7 +419,9 @@ impl Connection {
             ctrl: Ctrl::GET,
         };
         let turn = FENCES[self.next_fence % FENCES.len()];
-        let clean = FENCES.iter().find(|row| !self.outstanding.contains(key(row)));
+        let clean = FENCES
+            .iter()
+            .find(|row| !self.outstanding.contains(key(row)));
         self.next_fence = (self.next_fence + 1) % FENCES.len();
         self.send_own(Purpose::Fence, clean.copied().unwrap_or(turn), now)
     }
@@ -454,314 +451,5 @@ impl Connection {
     fn ticket(&mut self) -> Ticket {
         self.next_ticket = self.next_ticket.wrapping_add(1);
         Ticket(self.next_ticket)
-    }
-}
-
-/// What comes in.
-impl Connection {
-    /// Takes bytes from the controller, cut anywhere.
-    pub fn receive(&mut self, now: Micros, bytes: &[u8]) {
-        self.stats.bytes = self.stats.bytes.saturating_add(bytes.len() as u64);
-        self.heard = now;
-        self.hear(now, bytes);
-    }
-
-    fn hear(&mut self, now: Micros, mut bytes: &[u8]) {
-        while let Some(event) = self.deframer.next(&mut bytes) {
-            if let magician_protocol::Event::Frame { frame, .. } = event {
-                let frame = FrameBuf::from(frame);
-                self.stats.frames += 1;
-                self.reply(now, &frame);
-            } else {
-                self.stats.noise += 1;
-            }
-        }
-    }
-
-    fn reply(&mut self, now: Micros, frame: &FrameBuf) {
-        let Some(copy) = self.outstanding.answered(Key::of(&frame.frame())) else {
-            self.stats.unsolicited += 1;
-            return;
-        };
-        let answered = (self.flight.iter()).position(|job| job.ticket == copy.ticket);
-        // Jobs that this reply proves lost come first: they were sent before.
-        if let Some(at) = answered {
-            let job = self.flight.remove(at);
-            self.settle();
-            self.answer(job, frame, now);
-        } else if let Some(doubt) = self.doubt.take_if(|doubt| doubt.job.ticket == copy.ticket) {
-            self.settle();
-            self.answer_queued(doubt.job, frame);
-        } else {
-            self.stats.late += 1;
-            self.settle();
-        }
-    }
-
-    /// Ends or sends again every job whose reply can no longer come.
-    fn settle(&mut self) {
-        if !self.settings.ordered {
-            return;
-        }
-        let gone = |connection: &Self, job: &Job| {
-            !job.due && !connection.outstanding.awaits(job.ticket)
-        };
-        while let Some(at) = self.flight.iter().position(|job| gone(self, job)) {
-            self.lost(at);
-        }
-    }
-
-    fn answer(&mut self, job: Job, frame: &FrameBuf, now: Micros) {
-        if job.sent == 1 {
-            self.estimator.sample(now.saturating_sub(job.since));
-        }
-        if job.queued() {
-            return self.answer_queued(job, frame);
-        }
-        let reset = self.observe(&job, frame);
-        if self.settings.ordered && !reset {
-            self.ledger.confirm();
-        }
-        match job.purpose {
-            Purpose::Caller if frame.frame().ctrl().error() => {
-                self.done(job.ticket, Err(Failure::Refused));
-            }
-            Purpose::Caller => self.done(job.ticket, Ok(*frame)),
-            Purpose::Fence => {}
-            Purpose::Drain => self.drain_at = Some(now.saturating_add(DRAIN_PAUSE)),
-            Purpose::Current | Purpose::Left => self.read(frame, now),
-        }
-    }
-
-    fn answer_queued(&mut self, job: Job, frame: &FrameBuf) {
-        let view = frame.frame();
-        let index = match QueuedCmdIndex::decode(view.params()) {
-            _ if view.ctrl().error() => return self.done(job.ticket, Err(Failure::QueueFull)),
-            Err(_) => return self.done(job.ticket, Err(Failure::NoIndex)),
-            Ok(QueuedCmdIndex(0)) => return self.done(job.ticket, Err(Failure::QueueFull)),
-            Ok(QueuedCmdIndex(index)) => index,
-        };
-        if self.ledger.follows(index) {
-            self.ledger.accept(index);
-            if self.queued_unanswered() == 0 && self.settings.window == 1 {
-                self.ledger.confirm();
-            }
-            self.done(job.ticket, Ok(*frame));
-        } else if self.ledger.last() == Some(index) && self.alone() {
-            self.enter_doubt(job);
-        } else {
-            self.uncertain(job);
-        }
-    }
-
-    /// Notes what a reading says about the queue; true when it shows a reset.
-    fn observe(&mut self, job: &Job, frame: &FrameBuf) -> bool {
-        let params = frame.frame();
-        let params = params.params();
-        match job.key.id {
-            246 => {
-                let Ok(read) = QueuedCmdCurrentIndex::decode(params) else {
-                    return false;
-                };
-                let reset = self.ledger.read_current(read.queued_cmd_current_index);
-                if reset {
-                    self.reset();
-                }
-                reset
-            }
-            247 => {
-                let idle = self.doubt.is_none() && self.queued_unanswered() == 0;
-                if let Ok(read) = QueuedCmdLeftSpace::decode(params) {
-                    self.ledger.read_left(read.left_space, idle);
-                }
-                false
-            }
-            _ => false,
-        }
-    }
-
-    fn reset(&mut self) {
-        if !self.events.contains(&Event::Reset) {
-            self.events.push_back(Event::Reset);
-        }
-        if let Some(doubt) = self.doubt.take() {
-            self.uncertain(doubt.job);
-        }
-    }
-
-    fn done(&mut self, ticket: Ticket, result: Result<FrameBuf, Failure>) {
-        self.events.push_back(Event::Done { ticket, result });
-    }
-}
-
-/// Losses and doubts.
-impl Connection {
-    /// The answer to a job in flight did not come in time, or cannot come any more.
-    fn lost(&mut self, at: usize) {
-        let Some(job) = self.flight.get_mut(at) else {
-            return;
-        };
-        let unordered_or_awaited = !self.settings.ordered || self.outstanding.awaits(job.ticket);
-        match (job.purpose, job.policy) {
-            (Purpose::Fence | Purpose::Drain, _) => {
-                self.flight.remove(at);
-            }
-            (Purpose::Current | Purpose::Left, _) if self.doubt.is_none() => {
-                self.flight.remove(at);
-            }
-            (_, Policy::Resend) => job.due = true,
-            (_, Policy::Once) if unordered_or_awaited => {
-                job.lingers = true;
-                job.timer = Micros::MAX;
-            }
-            (_, Policy::Once) => {
-                let job = self.flight.remove(at);
-                self.uncertain(job);
-            }
-            (_, Policy::Doubt) => {
-                let job = self.flight.remove(at);
-                if self.alone() {
-                    self.enter_doubt(job);
-                } else {
-                    self.uncertain(job);
-                }
-            }
-        }
-    }
-
-    /// Whether at most one queued command is not accounted for.
-    fn alone(&self) -> bool {
-        self.queued_unanswered() == 0 && self.doubt.is_none() && self.ledger.is_confirmed()
-    }
-
-    fn queued_unanswered(&self) -> u64 {
-        self.flight.iter().filter(|job| job.queued()).count() as u64
-    }
-
-    fn enter_doubt(&mut self, job: Job) {
-        self.doubt = Some(Doubt {
-            job,
-            current: None,
-            pair: None,
-            not_before: None,
-        });
-    }
-
-    /// Takes a reading for the command in doubt, and judges it when two pairs are equal.
-    fn read(&mut self, frame: &FrameBuf, now: Micros) {
-        let Some(mut doubt) = self.doubt.take() else {
-            return;
-        };
-        let view = frame.frame();
-        match doubt.current {
-            None => {
-                let read = QueuedCmdCurrentIndex::decode(view.params());
-                doubt.current = read.ok().map(|read| read.queued_cmd_current_index);
-            }
-            Some(current) => {
-                doubt.current = None;
-                if let Ok(read) = QueuedCmdLeftSpace::decode(view.params()) {
-                    let pair = (current, read.left_space);
-                    if doubt.pair.replace(pair) == Some(pair) {
-                        return self.judge(doubt, pair, now);
-                    }
-                }
-            }
-        }
-        self.doubt = Some(doubt);
-    }
-
-    fn judge(&mut self, mut doubt: Doubt, (current, left): (u64, u32), now: Micros) {
-        let verdict = match self.ledger.judge(current, left) {
-            _ if doubt.job.clears != self.ledger.clears() => Verdict::Unclear,
-            verdict => verdict,
-        };
-        match verdict {
-            Verdict::Unclear => self.uncertain(doubt.job),
-            Verdict::Taken(index) => {
-                self.ledger.accept(index);
-                self.ledger.confirm();
-                let key = doubt.job.key;
-                let frame = FrameBuf::encode(key.id, key.ctrl, &QueuedCmdIndex(index));
-                self.done(doubt.job.ticket, frame.map_err(|_| Failure::NoIndex));
-            }
-            Verdict::Lost if self.may_be_under_way(&doubt.job, now) => {
-                let latest = self.outstanding.latest(doubt.job.ticket).unwrap_or(now);
-                doubt.not_before = Some(latest.saturating_add(self.settings.lifetime));
-                doubt.pair = None;
-                self.doubt = Some(doubt);
-            }
-            Verdict::Lost if left == 0 => self.done(doubt.job.ticket, Err(Failure::QueueFull)),
-            Verdict::Lost => {
-                doubt.job.due = true;
-                self.flight.push(doubt.job);
-            }
-        }
-    }
-
-    /// On an unordered link a request may overtake the readings that were sent after it.
-    fn may_be_under_way(&self, job: &Job, now: Micros) -> bool {
-        let latest = self.outstanding.latest(job.ticket);
-        !self.settings.ordered
-            && latest.is_some_and(|at| at.saturating_add(self.settings.lifetime) > now)
-    }
-
-    /// Ends a command of which nobody can tell whether it was taken, and for a queued one all that
-    /// are in flight with it.
-    fn uncertain(&mut self, job: Job) {
-        if !job.queued() {
-            let nowhere = Failure::Uncertain {
-                from: None,
-                to: None,
-            };
-            return self.done(job.ticket, Err(nowhere));
-        }
-        let (from, to) = self.ledger.doubt(1 + self.queued_unanswered());
-        let failure = Failure::Uncertain { from, to };
-        self.ledger.forget();
-        self.done(job.ticket, Err(failure));
-        while let Some(at) = self.flight.iter().position(Job::queued) {
-            let job = self.flight.remove(at);
-            self.done(job.ticket, Err(failure));
-        }
-    }
-
-    /// A stop was submitted: nothing of the stream goes out any more.
-    fn drop_stream(&mut self) {
-        while let Some(job) = self.lanes[Priority::Stream as usize].pop_front() {
-            self.done(job.ticket, Err(Failure::Stopped));
-        }
-        if let Some(doubt) = self.doubt.take() {
-            self.uncertain(doubt.job);
-        }
-        while let Some(at) = (self.flight.iter())
-            .position(|job| job.due && job.priority == Priority::Stream)
-        {
-            let job = self.flight.remove(at);
-            match job.policy {
-                Policy::Doubt => self.uncertain(job),
-                _ => self.done(job.ticket, Err(Failure::Stopped)),
-            }
-        }
-    }
-
-    fn end_at_deadline(&mut self, now: Micros) {
-        for lane in 0..self.lanes.len() {
-            while let Some(at) = self.lanes[lane].iter().position(|job| job.deadline <= now) {
-                if let Some(job) = self.lanes[lane].remove(at) {
-                    self.done(job.ticket, Err(Failure::Timeout { sent: 0 }));
-                }
-            }
-        }
-        while let Some(at) = self.flight.iter().position(|job| job.deadline <= now) {
-            let job = self.flight.remove(at);
-            match job.policy {
-                Policy::Resend => self.done(job.ticket, Err(Failure::Timeout { sent: job.sent })),
-                Policy::Once | Policy::Doubt => self.uncertain(job),
-            }
-        }
-        if let Some(doubt) = self.doubt.take_if(|doubt| doubt.job.deadline <= now) {
-            self.uncertain(doubt.job);
-        }
     }
 }

@@ -70,15 +70,6 @@ impl Outstanding {
         self.copies.iter().any(|copy| copy.ticket == ticket)
     }
 
-    /// When the latest unanswered copy of this request went out.
-    pub(super) fn latest(&self, ticket: Ticket) -> Option<Micros> {
-        let copies = self.copies.iter().rev();
-        copies
-            .filter(|copy| copy.ticket == ticket)
-            .map(|copy| copy.at)
-            .next()
-    }
-
     /// A reply has come: it belongs to the oldest unanswered frame of its key. On an ordered link
     /// no reply to an older frame can come any more. `None` for a reply nobody asked for.
     pub(super) fn answered(&mut self, key: Key) -> Option<Copy> {

@@ -37,7 +37,8 @@ pub(super) fn open(path: &str) -> Result<Serial> {
             tracing::debug!(path, %error, "modem line not set");
         }
     }
-    port.discard_input_buffer().map_err(|error| explain(path, error))?;
+    port.discard_input_buffer()
+        .map_err(|error| explain(path, error))?;
     Ok(Serial {
         port: Stream(port),
         #[cfg(unix)]
@@ -82,7 +83,7 @@ fn lock(path: &str) -> Result<std::os::fd::OwnedFd> {
 /// Why a port could not be opened, and what to do about it.
 fn explain(path: &str, error: io::Error) -> Error {
     let is_port = |message: String| Error::new(ErrorKind::Port, message);
-    let error = match error.kind() {
+    match error.kind() {
         io::ErrorKind::NotFound => {
             let known = ports::ports().unwrap_or_default();
             is_port(format!("there is no port {path} ({})", ports::list(&known))).with_source(error)
@@ -90,10 +91,10 @@ fn explain(path: &str, error: io::Error) -> Error {
         io::ErrorKind::PermissionDenied if cfg!(windows) => held(path).with_source(error),
         io::ErrorKind::PermissionDenied => forbidden(path).with_source(error),
         io::ErrorKind::ResourceBusy => held(path).with_source(error),
-        _ => is_port(format!("{path} cannot be opened as a serial port: {error}"))
-            .with_source(error),
-    };
-    error
+        _ => {
+            is_port(format!("{path} cannot be opened as a serial port: {error}")).with_source(error)
+        }
+    }
 }
 
 /// The port is another program's.
@@ -182,14 +183,22 @@ mod tests {
     fn a_port_that_is_not_there_is_named_with_those_that_are() {
         let error = open("/dev/tty-of-no-arm").err().expect("there is none");
         assert_eq!(error.kind(), ErrorKind::Port);
-        assert!(error.to_string().contains("there is no port /dev/tty-of-no-arm"), "{error}");
+        assert!(
+            error
+                .to_string()
+                .contains("there is no port /dev/tty-of-no-arm"),
+            "{error}"
+        );
         assert!(error.to_string().contains("serial port"), "{error}");
     }
 
     #[test]
     fn a_forbidden_port_says_how_to_be_allowed() {
         let message = forbidden("/dev/null").to_string();
-        assert!(message.contains("10c4") && message.contains("udevadm"), "{message}");
+        assert!(
+            message.contains("10c4") && message.contains("udevadm"),
+            "{message}"
+        );
         #[cfg(unix)]
         assert!(message.contains("usermod -aG"), "{message}");
     }

@@ -30,7 +30,11 @@ impl Sim {
             baud: None,
             turnaround: 0,
         };
-        Self::new(Runner::new(Controller::new(Profile::default()), speed, line))
+        Self::new(Runner::new(
+            Controller::new(Profile::default()),
+            speed,
+            line,
+        ))
     }
 
     pub(crate) fn new(runner: Runner) -> Self {
@@ -64,7 +68,9 @@ impl Transport for Sim {
             };
             // Timers may fire a little early; an instant that has come is waited for a moment.
             let at = at.max(now + 1);
-            self.alarm.as_mut().reset(self.begun + Duration::from_micros(at));
+            self.alarm
+                .as_mut()
+                .reset(self.begun + Duration::from_micros(at));
             if self.alarm.as_mut().poll(cx).is_pending() {
                 return Poll::Pending;
             }

@@ -32,6 +32,8 @@ pub(super) async fn connect(host: &str, port: u16) -> Result<Stream<TcpStream>> 
     let connecting = tokio::time::timeout(PATIENCE, TcpStream::connect((host, port))).await;
     let connected = connecting.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
     let stream = connected.map_err(|error| unreachable_host(host, port, error))?;
-    stream.set_nodelay(true).map_err(|error| unreachable_host(host, port, error))?;
+    stream
+        .set_nodelay(true)
+        .map_err(|error| unreachable_host(host, port, error))?;
     Ok(Stream(stream))
 }

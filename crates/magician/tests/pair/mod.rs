@@ -7,17 +7,17 @@ use magician::connection::{Connection, Event, Failure, Request, Settings, Ticket
 use magician_protocol::{Deframer, FrameBuf, Layout, QueuedCmdIndex};
 use magician_sim::{Controller, LinkId, Profile};
 
-pub type Micros = u64;
+pub(crate) type Micros = u64;
 
 /// A small generator of numbers (xorshift64*), the same on every platform.
-pub struct Dice(u64);
+pub(crate) struct Dice(u64);
 
 impl Dice {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
     }
 
-    pub fn roll(&mut self, sides: u64) -> u64 {
+    pub(crate) fn roll(&mut self, sides: u64) -> u64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
         self.0 ^= self.0 >> 27;
@@ -25,22 +25,22 @@ impl Dice {
     }
 
     /// True in `per_mille` of a thousand cases.
-    pub fn chance(&mut self, per_mille: u64) -> bool {
+    pub(crate) fn chance(&mut self, per_mille: u64) -> bool {
         self.roll(1000) < per_mille
     }
 }
 
 /// What the line does to a frame; chances in per mille.
 #[derive(Clone, Copy, Default)]
-pub struct Faults {
-    pub lose: u64,
-    pub damage: u64,
-    pub double: u64,
+pub(crate) struct Faults {
+    pub(crate) lose: u64,
+    pub(crate) damage: u64,
+    pub(crate) double: u64,
     /// A frame that is late is late by up to this many us.
-    pub late: u64,
-    pub late_by: Micros,
+    pub(crate) late: u64,
+    pub(crate) late_by: Micros,
     /// Frames may overtake each other.
-    pub reorder: bool,
+    pub(crate) reorder: bool,
 }
 
 struct Line {
@@ -56,7 +56,14 @@ impl Line {
         if std::mem::take(&mut self.lose_next) {
             return;
         }
-        let Faults { lose, damage, double, late, late_by, reorder } = self.faults;
+        let Faults {
+            lose,
+            damage,
+            double,
+            late,
+            late_by,
+            reorder,
+        } = self.faults;
         for _ in 0..=u32::from(dice.chance(double)) {
             if dice.chance(lose) {
                 continue;
@@ -88,30 +95,36 @@ impl Line {
     }
 }
 
-pub struct Pair {
-    pub now: Micros,
-    pub host: Connection,
-    pub arm: Controller,
-    pub dice: Dice,
+pub(crate) struct Pair {
+    pub(crate) now: Micros,
+    pub(crate) host: Connection,
+    pub(crate) arm: Controller,
+    pub(crate) dice: Dice,
     /// When the arm was switched on last.
     booted: Micros,
     to_arm: Line,
     to_host: Line,
     arm_ear: Deframer,
     /// What the arm accepted into its queue: parameters and index, in order.
-    pub accepted: Vec<(Vec<u8>, u64)>,
+    pub(crate) accepted: Vec<(Vec<u8>, u64)>,
     /// Every frame that the arm got whole.
-    pub heard: Vec<FrameBuf>,
-    pub results: HashMap<Ticket, Result<FrameBuf, Failure>>,
-    pub resets: u32,
+    pub(crate) heard: Vec<FrameBuf>,
+    pub(crate) results: HashMap<Ticket, Result<FrameBuf, Failure>>,
+    pub(crate) resets: u32,
     standing: u32,
     /// The arm hears and does not answer.
-    pub mute: bool,
+    pub(crate) mute: bool,
 }
 
 impl Pair {
-    pub fn new(settings: Settings, faults: Faults, seed: u64) -> Self {
-        let line = || Line { faults, under_way: VecDeque::new(), latest: 0, delay: 1_000, lose_next: false };
+    pub(crate) fn new(settings: Settings, faults: Faults, seed: u64) -> Self {
+        let line = || Line {
+            faults,
+            under_way: VecDeque::new(),
+            latest: 0,
+            delay: 1_000,
+            lose_next: false,
+        };
         Self {
             now: 0,
             host: Connection::new(settings),
@@ -130,33 +143,35 @@ impl Pair {
         }
     }
 
-    pub fn set_faults(&mut self, faults: Faults) {
+    pub(crate) fn set_faults(&mut self, faults: Faults) {
         self.to_arm.faults = faults;
         self.to_host.faults = faults;
     }
 
-    pub fn set_reply_faults(&mut self, faults: Faults) {
+    pub(crate) fn set_reply_faults(&mut self, faults: Faults) {
         self.to_host.faults = faults;
     }
 
     /// Every reply takes so long.
-    pub fn delay_replies(&mut self, by: Micros) {
+    pub(crate) fn delay_replies(&mut self, by: Micros) {
         self.to_host.delay = by;
     }
 
-    pub fn lose_next_request(&mut self) {
+    pub(crate) fn lose_next_request(&mut self) {
         self.to_arm.lose_next = true;
     }
 
     /// Switches the arm off and on.
-    pub fn power_cycle(&mut self) {
+    pub(crate) fn power_cycle(&mut self) {
         self.arm = Controller::new(Profile::default());
         self.booted = self.now;
     }
 
     /// Puts bytes on the line to the host that the arm never sent.
-    pub fn inject(&mut self, bytes: &[u8]) {
-        self.to_host.under_way.push_back((self.now + 1, bytes.to_vec()));
+    pub(crate) fn inject(&mut self, bytes: &[u8]) {
+        self.to_host
+            .under_way
+            .push_back((self.now + 1, bytes.to_vec()));
     }
 
     fn arm_hears(&mut self, bytes: &[u8]) {
@@ -224,7 +239,7 @@ impl Pair {
     }
 
     /// Goes to the next instant at which something happens, but not beyond `end`.
-    pub fn step(&mut self, end: Micros) {
+    pub(crate) fn step(&mut self, end: Micros) {
         self.exchange();
         let soonest = [
             self.host.poll_timeout(),
@@ -233,7 +248,11 @@ impl Pair {
             self.to_host.next(),
         ];
         let next = soonest.into_iter().flatten().min().unwrap_or(end).min(end);
-        self.standing = if next > self.now { 0 } else { self.standing + 1 };
+        self.standing = if next > self.now {
+            0
+        } else {
+            self.standing + 1
+        };
         assert!(self.standing < 1000, "time stands still at {next}");
         self.now = next.max(self.now);
         self.arm.advance(self.now - self.booted);
@@ -241,14 +260,14 @@ impl Pair {
         self.exchange();
     }
 
-    pub fn run_until(&mut self, end: Micros) {
+    pub(crate) fn run_until(&mut self, end: Micros) {
         while self.now < end {
             self.step(end);
         }
     }
 
     /// Runs until the request has ended; fails when it ends after its deadline.
-    pub fn finish(&mut self, ticket: Ticket, deadline: Micros) -> Result<FrameBuf, Failure> {
+    pub(crate) fn finish(&mut self, ticket: Ticket, deadline: Micros) -> Result<FrameBuf, Failure> {
         loop {
             if let Some(result) = self.results.remove(&ticket) {
                 return result;
@@ -259,13 +278,15 @@ impl Pair {
     }
 
     /// One request from submission to its end.
-    pub fn ask(&mut self, request: Request, patience: Micros) -> Result<FrameBuf, Failure> {
+    pub(crate) fn ask(&mut self, request: Request, patience: Micros) -> Result<FrameBuf, Failure> {
         let deadline = self.now + patience;
         let ticket = self.host.submit(request.deadline(deadline));
         self.finish(ticket, deadline)
     }
 }
 
-pub fn index_of(frame: &FrameBuf) -> u64 {
-    QueuedCmdIndex::decode(frame.frame().params()).expect("an index").0
+pub(crate) fn index_of(frame: &FrameBuf) -> u64 {
+    QueuedCmdIndex::decode(frame.frame().params())
+        .expect("an index")
+        .0
 }

@@ -1,0 +1,198 @@
+use magician_protocol::commands::{QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
+use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex};
+
+use super::job::{Job, Policy, Purpose};
+use super::ledger::Verdict;
+use super::{Connection, Failure, Micros, Priority};
+
+/// A queued command whose answer was lost, and what was read to find out its fate.
+#[derive(Debug)]
+pub(super) struct Doubt {
+    pub(super) job: Job,
+    /// When the reading of the pair under way began.
+    pub(super) begun: Option<Micros>,
+    pub(super) current: Option<u64>,
+    /// The last whole pair, and when its reading began.
+    pair: Option<((u64, u32), Micros)>,
+    /// Readings before this instant prove nothing (unordered links).
+    pub(super) not_before: Option<Micros>,
+}
+
+/// Losses and doubts.
+impl Connection {
+    /// The answer to a job in flight did not come in time, or cannot come any more.
+    pub(super) fn lost(&mut self, at: usize) {
+        let Some(job) = self.flight.get_mut(at) else {
+            return;
+        };
+        let unordered_or_awaited = !self.settings.ordered || self.outstanding.awaits(job.ticket);
+        match (job.purpose, job.policy) {
+            (Purpose::Fence | Purpose::Drain, _) => {
+                self.flight.remove(at);
+            }
+            (Purpose::Current | Purpose::Left, _) if self.doubt.is_none() => {
+                self.flight.remove(at);
+            }
+            (_, Policy::Resend) => job.due = true,
+            (_, Policy::Once) if unordered_or_awaited => {
+                job.lingers = true;
+                job.timer = Micros::MAX;
+            }
+            (_, Policy::Once) => {
+                let job = self.flight.remove(at);
+                self.uncertain(job);
+            }
+            (_, Policy::Doubt) => {
+                let job = self.flight.remove(at);
+                if self.alone() {
+                    self.enter_doubt(job);
+                } else {
+                    self.uncertain(job);
+                }
+            }
+        }
+    }
+
+    /// Whether at most one queued command is not accounted for.
+    pub(super) fn alone(&self) -> bool {
+        self.queued_unanswered() == 0 && self.doubt.is_none() && self.ledger.is_confirmed()
+    }
+
+    pub(super) fn queued_unanswered(&self) -> u64 {
+        self.flight.iter().filter(|job| job.queued()).count() as u64
+    }
+
+    pub(super) fn enter_doubt(&mut self, job: Job) {
+        self.doubt = Some(Doubt {
+            job,
+            begun: None,
+            current: None,
+            pair: None,
+            not_before: None,
+        });
+    }
+
+    /// Takes a reading for the command in doubt, and judges it when two pairs are equal.
+    pub(super) fn read(&mut self, frame: &FrameBuf, now: Micros) {
+        let Some(mut doubt) = self.doubt.take() else {
+            return;
+        };
+        let view = frame.frame();
+        match doubt.current {
+            None => {
+                let read = QueuedCmdCurrentIndex::decode(view.params());
+                doubt.current = read.ok().map(|read| read.queued_cmd_current_index);
+            }
+            Some(current) => {
+                doubt.current = None;
+                if let Ok(read) = QueuedCmdLeftSpace::decode(view.params()) {
+                    let pair = (current, read.left_space);
+                    let begun = doubt.begun.take().unwrap_or(now);
+                    if let Some((before, since)) = doubt.pair.replace((pair, begun))
+                        && before == pair
+                    {
+                        return self.judge(doubt, pair, since, now);
+                    }
+                }
+            }
+        }
+        self.doubt = Some(doubt);
+    }
+
+    /// Judges by two equal pairs, the first of which began to be read at `since`.
+    pub(super) fn judge(
+        &mut self,
+        mut doubt: Doubt,
+        (current, left): (u64, u32),
+        since: Micros,
+        now: Micros,
+    ) {
+        // On an unordered link the command may overtake readings that were sent after it, or come
+        // between them, as long as it may be under way.
+        let arrived = doubt.job.since.saturating_add(self.settings.lifetime);
+        let premature = !self.settings.ordered && since < arrived;
+        let verdict = match self.ledger.judge(current, left) {
+            _ if doubt.job.clears != self.ledger.clears() => Verdict::Unclear,
+            verdict => verdict,
+        };
+        match verdict {
+            Verdict::Unclear => self.uncertain(doubt.job),
+            Verdict::Taken(index) => {
+                self.ledger.accept(index);
+                self.ledger.confirm();
+                let key = doubt.job.key;
+                let frame = FrameBuf::encode(key.id, key.ctrl, &QueuedCmdIndex(index));
+                self.done(doubt.job.ticket, frame.map_err(|_| Failure::NoIndex));
+            }
+            Verdict::Lost if premature => {
+                doubt.not_before = (arrived > now).then_some(arrived);
+                doubt.pair = None;
+                self.doubt = Some(doubt);
+            }
+            Verdict::Lost if left == 0 => self.done(doubt.job.ticket, Err(Failure::QueueFull)),
+            Verdict::Lost => {
+                doubt.job.due = true;
+                self.flight.push(doubt.job);
+            }
+        }
+    }
+
+    /// Ends a command of which nobody can tell whether it was taken, and for a queued one all that
+    /// are in flight with it.
+    pub(super) fn uncertain(&mut self, job: Job) {
+        if !job.queued() {
+            let nowhere = Failure::Uncertain {
+                from: None,
+                to: None,
+            };
+            return self.done(job.ticket, Err(nowhere));
+        }
+        let (from, to) = self.ledger.doubt(1 + self.queued_unanswered());
+        let failure = Failure::Uncertain { from, to };
+        self.ledger.forget();
+        self.done(job.ticket, Err(failure));
+        while let Some(at) = self.flight.iter().position(Job::queued) {
+            let job = self.flight.remove(at);
+            self.done(job.ticket, Err(failure));
+        }
+    }
+
+    /// A stop was submitted: nothing of the stream goes out any more.
+    pub(super) fn drop_stream(&mut self) {
+        while let Some(job) = self.lanes[Priority::Stream as usize].pop_front() {
+            self.done(job.ticket, Err(Failure::Stopped));
+        }
+        if let Some(doubt) = self.doubt.take() {
+            self.uncertain(doubt.job);
+        }
+        while let Some(at) =
+            (self.flight.iter()).position(|job| job.due && job.priority == Priority::Stream)
+        {
+            let job = self.flight.remove(at);
+            match job.policy {
+                Policy::Doubt => self.uncertain(job),
+                _ => self.done(job.ticket, Err(Failure::Stopped)),
+            }
+        }
+    }
+
+    pub(super) fn end_at_deadline(&mut self, now: Micros) {
+        for lane in 0..self.lanes.len() {
+            while let Some(at) = self.lanes[lane].iter().position(|job| job.deadline <= now) {
+                if let Some(job) = self.lanes[lane].remove(at) {
+                    self.done(job.ticket, Err(Failure::Timeout { sent: 0 }));
+                }
+            }
+        }
+        while let Some(at) = self.flight.iter().position(|job| job.deadline <= now) {
+            let job = self.flight.remove(at);
+            match job.policy {
+                Policy::Resend => self.done(job.ticket, Err(Failure::Timeout { sent: job.sent })),
+                Policy::Once | Policy::Doubt => self.uncertain(job),
+            }
+        }
+        if let Some(doubt) = self.doubt.take_if(|doubt| doubt.job.deadline <= now) {
+            self.uncertain(doubt.job);
+        }
+    }
+}

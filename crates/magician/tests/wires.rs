@@ -1,0 +1,147 @@
+//! The handles over real descriptors: a pseudo-terminal, UDP and TCP.
+#![cfg(unix)]
+
+use std::path::Path;
+use std::sync::mpsc::channel;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use magician::commands::{DeviceName, Pose};
+use magician::protocol::Text;
+use magician::sim::serve::{Endpoint, ServeError, Server};
+use magician::sim::{Controller, Profile, Speed};
+use magician::{ErrorKind, Set, Target, blocking, words};
+use tokio::sync::oneshot;
+
+/// A virtual arm behind endpoints, on a thread of its own.
+struct Served {
+    endpoints: Vec<Endpoint>,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<Result<(), ServeError>>>,
+}
+
+fn serve(build: impl FnOnce(Server) -> Server) -> Served {
+    let (ready, is_ready) = channel();
+    let (stop, stopped) = oneshot::channel::<()>();
+    let server = Server::new(Controller::new(Profile::default())).speed(Speed::Max);
+    let server = build(server).on_ready(move |endpoints| ready.send(endpoints.to_vec()).unwrap());
+    let thread = std::thread::spawn(move || {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .unwrap();
+        runtime.block_on(server.serve_until(async move {
+            let _ = stopped.await;
+        }))
+    });
+    let endpoints = is_ready.recv_timeout(Duration::from_secs(20)).unwrap();
+    Served {
+        endpoints,
+        stop: Some(stop),
+        thread: Some(thread),
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn works(target: &Target) {
+    let arm = blocking::Arm::connect(target).unwrap();
+    let name = DeviceName {
+        device_name: Text::new("over the wire").unwrap(),
+    };
+    arm.set(&name).unwrap();
+    assert_eq!(arm.get::<DeviceName>().unwrap(), name);
+    arm.perform(&[
+        words::move_to(210.0, 30.0, 40.0, 0.0),
+        words::line_by(0.0, -60.0, 0.0, 0.0),
+    ])
+    .unwrap();
+    let pose: Pose = arm.get().unwrap();
+    assert_eq!((pose.x, pose.y, pose.z), (210.0, -30.0, 40.0));
+    arm.run(vec![words::wait(Duration::from_millis(2)); 100], |_| {})
+        .unwrap();
+    arm.stop().unwrap();
+}
+
+fn serial(path: &Path) -> Target {
+    Target::Serial(path.to_str().unwrap().to_owned())
+}
+
+#[test]
+fn over_a_pseudo_terminal_again_and_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm");
+    let _served = serve(|server| server.pty(&path));
+    for _ in 0..3 {
+        works(&serial(&path));
+    }
+}
+
+#[test]
+fn a_port_in_use_names_its_user() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm");
+    let _served = serve(|server| server.pty(&path));
+    let _first = blocking::Arm::connect(&serial(&path)).unwrap();
+    let error = blocking::Arm::connect(&serial(&path)).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Port);
+    assert!(error.to_string().contains("in use by"), "{error}");
+    #[cfg(target_os = "linux")]
+    assert!(error.to_string().contains("this program itself"), "{error}");
+}
+
+#[test]
+fn a_runtime_that_goes_first_stops_the_arm_over_a_pseudo_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm");
+    let _served = serve(|server| server.speed(Speed::Times(1.0)).pty(&path));
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .unwrap();
+    runtime.block_on(async {
+        let arm = magician::Arm::connect(&serial(&path)).await.unwrap();
+        arm.start_queue().await.unwrap();
+        for y in [100.0, -100.0, 100.0, -100.0] {
+            let Set::PtpCmd(go) = words::move_to(200.0, y, 40.0, 0.0) else {
+                panic!()
+            };
+            arm.enqueue(&go).await.unwrap();
+        }
+        // Dropped here; the task that would stop the arm never runs again.
+    });
+    drop(runtime);
+    let arm = blocking::Arm::connect(&serial(&path)).unwrap();
+    arm.wait_still().unwrap();
+    assert_eq!(arm.left_space().unwrap(), 32);
+}
+
+#[test]
+fn over_udp_and_tcp() {
+    let served = serve(|server| server.udp("127.0.0.1:0").tcp("127.0.0.1:0"));
+    for endpoint in &served.endpoints {
+        let target = match endpoint {
+            Endpoint::Udp(address) => format!("udp:{address}"),
+            Endpoint::Tcp(address) => format!("tcp:{address}"),
+            other => panic!("{other}"),
+        };
+        works(&target.parse().unwrap());
+    }
+}
+
+#[test]
+fn a_host_that_refuses_is_named() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    drop(listener);
+    let error = blocking::Arm::connect(&format!("tcp:{address}").parse().unwrap()).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Port);
+    assert!(error.to_string().contains("127.0.0.1"), "{error}");
+}
