@@ -7,7 +7,8 @@ use std::io;
 pub(crate) enum Signal {
     /// Ctrl-C.
     Interrupt,
-    /// SIGTERM.
+    /// SIGTERM, where there is such a thing.
+    #[cfg_attr(windows, expect(dead_code))]
     Terminate,
 }
 

@@ -97,7 +97,7 @@ impl<'o> Display<'o> {
         let step = picking();
         let count = CUBES.len();
         self.write(&format!(
-            "  {step:<20} {}/{count}   {place}   {queue}\n",
+            "  {step:<20} {}/{count}   pose {place}   {queue}   index {index}\n",
             state.placed
         ))
     }

@@ -3,39 +3,33 @@
 
 mod display;
 mod picture;
+mod place;
+mod program;
 mod recorder;
 mod scene;
 
-use std::fs::{self, OpenOptions};
-use std::io;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
 use magician::commands::{
     DeviceTime, DeviceVersion, EndEffectorParams, Pose, PtpCommonParams, PtpJump2Params,
 };
-use magician::{Arm, Set, SimSpeed, Target, words};
+use magician::{Arm, SimSpeed, Target, words};
 use serde::Serialize;
 
 use crate::columns::wrap;
 use crate::context::{Context, Sim};
 use crate::debts::{Debts, at_once};
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::output::Output;
 use display::Display;
+use place::Place;
 use recorder::Recorder;
-use scene::{CUBES, Errand, LIFT, TOOL, TOP};
+use scene::CUBES;
 
 /// Speed of the virtual arm's clock unless told.
 const SPEED: f64 = 5.0;
-/// Share of the set speeds, percent.
-const SPEED_RATIO: f32 = 75.0;
-/// How long the cup takes to hold a cube, or to let it go.
-const GRIP: Duration = Duration::from_millis(300);
-/// How far the arm may end up from where it should, mm.
-const REACHED: f32 = 0.01;
-
 /// Watch an arm pick and place six cubes, and get a picture of its way
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -114,8 +108,8 @@ impl Demo {
         display.begin("homing")?;
         arm.home().await?;
         display.end(&arm.get::<Pose>().await?)?;
-        let commands = commands();
-        check(arm, &commands).await?;
+        let commands = program::commands();
+        program::check(arm, &commands).await?;
         let mut recorder = Recorder::new(&commands);
         owe(arm, debts).await?;
         let ran = recorder.run(arm, &commands, &mut display).await?;
@@ -133,47 +127,13 @@ impl Demo {
             seconds: begun.1.elapsed().as_secs_f64(),
             picture: self.out.display().to_string(),
         };
-        confirm(arm, &summary, commands.len()).await?;
+        program::confirm(arm, &ran, commands.len()).await?;
         let drawing = picture::draw(
             &recorder.samples(summary.first_index),
             &summary.subtitle(target),
         );
         Ok((summary, drawing))
     }
-}
-
-/// Where the picture goes: known to be writable before the arm moves, and left as it was if there
-/// is nothing to draw.
-struct Place<'p> {
-    path: &'p Path,
-    fresh: bool,
-}
-
-impl<'p> Place<'p> {
-    fn open(path: &'p Path) -> Result<Self, Failure> {
-        let fresh = !path.exists();
-        let opened = OpenOptions::new().create(true).append(true).open(path);
-        opened.map_err(|error| unwritable(path, &error))?;
-        Ok(Self { path, fresh })
-    }
-
-    fn fill(mut self, picture: &str) -> Result<(), Failure> {
-        self.fresh = false;
-        fs::write(self.path, picture).map_err(|error| unwritable(self.path, &error))
-    }
-}
-
-impl Drop for Place<'_> {
-    fn drop(&mut self) {
-        if self.fresh {
-            // An empty file that stays is a nuisance, not a failure.
-            let _ = fs::remove_file(self.path);
-        }
-    }
-}
-
-fn unwritable(path: &Path, error: &io::Error) -> Failure {
-    Failure::invalid(format!("{} cannot be written: {error}", path.display()))
 }
 
 async fn title(arm: &Arm, target: &Target) -> Result<String, Failure> {
@@ -192,78 +152,6 @@ async fn title(arm: &Arm, target: &Target) -> Result<String, Failure> {
     Ok(format!(
         "{kind}: Magician, firmware {major}.{minor}.{revision}, queue {places}"
     ))
-}
-
-/// The whole program, from the settings it needs to the way back home.
-fn commands() -> Vec<Set> {
-    let mut commands = vec![
-        words::tool(TOOL),
-        words::jump_height(LIFT as f32, (TOP + LIFT) as f32),
-        words::speed(SPEED_RATIO, SPEED_RATIO),
-        words::suction(false),
-    ];
-    for errand in CUBES {
-        commands.extend(carry(errand));
-    }
-    let home = scene::home();
-    commands.push(words::jump_to(
-        home.x as f32,
-        home.y as f32,
-        home.z as f32,
-        home.r as f32,
-    ));
-    commands
-}
-
-/// Picks a cube and places it.
-fn carry(Errand { from, to }: Errand) -> [Set; 6] {
-    let above = |(x, y): (f64, f64)| words::jump_to(x as f32, y as f32, TOP as f32, 0.0);
-    [
-        above(from),
-        words::suction(true),
-        words::wait(GRIP),
-        above(to),
-        words::suction(false),
-        words::wait(GRIP),
-    ]
-}
-
-/// Nothing is sent that the arm cannot do.
-async fn check(arm: &Arm, commands: &[Set]) -> Result<(), Failure> {
-    let mut check = arm.preflight().await?;
-    for command in commands {
-        check.check(command)?;
-    }
-    Ok(())
-}
-
-/// The arm has done all of it, in one row of indices, without an alarm, and is back.
-async fn confirm(arm: &Arm, summary: &Summary, commands: usize) -> Result<(), Failure> {
-    let failed = |what: String| Err(Failure::new(Kind::CheckFailed, what));
-    let indices = (summary.last_index + 1).saturating_sub(summary.first_index);
-    if summary.commands != commands as u64 || indices != commands as u64 {
-        let took = summary.commands;
-        return failed(format!(
-            "the arm took {took} of {commands} commands in {indices} indices"
-        ));
-    }
-    let alarms = arm.alarms().await?;
-    if !alarms.is_empty() {
-        return failed(format!("alarms stand at the end: {alarms}"));
-    }
-    let (pose, home) = (arm.get::<Pose>().await?, scene::JOINTS_AT_END);
-    let apart = pose
-        .joint_angle
-        .iter()
-        .zip(home)
-        .map(|(found, wanted)| (found - wanted).abs());
-    if apart.fold(0.0, f32::max) > REACHED {
-        return failed(format!(
-            "the arm ends at joints {:?}, not at home",
-            pose.joint_angle
-        ));
-    }
-    Ok(())
 }
 
 /// What the demonstration changes and gives back.

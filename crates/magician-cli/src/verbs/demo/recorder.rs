@@ -130,7 +130,8 @@ impl Recorder {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{CUBES, commands};
+    use super::super::program::commands;
+    use super::super::scene::CUBES;
     use super::*;
 
     #[test]

@@ -1,0 +1,124 @@
+//! The run from above.
+
+use magician_motion::Limits;
+
+use super::super::scene::{ARM, CUBE, CUBES, TOP, home};
+use super::marks::{haloed, marker, rectangle, tracks};
+use super::panel::{Panel, Scale};
+use super::svg::{Svg, number, path};
+use super::{BODY, CARRYING, CUBE_FILL, FAINT, INK, REACH_EDGE, REACH_FILL, Sample, workspace};
+
+/// From above: y to the left, x upwards.
+const ABOVE: Scale = Scale {
+    left: 60.0,
+    top: 116.0,
+    per_mm: 1.4,
+    across: (240.0, -240.0),
+    up: (-70.0, 340.0),
+};
+/// Draws it.
+pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
+    let section = workspace::section(&ARM, &Limits::CONTROLLER);
+    let panel = Panel::begin(svg, ABOVE, "above", "From above", "y / mm", "x / mm");
+    let (near, far) = section
+        .iter()
+        .fold((f64::MAX, 0.0_f64), |(near, far), point| {
+            (near.min(point.0), far.max(point.0))
+        });
+    reach_from_above(svg, near, far, REACH_FILL, "none");
+    if let Some((near, far)) = workspace::radii_at(&section, TOP) {
+        reach_from_above(svg, near, far, "none", "5 4");
+    }
+    panel.grid(svg);
+    base_from_above(svg);
+    for errand in CUBES {
+        square_from_above(svg, errand.from, false);
+        square_from_above(svg, errand.to, true);
+    }
+    tracks(svg, samples, |sample| ABOVE.at(sample.y, sample.x));
+    for (at, errand) in CUBES.iter().enumerate() {
+        number_from_above(svg, errand.from, at + 1);
+        number_from_above(svg, errand.to, at + 1);
+    }
+    let at_home = home();
+    let spot = ABOVE.at(at_home.y, at_home.x);
+    marker(svg, spot, "home", (10.0, -9.0));
+    panel.end(svg);
+}
+
+/// A sector between two radii, as wide as J1 turns.
+fn reach_from_above(svg: &mut Svg, near: f64, far: f64, fill: &str, dashes: &str) {
+    let turn = Limits::CONTROLLER.j1;
+    let steps = 90_u32;
+    let angle = |step: u32| {
+        (turn.min + (turn.max - turn.min) * f64::from(step) / f64::from(steps)).to_radians()
+    };
+    let on =
+        |radius: f64, step| ABOVE.at(radius * f64::sin(angle(step)), radius * angle(step).cos());
+    let outer = (0..=steps).map(|step| on(far, step));
+    let inner = (0..=steps).rev().map(|step| on(near, step));
+    let data = path(outer.chain(inner), true);
+    let attributes = [
+        ("d", data.as_str()),
+        ("fill", fill),
+        ("stroke", REACH_EDGE),
+        ("stroke-width", "1.5"),
+        ("stroke-dasharray", dashes),
+    ];
+    svg.leaf("path", &attributes);
+}
+
+/// The base's footprint, 158 mm square, and its axis.
+fn base_from_above(svg: &mut Svg) {
+    const HALF: f64 = 79.0;
+    rectangle(
+        svg,
+        ABOVE.at(HALF, HALF),
+        ABOVE.at(-HALF, -HALF),
+        BODY,
+        FAINT,
+        "8",
+    );
+    let (x, y) = ABOVE.at(0.0, 0.0);
+    let (x, y) = (number(x), number(y));
+    svg.leaf(
+        "circle",
+        &[("cx", &x), ("cy", &y), ("r", "5"), ("fill", INK)],
+    );
+    let label = [
+        ("font-size", "14"),
+        ("fill", INK),
+        ("text-anchor", "middle"),
+    ];
+    let (x, y) = ABOVE.at(0.0, -32.0);
+    svg.text((x, y), "base", &label);
+}
+
+fn square_from_above(svg: &mut Svg, (x, y): (f64, f64), placed: bool) {
+    const HALF: f64 = CUBE / 2.0;
+    let (fill, stroke) = if placed {
+        (CUBE_FILL, CARRYING)
+    } else {
+        ("#ffffff", FAINT)
+    };
+    rectangle(
+        svg,
+        ABOVE.at(y + HALF, x + HALF),
+        ABOVE.at(y - HALF, x - HALF),
+        fill,
+        stroke,
+        "3",
+    );
+}
+
+/// The number of a cube, on top of everything.
+fn number_from_above(svg: &mut Svg, (x, y): (f64, f64), number: usize) {
+    let (px, py) = ABOVE.at(y, x);
+    let label = [
+        ("font-size", "13"),
+        ("fill", INK),
+        ("text-anchor", "middle"),
+        ("font-weight", "bold"),
+    ];
+    haloed(svg, (px - 10.0, py - 5.0), number, &label);
+}

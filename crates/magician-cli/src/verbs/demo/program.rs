@@ -1,0 +1,89 @@
+//! What the arm is told, and what must be true when it has done it.
+
+use std::time::Duration;
+
+use magician::commands::Pose;
+use magician::{Arm, Ran, Set, words};
+
+use super::scene::{self, CUBES, Errand, LIFT, TOOL, TOP};
+use crate::failure::{Failure, Kind};
+
+/// Share of the set speeds, percent.
+const SPEED_RATIO: f32 = 75.0;
+/// How long the cup takes to hold a cube, or to let it go.
+const GRIP: Duration = Duration::from_millis(300);
+/// How far the joints may end up from where they should be, degrees.
+const REACHED: f32 = 0.01;
+
+/// The whole program, from the settings it needs to the way back home.
+pub(super) fn commands() -> Vec<Set> {
+    let mut commands = vec![
+        words::tool(TOOL),
+        words::jump_height(LIFT as f32, (TOP + LIFT) as f32),
+        words::speed(SPEED_RATIO, SPEED_RATIO),
+        words::suction(false),
+    ];
+    for errand in CUBES {
+        commands.extend(carry(errand));
+    }
+    let home = scene::home();
+    commands.push(words::jump_to(
+        home.x as f32,
+        home.y as f32,
+        home.z as f32,
+        home.r as f32,
+    ));
+    commands
+}
+
+/// Picks a cube and places it.
+fn carry(Errand { from, to }: Errand) -> [Set; 6] {
+    let above = |(x, y): (f64, f64)| words::jump_to(x as f32, y as f32, TOP as f32, 0.0);
+    [
+        above(from),
+        words::suction(true),
+        words::wait(GRIP),
+        above(to),
+        words::suction(false),
+        words::wait(GRIP),
+    ]
+}
+
+/// Nothing is sent that the arm cannot do.
+pub(super) async fn check(arm: &Arm, commands: &[Set]) -> Result<(), Failure> {
+    let mut check = arm.preflight().await?;
+    for command in commands {
+        check.check(command)?;
+    }
+    Ok(())
+}
+
+/// The arm has done all of it, in one row of indices, without an alarm, and is back.
+pub(super) async fn confirm(arm: &Arm, ran: &Ran, commands: usize) -> Result<(), Failure> {
+    let failed = |what: String| Err(Failure::new(Kind::CheckFailed, what));
+    let index = |index: Option<magician::QueueIndex>| index.map_or(0, |index| index.0);
+    let indices = (index(ran.last) + 1).saturating_sub(index(ran.first));
+    if ran.commands != commands as u64 || indices != commands as u64 {
+        let took = ran.commands;
+        return failed(format!(
+            "the arm took {took} of {commands} commands in {indices} indices"
+        ));
+    }
+    let alarms = arm.alarms().await?;
+    if !alarms.is_empty() {
+        return failed(format!("alarms stand at the end: {alarms}"));
+    }
+    let (pose, home) = (arm.get::<Pose>().await?, scene::JOINTS_AT_END);
+    let apart = pose
+        .joint_angle
+        .iter()
+        .zip(home)
+        .map(|(found, wanted)| (found - wanted).abs());
+    if apart.fold(0.0, f32::max) > REACHED {
+        return failed(format!(
+            "the arm ends at joints {:?}, not at home",
+            pose.joint_angle
+        ));
+    }
+    Ok(())
+}
