@@ -1,5 +1,6 @@
 //! What the virtual arm does, in lines on stderr.
 
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 
 use magician_protocol::{Alarm, Row};
@@ -34,11 +35,16 @@ pub(super) fn doors(title: &str, endpoints: &[Endpoint]) {
 /// Writes the log; how much is the user's choice.
 pub(super) struct Log {
     verbose: u8,
+    /// Commands of which it was said that they do not act.
+    idle: BTreeSet<u8>,
 }
 
 impl Log {
     pub(super) fn new(verbose: u8) -> Self {
-        Self { verbose }
+        Self {
+            verbose,
+            idle: BTreeSet::new(),
+        }
     }
 
     pub(super) fn notice(&mut self, notice: Notice) {
@@ -55,10 +61,11 @@ impl Log {
     }
 
     /// An event in words, if it is worth a line.
-    fn event(&self, event: Event) -> Option<String> {
+    fn event(&mut self, event: Event) -> Option<String> {
         let quiet = match event {
             Event::Accepted { .. } | Event::Started { .. } => self.verbose < 2,
             Event::Finished { .. } => self.verbose < 1,
+            Event::NotSimulated { row } => !self.idle.insert(row.id) && self.verbose < 1,
             _ => false,
         };
         let line = match event {
