@@ -75,6 +75,13 @@ fn a_speed_ratio_is_for_one_move_and_a_tool_stays() {
 }
 
 #[test]
+fn without_waiting_the_answer_is_the_index() {
+    let run = script("move 220 0 0 --no-wait\nmove 220 10 0 --no-wait --speed-ratio 50\n");
+    assert_eq!(run.status, 0, "{run:?}");
+    assert_eq!(run.objects(), [json!({"index": 1}), json!({"index": 4})]);
+}
+
+#[test]
 fn what_is_out_of_reach_is_refused_before_anything_is_sent() {
     let run = run_with(
         &["--port", "sim", "--json", "shell", "--keep-going"],
