@@ -17,7 +17,11 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
         250.0, 0.0, 0.0, 0.0,
     )));
     let motion = planner.plan(&from, &request).expect("planned").trajectory;
-    let plan = planner.brake(&motion, motion.duration_us() / 2);
+    let plan = planner.brake(
+        &motion,
+        motion.duration_us() / 2,
+        Planner::FORCE_STOP_FACTOR,
+    );
     let braked = plan.trajectory;
     // From 200 deg/s at 400 deg/s2: half a second, 50 degrees.
     assert_eq!(braked.duration_us(), 500_000);
@@ -27,7 +31,9 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
     assert_eq!(plan.crossing, None);
     // At rest, before and after, there is nothing to brake.
     for t in [0, motion.duration_us(), u64::MAX] {
-        let still = planner.brake(&motion, t).trajectory;
+        let still = planner
+            .brake(&motion, t, Planner::FORCE_STOP_FACTOR)
+            .trajectory;
         assert_eq!(still.duration_us(), 0);
         assert_eq!(still.sample(0), motion.sample(t));
     }
@@ -39,7 +45,9 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
         },
         ..planner
     };
-    let dead = none.brake(&motion, 1_000_000).trajectory;
+    let dead = none
+        .brake(&motion, 1_000_000, Planner::FORCE_STOP_FACTOR)
+        .trajectory;
     assert_eq!(
         (dead.duration_us(), *dead.end()),
         (0, motion.sample(1_000_000))
@@ -58,7 +66,7 @@ proptest! {
         let request = if straight { line(target) } else { joint_move(target) };
         let motion = planner.plan(&from, &request).expect("planned").trajectory;
         let t = (motion.duration_us() as f64 * share) as u64;
-        let plan = planner.brake(&motion, t);
+        let plan = planner.brake(&motion, t, Planner::FORCE_STOP_FACTOR);
         let braked = plan.trajectory;
         prop_assert_eq!(braked.sample(0), motion.sample(t));
         let before = motion.joint_velocities(t);
