@@ -2,7 +2,9 @@
 
 mod support;
 
-use magician_motion::{ArmState, Bound, JointAngles, Planner, Speeds, Target};
+use magician_motion::{
+    ArmState, Bound, Geometry, JointAngles, Planner, Pose, Speeds, Target, ToolBias,
+};
 use proptest::prelude::*;
 use support::*;
 
@@ -52,6 +54,36 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
         (dead.duration_us(), *dead.end()),
         (0, motion.sample(1_000_000))
     );
+}
+
+/// Lines that touch the circle on which a sideways tool turns: just there a joint's speed is infinite or no number.
+#[test]
+fn where_no_joint_speed_is_a_number_the_arm_stops_dead() {
+    for tenths in 1..=600 {
+        let before = f64::from(tenths) * 0.1;
+        let planner = Planner {
+            geometry: Geometry::magician(ToolBias::new(-100.0, 20.0, 0.0)),
+            // It gets to the circle after a second.
+            speeds: Speeds {
+                linear_velocity: 300.0,
+                linear_acceleration: 2.0 * before,
+                ..full_speed()
+            },
+            ..Planner::default()
+        };
+        let pose = Pose::new(20.0, -before, 0.0, 0.0);
+        let joints = planner.geometry.inverse(&pose).expect("in reach");
+        let from = ArmState { joints, pose };
+        let to = Target::Pose(Pose::new(20.0, 1.5 * before, 0.0, 0.0));
+        let motion = planner.plan(&from, &line(to)).expect("planned").trajectory;
+        for t in [999_999, 1_000_000, 1_000_001] {
+            let braked = planner.brake(&motion, t, 2.0).trajectory;
+            assert!(braked.duration_us() < 1_000_000_000, "{before} {t}");
+            for state in [braked.sample(0), *braked.end()] {
+                assert!(state.joints.is_finite(), "{before} {t}: {state:?}");
+            }
+        }
+    }
 }
 
 proptest! {
