@@ -214,6 +214,9 @@ fn a_hostile_host() {
         let mut life = host::Life::default();
         life.live(&script);
         assert!(life.steps > 500);
+        let mut pieces = host::Life::in_pieces();
+        pieces.live(&script);
+        assert_eq!(life.story, pieces.story, "seed {seed}: cuts of time");
         life.end();
     }
 }

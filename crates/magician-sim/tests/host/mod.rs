@@ -77,6 +77,10 @@ pub struct Life {
     pub arm: Controller,
     /// What the host has done so far.
     pub steps: u64,
+    /// A hash of all that was to be seen of the arm so far, replies and states, to the bit.
+    pub story: u64,
+    /// Time passes in pieces of at most so much.
+    piece: Micros,
     current: u64,
 }
 
@@ -85,12 +89,22 @@ impl Default for Life {
         Self {
             arm: Controller::new(Profile::default()),
             steps: 0,
+            story: 0,
+            piece: Micros::MAX,
             current: 0,
         }
     }
 }
 
 impl Life {
+    /// A life in which time passes in many pieces; its story is that of the life in which it does not.
+    pub fn in_pieces() -> Self {
+        Self {
+            piece: 1_234_567,
+            ..Self::default()
+        }
+    }
+
     /// Does all that the bytes say, and checks after each step that the arm is of sound mind.
     pub fn live(&mut self, script: &[u8]) {
         let mut script = Script(script);
@@ -172,14 +186,27 @@ impl Life {
 
     fn pass(&mut self, span: Micros) {
         let to = self.arm.now() + span;
-        self.arm.advance(to);
-        assert_eq!(self.arm.now(), to);
+        while self.arm.now() < to {
+            let next = self.arm.now().saturating_add(self.piece).min(to);
+            self.arm.advance(next);
+            assert_eq!(self.arm.now(), next);
+        }
+    }
+
+    fn tell(&mut self, bits: u64) {
+        self.story = (self.story ^ bits)
+            .wrapping_mul(0x9E37_79B9_7F4A_7C15)
+            .rotate_left(29);
     }
 
     fn drain(&mut self, link: LinkId) {
         let mut bytes = 0;
         while let Some(reply) = self.arm.poll_transmit(link) {
             bytes += reply.bytes().len();
+            reply
+                .bytes()
+                .iter()
+                .for_each(|byte| self.tell(u64::from(*byte)));
         }
         assert!(bytes <= 32 * 1024, "{bytes} bytes of replies");
     }
@@ -200,6 +227,20 @@ impl Life {
             "the current index falls"
         );
         self.current = queue.current_index;
+        let ([x, y, z, r], [j1, j2, j3, j4]) = (state.pose.to_array(), state.joints.to_array());
+        for number in [x, y, z, r, j1, j2, j3, j4] {
+            self.tell(number.to_bits());
+        }
+        for code in state.alarms.codes() {
+            self.tell(u64::from(code));
+        }
+        let bits = [
+            state.now,
+            due.unwrap_or(0),
+            queue.current_index,
+            taken as u64,
+        ];
+        bits.into_iter().for_each(|bits| self.tell(bits));
         assert!(queue.running.is_none_or(|index| index > self.current));
         assert!(
             due.is_some() || !state.moving && queue.running.is_none(),
