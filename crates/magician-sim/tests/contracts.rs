@@ -347,6 +347,50 @@ fn a_bias_that_is_no_number_refuses_targets_in_space_and_moves_joints() {
 }
 
 #[test]
+fn a_target_with_one_number_that_is_none_is_refused_in_every_mode() {
+    for mode in 0..=9 {
+        for axis in 0..4 {
+            for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                let mut bench = running_arm();
+                let before = bench.get::<Pose>();
+                let mut target = if matches!(mode, 3..=5) {
+                    [0.0, 40.0, 40.0, 0.0]
+                } else {
+                    [200.0, 0.0, 0.0, 0.0]
+                };
+                target[axis] = bad;
+                bench.enqueue(&ptp(mode, target));
+                assert_eq!(bench.alarms(), [0x11], "mode {mode} to {target:?}");
+                assert_eq!(bench.current_index(), 1);
+                assert_eq!((bench.rest(), bench.get::<Pose>()), (0, before));
+            }
+        }
+    }
+}
+
+#[test]
+fn jump_heights_that_are_no_numbers_refuse_jumps_and_nothing_else() {
+    for mode in [0, 3, 9] {
+        let mut bench = running_arm();
+        let heights = PtpJump2Params {
+            start_jump_height: 10.0,
+            end_jump_height: f32::NAN,
+            z_limit: 100.0,
+        };
+        bench.set(&heights);
+        bench.enqueue(&ptp(1, [200.0, 10.0, 0.0, 0.0]));
+        assert!(bench.rest() > 0);
+        let target = match mode {
+            3 => [0.0, 40.0, 40.0, 0.0],
+            _ => [220.0, 0.0, 10.0, 0.0],
+        };
+        bench.enqueue(&ptp(mode, target));
+        assert_eq!(bench.alarms(), [0x11]);
+        assert_eq!(bench.current_index(), 2);
+    }
+}
+
+#[test]
 fn moves_below_the_shortest_finish_at_once_and_those_above_move() {
     for (by, moves) in [(0.000_09, false), (0.000_2, true)] {
         for mode in [6, 7, 8] {
