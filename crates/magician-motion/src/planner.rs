@@ -99,9 +99,6 @@ pub struct Planner {
 }
 
 impl Planner {
-    /// The arm's forced stop brakes with so many times the acceleration in force (model section 14).
-    pub const FORCE_STOP_FACTOR: f64 = 2.0;
-
     /// Plans a motion from rest.
     ///
     /// Targets in space, and the corners of a jump, must be within reach and limits, and are checked here. Lines and
@@ -126,9 +123,8 @@ impl Planner {
     }
 
     /// Plans the emergency stop from a time within a motion: at `factor` times the acceleration in force for the
-    /// joints ([`FORCE_STOP_FACTOR`](Self::FORCE_STOP_FACTOR) is the arm's), J1 to J3 together over the longest time
-    /// that one of them needs, J4 at once (model section 14). Without an acceleration to go by, or with a factor that
-    /// is not positive, the arm stops dead.
+    /// joints (the arm brakes with 2), J1 to J3 together over the longest time that one of them needs, J4 at once
+    /// (model section 14). Without an acceleration to go by, or with a factor that is not positive, the arm stops dead.
     ///
     /// A motion braked next to a limit may still run into it, which the plan tells.
     #[must_use]

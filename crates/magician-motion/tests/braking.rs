@@ -19,11 +19,7 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
         250.0, 0.0, 0.0, 0.0,
     )));
     let motion = planner.plan(&from, &request).expect("planned").trajectory;
-    let plan = planner.brake(
-        &motion,
-        motion.duration_us() / 2,
-        Planner::FORCE_STOP_FACTOR,
-    );
+    let plan = planner.brake(&motion, motion.duration_us() / 2, 2.0);
     let braked = plan.trajectory;
     // From 200 deg/s at 400 deg/s2: half a second, 50 degrees.
     assert_eq!(braked.duration_us(), 500_000);
@@ -33,13 +29,16 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
     assert_eq!(plan.crossing, None);
     // At rest, before and after, there is nothing to brake.
     for t in [0, motion.duration_us(), u64::MAX] {
-        let still = planner
-            .brake(&motion, t, Planner::FORCE_STOP_FACTOR)
-            .trajectory;
+        let still = planner.brake(&motion, t, 2.0).trajectory;
         assert_eq!(still.duration_us(), 0);
         assert_eq!(still.sample(0), motion.sample(t));
     }
-    // Without an acceleration the arm stops dead.
+    // The factor scales the law; without one the arm stops dead.
+    for (factor, us) in [(1.0, 1_000_000), (8.0, 125_000), (0.0, 0), (-1.0, 0), (f64::NAN, 0)] {
+        let plan = planner.brake(&motion, motion.duration_us() / 2, factor);
+        assert_eq!(plan.trajectory.duration_us(), us, "{factor}");
+    }
+    // Without an acceleration it does, too.
     let none = Planner {
         speeds: Speeds {
             joint_acceleration: [0.0; 4],
@@ -47,9 +46,7 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
         },
         ..planner
     };
-    let dead = none
-        .brake(&motion, 1_000_000, Planner::FORCE_STOP_FACTOR)
-        .trajectory;
+    let dead = none.brake(&motion, 1_000_000, 2.0).trajectory;
     assert_eq!(
         (dead.duration_us(), *dead.end()),
         (0, motion.sample(1_000_000))
@@ -98,7 +95,7 @@ proptest! {
         let request = if straight { line(target) } else { joint_move(target) };
         let motion = planner.plan(&from, &request).expect("planned").trajectory;
         let t = (motion.duration_us() as f64 * share) as u64;
-        let plan = planner.brake(&motion, t, Planner::FORCE_STOP_FACTOR);
+        let plan = planner.brake(&motion, t, 2.0);
         let braked = plan.trajectory;
         prop_assert_eq!(braked.sample(0), motion.sample(t));
         let before = motion.joint_velocities(t);
