@@ -122,16 +122,16 @@ impl Planner {
         Ok(Plan::within(trajectory, &self.limits))
     }
 
-    /// Plans the emergency stop from a time within a motion: at twice the acceleration set for the joints, J1 to J3
-    /// together over the longest time that one of them needs, J4 at once (model section 14). Without an acceleration
-    /// to go by the arm stops dead.
+    /// Plans the emergency stop from a time within a motion: at `factor` times the acceleration in force for the
+    /// joints (the arm brakes with 2), J1 to J3 together over the longest time that one of them needs, J4 at once
+    /// (model section 14). Without an acceleration to go by, or with a factor that is not positive, the arm stops dead.
     ///
     /// A motion braked next to a limit may still run into it, which the plan tells.
     #[must_use]
-    pub fn brake(&self, motion: &Trajectory, at_us: u64) -> Plan {
+    pub fn brake(&self, motion: &Trajectory, at_us: u64, factor: f64) -> Plan {
         let deceleration = |joint| match self.speeds.joint(joint) {
-            Ok(rates) => 2.0 * rates.acceleration,
-            Err(_) => f64::INFINITY,
+            Ok(rates) if factor > 0.0 => factor * rates.acceleration,
+            _ => f64::INFINITY,
         };
         let braked = motion.braked(at_us, [0, 1, 2].map(deceleration));
         Plan::within(braked, &self.limits)

@@ -186,6 +186,10 @@ impl Trajectory {
     pub(crate) fn braked(&self, at_us: u64, decelerations: [f64; 3]) -> Self {
         let from = self.sample(at_us);
         let velocities = self.joint_velocities(at_us);
+        if !velocities.iter().all(|velocity| velocity.is_finite()) {
+            // The tool passes the base axis: no speed there is any joint's.
+            return Self::at_rest(&self.geometry, &from);
+        }
         let duration = velocities
             .iter()
             .zip(decelerations)

@@ -2,7 +2,9 @@
 
 mod support;
 
-use magician_motion::{ArmState, Bound, JointAngles, Planner, Speeds, Target};
+use magician_motion::{
+    ArmState, Bound, Geometry, JointAngles, Planner, Pose, Speeds, Target, ToolBias,
+};
 use proptest::prelude::*;
 use support::*;
 
@@ -17,7 +19,7 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
         250.0, 0.0, 0.0, 0.0,
     )));
     let motion = planner.plan(&from, &request).expect("planned").trajectory;
-    let plan = planner.brake(&motion, motion.duration_us() / 2);
+    let plan = planner.brake(&motion, motion.duration_us() / 2, 2.0);
     let braked = plan.trajectory;
     // From 200 deg/s at 400 deg/s2: half a second, 50 degrees.
     assert_eq!(braked.duration_us(), 500_000);
@@ -27,11 +29,16 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
     assert_eq!(plan.crossing, None);
     // At rest, before and after, there is nothing to brake.
     for t in [0, motion.duration_us(), u64::MAX] {
-        let still = planner.brake(&motion, t).trajectory;
+        let still = planner.brake(&motion, t, 2.0).trajectory;
         assert_eq!(still.duration_us(), 0);
         assert_eq!(still.sample(0), motion.sample(t));
     }
-    // Without an acceleration the arm stops dead.
+    // The factor scales the law; without one the arm stops dead.
+    for (factor, us) in [(1.0, 1_000_000), (8.0, 125_000), (0.0, 0), (-1.0, 0), (f64::NAN, 0)] {
+        let plan = planner.brake(&motion, motion.duration_us() / 2, factor);
+        assert_eq!(plan.trajectory.duration_us(), us, "{factor}");
+    }
+    // Without an acceleration it does, too.
     let none = Planner {
         speeds: Speeds {
             joint_acceleration: [0.0; 4],
@@ -39,11 +46,41 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
         },
         ..planner
     };
-    let dead = none.brake(&motion, 1_000_000).trajectory;
+    let dead = none.brake(&motion, 1_000_000, 2.0).trajectory;
     assert_eq!(
         (dead.duration_us(), *dead.end()),
         (0, motion.sample(1_000_000))
     );
+}
+
+/// Lines that touch the circle on which a sideways tool turns: just there a joint's speed is infinite or no number.
+#[test]
+fn where_no_joint_speed_is_a_number_the_arm_stops_dead() {
+    for tenths in 1..=600 {
+        let before = f64::from(tenths) * 0.1;
+        let planner = Planner {
+            geometry: Geometry::magician(ToolBias::new(-100.0, 20.0, 0.0)),
+            // It gets to the circle after a second.
+            speeds: Speeds {
+                linear_velocity: 300.0,
+                linear_acceleration: 2.0 * before,
+                ..full_speed()
+            },
+            ..Planner::default()
+        };
+        let pose = Pose::new(20.0, -before, 0.0, 0.0);
+        let joints = planner.geometry.inverse(&pose).expect("in reach");
+        let from = ArmState { joints, pose };
+        let to = Target::Pose(Pose::new(20.0, 1.5 * before, 0.0, 0.0));
+        let motion = planner.plan(&from, &line(to)).expect("planned").trajectory;
+        for t in [999_999, 1_000_000, 1_000_001] {
+            let braked = planner.brake(&motion, t, 2.0).trajectory;
+            assert!(braked.duration_us() < 1_000_000_000, "{before} {t}");
+            for state in [braked.sample(0), *braked.end()] {
+                assert!(state.joints.is_finite(), "{before} {t}: {state:?}");
+            }
+        }
+    }
 }
 
 proptest! {
@@ -58,7 +95,7 @@ proptest! {
         let request = if straight { line(target) } else { joint_move(target) };
         let motion = planner.plan(&from, &request).expect("planned").trajectory;
         let t = (motion.duration_us() as f64 * share) as u64;
-        let plan = planner.brake(&motion, t);
+        let plan = planner.brake(&motion, t, 2.0);
         let braked = plan.trajectory;
         prop_assert_eq!(braked.sample(0), motion.sample(t));
         let before = motion.joint_velocities(t);

@@ -424,7 +424,7 @@ proptest! {
             let motion = plan.trajectory;
             for t in [0, t, t % motion.duration_us().max(1), motion.duration_us()] {
                 let _ = (motion.sample(t), motion.joint_velocities(t), motion.progress(t));
-                let _ = planner.brake(&motion, t).trajectory.sample(t);
+                let _ = planner.brake(&motion, t, 2.0).trajectory.sample(t);
             }
             let _ = motion.time_at_progress(rest[2]);
         }

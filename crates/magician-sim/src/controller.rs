@@ -94,7 +94,11 @@ impl Controller {
     /// again, even with an empty `input`, until it returns `false`.
     pub fn receive_one(&mut self, link: LinkId, input: &mut &[u8]) -> bool {
         let Self { links, core } = self;
-        let peer = links.heard(link);
+        let heard = match input {
+            [] => links.known(link),
+            _ => Some(links.heard(link)),
+        };
+        let Some(peer) = heard else { return false };
         while let Some(found) = peer.deframer.next(input) {
             match found {
                 Found::Frame { frame, .. } => {

@@ -59,17 +59,6 @@ impl Core {
         }
     }
 
-    /// The speeds by which ForceStop brakes: the planner doubles the acceleration, the profile says by how much it is
-    /// to be multiplied.
-    pub(crate) fn brake_speeds(&self) -> Speeds {
-        let speeds = self.ptp_speeds();
-        let factor = self.profile.stop.force_factor / 2.0;
-        Speeds {
-            joint_acceleration: speeds.joint_acceleration.map(|a| a * factor),
-            ..speeds
-        }
-    }
-
     /// The speeds of the move that ends homing; no ratio scales them.
     pub(crate) fn homing_speeds(&self) -> Speeds {
         Speeds {

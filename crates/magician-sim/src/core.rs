@@ -111,7 +111,7 @@ impl Core {
     }
 
     pub(crate) fn not_simulated(&mut self, row: &'static Row) -> Step {
-        self.log.push(Event::NotSimulated { row });
+        self.log.not_simulated(row);
         Step::Done
     }
 }

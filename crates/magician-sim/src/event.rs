@@ -58,8 +58,9 @@ pub enum Event {
         /// Its code.
         code: u8,
     },
-    /// A command was accepted, stored and answered, but this simulation does not act on it, or
-    /// only in part.
+    /// A command was accepted, stored and answered, but this simulation does not act on it, or only in part. Told once
+    /// a row and power-up: a drawing is a hundred thousand of them. [`State::not_simulated`](crate::State::not_simulated)
+    /// counts them all.
     NotSimulated {
         /// The command's row.
         row: &'static Row,
@@ -104,6 +105,29 @@ pub enum Refusal {
 pub(crate) struct Log {
     events: VecDeque<Event>,
     lost: u64,
+    not_simulated: NotSimulated,
+}
+
+/// The commands that this simulation did not act on.
+#[derive(Clone, Debug, Default)]
+struct NotSimulated {
+    count: u64,
+    /// A bit for each id that has been told.
+    told: [u64; 4],
+}
+
+impl NotSimulated {
+    /// Counts one; whether it is the first of its id.
+    fn count(&mut self, id: u8) -> bool {
+        self.count = self.count.saturating_add(1);
+        let bit = 1 << (id % 64);
+        let Some(told) = self.told.get_mut(usize::from(id / 64)) else {
+            return true;
+        };
+        let new = *told & bit == 0;
+        *told |= bit;
+        new
+    }
 }
 
 impl Log {
@@ -115,6 +139,17 @@ impl Log {
             self.lost = self.lost.saturating_add(1);
         }
         self.events.push_back(event);
+    }
+
+    /// Counts a command that this simulation does not act on, and tells it if its row is new.
+    pub(crate) fn not_simulated(&mut self, row: &'static Row) {
+        if self.not_simulated.count(row.id) {
+            self.push(Event::NotSimulated { row });
+        }
+    }
+
+    pub(crate) fn count_not_simulated(&self) -> u64 {
+        self.not_simulated.count
     }
 
     pub(crate) fn pop(&mut self) -> Option<Event> {

@@ -158,8 +158,8 @@ impl Core {
             Kind::Brake(_) => {}
             Kind::Search => self.end_motion(),
             Kind::Path(trajectory) => {
-                let planner = self.planner(self.brake_speeds());
-                let plan = planner.brake(trajectory, motion.elapsed(self.now));
+                let (elapsed, factor) = (motion.elapsed(self.now), self.profile.stop.force_factor);
+                let plan = (self.planner(self.ptp_speeds())).brake(trajectory, elapsed, factor);
                 let alarm = plan.crossing.map(|crossing| alarm_at_limit(&crossing));
                 self.motion.under_way = None;
                 // Its command finishes when the arm stands.
@@ -249,7 +249,7 @@ impl Core {
             return;
         };
         if let Some(trajectory) = motion.trajectory() {
-            self.motion.rest = trajectory.sample(motion.elapsed(self.now));
+            self.motion.rest = *trajectory.end();
         }
         self.drop_limit_alarms();
         if let Some(code) = motion.alarm {
@@ -336,12 +336,16 @@ impl Core {
     }
 }
 
-/// The first microsecond after `from` that is inside, if the motion ends inside.
+/// Looks at a motion for where it comes inside, one that goes out and back included.
+const LOOKS: Micros = 64;
+
+/// The first microsecond after `from` that is inside, if a motion gets there; one that is inside for less than a
+/// [`LOOKS`]th of its time may be taken for one that does not.
 fn first_inside(from: Micros, to: Micros, outside: impl Fn(Micros) -> bool) -> Option<Micros> {
-    if from >= to || outside(to) {
-        return None;
-    }
-    let (mut out, mut inside) = (from, to);
+    let span = to.saturating_sub(from);
+    let look = |step: Micros| from + span / LOOKS * step + span % LOOKS * step / LOOKS;
+    let first = (1..=LOOKS).find(|step| !outside(look(*step)))?;
+    let (mut out, mut inside) = (look(first - 1), look(first));
     while inside - out > 1 {
         let middle = out + (inside - out) / 2;
         if outside(middle) {

@@ -181,7 +181,7 @@ pub struct Homing {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stopping {
-    /// ForceStop brakes with this many times the acceleration that is set; above 0, at most 2.
+    /// ForceStop brakes with this many times the acceleration in force; above 0.
     pub force_factor: f64,
 }
 

@@ -32,6 +32,9 @@ pub struct State {
     pub holding: bool,
     /// Whether the laser burns.
     pub laser: bool,
+    /// Commands since power-up that were answered but not acted on, or only in part; an
+    /// [`Event::NotSimulated`](crate::Event::NotSimulated) tells the first of each row.
+    pub not_simulated: u64,
     /// Events that were dropped because nobody read them.
     pub events_lost: u64,
 }
@@ -92,6 +95,7 @@ impl State {
             gripper,
             holding: gripping && core.world.graspable(core.now),
             laser: core.actuators.laser_burns(),
+            not_simulated: core.log.count_not_simulated(),
             events_lost: core.log.lost(),
         }
     }

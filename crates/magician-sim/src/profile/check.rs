@@ -4,8 +4,6 @@ use super::{
     Ceilings, Defaults, LimitSet, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError, QueueRules,
 };
 
-/// The planner brakes with no more than this many times the acceleration.
-const MAX_FORCE_FACTOR: f64 = 2.0;
 /// Deepest queue that a profile may ask for; it bounds the controller's memory.
 const MAX_DEPTH: usize = 1024;
 
@@ -100,13 +98,7 @@ impl Profile {
         positive("ceilings.rotation_acceleration", &[rotation_acceleration])?;
         positive("home.velocity", &self.home.velocity)?;
         positive("home.acceleration", &self.home.acceleration)?;
-        let factor = self.stop.force_factor;
-        rule(
-            factor > 0.0 && factor <= MAX_FORCE_FACTOR,
-            "stop.force_factor",
-            factor,
-            "above 0 and at most 2",
-        )?;
+        positive("stop.force_factor", &[self.stop.force_factor])?;
         let Defaults { jog, ptp, .. } = &self.defaults;
         positive32("defaults.jog.joint_velocity", &jog.joint_velocity)?;
         positive32("defaults.jog.joint_acceleration", &jog.joint_acceleration)?;

@@ -28,7 +28,7 @@ impl Hub {
             start: Instant::now(),
             links: 0,
             on_notice,
-            tape: tape::Tape::default(),
+            tape: tape::Tape::OFF,
         }
     }
 
@@ -123,7 +123,7 @@ impl Hub {
     /// A trace that cannot be written ends; the arm does not.
     fn taped(&mut self, written: std::io::Result<()>) {
         if let Err(error) = written {
-            self.tape = tape::Tape::default();
+            self.tape = tape::Tape::OFF;
             self.notice(Notice::TraceEnded(error));
         }
     }
@@ -140,7 +140,6 @@ mod tape {
     use crate::trace::{TraceLink, TraceWriter};
 
     /// The trace, if there is one.
-    #[derive(Default)]
     pub(super) struct Tape(Option<Running>);
 
     struct Running {
@@ -152,6 +151,8 @@ mod tape {
     pub(super) struct Place(Option<TraceLink>);
 
     impl Tape {
+        pub(super) const OFF: Self = Self(None);
+
         pub(super) fn new(out: Box<dyn Write + Send>) -> io::Result<Self> {
             let epoch = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
             Ok(Self(Some(Running {
@@ -200,11 +201,12 @@ mod tape {
 
     use crate::Micros;
 
-    #[derive(Default)]
     pub(super) struct Tape;
     pub(super) struct Place;
 
     impl Tape {
+        pub(super) const OFF: Self = Self;
+
         pub(super) fn open(&mut self, _: &str) -> (Place, io::Result<()>) {
             (Place, Ok(()))
         }

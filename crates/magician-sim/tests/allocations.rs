@@ -1,0 +1,118 @@
+//! A controller whose buffers have grown to what is in use allocates nothing.
+#![allow(
+    unsafe_code,
+    reason = "counting allocations takes an allocator, and an allocator is unsafe"
+)]
+
+mod arm;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use arm::{USB, home, joints_to, ptp, running_arm, suck, wait};
+use magician_protocol::commands::{Pose, PtpCmd, QueuedCmdCurrentIndex, WaitCmd};
+use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable, Writable};
+use magician_sim::Controller;
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+fn count() {
+    // While a thread ends there is no counter any more.
+    let _ = COUNT.try_with(|count| count.set(count.get() + 1));
+}
+
+// SAFETY: everything is left to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: as promised by the caller.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: as promised by the caller.
+        unsafe { System.dealloc(memory, layout) }
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: as promised by the caller.
+        unsafe { System.realloc(memory, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn queued<T: Writable>(value: &T) -> FrameBuf {
+    FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).unwrap()
+}
+
+fn read<T: Readable<Query = NoArgs>>() -> FrameBuf {
+    FrameBuf::get(&NoArgs, T::ROW).unwrap()
+}
+
+/// Moves of every kind, a refused one, waits, outputs, a drawing's segments, damaged bytes, more than the queue holds.
+fn round(arm: &mut Controller, frames: &[FrameBuf], polls: &[FrameBuf]) {
+    for frame in frames {
+        arm.receive(USB, frame.bytes());
+        while arm.poll_transmit(USB).is_some() {}
+    }
+    while let Some(at) = arm.poll_timeout() {
+        arm.advance(at);
+        for poll in polls {
+            arm.receive(USB, poll.bytes());
+            assert!(arm.poll_transmit(USB).is_some());
+        }
+        assert!(arm.state().joints.is_finite());
+    }
+    while arm.poll_event().is_some() {}
+}
+
+#[test]
+fn a_steady_state_allocates_nothing() {
+    let mut frames: Vec<FrameBuf> = (0..10)
+        .map(|mode| {
+            let target = match mode {
+                3..=5 => [10.0, 40.0, 40.0, 0.0],
+                6..=8 => [1.0, -2.0, 3.0, 0.0],
+                _ => [210.0, -40.0, 12.5, -20.0],
+            };
+            queued::<PtpCmd>(&ptp(mode, target))
+        })
+        .collect();
+    frames.extend([
+        queued(&home()),
+        queued(&suck(true)),
+        queued::<WaitCmd>(&wait(20)),
+        queued(&joints_to([140.0, 45.0, 45.0, 0.0])),
+        FrameBuf::new(91, Ctrl::QUEUED, &[0; 17]).unwrap(),
+        FrameBuf::new(88, Ctrl::QUEUED, &[7; 17 + 40]).unwrap(),
+        FrameBuf::new(20, Ctrl::SET, &[]).unwrap(),
+        FrameBuf::new(99, Ctrl::SET, &[]).unwrap(),
+        queued(&home()),
+    ]);
+    frames.extend((0..40).map(|_| queued::<WaitCmd>(&wait(1))));
+    frames.push(FrameBuf::new(31, Ctrl::SET, &[]).unwrap());
+    frames.push(FrameBuf::new(20, Ctrl::SET, &[]).unwrap());
+    let polls = [read::<Pose>(), read::<QueuedCmdCurrentIndex>()];
+    let mut arm = running_arm().arm;
+    // Where one round leaves the arm the next begins: after a few its buffers are as long as they get.
+    for _ in 0..4 {
+        round(&mut arm, &frames, &polls);
+    }
+    let before = COUNT.get();
+    let finished = arm.state().queue.current_index;
+    for _ in 0..50 {
+        round(&mut arm, &frames, &polls);
+    }
+    assert_eq!(COUNT.get(), before);
+    assert!(arm.state().queue.current_index > finished + 500);
+    // The counter counts.
+    drop(std::hint::black_box(vec![0u8; 10]));
+    assert!(COUNT.get() > before);
+}
