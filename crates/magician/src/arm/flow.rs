@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use magician_protocol::commands::{
-    EndEffectorParams, HomeCmd, Pose, PtpJump2Params, QueuedCmdCurrentIndex,
+    EndEffectorParams, HomeCmd, Pose, PtpJump2Params, QueuedCmdCurrentIndex, QueuedCmdStartExec,
 };
 use magician_protocol::{FrameBuf, MAX_PARAMS, Set, Writer};
 use tokio::sync::oneshot;
@@ -14,7 +14,7 @@ use super::Arm;
 use super::watch::{Progress, Watch};
 use crate::connection::Request;
 use crate::words::Preflight;
-use crate::{Error, QueueIndex, Result};
+use crate::{Error, ErrorKind, QueueIndex, Result};
 
 /// How often a queue that has no room is looked at.
 const FULL_PAUSE: Duration = Duration::from_millis(10);
@@ -76,6 +76,29 @@ pub(super) fn queued(command: &Set) -> Result<Request> {
     )?)
 }
 
+/// What a run has not sent yet.
+struct Feed<I> {
+    /// One that was looked at, or that the arm had no room for.
+    back: Option<Set>,
+    rest: I,
+    /// How often in a row the arm had no room although it had said so.
+    refused: u32,
+}
+
+/// So often in a row, and it is an error.
+const REFUSALS: u32 = 100;
+
+impl<I: Iterator<Item = Set>> Feed<I> {
+    fn next(&mut self) -> Option<Set> {
+        self.back.take().or_else(|| self.rest.next())
+    }
+
+    fn has_more(&mut self) -> bool {
+        self.back = self.next();
+        self.back.is_some()
+    }
+}
+
 /// A command in flight.
 struct InFlight {
     command: Set,
@@ -91,9 +114,9 @@ impl Arm {
     /// The commands are sent as they are; [`perform`](Self::perform) checks them first.
     ///
     /// # Errors
-    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue,
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands of an earlier
-    /// program wait in the queue, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop came,
+    /// [`ErrorKind::Alarm`] as soon as an alarm holds the queue,
+    /// [`ErrorKind::InvalidInput`] when commands of an earlier
+    /// program wait in the queue, [`ErrorKind::Closed`] when a stop came,
     /// else as [`enqueue`](Self::enqueue) and [`wait`](Self::wait). What was put into the queue
     /// before the error stays there: [`stop`](Self::stop) drops it.
     pub async fn run<C>(&self, commands: C, progress: impl FnMut(Progress)) -> Result<Ran>
@@ -118,38 +141,45 @@ impl Arm {
         C: IntoIterator<Item = Set>,
     {
         let stops = self.stops();
-        let mut commands = commands.into_iter();
+        let commands = commands.into_iter();
         let total = match commands.size_hint() {
             (least, Some(most)) if least == most => Some(least as u64),
             _ => None,
         };
         let mut flow = self.take_turn(self.deadline(), "a run").await?;
-        flow.room = self.left_space().await?;
+        // Whoever goes away in the middle of a run leaves behind what has to be counted anew.
+        flow.room = 0;
+        self.mishap()?;
+        let mut room = self.left_space().await?;
+        self.note_room(room).await?;
         if !options.keep {
-            self.refuse_strangers(flow.room).await?;
+            self.refuse_strangers(room).await?;
         }
         self.warn_if_not_homed().await?;
         let mut ran = Ran::default();
         let mut watch = Watch::new(total, stops);
         let mut started = false;
         let mut looked = Instant::now();
-        let mut next = commands.next();
-        while next.is_some() {
-            self.fill(&mut flow, &mut next, &mut commands, &mut ran, stops)
-                .await?;
+        let mut feed = Feed {
+            back: None,
+            rest: commands,
+            refused: 0,
+        };
+        while feed.has_more() {
+            self.fill(&mut room, &mut feed, &mut ran, stops).await?;
             if !started {
-                self.start_queue().await?;
+                self.start_queue_unless_stopped(stops).await?;
                 started = true;
             }
-            if flow.room == 0 {
-                flow.room = self.left_space().await?;
+            if room == 0 {
+                room = self.left_space().await?;
             }
-            if flow.room == 0 || looked.elapsed() >= LOOK_PAUSE {
+            if room == 0 || looked.elapsed() >= LOOK_PAUSE {
                 looked = Instant::now();
                 watch.sent(ran.commands, ran.last);
                 progress(self.look(&mut watch).await?);
             }
-            if flow.room == 0 {
+            if room == 0 {
                 sleep(FULL_PAUSE).await;
                 watch.not_stopped(self)?;
             }
@@ -165,8 +195,8 @@ impl Arm {
     /// Checks commands as the arm stands now, before a byte is sent, and runs them.
     ///
     /// # Errors
-    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) with value and limit and
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) from the check, else as
+    /// [`ErrorKind::Unreachable`] with value and limit and
+    /// [`ErrorKind::InvalidInput`] from the check, else as
     /// [`run`](Self::run).
     pub async fn perform(&self, commands: &[Set]) -> Result<Ran> {
         let mut check = self.preflight().await?;
@@ -217,12 +247,19 @@ impl Arm {
         )))
     }
 
+    /// Lets the queue run, but not for a run that a stop has ended.
+    async fn start_queue_unless_stopped(&self, stops: u64) -> Result<()> {
+        let request = Request::set(&QueuedCmdStartExec {})?;
+        let (frame, deadline) = (*request.frame(), self.deadline());
+        let answer = self.submit(request, deadline, stops).await?;
+        self.answer(answer, &frame, deadline).await.map(drop)
+    }
+
     /// Puts commands into the queue until it has no room or there are none, up to a window at once.
     async fn fill(
         &self,
-        flow: &mut Flow,
-        next: &mut Option<Set>,
-        commands: &mut impl Iterator<Item = Set>,
+        room: &mut u32,
+        feed: &mut Feed<impl Iterator<Item = Set>>,
         ran: &mut Ran,
         stops: u64,
     ) -> Result<()> {
@@ -230,12 +267,9 @@ impl Arm {
         let batch = Instant::now();
         let mut in_flight: VecDeque<InFlight> = VecDeque::with_capacity(window);
         loop {
-            let free = u64::from(flow.room) > in_flight.len() as u64;
-            let fresh = free && batch.elapsed() < LOOK_PAUSE;
-            while fresh && in_flight.len() < window && u64::from(flow.room) > in_flight.len() as u64
-            {
-                let Some(command) = next.take() else { break };
-                *next = commands.next();
+            let fresh = batch.elapsed() < LOOK_PAUSE;
+            while fresh && in_flight.len() < window && u64::from(*room) > in_flight.len() as u64 {
+                let Some(command) = feed.next() else { break };
                 let request = queued(&command)?;
                 let (frame, deadline) = (*request.frame(), self.deadline());
                 let answer = self.submit(request, deadline, stops).await?;
@@ -252,7 +286,21 @@ impl Arm {
             let reply = self
                 .answer(oldest.answer, &oldest.frame, oldest.deadline)
                 .await;
-            let index = self.accepted(flow, &oldest.command, reply)?;
+            let index = match self.accepted(room, &oldest.command, reply) {
+                // Another host was faster. Nothing was stored, and nothing is behind it.
+                Err(error)
+                    if error.kind() == ErrorKind::QueueFull
+                        && in_flight.is_empty()
+                        && feed.refused < REFUSALS =>
+                {
+                    feed.refused += 1;
+                    feed.back = Some(oldest.command);
+                    sleep(FULL_PAUSE).await;
+                    return Ok(());
+                }
+                accepted => accepted?,
+            };
+            feed.refused = 0;
             ran.commands += 1;
             ran.first = ran.first.or(Some(index));
             ran.last = Some(index);
