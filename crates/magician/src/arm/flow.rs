@@ -14,7 +14,7 @@ use super::Arm;
 use super::watch::{Progress, Watch};
 use crate::connection::Request;
 use crate::words::Preflight;
-use crate::{Error, ErrorKind, QueueIndex, Result};
+use crate::{Error, QueueIndex, Result};
 
 /// How often a queue that has no room is looked at.
 const FULL_PAUSE: Duration = Duration::from_millis(10);
@@ -76,29 +76,6 @@ pub(super) fn queued(command: &Set) -> Result<Request> {
     )?)
 }
 
-/// What a run has not sent yet.
-struct Feed<I> {
-    /// One that was looked at, or that the arm had no room for.
-    back: Option<Set>,
-    rest: I,
-    /// How often in a row the arm had no room although it had said so.
-    refused: u32,
-}
-
-/// So often in a row, and it is an error.
-const REFUSALS: u32 = 100;
-
-impl<I: Iterator<Item = Set>> Feed<I> {
-    fn next(&mut self) -> Option<Set> {
-        self.back.take().or_else(|| self.rest.next())
-    }
-
-    fn has_more(&mut self) -> bool {
-        self.back = self.next();
-        self.back.is_some()
-    }
-}
-
 /// A command in flight.
 struct InFlight {
     command: Set,
@@ -114,9 +91,9 @@ impl Arm {
     /// The commands are sent as they are; [`perform`](Self::perform) checks them first.
     ///
     /// # Errors
-    /// [`ErrorKind::Alarm`] as soon as an alarm holds the queue,
-    /// [`ErrorKind::InvalidInput`] when commands of an earlier
-    /// program wait in the queue, [`ErrorKind::Closed`] when a stop came,
+    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue,
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands of an earlier
+    /// program wait in the queue, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop came,
     /// else as [`enqueue`](Self::enqueue) and [`wait`](Self::wait). What was put into the queue
     /// before the error stays there: [`stop`](Self::stop) drops it.
     pub async fn run<C>(&self, commands: C, progress: impl FnMut(Progress)) -> Result<Ran>
@@ -141,7 +118,7 @@ impl Arm {
         C: IntoIterator<Item = Set>,
     {
         let stops = self.stops();
-        let commands = commands.into_iter();
+        let mut commands = commands.into_iter();
         let total = match commands.size_hint() {
             (least, Some(most)) if least == most => Some(least as u64),
             _ => None,
@@ -160,13 +137,10 @@ impl Arm {
         let mut watch = Watch::new(total, stops);
         let mut started = false;
         let mut looked = Instant::now();
-        let mut feed = Feed {
-            back: None,
-            rest: commands,
-            refused: 0,
-        };
-        while feed.has_more() {
-            self.fill(&mut room, &mut feed, &mut ran, stops).await?;
+        let mut next = commands.next();
+        while next.is_some() {
+            self.fill(&mut room, &mut next, &mut commands, &mut ran, stops)
+                .await?;
             if !started {
                 self.start_queue_unless_stopped(stops).await?;
                 started = true;
@@ -195,8 +169,8 @@ impl Arm {
     /// Checks commands as the arm stands now, before a byte is sent, and runs them.
     ///
     /// # Errors
-    /// [`ErrorKind::Unreachable`] with value and limit and
-    /// [`ErrorKind::InvalidInput`] from the check, else as
+    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) with value and limit and
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) from the check, else as
     /// [`run`](Self::run).
     pub async fn perform(&self, commands: &[Set]) -> Result<Ran> {
         let mut check = self.preflight().await?;
@@ -259,7 +233,8 @@ impl Arm {
     async fn fill(
         &self,
         room: &mut u32,
-        feed: &mut Feed<impl Iterator<Item = Set>>,
+        next: &mut Option<Set>,
+        commands: &mut impl Iterator<Item = Set>,
         ran: &mut Ran,
         stops: u64,
     ) -> Result<()> {
@@ -269,7 +244,8 @@ impl Arm {
         loop {
             let fresh = batch.elapsed() < LOOK_PAUSE;
             while fresh && in_flight.len() < window && u64::from(*room) > in_flight.len() as u64 {
-                let Some(command) = feed.next() else { break };
+                let Some(command) = next.take() else { break };
+                *next = commands.next();
                 let request = queued(&command)?;
                 let (frame, deadline) = (*request.frame(), self.deadline());
                 let answer = self.submit(request, deadline, stops).await?;
@@ -286,21 +262,7 @@ impl Arm {
             let reply = self
                 .answer(oldest.answer, &oldest.frame, oldest.deadline)
                 .await;
-            let index = match self.accepted(room, &oldest.command, reply) {
-                // Another host was faster. Nothing was stored, and nothing is behind it.
-                Err(error)
-                    if error.kind() == ErrorKind::QueueFull
-                        && in_flight.is_empty()
-                        && feed.refused < REFUSALS =>
-                {
-                    feed.refused += 1;
-                    feed.back = Some(oldest.command);
-                    sleep(FULL_PAUSE).await;
-                    return Ok(());
-                }
-                accepted => accepted?,
-            };
-            feed.refused = 0;
+            let index = self.accepted(room, &oldest.command, reply)?;
             ran.commands += 1;
             ran.first = ran.first.or(Some(index));
             ran.last = Some(index);
