@@ -259,9 +259,14 @@ impl Arm {
                 format!("{bytes} bytes came back in {frames} frames, none of them the answer")
             }
         };
+        let name = &self.name;
+        // A datagram that nobody takes looks like one that somebody does not answer.
+        let silent = match tried {
+            "UDP" => format!("no arm answers at {name}"),
+            _ => format!("{name} is there but no arm answers"),
+        };
         let message = format!(
-            "{} is there but no arm answers: {tried}, {} requests for GetDeviceVersion in {:.1} s, {heard}",
-            self.name,
+            "{silent}: {tried}, {} requests for GetDeviceVersion in {:.1} s, {heard}",
             stats.sent,
             self.options.timeout.as_secs_f64(),
         );
