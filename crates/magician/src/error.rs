@@ -238,10 +238,41 @@ impl Error {
 
     /// The queue stands although no alarm does.
     pub(crate) fn held() -> Self {
-        let message = "the arm stands still with commands in its queue: an alarm that has gone by \
-                       itself still holds it; `magician alarms --clear` lets it go on";
+        let message = "the arm stands still with commands in its queue, and no alarm stands now. Most \
+                       often an alarm that has gone by itself still holds it: `magician alarms \
+                       --clear` lets it go on. If another program has stopped the queue, `magician \
+                       queue start` does";
         let mut error = Self::new(ErrorKind::Alarm, message);
         error.0.alarms = Some(AlarmSet::new());
+        error
+    }
+
+    /// The arm forgot its queue.
+    pub(crate) fn reset(gone: Option<(u64, u64)>) -> Self {
+        let (which, from, to) = match gone {
+            Some((from, u64::MAX)) => (format!(" (from queue index {from} on)"), Some(from), None),
+            Some((from, to)) => (
+                format!(" (queue indices {from} to {to})"),
+                Some(from),
+                Some(to),
+            ),
+            None => (String::new(), None, None),
+        };
+        let message = format!(
+            "the arm was switched off and on, or reset: what was in its queue is gone{which}, and it              cannot be told how far it came; home the arm before you go on"
+        );
+        let mut error = Self::new(ErrorKind::Uncertain, message);
+        (error.0.from, error.0.to) = (from, to);
+        error
+    }
+
+    /// More was queued than this program sent.
+    pub(crate) fn unaccounted(from: u64, to: u64) -> Self {
+        let message = format!(
+            "the arm has taken more commands than this program sent (up to queue index {to}): the              network doubled one, or another program uses the arm; look at the arm before you go on"
+        );
+        let mut error = Self::new(ErrorKind::Uncertain, message);
+        (error.0.from, error.0.to) = (Some(from), Some(to));
         error
     }
 

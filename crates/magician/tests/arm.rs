@@ -523,3 +523,221 @@ fn the_check_follows_the_arm() {
     };
     assert!(strict.check(&tool.into()).is_err());
 }
+
+fn pose_at(x: f32) -> Pose {
+    Pose {
+        x,
+        y: 0.0,
+        z: 0.0,
+        r: 0.0,
+        joint_angle: [0.0; 4],
+    }
+}
+
+/// An arm at the end of a pipe that the test holds: it hears requests, and answers as told.
+async fn next_request(far: &mut tokio::io::DuplexStream) -> FrameBuf {
+    let mut head = [0; 3];
+    far.read_exact(&mut head).await.unwrap();
+    let mut rest = vec![0; usize::from(head[2]) + 1];
+    far.read_exact(&mut rest).await.unwrap();
+    FrameBuf::new(rest[0], Ctrl(rest[1]), &rest[2..rest.len() - 1]).unwrap()
+}
+
+#[test]
+fn an_answer_that_came_between_two_blocking_calls_is_not_taken_for_the_next() {
+    // Real time, as short as can be: what a blocking handle misses it misses while nothing runs.
+    let socket = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+    let target: Target = format!("udp:{}", socket.local_addr().unwrap())
+        .parse()
+        .unwrap();
+    let answer = |request: &[u8], x: f32| {
+        let pose = pose_at(x);
+        let mut reply = FrameBuf::encode(10, Ctrl::GET, &pose).unwrap();
+        if request[3] != 10 {
+            reply = FrameBuf::new(request[3], Ctrl(request[4]), &[0; 12]).unwrap();
+        }
+        reply
+    };
+    let options = Options::default().probe(false);
+    let arm = std::thread::spawn(move || {
+        let arm = magician::blocking::Arm::connect_with(&target, options).unwrap();
+        let first = arm.get::<Pose>().unwrap().x;
+        (arm, first)
+    });
+    let mut bytes = [0; 64];
+    let (_, host) = socket.recv_from(&mut bytes).unwrap();
+    // The network doubles the answer, and the double comes when the call has ended.
+    socket.send_to(answer(&bytes, 1.0).bytes(), host).unwrap();
+    let (arm, first) = arm.join().unwrap();
+    socket.send_to(answer(&bytes, 1.0).bytes(), host).unwrap();
+    let second = std::thread::spawn(move || arm.get::<Pose>().unwrap().x);
+    socket.recv_from(&mut bytes).unwrap();
+    socket.send_to(answer(&bytes, 2.0).bytes(), host).unwrap();
+    assert_eq!((first, second.join().unwrap()), (1.0, 2.0));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_move_of_the_rail_alone_is_no_hold() {
+    let (near, mut far) = duplex(1 << 16);
+    let bench = tokio::spawn(async move {
+        let begun = Instant::now();
+        let mut controller = Controller::new(Profile::default());
+        let mut started = false;
+        loop {
+            let request = next_request(&mut far).await;
+            let now = begun.elapsed();
+            // The rail takes eight seconds, and nothing else moves meanwhile.
+            if now > Duration::from_secs(8) && !std::mem::replace(&mut started, true) {
+                let start = FrameBuf::new(240, Ctrl::SET, &[]).unwrap();
+                controller.receive(magician::sim::LinkId(1), start.bytes());
+            }
+            let reply = match request.frame().id() {
+                240 => Some(FrameBuf::new(240, Ctrl::SET, &[]).unwrap()),
+                13 => {
+                    let l = now.as_secs_f32() * 100.0;
+                    Some(FrameBuf::new(13, Ctrl::GET, &l.to_le_bytes()).unwrap())
+                }
+                _ => {
+                    controller.advance(now.as_micros() as u64);
+                    controller.receive(magician::sim::LinkId(0), request.bytes());
+                    controller.poll_transmit(magician::sim::LinkId(0))
+                }
+            };
+            let _ = far
+                .write_all(reply.expect("every request is known").bytes())
+                .await;
+        }
+    });
+    let arm = Arm::over(near, Options::default()).await.unwrap();
+    let here: Pose = arm.get().await.unwrap();
+    let along = words::move_with_rail(here.x, here.y, here.z, here.r, 800.0);
+    let begun = Instant::now();
+    arm.run([along], |_| {}).await.unwrap();
+    assert!(begun.elapsed() > Duration::from_secs(7));
+    arm.close().await;
+    bench.abort();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_wait_of_another_program_before_ours_is_no_hold() {
+    let mut controller = Controller::new(Profile::default());
+    let left = FrameBuf::encode(110, Ctrl::QUEUED, &WaitCmd { timeout: 20_000 }).unwrap();
+    controller.receive(magician::sim::LinkId(7), left.bytes());
+    let line = Line {
+        baud: None,
+        turnaround: 0,
+    };
+    let runner = Runner::new(controller, Speed::Times(1.0), line);
+    let arm = Arm::simulated(runner, Options::default()).await.unwrap();
+    let options = RunOptions::default().keep(true);
+    arm.run_with([words::move_to(200.0, 50.0, 20.0, 0.0)], options, |_| {})
+        .await
+        .unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_index_that_was_cleared_will_not_come() {
+    let arm = std::sync::Arc::new(real_time().await);
+    arm.start_queue().await.unwrap();
+    arm.enqueue(&WaitCmd { timeout: 1_000 }).await.unwrap();
+    let dropped = arm.enqueue(&WaitCmd { timeout: 1_000 }).await.unwrap();
+    arm.clear_queue().await.unwrap();
+    let begun = Instant::now();
+    let error = arm.wait(dropped).await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Closed, "{error}");
+    assert!(error.to_string().contains("will not come"), "{error}");
+    assert!(begun.elapsed() < Duration::from_secs(5));
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
+    let (near, mut far) = duplex(1 << 16);
+    let bench = tokio::spawn(async move {
+        let begun = Instant::now();
+        let (mut controller, mut booted) = (Controller::new(Profile::default()), begun);
+        let mut bytes = [0; 256];
+        let mut off = false;
+        while let Ok(count @ 1..) = far.read(&mut bytes).await {
+            if !off && begun.elapsed() > Duration::from_secs(2) {
+                (controller, booted, off) =
+                    (Controller::new(Profile::default()), Instant::now(), true);
+            }
+            controller.advance(booted.elapsed().as_micros() as u64);
+            controller.receive(magician::sim::LinkId(0), &bytes[..count]);
+            while let Some(reply) = controller.poll_transmit(magician::sim::LinkId(0)) {
+                let _ = far.write_all(reply.bytes()).await;
+            }
+        }
+    });
+    let arm = Arm::over(near, Options::default()).await.unwrap();
+    let wait = words::wait(Duration::from_millis(500));
+    let error = arm
+        .run(std::iter::repeat_n(wait, 30), |_| {})
+        .await
+        .unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}");
+    assert!(error.to_string().contains("reset"), "{error}");
+    assert!(
+        error.from_index() > Some(1) && error.to_index() == Some(30),
+        "{error}"
+    );
+    assert_eq!(
+        arm.left_space().await.unwrap(),
+        32,
+        "nothing was sent again"
+    );
+    arm.run([wait], |_| {}).await.unwrap();
+    arm.close().await;
+    bench.await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_call_that_is_given_up_is_withdrawn_and_leaves_no_wrong_count() {
+    let (near, mut far) = duplex(1 << 16);
+    let arm = Arm::over(near, Options::default().probe(false))
+        .await
+        .unwrap();
+    // The first is out, the second waits behind it; nobody waits for either any more.
+    let first = arm.get::<AlarmsState>();
+    let second = arm.get::<DeviceName>();
+    let both = async { tokio::join!(first, second) };
+    assert!(
+        tokio::time::timeout(Duration::from_millis(20), both)
+            .await
+            .is_err()
+    );
+    assert_eq!(next_request(&mut far).await.frame().id(), 20);
+    let alarms = FrameBuf::new(20, Ctrl::GET, &[0; 16]).unwrap();
+    far.write_all(alarms.bytes()).await.unwrap();
+    let third = tokio::spawn(async move { arm.get::<Pose>().await.map(|_| arm) });
+    assert_eq!(
+        next_request(&mut far).await.frame().id(),
+        10,
+        "the second was withdrawn"
+    );
+    let pose = FrameBuf::encode(10, Ctrl::GET, &pose_at(0.0)).unwrap();
+    far.write_all(pose.bytes()).await.unwrap();
+    third.await.unwrap().unwrap().detach();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_jog_on_a_line_that_broke_is_given_up_at_once() {
+    let (near, far) = duplex(4096);
+    let arm = Arm::over(near, Options::default().probe(false))
+        .await
+        .unwrap();
+    drop(far);
+    let begun = Instant::now();
+    let error = arm.stop_jog().await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Port, "{error}");
+    assert!(begun.elapsed() < Duration::from_millis(100));
+}
+
+#[tokio::test(start_paused = true)]
+async fn any_timeout_can_be_asked_for() {
+    let options = Options::default().timeout(Duration::MAX);
+    let arm = Arm::simulated(runner(Speed::Max), options).await.unwrap();
+    arm.run([words::wait(Duration::from_millis(1))], |_| {})
+        .await
+        .unwrap();
+}

@@ -97,6 +97,33 @@ fn a_port_in_use_names_its_user() {
     assert!(error.to_string().contains("this program itself"), "{error}");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_port_that_another_program_has_locked_is_not_said_to_be_ours() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm");
+    let _served = serve(|server| server.pty(&path));
+    let other = std::process::Command::new("flock")
+        .arg(path.canonicalize().unwrap())
+        .args(["sh", "-c", "echo locked; read _"])
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .spawn();
+    let Ok(mut other) = other else { return };
+    let mut line = String::new();
+    let out = other.stdout.take().unwrap();
+    std::io::BufRead::read_line(&mut std::io::BufReader::new(out), &mut line).unwrap();
+    let message = blocking::Arm::connect(&serial(&path))
+        .unwrap_err()
+        .to_string();
+    drop(other.stdin.take());
+    other.wait().unwrap();
+    assert!(
+        message.contains("in use by") && message.contains("(process "),
+        "{message}"
+    );
+}
+
 #[test]
 fn a_runtime_that_goes_first_stops_the_arm_over_a_pseudo_terminal() {
     let folder = tempfile::tempdir().unwrap();

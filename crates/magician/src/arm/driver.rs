@@ -9,12 +9,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 
-use magician_protocol::{Frame, FrameBuf, Row};
+use magician_protocol::commands::{JogCmd, QueuedCmdStartExec};
+use magician_protocol::{Frame, FrameBuf, Row, Writable};
 use tokio::sync::{mpsc, oneshot};
+use tokio::task::yield_now;
 use tokio::time::{Instant, Sleep, sleep_until};
 
-use super::Shared;
-use super::exposure::Exposure;
+use super::exposure::{Exposure, moves};
+use super::{Mishap, Shared};
 use crate::connection::{Connection, Event, Failure, Micros, Priority, Request, Stats, Ticket};
 use crate::transport::Transport;
 use crate::{Error, ErrorKind, Result};
@@ -23,6 +25,8 @@ use crate::{Error, ErrorKind, Result};
 const FAREWELL: Duration = Duration::from_millis(500);
 /// Rounds of reading and writing before other tasks get their turn.
 const ROUNDS: usize = 64;
+/// A task that was not served for so long may have missed something.
+const AWAY: Micros = 20_000;
 
 /// A handle's wish. Nearly all are requests, so their size is no waste.
 #[allow(clippy::large_enum_variant)]
@@ -45,6 +49,8 @@ struct Waiting {
 
 /// Why the task's round ended.
 enum Ended {
+    /// Nobody looked at the line for a while; the system is to be asked what has come.
+    Away,
     /// The handle is gone.
     Left,
     /// The line broke.
@@ -66,6 +72,10 @@ pub(super) struct Driver {
     /// The stop of a handle that has gone is under way.
     leaving: bool,
     broken: bool,
+    /// When the task was served last.
+    served: Micros,
+    /// The line was looked at since.
+    looked: bool,
 }
 
 impl Driver {
@@ -89,44 +99,94 @@ impl Driver {
             name,
             leaving: false,
             broken: false,
+            served: 0,
+            looked: false,
         }
     }
 
     /// Serves the handle until it goes, then stops what it set going.
     pub(super) async fn run(mut self) {
-        match poll_fn(|cx| self.poll(cx)).await {
+        match self.serve().await {
             Ended::Broken(error) => self.refuse_all(error).await,
-            Ended::Left | Ended::Farewell => {
+            Ended::Left | Ended::Farewell | Ended::Away => {
                 if self.say_farewell() {
-                    let _ = poll_fn(|cx| self.poll(cx)).await;
+                    let _ = self.serve().await;
                 }
             }
         }
     }
 
+    async fn serve(&mut self) -> Ended {
+        loop {
+            match poll_fn(|cx| self.poll(cx)).await {
+                // This gives the runtime the time to ask the system.
+                Ended::Away => yield_now().await,
+                ended => return ended,
+            }
+        }
+    }
+
     fn poll(&mut self, cx: &mut Context<'_>) -> Poll<Ended> {
+        if self.was_away() {
+            return Poll::Ready(Ended::Away);
+        }
         for _ in 0..ROUNDS {
+            // What has come comes first: it may be what a timeout is about to give up.
+            let read = match self.read(cx) {
+                Ok(read) => read,
+                Err(error) => return Poll::Ready(Ended::Broken(error)),
+            };
+            self.let_time_pass();
             if !self.leaving && self.take_messages(cx).is_ready() {
                 return Poll::Ready(Ended::Left);
             }
-            let now = self.now();
-            if self.connection.poll_timeout().is_some_and(|at| at <= now) {
-                self.connection.handle_timeout(now);
-            }
-            let moved = match (self.write(cx), self.read(cx)) {
-                (Err(error), _) | (_, Err(error)) => return Poll::Ready(Ended::Broken(error)),
-                (Ok(wrote), Ok(read)) => wrote || read,
+            self.let_time_pass();
+            self.withdraw(cx);
+            let wrote = match self.write(cx) {
+                Ok(wrote) => wrote,
+                Err(error) => return Poll::Ready(Ended::Broken(error)),
             };
             let told = self.tell();
             if self.leaving && self.waiting.is_empty() {
                 return Poll::Ready(Ended::Farewell);
             }
-            if !moved && !told && self.sleep(cx).is_pending() {
+            if !read && !wrote && !told && self.sleep(cx).is_pending() {
+                self.looked = false;
                 return Poll::Pending;
             }
         }
         cx.waker().wake_by_ref();
         Poll::Pending
+    }
+
+    /// Whether an answer that nobody waits for any more may lie unread, to be taken for the answer
+    /// to what is asked next. A task that shares its thread is woken by a wish before the runtime
+    /// has asked the system what came meanwhile; between two blocking calls it does not run at all.
+    fn was_away(&mut self) -> bool {
+        let now = self.now();
+        let idle = now.saturating_sub(std::mem::replace(&mut self.served, now));
+        let at_rest = self.connection.is_idle();
+        let away = !self.looked && self.connection.is_owed() && (at_rest || idle > AWAY);
+        self.looked = true;
+        away
+    }
+
+    fn let_time_pass(&mut self) {
+        let now = self.now();
+        if self.connection.poll_timeout().is_some_and(|at| at <= now) {
+            self.connection.handle_timeout(now);
+        }
+    }
+
+    /// Withdraws what nobody waits for any more.
+    fn withdraw(&mut self, cx: &mut Context<'_>) {
+        for one in &mut self.waiting {
+            let closed = |reply: &mut oneshot::Sender<_>| reply.poll_closed(cx).is_ready();
+            if one.reply.as_mut().is_some_and(closed) {
+                one.reply = None;
+                self.connection.cancel(one.ticket);
+            }
+        }
     }
 
     /// Ready when the handle is gone.
@@ -146,7 +206,7 @@ impl Driver {
                 }) => {
                     let frame = request.frame().frame();
                     let over = stops != self.shared.stops.load(Ordering::SeqCst);
-                    if over && frame.ctrl().queued() {
+                    if over && sets_going(&frame) {
                         let _ = reply.send(Err(explain(&frame, Failure::Stopped)));
                     } else {
                         self.submit(request, deadline, Some(reply));
@@ -224,6 +284,17 @@ impl Driver {
                 Event::Done { ticket, result } => self.deliver(ticket, result),
                 Event::Reset => {
                     tracing::warn!("{}: the arm was switched off and on, or reset", self.name);
+                    let gone = self.exposure(Exposure::reset);
+                    self.shared.mishap(Mishap::Reset(gone));
+                }
+                Event::Unaccounted { from, to } => {
+                    tracing::warn!(
+                        from,
+                        to,
+                        "{}: queued commands nobody here sent, or sent once",
+                        self.name
+                    );
+                    self.shared.mishap(Mishap::Unaccounted { from, to });
                 }
             }
         }
@@ -356,6 +427,13 @@ pub(super) fn command_name(request: &Frame<'_>) -> String {
     }
 }
 
+/// Whether a request is a movement, or lets the queue make one.
+fn sets_going(request: &Frame<'_>) -> bool {
+    let halts = request.id() == JogCmd::ROW.id && request.params().get(1) == Some(&0);
+    let immediate = moves(request.id()) && request.ctrl().write() && !halts;
+    request.ctrl().queued() || immediate || request.id() == QueuedCmdStartExec::ROW.id
+}
+
 fn explain(request: &Frame<'_>, failure: Failure) -> Error {
     let error = match failure {
         Failure::Timeout { sent: 0 } => Error::new(
@@ -379,7 +457,14 @@ fn explain(request: &Frame<'_>, failure: Failure) -> Error {
             ErrorKind::Unexpected,
             "the answer to a queued command carries no index",
         ),
-        Failure::Stopped => Error::new(ErrorKind::Closed, "a stop came first; it was not sent"),
+        Failure::Stopped => Error::new(
+            ErrorKind::Closed,
+            "a stop, or a reset of the arm, came first; it was not sent",
+        ),
+        Failure::Draining => Error::new(
+            ErrorKind::Timeout,
+            "it was not sent: the queue was cleared, and the command under way has not finished",
+        ),
         Failure::Busy => Error::invalid("too many requests wait at once"),
     };
     error.with_command(command_name(request))

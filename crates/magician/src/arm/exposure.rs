@@ -3,7 +3,7 @@ use magician_protocol::commands::{
     PtpWithLCmd, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdStartExec,
     QueuedCmdStopExec, SetEndEffectorLaser,
 };
-use magician_protocol::{Frame, FrameBuf, Layout, QueuedCmdIndex, Readable, Writable};
+use magician_protocol::{Ctrl, Frame, FrameBuf, Layout, QueuedCmdIndex, Readable, Writable};
 
 /// Commands after which the arm moves without the queue.
 const MOTIONS: [u8; 10] = [
@@ -49,15 +49,14 @@ impl Exposure {
             return;
         }
         if id == SetEndEffectorLaser::ROW.id {
-            let on = params.get(1).is_some_and(|on| *on != 0);
-            self.laser = on || self.laser && ctrl.queued();
+            self.laser |= params.get(1).is_some_and(|on| *on != 0);
         }
         if id == CpLeCmd::ROW.id {
             let power = CpLeCmd::decode(params).map(|segment| segment.velocity_or_power);
             self.laser |= power.is_ok_and(|power| power != 0.0);
         }
         if id == JogCmd::ROW.id {
-            self.free = params.get(1).is_some_and(|cmd| *cmd != 0) || self.free && ctrl.queued();
+            self.free |= params.get(1).is_some_and(|cmd| *cmd != 0);
         } else if moves(id) && !ctrl.queued() {
             self.free = true;
         }
@@ -73,7 +72,14 @@ impl Exposure {
                 self.started = Some(false);
                 self.free = false;
             }
-            id if id == QueuedCmdClear::ROW.id => self.last = None,
+            // The command under way goes on, and with its end the current index.
+            id if id == QueuedCmdClear::ROW.id => {
+                let under_way = self.last.filter(|last| *last > self.current);
+                self.last = under_way.map(|_| self.current.saturating_add(1));
+            }
+            id if id == SetEndEffectorLaser::ROW.id && request.ctrl() == Ctrl::SET => {
+                self.laser &= request.params().get(1).is_some_and(|on| *on != 0);
+            }
             id if id == <QueuedCmdCurrentIndex as Readable>::ROW.id => {
                 if let Ok(read) = QueuedCmdCurrentIndex::decode(reply.params()) {
                     self.current = read.queued_cmd_current_index;
@@ -90,6 +96,14 @@ impl Exposure {
     /// A queued command may have been taken.
     pub(super) fn maybe_queued(&mut self) {
         self.last = Some(u64::MAX);
+    }
+
+    /// The arm was reset: its queue is gone. The indices that had not finished, if there are any.
+    pub(super) fn reset(&mut self) -> Option<(u64, u64)> {
+        let last = self.last.take().filter(|last| *last > self.current);
+        let gone = last.map(|last| (self.current.saturating_add(1), last));
+        (self.current, self.started) = (0, None);
+        gone
     }
 
     /// Two equal poses: nothing outside the queue moves.

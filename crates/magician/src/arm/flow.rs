@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use magician_protocol::commands::{
-    EndEffectorParams, HomeCmd, Pose, PtpJump2Params, QueuedCmdCurrentIndex,
+    EndEffectorParams, HomeCmd, Pose, PtpJump2Params, QueuedCmdCurrentIndex, QueuedCmdStartExec,
 };
 use magician_protocol::{FrameBuf, MAX_PARAMS, Set, Writer};
 use tokio::sync::oneshot;
@@ -124,9 +124,13 @@ impl Arm {
             _ => None,
         };
         let mut flow = self.take_turn(self.deadline(), "a run").await?;
-        flow.room = self.left_space().await?;
+        // Whoever goes away in the middle of a run leaves behind what has to be counted anew.
+        flow.room = 0;
+        self.mishap()?;
+        let mut room = self.left_space().await?;
+        self.note_room(room).await?;
         if !options.keep {
-            self.refuse_strangers(flow.room).await?;
+            self.refuse_strangers(room).await?;
         }
         self.warn_if_not_homed().await?;
         let mut ran = Ran::default();
@@ -135,21 +139,21 @@ impl Arm {
         let mut looked = Instant::now();
         let mut next = commands.next();
         while next.is_some() {
-            self.fill(&mut flow, &mut next, &mut commands, &mut ran, stops)
+            self.fill(&mut room, &mut next, &mut commands, &mut ran, stops)
                 .await?;
             if !started {
-                self.start_queue().await?;
+                self.start_queue_unless_stopped(stops).await?;
                 started = true;
             }
-            if flow.room == 0 {
-                flow.room = self.left_space().await?;
+            if room == 0 {
+                room = self.left_space().await?;
             }
-            if flow.room == 0 || looked.elapsed() >= LOOK_PAUSE {
+            if room == 0 || looked.elapsed() >= LOOK_PAUSE {
                 looked = Instant::now();
                 watch.sent(ran.commands, ran.last);
                 progress(self.look(&mut watch).await?);
             }
-            if flow.room == 0 {
+            if room == 0 {
                 sleep(FULL_PAUSE).await;
                 watch.not_stopped(self)?;
             }
@@ -217,10 +221,18 @@ impl Arm {
         )))
     }
 
+    /// Lets the queue run, but not for a run that a stop has ended.
+    async fn start_queue_unless_stopped(&self, stops: u64) -> Result<()> {
+        let request = Request::set(&QueuedCmdStartExec {})?;
+        let (frame, deadline) = (*request.frame(), self.deadline());
+        let answer = self.submit(request, deadline, stops).await?;
+        self.answer(answer, &frame, deadline).await.map(drop)
+    }
+
     /// Puts commands into the queue until it has no room or there are none, up to a window at once.
     async fn fill(
         &self,
-        flow: &mut Flow,
+        room: &mut u32,
         next: &mut Option<Set>,
         commands: &mut impl Iterator<Item = Set>,
         ran: &mut Ran,
@@ -230,10 +242,8 @@ impl Arm {
         let batch = Instant::now();
         let mut in_flight: VecDeque<InFlight> = VecDeque::with_capacity(window);
         loop {
-            let free = u64::from(flow.room) > in_flight.len() as u64;
-            let fresh = free && batch.elapsed() < LOOK_PAUSE;
-            while fresh && in_flight.len() < window && u64::from(flow.room) > in_flight.len() as u64
-            {
+            let fresh = batch.elapsed() < LOOK_PAUSE;
+            while fresh && in_flight.len() < window && u64::from(*room) > in_flight.len() as u64 {
                 let Some(command) = next.take() else { break };
                 *next = commands.next();
                 let request = queued(&command)?;
@@ -252,7 +262,7 @@ impl Arm {
             let reply = self
                 .answer(oldest.answer, &oldest.frame, oldest.deadline)
                 .await;
-            let index = self.accepted(flow, &oldest.command, reply)?;
+            let index = self.accepted(room, &oldest.command, reply)?;
             ran.commands += 1;
             ran.first = ran.first.or(Some(index));
             ran.last = Some(index);

@@ -75,13 +75,13 @@ impl Arm {
             is_joint: magician_protocol::Flag::OFF,
             cmd: JogCommand::Stop,
         };
-        let until = Instant::now() + self.options.timeout;
+        let until = self.deadline();
         loop {
             let request = Request::set(&stop)?.priority(Priority::Stop);
             let patience = Instant::now() + Duration::from_millis(300);
             match self.ask_until(request, patience.min(until)).await {
                 Ok(_) => return self.wait_still().await,
-                Err(error) if Instant::now() >= until => return Err(error),
+                Err(error) if !again(&error) || Instant::now() >= until => return Err(error),
                 Err(_) => {}
             }
         }
@@ -107,4 +107,9 @@ impl Arm {
             before = pose;
         }
     }
+}
+
+/// Whether what failed may work the next time: not on a line that is gone.
+fn again(error: &Error) -> bool {
+    matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Uncertain)
 }

@@ -30,6 +30,9 @@ use flow::Flow;
 pub use flow::{Ran, RunOptions};
 pub use watch::Progress;
 
+/// Longer than anybody waits, and short enough to be added to any instant.
+const FOREVER: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
+
 /// How a connection behaves.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -84,6 +87,25 @@ struct Shared {
     /// Stops so far. What was begun before the last one is over.
     stops: AtomicU64,
     exposure: Mutex<Exposure>,
+    /// What nobody has been told yet.
+    mishap: Mutex<Option<Mishap>>,
+}
+
+/// What befell the queue without a word from this handle.
+#[derive(Clone, Copy, Debug)]
+enum Mishap {
+    /// The arm was reset; these indices had not finished.
+    Reset(Option<(u64, u64)>),
+    /// The arm gave these indices to commands that this handle did not send, or sent once.
+    Unaccounted { from: u64, to: u64 },
+}
+
+impl Shared {
+    /// Ends what is going on as a stop does; the next wait or run tells why.
+    fn mishap(&self, mishap: Mishap) {
+        *self.mishap.lock().unwrap_or_else(PoisonError::into_inner) = Some(mishap);
+        self.stops.fetch_add(1, Ordering::SeqCst);
+    }
 }
 
 /// An arm, for async programs on tokio. [`blocking::Arm`](crate::blocking::Arm) is the same for
@@ -237,9 +259,14 @@ impl Arm {
                 format!("{bytes} bytes came back in {frames} frames, none of them the answer")
             }
         };
+        let name = &self.name;
+        // A datagram that nobody takes looks like one that somebody does not answer.
+        let silent = match tried {
+            "UDP" => format!("no arm answers at {name}"),
+            _ => format!("{name} is there but no arm answers"),
+        };
         let message = format!(
-            "{} is there but no arm answers: {tried}, {} requests for GetDeviceVersion in {:.1} s, {heard}",
-            self.name,
+            "{silent}: {tried}, {} requests for GetDeviceVersion in {:.1} s, {heard}",
             stats.sent,
             self.options.timeout.as_secs_f64(),
         );
@@ -330,14 +357,31 @@ impl Arm {
         let deadline = self.deadline();
         let mut flow = self.take_turn(deadline, command.row().set_name).await?;
         if flow.room == 0 {
-            flow.room = self.left_space().await?;
+            let request = Request::get::<QueuedCmdLeftSpace>(&NoArgs)?;
+            let reply = self.ask_until(request, deadline).await?;
+            let read = QueuedCmdLeftSpace::decode(reply.frame().params())?;
+            flow.room = read.left_space;
+            self.note_room(flow.room).await?;
         }
         if flow.room == 0 {
             let error = Error::new(ErrorKind::QueueFull, "the arm's queue is full");
             return Err(error.with_command(command.row().set_name));
         }
+        // A caller that goes away meanwhile leaves behind what has to be counted anew.
+        let mut room = std::mem::take(&mut flow.room);
         let reply = self.ask_until(request, deadline).await;
-        self.accepted(&mut flow, command, reply)
+        let index = self.accepted(&mut room, command, reply)?;
+        flow.room = room;
+        Ok(index)
+    }
+
+    /// An empty queue is noted: what is put into it next runs next.
+    async fn note_room(&self, room: u32) -> Result<()> {
+        let (_, capacity) = self.stats().await?;
+        if room >= capacity {
+            self.own().nothing_before();
+        }
+        Ok(())
     }
 
     /// The queue is filled by one at a time.
@@ -352,13 +396,13 @@ impl Arm {
     /// Accounts for the answer to a queued command.
     fn accepted(
         &self,
-        flow: &mut Flow,
+        room: &mut u32,
         command: &Set,
         reply: Result<FrameBuf>,
     ) -> Result<QueueIndex> {
-        let reply = reply.inspect_err(|_| flow.room = 0)?;
+        let reply = reply.inspect_err(|_| *room = 0)?;
         let index = QueuedCmdIndex::decode(reply.frame().params())?;
-        flow.room = flow.room.saturating_sub(1);
+        *room = room.saturating_sub(1);
         self.own().accepted(index, command);
         Ok(index)
     }
@@ -432,7 +476,20 @@ impl Arm {
 /// Requests.
 impl Arm {
     fn deadline(&self) -> Instant {
-        Instant::now() + self.options.timeout
+        Instant::now() + self.options.timeout.min(FOREVER)
+    }
+
+    /// Tells, once, what befell the queue.
+    fn mishap(&self) -> Result<()> {
+        let mut mishap = (self.shared.mishap.lock()).unwrap_or_else(PoisonError::into_inner);
+        match mishap.take() {
+            None => Ok(()),
+            Some(Mishap::Reset(gone)) => {
+                self.own().clear();
+                Err(Error::reset(gone))
+            }
+            Some(Mishap::Unaccounted { from, to }) => Err(Error::unaccounted(from, to)),
+        }
     }
 
     async fn ask(&self, request: Request) -> Result<FrameBuf> {

@@ -3,7 +3,9 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use magician_protocol::commands::{HomeCmd, Pose, QueuedCmdCurrentIndex, TrigCmd};
+use magician_protocol::commands::{
+    HomeCmd, Pose, PoseL, PtpPoWithLCmd, PtpWithLCmd, QueuedCmdCurrentIndex, TrigCmd,
+};
 use magician_protocol::{Set, Writable};
 use tokio::time::{Instant, sleep};
 
@@ -42,6 +44,8 @@ pub struct Progress {
 enum Pace {
     /// Moves the arm.
     Motion,
+    /// Moves the arm and the rail, or the rail alone.
+    Rail,
     /// Homes it; runs even when an alarm holds the queue.
     Home,
     /// Waits so long.
@@ -59,6 +63,7 @@ impl Pace {
             other => match other.row().id {
                 id if id == HomeCmd::ROW.id => Self::Home,
                 id if id == TrigCmd::ROW.id => Self::Trigger,
+                id if id == PtpWithLCmd::ROW.id || id == PtpPoWithLCmd::ROW.id => Self::Rail,
                 id if moves(id) => Self::Motion,
                 _ => Self::Moment,
             },
@@ -70,6 +75,10 @@ impl Pace {
 #[derive(Debug, Default)]
 pub(super) struct Own {
     commands: VecDeque<(u64, Pace)>,
+    /// The queue is empty: nothing will run before the next one accepted.
+    empty: bool,
+    /// The index before which nothing waits any more.
+    base: u64,
 }
 
 impl Own {
@@ -78,6 +87,14 @@ impl Own {
             self.commands.pop_front();
         }
         self.commands.push_back((index.0, Pace::of(command)));
+        if std::mem::take(&mut self.empty) {
+            self.base = index.0.saturating_sub(1);
+        }
+    }
+
+    /// The queue was seen empty.
+    pub(super) fn nothing_before(&mut self) {
+        self.empty = true;
     }
 
     /// How many of them have not finished.
@@ -88,14 +105,15 @@ impl Own {
 
     /// They were dropped.
     pub(super) fn clear(&mut self) {
-        self.commands.clear();
+        *self = Self::default();
     }
 
-    /// The one that runs, if it is one of them.
+    /// The one that runs, if it is one of them; `None` as well when it may be another program's.
     fn running(&self, current: u64) -> Option<Pace> {
-        let next = self.commands.iter().find(|(index, _)| *index > current)?;
-        // After a Clear the first unfinished command need not be the one after the current index.
-        Some(next.1)
+        let (index, pace) = self.commands.iter().find(|(index, _)| *index > current)?;
+        // After a Clear the current index stands over numbers that will not come.
+        let before = current.max(self.base);
+        (before.checked_add(1) == Some(*index)).then_some(*pace)
     }
 }
 
@@ -105,7 +123,8 @@ pub(super) struct Watch {
     progress: Progress,
     /// When the index, or the pose, changed last.
     changed: Instant,
-    pose: Option<Pose>,
+    /// Where the arm was seen, and the rail.
+    pose: Option<(Pose, Option<PoseL>)>,
     /// Stops before it began.
     stops: u64,
 }
@@ -132,6 +151,7 @@ impl Watch {
 
     /// What is watched is not over because of a stop.
     pub(super) fn not_stopped(&self, arm: &Arm) -> Result<()> {
+        arm.mishap()?;
         if arm.stops() == self.stops {
             return Ok(());
         }
@@ -191,6 +211,7 @@ impl Arm {
     /// One look at the queue, the alarms and, when the index stands, the arm.
     pub(super) async fn look(&self, watch: &mut Watch) -> Result<Progress> {
         let read = self.get::<QueuedCmdCurrentIndex>().await?;
+        self.mishap()?;
         let current = read.queued_cmd_current_index;
         if current != watch.progress.current.0 {
             watch.progress.current.0 = current;
@@ -220,7 +241,12 @@ impl Arm {
 
     /// The index stands: does the arm?
     async fn look_closer(&self, watch: &mut Watch, pace: Option<Pace>) -> Result<()> {
-        let pose = self.get::<Pose>().await?;
+        self.still_queued(watch).await?;
+        let rail = match pace {
+            Some(Pace::Rail) => Some(self.get::<PoseL>().await?),
+            _ => None,
+        };
+        let pose = (self.get::<Pose>().await?, rail);
         let before = watch.pose.replace(pose);
         if before != Some(pose) {
             if before.is_some() {
@@ -231,8 +257,8 @@ impl Arm {
         let started = self.exposure().started() == Some(true);
         let patience = match pace {
             Some(Pace::Trigger) => return Ok(()),
-            Some(Pace::Motion) if started => return self.confirm_hold(watch).await,
-            Some(Pace::Motion | Pace::Moment) => STUCK,
+            Some(Pace::Motion | Pace::Rail) if started => return self.confirm_hold(watch).await,
+            Some(Pace::Motion | Pace::Rail | Pace::Moment) => STUCK,
             Some(Pace::Pause(time)) => time + STUCK,
             Some(Pace::Home) | None => LONG,
         };
@@ -248,6 +274,22 @@ impl Arm {
             watch.progress.last.0, watch.progress.current.0
         );
         Err(Error::new(ErrorKind::Timeout, message))
+    }
+
+    /// An empty queue whose index has not come to what is waited for: it was dropped.
+    async fn still_queued(&self, watch: &Watch) -> Result<()> {
+        let (_, capacity) = self.stats().await?;
+        if self.left_space().await? < capacity
+            || self.current_index().await? != watch.progress.current
+        {
+            return Ok(());
+        }
+        let message = format!(
+            "queue index {} will not come: the arm's queue is empty and stands at {}; it was \
+             cleared, or the arm was reset",
+            watch.progress.last.0, watch.progress.current.0
+        );
+        Err(Error::new(ErrorKind::Closed, message))
     }
 
     /// Two equal poses and a motion that does not run: the hold of an alarm, unless the index moved

@@ -33,6 +33,10 @@ impl Connection {
             (Purpose::Current | Purpose::Left, _) if self.doubt.is_none() => {
                 self.flight.remove(at);
             }
+            (_, Policy::Resend) if job.over => {
+                let job = self.flight.remove(at);
+                self.done(job.ticket, Err(Failure::Stopped));
+            }
             (_, Policy::Resend) => job.due = true,
             (_, Policy::Once) if unordered_or_awaited => {
                 job.lingers = true;
@@ -73,12 +77,15 @@ impl Connection {
     }
 
     /// Takes a reading for the command in doubt, and judges it when two pairs are equal.
-    pub(super) fn read(&mut self, frame: &FrameBuf, now: Micros) {
+    pub(super) fn read(&mut self, purpose: Purpose, frame: &FrameBuf, now: Micros) {
         let Some(mut doubt) = self.doubt.take() else {
             return;
         };
         let view = frame.frame();
         match doubt.current {
+            // A reading for an earlier doubt that ended while it was under way.
+            None if purpose != Purpose::Current => {}
+            Some(_) if purpose != Purpose::Left => {}
             None => {
                 let read = QueuedCmdCurrentIndex::decode(view.params());
                 doubt.current = read.ok().map(|read| read.queued_cmd_current_index);
@@ -129,6 +136,7 @@ impl Connection {
                 doubt.pair = None;
                 self.doubt = Some(doubt);
             }
+            Verdict::Lost if doubt.job.over => self.done(doubt.job.ticket, Err(Failure::Stopped)),
             Verdict::Lost if left == 0 => self.done(doubt.job.ticket, Err(Failure::QueueFull)),
             Verdict::Lost => {
                 doubt.job.due = true;
@@ -157,7 +165,8 @@ impl Connection {
         }
     }
 
-    /// A stop was submitted: nothing of the stream goes out any more.
+    /// A stop was submitted, or the controller was reset: nothing that the stream has by now goes
+    /// out any more, not even a second time.
     pub(super) fn drop_stream(&mut self) {
         while let Some(job) = self.lanes[Priority::Stream as usize].pop_front() {
             self.done(job.ticket, Err(Failure::Stopped));
@@ -168,11 +177,12 @@ impl Connection {
         while let Some(at) =
             (self.flight.iter()).position(|job| job.due && job.priority == Priority::Stream)
         {
+            // What is due is known to have gone nowhere, or may be repeated.
             let job = self.flight.remove(at);
-            match job.policy {
-                Policy::Doubt => self.uncertain(job),
-                _ => self.done(job.ticket, Err(Failure::Stopped)),
-            }
+            self.done(job.ticket, Err(Failure::Stopped));
+        }
+        for job in &mut self.flight {
+            job.over |= job.priority == Priority::Stream;
         }
     }
 
@@ -180,7 +190,11 @@ impl Connection {
         for lane in 0..self.lanes.len() {
             while let Some(at) = self.lanes[lane].iter().position(|job| job.deadline <= now) {
                 if let Some(job) = self.lanes[lane].remove(at) {
-                    self.done(job.ticket, Err(Failure::Timeout { sent: 0 }));
+                    let failure = match job.queued() && self.ledger.draining() {
+                        true => Failure::Draining,
+                        false => Failure::Timeout { sent: 0 },
+                    };
+                    self.done(job.ticket, Err(failure));
                 }
             }
         }

@@ -51,6 +51,8 @@ pub(super) struct Job {
     pub(super) lingers: bool,
     /// Clears that had gone out when it did.
     pub(super) clears: u32,
+    /// A stop came, or nobody waits for it any more: it does not go out again.
+    pub(super) over: bool,
 }
 
 impl Job {
@@ -70,6 +72,7 @@ impl Job {
             due: false,
             lingers: false,
             clears: 0,
+            over: false,
         }
     }
 

@@ -1,3 +1,8 @@
+use super::Micros;
+
+/// A queue that is as empty as it was ever seen for so long counts as drained.
+const STANDING: Micros = 1_000_000;
+
 /// What is known of the controller's queue from the indices it gave (errata E37): +1 for every
 /// command it accepts, never reset by a Clear.
 ///
@@ -11,13 +16,24 @@
 #[derive(Clone, Debug)]
 pub(super) struct Ledger {
     capacity: u32,
+    /// `capacity` was read from an empty queue. While it is a guess nothing is concluded from it:
+    /// one place too many or too few turns lost into taken.
+    sure: bool,
+    /// The controller has shown more places than were assumed.
+    grown: bool,
+    /// Most free places seen.
+    most: u32,
     /// Index accepted last.
     last: Option<u64>,
     /// All up to here are beyond doubt; below `last` only while several are in flight.
     confirmed: Option<u64>,
     floor: Floor,
-    /// Highest current index seen.
+    /// Current index read last.
     current: u64,
+    /// A lower one was read last, and not believed yet.
+    suspect: bool,
+    /// The left space that stands while the queue drains, and since when.
+    stands: Option<(u32, Micros)>,
     /// A Clear went out and the queue was not seen empty since.
     draining: bool,
     /// How many Clears went out.
@@ -50,10 +66,15 @@ impl Ledger {
     pub(super) fn new(capacity: u32) -> Self {
         Self {
             capacity,
+            sure: false,
+            grown: false,
+            most: 0,
             last: None,
             confirmed: None,
             floor: Floor::Unknown,
             current: 0,
+            suspect: false,
+            stands: None,
             draining: false,
             clears: 0,
         }
@@ -79,6 +100,12 @@ impl Ledger {
     pub(super) fn follows(&self, index: u64) -> bool {
         self.last
             .is_none_or(|last| last.checked_add(1) == Some(index))
+    }
+
+    /// Whether `index` is one that the queue may have given after the last one accepted.
+    pub(super) fn is_beyond(&self, index: u64) -> bool {
+        let ahead = self.last.and_then(|last| index.checked_sub(last));
+        ahead.is_some_and(|ahead| ahead > 0 && ahead <= 2 * u64::from(self.capacity))
     }
 
     /// A command was accepted.
@@ -119,14 +146,20 @@ impl Ledger {
     /// A Clear goes out.
     pub(super) fn clearing(&mut self) {
         self.draining = true;
+        self.stands = None;
         self.clears = self.clears.wrapping_add(1);
         self.floor = Floor::Unknown;
     }
 
-    /// A current index was read; true when it shows that the controller was reset.
-    pub(super) fn read_current(&mut self, current: u64) -> bool {
-        let reset = current < self.current;
-        self.current = current;
+    /// A current index was read; true when it shows that the controller was reset. On an unordered
+    /// link one lower reading may be an old one that was held up; the next one tells.
+    pub(super) fn read_current(&mut self, current: u64, ordered: bool) -> bool {
+        let lower = current < self.current;
+        let reset = lower && (ordered || self.suspect);
+        self.suspect = lower && !reset;
+        if !self.suspect {
+            self.current = current;
+        }
         if reset {
             self.forget();
         }
@@ -134,17 +167,35 @@ impl Ledger {
     }
 
     /// A left space was read. `idle`: no queued command is unanswered.
-    pub(super) fn read_left(&mut self, left: u32, idle: bool) {
-        self.capacity = self.capacity.max(left);
-        if left == self.capacity && idle {
+    pub(super) fn read_left(&mut self, left: u32, idle: bool, now: Micros) {
+        if left > self.capacity {
+            self.capacity = left;
+            (self.grown, self.sure) = (true, false);
+        }
+        self.most = self.most.max(left);
+        let full = left == self.capacity;
+        self.sure |= full && (!self.grown || self.last == Some(self.current));
+        if !idle {
+            return;
+        }
+        if full {
             self.draining = false;
             self.floor = self.last.map_or(Floor::Empty, Floor::Known);
+        } else if self.draining && left == self.most {
+            // As empty as it was ever seen: a queue with fewer places than assumed, or one in which
+            // a long command of another host runs. Nothing is known, but it goes on.
+            let (_, since) = *(self.stands.get_or_insert((left, now)));
+            self.draining = now.saturating_sub(since) < STANDING;
+        } else {
+            self.stands = None;
         }
     }
 
     /// Judges the one command in doubt from readings that were equal twice.
     pub(super) fn judge(&self, current: u64, left: u32) -> Verdict {
+        let sure = self.sure || left == self.capacity && !self.grown;
         let head = match self.floor {
+            _ if !sure => return Verdict::Unclear,
             Floor::Known(floor) => current.max(floor),
             Floor::Since(first) if current >= first => current,
             _ => return Verdict::Unclear,
@@ -168,7 +219,7 @@ mod tests {
     #[test]
     fn the_tail_tells_taken_from_lost() {
         let mut ledger = Ledger::new(32);
-        ledger.read_left(32, true);
+        ledger.read_left(32, true, 0);
         ledger.accept(7);
         assert_eq!(
             ledger.judge(3, 31),
@@ -184,7 +235,7 @@ mod tests {
     #[test]
     fn without_an_empty_queue_the_current_index_must_have_passed_the_first() {
         let mut ledger = Ledger::new(32);
-        ledger.read_left(30, true);
+        ledger.read_left(30, true, 0);
         ledger.accept(7);
         assert_eq!(ledger.judge(4, 29), Verdict::Unclear);
         assert_eq!(ledger.judge(7, 32), Verdict::Lost);
@@ -193,14 +244,14 @@ mod tests {
     #[test]
     fn after_a_clear_the_floor_is_the_last_index_before_it() {
         let mut ledger = Ledger::new(32);
-        ledger.read_left(32, true);
+        ledger.read_left(32, true, 0);
         (1..=5).for_each(|index| ledger.accept(index));
         ledger.clearing();
         assert!(ledger.draining());
         assert_eq!(ledger.judge(2, 31), Verdict::Unclear);
-        ledger.read_left(31, true);
+        ledger.read_left(31, true, 0);
         assert!(ledger.draining(), "the motion under way has not ended");
-        ledger.read_left(32, true);
+        ledger.read_left(32, true, 0);
         assert!(!ledger.draining());
         assert_eq!(ledger.judge(2, 32), Verdict::Lost);
         assert_eq!(ledger.judge(2, 31), Verdict::Taken(6));
@@ -209,9 +260,52 @@ mod tests {
     #[test]
     fn a_current_index_that_goes_back_is_a_reset() {
         let mut ledger = Ledger::new(32);
-        assert!(!ledger.read_current(9));
+        assert!(!ledger.read_current(9, true));
         ledger.accept(10);
-        assert!(ledger.read_current(0));
+        assert!(ledger.read_current(0, true));
         assert_eq!(ledger.last(), None);
+    }
+
+    #[test]
+    fn a_reading_held_up_by_an_unordered_link_is_no_reset() {
+        let mut ledger = Ledger::new(32);
+        assert!(!ledger.read_current(9, false));
+        assert!(!ledger.read_current(8, false));
+        assert!(!ledger.read_current(10, false));
+        assert!(!ledger.read_current(0, false));
+        assert!(ledger.read_current(0, false));
+    }
+
+    #[test]
+    fn nothing_is_concluded_from_a_queue_of_unknown_depth() {
+        // 31 places: never seen to be 32, so one that waits cannot be told from one that does not.
+        let mut ledger = Ledger::new(32);
+        ledger.read_left(31, true, 0);
+        ledger.accept(1);
+        assert_eq!(ledger.judge(1, 31), Verdict::Unclear, "nothing waits");
+        // 33 places, and a stranger's command in one when we came.
+        let mut ledger = Ledger::new(32);
+        ledger.read_left(32, true, 0);
+        ledger.accept(8);
+        ledger.read_left(33, false, 0);
+        assert_eq!(ledger.judge(7, 32), Verdict::Unclear);
+        ledger.read_current(8, true);
+        ledger.read_left(33, true, 0);
+        assert_eq!(ledger.judge(8, 33), Verdict::Lost);
+        assert_eq!(ledger.judge(8, 32), Verdict::Taken(9));
+    }
+
+    #[test]
+    fn a_queue_with_fewer_places_than_assumed_drains_too() {
+        let mut ledger = Ledger::new(32);
+        ledger.read_left(30, true, 0);
+        ledger.accept(1);
+        ledger.clearing();
+        ledger.read_left(29, true, 10);
+        ledger.read_left(30, true, 20);
+        assert!(ledger.draining());
+        ledger.read_left(30, true, 20 + STANDING);
+        assert!(!ledger.draining());
+        assert_eq!(ledger.judge(1, 30), Verdict::Unclear);
     }
 }

@@ -194,6 +194,13 @@ impl Connection {
         self.ledger.capacity()
     }
 
+    /// Whether bytes that came while nobody looked could pass for answers to what is sent next:
+    /// look at the line once more before you submit.
+    #[must_use]
+    pub fn is_owed(&self) -> bool {
+        !self.settings.ordered || !self.outstanding.is_empty()
+    }
+
     /// Whether nothing waits and nothing is in flight.
     #[must_use]
     pub fn is_idle(&self) -> bool {
@@ -219,6 +226,28 @@ impl Connection {
             self.done(ticket, Err(Failure::Busy));
         }
         ticket
+    }
+
+    /// Nobody waits for this request any more. One that has not gone out will not, and ends with
+    /// [`Failure::Stopped`]; one that has is seen to its end but not sent again. A stop goes on.
+    pub fn cancel(&mut self, ticket: Ticket) {
+        for lane in [Priority::Stream, Priority::Poll] {
+            let lane = &mut self.lanes[lane as usize];
+            if let Some(at) = lane.iter().position(|job| job.ticket == ticket) {
+                lane.remove(at);
+                self.done(ticket, Err(Failure::Stopped));
+            }
+        }
+        let due = |job: &Job| job.ticket == ticket && job.due && job.priority != Priority::Stop;
+        if let Some(at) = self.flight.iter().position(due) {
+            self.flight.remove(at);
+            self.done(ticket, Err(Failure::Stopped));
+        }
+        let doubt = self.doubt.as_mut().map(|doubt| &mut doubt.job);
+        let out = self.flight.iter_mut().chain(doubt);
+        for job in out.filter(|job| job.ticket == ticket) {
+            job.over = job.priority != Priority::Stop;
+        }
     }
 
     /// The instant at which [`handle_timeout`](Self::handle_timeout) is to be called, if any.
@@ -283,7 +312,9 @@ impl Connection {
 impl Connection {
     /// The next frame to write, `None` when there is none at present.
     pub fn poll_transmit(&mut self, now: Micros) -> Option<FrameBuf> {
-        if let Some(frame) = self.transmit_stop(now) {
+        if !self.outstanding.is_choked()
+            && let Some(frame) = self.transmit_stop(now)
+        {
             return Some(frame);
         }
         if self.outstanding.is_full() {
@@ -370,7 +401,7 @@ impl Connection {
     /// Whether a job may be in flight beside those that are: queued commands beside each other, an
     /// immediate set of the stream alone in its lane, and no key twice but for queued commands.
     fn may_join(&self, job: &Job) -> bool {
-        if job.priority == Priority::Stream && self.doubt.is_some() {
+        if job.priority == Priority::Stream && (self.doubt.is_some() || self.stopping()) {
             return false;
         }
         let mut beside = self.flight.iter().filter(|other| !other.lingers);
@@ -379,6 +410,13 @@ impl Connection {
             let both_queued = job.queued() && other.queued();
             both_queued || !both_stream && other.key != job.key
         })
+    }
+
+    /// Whether a stop is not answered yet. A Clear that went out again must not find a command
+    /// that was accepted after it first went out.
+    fn stopping(&self) -> bool {
+        let stop = |job: &Job| job.priority == Priority::Stop;
+        !self.lanes[Priority::Stop as usize].is_empty() || self.flight.iter().any(stop)
     }
 
     /// Whether a queued command waits for the queue to drain after a Clear.

@@ -35,8 +35,10 @@ pub(super) struct Outstanding {
     ordered: bool,
 }
 
-/// More unanswered frames than this and nothing is sent until some are given up.
+/// More unanswered frames than this and nothing but a stop is sent until some are given up.
 const CAPACITY: usize = 256;
+/// More than this and no stop either: the line has been dead for a long time.
+const STOPS: usize = 4 * CAPACITY;
 
 impl Outstanding {
     pub(super) fn new(ordered: bool) -> Self {
@@ -46,8 +48,16 @@ impl Outstanding {
         }
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.copies.is_empty()
+    }
+
     pub(super) fn is_full(&self) -> bool {
         self.copies.len() >= CAPACITY
+    }
+
+    pub(super) fn is_choked(&self) -> bool {
+        self.copies.len() >= STOPS
     }
 
     pub(super) fn sent(&mut self, copy: Copy) {

@@ -29,30 +29,60 @@ impl Connection {
     pub(super) fn reply(&mut self, now: Micros, frame: &FrameBuf) {
         let Some(copy) = self.outstanding.answered(Key::of(&frame.frame())) else {
             self.stats.unsolicited += 1;
+            self.unasked(frame);
             return;
         };
+        // Jobs that this reply proves lost come first: they were sent before, and the answered one
+        // counts among those that may stand in the queue in their place.
+        self.settle(copy.ticket);
         let answered = (self.flight.iter()).position(|job| job.ticket == copy.ticket);
-        // Jobs that this reply proves lost come first: they were sent before.
         if let Some(at) = answered {
             let job = self.flight.remove(at);
-            self.settle();
             self.answer(job, frame, now);
         } else if let Some(doubt) = self.doubt.take_if(|doubt| doubt.job.ticket == copy.ticket) {
-            self.settle();
             self.answer_queued(doubt.job, frame);
         } else {
             self.stats.late += 1;
-            self.settle();
         }
     }
 
-    /// Ends or sends again every job whose reply can no longer come.
-    pub(super) fn settle(&mut self) {
+    /// A reply that nobody waits for. One to a queued command, with an index beyond the last, says
+    /// that the controller took a command twice: the line doubled it (UDP).
+    fn unasked(&mut self, frame: &FrameBuf) {
+        let view = frame.frame();
+        let queues = view.ctrl().queued() && !view.ctrl().error();
+        let index = QueuedCmdIndex::decode(view.params());
+        if let (true, Ok(QueuedCmdIndex(index))) = (queues, index)
+            && self.ledger.is_beyond(index)
+        {
+            self.unaccounted(index);
+        }
+    }
+
+    /// The controller has taken more commands than this connection knows of.
+    fn unaccounted(&mut self, to: u64) {
+        let from = self.ledger.last().map_or(to, |last| last.saturating_add(1));
+        self.events.push_back(Event::Unaccounted { from, to });
+        self.ledger.forget();
+    }
+
+    /// The controller has finished more than it was given here. On an ordered link that was another
+    /// host, whose business it is; on an unordered one a command of ours may have come twice.
+    fn overtaken(&mut self, current: u64) {
+        match self.settings.ordered {
+            true => self.ledger.forget(),
+            false => self.unaccounted(current),
+        }
+    }
+
+    /// Ends or sends again every job whose reply can no longer come, but for the one answered now.
+    pub(super) fn settle(&mut self, answered: Ticket) {
         if !self.settings.ordered {
             return;
         }
-        let gone =
-            |connection: &Self, job: &Job| !job.due && !connection.outstanding.awaits(job.ticket);
+        let gone = |connection: &Self, job: &Job| {
+            job.ticket != answered && !job.due && !connection.outstanding.awaits(job.ticket)
+        };
         while let Some(at) = self.flight.iter().position(|job| gone(self, job)) {
             self.lost(at);
         }
@@ -65,7 +95,7 @@ impl Connection {
         if job.queued() {
             return self.answer_queued(job, frame);
         }
-        let reset = self.observe(&job, frame);
+        let reset = self.observe(&job, frame, now);
         if self.settings.ordered && !reset {
             self.ledger.confirm();
         }
@@ -76,7 +106,7 @@ impl Connection {
             Purpose::Caller => self.done(job.ticket, Ok(*frame)),
             Purpose::Fence => {}
             Purpose::Drain => self.drain_at = Some(now.saturating_add(DRAIN_PAUSE)),
-            Purpose::Current | Purpose::Left => self.read(frame, now),
+            purpose @ (Purpose::Current | Purpose::Left) => self.read(purpose, frame, now),
         }
     }
 
@@ -102,7 +132,8 @@ impl Connection {
     }
 
     /// Notes what a reading says about the queue; true when it shows a reset.
-    pub(super) fn observe(&mut self, job: &Job, frame: &FrameBuf) -> bool {
+    pub(super) fn observe(&mut self, job: &Job, frame: &FrameBuf, now: Micros) -> bool {
+        let idle = self.doubt.is_none() && self.queued_unanswered() == 0;
         let params = frame.frame();
         let params = params.params();
         match job.key.id {
@@ -110,16 +141,18 @@ impl Connection {
                 let Ok(read) = QueuedCmdCurrentIndex::decode(params) else {
                     return false;
                 };
-                let reset = self.ledger.read_current(read.queued_cmd_current_index);
-                if reset {
-                    self.reset();
+                let (current, ordered) = (read.queued_cmd_current_index, self.settings.ordered);
+                let reset = self.ledger.read_current(current, ordered);
+                match reset {
+                    true => self.reset(),
+                    false if idle && self.ledger.is_beyond(current) => self.overtaken(current),
+                    false => {}
                 }
                 reset
             }
             247 => {
-                let idle = self.doubt.is_none() && self.queued_unanswered() == 0;
                 if let Ok(read) = QueuedCmdLeftSpace::decode(params) {
-                    self.ledger.read_left(read.left_space, idle);
+                    self.ledger.read_left(read.left_space, idle, now);
                 }
                 false
             }
@@ -131,9 +164,7 @@ impl Connection {
         if !self.events.contains(&Event::Reset) {
             self.events.push_back(Event::Reset);
         }
-        if let Some(doubt) = self.doubt.take() {
-            self.uncertain(doubt.job);
-        }
+        self.drop_stream();
     }
 
     pub(super) fn done(&mut self, ticket: Ticket, result: Result<FrameBuf, Failure>) {

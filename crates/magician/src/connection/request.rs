@@ -134,8 +134,11 @@ pub enum Failure {
     Refused,
     /// The answer to a queued command carries no index.
     NoIndex,
-    /// A stop overtook the command before it went out; it was dropped.
+    /// A stop overtook the command before it went out, the controller was reset, or the caller
+    /// withdrew it; it was dropped.
     Stopped,
+    /// It did not go out: the queue was cleared, and the command that ran then has not finished.
+    Draining,
     /// Too many requests wait; this one was not taken.
     Busy,
 }
@@ -154,6 +157,14 @@ pub enum Event {
     },
     /// The indices went backwards: the controller was reset. What it had queued is gone.
     Reset,
+    /// The controller has given these indices to commands that this connection did not send, or
+    /// sent once: the line doubled a datagram, or another host shares the arm.
+    Unaccounted {
+        /// First index.
+        from: u64,
+        /// Last index.
+        to: u64,
+    },
 }
 
 /// How a [`Connection`](super::Connection) behaves.

@@ -74,7 +74,11 @@ fn lock(path: &str) -> Result<std::os::fd::OwnedFd> {
         .map_err(|errno| explain(path, errno.into()))?;
     match flock(&file, FlockOperation::NonBlockingLockExclusive) {
         Ok(()) => Ok(file),
-        Err(rustix::io::Errno::WOULDBLOCK) => Err(held(path)),
+        Err(rustix::io::Errno::WOULDBLOCK) => {
+            // Closed first: this attempt does not hold the port.
+            drop(file);
+            Err(held(path))
+        }
         // What cannot be locked can still be used.
         Err(_) => Ok(file),
     }
@@ -91,9 +95,31 @@ fn explain(path: &str, error: io::Error) -> Error {
         io::ErrorKind::PermissionDenied if cfg!(windows) => held(path).with_source(error),
         io::ErrorKind::PermissionDenied => forbidden(path).with_source(error),
         io::ErrorKind::ResourceBusy => held(path).with_source(error),
+        _ if std::fs::metadata(path).is_ok() && !is_terminal(&error) => {
+            let known = ports::ports().unwrap_or_default();
+            let message = format!("{path} is no serial port ({})", ports::list(&known));
+            is_port(message).with_source(error)
+        }
         _ => {
             is_port(format!("{path} cannot be opened as a serial port: {error}")).with_source(error)
         }
+    }
+}
+
+/// Whether the system takes what failed for a terminal: neither a folder nor a file or device
+/// that has no line settings.
+fn is_terminal(error: &io::Error) -> bool {
+    #[cfg(unix)]
+    {
+        let not_one = [rustix::io::Errno::NOTTY, rustix::io::Errno::INVAL];
+        let errno = error.raw_os_error();
+        error.kind() != io::ErrorKind::IsADirectory
+            && !not_one.map(|one| Some(one.raw_os_error())).contains(&errno)
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = error;
+        true
     }
 }
 
@@ -110,8 +136,16 @@ fn held(path: &str) -> Error {
 
 /// The port is there, but not for this user.
 fn forbidden(path: &str) -> Error {
+    if let Err(error) = std::fs::metadata(path) {
+        let message = format!("no permission to look at {path}: {error}");
+        return Error::new(ErrorKind::Port, message);
+    }
     let owner = owner_group(Path::new(path));
     let join = match &owner {
+        // Nobody should join that one for the sake of a port.
+        Some(group) if group == "root" => {
+            "only root may; let everybody at this desk use the arm:".to_owned()
+        }
         Some(group) => format!(
             "it belongs to the group `{group}`: join it with `sudo usermod -aG {group} $USER` and \
              log in again, or let everybody at this desk use the arm:"
@@ -192,6 +226,16 @@ mod tests {
         assert!(error.to_string().contains("serial port"), "{error}");
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_port_is_said_to_be_none() {
+        for path in ["/dev/null", "/"] {
+            let error = open(path).err().expect("it is no serial port");
+            assert!(error.to_string().contains("is no serial port"), "{error}");
+            assert!(error.to_string().contains("serial port"), "{error}");
+        }
+    }
+
     #[test]
     fn a_forbidden_port_says_how_to_be_allowed() {
         let message = forbidden("/dev/null").to_string();
@@ -200,6 +244,6 @@ mod tests {
             "{message}"
         );
         #[cfg(unix)]
-        assert!(message.contains("usermod -aG"), "{message}");
+        assert!(!message.contains("usermod -aG root"), "{message}");
     }
 }

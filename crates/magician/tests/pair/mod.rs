@@ -111,6 +111,7 @@ pub(crate) struct Pair {
     pub(crate) heard: Vec<FrameBuf>,
     pub(crate) results: HashMap<Ticket, Result<FrameBuf, Failure>>,
     pub(crate) resets: u32,
+    pub(crate) unaccounted: u32,
     standing: u32,
     /// The arm hears and does not answer.
     pub(crate) mute: bool,
@@ -138,6 +139,7 @@ impl Pair {
             heard: Vec::new(),
             results: HashMap::new(),
             resets: 0,
+            unaccounted: 0,
             standing: 0,
             mute: false,
         }
@@ -159,6 +161,10 @@ impl Pair {
 
     pub(crate) fn lose_next_request(&mut self) {
         self.to_arm.lose_next = true;
+    }
+
+    pub(crate) fn lose_next_reply(&mut self) {
+        self.to_host.lose_next = true;
     }
 
     /// Switches the arm off and on.
@@ -229,6 +235,7 @@ impl Pair {
                         assert!(before.is_none(), "a ticket comes back once");
                     }
                     Event::Reset => self.resets += 1,
+                    Event::Unaccounted { .. } => self.unaccounted += 1,
                 }
                 quiet = false;
             }
