@@ -33,6 +33,7 @@ struct Status {
 impl Queue {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let action = self.action.unwrap_or(Action::Status);
+        context.sets_going(matches!(action, Action::Start));
         let (status, capacity) = context.with_arm(async |arm, _| {
             match action {
                 Action::Status => (),

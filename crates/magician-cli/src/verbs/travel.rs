@@ -88,6 +88,7 @@ impl Move {
         let quiet = context.global.json;
         let debts = context.debts.clone();
         if self.no_wait {
+            context.sets_going(true);
             let index = context
                 .with_arm(async |arm, _| self.hand_over(arm, &debts).await)?
                 .0;
@@ -95,7 +96,7 @@ impl Move {
                 out.line(format_args!("index {index}"))
             });
         }
-        let pose = context.with_arm(async |arm, _| self.go(arm, quiet, &debts).await)?;
+        let pose = context.moving(None, async |arm, _| self.go(arm, quiet, &debts).await)?;
         let answer = Answer::from(pose);
         context.show(&answer, |out| {
             out.line(format_args!("there: {}", answer.line()))
