@@ -4,7 +4,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use magician::commands::Pose;
-use magician::{Arm, Options, SimSpeed, Target};
+use magician::{Arm, ErrorKind, Options, SimSpeed, Target};
 use tokio::runtime::{Builder, Runtime};
 use tokio::time::timeout;
 
@@ -13,6 +13,7 @@ use crate::debts::Debts;
 use crate::failure::{Failure, Kind};
 use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
+use crate::progress::attended;
 use crate::verbs::version;
 
 /// The surroundings of a verb. One lasts for a whole shell.
@@ -118,7 +119,7 @@ impl Context {
         let runtime = Builder::new_current_thread().enable_all().build();
         let runtime = Rc::new(runtime.map_err(|error| {
             let message = format!("the system gives no event loop: {error}");
-            Failure::new(Kind::Port, message)
+            Failure::new(Kind::Driver(ErrorKind::Port), message)
         })?);
         Ok(self.runtime.insert(runtime).clone())
     }
@@ -218,6 +219,7 @@ impl Context {
         let failure = match &self.arm {
             Some(connected) if self.going => {
                 let stopped = timeout(STAND_BY, stop(&connected.arm, &self.debts));
+                let stopped = attended(self.global.json, "stopping", stopped);
                 tokio::select! {
                     biased;
                     _ = signals.next() => Err("interrupted twice: it is not known whether the arm stands".to_owned()),

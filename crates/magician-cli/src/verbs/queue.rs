@@ -51,10 +51,26 @@ impl Queue {
         context.show(&status, |out| {
             let taken = capacity.saturating_sub(status.left_space);
             let mut columns = Columns::default();
-            columns.row(["finished", &format!("up to index {}", status.current_index)]);
-            columns.row(["in the queue", &format!("{taken} commands")]);
+            columns.row(["finished", &finished(status.current_index)]);
+            columns.row(["in the queue", &counted(taken)]);
             columns.row(["room for", &format!("{} more", status.left_space)]);
             columns.write(out)
         })
+    }
+}
+
+/// How far the queue has come, in words.
+pub(crate) fn finished(index: u64) -> String {
+    match index {
+        0 => "nothing yet".to_owned(),
+        index => format!("up to index {index}"),
+    }
+}
+
+fn counted(commands: u32) -> String {
+    match commands {
+        0 => "nothing".to_owned(),
+        1 => "1 command".to_owned(),
+        count => format!("{count} commands"),
     }
 }

@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn verbs_and_their_words() {
-        assert_eq!(offered("po"), ["pose "]);
+        assert_eq!(offered("po"), ["ports ", "pose "]);
         assert_eq!(offered("queue st"), ["status ", "start ", "stop "]);
         assert_eq!(offered("suction "), ["on ", "off "]);
         assert_eq!(offered("move 1 2 3 --lin"), ["--linear "]);

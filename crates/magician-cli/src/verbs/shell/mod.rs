@@ -105,9 +105,10 @@ fn one(line: &str, session: &Global, context: &mut Context) -> Result<(), Failur
     }
     let arguments = ["magician".to_owned()].into_iter().chain(words);
     let arguments: Vec<OsString> = arguments.map(OsString::from).collect();
+    let json = session.json || crate::asks_for_json(&arguments);
     let mut cli = match Cli::read(&arguments) {
         Ok(cli) => cli,
-        Err(error) => return crate::usage(&error, &mut context.out),
+        Err(error) => return crate::usage(&error, json, &mut context.out),
     };
     if matches!(
         cli.verb,
