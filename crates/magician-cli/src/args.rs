@@ -160,9 +160,27 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| "expected seconds above 0, such as 0.5".to_owned())
 }
 
+/// A number with a fraction if need be.
+pub(crate) fn number<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| "expected a number".to_owned())
+}
+
 /// A tool by name, or its bias as X,Y,Z in mm.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tool(pub(crate) ToolBias);
+
+/// The tool that a calculation is for.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct ToolOption {
+    /// Tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm
+    #[arg(
+        long,
+        value_name = "NAME|X,Y,Z",
+        default_value = "none",
+        allow_hyphen_values = true
+    )]
+    pub(crate) tool: Tool,
+}
 
 impl FromStr for Tool {
     type Err = String;

@@ -78,6 +78,14 @@ fn count(text: &str) -> usize {
     text.chars().count()
 }
 
+/// Writes what accompanies a list, within the terminal.
+pub(crate) fn note(text: &str, out: &mut Output) -> Result<(), Failure> {
+    let paint = out.paint;
+    wrap(text, out.width())
+        .iter()
+        .try_for_each(|line| out.line(paint.dim(line)))
+}
+
 /// Breaks text between words into lines of at most `room` characters; longer words stand alone.
 pub(crate) fn wrap(text: &str, room: usize) -> Vec<String> {
     let mut lines = vec![String::new()];

@@ -1,15 +1,19 @@
 //! What a verb works with: the global options, the output, and the arm once it is asked for.
 
 use std::rc::Rc;
+use std::time::Duration;
 
-use magician::{Arm, Options, SimSpeed, Target};
+use magician::commands::Pose;
+use magician::{Arm, ErrorKind, Options, SimSpeed, Target};
 use tokio::runtime::{Builder, Runtime};
+use tokio::time::timeout;
 
 use crate::args::{Cli, Global};
 use crate::debts::Debts;
 use crate::failure::{Failure, Kind};
-use crate::interrupt::Signals;
+use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
+use crate::progress::attended;
 use crate::verbs::version;
 
 /// The surroundings of a verb. One lasts for a whole shell.
@@ -22,7 +26,14 @@ pub(crate) struct Context {
     pub(crate) debts: Debts,
     /// Whether more lines follow: Ctrl-C then stops the arm and keeps the connection.
     pub(crate) in_shell: bool,
+    /// Whether the system wants this program to end, more lines or not.
+    pub(crate) terminated: bool,
+    /// Whether something may be under way in the arm that was set going here.
+    going: bool,
 }
+
+/// How long a stop may take before this program ends without knowing.
+const STAND_BY: Duration = Duration::from_secs(3);
 
 /// How a verb treats the virtual arm in this process.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +65,8 @@ impl Context {
             arm: None,
             debts: Debts::default(),
             in_shell: false,
+            terminated: false,
+            going: false,
         }
     }
 
@@ -106,23 +119,43 @@ impl Context {
         let runtime = Builder::new_current_thread().enable_all().build();
         let runtime = Rc::new(runtime.map_err(|error| {
             let message = format!("the system gives no event loop: {error}");
-            Failure::new(Kind::Port, message)
+            Failure::new(Kind::Driver(ErrorKind::Port), message)
         })?);
         Ok(self.runtime.insert(runtime).clone())
     }
 
-    /// Works with the arm, connecting first if need be. Ctrl-C ends the work; what it set going is
-    /// then stopped as the connection ends.
+    /// Works with the arm, connecting first if need be. Ctrl-C ends the work.
     pub(crate) fn with_arm<T>(
         &mut self,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        self.with_arm_at(None, work)
+        self.work(None, work)
     }
 
-    /// As [`with_arm`](Self::with_arm), on a virtual arm of this speed where the port says `sim`
-    /// without one, and where `or_sim` allows it, without a port at all.
-    pub(crate) fn with_arm_at<T>(
+    /// Works with the arm on something that moves it and waits until it stands: Ctrl-C stops it.
+    /// `sim` is what stands in for a port that is `sim` without a speed, or none.
+    pub(crate) fn moving<T>(
+        &mut self,
+        sim: Option<Sim>,
+        work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        self.sets_going(true);
+        let done = self.work(sim, work)?;
+        self.going = false;
+        Ok(done)
+    }
+
+    /// From here on Ctrl-C stops the arm, if `going`: the verb sets something going that lasts.
+    pub(crate) fn sets_going(&mut self, going: bool) {
+        self.going |= going;
+    }
+
+    /// The arm has been stopped.
+    pub(crate) fn stands(&mut self) {
+        self.going = false;
+    }
+
+    fn work<T>(
         &mut self,
         sim: Option<Sim>,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
@@ -145,36 +178,72 @@ impl Context {
                 let arm = &self.arm.insert(arm).arm;
                 work(arm, &mut self.out).await
             };
-            let outcome = tokio::select! {
-                outcome = work => outcome,
-                _ = signals.next() => Err(Failure::interrupted()),
-            };
-            if let Err(failure) = &outcome {
-                self.make_good(failure).await;
+            tokio::select! {
+                outcome = work => match outcome {
+                    Ok(done) => return Ok(done),
+                    Err(failure) => Err(self.make_good(failure, &mut signals).await),
+                },
+                signal = signals.next() => {
+                    self.terminated |= signal == Signal::Terminate;
+                    Err(self.halt(&mut signals).await)
+                }
             }
-            outcome
         })
     }
 
-    /// After a failure: settings are given back; Ctrl-C stops what was set going.
-    async fn make_good(&mut self, failure: &Failure) {
-        if let Some(connected) = &self.arm {
-            self.debts.pay_after_failure(&connected.arm).await;
-        }
-        if failure.kind == Kind::Interrupted {
-            self.halt().await;
+    /// A signal while nothing is done: what was set going before is stopped.
+    pub(crate) fn interrupt(&mut self) -> Result<Failure, Failure> {
+        let runtime = self.runtime()?;
+        runtime.block_on(async {
+            let mut signals = Signals::listen()?;
+            Ok(self.halt(&mut signals).await)
+        })
+    }
+
+    /// After a failure settings are given back, unless a signal comes first.
+    async fn make_good(&mut self, failure: Failure, signals: &mut Signals) -> Failure {
+        let Some(connected) = &self.arm else {
+            return failure;
+        };
+        tokio::select! {
+            () = self.debts.pay_after_failure(&connected.arm) => failure,
+            _ = signals.next() => {
+                self.arm = None;
+                Failure::interrupted()
+            }
         }
     }
 
-    /// Stops what was set going. Within a shell the connection lasts, if the arm obeys.
-    async fn halt(&mut self) {
-        let stopped = match &self.arm {
-            Some(connected) if self.in_shell => connected.arm.stop().await.is_ok(),
-            _ => false,
+    /// Stops what was set going, and waits until the arm stands. A second signal ends the wait.
+    async fn halt(&mut self, signals: &mut Signals) -> Failure {
+        let failure = match &self.arm {
+            Some(connected) if self.going => {
+                let stopped = timeout(STAND_BY, stop(&connected.arm, &self.debts));
+                let stopped = attended(self.global.json, "stopping", stopped);
+                tokio::select! {
+                    biased;
+                    _ = signals.next() => Err("interrupted twice: it is not known whether the arm stands".to_owned()),
+                    stopped = stopped => stopped.unwrap_or_else(|_| Err(not_confirmed("it took too long"))),
+                }
+            }
+            _ => Ok("interrupted".to_owned()),
         };
-        if !stopped {
-            self.disconnect().await;
-        }
+        self.going = false;
+        self.debts.forget();
+        let message = match failure {
+            Ok(message) => {
+                if !self.in_shell {
+                    self.disconnect().await;
+                }
+                message
+            }
+            // Dropped, the connection says once more what it can and waits for nothing.
+            Err(message) => {
+                self.arm = None;
+                message
+            }
+        };
+        Failure::new(Kind::Interrupted, message)
     }
 
     /// Ends the connection; the arm stops what was set going over it.
@@ -204,4 +273,23 @@ impl Context {
             (None, _) => Target::discover()?,
         })
     }
+}
+
+/// Stops the arm, gives its settings back, and tells where it stands.
+async fn stop(arm: &Arm, debts: &Debts) -> Result<String, String> {
+    let pose = async {
+        arm.stop().await?;
+        debts.pay(arm).await?;
+        Ok::<_, Failure>(arm.get::<Pose>().await?)
+    };
+    let Pose { x, y, z, r, .. } = pose
+        .await
+        .map_err(|failure| not_confirmed(&failure.message))?;
+    Ok(format!(
+        "interrupted: the arm stands at x {x:.1} y {y:.1} z {z:.1} r {r:.1}; queue empty"
+    ))
+}
+
+fn not_confirmed(why: &str) -> String {
+    format!("interrupted, but the arm did not confirm that it stands: {why}")
 }

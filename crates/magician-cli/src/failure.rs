@@ -3,6 +3,7 @@
 use std::fmt;
 use std::io::{self, Write};
 
+use clap::error::{ContextKind, ContextValue, ErrorKind as ClapKind};
 use magician::ErrorKind;
 use magician_motion::MotionError;
 use serde::Serialize;
@@ -11,20 +12,11 @@ use crate::output::Paint;
 
 /// Whose problem it is. The exit status and the name in JSON follow from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub(crate) enum Kind {
+    /// What the driver tells apart.
+    Driver(ErrorKind),
     Bug,
     Usage,
-    InvalidInput,
-    Unreachable,
-    Port,
-    Closed,
-    Timeout,
-    Unexpected,
-    Unsupported,
-    QueueFull,
-    Alarm,
-    Uncertain,
     CheckFailed,
     Interrupted,
     /// The reader of our output went away: end quietly.
@@ -38,13 +30,16 @@ impl Kind {
             Self::BrokenPipe => 0,
             Self::Bug => 1,
             Self::Usage => 2,
-            Self::InvalidInput | Self::Unreachable => 3,
-            Self::Port | Self::Closed => 4,
-            Self::Timeout => 5,
-            Self::Unexpected | Self::Unsupported => 6,
-            Self::QueueFull => 7,
-            Self::Alarm => 8,
-            Self::Uncertain => 9,
+            Self::Driver(kind) => match kind {
+                ErrorKind::InvalidInput | ErrorKind::Unreachable => 3,
+                ErrorKind::Port | ErrorKind::Closed => 4,
+                ErrorKind::Timeout => 5,
+                ErrorKind::Unexpected | ErrorKind::Unsupported => 6,
+                ErrorKind::QueueFull => 7,
+                ErrorKind::Alarm => 8,
+                ErrorKind::Uncertain => 9,
+                _ => 1,
+            },
             Self::CheckFailed => 10,
             Self::Interrupted => 130,
         }
@@ -53,20 +48,12 @@ impl Kind {
     /// The name in JSON.
     const fn name(self) -> &'static str {
         match self {
-            Self::BrokenPipe | Self::Closed => "closed",
+            Self::Driver(kind) => kind.name(),
+            Self::BrokenPipe => "closed",
             Self::Bug => "bug",
             Self::Usage => "usage",
-            Self::InvalidInput => "invalid-input",
-            Self::Unreachable => "unreachable",
-            Self::Port => "port",
-            Self::Timeout => "timeout",
-            Self::Unexpected => "unexpected",
-            Self::Unsupported => "unsupported",
-            Self::QueueFull => "queue-full",
-            Self::Alarm => "alarm",
-            Self::Uncertain => "uncertain",
-            Self::Interrupted => "interrupted",
             Self::CheckFailed => "check-failed",
+            Self::Interrupted => "interrupted",
         }
     }
 }
@@ -141,11 +128,11 @@ impl Failure {
     }
 
     pub(crate) fn invalid(message: impl Into<String>) -> Self {
-        Self::new(Kind::InvalidInput, message)
+        Self::new(Kind::Driver(ErrorKind::InvalidInput), message)
     }
 
     pub(crate) fn unexpected(message: impl Into<String>) -> Self {
-        Self::new(Kind::Unexpected, message)
+        Self::new(Kind::Driver(ErrorKind::Unexpected), message)
     }
 
     pub(crate) fn interrupted() -> Self {
@@ -212,7 +199,7 @@ impl From<io::Error> for Failure {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Self::new(Kind::BrokenPipe, "nobody reads the output"),
             _ => Self::new(
-                Kind::Closed,
+                Kind::Driver(ErrorKind::Closed),
                 format!("the output cannot be written: {error}"),
             ),
         }
@@ -228,18 +215,43 @@ impl From<serde_json::Error> for Failure {
     }
 }
 
+/// A command line that makes no sense: what clap found, in our words.
 impl From<&clap::Error> for Failure {
     fn from(error: &clap::Error) -> Self {
         let text = error.render().to_string();
         let mut paragraphs = text.split("\n\n").map(one_line);
         let message = paragraphs.next().unwrap_or_default();
-        let rest: Vec<_> = paragraphs
-            .filter(|text| !text.starts_with("For more"))
-            .collect();
-        let failure = Self::usage(message.trim_start_matches("error: "));
-        match rest.join("; ").as_str() {
+        let message = message.trim_start_matches("error: ");
+        let rest = paragraphs.filter(|text| !text.starts_with("For more"));
+        let hint = rest
+            .map(|text| text.replace("tip: ", "").replace("Usage: ", "usage: "))
+            .collect::<Vec<_>>()
+            .join("; ");
+        let said = |kind| match error.get(kind) {
+            Some(ContextValue::String(text)) => Some(text.clone()),
+            Some(ContextValue::Strings(texts)) => Some(texts.join("` or `")),
+            _ => None,
+        };
+        let failure = match error.kind() {
+            ClapKind::InvalidSubcommand => {
+                let word = said(ContextKind::InvalidSubcommand).unwrap_or_default();
+                let (_, usage) = hint.split_once("usage: ").unwrap_or_default();
+                let place = usage.split(" [").next().unwrap_or_default();
+                let failure = Self::usage(format!("`{place}` knows no `{word}`"));
+                return failure.hint(match said(ContextKind::SuggestedSubcommand) {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => format!("`{place} --help` lists what it knows"),
+                });
+            }
+            ClapKind::MissingRequiredArgument => {
+                let wanted = message.rsplit(": ").next().unwrap_or_default();
+                Self::usage(format!("missing: {wanted}"))
+            }
+            _ => Self::usage(message),
+        };
+        match hint.as_str() {
             "" => failure,
-            rest => failure.hint(rest.replace("tip: ", "").replace("Usage: ", "usage: ")),
+            hint => failure.hint(hint),
         }
     }
 }
@@ -250,20 +262,7 @@ fn one_line(text: &str) -> String {
 
 impl From<magician::Error> for Failure {
     fn from(error: magician::Error) -> Self {
-        let kind = match error.kind() {
-            ErrorKind::InvalidInput => Kind::InvalidInput,
-            ErrorKind::Unreachable => Kind::Unreachable,
-            ErrorKind::Port => Kind::Port,
-            ErrorKind::Timeout => Kind::Timeout,
-            ErrorKind::Unexpected => Kind::Unexpected,
-            ErrorKind::Unsupported => Kind::Unsupported,
-            ErrorKind::QueueFull => Kind::QueueFull,
-            ErrorKind::Alarm => Kind::Alarm,
-            ErrorKind::Uncertain => Kind::Uncertain,
-            ErrorKind::Closed => Kind::Closed,
-            _ => Kind::Bug,
-        };
-        Self::new(kind, error.to_string()).about(Figures {
+        Self::new(Kind::Driver(error.kind()), error.to_string()).about(Figures {
             command: error.command().map(str::to_owned),
             value: error.value(),
             limit: error.limit(),

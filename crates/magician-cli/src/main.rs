@@ -26,7 +26,7 @@ use clap::error::ErrorKind;
 use crate::args::Cli;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
-use crate::output::Output;
+use crate::output::{Output, Text};
 
 fn main() -> ExitCode {
     let arguments: Vec<OsString> = std::env::args_os().collect();
@@ -45,16 +45,23 @@ fn run(arguments: &[OsString]) -> Result<(), Failure> {
     let mut output = Output::stdout();
     let cli = match Cli::read(arguments) {
         Ok(cli) => cli,
-        Err(error) => return usage(&error, &mut output),
+        Err(error) => {
+            let done = usage(&error, asks_for_json(arguments), &mut output);
+            return done.and(output.flush());
+        }
     };
     log::begin(&cli.global);
     Context::new(cli.global.clone(), output).run(cli)
 }
 
 /// Shows what clap has to say: help on stdout, a mistake as a failure.
-pub(crate) fn usage(error: &clap::Error, output: &mut Output) -> Result<(), Failure> {
+pub(crate) fn usage(error: &clap::Error, json: bool, output: &mut Output) -> Result<(), Failure> {
     match error.kind() {
+        ErrorKind::DisplayHelp if json => output.json(&Text::from(&error.render())),
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => output.styled(&error.render()),
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand if json => {
+            Err(Failure::usage("a verb is missing").hint("`--help` lists them"))
+        }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             let _ = error.print();
             Err(Failure::told(Kind::Usage))
@@ -64,7 +71,7 @@ pub(crate) fn usage(error: &clap::Error, output: &mut Output) -> Result<(), Fail
 }
 
 /// Whether the arguments ask for JSON, also when they cannot be understood otherwise.
-fn asks_for_json(arguments: &[OsString]) -> bool {
+pub(crate) fn asks_for_json(arguments: &[OsString]) -> bool {
     let options = arguments.iter().take_while(|argument| *argument != "--");
     options.into_iter().any(|argument| argument == "--json")
 }

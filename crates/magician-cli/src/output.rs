@@ -79,6 +79,24 @@ impl Paint {
     }
 }
 
+/// A text as JSON has it.
+#[derive(Serialize)]
+pub(crate) struct Text {
+    text: String,
+}
+
+impl From<&StyledStr> for Text {
+    fn from(text: &StyledStr) -> Self {
+        Self::from(text.to_string())
+    }
+}
+
+impl From<String> for Text {
+    fn from(text: String) -> Self {
+        Self { text }
+    }
+}
+
 /// Where results go.
 pub(crate) struct Output {
     to: BufWriter<Stdout>,

@@ -1,4 +1,4 @@
-//! Telling that something takes its time: a spinner on a terminal, a line elsewhere, nothing with
+//! Telling that something takes its time: a live line on a terminal, a line elsewhere, nothing with
 //! `--json`.
 
 use std::future::Future;
@@ -6,12 +6,12 @@ use std::io::{self, IsTerminal, Write};
 use std::pin::pin;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
-use tokio::time::timeout;
+use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 /// Waits shorter than this need no telling.
 const PATIENCE: Duration = Duration::from_secs(1);
 const FRAME: Duration = Duration::from_millis(100);
+const FACES: [char; 4] = ['|', '/', '-', '\\'];
 
 /// Waits for `work`; says what it waits for if that takes longer than a second.
 pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Output = T>) -> T {
@@ -19,6 +19,7 @@ pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Outpu
     if quiet {
         return work.await;
     }
+    let begun = Instant::now();
     if let Ok(done) = timeout(PATIENCE, &mut work).await {
         return done;
     }
@@ -26,20 +27,28 @@ pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Outpu
         let _ = writeln!(io::stderr(), "{what} ...");
         return work.await;
     }
-    let spinner = ProgressBar::new_spinner().with_message(what.to_owned());
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} {elapsed:.dim}") {
-        spinner.set_style(style.tick_chars("-\\|/ "));
+    let mut frames = interval(FRAME);
+    frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let _clear = Clear;
+    for face in FACES.into_iter().cycle() {
+        tokio::select! {
+            biased;
+            done = &mut work => return done,
+            _ = frames.tick() => {
+                // Short, so that a `^C` behind it stays on its line.
+                let seconds = begun.elapsed().as_secs();
+                let _ = write!(io::stderr(), "\r{face} {what} {seconds} s\x1b[K");
+            }
+        }
     }
-    spinner.enable_steady_tick(FRAME);
-    let _clear = Clear(&spinner);
     work.await
 }
 
-/// Takes the spinner off the screen, also when the wait is given up.
-struct Clear<'a>(&'a ProgressBar);
+/// Takes the live line off the screen, also when the wait is given up.
+struct Clear;
 
-impl Drop for Clear<'_> {
+impl Drop for Clear {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        let _ = write!(io::stderr(), "\r\x1b[K");
     }
 }

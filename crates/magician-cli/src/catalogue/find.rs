@@ -1,10 +1,38 @@
+use std::ffi::OsStr;
+
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
 use magician_protocol::{Row, TABLE};
 
 use crate::failure::Failure;
 
 /// How alike a name must be to be suggested, 1 being equal.
 const ALIKE: f64 = 0.5;
+/// How much less a name counts that is alike only letter by letter.
+const SLIP: f64 = 0.2;
 const SUGGESTIONS: usize = 3;
+
+/// Takes any text for a command, and offers the names to completions.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Names;
+
+impl TypedValueParser for Names {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        value: &OsStr,
+    ) -> Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(
+            TABLE.iter().map(|row| PossibleValue::new(row.name)),
+        ))
+    }
+}
 
 /// The command of a name or id.
 pub(crate) fn find(name: &str) -> Result<&'static Row, Failure> {
@@ -15,6 +43,18 @@ pub(crate) fn find(name: &str) -> Result<&'static Row, Failure> {
 pub(crate) fn letters(name: &str) -> String {
     let kept = name.chars().filter(|letter| !matches!(letter, '-' | '_'));
     kept.flat_map(char::to_lowercase).collect()
+}
+
+/// A name as the command line writes it: `LostStep` is `lost-step`.
+pub(crate) fn kebab(name: &str) -> String {
+    let mut words = String::new();
+    for letter in name.chars() {
+        if letter.is_uppercase() && !words.is_empty() {
+            words.push('-');
+        }
+        words.extend(letter.to_lowercase());
+    }
+    words
 }
 
 fn unknown(name: &str) -> Failure {
@@ -35,7 +75,9 @@ fn nearest(name: &str) -> Vec<&'static str> {
     let score = |row: &Row| {
         let candidate = letters(row.name);
         let part = wanted.len() >= 3 && candidate.contains(wanted);
-        strsim::sorensen_dice(&candidate, wanted) + if part { 1.0 } else { 0.0 }
+        strsim::sorensen_dice(&candidate, wanted)
+            .max(strsim::normalized_damerau_levenshtein(&candidate, wanted) - SLIP)
+            + if part { 1.0 } else { 0.0 }
     };
     let mut scored: Vec<_> = TABLE.iter().map(|row| (score(row), row.name)).collect();
     scored.retain(|(score, _)| *score >= ALIKE);
@@ -56,6 +98,7 @@ mod tests {
         assert_eq!(nearest("GetPos").first(), Some(&"Pose"));
         assert_eq!(nearest("ptpjointparam").first(), Some(&"PTPJointParams"));
         assert_eq!(nearest("jumparams").first(), Some(&"PTPJumpParams"));
+        assert_eq!(nearest("Poze"), ["Pose"]);
         assert_eq!(nearest("qqqq"), [""; 0]);
     }
 }

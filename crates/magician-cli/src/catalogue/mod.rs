@@ -5,30 +5,43 @@ mod explain;
 mod find;
 mod record;
 
+use clap::Args;
+
 use crate::args::Cli;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::verbs::help;
 
 pub(crate) use explain::explain;
-pub(crate) use find::{find, letters};
+pub(crate) use find::{Names, find, kebab, letters};
 pub(crate) use record::{Entry, chapter_name};
 
-/// The command that a verb is for; `None` when its help was asked for and has been given.
-pub(crate) fn named(
+/// The command that a verb is for, and its fields.
+#[derive(Args, Debug)]
+pub(crate) struct Wanted {
+    /// Command: its name as the vendor or Rust writes it, or its id
+    #[arg(required_unless_present = "help", value_parser = Names, hide_possible_values = true)]
     name: Option<String>,
+    /// Fields; of a get what its request carries
+    #[arg(value_name = "KEY=VALUE")]
+    pub(crate) fields: Vec<String>,
+    /// Explain the command, or this verb
+    #[arg(short, long)]
     help: bool,
-    verb: &str,
-    context: &mut Context,
-) -> Result<Option<String>, Failure> {
-    match name {
-        Some(name) if help => explain(&name, context).map(|()| None),
-        Some(name) => Ok(Some(name)),
-        None => {
-            let mut description = Cli::description();
-            if let Some(verb) = description.find_subcommand_mut(verb) {
-                context.out.styled(&verb.render_long_help())?;
+}
+
+impl Wanted {
+    /// The name of the command; `None` when help was asked for and has been given.
+    pub(crate) fn name(&self, verb: &str, context: &mut Context) -> Result<Option<&str>, Failure> {
+        match self.name.as_deref() {
+            Some(name) if self.help => explain(name, context).map(|()| None),
+            Some(name) => Ok(Some(name)),
+            None => {
+                let mut description = Cli::description();
+                let verb = description.find_subcommand_mut(verb);
+                verb.map_or(Ok(()), |verb| help::show(&verb.render_long_help(), context))?;
+                Ok(None)
             }
-            Ok(None)
         }
     }
 }

@@ -1,6 +1,8 @@
 use magician_protocol::{Confidence, Field, FieldType, LayoutInfo, Row, Scalar, Source};
 use serde::Serialize;
 
+use super::find::kebab;
+
 /// A command as JSON describes it.
 #[derive(Serialize)]
 pub(crate) struct Entry {
@@ -131,14 +133,7 @@ impl From<&magician_protocol::Variant> for Value {
 
 /// A chapter's name as the command line takes it: `lost-step`.
 pub(crate) fn chapter_name(row: &Row) -> String {
-    let mut name = String::new();
-    for letter in format!("{:?}", row.chapter).chars() {
-        if letter.is_uppercase() && !name.is_empty() {
-            name.push('-');
-        }
-        name.extend(letter.to_lowercase());
-    }
-    name
+    kebab(&format!("{:?}", row.chapter))
 }
 
 /// The section of the vendor's document, empty if it has none.

@@ -2,8 +2,8 @@ use clap::Args;
 use magician_protocol::{Row, TABLE};
 use serde::Serialize;
 
-use crate::catalogue::{self, Entry, chapter_name, letters};
-use crate::columns::Columns;
+use crate::catalogue::{self, Entry, Names, chapter_name, letters};
+use crate::columns::{Columns, note};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Output;
@@ -12,7 +12,7 @@ use crate::output::Output;
 #[derive(Args, Debug)]
 pub(crate) struct Commands {
     /// Command to explain: its name as the vendor or Rust writes it, or its id
-    #[arg(conflicts_with_all = ["chapter", "word"])]
+    #[arg(conflicts_with_all = ["chapter", "word"], value_parser = Names, hide_possible_values = true)]
     name: Option<String>,
     /// Only those of a chapter: info, pose, alarm, home, teach, tool, jog, ptp, cp, arc, wait, trigger, io,
     /// calibration, wifi, lost-step, queue
@@ -66,6 +66,11 @@ impl Commands {
 }
 
 fn list(rows: &[&'static Row], out: &mut Output) -> Result<(), Failure> {
+    let count = match rows.len() {
+        0 => return out.line("no command has this word; `magician commands` lists them all"),
+        1 => "1 command".to_owned(),
+        count => format!("{count} commands"),
+    };
     let mut columns = Columns::default();
     for row in rows {
         columns.row([
@@ -73,14 +78,24 @@ fn list(rows: &[&'static Row], out: &mut Output) -> Result<(), Failure> {
             &row.id.to_string(),
             &forms(row),
             &chapter_name(row),
-            row.doc,
+            &brief(row.doc),
         ]);
     }
     columns.write(out)?;
-    let count = rows.len();
     let legend = "g can be got, s set, q queued, ! needs --yes to set";
-    let summary = format!("{count} commands; {legend}; `magician commands NAME` explains one");
-    out.line(out.paint.dim(summary))
+    let summary = format!("{count}; {legend}; `magician commands NAME` explains one");
+    note(&summary, out)
+}
+
+/// A sentence without its source, which the page of the command names.
+fn brief(doc: &str) -> String {
+    match doc.split_once(" (errata ") {
+        Some((sentence, rest)) => {
+            let end = rest.split_once(')').map_or("", |(_, end)| end);
+            format!("{sentence}{end}")
+        }
+        None => doc.to_owned(),
+    }
 }
 
 /// The forms of a command in four letters.

@@ -1,9 +1,12 @@
+use std::io::Write;
+
 use clap::Args;
 use clap_complete::Shell;
 
 use crate::args::Cli;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::output::Text;
 
 /// Print a completion script for a shell
 #[derive(Args, Debug)]
@@ -19,6 +22,9 @@ impl Completions {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let mut script = Vec::new();
         clap_complete::generate(self.shell, &mut Cli::description(), "magician", &mut script);
-        Ok(std::io::Write::write_all(&mut context.out, &script)?)
+        let script = String::from_utf8_lossy(&script).into_owned();
+        context.show(&Text::from(script.clone()), |out| {
+            Ok(out.write_all(script.as_bytes())?)
+        })
     }
 }

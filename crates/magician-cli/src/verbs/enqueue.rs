@@ -2,7 +2,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::set::{refuse_danger, writable};
-use crate::catalogue;
+use crate::catalogue::Wanted;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::values;
@@ -11,6 +11,7 @@ use crate::values;
 #[derive(Args, Debug)]
 #[command(
     disable_help_flag = true,
+    override_usage = "magician enqueue [OPTIONS] NAME [KEY=VALUE]...",
     after_help = "\
 Examples:
   magician enqueue PTPCmd ptp_mode=movl-xyz x=220 y=40 z=30 r=0 --start
@@ -19,18 +20,11 @@ Examples:
 Prints the index that the arm gave it. The queue is not started unless --start says so."
 )]
 pub(crate) struct Enqueue {
-    /// Command: its name as the vendor or Rust writes it, or its id
-    #[arg(required_unless_present = "help")]
-    name: Option<String>,
-    /// The fields
-    #[arg(value_name = "KEY=VALUE")]
-    fields: Vec<String>,
+    #[command(flatten)]
+    wanted: Wanted,
     /// Let the queue run
     #[arg(long)]
     start: bool,
-    /// Explain the command, or this verb
-    #[arg(short, long)]
-    help: bool,
 }
 
 #[derive(Serialize)]
@@ -40,19 +34,20 @@ struct Answer {
 
 impl Enqueue {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let Some(name) = catalogue::named(self.name, self.help, "enqueue", context)? else {
+        let Some(name) = self.wanted.name("enqueue", context)? else {
             return Ok(());
         };
-        let (row, layout) = writable(&name)?;
+        let (row, layout) = writable(name)?;
         if !row.queueable {
             let message = format!("{} cannot be queued", row.set_name);
             return Err(Failure::usage(message)
                 .hint(format!("`magician set {}` does it at once", row.name)));
         }
-        let params = values::params(row, layout, &self.fields)?;
+        let params = values::params(row, layout, &self.wanted.fields)?;
         refuse_danger(row, context)?;
         let command = magician::Set::decode(row.id, &params)
             .map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;
+        context.sets_going(self.start);
         let index = context.with_arm(async |arm, _| {
             let index = arm.enqueue_set(&command).await?;
             if self.start {

@@ -2,7 +2,7 @@ use clap::Args;
 use magician_motion::{Geometry, JointAngles, Limits};
 use serde::Serialize;
 
-use crate::args::Tool;
+use crate::args::{ToolOption, number};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -11,25 +11,19 @@ use crate::failure::Failure;
 #[derive(Args, Debug)]
 pub(crate) struct Forward {
     /// Base, degrees
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
     j1: f64,
     /// Rear arm, degrees from the vertical
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
     j2: f64,
     /// Forearm, degrees below the horizontal
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
     j3: f64,
     /// End servo, degrees
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
     j4: f64,
-    /// Tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm
-    #[arg(
-        long,
-        value_name = "NAME|X,Y,Z",
-        default_value = "none",
-        allow_hyphen_values = true
-    )]
-    tool: Tool,
+    #[command(flatten)]
+    of: ToolOption,
 }
 
 #[derive(Serialize)]
@@ -46,7 +40,7 @@ impl Forward {
         if !joints.is_finite() {
             return Err(Failure::invalid("the joint angles must be finite numbers"));
         }
-        let pose = Geometry::magician(self.tool.0).forward(&joints);
+        let pose = Geometry::magician(self.of.tool.0).forward(&joints);
         let [x, y, z, r] = pose.to_array().map(|value| value + 0.0);
         context.show(&Answer { x, y, z, r }, |out| {
             let mut columns = Columns::default();

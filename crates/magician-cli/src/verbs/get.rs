@@ -1,7 +1,7 @@
 use clap::Args;
 use magician_protocol::{Ctrl, Direction, Row, describe};
 
-use crate::catalogue;
+use crate::catalogue::{self, Wanted};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::values;
@@ -10,6 +10,7 @@ use crate::values;
 #[derive(Args, Debug)]
 #[command(
     disable_help_flag = true,
+    override_usage = "magician get [OPTIONS] NAME [KEY=VALUE]...",
     after_help = "\
 Examples:
   magician get Pose
@@ -17,25 +18,18 @@ Examples:
   magician get --help IODO     explains the command"
 )]
 pub(crate) struct Get {
-    /// Command: its name as the vendor or Rust writes it, or its id
-    #[arg(required_unless_present = "help")]
-    name: Option<String>,
-    /// What the request carries
-    #[arg(value_name = "KEY=VALUE")]
-    fields: Vec<String>,
-    /// Explain the command, or this verb
-    #[arg(short, long)]
-    help: bool,
+    #[command(flatten)]
+    wanted: Wanted,
 }
 
 impl Get {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let Some(name) = catalogue::named(self.name, self.help, "get", context)? else {
+        let Some(name) = self.wanted.name("get", context)? else {
             return Ok(());
         };
-        let row = readable(&name)?;
+        let row = readable(name)?;
         let params = match row.query {
-            Some(query) => values::params(row, query, &self.fields)?,
+            Some(query) => values::params(row, query, &self.wanted.fields)?,
             None => Vec::new(),
         };
         let json = context.global.json;

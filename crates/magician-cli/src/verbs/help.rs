@@ -1,9 +1,11 @@
 use clap::Args;
+use clap::builder::StyledStr;
 
 use crate::args::Cli;
 use crate::catalogue;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::output::Text;
 
 /// What the exit status says.
 const EXIT_STATUS: &str = "\
@@ -36,16 +38,34 @@ impl Help {
         let mut description = Cli::description();
         let (first, second) = (self.words.first(), self.words.get(1));
         let Some(first) = first else {
-            return context.out.styled(&description.render_long_help());
+            return show(&description.render_long_help(), context);
         };
         if first == "exit-status" {
-            return context.out.line(EXIT_STATUS);
+            let text = Text::from(EXIT_STATUS.to_owned());
+            return context.show(&text, |out| out.line(EXIT_STATUS));
         }
         let verb = description.find_subcommand_mut(first);
         match (verb, second) {
             (Some(_), Some(command)) => catalogue::explain(command, context),
-            (Some(verb), None) => context.out.styled(&verb.render_long_help()),
-            (None, _) => catalogue::explain(first, context),
+            (Some(verb), None) => show(&verb.render_long_help(), context),
+            (None, _) => catalogue::explain(first, context).map_err(|failure| {
+                let verbs = description.get_subcommands().map(clap::Command::get_name);
+                match verbs
+                    .into_iter()
+                    .find(|verb| strsim::damerau_levenshtein(verb, first) <= 2)
+                {
+                    Some(verb) => {
+                        Failure::usage(format!("no verb and no command is called `{first}`"))
+                            .hint(format!("did you mean {verb}?"))
+                    }
+                    None => failure,
+                }
+            }),
         }
     }
+}
+
+/// Shows help that clap has styled.
+pub(crate) fn show(help: &StyledStr, context: &mut Context) -> Result<(), Failure> {
+    context.show(&Text::from(help), |out| out.styled(help))
 }

@@ -17,7 +17,7 @@ pub(crate) struct Home {
 impl Home {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let quiet = context.global.json;
-        let pose = context.with_arm(async |arm, _| {
+        let pose = context.moving(None, async |arm, _| {
             let home = async {
                 if !self.keep {
                     return arm.home().await;

@@ -3,6 +3,7 @@ use magician::commands::{DeviceId, DeviceName, DeviceSn, DeviceTime, DeviceVersi
 use magician::{Arm, ErrorKind};
 use serde::Serialize;
 
+use super::queue::finished;
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -46,7 +47,7 @@ impl Info {
             let (current, left) = (answer.queue_current_index, answer.queue_left_space);
             columns.row([
                 "queue",
-                &format!("finished up to index {current}, room for {left}"),
+                &format!("finished {}, room for {left}", finished(current)),
             ]);
             columns.write(out)
         })

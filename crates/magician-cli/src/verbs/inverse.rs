@@ -2,7 +2,7 @@ use clap::Args;
 use magician_motion::{Geometry, Limits, Pose};
 use serde::Serialize;
 
-use crate::args::Tool;
+use crate::args::{ToolOption, number};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -11,25 +11,19 @@ use crate::failure::Failure;
 #[derive(Args, Debug)]
 pub(crate) struct Inverse {
     /// Forward, mm
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
     x: f64,
     /// To the left, mm
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
     y: f64,
     /// Up, mm
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
     z: f64,
     /// Rotation of the tool, degrees
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
     r: f64,
-    /// Tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm
-    #[arg(
-        long,
-        value_name = "NAME|X,Y,Z",
-        default_value = "none",
-        allow_hyphen_values = true
-    )]
-    tool: Tool,
+    #[command(flatten)]
+    of: ToolOption,
 }
 
 #[derive(Serialize)]
@@ -43,7 +37,8 @@ struct Answer {
 impl Inverse {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let pose = Pose::new(self.x, self.y, self.z, self.r);
-        let joints = Geometry::magician(self.tool.0).inverse_within(&pose, &Limits::CONTROLLER)?;
+        let joints =
+            Geometry::magician(self.of.tool.0).inverse_within(&pose, &Limits::CONTROLLER)?;
         let [j1, j2, j3, j4] = joints.to_array().map(|value| value + 0.0);
         context.show(&Answer { j1, j2, j3, j4 }, |out| {
             let mut columns = Columns::default();

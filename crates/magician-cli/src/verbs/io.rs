@@ -7,7 +7,9 @@ use magician::commands::{
 use magician_protocol::{Flag, IoFunction};
 use serde::Serialize;
 
-use crate::columns::Columns;
+use crate::args::number;
+use crate::catalogue::kebab;
+use crate::columns::{Columns, note};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Output;
@@ -18,27 +20,35 @@ const PINS: u8 = 20;
 /// Look at the pins of the arm's connectors and drive them
 #[derive(Args, Debug)]
 #[command(
+    args_conflicts_with_subcommands = true,
     after_help = "A pin does nothing before it is told what it is: `magician io mux 4 digital-output`."
 )]
 pub(crate) struct Io {
+    /// Show also the pins that have no function
+    #[arg(long)]
+    all: bool,
     #[command(subcommand)]
     action: Option<Action>,
 }
 
 #[derive(Clone, Copy, Debug, Subcommand)]
 enum Action {
-    /// Show what every pin does
-    List,
+    /// Show what the pins do
+    List {
+        /// Also those that have no function
+        #[arg(long)]
+        all: bool,
+    },
     /// Read a pin as what it is
     Get {
         /// Pin, 1 to 20
-        #[arg(value_parser = pin())]
+        #[arg(value_parser = pin)]
         pin: u8,
     },
     /// Set the level of a digital output
     Set {
         /// Pin, 1 to 20
-        #[arg(value_parser = pin())]
+        #[arg(value_parser = pin)]
         pin: u8,
         /// 0 or 1, off or on, low or high
         #[arg(value_parser = level, action = clap::ArgAction::Set)]
@@ -48,7 +58,7 @@ enum Action {
     /// digital-input-pull-up, digital-input-pull-down, or 0 to 6
     Mux {
         /// Pin, 1 to 20
-        #[arg(value_parser = pin())]
+        #[arg(value_parser = pin)]
         pin: u8,
         /// What it is
         #[arg(value_parser = function)]
@@ -57,23 +67,26 @@ enum Action {
     /// Set the signal of a pulse-width output
     Pwm {
         /// Pin, 1 to 20
-        #[arg(value_parser = pin())]
+        #[arg(value_parser = pin)]
         pin: u8,
         /// Pulses a second, 10 to 1000000
+        #[arg(value_parser = number::<f32>)]
         hertz: f32,
         /// Share of the time that it is high, 0 to 100
+        #[arg(value_parser = number::<f32>)]
         percent: f32,
     },
     /// Read an analog input
     Adc {
         /// Pin, 1 to 20
-        #[arg(value_parser = pin())]
+        #[arg(value_parser = pin)]
         pin: u8,
     },
 }
 
-fn pin() -> clap::builder::RangedI64ValueParser<u8> {
-    clap::value_parser!(u8).range(1..=i64::from(PINS))
+fn pin(text: &str) -> Result<u8, String> {
+    let pin = text.parse().ok().filter(|pin| (1..=PINS).contains(pin));
+    pin.ok_or_else(|| format!("expected a pin, 1 to {PINS}"))
 }
 
 fn level(text: &str) -> Result<bool, String> {
@@ -91,7 +104,7 @@ fn function(text: &str) -> Result<IoFunction, String> {
         let names: Vec<_> = IoFunction::INFO
             .variants
             .iter()
-            .map(|variant| variant.name)
+            .map(|variant| kebab(variant.name))
             .collect();
         format!("expected one of {}, or 0 to 6", names.join(", "))
     })
@@ -120,14 +133,14 @@ struct List {
 
 impl Io {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let action = self.action.unwrap_or(Action::List);
+        let action = self.action.unwrap_or(Action::List { all: self.all });
         let pins = context.with_arm(async |arm, _| act(arm, action).await)?;
         match (pins.as_slice(), action) {
-            (_, Action::List) => {
+            (_, Action::List { all }) => {
                 let list = List { pins };
-                context.show(&list, |out| write(&list.pins, out))
+                context.show(&list, |out| overview(&list.pins, all, out))
             }
-            ([pin], _) => context.show(pin, |out| write(&pins, out)),
+            ([pin], _) => context.show(pin, |out| write([pin], out)),
             _ => Ok(()),
         }
     }
@@ -135,7 +148,7 @@ impl Io {
 
 async fn act(arm: &Arm, action: Action) -> Result<Vec<Pin>, Failure> {
     let pin = match action {
-        Action::List => {
+        Action::List { .. } => {
             let mut pins = Vec::new();
             for address in 1..=PINS {
                 pins.push(read(arm, address).await?);
@@ -226,13 +239,29 @@ async fn read(arm: &Arm, address: u8) -> Result<Pin, Failure> {
     Ok(pin)
 }
 
-fn write(pins: &[Pin], out: &mut Output) -> Result<(), Failure> {
+/// The pins that have a function, and how many have none.
+fn overview(pins: &[Pin], all: bool, out: &mut Output) -> Result<(), Failure> {
+    let none = Some(u8::from(IoFunction::None));
+    write(pins.iter().filter(|pin| all || pin.multiplex != none), out)?;
+    let idle = pins.iter().filter(|pin| pin.multiplex == none).count();
+    let told = match idle {
+        _ if all => return Ok(()),
+        0 => return Ok(()),
+        1 => "1 pin has no function".to_owned(),
+        count if count == pins.len() => format!("none of the {count} pins has a function"),
+        count => format!("{count} pins have no function"),
+    };
+    let hint = "`io --all` shows them, `io mux PIN FUNCTION` gives one a function";
+    note(&format!("{told}; {hint}"), out)
+}
+
+fn write<'a>(pins: impl IntoIterator<Item = &'a Pin>, out: &mut Output) -> Result<(), Failure> {
     let mut columns = Columns::default();
     for pin in pins {
         let function = pin
             .multiplex
             .map(|value| match IoFunction::INFO.name_of(value) {
-                Some(name) => name.to_owned(),
+                Some(name) => kebab(name),
                 None => value.to_string(),
             });
         columns.row([

@@ -1,3 +1,4 @@
+use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -5,6 +6,7 @@ use clap::Args;
 use crate::args::Cli;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::output::Text;
 
 /// Print the manual page, or write a page for every verb into a directory
 #[derive(Args, Debug)]
@@ -18,13 +20,20 @@ impl Man {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let description = Cli::description();
         let Some(dir) = self.dir else {
-            return Ok(clap_mangen::Man::new(description).render(&mut context.out)?);
+            let mut page = Vec::new();
+            clap_mangen::Man::new(description).render(&mut page)?;
+            let page = String::from_utf8_lossy(&page).into_owned();
+            return context.show(&Text::from(page.clone()), |out| {
+                Ok(out.write_all(page.as_bytes())?)
+            });
         };
         clap_mangen::generate_to(description, &dir).map_err(|error| {
             Failure::invalid(format!(
                 "no pages can be written into {}: {error}",
                 dir.display()
             ))
-        })
+        })?;
+        let told = format!("pages written into {}", dir.display());
+        context.show(&Text::from(told.clone()), |out| out.line(&told))
     }
 }

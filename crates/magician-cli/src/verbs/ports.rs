@@ -1,7 +1,7 @@
 use clap::Args;
 use serde::Serialize;
 
-use crate::columns::Columns;
+use crate::columns::{Columns, note};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -55,12 +55,24 @@ impl Ports {
             for port in &list.ports {
                 columns.row([port.path.as_str(), likely(port), &device(port)]);
             }
-            if list.ports.is_empty() {
-                out.line("no serial ports; `--port sim` is a virtual arm")?;
+            columns.write(out)?;
+            match list.ports.iter().filter(|port| port.likely_arm).count() {
+                0 => note(&nobody(list.ports.is_empty()), out),
+                _ => Ok(()),
             }
-            columns.write(out)
         })
     }
+}
+
+/// What a person without an arm may do.
+fn nobody(no_ports: bool) -> String {
+    let found = match no_ports {
+        true => "no serial ports",
+        false => "none of these looks like an arm",
+    };
+    format!(
+        "{found}; is it switched on and plugged in? --port udp:HOST is an arm on Wi-Fi, --port sim a virtual one"
+    )
 }
 
 fn likely(port: &Entry) -> &'static str {
@@ -69,7 +81,7 @@ fn likely(port: &Entry) -> &'static str {
 
 fn device(port: &Entry) -> String {
     let Some(usb) = &port.usb else {
-        return "no USB device".to_owned();
+        return "not USB".to_owned();
     };
     let name = usb.name.as_deref().unwrap_or_default();
     let maker = usb.manufacturer.as_deref().unwrap_or_default();

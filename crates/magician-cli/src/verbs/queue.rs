@@ -33,6 +33,7 @@ struct Status {
 impl Queue {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let action = self.action.unwrap_or(Action::Status);
+        context.sets_going(matches!(action, Action::Start));
         let (status, capacity) = context.with_arm(async |arm, _| {
             match action {
                 Action::Status => (),
@@ -50,10 +51,26 @@ impl Queue {
         context.show(&status, |out| {
             let taken = capacity.saturating_sub(status.left_space);
             let mut columns = Columns::default();
-            columns.row(["finished", &format!("up to index {}", status.current_index)]);
-            columns.row(["in the queue", &format!("{taken} commands")]);
+            columns.row(["finished", &finished(status.current_index)]);
+            columns.row(["in the queue", &counted(taken)]);
             columns.row(["room for", &format!("{} more", status.left_space)]);
             columns.write(out)
         })
+    }
+}
+
+/// How far the queue has come, in words.
+pub(crate) fn finished(index: u64) -> String {
+    match index {
+        0 => "nothing yet".to_owned(),
+        index => format!("up to index {index}"),
+    }
+}
+
+fn counted(commands: u32) -> String {
+    match commands {
+        0 => "nothing".to_owned(),
+        1 => "1 command".to_owned(),
+        count => format!("{count} commands"),
     }
 }

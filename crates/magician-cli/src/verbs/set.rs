@@ -1,8 +1,8 @@
 use clap::Args;
 use magician::Ctrl;
-use magician_protocol::{LayoutInfo, Row};
+use magician_protocol::{Chapter, LayoutInfo, Row};
 
-use crate::catalogue;
+use crate::catalogue::{self, Wanted};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::values;
@@ -11,6 +11,7 @@ use crate::values;
 #[derive(Args, Debug)]
 #[command(
     disable_help_flag = true,
+    override_usage = "magician set [OPTIONS] NAME [KEY=VALUE]...",
     after_help = "\
 Examples:
   magician set PTPCommonParams velocity_ratio=80 acceleration_ratio=60
@@ -18,25 +19,19 @@ Examples:
   magician set --help PTPCmd     explains the command"
 )]
 pub(crate) struct Set {
-    /// Command: its name as the vendor or Rust writes it, or its id
-    #[arg(required_unless_present = "help")]
-    name: Option<String>,
-    /// The fields
-    #[arg(value_name = "KEY=VALUE")]
-    fields: Vec<String>,
-    /// Explain the command, or this verb
-    #[arg(short, long)]
-    help: bool,
+    #[command(flatten)]
+    wanted: Wanted,
 }
 
 impl Set {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let Some(name) = catalogue::named(self.name, self.help, "set", context)? else {
+        let Some(name) = self.wanted.name("set", context)? else {
             return Ok(());
         };
-        let (row, layout) = writable(&name)?;
-        let params = values::params(row, layout, &self.fields)?;
+        let (row, layout) = writable(name)?;
+        let params = values::params(row, layout, &self.wanted.fields)?;
         refuse_danger(row, context)?;
+        context.sets_going(lasts(row));
         let json = context.global.json;
         context.with_arm(async |arm, out| {
             arm.raw(row.id, Ctrl::SET, &params).await?;
@@ -44,6 +39,18 @@ impl Set {
             if json { out.line("{}") } else { Ok(()) }
         })
     }
+}
+
+/// Whether what this orders goes on when it has been answered.
+fn lasts(row: &Row) -> bool {
+    let moves = [
+        Chapter::Home,
+        Chapter::Jog,
+        Chapter::Ptp,
+        Chapter::Cp,
+        Chapter::Arc,
+    ];
+    row.value.is_none() && moves.contains(&row.chapter)
 }
 
 /// The command of a name, if it can be set.

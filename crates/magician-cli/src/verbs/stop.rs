@@ -25,6 +25,9 @@ impl Stop {
             }
             Ok(arm.get::<commands::Pose>().await?)
         })?;
+        if !self.gentle {
+            context.stands();
+        }
         let answer = Answer::from(pose);
         let what = match self.gentle {
             true => "stopping",

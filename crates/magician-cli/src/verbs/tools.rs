@@ -72,6 +72,7 @@ impl Gripper {
 
 impl Laser {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        context.sets_going(self.state == Switch::On);
         switch(
             context,
             "laser",

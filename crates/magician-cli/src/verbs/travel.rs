@@ -8,7 +8,7 @@ use serde::Serialize;
 use tokio::sync::Notify;
 
 use super::pose::Answer;
-use crate::args::Tool;
+use crate::args::{Tool, number};
 use crate::context::Context;
 use crate::debts::Debts;
 use crate::failure::Failure;
@@ -29,16 +29,16 @@ Examples:
 What is out of reach is refused before anything is sent.")]
 pub(crate) struct Move {
     /// x in mm, or J1 in degrees
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
     x: f32,
     /// y in mm, or J2
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
     y: f32,
     /// z in mm, or J3
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
     z: f32,
     /// Rotation in degrees, or J4; as it is if left out
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
     r: Option<f32>,
     /// On a straight line
     #[arg(long)]
@@ -88,6 +88,7 @@ impl Move {
         let quiet = context.global.json;
         let debts = context.debts.clone();
         if self.no_wait {
+            context.sets_going(true);
             let index = context
                 .with_arm(async |arm, _| self.hand_over(arm, &debts).await)?
                 .0;
@@ -95,7 +96,7 @@ impl Move {
                 out.line(format_args!("index {index}"))
             });
         }
-        let pose = context.with_arm(async |arm, _| self.go(arm, quiet, &debts).await)?;
+        let pose = context.moving(None, async |arm, _| self.go(arm, quiet, &debts).await)?;
         let answer = Answer::from(pose);
         context.show(&answer, |out| {
             out.line(format_args!("there: {}", answer.line()))

@@ -1,8 +1,8 @@
 //! Pieces for people: a line each, its fields below.
 
-use magician_protocol::{DecodeError, Description, Direction, Frame, Rejection};
+use magician_protocol::{DecodeError, Description, Frame, Rejection};
 
-use super::{Place, Printer};
+use super::{Place, Printer, word};
 use crate::columns::wrap;
 use crate::failure::Failure;
 use crate::output::Output;
@@ -109,10 +109,7 @@ impl Printer for Lines<'_> {
     ) -> Result<(), Failure> {
         match meaning {
             Ok(description) => {
-                let direction = match description.direction {
-                    Direction::Request => "request",
-                    Direction::Reply => "reply",
-                };
+                let direction = word(description.direction);
                 let queued = if description.queued { "  queued" } else { "" };
                 self.title(place, direction, description.name, queued)?;
                 self.bytes(frame.bytes())?;

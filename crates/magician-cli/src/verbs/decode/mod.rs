@@ -66,6 +66,14 @@ impl From {
     }
 }
 
+/// A direction in a word.
+fn word(direction: Direction) -> &'static str {
+    match direction {
+        Direction::Request => "request",
+        Direction::Reply => "reply",
+    }
+}
+
 /// Where a piece begins: its position in the bytes of its direction and link, and what is known of
 /// those.
 #[derive(Clone, Copy, Debug)]

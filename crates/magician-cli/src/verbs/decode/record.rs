@@ -3,11 +3,11 @@
 
 use std::io::Write;
 
-use magician_protocol::{DecodeError, Description, Direction, Frame, Rejection, Row};
+use magician_protocol::{DecodeError, Description, Frame, Rejection, Row};
 use serde::Serialize;
 
 use super::stream::Origin;
-use super::{Place, Printer};
+use super::{Place, Printer, word};
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -105,10 +105,7 @@ impl Printer for Records<'_> {
             ok: true,
             id: frame.id(),
             command: description.name,
-            direction: match description.direction {
-                Direction::Request => "request",
-                Direction::Reply => "reply",
-            },
+            direction: word(description.direction),
             write: description.write,
             queued: description.queued,
             params: description,

@@ -86,7 +86,7 @@ impl Demo {
         let place = Place::open(&self.out)?;
         let quiet = context.global.json;
         let debts = context.debts.clone();
-        let (summary, drawing) = context.with_arm_at(Some(sim), async |arm, out| {
+        let (summary, drawing) = context.moving(Some(sim), async |arm, out| {
             self.perform(arm, &target, out, quiet, &debts).await
         })?;
         place.fill(&drawing)?;

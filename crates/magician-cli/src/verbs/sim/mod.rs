@@ -7,6 +7,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use magician::ErrorKind;
 use magician_sim::serve::{ServeError, Server};
 use magician_sim::{Controller, Line, Profile, Speed};
 
@@ -149,9 +150,9 @@ fn say_ready() {
 impl From<ServeError> for Failure {
     fn from(error: ServeError) -> Self {
         let kind = match &error {
-            ServeError::Address { .. } => Kind::InvalidInput,
-            _ => Kind::Port,
+            ServeError::Address { .. } => ErrorKind::InvalidInput,
+            _ => ErrorKind::Port,
         };
-        Self::new(kind, error.to_string())
+        Self::new(Kind::Driver(kind), error.to_string())
     }
 }

@@ -1,0 +1,182 @@
+//! What Tab offers: verbs, their options and words, commands of the protocol and their fields.
+
+use magician_protocol::{FieldType, LayoutInfo, Row, TABLE};
+use rustyline::completion::{Completer, Pair};
+use rustyline::highlight::Highlighter;
+use rustyline::hint::Hinter;
+use rustyline::validate::Validator;
+use rustyline::{Context, Helper};
+
+use crate::args::Cli;
+use crate::catalogue::letters;
+
+/// Lines that are no verbs, and verbs that a shell has no use for.
+const ENDS: [&str; 2] = ["exit", "quit"];
+const ELSEWHERE: [&str; 5] = ["shell", "sim", "demo", "completions", "man"];
+const OPTIONS_ELSEWHERE: [&str; 2] = ["port", "version"];
+
+/// Completes the word before the cursor.
+pub(super) struct Words {
+    description: clap::Command,
+}
+
+impl Words {
+    pub(super) fn new() -> Self {
+        let description = Cli::description();
+        Self { description }
+    }
+
+    /// What the word may become, given the words before it.
+    fn candidates(&self, before: &[&str], word: &str) -> Vec<String> {
+        let Some((first, rest)) = before.split_first() else {
+            return self.verbs();
+        };
+        let Some(mut verb) = self.description.find_subcommand(first) else {
+            return Vec::new();
+        };
+        for word in rest {
+            verb = verb.find_subcommand(word).unwrap_or(verb);
+        }
+        if word.starts_with('-') {
+            return options(verb);
+        }
+        let names: Vec<_> = rest.iter().filter(|word| !word.starts_with('-')).collect();
+        match (*first, names.as_slice()) {
+            ("commands", []) => names_of(|_| true),
+            ("help", []) => [self.verbs(), names_of(|_| true)].concat(),
+            ("get", []) => names_of(|row| row.value.is_some()),
+            ("set", []) => names_of(|row| row.set.is_some()),
+            ("enqueue", []) => names_of(|row| row.set.is_some() && row.queueable),
+            ("get", [name, ..]) => Row::find_readable(name)
+                .ok()
+                .and_then(|row| row.query)
+                .map_or(Vec::new(), |layout| fields(layout, &names, word)),
+            ("set" | "enqueue", [name, ..]) => Row::find_writable(name)
+                .ok()
+                .and_then(|row| row.set)
+                .map_or(Vec::new(), |layout| fields(layout, &names, word)),
+            _ => choices(verb),
+        }
+    }
+
+    fn verbs(&self) -> Vec<String> {
+        let verbs = self
+            .description
+            .get_subcommands()
+            .map(clap::Command::get_name);
+        let verbs = verbs.filter(|verb| !ELSEWHERE.contains(verb));
+        verbs.chain(ENDS).map(str::to_owned).collect()
+    }
+}
+
+/// The long options of a verb.
+fn options(verb: &clap::Command) -> Vec<String> {
+    let names = verb.get_arguments().filter_map(clap::Arg::get_long);
+    let names = names.filter(|name| !OPTIONS_ELSEWHERE.contains(name));
+    names.map(|name| format!("--{name}")).collect()
+}
+
+/// The words that a verb goes on with: `status`, `on`.
+fn choices(verb: &clap::Command) -> Vec<String> {
+    let actions = verb.get_subcommands().map(clap::Command::get_name);
+    let values = verb
+        .get_positionals()
+        .flat_map(clap::Arg::get_possible_values);
+    let values = values.map(|value| value.get_name().to_owned());
+    actions.map(str::to_owned).chain(values).collect()
+}
+
+fn names_of(wanted: impl Fn(&Row) -> bool) -> Vec<String> {
+    let rows = TABLE.iter().filter(|row| wanted(row));
+    rows.map(|row| row.name.to_owned()).collect()
+}
+
+/// `key=` for the fields that are not there yet; behind it the names of an enum's values.
+fn fields(layout: &LayoutInfo, given: &[&&str], word: &str) -> Vec<String> {
+    if let Some((key, _)) = word.split_once('=') {
+        let field = layout.fields.iter().find(|field| field.name == key);
+        return match field.map(|field| field.ty) {
+            Some(FieldType::Enum(info)) => {
+                let names = info.variants.iter().map(|variant| variant.name);
+                names.map(|name| format!("{key}={name}")).collect()
+            }
+            _ => Vec::new(),
+        };
+    }
+    let there = |name: &str| {
+        let mut keys = given.iter().filter_map(|word| word.split_once('='));
+        keys.any(|(key, _)| key == name)
+    };
+    let names = layout.fields.iter().map(|field| field.name);
+    let names = names.filter(|name| !there(name));
+    names.map(|name| format!("{name}=")).collect()
+}
+
+impl Completer for Words {
+    type Candidate = Pair;
+
+    fn complete(
+        &self,
+        line: &str,
+        position: usize,
+        _: &Context<'_>,
+    ) -> rustyline::Result<(usize, Vec<Pair>)> {
+        let line = line.get(..position).unwrap_or(line);
+        let start = line.rfind(char::is_whitespace).map_or(0, |at| at + 1);
+        let (before, word) = line.split_at(start);
+        let before: Vec<_> = before.split_whitespace().collect();
+        let mut found = self.candidates(&before, word);
+        found.retain(|candidate| letters(candidate).starts_with(&letters(word)));
+        let pair = |candidate: String| Pair {
+            replacement: match candidate.ends_with('=') {
+                true => candidate.clone(),
+                false => format!("{candidate} "),
+            },
+            display: candidate,
+        };
+        Ok((start, found.into_iter().map(pair).collect()))
+    }
+}
+
+impl Hinter for Words {
+    type Hint = String;
+}
+impl Highlighter for Words {}
+impl Validator for Words {}
+impl Helper for Words {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustyline::history::MemHistory;
+
+    fn offered(line: &str) -> Vec<String> {
+        let history = MemHistory::new();
+        let found = Words::new().complete(line, line.len(), &Context::new(&history));
+        let (_, pairs) = found.expect("it never fails");
+        pairs.into_iter().map(|pair| pair.replacement).collect()
+    }
+
+    #[test]
+    fn verbs_and_their_words() {
+        assert_eq!(offered("po"), ["ports ", "pose "]);
+        assert_eq!(offered("queue st"), ["status ", "start ", "stop "]);
+        assert_eq!(offered("suction "), ["on ", "off "]);
+        assert_eq!(offered("move 1 2 3 --lin"), ["--linear "]);
+        assert_eq!(offered("move --po"), [""; 0]);
+        assert_eq!(offered("nonsense "), [""; 0]);
+        assert!(offered("").contains(&"exit ".to_owned()));
+    }
+
+    #[test]
+    fn commands_and_their_fields_without_regard_to_case() {
+        assert_eq!(offered("get ptp-joint"), ["PTPJointParams "]);
+        assert_eq!(offered("set pose"), [""; 0], "it cannot be set");
+        assert_eq!(offered("set PTPCommonParams acc"), ["acceleration_ratio="]);
+        let rest = offered("set PTPCommonParams velocity_ratio=5 ");
+        assert_eq!(rest, ["acceleration_ratio="]);
+        let modes = offered("enqueue PTPCmd --start ptp_mode=movl");
+        assert!(modes.contains(&"ptp_mode=MovlXyz ".to_owned()), "{modes:?}");
+        assert_eq!(offered("get IODO "), ["address="]);
+    }
+}

@@ -1,0 +1,107 @@
+//! The lines of a shell, from a terminal or a script.
+
+use std::io::{self, BufRead};
+use std::sync::mpsc;
+
+use tokio::sync::mpsc as channel;
+
+use super::editor::Typing;
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::interrupt::{Signal, Signals};
+
+/// What came from the input.
+pub(super) enum Input {
+    Line(String),
+    /// The person at the terminal gave the line up.
+    Abandoned,
+    End,
+    /// From outside: Ctrl-C in a script, or SIGTERM.
+    Signal(Signal),
+}
+
+/// The lines, read on a thread of their own so that signals and the connection are served
+/// meanwhile. A line is read when it is asked for, not before: a verb may want the terminal.
+pub(super) struct Lines {
+    wanted: mpsc::Sender<()>,
+    lines: channel::Receiver<io::Result<Input>>,
+    asked: bool,
+    #[cfg(unix)]
+    terminal: Option<rustix::termios::Termios>,
+}
+
+impl Lines {
+    pub(super) fn open(typed: bool) -> Self {
+        let (wanted, wishes) = mpsc::channel();
+        let (sender, lines) = channel::channel(1);
+        std::thread::spawn(move || {
+            let mut read = reader(typed);
+            while wishes.recv().is_ok() {
+                if sender.blocking_send(read()).is_err() {
+                    break;
+                }
+            }
+        });
+        Self {
+            wanted,
+            lines,
+            asked: false,
+            #[cfg(unix)]
+            terminal: rustix::termios::tcgetattr(io::stdin()).ok(),
+        }
+    }
+
+    /// The next line.
+    pub(super) fn next(&mut self, context: &mut Context) -> Result<Input, Failure> {
+        let runtime = context.runtime()?;
+        if !self.asked {
+            self.asked = self.wanted.send(()).is_ok();
+        }
+        let read = runtime.block_on(async {
+            let mut signals = Signals::listen()?;
+            tokio::select! {
+                read = self.lines.recv() => Ok::<_, io::Error>(read),
+                signal = signals.next() => Ok(Some(Ok(Input::Signal(signal)))),
+            }
+        })?;
+        match read {
+            Some(Ok(Input::Signal(signal))) => Ok(Input::Signal(signal)),
+            Some(Ok(input)) => {
+                self.asked = false;
+                Ok(input)
+            }
+            Some(Err(error)) => Err(Failure::invalid(format!("stdin cannot be read: {error}"))),
+            None => Ok(Input::End),
+        }
+    }
+}
+
+/// A shell that ends while a line is being typed leaves the terminal as it found it.
+#[cfg(unix)]
+impl Drop for Lines {
+    fn drop(&mut self) {
+        use rustix::termios::{OptionalActions, tcsetattr};
+        if let Some(terminal) = self.terminal.take().filter(|_| self.asked) {
+            let _ = tcsetattr(io::stdin(), OptionalActions::Now, &terminal);
+        }
+    }
+}
+
+/// Reads a line each time it is called.
+fn reader(typed: bool) -> Box<dyn FnMut() -> io::Result<Input>> {
+    if typed {
+        let mut typing = Typing::open();
+        return Box::new(move || match &mut typing {
+            Ok(typing) => typing.next(),
+            Err(error) => Err(io::Error::new(error.kind(), error.to_string())),
+        });
+    }
+    let mut stdin = io::stdin().lock();
+    Box::new(move || {
+        let mut line = String::new();
+        Ok(match stdin.read_line(&mut line)? {
+            0 => Input::End,
+            _ => Input::Line(line),
+        })
+    })
+}

@@ -1,0 +1,132 @@
+//! `shell`: the verbs, line by line, over one connection.
+
+mod complete;
+mod editor;
+mod input;
+mod words;
+
+use std::ffi::OsString;
+use std::io::{self, IsTerminal, Write};
+
+use clap::Args;
+
+use crate::args::{Cli, Global, Verb};
+use crate::context::Context;
+use crate::failure::{Failure, Kind};
+use crate::interrupt::Signal;
+use crate::output::Paint;
+use input::{Input, Lines};
+
+/// Do several things over one connection, line by line from a terminal or a script
+#[derive(Args, Debug)]
+#[command(after_help = "\
+A line is a verb with its arguments, as on the command line but without `magician`; # begins a comment, `exit` ends. \
+On a terminal Tab completes, the arrow keys bring earlier lines back, Ctrl-C stops what runs, and Ctrl-D ends.
+
+  magician --port ./arm shell < script
+  echo 'pose' | magician shell
+
+A script stops at the first line that fails, with that line's exit status.")]
+pub(crate) struct Shell {
+    /// Go on with a script after a line that fails; the exit status is that of the first failure
+    #[arg(long)]
+    keep_going: bool,
+}
+
+impl Shell {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        context.in_shell = true;
+        let session = context.global.clone();
+        match io::stdin().is_terminal() {
+            true => converse(&session, context),
+            false => self.follow(&session, context),
+        }
+    }
+
+    /// Does the lines of a script.
+    fn follow(&self, session: &Global, context: &mut Context) -> Result<(), Failure> {
+        let mut lines = Lines::open(false);
+        let mut first = None;
+        for number in 1_u64.. {
+            let line = match lines.next(context)? {
+                Input::Line(line) if !ends(&line) => line,
+                Input::Signal(_) => return Err(context.interrupt()?),
+                _ => break,
+            };
+            let Err(mut failure) = one(&line, session, context) else {
+                continue;
+            };
+            failure.message = format!("line {number}: {}", failure.message);
+            context.out.flush()?;
+            if !self.keep_going || failure.kind == Kind::Interrupted {
+                return Err(failure);
+            }
+            failure.report(session.json);
+            first = first.or(Some(failure.kind));
+        }
+        first.map_or(Ok(()), |kind| Err(Failure::told(kind)))
+    }
+}
+
+/// Does what a person types.
+fn converse(session: &Global, context: &mut Context) -> Result<(), Failure> {
+    let mut lines = Lines::open(true);
+    if !session.json {
+        let hint = "Tab completes, `help` lists the verbs, Ctrl-D ends";
+        writeln!(io::stderr(), "{}", Paint::for_stderr().dim(hint))?;
+    }
+    loop {
+        let line = match lines.next(context)? {
+            Input::Line(line) if ends(&line) => return Ok(()),
+            Input::Line(line) => line,
+            Input::Abandoned | Input::Signal(Signal::Interrupt) => continue,
+            Input::Signal(Signal::Terminate) => return Err(context.interrupt()?),
+            Input::End => return Ok(()),
+        };
+        let outcome = one(&line, session, context);
+        context.out.flush()?;
+        match outcome {
+            Err(failure) if context.terminated => return Err(failure),
+            Err(failure) => failure.report(session.json),
+            Ok(()) => (),
+        }
+    }
+}
+
+fn ends(line: &str) -> bool {
+    matches!(line.trim(), "exit" | "quit")
+}
+
+/// Does one line.
+fn one(line: &str, session: &Global, context: &mut Context) -> Result<(), Failure> {
+    let words = words::split(line)?;
+    if words.is_empty() {
+        return Ok(());
+    }
+    let arguments = ["magician".to_owned()].into_iter().chain(words);
+    let arguments: Vec<OsString> = arguments.map(OsString::from).collect();
+    let json = session.json || crate::asks_for_json(&arguments);
+    let mut cli = match Cli::read(&arguments) {
+        Ok(cli) => cli,
+        Err(error) => return crate::usage(&error, json, &mut context.out),
+    };
+    if matches!(
+        cli.verb,
+        Some(Verb::Shell(_) | Verb::Sim(_) | Verb::Demo(_))
+    ) {
+        return Err(Failure::usage("this verb does not work within a shell"));
+    }
+    let global = &mut cli.global;
+    if arguments
+        .iter()
+        .any(|word| word == "--port" || word == "-p")
+    {
+        let hint = "give --port to the shell itself";
+        return Err(Failure::usage("a shell has one connection").hint(hint));
+    }
+    global.port.clone_from(&session.port);
+    global.json |= session.json;
+    global.yes |= session.yes;
+    global.timeout = global.timeout.or(session.timeout);
+    context.line(cli)
+}
