@@ -203,12 +203,17 @@ impl Planner {
                 .fold(0.0, f64::max)
         };
         let (mut lower, mut lower_legs) = (corners, legs);
-        for _ in 0..MOST_LOWERINGS {
+        // Where one corner is down already the other converges slowly: then by ever larger steps.
+        let steps = (0..MOST_LOWERINGS).map(|round| match round {
+            0..8 => 1.0,
+            _ => f64::from(round - 6),
+        });
+        for step in steps {
             let excess = excess(&lower_legs);
             if excess <= 0.0 {
                 return lower_legs;
             }
-            let Some(next) = lower.lowered(excess) else {
+            let Some(next) = lower.lowered(step * excess) else {
                 break;
             };
             let Ok(next_legs) = self.jump_legs(from, to, &next, transfer) else {

@@ -34,7 +34,13 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
         assert_eq!(still.sample(0), motion.sample(t));
     }
     // The factor scales the law; without one the arm stops dead.
-    for (factor, us) in [(1.0, 1_000_000), (8.0, 125_000), (0.0, 0), (-1.0, 0), (f64::NAN, 0)] {
+    for (factor, us) in [
+        (1.0, 1_000_000),
+        (8.0, 125_000),
+        (0.0, 0),
+        (-1.0, 0),
+        (f64::NAN, 0),
+    ] {
         let plan = planner.brake(&motion, motion.duration_us() / 2, factor);
         assert_eq!(plan.trajectory.duration_us(), us, "{factor}");
     }

@@ -217,6 +217,48 @@ proptest! {
     }
 }
 
+/// One end is just below the ceiling and the base bars the line between the corners: the other corner gives way alone,
+/// far enough.
+#[test]
+fn one_corner_gives_way_for_both() {
+    let planner = suction();
+    let jumps = [
+        (
+            [189.6, 23.6, 92.07, -51.6],
+            [-133.9, -251.7, 67.3, -241.6],
+            42.3,
+            3.89,
+        ),
+        (
+            [246.6, 168.3, -54.4, 15.2],
+            [-25.4, -197.4, 55.98, -12.8],
+            53.3,
+            3.63,
+        ),
+        (
+            [-113.9, 149.4, 77.35, -3.0],
+            [248.8, -170.6, 13.8, -62.3],
+            42.0,
+            5.77,
+        ),
+    ];
+    for (from, to, height, room) in jumps {
+        let [x, y, z, r] = from;
+        let ceiling = f64::max(z, to[2]) + room;
+        let request = jump(
+            Target::Pose(to.into()),
+            JumpHeights::even(height, ceiling),
+            Transfer::Joint,
+        );
+        let plan = planner.plan(&at(&planner, x, y, z, r), &request);
+        let motion = plan.expect("planned").trajectory;
+        let heights =
+            (0..5_000).map(|step| motion.sample(motion.duration_us() * step / 5_000).pose.z);
+        let top = heights.fold(f64::MIN, f64::max);
+        assert!(top <= ceiling + 2e-6, "{top} above {ceiling}");
+    }
+}
+
 fn stays_below(
     planner: &Planner,
     from: JointAngles,
