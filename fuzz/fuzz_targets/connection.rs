@@ -163,5 +163,9 @@ fuzz_target!(|data: &[u8]| {
     }
     let end = bench.open.values().copied().max().unwrap_or(bench.now);
     bench.pass(end.max(bench.now));
-    assert!(bench.open.is_empty(), "{} requests have no end", bench.open.len());
+    assert!(
+        bench.open.is_empty(),
+        "{} requests have no end",
+        bench.open.len()
+    );
 });

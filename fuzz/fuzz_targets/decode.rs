@@ -40,7 +40,9 @@ fn argument(value: &FieldValue<'_>) -> Option<String> {
         FieldValue::Enum(_, byte) => Some(byte.to_string()),
         FieldValue::Text(bytes) => std::str::from_utf8(bytes).ok().map(str::to_owned),
         FieldValue::Alarms(_) => None,
-        value => (plain(value) && value.items().all(|item| plain(&item))).then(|| value.to_string()),
+        value => {
+            (plain(value) && value.items().all(|item| plain(&item))).then(|| value.to_string())
+        }
     }
 }
 

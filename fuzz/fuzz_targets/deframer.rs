@@ -29,7 +29,10 @@ impl Cover {
         let from = offset as usize;
         let to = from + bytes.len();
         assert!(!bytes.is_empty() && stream[from..to] == *bytes);
-        assert!(from >= self.settled && from <= self.reported, "a gap or an overlap");
+        assert!(
+            from >= self.settled && from <= self.reported,
+            "a gap or an overlap"
+        );
         self.reported = self.reported.max(to);
         if settles {
             self.settled = to;
