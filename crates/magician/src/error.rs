@@ -68,10 +68,8 @@ impl fmt::Display for ErrorKind {
 /// assert_eq!(error.kind(), ErrorKind::InvalidInput);
 /// assert!(error.to_string().contains("udp:HOST"));
 /// ```
-#[derive(Debug)]
 pub struct Error(Box<Details>);
 
-#[derive(Debug)]
 struct Details {
     kind: ErrorKind,
     message: String,
@@ -284,6 +282,13 @@ impl Error {
     pub(crate) fn gone(name: &str, source: io::Error) -> Self {
         let message = format!("the connection to {name} broke off: {source}");
         Self::new(ErrorKind::Port, message).with_source(source)
+    }
+}
+
+/// What a `main` that returns the error prints: the sentence, not the parts.
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.0.message, self.kind())
     }
 }
 

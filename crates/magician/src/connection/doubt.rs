@@ -1,6 +1,7 @@
 use magician_protocol::commands::{QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex};
 
+use super::flaw::{Flaw, planted};
 use super::job::{Job, Policy, Purpose};
 use super::ledger::Verdict;
 use super::{Connection, Failure, Micros, Priority};
@@ -46,6 +47,7 @@ impl Connection {
                 let job = self.flight.remove(at);
                 self.uncertain(job);
             }
+            (_, Policy::Doubt) if planted(Flaw::ResendBlindly) => job.due = true,
             (_, Policy::Doubt) => {
                 let job = self.flight.remove(at);
                 if self.alone() {
@@ -117,7 +119,7 @@ impl Connection {
         // On an unordered link the command may overtake readings that were sent after it, or come
         // between them, as long as it may be under way.
         let arrived = doubt.job.since.saturating_add(self.settings.lifetime);
-        let premature = !self.settings.ordered && since < arrived;
+        let premature = !self.settings.ordered && since < arrived && !planted(Flaw::NoLifetime);
         let verdict = match self.ledger.judge(current, left) {
             _ if doubt.job.clears != self.ledger.clears() => Verdict::Unclear,
             verdict => verdict,
@@ -182,7 +184,7 @@ impl Connection {
             self.done(job.ticket, Err(Failure::Stopped));
         }
         for job in &mut self.flight {
-            job.over |= job.priority == Priority::Stream;
+            job.over |= job.priority == Priority::Stream && !planted(Flaw::ResendAfterStop);
         }
     }
 

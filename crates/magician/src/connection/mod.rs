@@ -29,7 +29,9 @@
 //! 3. A reply proves that no reply to an older frame can come: those are no longer outstanding.
 //!    By 2 the assumed owner is never younger than the true one, so the proof holds.
 //! 4. A frame is sent only if no outstanding frame of its key belongs to another request.
-//!    Otherwise a *fence* goes first: a read with another key, whose reply does what 3 says.
+//!    Otherwise a *fence* goes first: a read with another key, whose reply does what 3 says. (By 2
+//!    the request would be safe without it; its own reply would be distrusted once, and it would
+//!    cost a timeout.)
 //!
 //! Hence at window 1 all outstanding frames of a key are copies of one request, and a reply with
 //! that key answers it. A fence that is lost is followed by one with another id. A stop does not
@@ -49,14 +51,22 @@
 //! next accepted index is a new beginning. The readings follow the command on the wire, so on an
 //! ordered link it can no longer be under way when they arrive; on an unordered one, "lost" is
 //! concluded only from readings made after its lifetime.
+//!
+//! A datagram that the network doubles is executed twice by any controller. A surplus answer, or a
+//! current index beyond the last one accepted, shows that: [`Event::Unaccounted`]. What no index
+//! shows is a second copy that takes the very place of the next command of the same id when that one
+//! is lost: over UDP the arm then repeats the one and leaves out the other.
 
 mod doubt;
 mod estimator;
+mod flaw;
 mod job;
 mod ledger;
 mod outstanding;
 mod reply;
 mod request;
+#[cfg(test)]
+mod tests;
 
 use std::collections::VecDeque;
 
@@ -70,6 +80,7 @@ use magician_protocol::{
 
 use doubt::Doubt;
 use estimator::Estimator;
+use flaw::{Flaw, planted};
 use job::{Job, Purpose};
 use ledger::Ledger;
 use outstanding::{Copy, Key, Outstanding};
@@ -270,7 +281,7 @@ impl Connection {
         if let (true, Some(at)) = (self.wants_drain(), self.drain_at) {
             next = next.min(at);
         }
-        if self.deframer.pending() {
+        if self.is_waiting_for_bytes() {
             next = next.min(self.heard.saturating_add(INTER_BYTE_TIMEOUT_MS * 1000));
         }
         if let Some(at) = self.outstanding.next_expiry(self.settings.lifetime) {
@@ -281,7 +292,8 @@ impl Connection {
 
     /// Lets time pass.
     pub fn handle_timeout(&mut self, now: Micros) {
-        if self.deframer.pending() && now >= self.heard.saturating_add(INTER_BYTE_TIMEOUT_MS * 1000)
+        if self.is_waiting_for_bytes()
+            && now >= self.heard.saturating_add(INTER_BYTE_TIMEOUT_MS * 1000)
         {
             self.deframer.expire();
             self.hear(now, &[]);
@@ -300,6 +312,10 @@ impl Connection {
         {
             doubt.not_before = None;
         }
+    }
+
+    fn is_waiting_for_bytes(&self) -> bool {
+        self.deframer.pending() && !planted(Flaw::NoInterByteTimeout)
     }
 
     /// The next thing to tell.
@@ -416,7 +432,8 @@ impl Connection {
     /// that was accepted after it first went out.
     fn stopping(&self) -> bool {
         let stop = |job: &Job| job.priority == Priority::Stop;
-        !self.lanes[Priority::Stop as usize].is_empty() || self.flight.iter().any(stop)
+        let any = !self.lanes[Priority::Stop as usize].is_empty() || self.flight.iter().any(stop);
+        any && !planted(Flaw::QueueWhileStopping)
     }
 
     /// Whether a queued command waits for the queue to drain after a Clear.
@@ -432,7 +449,7 @@ impl Connection {
             ticket == job.ticket
                 || (self.flight.iter()).any(|other| other.ticket == ticket && !other.lingers)
         };
-        self.outstanding.haunted(job.key, waited_for)
+        self.outstanding.haunted(job.key, waited_for) && !planted(Flaw::NoFence)
     }
 
     /// Sends a read of our own; a fence instead when its key is haunted.

@@ -1,6 +1,7 @@
 use magician_protocol::commands::{QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex};
 
+use super::flaw::{Flaw, planted};
 use super::job::{Job, Purpose};
 use super::outstanding::Key;
 use super::{Connection, DRAIN_PAUSE, Event, Failure, Micros, Ticket};
@@ -27,6 +28,13 @@ impl Connection {
     }
 
     pub(super) fn reply(&mut self, now: Micros, frame: &FrameBuf) {
+        let same_id = |job: &Job| job.key.id == frame.frame().id();
+        if planted(Flaw::MatchById)
+            && let Some(at) = self.flight.iter().position(same_id)
+        {
+            let job = self.flight.remove(at);
+            return self.answer(job, frame, now);
+        }
         let Some(copy) = self.outstanding.answered(Key::of(&frame.frame())) else {
             self.stats.unsolicited += 1;
             self.unasked(frame);
@@ -34,6 +42,13 @@ impl Connection {
         };
         // Jobs that this reply proves lost come first: they were sent before, and the answered one
         // counts among those that may stand in the queue in their place.
+        let judged_apart = (self.flight.iter().position(|job| job.ticket == copy.ticket))
+            .filter(|_| planted(Flaw::JudgeInWindow));
+        if let Some(at) = judged_apart {
+            let job = self.flight.remove(at);
+            self.settle(copy.ticket);
+            return self.answer(job, frame, now);
+        }
         self.settle(copy.ticket);
         let answered = (self.flight.iter()).position(|job| job.ticket == copy.ticket);
         if let Some(at) = answered {
@@ -118,7 +133,7 @@ impl Connection {
             Ok(QueuedCmdIndex(0)) => return self.done(job.ticket, Err(Failure::QueueFull)),
             Ok(QueuedCmdIndex(index)) => index,
         };
-        if self.ledger.follows(index) {
+        if self.ledger.follows(index) || planted(Flaw::AcceptGaps) {
             self.ledger.accept(index);
             if self.queued_unanswered() == 0 && self.settings.window == 1 {
                 self.ledger.confirm();

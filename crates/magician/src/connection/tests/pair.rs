@@ -3,7 +3,7 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use magician::connection::{Connection, Event, Failure, Request, Settings, Ticket};
+use crate::connection::{Connection, Event, Failure, Request, Settings, Ticket};
 use magician_protocol::{Deframer, FrameBuf, Layout, QueuedCmdIndex};
 use magician_sim::{Controller, LinkId, Profile};
 

@@ -1,0 +1,51 @@
+//! Bugs that tests plant, to show that they would be noticed. Outside of tests there are none.
+
+/// A safeguard that can be taken away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(not(test), allow(dead_code))]
+pub(super) enum Flaw {
+    /// A reply answers whatever waits for its id.
+    MatchById,
+    /// A request goes out although an answer to an older one of its key may still come.
+    NoFence,
+    /// Any index is believed.
+    AcceptGaps,
+    /// A queued command whose answer is lost is sent again.
+    ResendBlindly,
+    /// A damaged frame waits for its rest for ever.
+    NoInterByteTimeout,
+    /// On an unordered link "lost" is concluded from readings made too early.
+    NoLifetime,
+    /// What a stop dropped may go out once more.
+    ResendAfterStop,
+    /// Commands are accepted while a Clear may still be repeated.
+    QueueWhileStopping,
+    /// A loss in a window is judged while the command behind it is answered.
+    JudgeInWindow,
+}
+
+#[cfg(test)]
+thread_local! {
+    static PLANTED: std::cell::Cell<Option<Flaw>> = const { std::cell::Cell::new(None) };
+}
+
+/// Whether this bug is planted.
+#[cfg(test)]
+pub(super) fn planted(flaw: Flaw) -> bool {
+    PLANTED.get() == Some(flaw)
+}
+
+/// Whether this bug is planted: never.
+#[cfg(not(test))]
+pub(super) const fn planted(_: Flaw) -> bool {
+    false
+}
+
+/// Runs a check with a bug planted; whether the check noticed.
+#[cfg(test)]
+pub(super) fn is_noticed(flaw: Flaw, check: fn()) -> bool {
+    PLANTED.set(Some(flaw));
+    let outcome = std::panic::catch_unwind(check);
+    PLANTED.set(None);
+    outcome.is_err()
+}
