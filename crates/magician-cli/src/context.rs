@@ -180,7 +180,7 @@ impl Context {
             };
             tokio::select! {
                 outcome = work => match outcome {
-                    Ok(done) => return Ok(done),
+                    Ok(done) => Ok(done),
                     Err(failure) => Err(self.make_good(failure, &mut signals).await),
                 },
                 signal = signals.next() => {
