@@ -3,81 +3,11 @@
 
 mod magician;
 
-use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 
-use magician::{command, run};
+use magician::run;
+use magician::served::Served;
 use serde_json::json;
-
-/// A virtual arm in a process of its own.
-struct Served {
-    child: Child,
-    stdout: BufReader<ChildStdout>,
-    /// What stderr said before it was ready.
-    doors: Vec<String>,
-}
-
-impl Served {
-    fn start(arguments: &[&str], doors: usize) -> Self {
-        let mut child = command()
-            .arg("sim")
-            .args(arguments)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the command starts");
-        let mut stdout = BufReader::new(child.stdout.take().expect("stdout"));
-        let mut line = String::new();
-        stdout.read_line(&mut line).expect("a line");
-        assert_eq!(line, "ready\n");
-        let stderr = child.stderr.take().expect("stderr");
-        let mut lines = BufReader::new(stderr)
-            .lines()
-            .map(|line| line.expect("UTF-8"));
-        let doors = lines.by_ref().take(doors + 1).collect();
-        // Somebody has to read on, or the arm would wait for us.
-        std::thread::spawn(move || lines.for_each(drop));
-        Self {
-            child,
-            stdout,
-            doors,
-        }
-    }
-
-    /// The address after `serving udp:`.
-    fn door(&self, scheme: &str) -> String {
-        let prefix = format!("serving {scheme}:");
-        let found = self
-            .doors
-            .iter()
-            .find_map(|line| line.strip_prefix(&prefix));
-        format!(
-            "{scheme}:{}",
-            found.unwrap_or_else(|| panic!("{:?}", self.doors))
-        )
-    }
-
-    /// Ends it with a signal; its status and the rest of its stdout.
-    fn end(mut self, signal: &str) -> (ExitStatus, String) {
-        let kill = Command::new("kill")
-            .args([signal, &self.child.id().to_string()])
-            .status();
-        assert!(kill.expect("kill runs").success());
-        let status = self.child.wait().expect("it ends");
-        let mut rest = String::new();
-        self.stdout.read_to_string(&mut rest).expect("UTF-8");
-        (status, rest)
-    }
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
 
 #[test]
 fn every_door_leads_to_the_same_arm() {
@@ -178,72 +108,4 @@ fn the_built_in_profile_can_be_printed_and_used() {
     let served = Served::start(&["--tcp", "127.0.0.1:0", "--profile", path], 1);
     let name = run(&["--port", &served.door("tcp"), "get", "DeviceName", "--json"]).object();
     assert_eq!(name, json!({"device_name": "Somebody"}));
-}
-
-/// A move that takes minutes, under way: seen to have left the pose it began at.
-fn slow_move(port: &str) -> Child {
-    let before = run(&["--port", port, "pose", "--json"]).object();
-    let child = command()
-        .args([
-            "--port",
-            port,
-            "--json",
-            "move",
-            "220",
-            "80",
-            "50",
-            "--speed-ratio",
-            "1",
-        ])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the command starts");
-    let moved = (0..10_000).any(|_| run(&["--port", port, "pose", "--json"]).object() != before);
-    assert!(moved, "the arm does not begin to move");
-    child
-}
-
-/// How a command ended, and the kind of its error.
-fn outcome(child: Child) -> (Option<i32>, String) {
-    let output = child.wait_with_output().expect("it ends");
-    let error: serde_json::Value = serde_json::from_slice(&output.stderr).expect("one object");
-    (
-        output.status.code(),
-        error["error"]["kind"]
-            .as_str()
-            .unwrap_or_default()
-            .to_owned(),
-    )
-}
-
-#[test]
-fn an_interrupt_stops_the_arm_and_gives_the_settings_back() {
-    let served = Served::start(&["--tcp", "127.0.0.1:0"], 1);
-    let port = served.door("tcp");
-    assert_eq!(run(&["--port", &port, "alarms", "--clear"]).status, 0);
-    let child = slow_move(&port);
-    let kill = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(kill.expect("kill runs").success());
-    assert_eq!(outcome(child), (Some(130), "interrupted".to_owned()));
-    let pose = || run(&["--port", &port, "pose", "--json"]).object();
-    assert_eq!(pose(), pose(), "the arm stands");
-    let queue = run(&["--port", &port, "queue", "--json"]).object();
-    assert_eq!(queue["left_space"], 32);
-    let ratios = run(&["--port", &port, "get", "PTPCommonParams", "--json"]).object();
-    assert_eq!(
-        ratios,
-        json!({"velocity_ratio": 50.0, "acceleration_ratio": 50.0})
-    );
-}
-
-#[test]
-fn a_move_whose_arm_dies_is_a_port_error() {
-    let mut served = Served::start(&["--tcp", "127.0.0.1:0"], 1);
-    let port = served.door("tcp");
-    let child = slow_move(&port);
-    served.child.kill().expect("it lives");
-    assert_eq!(outcome(child), (Some(4), "port".to_owned()));
 }

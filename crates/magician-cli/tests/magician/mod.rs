@@ -1,6 +1,9 @@
 //! Runs the built command as a shell does.
 #![allow(dead_code, reason = "every test binary uses another part")]
 
+#[cfg(unix)]
+pub(crate) mod served;
+
 use std::io::Write;
 use std::process::{Command, Stdio};
 

@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::fs;
-use std::io;
+use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 
 use rustyline::error::ReadlineError;
@@ -31,8 +31,11 @@ impl Typing {
             .completion_type(rustyline::CompletionType::List)
             // Every line of what is pasted is a line to do.
             .bracketed_paste(false)
-            // The output may go elsewhere; the line is still edited here.
-            .behavior(Behavior::PreferTerm)
+            .behavior(match io::stdout().is_terminal() {
+                true => Behavior::Stdio,
+                // The output goes elsewhere; the line is still edited here.
+                false => Behavior::PreferTerm,
+            })
             .build();
         let mut editor = Editor::with_config(config).map_err(plain)?;
         editor.set_helper(Some(Words::new()));

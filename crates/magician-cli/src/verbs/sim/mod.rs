@@ -14,6 +14,7 @@ use magician_sim::{Controller, Line, Profile, Speed};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::interrupt::{self, Signal};
+use crate::output::Text;
 
 /// Serve a virtual arm to other programs
 #[derive(Args, Debug)]
@@ -63,7 +64,9 @@ fn milliseconds(text: &str) -> Result<f64, String> {
 impl Sim {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         if self.profile.as_deref() == Some(Path::new("-")) {
-            return context.out.line(Profile::BUILT_IN.trim_end());
+            let profile = Profile::BUILT_IN.trim_end();
+            let text = Text::from(profile.to_owned());
+            return context.show(&text, |out| out.line(profile));
         }
         if self.udp.is_none() && self.tcp.is_none() && self.pty().is_none() {
             let hint = "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT";

@@ -1,0 +1,75 @@
+//! A virtual arm served by the command, for the tests that need one in another process.
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+
+use super::command;
+
+/// A virtual arm in a process of its own.
+pub(crate) struct Served {
+    pub(crate) child: Child,
+    pub(crate) stdout: BufReader<ChildStdout>,
+    /// What stderr said before it was ready.
+    pub(crate) doors: Vec<String>,
+}
+
+impl Served {
+    pub(crate) fn start(arguments: &[&str], doors: usize) -> Self {
+        let mut child = command()
+            .arg("sim")
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the command starts");
+        let mut stdout = BufReader::new(child.stdout.take().expect("stdout"));
+        let mut line = String::new();
+        stdout.read_line(&mut line).expect("a line");
+        assert_eq!(line, "ready\n");
+        let stderr = child.stderr.take().expect("stderr");
+        let mut lines = BufReader::new(stderr)
+            .lines()
+            .map(|line| line.expect("UTF-8"));
+        let doors = lines.by_ref().take(doors + 1).collect();
+        // Somebody has to read on, or the arm would wait for us.
+        std::thread::spawn(move || lines.for_each(drop));
+        Self {
+            child,
+            stdout,
+            doors,
+        }
+    }
+
+    /// The address after `serving udp:`.
+    pub(crate) fn door(&self, scheme: &str) -> String {
+        let prefix = format!("serving {scheme}:");
+        let found = self
+            .doors
+            .iter()
+            .find_map(|line| line.strip_prefix(&prefix));
+        format!(
+            "{scheme}:{}",
+            found.unwrap_or_else(|| panic!("{:?}", self.doors))
+        )
+    }
+
+    /// Ends it with a signal; its status and the rest of its stdout.
+    pub(crate) fn end(mut self, signal: &str) -> (ExitStatus, String) {
+        let kill = Command::new("kill")
+            .args([signal, &self.child.id().to_string()])
+            .status();
+        assert!(kill.expect("kill runs").success());
+        let status = self.child.wait().expect("it ends");
+        let mut rest = String::new();
+        self.stdout.read_to_string(&mut rest).expect("UTF-8");
+        (status, rest)
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
