@@ -8,7 +8,6 @@ pub(crate) enum Signal {
     /// Ctrl-C.
     Interrupt,
     /// SIGTERM, where there is such a thing.
-    #[cfg_attr(windows, expect(dead_code))]
     Terminate,
 }
 
