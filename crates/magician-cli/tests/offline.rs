@@ -162,9 +162,11 @@ fn completions_and_pages_for_every_verb() {
     }
     assert!(run(&["man"]).out.contains(".TH magician"));
     let dir = tempfile::tempdir().expect("directory");
-    assert_eq!(run(&["man", dir.path().to_str().expect("UTF-8")]).status, 0);
-    assert!(dir.path().join("magician-decode.1").exists());
-    assert_eq!(run(&["man", "/no/such/place"]).status, 3);
+    let pages = dir.path().join("share/man1");
+    assert_eq!(run(&["man", pages.to_str().expect("UTF-8")]).status, 0);
+    let page = pages.join("magician-decode.1");
+    assert!(page.exists());
+    assert_eq!(run(&["man", page.to_str().expect("UTF-8")]).status, 3);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use crate::output::Text;
 #[derive(Args, Debug)]
 #[command(after_help = "To read it at once: magician man | man -l -")]
 pub(crate) struct Man {
-    /// Directory to write the pages into; it must exist
+    /// Directory to write the pages into; made if it is not there
     dir: Option<PathBuf>,
 }
 
@@ -27,12 +27,12 @@ impl Man {
                 Ok(out.write_all(page.as_bytes())?)
             });
         };
-        clap_mangen::generate_to(description, &dir).map_err(|error| {
-            Failure::invalid(format!(
-                "no pages can be written into {}: {error}",
-                dir.display()
-            ))
-        })?;
+        std::fs::create_dir_all(&dir)
+            .and_then(|()| clap_mangen::generate_to(description, &dir))
+            .map_err(|error| {
+                let dir = dir.display();
+                Failure::invalid(format!("no pages can be written into {dir}: {error}"))
+            })?;
         let told = format!("pages written into {}", dir.display());
         context.show(&Text::from(told.clone()), |out| out.line(&told))
     }

@@ -1,6 +1,5 @@
 //! What the virtual arm does, in lines on stderr.
 
-use std::collections::BTreeSet;
 use std::io::{self, Write};
 
 use magician_protocol::{Alarm, Row};
@@ -35,21 +34,18 @@ pub(super) fn doors(title: &str, endpoints: &[Endpoint]) {
 /// Writes the log; how much is the user's choice.
 pub(super) struct Log {
     verbose: u8,
-    /// Commands of which it was said that they do not act.
-    idle: BTreeSet<u8>,
 }
 
 impl Log {
     pub(super) fn new(verbose: u8) -> Self {
-        Self {
-            verbose,
-            idle: BTreeSet::new(),
-        }
+        Self { verbose }
     }
 
-    pub(super) fn notice(&mut self, notice: Notice) {
+    pub(super) fn notice(&self, notice: Notice) {
         let line = match notice {
             Notice::Arm(event) => self.event(event),
+            // A command line opens and closes the port for every verb.
+            Notice::Connected(_) | Notice::Left(_) if self.verbose < 1 => None,
             Notice::Connected(who) => Some(format!("{who} connected")),
             Notice::Left(who) => Some(format!("{who} left")),
             Notice::Refused(who) => Some(format!("{who} refused: too many connections")),
@@ -61,11 +57,10 @@ impl Log {
     }
 
     /// An event in words, if it is worth a line.
-    fn event(&mut self, event: Event) -> Option<String> {
+    fn event(&self, event: Event) -> Option<String> {
         let quiet = match event {
             Event::Accepted { .. } | Event::Started { .. } => self.verbose < 2,
             Event::Finished { .. } => self.verbose < 1,
-            Event::NotSimulated { row } => !self.idle.insert(row.id) && self.verbose < 1,
             _ => false,
         };
         let line = match event {

@@ -132,7 +132,7 @@ impl Sim {
             })?;
             server = server.trace(BufWriter::new(file));
         }
-        let Some(mut log) = log else {
+        let Some(log) = log else {
             return Ok(server.on_ready(|_| say_ready()));
         };
         let title = log::title(&identity, self.speed);
