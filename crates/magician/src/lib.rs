@@ -49,3 +49,8 @@ pub use magician_protocol::{
 pub use magician_sim as sim;
 pub use ports::{Port, Usb, ports};
 pub use target::{SimSpeed, Target};
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
