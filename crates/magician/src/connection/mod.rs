@@ -67,23 +67,18 @@ mod reply;
 mod request;
 #[cfg(test)]
 mod tests;
+mod transmit;
 
 use std::collections::VecDeque;
 
-use magician_protocol::commands::{
-    AlarmsState, DeviceTime, DeviceVersion, Pose, QueuedCmdClear, QueuedCmdCurrentIndex,
-    QueuedCmdLeftSpace,
-};
-use magician_protocol::{
-    Ctrl, Deframer, FrameBuf, INTER_BYTE_TIMEOUT_MS, QueuedCmdIndex, Readable, Row, Writable,
-};
+use magician_protocol::{Deframer, INTER_BYTE_TIMEOUT_MS, QueuedCmdIndex};
 
 use doubt::Doubt;
 use estimator::Estimator;
 use flaw::{Flaw, planted};
 use job::{Job, Purpose};
 use ledger::Ledger;
-use outstanding::{Copy, Key, Outstanding};
+use outstanding::Outstanding;
 pub use request::{Event, Failure, Priority, Request, Settings, Ticket};
 
 /// Microseconds from an origin of the caller's choice.
@@ -93,19 +88,8 @@ pub type Micros = u64;
 const LANE: usize = 64;
 /// Most requests that may be in flight.
 const MAX_WINDOW: usize = 8;
-/// After so many requests of the stream in a row, a waiting read has its turn.
-const STREAK: u32 = 4;
 /// Pause between looks at a queue that drains after a Clear.
 const DRAIN_PAUSE: Micros = 10_000;
-/// Reads that every controller answers: fences are taken from these in turn.
-const FENCES: [&Row; 6] = [
-    QueuedCmdCurrentIndex::ROW,
-    QueuedCmdLeftSpace::ROW,
-    <AlarmsState as Readable>::ROW,
-    <Pose as Readable>::ROW,
-    DeviceTime::ROW,
-    DeviceVersion::ROW,
-];
 
 /// What went over the line so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -321,186 +305,6 @@ impl Connection {
     /// The next thing to tell.
     pub fn poll_event(&mut self) -> Option<Event> {
         self.events.pop_front()
-    }
-}
-
-/// What goes out.
-impl Connection {
-    /// The next frame to write, `None` when there is none at present.
-    pub fn poll_transmit(&mut self, now: Micros) -> Option<FrameBuf> {
-        if !self.outstanding.is_choked()
-            && let Some(frame) = self.transmit_stop(now)
-        {
-            return Some(frame);
-        }
-        if self.outstanding.is_full() {
-            return None;
-        }
-        if let Some(at) = self.flight.iter().position(|job| job.due) {
-            let job = self.flight.remove(at);
-            return Some(self.send(job, now));
-        }
-        let busy = self.flight.iter().filter(|job| job.in_window()).count();
-        if busy >= self.settings.window {
-            return None;
-        }
-        if let Some(purpose) = self.next_reading() {
-            if let Some(doubt) = &mut self.doubt {
-                doubt.begun.get_or_insert(now);
-            }
-            let row = match purpose {
-                Purpose::Current => QueuedCmdCurrentIndex::ROW,
-                _ => QueuedCmdLeftSpace::ROW,
-            };
-            return self.send_own(purpose, row, now);
-        }
-        let poll_first = self.streak >= STREAK;
-        let [first, second] = match poll_first {
-            true => [Priority::Poll, Priority::Stream],
-            false => [Priority::Stream, Priority::Poll],
-        };
-        self.transmit_lane(first, now)
-            .or_else(|| self.transmit_lane(second, now))
-    }
-
-    fn transmit_stop(&mut self, now: Micros) -> Option<FrameBuf> {
-        let stop = |job: &Job| job.priority == Priority::Stop;
-        match self.flight.iter().position(stop) {
-            Some(at) if self.flight.get(at).is_some_and(|job| job.due) => {
-                let job = self.flight.remove(at);
-                Some(self.send(job, now))
-            }
-            Some(_) => None,
-            None => {
-                let job = self.lanes[Priority::Stop as usize].pop_front()?;
-                Some(self.send(job, now))
-            }
-        }
-    }
-
-    /// The reading that a command in doubt needs next, unless one is in flight.
-    fn next_reading(&self) -> Option<Purpose> {
-        let doubt = self.doubt.as_ref()?;
-        let reading = |job: &Job| matches!(job.purpose, Purpose::Current | Purpose::Left);
-        if doubt.not_before.is_some() || self.flight.iter().any(reading) {
-            return None;
-        }
-        Some(match doubt.current {
-            None => Purpose::Current,
-            Some(_) => Purpose::Left,
-        })
-    }
-
-    fn transmit_lane(&mut self, lane: Priority, now: Micros) -> Option<FrameBuf> {
-        if lane == Priority::Stream && self.wants_drain() {
-            let looking = |job: &Job| job.purpose == Purpose::Drain;
-            if self.drain_at.is_some() || self.flight.iter().any(looking) {
-                return None;
-            }
-            return self.send_own(Purpose::Drain, QueuedCmdLeftSpace::ROW, now);
-        }
-        let job = *self.lanes[lane as usize].front()?;
-        if !self.may_join(&job) {
-            return None;
-        }
-        if self.haunted(&job) {
-            return self.send_fence(now);
-        }
-        self.lanes[lane as usize].pop_front();
-        self.streak = match lane {
-            Priority::Poll => 0,
-            _ => self.streak.saturating_add(1),
-        };
-        Some(self.send(job, now))
-    }
-
-    /// Whether a job may be in flight beside those that are: queued commands beside each other, an
-    /// immediate set of the stream alone in its lane, and no key twice but for queued commands.
-    fn may_join(&self, job: &Job) -> bool {
-        if job.priority == Priority::Stream && (self.doubt.is_some() || self.stopping()) {
-            return false;
-        }
-        let mut beside = self.flight.iter().filter(|other| !other.lingers);
-        beside.all(|other| {
-            let both_stream = job.priority == Priority::Stream && other.priority == job.priority;
-            let both_queued = job.queued() && other.queued();
-            both_queued || !both_stream && other.key != job.key
-        })
-    }
-
-    /// Whether a stop is not answered yet. A Clear that went out again must not find a command
-    /// that was accepted after it first went out.
-    fn stopping(&self) -> bool {
-        let stop = |job: &Job| job.priority == Priority::Stop;
-        let any = !self.lanes[Priority::Stop as usize].is_empty() || self.flight.iter().any(stop);
-        any && !planted(Flaw::QueueWhileStopping)
-    }
-
-    /// Whether a queued command waits for the queue to drain after a Clear.
-    fn wants_drain(&self) -> bool {
-        let head = self.lanes[Priority::Stream as usize].front();
-        self.ledger.draining() && head.is_some_and(Job::queued)
-    }
-
-    /// Rule 4: whether an outstanding frame of the job's key belongs to a request that is not
-    /// waited for in the window any more.
-    fn haunted(&self, job: &Job) -> bool {
-        let waited_for = |ticket: Ticket| {
-            ticket == job.ticket
-                || (self.flight.iter()).any(|other| other.ticket == ticket && !other.lingers)
-        };
-        self.outstanding.haunted(job.key, waited_for) && !planted(Flaw::NoFence)
-    }
-
-    /// Sends a read of our own; a fence instead when its key is haunted.
-    fn send_own(&mut self, purpose: Purpose, row: &Row, now: Micros) -> Option<FrameBuf> {
-        let request = Request::raw(row.id, Ctrl::GET, &[]).ok()?;
-        let ticket = self.ticket();
-        let job = Job::new(ticket, purpose, &request);
-        if purpose != Purpose::Fence && self.haunted(&job) {
-            return self.send_fence(now);
-        }
-        Some(self.send(job, now))
-    }
-
-    /// Sends a fence unless one is in flight; on an unordered link there are none.
-    fn send_fence(&mut self, now: Micros) -> Option<FrameBuf> {
-        let fenced = self.flight.iter().any(|job| job.purpose == Purpose::Fence);
-        if fenced || !self.settings.ordered {
-            return None;
-        }
-        let key = |row: &Row| Key {
-            id: row.id,
-            ctrl: Ctrl::GET,
-        };
-        let turn = FENCES[self.next_fence % FENCES.len()];
-        let clean = FENCES
-            .iter()
-            .find(|row| !self.outstanding.contains(key(row)));
-        self.next_fence = (self.next_fence + 1) % FENCES.len();
-        self.send_own(Purpose::Fence, clean.copied().unwrap_or(turn), now)
-    }
-
-    fn send(&mut self, mut job: Job, now: Micros) -> FrameBuf {
-        if job.key.ctrl.write() && job.key.id == QueuedCmdClear::ROW.id {
-            self.ledger.clearing();
-            self.drain_at = None;
-        }
-        self.stats.sent += 1;
-        self.stats.resent += u64::from(job.sent > 0);
-        job.due = false;
-        job.sent = job.sent.saturating_add(1);
-        job.since = now;
-        job.timer = now.saturating_add(self.estimator.timeout());
-        job.clears = self.ledger.clears();
-        self.outstanding.sent(Copy {
-            key: job.key,
-            ticket: job.ticket,
-            at: now,
-        });
-        let frame = job.frame;
-        self.flight.push(job);
-        frame
     }
 
     fn ticket(&mut self) -> Ticket {

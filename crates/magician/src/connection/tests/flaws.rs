@@ -5,40 +5,43 @@ use super::super::flaw::{Flaw, is_noticed};
 const NOTICED: [(Flaw, fn()); 10] = [
     (
         Flaw::MatchById,
-        super::a_stop_is_not_confirmed_by_the_answer_to_what_it_stops,
+        super::stops::a_stop_is_not_confirmed_by_the_answer_to_what_it_stops,
     ),
     (
         Flaw::NoFence,
-        super::an_answer_that_was_lost_costs_the_next_request_no_timeout,
+        super::replies::an_answer_that_was_lost_costs_the_next_request_no_timeout,
     ),
     (
         Flaw::NoFence,
-        super::datagrams_that_overtake_each_other_are_not_mixed_up,
+        super::faults::datagrams_that_overtake_each_other_are_not_mixed_up,
     ),
-    (Flaw::AcceptGaps, super::a_wrong_index_is_not_believed),
+    (
+        Flaw::AcceptGaps,
+        super::doubts::a_wrong_index_is_not_believed,
+    ),
     (
         Flaw::ResendBlindly,
-        super::executes_each_command_once_over_a_serial_line_that_loses_damages_and_delays,
+        super::faults::executes_each_command_once_over_a_serial_line_that_loses_damages_and_delays,
     ),
     (
         Flaw::NoInterByteTimeout,
-        super::a_frame_that_stays_away_holds_up_no_answer,
+        super::replies::a_frame_that_stays_away_holds_up_no_answer,
     ),
     (
         Flaw::NoLifetime,
-        super::datagrams_lost_late_and_out_of_order_lead_to_no_silent_mistake,
+        super::faults::datagrams_lost_late_and_out_of_order_lead_to_no_silent_mistake,
     ),
     (
         Flaw::ResendAfterStop,
-        super::what_was_lost_before_a_stop_is_not_sent_after_it,
+        super::stops::what_was_lost_before_a_stop_is_not_sent_after_it,
     ),
     (
         Flaw::QueueWhileStopping,
-        super::a_clear_that_goes_out_again_finds_nothing_that_was_accepted_meanwhile,
+        super::stops::a_clear_that_goes_out_again_finds_nothing_that_was_accepted_meanwhile,
     ),
     (
         Flaw::JudgeInWindow,
-        super::a_request_lost_in_a_window_is_not_made_up_for_behind_the_next,
+        super::doubts::a_request_lost_in_a_window_is_not_made_up_for_behind_the_next,
     ),
 ];
 

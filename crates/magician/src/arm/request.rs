@@ -1,0 +1,120 @@
+use std::sync::atomic::Ordering;
+use std::sync::{MutexGuard, PoisonError};
+use std::time::Duration;
+
+use magician_protocol::{Alarm, FrameBuf};
+use tokio::sync::oneshot;
+use tokio::time::{Instant, timeout_at};
+
+use super::driver::{Message, command_name};
+use super::exposure::Exposure;
+use super::watch::Own;
+use super::{Arm, Mishap};
+use crate::connection::Request;
+use crate::{Error, ErrorKind, Result};
+
+/// Longer than anybody waits, and short enough to be added to any instant.
+const FOREVER: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
+
+/// Requests.
+impl Arm {
+    pub(super) fn deadline(&self) -> Instant {
+        Instant::now() + self.options.timeout.min(FOREVER)
+    }
+
+    /// Tells, once, what befell the queue.
+    pub(super) fn mishap(&self) -> Result<()> {
+        let mut mishap = (self.shared.mishap.lock()).unwrap_or_else(PoisonError::into_inner);
+        match mishap.take() {
+            None => Ok(()),
+            Some(Mishap::Reset(gone)) => {
+                self.own().clear();
+                Err(Error::reset(gone))
+            }
+            Some(Mishap::Unaccounted { from, to }) => Err(Error::unaccounted(from, to)),
+        }
+    }
+
+    pub(super) async fn ask(&self, request: Request) -> Result<FrameBuf> {
+        self.ask_until(request, self.deadline()).await
+    }
+
+    pub(super) async fn ask_until(&self, request: Request, deadline: Instant) -> Result<FrameBuf> {
+        let frame = *request.frame();
+        let answer = self.submit(request, deadline, self.stops()).await?;
+        self.answer(answer, &frame, deadline).await
+    }
+
+    /// Stops so far.
+    pub(super) fn stops(&self) -> u64 {
+        self.shared.stops.load(Ordering::SeqCst)
+    }
+
+    /// Hands a request to the task; its answer comes through what this returns. A queued command
+    /// that belongs to a time before the last stop is not sent.
+    pub(super) async fn submit(
+        &self,
+        request: Request,
+        deadline: Instant,
+        stops: u64,
+    ) -> Result<oneshot::Receiver<Result<FrameBuf>>> {
+        let (reply, answer) = oneshot::channel();
+        let messages = self.messages.as_ref().ok_or_else(Error::closed)?;
+        let message = Message::Submit {
+            request,
+            deadline,
+            stops,
+            reply,
+        };
+        match timeout_at(deadline, messages.send(message)).await {
+            Ok(Ok(())) => Ok(answer),
+            Ok(Err(_)) => Err(Error::closed()),
+            Err(_) => Err(Error::new(ErrorKind::Timeout, "the connection is stuck")),
+        }
+    }
+
+    /// The answer, or an error even if the task should be kept from its work.
+    pub(super) async fn answer(
+        &self,
+        answer: oneshot::Receiver<Result<FrameBuf>>,
+        request: &FrameBuf,
+        deadline: Instant,
+    ) -> Result<FrameBuf> {
+        let late = deadline + Duration::from_millis(5);
+        match timeout_at(late, answer).await {
+            Ok(Ok(result)) => result,
+            Ok(Err(_)) => Err(Error::closed()),
+            Err(_) if request.frame().ctrl().queued() => Err(Error::uncertain(None, None)),
+            Err(_) => Err(Error::new(ErrorKind::Timeout, "no answer")),
+        }
+        .map_err(|error| match error.command() {
+            Some(_) => error,
+            None => error.with_command(command_name(&request.frame())),
+        })
+    }
+
+    /// Warns, once, that the arm was not homed since it was switched on, as far as can be told.
+    pub(super) async fn warn_if_not_homed(&self) -> Result<()> {
+        if !self.warned.swap(true, Ordering::SeqCst)
+            && self.alarms().await?.contains(Alarm::ResetOccurred)
+        {
+            tracing::warn!(
+                "{}: the arm reports that it was reset and nobody has cleared that since; if it has not \
+                 been homed, its positions are not true: `magician home`",
+                self.name
+            );
+        }
+        Ok(())
+    }
+
+    pub(super) fn own(&self) -> MutexGuard<'_, Own> {
+        self.own.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn exposure(&self) -> MutexGuard<'_, Exposure> {
+        self.shared
+            .exposure
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}

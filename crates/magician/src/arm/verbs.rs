@@ -1,0 +1,140 @@
+use magician_protocol::commands::QueuedCmdLeftSpace;
+use magician_protocol::{
+    Ctrl, FrameBuf, Layout, NoArgs, Queueable, QueuedCmdIndex, Readable, Set, Writable,
+};
+use tokio::sync::MutexGuard;
+use tokio::time::{Instant, timeout_at};
+
+use super::Arm;
+use super::flow::{self, Flow};
+use crate::connection::Request;
+use crate::{Error, ErrorKind, QueueIndex, Result};
+
+/// The verbs.
+impl Arm {
+    /// Asks for a value.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Timeout`], [`ErrorKind::Unexpected`] when the answer cannot be read,
+    /// [`ErrorKind::Port`] when the line broke.
+    pub async fn get<T: Readable<Query = NoArgs>>(&self) -> Result<T> {
+        self.get_with(&NoArgs).await
+    }
+
+    /// Asks for a value that depends on something, the level of a pin for one.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub async fn get_with<T: Readable>(&self, query: &T::Query) -> Result<T> {
+        let request = Request::get::<T>(query)?;
+        let reply = self.ask(request).await?;
+        let value = T::decode(reply.frame().params()).map_err(Error::from);
+        value.map_err(|error| error.with_command(T::ROW.get_name))
+    }
+
+    /// Sets a value or orders an action, at once.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get); [`ErrorKind::Uncertain`] when an action that must not be repeated was
+    /// not answered.
+    pub async fn set<T: Writable>(&self, value: &T) -> Result<()> {
+        self.ask(Request::set(value)?).await.map(drop)
+    }
+
+    /// Puts a command into the arm's queue and tells its index. It does not start the queue.
+    ///
+    /// # Errors
+    /// [`ErrorKind::QueueFull`] when there is no room, [`ErrorKind::Uncertain`] when it cannot be
+    /// told whether the arm took it, else as [`get`](Self::get).
+    pub async fn enqueue<T>(&self, value: &T) -> Result<QueueIndex>
+    where
+        T: Queueable + Copy + Into<Set>,
+    {
+        self.enqueue_set(&(*value).into()).await
+    }
+
+    /// As [`enqueue`](Self::enqueue), for a command chosen at run time.
+    ///
+    /// # Errors
+    /// As [`enqueue`](Self::enqueue); [`ErrorKind::InvalidInput`] for a command that cannot be queued.
+    pub async fn enqueue_set(&self, command: &Set) -> Result<QueueIndex> {
+        let request = flow::queued(command)?;
+        let deadline = self.deadline();
+        let mut flow = self.take_turn(deadline, command.row().set_name).await?;
+        if flow.room == 0 {
+            let request = Request::get::<QueuedCmdLeftSpace>(&NoArgs)?;
+            let reply = self.ask_until(request, deadline).await?;
+            let read = QueuedCmdLeftSpace::decode(reply.frame().params())?;
+            flow.room = read.left_space;
+            self.note_room(flow.room).await?;
+        }
+        if flow.room == 0 {
+            let error = Error::new(ErrorKind::QueueFull, "the arm's queue is full");
+            return Err(error.with_command(command.row().set_name));
+        }
+        // A caller that goes away meanwhile leaves behind what has to be counted anew.
+        let mut room = std::mem::take(&mut flow.room);
+        let reply = self.ask_until(request, deadline).await;
+        let index = self.accepted(&mut room, command, reply)?;
+        flow.room = room;
+        Ok(index)
+    }
+
+    /// An empty queue is noted: what is put into it next runs next.
+    pub(super) async fn note_room(&self, room: u32) -> Result<()> {
+        let (_, capacity) = self.stats().await?;
+        if room >= capacity {
+            self.own().nothing_before();
+        }
+        Ok(())
+    }
+
+    /// The queue is filled by one at a time.
+    pub(super) async fn take_turn(
+        &self,
+        deadline: Instant,
+        name: &str,
+    ) -> Result<MutexGuard<'_, Flow>> {
+        let turn = timeout_at(deadline, self.flow.lock()).await;
+        turn.map_err(|_| {
+            let message = "another task fills the queue at present";
+            Error::new(ErrorKind::Timeout, message).with_command(name)
+        })
+    }
+
+    /// Accounts for the answer to a queued command.
+    pub(super) fn accepted(
+        &self,
+        room: &mut u32,
+        command: &Set,
+        reply: Result<FrameBuf>,
+    ) -> Result<QueueIndex> {
+        let reply = reply.inspect_err(|_| *room = 0)?;
+        let index = QueuedCmdIndex::decode(reply.frame().params())?;
+        *room = room.saturating_sub(1);
+        self.own().accepted(index, command);
+        Ok(index)
+    }
+
+    /// Sends any frame and returns the frame that answers it. With Ctrl bit 1 set it is a queued
+    /// command like any other, but for the room in the queue, which is not looked at.
+    ///
+    /// # Errors
+    /// [`ErrorKind::InvalidInput`] when the parameters do not fit a frame, else as
+    /// [`get`](Self::get) and [`enqueue`](Self::enqueue).
+    pub async fn raw(&self, id: u8, ctrl: Ctrl, params: &[u8]) -> Result<FrameBuf> {
+        let request = Request::raw(id, ctrl, params)?;
+        if !ctrl.queued() {
+            return self.ask(request).await;
+        }
+        let deadline = self.deadline();
+        let mut flow = self.take_turn(deadline, "a raw command").await?;
+        flow.room = 0;
+        let reply = self.ask_until(request, deadline).await?;
+        let index = QueuedCmdIndex::decode(reply.frame().params());
+        if let (Ok(index), Ok(command)) = (index, Set::decode(id, params)) {
+            self.own().accepted(index, &command);
+        }
+        Ok(reply)
+    }
+}

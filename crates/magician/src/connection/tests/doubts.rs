@@ -1,0 +1,184 @@
+//! Queued commands whose answer is lost, wrong or late.
+
+use magician_protocol::commands::{DeviceName, QueuedCmdCurrentIndex};
+use magician_protocol::{Ctrl, NoArgs};
+
+use super::pair::{Faults, Pair, index_of};
+use super::{SECOND, ready, wait};
+use crate::connection::{Failure, Request, Settings};
+
+#[test]
+fn a_lost_reply_to_the_first_command_is_uncertain() {
+    let mut pair = ready(Settings::ORDERED, 4);
+    pair.mute = true;
+    let deadline = pair.now + 5 * SECOND;
+    let ticket = pair.host.submit(wait(1).deadline(deadline));
+    let soon = pair.now + 50_000;
+    pair.run_until(soon);
+    pair.mute = false;
+    let nowhere = Failure::Uncertain {
+        from: None,
+        to: None,
+    };
+    assert_eq!(pair.finish(ticket, deadline), Err(nowhere));
+    assert_eq!(pair.accepted.len(), 1);
+}
+
+#[test]
+fn a_lost_reply_is_made_up_for_by_reading_the_queue() {
+    let mut pair = ready(Settings::ORDERED, 5);
+    assert_eq!(index_of(&pair.ask(wait(10_000), SECOND).unwrap()), 1);
+    pair.mute = true;
+    let deadline = pair.now + 5 * SECOND;
+    let ticket = pair.host.submit(wait(1).deadline(deadline));
+    let soon = pair.now + 50_000;
+    pair.run_until(soon);
+    pair.mute = false;
+    assert_eq!(index_of(&pair.finish(ticket, deadline).unwrap()), 2);
+    assert_eq!(pair.accepted.len(), 2, "sent once");
+}
+
+#[test]
+fn a_command_that_went_nowhere_is_sent_again() {
+    let mut pair = ready(Settings::ORDERED, 6);
+    pair.ask(wait(10_000), SECOND).unwrap();
+    pair.set_faults(Faults {
+        lose: 1000,
+        ..Faults::default()
+    });
+    let deadline = pair.now + 5 * SECOND;
+    let ticket = pair.host.submit(wait(1).deadline(deadline));
+    let soon = pair.now + 50_000;
+    pair.run_until(soon);
+    pair.set_faults(Faults::default());
+    assert_eq!(index_of(&pair.finish(ticket, deadline).unwrap()), 2);
+    assert_eq!(pair.accepted.len(), 2);
+}
+
+#[test]
+fn a_reset_of_the_controller_is_noticed_and_nothing_is_replayed() {
+    let mut pair = ready(Settings::ORDERED, 8);
+    for _ in 0..3 {
+        pair.ask(wait(1), SECOND).unwrap();
+    }
+    let later = pair.now + SECOND;
+    pair.run_until(later);
+    let index = Request::get::<QueuedCmdCurrentIndex>(&NoArgs).unwrap();
+    pair.ask(index, SECOND).unwrap();
+    pair.power_cycle();
+    let fate = pair.ask(wait(9), 5 * SECOND);
+    assert_eq!(
+        fate,
+        Err(Failure::Uncertain {
+            from: Some(4),
+            to: Some(4)
+        })
+    );
+    let index = Request::get::<QueuedCmdCurrentIndex>(&NoArgs).unwrap();
+    pair.ask(index, SECOND).unwrap();
+    assert_eq!(pair.resets, 1);
+}
+
+#[test]
+fn a_full_queue_is_said_to_be_full() {
+    let mut pair = Pair::new(Settings::ORDERED, Faults::default(), 9);
+    for _ in 0..32 {
+        pair.ask(wait(1), SECOND).unwrap();
+    }
+    assert_eq!(pair.ask(wait(1), SECOND), Err(Failure::QueueFull));
+}
+
+#[test]
+pub(super) fn a_wrong_index_is_not_believed() {
+    let mut pair = ready(Settings::ORDERED, 15);
+    pair.ask(wait(1), SECOND).unwrap();
+    pair.mute = true;
+    let deadline = pair.now + SECOND;
+    let ticket = pair.host.submit(wait(2).deadline(deadline));
+    let sent = pair.now + 500;
+    pair.run_until(sent);
+    let wrong = magician_protocol::FrameBuf::new(110, Ctrl::QUEUED, &40u64.to_le_bytes()).unwrap();
+    pair.inject(wrong.bytes());
+    let fate = pair.finish(ticket, deadline);
+    assert_eq!(
+        fate,
+        Err(Failure::Uncertain {
+            from: Some(2),
+            to: Some(2)
+        })
+    );
+}
+
+#[test]
+fn a_window_of_four_streams_and_reports_a_loss_as_an_interval() {
+    let settings = Settings {
+        window: 4,
+        ..Settings::ORDERED
+    };
+    let mut pair = ready(settings, 16);
+    pair.ask(wait(0), SECOND).unwrap();
+    pair.ask(Request::get::<DeviceName>(&NoArgs).unwrap(), SECOND)
+        .unwrap();
+    let deadline = pair.now + 20 * SECOND;
+    let tickets: Vec<_> = (0..20)
+        .map(|_| pair.host.submit(wait(0).deadline(deadline)))
+        .collect();
+    for (at, ticket) in tickets.into_iter().enumerate() {
+        assert_eq!(
+            index_of(&pair.finish(ticket, deadline).unwrap()),
+            2 + at as u64
+        );
+    }
+    pair.ask(Request::get::<DeviceName>(&NoArgs).unwrap(), SECOND)
+        .unwrap();
+    // The line loses one request of a batch: nobody can tell which.
+    let tickets: Vec<_> = (0..4)
+        .map(|_| pair.host.submit(wait(0).deadline(deadline)))
+        .collect();
+    pair.lose_next_request();
+    let fates: Vec<_> = tickets
+        .into_iter()
+        .map(|ticket| pair.finish(ticket, deadline))
+        .collect();
+    let interval = Failure::Uncertain {
+        from: Some(22),
+        to: Some(25),
+    };
+    assert!(fates.contains(&Err(interval)), "{fates:?}");
+    assert_eq!(pair.accepted.len(), 24, "nothing was sent again");
+}
+
+#[test]
+pub(super) fn a_request_lost_in_a_window_is_not_made_up_for_behind_the_next() {
+    let settings = Settings {
+        window: 4,
+        ..Settings::ORDERED
+    };
+    let mut pair = ready(settings, 17);
+    pair.ask(wait(0), SECOND).unwrap();
+    pair.ask(Request::get::<DeviceName>(&NoArgs).unwrap(), SECOND)
+        .unwrap();
+    let deadline = pair.now + 20 * SECOND;
+    // Two commands of different ids: the answer to the second proves the first lost.
+    let first = pair.host.submit(wait(1).deadline(deadline));
+    let suck = magician_protocol::commands::SetEndEffectorSuctionCup {
+        enable_ctrl: magician_protocol::Flag::ON,
+        suck: magician_protocol::Flag::ON,
+    };
+    let second = Request::queued(&suck).unwrap().deadline(deadline);
+    let second = pair.host.submit(second);
+    pair.lose_next_request();
+    let fates = [pair.finish(first, deadline), pair.finish(second, deadline)];
+    let interval = Err(Failure::Uncertain {
+        from: Some(2),
+        to: Some(3),
+    });
+    assert_eq!(fates, [interval, interval]);
+    let later = pair.now + SECOND;
+    pair.run_until(later);
+    assert_eq!(
+        pair.accepted.len(),
+        2,
+        "the first is not sent after the second"
+    );
+}

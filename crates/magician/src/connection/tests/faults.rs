@@ -1,0 +1,188 @@
+//! Many commands over lines that lose, damage, double, delay and reorder.
+
+use std::collections::HashMap;
+
+use magician_protocol::NoArgs;
+use magician_protocol::commands::{IoDi, QueuedCmdCurrentIndex};
+
+use super::pair::{Faults, Pair, index_of};
+use super::{SECOND, get_di, ready, wait};
+use crate::connection::{Failure, Request, Settings};
+
+/// Queued commands, each with a number of its own, and reads whose reply says what was asked.
+fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
+    let mut fates = HashMap::new();
+    let (mut uncertain, mut exchanges) = (0, 0);
+    for number in 1..=commands {
+        let fate = loop {
+            let fate = pair.ask(wait(number), 30 * SECOND);
+            if fate != Err(Failure::QueueFull) {
+                break fate;
+            }
+            let later = pair.now + SECOND / 10;
+            pair.run_until(later);
+        };
+        if let Err(Failure::Uncertain { .. }) = fate {
+            uncertain += 1;
+        }
+        fates.insert(number, fate);
+        let address = 1 + pair.dice.roll(20) as u8;
+        if let Ok(reply) = pair.ask(get_di(address), 2 * SECOND)
+            && check_gets
+        {
+            let found: IoDi = reply.frame().read().unwrap();
+            assert_eq!(found.address, address, "a reply to another request");
+        }
+        exchanges += 1;
+    }
+    let settled = pair.now + 10 * SECOND;
+    pair.set_faults(Faults::default());
+    pair.run_until(settled);
+    let mut order = 0;
+    let mut executed: HashMap<u32, Vec<u64>> = HashMap::new();
+    for (params, index) in &pair.accepted {
+        let number = u32::from_le_bytes(params[..4].try_into().unwrap());
+        executed.entry(number).or_default().push(*index);
+        assert!(number >= order, "{number} after {order}");
+        order = number;
+    }
+    for (number, fate) in &fates {
+        let done = executed.remove(number).unwrap_or_default();
+        match fate {
+            Ok(reply) => assert_eq!(done, [index_of(reply)], "command {number}"),
+            Err(Failure::Uncertain { .. }) => assert!(done.len() <= 1, "{number}: {done:?}"),
+            other => panic!("command {number}: {other:?}"),
+        }
+    }
+    assert!(executed.is_empty());
+    (uncertain, exchanges)
+}
+
+#[test]
+pub(super) fn executes_each_command_once_over_a_serial_line_that_loses_damages_and_delays() {
+    let faults = Faults {
+        lose: 15,
+        damage: 30,
+        late: 20,
+        late_by: 900_000,
+        ..Faults::default()
+    };
+    let mut uncertain = 0;
+    for seed in 0..200 {
+        let mut pair = ready(Settings::ORDERED, seed);
+        pair.ask(wait(0), SECOND).unwrap();
+        pair.accepted.clear();
+        pair.set_faults(faults);
+        uncertain += stream(&mut pair, 60, true).0;
+        assert!(pair.host.stats().resent > 0);
+    }
+    assert_eq!(uncertain, 0, "with a known base every doubt was settled");
+}
+
+#[test]
+fn a_line_that_doubles_replies_never_doubles_commands() {
+    let faults = Faults {
+        lose: 20,
+        double: 50,
+        late: 20,
+        late_by: 300_000,
+        ..Faults::default()
+    };
+    for seed in 300..400 {
+        let mut pair = ready(Settings::ORDERED, seed);
+        pair.ask(wait(0), SECOND).unwrap();
+        pair.accepted.clear();
+        // Only what the arm says is doubled: a request doubled by the line is executed twice by
+        // any controller, and the index of the next command tells.
+        pair.set_reply_faults(faults);
+        stream(&mut pair, 40, false);
+    }
+}
+
+#[test]
+pub(super) fn datagrams_lost_late_and_out_of_order_lead_to_no_silent_mistake() {
+    let faults = Faults {
+        lose: 50,
+        late: 50,
+        late_by: 900_000,
+        reorder: true,
+        ..Faults::default()
+    };
+    let mut uncertain = 0;
+    for seed in 500..580 {
+        let mut pair = ready(Settings::DATAGRAMS, seed);
+        pair.ask(wait(0), SECOND).unwrap();
+        pair.accepted.clear();
+        pair.set_faults(faults);
+        uncertain += stream(&mut pair, 25, true).0;
+    }
+    assert_eq!(uncertain, 0);
+}
+
+#[test]
+fn a_line_that_doubles_requests_does_so_never_unnoticed() {
+    let faults = Faults {
+        lose: 30,
+        double: 40,
+        late: 100,
+        late_by: 900_000,
+        reorder: true,
+        ..Faults::default()
+    };
+    let (mut doubled, mut clean, mut silent) = (0, 0, 0);
+    for seed in 700..820 {
+        let mut pair = ready(Settings::DATAGRAMS, seed);
+        pair.ask(wait(0), SECOND).unwrap();
+        pair.accepted.clear();
+        pair.set_faults(faults);
+        let mut uncertain = 0;
+        for number in 1..=12 {
+            let fate = pair.ask(wait(number), 60 * SECOND);
+            uncertain += u32::from(fate.is_err());
+        }
+        pair.set_faults(Faults::default());
+        let settled = pair.now + 10 * SECOND;
+        pair.run_until(settled);
+        // Any look at the index would do; a wait or the next run has one.
+        let index = Request::get::<QueuedCmdCurrentIndex>(&NoArgs).unwrap();
+        pair.ask(index, 5 * SECOND).unwrap();
+        let mut numbers: Vec<_> = pair.accepted.iter().map(|(params, _)| params).collect();
+        let taken = numbers.len();
+        numbers.sort();
+        numbers.dedup();
+        if numbers.len() < taken {
+            doubled += 1;
+            let noticed = pair.unaccounted + uncertain > 0;
+            // The one thing no index tells: the second copy of a command takes the very place of the
+            // next one, which was lost, and answers for it.
+            let in_anothers_place = taken == 12;
+            assert!(noticed || in_anothers_place, "seed {seed}: in silence");
+            silent += u32::from(!noticed);
+        } else if pair.unaccounted + uncertain == 0 {
+            clean += 1;
+            assert_eq!(taken, 12, "seed {seed}");
+        }
+    }
+    assert!(doubled > 20 && clean > 10, "{doubled} {clean}");
+    assert!(20 * silent < doubled, "{silent} of {doubled}");
+}
+
+#[test]
+pub(super) fn datagrams_that_overtake_each_other_are_not_mixed_up() {
+    let faults = Faults {
+        late: 500,
+        late_by: 900_000,
+        reorder: true,
+        ..Faults::default()
+    };
+    for seed in 900..930 {
+        let mut pair = ready(Settings::DATAGRAMS, seed);
+        pair.set_faults(faults);
+        for _ in 0..20 {
+            let address = 1 + pair.dice.roll(20) as u8;
+            if let Ok(reply) = pair.ask(get_di(address), 300_000) {
+                assert_eq!(reply.frame().read::<IoDi>().unwrap().address, address);
+            }
+        }
+    }
+}

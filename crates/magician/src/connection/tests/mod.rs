@@ -1,0 +1,37 @@
+//! Host and arm on one virtual clock: what the connection promises, over good lines and bad ones.
+
+mod doubts;
+mod faults;
+mod flaws;
+mod pair;
+mod replies;
+mod stops;
+
+use magician_protocol::NoArgs;
+use magician_protocol::commands::{GetIoDi, IoDi, QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd};
+
+use crate::connection::{Request, Settings};
+use pair::{Faults, Pair};
+
+const SECOND: u64 = 1_000_000;
+
+fn wait(ms: u32) -> Request {
+    Request::queued(&WaitCmd { timeout: ms }).unwrap()
+}
+
+fn get_di(address: u8) -> Request {
+    Request::get::<IoDi>(&GetIoDi {
+        address: Some(address),
+    })
+    .unwrap()
+}
+
+/// A pair whose queue runs and has been seen empty, over a perfect line.
+fn ready(settings: Settings, seed: u64) -> Pair {
+    let mut pair = Pair::new(settings, Faults::default(), seed);
+    pair.ask(Request::set(&QueuedCmdStartExec {}).unwrap(), SECOND)
+        .unwrap();
+    pair.ask(Request::get::<QueuedCmdLeftSpace>(&NoArgs).unwrap(), SECOND)
+        .unwrap();
+    pair
+}

@@ -1,0 +1,198 @@
+//! Where the arm goes, and which way.
+
+use magician_protocol::commands::{
+    ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, HomeParams, JogCmd, LostStepCmd, PtpCmd,
+    PtpWithLCmd,
+};
+use magician_protocol::{CpMode, Flag, JogCommand, PtpMode, Set};
+
+fn ptp(ptp_mode: PtpMode, [x, y, z, r]: [f32; 4]) -> Set {
+    PtpCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+    }
+    .into()
+}
+
+/// Goes to a pose, all joints together; the tool's way is a curve.
+#[must_use]
+pub fn move_to(x: f32, y: f32, z: f32, r: f32) -> Set {
+    ptp(PtpMode::MovjXyz, [x, y, z, r])
+}
+
+/// Goes to a pose on a straight line.
+#[must_use]
+pub fn line_to(x: f32, y: f32, z: f32, r: f32) -> Set {
+    ptp(PtpMode::MovlXyz, [x, y, z, r])
+}
+
+/// Goes to a pose over obstacles: up, across with all joints together, down.
+/// [`jump_height`](super::jump_height) says how high.
+#[must_use]
+pub fn jump_to(x: f32, y: f32, z: f32, r: f32) -> Set {
+    ptp(PtpMode::JumpXyz, [x, y, z, r])
+}
+
+/// As [`jump_to`], across on a straight line (errata E28: seen to do nothing on some firmware).
+#[must_use]
+pub fn jump_line_to(x: f32, y: f32, z: f32, r: f32) -> Set {
+    ptp(PtpMode::JumpMovlXyz, [x, y, z, r])
+}
+
+/// Goes to joint angles.
+#[must_use]
+pub fn move_joints(j1: f32, j2: f32, j3: f32, j4: f32) -> Set {
+    ptp(PtpMode::MovjAngle, [j1, j2, j3, j4])
+}
+
+/// Goes to joint angles with the tool on a straight line.
+#[must_use]
+pub fn line_joints(j1: f32, j2: f32, j3: f32, j4: f32) -> Set {
+    ptp(PtpMode::MovlAngle, [j1, j2, j3, j4])
+}
+
+/// Goes to joint angles over obstacles.
+#[must_use]
+pub fn jump_joints(j1: f32, j2: f32, j3: f32, j4: f32) -> Set {
+    ptp(PtpMode::JumpAngle, [j1, j2, j3, j4])
+}
+
+/// Moves by so much from where the arm then is, all joints together.
+#[must_use]
+pub fn move_by(dx: f32, dy: f32, dz: f32, dr: f32) -> Set {
+    ptp(PtpMode::MovjXyzInc, [dx, dy, dz, dr])
+}
+
+/// Moves by so much from where the arm then is, on a straight line.
+#[must_use]
+pub fn line_by(dx: f32, dy: f32, dz: f32, dr: f32) -> Set {
+    ptp(PtpMode::MovlXyzInc, [dx, dy, dz, dr])
+}
+
+/// Turns the joints by so much from where they then are.
+#[must_use]
+pub fn move_joints_by(d1: f32, d2: f32, d3: f32, d4: f32) -> Set {
+    ptp(PtpMode::MovjAngleInc, [d1, d2, d3, d4])
+}
+
+/// Goes to a pose and to `l` mm on the rail (0 to 1000) at the same time.
+#[must_use]
+pub fn move_with_rail(x: f32, y: f32, z: f32, r: f32, l: f32) -> Set {
+    let ptp_mode = PtpMode::MovjXyz;
+    PtpWithLCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+        l,
+    }
+    .into()
+}
+
+/// Goes to `to` along the arc through `via`; both are x, y, z, r, and the r of `via` is ignored.
+#[must_use]
+pub fn arc_to(via: [f32; 4], to: [f32; 4]) -> Set {
+    ArcCmd {
+        cir_point: via,
+        to_point: to,
+    }
+    .into()
+}
+
+/// Goes round the circle through here, `via` and `over`, so many turns.
+#[must_use]
+pub fn circle(via: [f32; 4], over: [f32; 4], turns: u32) -> Set {
+    CircleCmd {
+        cir_point: via,
+        to_point: over,
+        count: turns,
+    }
+    .into()
+}
+
+/// Adds a segment to a continuous path, to a point; the tool does not stop between segments that
+/// follow each other, and J4 does not turn.
+#[must_use]
+pub fn path_to(x: f32, y: f32, z: f32) -> Set {
+    let (cp_mode, velocity_or_power) = (CpMode::Absolute, 0.0);
+    CpCmd {
+        cp_mode,
+        x,
+        y,
+        z,
+        velocity_or_power,
+    }
+    .into()
+}
+
+/// Adds a segment to a continuous path, by so much from the end of the one before.
+#[must_use]
+pub fn path_by(dx: f32, dy: f32, dz: f32) -> Set {
+    let (cp_mode, velocity_or_power) = (CpMode::Relative, 0.0);
+    CpCmd {
+        cp_mode,
+        x: dx,
+        y: dy,
+        z: dz,
+        velocity_or_power,
+    }
+    .into()
+}
+
+/// As [`path_to`], with the laser at so many percent on the way.
+#[must_use]
+pub fn engrave_to(x: f32, y: f32, z: f32, power: f32) -> Set {
+    let (cp_mode, velocity_or_power) = (CpMode::Absolute, power);
+    CpLeCmd {
+        cp_mode,
+        x,
+        y,
+        z,
+        velocity_or_power,
+    }
+    .into()
+}
+
+/// Finds the reference of J1 and goes to the home point. [`Arm::home`](crate::Arm::home) also waits
+/// and clears the alarm that the arm raises when it is switched on.
+#[must_use]
+pub fn home() -> Set {
+    HomeCmd { reserved: 0 }.into()
+}
+
+/// Sets the home point.
+#[must_use]
+pub fn home_at(x: f32, y: f32, z: f32, r: f32) -> Set {
+    HomeParams { x, y, z, r }.into()
+}
+
+/// Moves a joint until told to stop: send it at once, not through the queue, and end it with
+/// [`Arm::stop_jog`](crate::Arm::stop_jog).
+#[must_use]
+pub fn jog_joint(direction: JogCommand) -> Set {
+    JogCmd {
+        is_joint: Flag::ON,
+        cmd: direction,
+    }
+    .into()
+}
+
+/// As [`jog_joint`], along a coordinate.
+#[must_use]
+pub fn jog_axis(direction: JogCommand) -> Set {
+    JogCmd {
+        is_joint: Flag::OFF,
+        cmd: direction,
+    }
+    .into()
+}
+
+/// Compares the joints with their sensors; a lost step raises an alarm (errata E36).
+#[must_use]
+pub fn check_lost_steps() -> Set {
+    LostStepCmd {}.into()
+}

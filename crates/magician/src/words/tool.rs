@@ -1,0 +1,84 @@
+//! The tool at the end of the arm.
+
+use magician_motion::ToolBias;
+use magician_protocol::commands::{
+    EndEffectorParams, SetEndEffectorGripper, SetEndEffectorLaser, SetEndEffectorSuctionCup,
+};
+use magician_protocol::{Flag, Set};
+
+use crate::{Error, Result};
+
+/// Tells the arm where the tool sits; poses count from there on.
+#[must_use]
+pub fn tool(bias: ToolBias) -> Set {
+    EndEffectorParams {
+        x_bias: bias.x as f32,
+        y_bias: bias.y as f32,
+        z_bias: bias.z as f32,
+    }
+    .into()
+}
+
+/// As [`tool`], by name: `none`, `suction`, `gripper`, `pen`, `laser`.
+///
+/// # Errors
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for another name; it lists these.
+pub fn tool_named(name: &str) -> Result<Set> {
+    ToolBias::named(name).map(tool).ok_or_else(|| {
+        let names: Vec<_> = ToolBias::NAMED.iter().map(|(name, _)| *name).collect();
+        Error::invalid(format!(
+            "there is no tool `{name}`; there are {}",
+            names.join(", ")
+        ))
+    })
+}
+
+/// Sucks, or lets go.
+#[must_use]
+pub fn suction(on: bool) -> Set {
+    SetEndEffectorSuctionCup {
+        enable_ctrl: Flag::ON,
+        suck: on.into(),
+    }
+    .into()
+}
+
+/// Closes the gripper.
+#[must_use]
+pub fn grip() -> Set {
+    SetEndEffectorGripper {
+        enable_ctrl: Flag::ON,
+        grip: Flag::ON,
+    }
+    .into()
+}
+
+/// Opens the gripper.
+#[must_use]
+pub fn release() -> Set {
+    SetEndEffectorGripper {
+        enable_ctrl: Flag::ON,
+        grip: Flag::OFF,
+    }
+    .into()
+}
+
+/// Switches the air pump off; suction cup and gripper go limp (model section 13).
+#[must_use]
+pub fn pump_off() -> Set {
+    SetEndEffectorGripper {
+        enable_ctrl: Flag::OFF,
+        grip: Flag::OFF,
+    }
+    .into()
+}
+
+/// Switches the laser.
+#[must_use]
+pub fn laser(on: bool) -> Set {
+    SetEndEffectorLaser {
+        enable_ctrl: on.into(),
+        on: on.into(),
+    }
+    .into()
+}

@@ -1,0 +1,84 @@
+//! Arms to test with, and the far end of the line to one.
+
+use magician::commands::Pose;
+use magician::protocol::FrameBuf;
+use magician::sim::{Controller, Line, Profile, Runner, Speed};
+use magician::{Arm, Ctrl, Options};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
+use tokio::time::Instant;
+
+pub(crate) fn runner(speed: Speed) -> Runner {
+    let line = Line {
+        baud: Some(115_200),
+        turnaround: 2_000,
+    };
+    Runner::new(Controller::new(Profile::default()), speed, line)
+}
+
+/// An arm in real time, on a line as slow as the real one; the test's clock jumps.
+pub(crate) async fn real_time() -> Arm {
+    Arm::simulated(runner(Speed::Times(1.0)), Options::default())
+        .await
+        .unwrap()
+}
+
+pub(crate) async fn fast() -> Arm {
+    Arm::connect(&"sim".parse().unwrap()).await.unwrap()
+}
+
+/// A stream to a virtual arm that the test can look into while the handle is gone.
+pub(crate) struct Bench {
+    far: tokio::io::DuplexStream,
+    pub(crate) controller: Controller,
+    pub(crate) laser: bool,
+}
+
+impl Bench {
+    pub(crate) fn new() -> (tokio::io::DuplexStream, Self) {
+        let (near, far) = duplex(1 << 16);
+        let controller = Controller::new(Profile::default());
+        (
+            near,
+            Self {
+                far,
+                controller,
+                laser: false,
+            },
+        )
+    }
+
+    /// Answers until the other end is gone.
+    pub(crate) async fn serve(mut self) -> Self {
+        let begun = Instant::now();
+        let mut bytes = [0; 256];
+        while let Ok(count @ 1..) = self.far.read(&mut bytes).await {
+            self.controller.advance(begun.elapsed().as_micros() as u64);
+            self.controller
+                .receive(magician::sim::LinkId(0), &bytes[..count]);
+            self.laser |= self.controller.state().laser;
+            while let Some(reply) = self.controller.poll_transmit(magician::sim::LinkId(0)) {
+                let _ = self.far.write_all(reply.bytes()).await;
+            }
+        }
+        self
+    }
+}
+
+/// An arm at the end of a pipe that the test holds: it hears requests, and answers as told.
+pub(crate) async fn next_request(far: &mut tokio::io::DuplexStream) -> FrameBuf {
+    let mut head = [0; 3];
+    far.read_exact(&mut head).await.unwrap();
+    let mut rest = vec![0; usize::from(head[2]) + 1];
+    far.read_exact(&mut rest).await.unwrap();
+    FrameBuf::new(rest[0], Ctrl(rest[1]), &rest[2..rest.len() - 1]).unwrap()
+}
+
+pub(crate) fn pose_at(x: f32) -> Pose {
+    Pose {
+        x,
+        y: 0.0,
+        z: 0.0,
+        r: 0.0,
+        joint_angle: [0.0; 4],
+    }
+}

@@ -1,0 +1,75 @@
+//! What is refused before anything is sent.
+
+use magician::commands::EndEffectorParams;
+use magician::protocol::CpMode;
+use magician::{ErrorKind, words};
+
+use crate::bench::fast;
+
+#[tokio::test(start_paused = true)]
+async fn checks_before_a_byte_is_sent() {
+    let arm = fast().await;
+    let (before, _) = arm.stats().await.unwrap();
+    let bad = [
+        words::line_to(250.0, 0.0, 20.0, 0.0),
+        words::move_to(500.0, 0.0, 0.0, 0.0),
+    ];
+    let error = arm.perform(&bad).await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Unreachable);
+    assert_eq!(error.command(), Some("SetPTPCmd"));
+    assert!(error.value() > error.limit() && error.unit() == Some("mm"));
+    let nan = arm
+        .perform(&[words::move_to(f32::NAN, 0.0, 0.0, 0.0)])
+        .await
+        .unwrap_err();
+    assert_eq!(nan.kind(), ErrorKind::InvalidInput);
+    let (after, _) = arm.stats().await.unwrap();
+    assert_eq!(after.sent - before.sent, 6, "only reads");
+    assert_eq!(arm.current_index().await.unwrap().0, 0);
+}
+
+#[test]
+fn the_check_follows_the_arm() {
+    use magician::{JointAngles, Limits, ToolBias, words::Preflight};
+
+    let mut check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    check.check(&words::line_by(0.0, 50.0, 0.0, 0.0)).unwrap();
+    assert!((check.arm().unwrap().pose.y - 50.0).abs() < 1e-9);
+    check.check(&words::tool(ToolBias::SUCTION)).unwrap();
+    assert!(
+        check.arm().unwrap().pose.x > 250.0,
+        "the tool point is further out now"
+    );
+    // Both ends are reachable, the straight way between them leads through the base.
+    check.check(&words::move_to(0.0, 200.0, 50.0, 0.0)).unwrap();
+    let through = check
+        .check(&words::line_to(0.0, -200.0, 50.0, 0.0))
+        .unwrap_err();
+    assert_eq!(through.kind(), ErrorKind::Unreachable);
+    check
+        .check(&words::move_to(0.0, -200.0, 50.0, 0.0))
+        .unwrap();
+    let relative = CpMode::Relative;
+    let segment = magician::commands::CpCmd {
+        cp_mode: relative,
+        x: 0.0,
+        y: -500.0,
+        z: 0.0,
+        velocity_or_power: 0.0,
+    };
+    assert!(check.check(&segment.into()).is_err());
+    let strict = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    let mut strict = strict.limits(Limits::GUARANTEED);
+    let error = strict
+        .check(&words::move_joints(100.0, 45.0, 45.0, 0.0))
+        .unwrap_err();
+    assert_eq!((error.value(), error.limit()), (Some(100.0), Some(90.0)));
+    let slow = strict.check(&words::speed(0.0, 50.0)).unwrap_err();
+    assert_eq!(slow.kind(), ErrorKind::InvalidInput);
+    let tool = EndEffectorParams {
+        x_bias: f32::INFINITY,
+        y_bias: 0.0,
+        z_bias: 0.0,
+    };
+    assert!(strict.check(&tool.into()).is_err());
+}

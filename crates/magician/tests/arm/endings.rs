@@ -1,0 +1,89 @@
+//! What the arm does when its handle is gone.
+
+use std::time::Duration;
+
+use magician::commands::WaitCmd;
+use magician::protocol::{FrameBuf, JogCommand};
+use magician::{Arm, Ctrl, Options, Set, words};
+use tokio::io::{AsyncReadExt, duplex};
+
+use crate::bench::Bench;
+
+#[tokio::test(start_paused = true)]
+async fn a_dropped_handle_stops_what_it_started_and_puts_the_laser_out() {
+    let (near, bench) = Bench::new();
+    let bench = tokio::spawn(bench.serve());
+    let arm = Arm::over(near, Options::default()).await.unwrap();
+    let Set::SetEndEffectorLaser(burn) = words::laser(true) else {
+        panic!()
+    };
+    arm.set(&burn).await.unwrap();
+    arm.start_queue().await.unwrap();
+    for y in [100.0, -100.0, 100.0] {
+        let Set::PtpCmd(go) = words::move_to(200.0, y, 50.0, 0.0) else {
+            panic!()
+        };
+        arm.enqueue(&go).await.unwrap();
+    }
+    drop(arm);
+    let bench = bench.await.unwrap();
+    let state = bench.controller.state();
+    assert!(bench.laser, "it did burn");
+    assert!(
+        !state.laser && !state.queue.started && state.queue.waiting == 0,
+        "{state:?}"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_detached_handle_and_one_that_is_done_leave_the_arm_alone() {
+    for detach in [true, false] {
+        let (near, bench) = Bench::new();
+        let bench = tokio::spawn(bench.serve());
+        let arm = Arm::over(near, Options::default()).await.unwrap();
+        if detach {
+            arm.start_queue().await.unwrap();
+            arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
+            arm.detach();
+        } else {
+            arm.run([words::wait(Duration::from_millis(1))], |_| {})
+                .await
+                .unwrap();
+        }
+        arm.close().await;
+        assert!(
+            bench.await.unwrap().controller.state().queue.started,
+            "detach {detach}"
+        );
+    }
+}
+
+#[test]
+fn a_runtime_that_goes_first_still_lets_the_stop_out() {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .unwrap();
+    let (near, mut far) = duplex(1 << 16);
+    runtime.block_on(async {
+        let options = Options::default()
+            .probe(false)
+            .timeout(Duration::from_millis(1));
+        let arm = Arm::over(near, options).await.unwrap();
+        let Set::JogCmd(jog) = words::jog_joint(JogCommand::Axis1Plus) else {
+            panic!()
+        };
+        let _ = arm.set(&jog).await;
+    });
+    drop(runtime);
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .build()
+        .unwrap();
+    let mut heard = Vec::new();
+    runtime.block_on(far.read_to_end(&mut heard)).unwrap();
+    let stop = FrameBuf::new(242, Ctrl::SET, &[]).unwrap();
+    let stopped = heard
+        .windows(stop.bytes().len())
+        .any(|bytes| bytes == stop.bytes());
+    assert!(stopped, "{heard:02X?}");
+}

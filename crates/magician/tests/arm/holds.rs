@@ -1,0 +1,128 @@
+//! What holds the queue, and what only looks like it.
+
+use std::time::Duration;
+
+use magician::commands::{Pose, PtpCmd, WaitCmd};
+use magician::protocol::FrameBuf;
+use magician::sim::{Controller, Line, Profile, Runner, Speed};
+use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, Set, words};
+use tokio::io::{AsyncWriteExt, duplex};
+use tokio::time::Instant;
+
+use crate::bench::{next_request, real_time};
+
+#[tokio::test(start_paused = true)]
+async fn fails_on_the_first_blocking_alarm_and_names_the_cure() {
+    let arm = real_time().await;
+    let far = PtpCmd {
+        ptp_mode: magician::protocol::PtpMode::MovjXyz,
+        x: 900.0,
+        y: 0.0,
+        z: 0.0,
+        r: 0.0,
+    };
+    arm.start_queue().await.unwrap();
+    arm.enqueue(&WaitCmd { timeout: 500 }).await.unwrap();
+    arm.enqueue(&far).await.unwrap();
+    let last = arm.enqueue(&WaitCmd { timeout: 500 }).await.unwrap();
+    let error = arm.wait(last).await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Alarm);
+    assert!(error.alarms().unwrap().contains(0x11), "{error}");
+    assert!(
+        error.to_string().contains("magician alarms --clear"),
+        "{error}"
+    );
+    arm.clear_alarms().await.unwrap();
+    arm.wait(last).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_hold_without_an_alarm_is_found_out() {
+    let arm = real_time().await;
+    arm.start_queue().await.unwrap();
+    // Into a limit, and out again without the queue: the bit drops, the hold stays.
+    let Set::PtpCmd(out) = words::move_joints(0.0, 95.0, 45.0, 0.0) else {
+        panic!()
+    };
+    arm.set(&out).await.unwrap();
+    arm.wait_still().await.unwrap();
+    assert!(arm.alarms().await.unwrap().contains(0x42));
+    let Set::PtpCmd(back) = words::move_joints(0.0, 50.0, 45.0, 0.0) else {
+        panic!()
+    };
+    arm.set(&back).await.unwrap();
+    arm.wait_still().await.unwrap();
+    assert!(!arm.alarms().await.unwrap().blocking());
+    let Set::PtpCmd(back) = words::move_joints(0.0, 45.0, 45.0, 0.0) else {
+        panic!()
+    };
+    let index = arm.enqueue(&back).await.unwrap();
+    let error = arm.wait(index).await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Alarm);
+    assert!(error.alarms().unwrap().is_empty());
+    assert!(
+        error.to_string().contains("magician alarms --clear"),
+        "{error}"
+    );
+    arm.clear_alarms().await.unwrap();
+    arm.wait(index).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_move_of_the_rail_alone_is_no_hold() {
+    let (near, mut far) = duplex(1 << 16);
+    let bench = tokio::spawn(async move {
+        let begun = Instant::now();
+        let mut controller = Controller::new(Profile::default());
+        let mut started = false;
+        loop {
+            let request = next_request(&mut far).await;
+            let now = begun.elapsed();
+            // The rail takes eight seconds, and nothing else moves meanwhile.
+            if now > Duration::from_secs(8) && !std::mem::replace(&mut started, true) {
+                let start = FrameBuf::new(240, Ctrl::SET, &[]).unwrap();
+                controller.receive(magician::sim::LinkId(1), start.bytes());
+            }
+            let reply = match request.frame().id() {
+                240 => Some(FrameBuf::new(240, Ctrl::SET, &[]).unwrap()),
+                13 => {
+                    let l = now.as_secs_f32() * 100.0;
+                    Some(FrameBuf::new(13, Ctrl::GET, &l.to_le_bytes()).unwrap())
+                }
+                _ => {
+                    controller.advance(now.as_micros() as u64);
+                    controller.receive(magician::sim::LinkId(0), request.bytes());
+                    controller.poll_transmit(magician::sim::LinkId(0))
+                }
+            };
+            let _ = far
+                .write_all(reply.expect("every request is known").bytes())
+                .await;
+        }
+    });
+    let arm = Arm::over(near, Options::default()).await.unwrap();
+    let here: Pose = arm.get().await.unwrap();
+    let along = words::move_with_rail(here.x, here.y, here.z, here.r, 800.0);
+    let begun = Instant::now();
+    arm.run([along], |_| {}).await.unwrap();
+    assert!(begun.elapsed() > Duration::from_secs(7));
+    arm.close().await;
+    bench.abort();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_wait_of_another_program_before_ours_is_no_hold() {
+    let mut controller = Controller::new(Profile::default());
+    let left = FrameBuf::encode(110, Ctrl::QUEUED, &WaitCmd { timeout: 20_000 }).unwrap();
+    controller.receive(magician::sim::LinkId(7), left.bytes());
+    let line = Line {
+        baud: None,
+        turnaround: 0,
+    };
+    let runner = Runner::new(controller, Speed::Times(1.0), line);
+    let arm = Arm::simulated(runner, Options::default()).await.unwrap();
+    let options = RunOptions::default().keep(true);
+    arm.run_with([words::move_to(200.0, 50.0, 20.0, 0.0)], options, |_| {})
+        .await
+        .unwrap();
+}

@@ -1,0 +1,153 @@
+//! Runs: how they flow, and what ends them.
+
+use std::time::Duration;
+
+use magician::commands::{Pose, WaitCmd};
+use magician::protocol::FrameBuf;
+use magician::sim::{Controller, Line, Profile, Runner, Speed};
+use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, words};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
+use tokio::time::Instant;
+
+use crate::bench::{real_time, runner};
+
+#[tokio::test(start_paused = true)]
+async fn a_queue_longer_than_the_arms_flows_and_never_overruns() {
+    for window in [1, 4] {
+        let options = Options::default().window(window);
+        let arm = Arm::simulated(runner(Speed::Times(1.0)), options)
+            .await
+            .unwrap();
+        let wait = words::wait(Duration::from_millis(20));
+        let mut seen = 0;
+        let begun = Instant::now();
+        let ran = arm
+            .run(std::iter::repeat_n(wait, 200), |progress| {
+                assert!(progress.current.0 >= seen);
+                assert!(progress.sent - progress.current.0 <= 32);
+                seen = progress.current.0;
+                assert_eq!(progress.total, Some(200));
+            })
+            .await
+            .unwrap();
+        assert_eq!(
+            (ran.commands, ran.first.unwrap().0, ran.last.unwrap().0),
+            (200, 1, 200)
+        );
+        assert_eq!(seen, 200);
+        // It never ran dry: the waits alone take four seconds.
+        let took = begun.elapsed();
+        assert!(
+            took < Duration::from_millis(4600),
+            "window {window}: {took:?}"
+        );
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_from_another_task_ends_a_run() {
+    let arm = std::sync::Arc::new(real_time().await);
+    let running = {
+        let arm = std::sync::Arc::clone(&arm);
+        let moves = (0..100).map(|at| match at % 2 {
+            0 => words::move_to(200.0, 100.0, 50.0, 0.0),
+            _ => words::move_to(200.0, -100.0, 50.0, 0.0),
+        });
+        tokio::spawn(async move { arm.run(moves.collect::<Vec<_>>(), |_| {}).await })
+    };
+    tokio::time::sleep(Duration::from_secs(3)).await;
+    arm.stop().await.unwrap();
+    let before: Pose = arm.get().await.unwrap();
+    tokio::time::sleep(Duration::from_secs(5)).await;
+    let after: Pose = arm.get().await.unwrap();
+    assert_eq!(before, after);
+    assert_eq!(arm.left_space().await.unwrap(), 32);
+    let outcome = tokio::time::timeout(Duration::from_secs(120), running).await;
+    let outcome = outcome.expect("it ends").unwrap();
+    assert_eq!(outcome.unwrap_err().kind(), ErrorKind::Closed);
+    // And it works again.
+    arm.run([words::move_to(200.0, 0.0, 50.0, 0.0)], |_| {})
+        .await
+        .unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn will_not_start_what_others_left_behind() {
+    let mut controller = Controller::new(Profile::default());
+    let left = FrameBuf::encode(110, Ctrl::QUEUED, &WaitCmd { timeout: 10 }).unwrap();
+    controller.receive(magician::sim::LinkId(7), left.bytes());
+    let line = Line {
+        baud: None,
+        turnaround: 0,
+    };
+    let runner = Runner::new(controller, Speed::Max, line);
+    let arm = Arm::simulated(runner, Options::default()).await.unwrap();
+    let mine = [words::wait(Duration::from_millis(1))];
+    let error = arm.run(mine, |_| {}).await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::InvalidInput);
+    let message = error.to_string();
+    assert!(
+        message.contains("magician stop") && message.contains("--keep"),
+        "{message}"
+    );
+    assert_eq!(arm.left_space().await.unwrap(), 31, "nothing was sent");
+    arm.run_with(mine, RunOptions::default().keep(true), |_| {})
+        .await
+        .unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_index_that_was_cleared_will_not_come() {
+    let arm = std::sync::Arc::new(real_time().await);
+    arm.start_queue().await.unwrap();
+    arm.enqueue(&WaitCmd { timeout: 1_000 }).await.unwrap();
+    let dropped = arm.enqueue(&WaitCmd { timeout: 1_000 }).await.unwrap();
+    arm.clear_queue().await.unwrap();
+    let begun = Instant::now();
+    let error = arm.wait(dropped).await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Closed, "{error}");
+    assert!(error.to_string().contains("will not come"), "{error}");
+    assert!(begun.elapsed() < Duration::from_secs(5));
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
+    let (near, mut far) = duplex(1 << 16);
+    let bench = tokio::spawn(async move {
+        let begun = Instant::now();
+        let (mut controller, mut booted) = (Controller::new(Profile::default()), begun);
+        let mut bytes = [0; 256];
+        let mut off = false;
+        while let Ok(count @ 1..) = far.read(&mut bytes).await {
+            if !off && begun.elapsed() > Duration::from_secs(2) {
+                (controller, booted, off) =
+                    (Controller::new(Profile::default()), Instant::now(), true);
+            }
+            controller.advance(booted.elapsed().as_micros() as u64);
+            controller.receive(magician::sim::LinkId(0), &bytes[..count]);
+            while let Some(reply) = controller.poll_transmit(magician::sim::LinkId(0)) {
+                let _ = far.write_all(reply.bytes()).await;
+            }
+        }
+    });
+    let arm = Arm::over(near, Options::default()).await.unwrap();
+    let wait = words::wait(Duration::from_millis(500));
+    let error = arm
+        .run(std::iter::repeat_n(wait, 30), |_| {})
+        .await
+        .unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}");
+    assert!(error.to_string().contains("reset"), "{error}");
+    assert!(
+        error.from_index() > Some(1) && error.to_index() == Some(30),
+        "{error}"
+    );
+    assert_eq!(
+        arm.left_space().await.unwrap(),
+        32,
+        "nothing was sent again"
+    );
+    arm.run([wait], |_| {}).await.unwrap();
+    arm.close().await;
+    bench.await.unwrap();
+}
