@@ -3,8 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use magician::{Arm, Ctrl, Set};
-use magician_protocol::{MAX_PARAMS, Writer};
+use magician::{Arm, Ctrl, FrameBuf, Set};
 
 use crate::failure::Failure;
 
@@ -45,11 +44,8 @@ impl Debts {
 
 /// Sends a command past the queue.
 pub(crate) async fn at_once(arm: &Arm, command: &Set) -> Result<(), Failure> {
-    let mut params = [0; MAX_PARAMS];
-    let mut writer = Writer::new(&mut params);
-    command.encode(&mut writer);
-    let count = writer.finish().map_err(magician::Error::from)?;
-    let params = params.get(..count).unwrap_or_default();
-    arm.raw(command.row().id, Ctrl::SET, params).await?;
+    let order = FrameBuf::set(command, Ctrl::SET).map_err(magician::Error::from)?;
+    let order = order.frame();
+    arm.raw(order.id(), order.ctrl(), order.params()).await?;
     Ok(())
 }

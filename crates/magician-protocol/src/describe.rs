@@ -73,7 +73,7 @@ pub fn describe<'a>(
     let (ctrl, params) = (frame.ctrl(), frame.params());
     let row = Row::with_id(frame.id()).ok_or(DecodeError::UnknownId(frame.id()))?;
     let queued = ctrl.queued() && !row.steers_queue();
-    let write = row.set.is_some() && (ctrl.write() || queued);
+    let write = row.sets(ctrl);
     let inert = !write && row.value.is_none();
     let layout = match direction {
         _ if inert => NoArgs::INFO,
@@ -86,11 +86,7 @@ pub fn describe<'a>(
     let fit = layout.normalise(params.len())?;
     let mut description = Description {
         row,
-        name: if write || inert {
-            row.set_name
-        } else {
-            row.get_name
-        },
+        name: row.form_name(ctrl),
         direction,
         write,
         queued: ctrl.queued(),

@@ -1,6 +1,6 @@
 use core::fmt;
 
-use crate::{DecodeError, EncodeError, Layout, Row, Writer};
+use crate::{DecodeError, EncodeError, Layout, Row, Set, Writer};
 
 /// The two bytes every frame starts with.
 pub const HEADER: [u8; 2] = [0xAA, 0xAA];
@@ -180,6 +180,14 @@ impl FrameBuf {
     }
 
     #[inline]
+    /// The frame that sets a value or orders an action: at once or queued, as `ctrl` says.
+    ///
+    /// # Errors
+    /// As [`FrameBuf::encode`].
+    pub fn set(set: &Set, ctrl: Ctrl) -> Result<Self, EncodeError> {
+        Self::with(set.row().id, ctrl, |writer| set.encode(writer))
+    }
+
     fn with(id: u8, ctrl: Ctrl, fill: impl FnOnce(&mut Writer<'_>)) -> Result<Self, EncodeError> {
         let mut frame = Self {
             bytes: [0; MAX_FRAME],
@@ -234,9 +242,8 @@ impl fmt::Debug for FrameBuf {
     }
 }
 
-/// Decodes a layout from a frame after checking that the frame is the expected command.
-impl<'a> Frame<'a> {
-    /// Reads the parameters as `L`.
+impl Frame<'_> {
+    /// Reads the parameters as `L`; whether the frame is that command is for the caller to know.
     ///
     /// # Errors
     /// [`DecodeError`] when the parameter count fits no accepted form.

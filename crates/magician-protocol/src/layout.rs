@@ -367,14 +367,3 @@ pub(crate) fn write_default(field: &Field, writer: &mut Writer<'_>) {
         _ => default.write(writer),
     }
 }
-
-/// Encodes into a buffer of its own; for callers that hold a layout, not a frame.
-#[cfg(feature = "serde")]
-pub(crate) fn encoded<L: crate::Layout>(
-    layout: &L,
-    buffer: &mut [u8; crate::MAX_PARAMS],
-) -> Result<usize, crate::EncodeError> {
-    let mut writer = Writer::new(buffer);
-    layout.encode(&mut writer);
-    writer.finish()
-}

@@ -242,6 +242,24 @@ impl Row {
             || layouts.into_iter().flatten().any(|info| is(info.name))
     }
 
+    /// Whether a frame with this Ctrl is a set of this command: rw is 1, or it is to be queued
+    /// (errata E07).
+    #[must_use]
+    pub const fn sets(&self, ctrl: Ctrl) -> bool {
+        self.set.is_some() && (ctrl.write() || ctrl.queued() && !self.steers_queue())
+    }
+
+    /// Name of the form that a frame with this Ctrl is in, as the vendor writes it; the set's for
+    /// a command that has no other.
+    #[must_use]
+    pub const fn form_name(&self, ctrl: Ctrl) -> &'static str {
+        if self.sets(ctrl) || self.value.is_none() {
+            self.set_name
+        } else {
+            self.get_name
+        }
+    }
+
     /// Ids 240 to 245: they steer the queue, act at once and are never queued themselves.
     #[must_use]
     pub const fn steers_queue(&self) -> bool {

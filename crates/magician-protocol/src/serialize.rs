@@ -1,7 +1,7 @@
 use serde::ser::{Serialize, SerializeMap, SerializeSeq, Serializer};
 
-use crate::layout::{FieldValue, encoded};
-use crate::{Description, Layout, LayoutInfo, MAX_PARAMS};
+use crate::layout::{FieldValue, Fields};
+use crate::{DecodeError, Description, Layout, MAX_PARAMS, Writer};
 
 impl Serialize for FieldValue<'_> {
     /// Numbers as numbers, but NaN and the infinities as strings; bytes as hex; enums and flags
@@ -38,14 +38,12 @@ struct Output {
     level: u8,
 }
 
-fn serialize_values<S: Serializer>(
-    info: &LayoutInfo,
-    params: &[u8],
+fn serialize_fields<S: Serializer>(
+    values: Result<Fields<'_>, DecodeError>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
-    let values = info.values(params).map_err(serde::ser::Error::custom)?;
     let mut map = serializer.serialize_map(None)?;
-    for (field, value) in values {
+    for (field, value) in values.map_err(serde::ser::Error::custom)? {
         map.serialize_entry(field.name, &value)?;
     }
     map.end()
@@ -57,18 +55,15 @@ pub(crate) fn serialize_layout<L: Layout, S: Serializer>(
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     let mut params = [0; MAX_PARAMS];
-    let count = encoded(layout, &mut params).map_err(serde::ser::Error::custom)?;
-    serialize_values(L::INFO, &params[..count], serializer)
+    let mut writer = Writer::new(&mut params);
+    layout.encode(&mut writer);
+    let count = writer.finish().map_err(serde::ser::Error::custom)?;
+    serialize_fields(L::INFO.values(&params[..count]), serializer)
 }
 
 impl Serialize for Description<'_> {
     /// The fields that the frame carries, as a map.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let values = self.values().map_err(serde::ser::Error::custom)?;
-        let mut map = serializer.serialize_map(None)?;
-        for (field, value) in values {
-            map.serialize_entry(field.name, &value)?;
-        }
-        map.end()
+        serialize_fields(self.values(), serializer)
     }
 }

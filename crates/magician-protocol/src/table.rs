@@ -48,6 +48,7 @@ macro_rules! name_or {
 
 /// A struct from its fields, with its wire layout.
 macro_rules! layout {
+    ($doc:expr, $name:ident $body:tt) => { layout! { $doc, $name $body [] } };
     (
         $doc:expr, $name:ident {
             $( $field:ident : $type:ty $(= $default:literal)? $(| $required:ident)?,
@@ -176,10 +177,10 @@ macro_rules! commands {
         $( action $action:ident $( named $action_name:literal )? { $($action_body:tt)* } $( forms $action_forms:tt )? )?
     )+) => {
         $(
-            $( forms_or_none! { layout, concat!("What a get of `", $vendor, "` carries (", $section, ")."), $query $query_body $($query_forms)? } )?
-            $( forms_or_none! { layout, concat!($doc, "\n\nId ", $id, ", section ", $section, "; the answer to a get."), $state $state_body $($state_forms)? } )?
-            $( forms_or_none! { layout, concat!($doc, "\n\nId ", $id, ", section ", $section, "; can be got and set."), $param $param_body $($param_forms)? } )?
-            $( forms_or_none! { layout, concat!($doc, "\n\nId ", $id, ", section ", $section, "; a set."), $action { $($action_body)* } $($action_forms)? } )?
+            $( layout! { concat!("What a get of `", $vendor, "` carries (", $section, ")."), $query $query_body $($query_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", section ", $section, "; the answer to a get."), $state $state_body $($state_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", section ", $section, "; can be got and set."), $param $param_body $($param_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", section ", $section, "; a set."), $action { $($action_body)* } $($action_forms)? } )?
 
             readable! { $id [ $($query)? ] [ $($state)? $($param)? ] }
             writable! { $id $queue [ $($param)? $($action)? ] }
@@ -300,15 +301,6 @@ macro_rules! commands {
 macro_rules! first {
     () => { None };
     ($($any:tt)+) => { Some($($any)+) };
-}
-
-macro_rules! forms_or_none {
-    ($with:ident, $doc:expr, $name:ident $body:tt) => {
-        $with! { $doc, $name $body [] }
-    };
-    ($with:ident, $doc:expr, $name:ident $body:tt $forms:tt) => {
-        $with! { $doc, $name $body $forms }
-    };
 }
 
 /// Two macros for crates that must treat every command: `for_each_readable!(callback)` and

@@ -3,7 +3,7 @@ use magician_motion::{
     ToolBias, Transfer,
 };
 use magician_protocol::commands::{EndEffectorParams, Pose, PtpJump2Params};
-use magician_protocol::{CpMode, Field, FieldValue, MAX_PARAMS, PtpMode, Set, Writer};
+use magician_protocol::{CpMode, Ctrl, Field, FieldValue, FrameBuf, PtpMode, Set};
 
 use crate::{Error, ErrorKind, Result};
 
@@ -281,14 +281,11 @@ fn check_rail(mode: PtpMode, l: f32) -> Result<()> {
 
 /// Every number of a command is one, and what must be above 0 is.
 fn check_numbers(command: &Set) -> Result<()> {
-    let mut params = [0; MAX_PARAMS];
-    let mut writer = Writer::new(&mut params);
-    command.encode(&mut writer);
-    let count = writer.finish()?;
+    let frame = FrameBuf::set(command, Ctrl::SET)?;
     let Some(layout) = command.row().set else {
         return Ok(());
     };
-    let values = layout.values(params.get(..count).unwrap_or_default())?;
+    let values = layout.values(frame.frame().params())?;
     for (field, value) in values {
         check_number(field, value)?;
         value

@@ -419,10 +419,8 @@ pub(super) fn micros(time: Duration) -> Micros {
 
 /// The vendor's name of what a request does, or its id.
 pub(super) fn command_name(request: &Frame<'_>) -> String {
-    let sets = request.ctrl().write() || request.ctrl().queued();
     match Row::with_id(request.id()) {
-        Some(row) if sets && row.set.is_some() => row.set_name.to_owned(),
-        Some(row) => row.get_name.to_owned(),
+        Some(row) => row.form_name(request.ctrl()).to_owned(),
         None => format!("command {}", request.id()),
     }
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use magician_protocol::commands::{
     EndEffectorParams, HomeCmd, Pose, PtpJump2Params, QueuedCmdCurrentIndex, QueuedCmdStartExec,
 };
-use magician_protocol::{FrameBuf, MAX_PARAMS, Set, Writer};
+use magician_protocol::{Ctrl, FrameBuf, Set};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep};
 
@@ -64,16 +64,7 @@ pub(super) fn queued(command: &Set) -> Result<Request> {
         let error = Error::invalid("it cannot be queued; set it at once");
         return Err(error.with_command(row.set_name));
     }
-    let mut params = [0; MAX_PARAMS];
-    let mut writer = Writer::new(&mut params);
-    command.encode(&mut writer);
-    let count = writer.finish()?;
-    let params = params.get(..count).unwrap_or_default();
-    Ok(Request::raw(
-        row.id,
-        magician_protocol::Ctrl::QUEUED,
-        params,
-    )?)
+    Ok(Request::of(FrameBuf::set(command, Ctrl::QUEUED)?))
 }
 
 /// A command in flight.

@@ -77,7 +77,7 @@ impl Request {
         Ok(all.map(|request| request.priority(Priority::Stop)))
     }
 
-    fn of(frame: FrameBuf) -> Self {
+    pub(crate) fn of(frame: FrameBuf) -> Self {
         let priority = match frame.frame().ctrl() {
             ctrl if ctrl.write() || ctrl.queued() => Priority::Stream,
             _ => Priority::Poll,

@@ -158,11 +158,7 @@ fn misfit<'a>(place: Place<'a>, frame: &Frame<'_>, error: DecodeError) -> Misfit
         hex: hex(frame.bytes()),
         ok: false,
         id: frame.id(),
-        command: Row::with_id(frame.id()).map(|row| match ctrl.write() || ctrl.queued() {
-            true if row.set.is_some() => row.set_name,
-            _ if row.value.is_some() => row.get_name,
-            _ => row.set_name,
-        }),
+        command: Row::with_id(frame.id()).map(|row| row.form_name(ctrl)),
         write: ctrl.write(),
         queued: ctrl.queued(),
         params: Raw {
