@@ -5,7 +5,7 @@ use magician_protocol::{Event as Found, FrameBuf, Row};
 use crate::core::Core;
 use crate::event::Event;
 use crate::link::{Link, Links};
-use crate::{EmptyWorld, LinkId, Micros, Profile, State, World};
+use crate::{LinkId, Micros, Profile, State, World};
 
 /// A Dobot Magician's controller, without a clock and without a wire.
 ///
@@ -29,6 +29,7 @@ use crate::{EmptyWorld, LinkId, Micros, Profile, State, World};
 /// costs the same whether it takes a second or an hour. No bytes and no values make it panic, and its memory is bounded:
 /// the queue by its depth, each of at most 64 links by its decoder and 32 KiB of replies not taken, the log by 256 events.
 /// Once its buffers have grown to what is in use it allocates nothing.
+#[derive(Clone)]
 pub struct Controller {
     links: Links,
     core: Core,
@@ -50,15 +51,15 @@ impl Default for Controller {
 }
 
 impl Controller {
-    /// Switches on an arm with this firmware in an [`EmptyWorld`].
+    /// Switches on an arm with this firmware in an empty world.
     #[must_use]
     pub fn new(profile: Profile) -> Self {
-        Self::in_world(profile, Box::new(EmptyWorld))
+        Self::in_world(profile, World::default())
     }
 
     /// Switches on an arm with this firmware in this world.
     #[must_use]
-    pub fn in_world(profile: Profile, world: Box<dyn World>) -> Self {
+    pub fn in_world(profile: Profile, world: World) -> Self {
         Self {
             links: Links::default(),
             core: Core::new(profile, world),
@@ -69,6 +70,17 @@ impl Controller {
     #[must_use]
     pub fn now(&self) -> Micros {
         self.core.now
+    }
+
+    /// The world around the arm.
+    #[must_use]
+    pub fn world(&self) -> &World {
+        &self.core.world
+    }
+
+    /// The world around the arm, to change it.
+    pub fn world_mut(&mut self) -> &mut World {
+        &mut self.core.world
     }
 
     /// Everything about the arm at the present instant.

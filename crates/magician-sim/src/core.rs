@@ -14,6 +14,7 @@ use crate::settings::Settings;
 use crate::{LinkId, Micros, Profile, World};
 
 /// The controller behind its links.
+#[derive(Clone)]
 pub(crate) struct Core {
     pub(crate) now: Micros,
     pub(crate) profile: Profile,
@@ -24,12 +25,12 @@ pub(crate) struct Core {
     pub(crate) actuators: Actuators,
     pub(crate) connectors: Connectors,
     pub(crate) homed: bool,
-    pub(crate) world: Box<dyn World>,
+    pub(crate) world: World,
     pub(crate) log: Log,
 }
 
 impl Core {
-    pub(crate) fn new(profile: Profile, world: Box<dyn World>) -> Self {
+    pub(crate) fn new(profile: Profile, world: World) -> Self {
         let rules = &profile.queue;
         let mut core = Self {
             now: 0,

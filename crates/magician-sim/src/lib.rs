@@ -41,7 +41,7 @@ mod queue;
 mod runner;
 mod settings;
 mod state;
-mod world;
+pub mod world;
 
 pub use controller::Controller;
 pub use event::{Event, Refusal};
@@ -54,7 +54,7 @@ pub use profile::{
 };
 pub use runner::Runner;
 pub use state::{Output, QueueState, State};
-pub use world::{EmptyWorld, World};
+pub use world::World;
 
 /// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.
 pub type Micros = u64;

@@ -74,7 +74,6 @@ impl State {
         let (queue, arm) = (&core.queue, core.arm());
         let suction = core.actuators.suction(core.now);
         let gripper = core.actuators.gripper(core.now);
-        let gripping = suction.reached || gripper.reached;
         Self {
             now: core.now,
             pose: arm.pose,
@@ -93,7 +92,7 @@ impl State {
             },
             suction,
             gripper,
-            holding: gripping && core.world.graspable(core.now),
+            holding: core.world.holding(),
             laser: core.actuators.laser_burns(),
             not_simulated: core.log.count_not_simulated(),
             events_lost: core.log.lost(),

@@ -2,10 +2,10 @@
 
 mod arm;
 
-use arm::{SECOND, arm, arm_with, running_arm};
+use arm::{arm, arm_with, running_arm};
 use magician_protocol::commands::*;
-use magician_protocol::{Ctrl, FieldType, Flag, IoFunction, Port, Row, TABLE, Text};
-use magician_sim::{Event, Micros, World};
+use magician_protocol::{Ctrl, FieldType, Flag, IoFunction, Row, TABLE, Text};
+use magician_sim::Event;
 
 /// Bytes that are no number's natural value: NaN payloads, signalling NaNs, subnormals among them.
 fn pattern(count: usize, seed: u8) -> Vec<u8> {
@@ -252,54 +252,6 @@ fn a_function_that_a_pin_lacks_is_stored_unless_the_profile_is_strict() {
         multiplex: IoFunction::Pwm,
     });
     assert_eq!(bench.frame(130, Ctrl::GET, &[4]).frame().params(), [4, 2]);
-}
-
-struct Lab;
-
-impl World for Lab {
-    fn digital(&self, now: Micros, address: u8) -> bool {
-        address == 5 && now >= SECOND
-    }
-    fn analog(&self, _: Micros, address: u8) -> u16 {
-        u16::from(address) * 100
-    }
-    fn color(&self, _: Micros, port: Port) -> [u8; 3] {
-        if port == Port::Gp4 {
-            [9, 8, 7]
-        } else {
-            [1, 2, 3]
-        }
-    }
-    fn infrared(&self, _: Micros, port: Port) -> bool {
-        port == Port::Gp2
-    }
-    fn graspable(&self, _: Micros) -> bool {
-        true
-    }
-}
-
-#[test]
-fn inputs_and_sensors_show_the_world() {
-    let arm = magician_sim::Controller::in_world(magician_sim::Profile::default(), Box::new(Lab));
-    let mut bench = arm::Bench { arm };
-    assert_eq!(bench.frame(133, Ctrl::GET, &[5]).frame().params(), [5, 0]);
-    bench.pass(SECOND);
-    assert_eq!(bench.frame(133, Ctrl::GET, &[5]).frame().params(), [5, 1]);
-    assert_eq!(
-        bench.frame(134, Ctrl::GET, &[12]).frame().params(),
-        [12, 0xB0, 0x04]
-    );
-    // The colour sensor on GP4, then the infrared one on GP2: the port set last, without one in the get.
-    assert_eq!(bench.frame(137, Ctrl::GET, &[]).frame().params(), [0, 0, 0]);
-    bench.frame(137, Ctrl::SET, &[1, 2]);
-    assert_eq!(bench.frame(137, Ctrl::GET, &[]).frame().params(), [9, 8, 7]);
-    bench.frame(138, Ctrl::SET, &[1, 1, 1]);
-    assert_eq!(bench.frame(138, Ctrl::GET, &[]).frame().params(), [1]);
-    assert_eq!(bench.frame(138, Ctrl::GET, &[0]).frame().params(), [0]);
-    bench.set(&arm::suck(true));
-    assert!(!bench.state().holding);
-    bench.pass(300_000);
-    assert!(bench.state().holding);
 }
 
 #[test]

@@ -1,0 +1,36 @@
+//! Where the arm really goes for a while.
+
+use magician_motion::JointAngles;
+
+use crate::Micros;
+
+/// Where the arm really is: after lost steps, not where the controller believes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Posture {
+    /// The joints, deg.
+    pub joints: JointAngles,
+    /// The carriage on the rail, mm along Y of the arm's base.
+    pub rail: f64,
+}
+
+/// A stretch of the arm's motion, as a function of the arm's time.
+pub struct Course<'a> {
+    /// When it begins.
+    pub from: Micros,
+    /// When it ends.
+    pub to: Micros,
+    at: &'a dyn Fn(Micros) -> Posture,
+}
+
+impl<'a> Course<'a> {
+    /// The course that `at` describes from one instant to another.
+    pub fn new(from: Micros, to: Micros, at: &'a dyn Fn(Micros) -> Posture) -> Self {
+        Self { from, to, at }
+    }
+
+    /// The posture at an instant of the course.
+    #[must_use]
+    pub fn at(&self, now: Micros) -> Posture {
+        (self.at)(now.clamp(self.from, self.to))
+    }
+}
