@@ -3,7 +3,9 @@
 
 mod magician;
 
+use std::net::UdpSocket;
 use std::path::Path;
+use std::time::Duration;
 
 use magician::run;
 use magician::served::Served;
@@ -94,6 +96,52 @@ fn a_door_that_cannot_open_is_an_error_and_nothing_is_left() {
         (profile.status, profile.error()["kind"].as_str()),
         (3, Some("invalid-input"))
     );
+}
+
+/// Asks as a program does that looks for an arm.
+fn discovered(address: &str) -> String {
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("socket");
+    let deadline = Some(Duration::from_secs(20));
+    socket.set_read_timeout(deadline).expect("deadline");
+    socket.send_to(b"Who is Dobot?", address).expect("sent");
+    let mut answer = [0; 128];
+    let count = socket.recv(&mut answer).expect("an answer");
+    String::from_utf8_lossy(&answer[..count]).into_owned()
+}
+
+#[test]
+fn a_program_that_looks_for_an_arm_finds_it() {
+    let arguments = ["--udp", "127.0.0.1:0", "--discovery", "127.0.0.1:0"];
+    let served = Served::start(&arguments, 2);
+    let door = served.door("discovery");
+    let address = door.trim_start_matches("discovery:");
+    let answer = discovered(address);
+    assert!(answer.starts_with("127.0.0.1,02"), "{answer}");
+
+    let taken = run(&["sim", "--udp", "127.0.0.1:0", "--discovery", address]);
+    assert_eq!((taken.status, taken.out.as_str()), (4, ""));
+    let alone = run(&["sim", "--tcp", "127.0.0.1:0", "--discovery", address]);
+    assert_eq!((alone.status, alone.out.as_str()), (2, ""));
+}
+
+/// On a loopback address that nobody else has; other systems have only one.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_arm_on_the_usual_port_is_found_unless_another_is() {
+    let [_, a, b, c] = std::process::id().to_be_bytes();
+    let host = format!("127.{}.{b}.{c}", 200 + a % 16);
+    let first = Served::start(&["--udp", &host], 2);
+    assert!(discovered(&format!("{host}:48899")).starts_with(&host));
+    drop(first);
+
+    let _another = UdpSocket::bind(format!("{host}:48899")).expect("socket");
+    let second = Served::start(&["--udp", &host], 2);
+    assert!(second.doors[0].starts_with("note: "), "{:?}", second.doors);
+    assert_eq!(second.door("udp"), format!("udp:{host}:8899"));
+    drop(second);
+
+    let hidden = Served::start(&["--udp", &host, "--discovery", "off"], 1);
+    assert_eq!(hidden.doors.len(), 2);
 }
 
 #[test]

@@ -80,6 +80,20 @@ fn each_senders_datagrams_are_a_stream() {
 }
 
 #[test]
+fn datagrams_may_be_cut_and_joined_anywhere() {
+    let served = serve(|server| server.udp("127.0.0.1:0")).unwrap();
+    let socket = socket();
+    let requests = [get_pose(), get(246), get_pose(), get(246)].concat();
+    for size in 1..requests.len() {
+        for datagram in requests.chunks(size) {
+            socket.send_to(datagram, udp(&served)).unwrap();
+        }
+        let lengths = [(); 4].map(|()| datagram(&socket).len());
+        assert_eq!(lengths, [38, 14, 38, 14], "{size}");
+    }
+}
+
+#[test]
 fn a_program_that_comes_back_on_another_port_is_answered_there() {
     let served = serve(|server| server.udp("127.0.0.1:0")).unwrap();
     for _ in 0..100 {

@@ -23,6 +23,8 @@ use tokio::task::unconstrained;
 use crate::{Controller, Event, Line, Runner, Speed};
 
 mod address;
+mod discovery;
+mod door;
 mod hub;
 mod outbox;
 #[cfg(unix)]
@@ -33,7 +35,9 @@ mod tcp;
 mod timer;
 mod udp;
 
-use address::resolve;
+pub use discovery::Discovery;
+
+use door::Door;
 use hub::Hub;
 use timer::Timer;
 
@@ -59,6 +63,7 @@ pub struct Server {
     speed: Speed,
     line: Line,
     doors: Vec<Door>,
+    discovery: Discovery,
     on_ready: OnReady,
     on_notice: OnNotice,
     #[cfg(feature = "trace")]
@@ -67,14 +72,6 @@ pub struct Server {
 
 type OnReady = Box<dyn FnOnce(&[Endpoint]) + Send>;
 type OnNotice = Box<dyn FnMut(Notice) + Send>;
-
-/// An endpoint that was asked for.
-enum Door {
-    #[cfg(unix)]
-    Pty(PathBuf),
-    Udp(String),
-    Tcp(String),
-}
 
 /// An endpoint that accepts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -91,6 +88,8 @@ pub enum Endpoint {
     Udp(SocketAddr),
     /// A TCP listener, with the port it got.
     Tcp(SocketAddr),
+    /// A UDP socket that answers hosts which look for an arm, with the port it got.
+    Discovery(SocketAddr),
 }
 
 impl fmt::Display for Endpoint {
@@ -100,6 +99,7 @@ impl fmt::Display for Endpoint {
             Self::Pty { path, .. } => path.display().fmt(f),
             Self::Udp(address) => write!(f, "udp:{address}"),
             Self::Tcp(address) => write!(f, "tcp:{address}"),
+            Self::Discovery(address) => write!(f, "discovery:{address}"),
         }
     }
 }
@@ -116,6 +116,14 @@ pub enum Notice {
     Left(String),
     /// A connection was refused because as many as the server keeps are open.
     Refused(String),
+    /// Hosts that look for an arm will not find this one: nobody asked for discovery by name
+    /// ([`Discovery::Auto`]), and its port cannot be had. Comes before all is ready.
+    Undiscoverable {
+        /// Where it would have been.
+        address: SocketAddr,
+        /// What the system said.
+        error: io::Error,
+    },
     /// The trace cannot be written and ends here; the arm is served on.
     TraceEnded(io::Error),
 }
@@ -176,6 +184,7 @@ impl Server {
             speed: Speed::default(),
             line: Line::default(),
             doors: Vec::new(),
+            discovery: Discovery::default(),
             on_ready: Box::new(|_| ()),
             on_notice: Box::new(|_| ()),
             #[cfg(feature = "trace")]
@@ -215,10 +224,18 @@ impl Server {
 
     /// A UDP socket at `HOST[:PORT]` (8899 unless given, errata E45; 0: any free port). Each
     /// sender's datagrams are a stream of bytes; each reply is a datagram to the address its
-    /// request came from. The 32 latest senders are remembered.
+    /// request came from. The 32 latest senders are remembered. On port 8899 it comes with
+    /// [`Discovery`].
     #[must_use]
     pub fn udp(mut self, address: impl Into<String>) -> Self {
         self.doors.push(Door::Udp(address.into()));
+        self
+    }
+
+    /// Where hosts that look for an arm are answered.
+    #[must_use]
+    pub fn discovery(mut self, discovery: Discovery) -> Self {
+        self.discovery = discovery;
         self
     }
 
@@ -265,10 +282,7 @@ impl Server {
         if let Some(writer) = self.trace {
             hub.trace(writer).map_err(ServeError::Trace)?;
         }
-        let mut ports: Vec<Box<dyn Port + Send>> = Vec::new();
-        for door in self.doors {
-            ports.push(door.open(&mut hub)?);
-        }
+        let mut ports = door::open_all(self.doors, &self.discovery, &mut hub)?;
         let mut timer = Timer::new().map_err(ServeError::Timer)?;
         let endpoints: Vec<Endpoint> = ports.iter().map(|port| port.endpoint()).collect();
         (self.on_ready)(&endpoints);
@@ -310,32 +324,4 @@ trait Port {
     fn endpoint(&self) -> Endpoint;
     /// Reads what is there, writes what is due, and registers to be woken for more.
     fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()>;
-}
-
-impl Door {
-    fn open(
-        self,
-        #[cfg_attr(
-            not(unix),
-            expect(unused_variables, reason = "only a terminal is a peer by itself")
-        )]
-        hub: &mut Hub,
-    ) -> Result<Box<dyn Port + Send>, ServeError> {
-        match self {
-            #[cfg(unix)]
-            Self::Pty(path) => Ok(Box::new(pty::Pty::open(&path, hub)?)),
-            Self::Udp(address) => {
-                let resolved = resolve(&address, Some(magician_protocol::UDP_PORT))?;
-                let port = udp::Udp::bind(resolved);
-                let port = port.map_err(|source| ServeError::at(&address, "bind", source))?;
-                Ok(Box::new(port))
-            }
-            Self::Tcp(address) => {
-                let resolved = resolve(&address, None)?;
-                let port = tcp::Tcp::bind(resolved);
-                let port = port.map_err(|source| ServeError::at(&address, "listen", source))?;
-                Ok(Box::new(port))
-            }
-        }
-    }
 }

@@ -1,6 +1,8 @@
 //! A server on a thread of its own, for tests that talk to it through real descriptors. Every wait
 //! has a deadline far beyond what it can take, and ends as soon as what it waits for is there.
 
+#![allow(dead_code, reason = "each test uses its part")]
+
 use std::sync::mpsc::{Receiver, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -21,10 +23,18 @@ pub(crate) struct Served {
 
 /// Starts a server and waits until it is ready.
 pub(crate) fn serve(build: impl FnOnce(Server) -> Server) -> Result<Served, ServeError> {
+    serve_arm(Profile::default(), build)
+}
+
+/// Starts a server of this arm and waits until it is ready.
+pub(crate) fn serve_arm(
+    profile: Profile,
+    build: impl FnOnce(Server) -> Server,
+) -> Result<Served, ServeError> {
     let (ready, is_ready) = channel();
     let (notice, notices) = channel();
     let (stop, stopped) = oneshot::channel();
-    let server = Server::new(Controller::new(Profile::default())).speed(Speed::Max);
+    let server = Server::new(Controller::new(profile)).speed(Speed::Max);
     let server = build(server)
         .on_ready(move |endpoints| ready.send(endpoints.to_vec()).unwrap())
         .on_notice(move |seen| drop(notice.send(seen)));

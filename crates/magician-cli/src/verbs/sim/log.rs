@@ -49,6 +49,10 @@ impl Log {
             Notice::Connected(who) => Some(format!("{who} connected")),
             Notice::Left(who) => Some(format!("{who} left")),
             Notice::Refused(who) => Some(format!("{who} refused: too many connections")),
+            Notice::Undiscoverable { address, error } => Some(format!(
+                "note: programs that look for an arm will not find this one: {address}: {error}; \
+                 perhaps another arm answers there (--discovery off says it need not be found)"
+            )),
             Notice::TraceEnded(error) => Some(format!("the trace ends here: {error}")),
         };
         if let Some(line) = line {

@@ -7,8 +7,9 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use clap::builder::{NonEmptyStringValueParser, TypedValueParser};
 use magician::ErrorKind;
-use magician_sim::serve::{ServeError, Server};
+use magician_sim::serve::{Discovery, ServeError, Server};
 use magician_sim::{Controller, Line, Profile, Speed};
 
 use crate::context::Context;
@@ -23,6 +24,11 @@ Prints the one line `ready` when every endpoint accepts; all else goes to stderr
 
   magician sim --pty ./arm --udp 127.0.0.1
   magician sim --tcp 127.0.0.1:9000 --speed max
+  magician sim --udp 0.0.0.0
+
+Programs that look for an arm on the network broadcast a question to UDP port 48899 and go on to port 8899 of the \
+address in the answer. So an arm on UDP port 8899 answers them, on the same HOST; if port 48899 is taken, perhaps by \
+another arm, it says so on stderr and serves without. A broadcast reaches only a HOST of all addresses (0.0.0.0).
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
 before the next request is read.")]
@@ -34,6 +40,12 @@ pub(crate) struct Sim {
     /// Serve UDP; the port is 8899 unless given
     #[arg(long, value_name = "HOST[:PORT]")]
     udp: Option<String>,
+    /// Where programs that look for an arm are answered; `auto` is HOST:48899 if --udp is on port 8899
+    #[arg(
+        long, value_name = "HOST[:PORT]|auto|off", default_value = "auto", requires = "udp",
+        value_parser = NonEmptyStringValueParser::new().map(discovery)
+    )]
+    discovery: Discovery,
     /// Serve TCP
     #[arg(long, value_name = "HOST:PORT")]
     tcp: Option<String>,
@@ -59,6 +71,14 @@ fn milliseconds(text: &str) -> Result<f64, String> {
     value
         .filter(|value| (0.0..=60_000.0).contains(value))
         .ok_or_else(|| "expected milliseconds from 0 to 60000".to_owned())
+}
+
+fn discovery(text: String) -> Discovery {
+    match text.as_str() {
+        "auto" => Discovery::Auto,
+        "off" => Discovery::Off,
+        _ => Discovery::At(text),
+    }
 }
 
 impl Sim {
@@ -115,7 +135,8 @@ impl Sim {
         let identity = profile.identity.clone();
         let mut server = Server::new(Controller::new(profile))
             .speed(self.speed)
-            .line(line);
+            .line(line)
+            .discovery(self.discovery.clone());
         #[cfg(unix)]
         if let Some(path) = &self.pty {
             server = server.pty(path);
