@@ -49,6 +49,51 @@ fn an_interrupt_ends_it_with_130() {
 }
 
 #[test]
+fn several_arms_are_served_by_one_process() {
+    let dir = tempfile::tempdir().expect("directory");
+    let inside = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (path, trace) = (inside("arm"), inside("trace"));
+    let arguments = [
+        "--arms", "3", "--pty", &path, "--trace", &trace, "--speed", "max",
+    ];
+    let served = Served::start(&arguments, 5);
+    let name = |number: u32| {
+        let port = format!("{path}.{number}");
+        run(&["--port", &port, "get", "DeviceName", "--json"]).object()["device_name"].clone()
+    };
+    for number in 1..=3 {
+        assert_eq!(name(number), json!(format!("Dobot 2.0 #{number}")));
+        let serving = format!("arm {number}: serving {path}.{number} ");
+        let said = served.doors.iter().any(|line| line.starts_with(&serving));
+        assert!(said, "{:?}", served.doors);
+    }
+    let (status, rest) = served.end("-TERM");
+    assert_eq!((status.code(), rest.as_str()), (Some(0), ""));
+    for number in 1..=3 {
+        assert!(!Path::new(&format!("{path}.{number}")).is_symlink());
+        let decoded = run(&["decode", "--json", &format!("{trace}.{number}")]);
+        let told = decoded.objects();
+        let named = told
+            .iter()
+            .filter(|told| told["command"] == "GetDeviceName");
+        assert_eq!((decoded.status, named.count()), (0, 2), "{told:?}");
+    }
+}
+
+#[test]
+fn one_arm_that_cannot_be_served_leaves_nothing_of_the_others() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = dir.path().join("arm");
+    let taken = dir.path().join("arm.2");
+    std::fs::write(&taken, "mine").expect("written");
+    let path = path.to_str().expect("UTF-8");
+    let refused = run(&["sim", "--arms", "3", "--pty", path]);
+    assert_eq!((refused.status, refused.out.as_str()), (4, ""));
+    let left = std::fs::read_dir(dir.path()).expect("directory").count();
+    assert_eq!(left, 1);
+}
+
+#[test]
 fn the_trace_holds_what_passed() {
     let dir = tempfile::tempdir().expect("directory");
     let trace = dir.path().join("trace.pcapng");

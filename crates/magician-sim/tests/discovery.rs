@@ -110,23 +110,16 @@ fn an_arm_on_another_port_is_not_announced() {
     assert!(matches!(served.endpoints[..], [Endpoint::Udp(_)]));
 }
 
-/// The usual ports, on loopback addresses that no other test has. Other systems have only one.
+/// The usual ports.
 #[cfg(target_os = "linux")]
 mod usual_ports {
     use super::*;
     use magician_sim::serve::Notice;
-    use std::sync::atomic::{AtomicU8, Ordering};
-
-    fn host() -> String {
-        static NEXT: AtomicU8 = AtomicU8::new(1);
-        let [_, a, b, c] = std::process::id().to_be_bytes();
-        let next = NEXT.fetch_add(1, Ordering::Relaxed);
-        format!("127.{}.{b}.{c}", next * 20 + a % 16)
-    }
+    use served::own_host;
 
     #[test]
     fn an_arm_on_the_usual_port_is_found() {
-        let host = host();
+        let host = own_host();
         let served = serve(|server| server.udp(&host)).unwrap();
         assert_eq!(discovery(&served), format!("{host}:48899").parse().unwrap());
         let answer = ask(&socket(), discovery(&served));
@@ -139,7 +132,7 @@ mod usual_ports {
 
     #[test]
     fn an_arm_that_cannot_be_found_is_served_and_says_so() {
-        let host = host();
+        let host = own_host();
         let first = UdpSocket::bind(format!("{host}:48899")).unwrap();
         let served = serve(|server| server.udp(&host)).unwrap();
         assert!(matches!(served.endpoints[..], [Endpoint::Udp(_)]));
@@ -151,7 +144,7 @@ mod usual_ports {
 
     #[test]
     fn an_arm_may_stay_hidden() {
-        let host = host();
+        let host = own_host();
         let served = serve(|server| server.udp(&host).discovery(Discovery::Off)).unwrap();
         assert!(matches!(served.endpoints[..], [Endpoint::Udp(_)]));
         UdpSocket::bind(format!("{host}:48899")).unwrap();

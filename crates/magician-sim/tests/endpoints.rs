@@ -7,7 +7,7 @@ use magician_sim::serve::{Endpoint, Notice, ServeError};
 
 mod served;
 
-use served::{DEADLINE, Served, get, get_pose, name, serve, set_name};
+use served::{DEADLINE, Served, ask, get, get_pose, name, serve, set_name};
 
 fn udp(served: &Served) -> SocketAddr {
     let find = |endpoint: &Endpoint| match endpoint {
@@ -41,16 +41,6 @@ fn connect(address: SocketAddr) -> TcpStream {
     let stream = TcpStream::connect(address).unwrap();
     stream.set_read_timeout(Some(DEADLINE)).unwrap();
     stream
-}
-
-/// Sends a request and reads one frame.
-fn ask(stream: &mut (impl Read + Write), request: &[u8]) -> Vec<u8> {
-    stream.write_all(request).unwrap();
-    let mut reply = vec![0; 3];
-    stream.read_exact(&mut reply).unwrap();
-    reply.resize(usize::from(reply[2]) + 4, 0);
-    stream.read_exact(&mut reply[3..]).unwrap();
-    reply
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! The virtual arm for programs outside: pseudo-terminals, UDP and TCP, all to the same arm.
 //!
 //! A [`Server`] needs a tokio runtime with I/O (and, except on Linux, time) enabled. It is one
-//! future on one thread; a current-thread runtime answers fastest. Signals are the caller's:
-//! [`Server::serve_until`] ends when the future given to it does.
+//! future on one thread, and so are several together ([`serve_all`]); a current-thread runtime
+//! answers fastest. Signals are the caller's: [`Server::serve_until`] ends when the future given to
+//! it does.
 //!
 //! Every client is a link of its own with its own decoder: each client of a pseudo-terminal in
 //! turn, each UDP peer, each TCP connection. Nothing a client does, or leaves undone, blocks the
@@ -10,19 +11,18 @@
 //! drops them.
 
 use std::fmt;
-use std::future::{Future, poll_fn};
+use std::future::Future;
 use std::io;
 use std::net::SocketAddr;
 #[cfg(unix)]
 use std::path::PathBuf;
-use std::pin::pin;
-use std::task::{Context, Poll};
+use std::task::Context;
 
-use tokio::task::unconstrained;
-
-use crate::{Controller, Event, Line, Runner, Speed};
+use crate::{Controller, Event, Line, Speed};
 
 mod address;
+mod arm;
+mod bell;
 mod discovery;
 mod door;
 mod hub;
@@ -31,15 +31,16 @@ mod outbox;
 mod pty;
 #[cfg(unix)]
 mod reactor;
+mod several;
 mod tcp;
 mod timer;
 mod udp;
 
 pub use discovery::Discovery;
+pub use several::{numbered, serve_all};
 
-use door::Door;
+use door::{Door, Number};
 use hub::Hub;
-use timer::Timer;
 
 /// Reads on one endpoint before the others get their turn.
 const READS_PER_TURN: u32 = 16;
@@ -64,6 +65,7 @@ pub struct Server {
     line: Line,
     doors: Vec<Door>,
     discovery: Discovery,
+    number: Number,
     on_ready: OnReady,
     on_notice: OnNotice,
     #[cfg(feature = "trace")]
@@ -185,6 +187,7 @@ impl Server {
             line: Line::default(),
             doors: Vec::new(),
             discovery: Discovery::default(),
+            number: None,
             on_ready: Box::new(|_| ()),
             on_notice: Box::new(|_| ()),
             #[cfg(feature = "trace")]
@@ -246,6 +249,15 @@ impl Server {
         self
     }
 
+    /// This is arm `number` of several, counted from 1, whose endpoints are told apart by it:
+    /// `.number` is added to the paths of pseudo-terminals, and ports count up from the ones given
+    /// (0 stays any free port). [`serve_all`] serves them together.
+    #[must_use]
+    pub fn number(mut self, number: u32) -> Self {
+        self.number = Some(number);
+        self
+    }
+
     /// Writes all that passes to a trace file ([`trace`](crate::trace)).
     #[cfg(feature = "trace")]
     #[must_use]
@@ -274,48 +286,15 @@ impl Server {
     /// # Errors
     /// [`ServeError`] when an endpoint cannot be opened (then none stays open) or breaks down.
     pub async fn serve_until(self, end: impl Future<Output = ()>) -> Result<(), ServeError> {
-        let mut hub = Hub::new(
-            Runner::new(self.controller, self.speed, self.line),
-            self.on_notice,
-        );
-        #[cfg(feature = "trace")]
-        if let Some(writer) = self.trace {
-            hub.trace(writer).map_err(ServeError::Trace)?;
-        }
-        let mut ports = door::open_all(self.doors, &self.discovery, &mut hub)?;
-        let mut timer = Timer::new().map_err(ServeError::Timer)?;
-        let endpoints: Vec<Endpoint> = ports.iter().map(|port| port.endpoint()).collect();
-        (self.on_ready)(&endpoints);
-        let mut end = pin!(end);
-        // Turns are bounded here. The runtime's own bound would look like a full socket.
-        unconstrained(poll_fn(|cx| match end.as_mut().poll(cx) {
-            Poll::Ready(()) => Poll::Ready(Ok(())),
-            Poll::Pending => turn(cx, &mut hub, &mut ports, &mut timer),
-        }))
-        .await
+        serve_all([self], end).await
     }
-}
 
-/// Does all that can be done now and sees to being woken for the rest.
-fn turn(
-    cx: &mut Context<'_>,
-    hub: &mut Hub,
-    ports: &mut [Box<dyn Port + Send>],
-    timer: &mut Timer,
-) -> Poll<Result<(), ServeError>> {
-    hub.tick();
-    for port in ports {
-        if let Err(source) = port.turn(cx, hub) {
-            return Poll::Ready(Err(ServeError::at(port.endpoint(), "go on", source)));
-        }
+    /// Whether there is no hope of opening its endpoints.
+    fn check(&self) -> Result<(), ServeError> {
+        let mut doors = self.doors.iter();
+        doors.try_for_each(|door| door.check(self.number))?;
+        door::check(&self.discovery, self.number)
     }
-    hub.report();
-    if let Some(wait) = hub.wait()
-        && timer.poll(cx, wait).is_ready()
-    {
-        cx.waker().wake_by_ref();
-    }
-    Poll::Pending
 }
 
 /// An open endpoint.
