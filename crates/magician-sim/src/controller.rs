@@ -11,7 +11,8 @@ use crate::{LinkId, Micros, Profile, State, World};
 ///
 /// # Grammar
 ///
-/// * **Look**: [`now`](Self::now), [`state`](Self::state), [`jogging`](Self::jogging) change nothing.
+/// * **Look**: [`now`](Self::now), [`state`](Self::state), [`jogging`](Self::jogging), [`events`](Self::events) change
+///   nothing.
 /// * **Bytes in**: [`receive`](Self::receive) takes what came over a link and acts on every frame in it at the present
 ///   instant; [`receive_one`](Self::receive_one) stops after each request, for callers that let time pass between
 ///   them. [`expire`](Self::expire) and [`close`](Self::close) say that a link fell silent or is gone.
@@ -160,6 +161,12 @@ impl Controller {
     /// time.
     pub fn poll_event(&mut self) -> Option<Event> {
         self.core.log.pop()
+    }
+
+    /// The events that wait to be polled, oldest first, each with its number, counted from 0 at power-up. Looking at
+    /// them does not take them.
+    pub fn events(&self) -> impl Iterator<Item = (u64, Event)> {
+        self.core.log.waiting()
     }
 }
 

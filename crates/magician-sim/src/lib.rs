@@ -18,6 +18,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "record")]
+pub mod record;
 #[cfg(feature = "serve")]
 pub mod serve;
 #[cfg(feature = "trace")]
@@ -34,6 +36,7 @@ mod executor;
 mod limits;
 mod link;
 mod motion;
+mod observer;
 mod outputs;
 mod pace;
 mod profile;
@@ -46,6 +49,7 @@ pub mod world;
 pub use controller::Controller;
 pub use event::{Event, Refusal};
 pub use link::LinkId;
+pub use observer::Observer;
 pub use pace::{Line, Speed, SpeedError};
 pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, Identity, JogDefaults, LimitChoice,

@@ -4,13 +4,16 @@ use std::fmt;
 use std::num::NonZeroU32;
 use std::str::FromStr;
 
-use crate::{Controller, Micros};
+use crate::observer::{self, Patience};
+use crate::{Controller, Micros, Observer};
 
 /// Bits on the line for one byte at 8N1: start, eight data bits, stop (document 1.1).
 const BITS_PER_BYTE: u64 = 10;
 const MICROS_PER_SECOND: u64 = 1_000_000;
-/// Events that one jump runs through before the caller gets a word in.
+/// Events, or instants shown to an observer, that one jump runs through before the caller gets a word in.
 const JUMP_EVENTS: u32 = 100_000;
+/// Wall time between two wake-ups for nothing but an observer.
+const LOOK_APART: Micros = 10_000;
 
 /// How fast the arm's clock runs against the wall clock.
 ///
@@ -135,36 +138,57 @@ impl ArmClock {
         }
     }
 
-    /// Lets the arm's time pass until the wall clock shows `wall`.
-    pub(crate) fn pass(&mut self, controller: &mut Controller, wall: Micros) {
+    /// Lets the arm's time pass until the wall clock shows `wall`. If that shows the observer more than can be shown in
+    /// one go, the arm's clock stays behind and goes on from there.
+    pub(crate) fn pass<O: Observer>(
+        &mut self,
+        controller: &mut Controller,
+        observer: &mut O,
+        wall: Micros,
+    ) {
+        let patience = &mut Patience::new(JUMP_EVENTS);
         if self.speed != Speed::Max {
-            controller.advance(self.arm_at(wall));
+            if !observer::advance(controller, observer, self.arm_at(wall), patience) {
+                (self.wall, self.arm) = (wall, controller.now());
+            }
             return;
         }
         // Event by event: what ends an unbounded motion is where the jumps begin again.
         for _ in 0..JUMP_EVENTS {
             let end = self.arm_at(wall);
             match controller.poll_timeout() {
-                Some(event) if event <= end => controller.advance(event),
+                Some(event) if event <= end => {
+                    observer::advance(controller, observer, event, patience);
+                }
                 _ => {
-                    controller.advance(end);
+                    observer::advance(controller, observer, end, patience);
                     break;
                 }
             }
             let at = self.wall_at(controller.now()).unwrap_or(wall).min(wall);
-            self.jump(controller, at);
+            self.jump(controller, observer, at);
         }
-        self.jump(controller, wall);
+        self.jump(controller, observer, wall);
     }
 
     /// At full speed, runs through all that is scheduled in no wall time.
-    pub(crate) fn jump(&mut self, controller: &mut Controller, wall: Micros) {
+    pub(crate) fn jump<O: Observer>(
+        &mut self,
+        controller: &mut Controller,
+        observer: &mut O,
+        wall: Micros,
+    ) {
         if self.speed != Speed::Max {
             return;
         }
+        let patience = &mut Patience::new(JUMP_EVENTS);
         for _ in 0..JUMP_EVENTS {
             match controller.poll_timeout() {
-                Some(event) if !controller.jogging() => controller.advance(event),
+                Some(event) if !controller.jogging() => {
+                    if !observer::advance(controller, observer, event, patience) {
+                        break;
+                    }
+                }
                 _ => break,
             }
         }
@@ -180,6 +204,12 @@ impl ArmClock {
             return Some(wall);
         }
         self.wall_at(event)
+    }
+
+    /// When an instant of the arm's clock is to be shown to an observer: when it has come by the wall clock, which shows
+    /// `wall`, but not for each of many in a short time.
+    pub(crate) fn next_look(&self, look: Micros, wall: Micros) -> Option<Micros> {
+        Some(self.wall_at(look)?.max(wall.saturating_add(LOOK_APART)))
     }
 
     fn arm_at(&self, wall: Micros) -> Micros {

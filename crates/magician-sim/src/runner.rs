@@ -3,7 +3,7 @@ use std::collections::{BTreeMap, VecDeque};
 use magician_protocol::{Deframer, Event, FrameBuf, INTER_BYTE_TIMEOUT_MS};
 
 use crate::pace::{ArmClock, Line, Speed, Wire};
-use crate::{Controller, LinkId, Micros};
+use crate::{Controller, LinkId, Micros, Observer};
 
 const INTER_BYTE_TIMEOUT: Micros = INTER_BYTE_TIMEOUT_MS * 1000;
 /// What a serial driver holds for a port before its writer has to wait.
@@ -22,6 +22,10 @@ const BACKLOG: usize = 4096;
 ///   after every other call.
 /// * [`room`](Self::room): how many bytes a peer may still put on its line before a serial driver
 ///   would make it wait.
+///
+/// An [`Observer`] may look on ([`observed`](Runner::observed)). It changes nothing, unless more than 100,000 instants
+/// are to be shown to it in one leap of the arm's clock (half an hour at 50 a second): then requests that have come are
+/// read before the leap goes on, and a clock that is not at full speed stays behind.
 ///
 /// ```
 /// use magician_protocol::{FrameBuf, NoArgs, Readable, commands::Pose};
@@ -42,8 +46,9 @@ const BACKLOG: usize = 4096;
 /// assert_eq!((now, reply.bytes().len()), (3820, 38)); // 44 bytes at 86.8 us
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Runner {
+pub struct Runner<O = ()> {
     controller: Controller,
+    observer: O,
     clock: ArmClock,
     line: Line,
     wall: Micros,
@@ -54,13 +59,34 @@ impl Runner {
     /// Puts a controller on the wall clock, which shows 0.
     #[must_use]
     pub fn new(controller: Controller, speed: Speed, line: Line) -> Self {
+        Self::observed(controller, speed, line, ())
+    }
+}
+
+impl<O: Observer> Runner<O> {
+    /// As [`new`](Runner::new), with somebody who looks on.
+    #[must_use]
+    pub fn observed(controller: Controller, speed: Speed, line: Line, mut observer: O) -> Self {
+        observer.look(&controller);
         Self {
             clock: ArmClock::new(speed, controller.now()),
             controller,
+            observer,
             line,
             wall: 0,
             links: BTreeMap::new(),
         }
+    }
+
+    /// Who looks on.
+    #[must_use]
+    pub fn observer(&self) -> &O {
+        &self.observer
+    }
+
+    /// Who looks on, to be told things.
+    pub fn observer_mut(&mut self) -> &mut O {
+        &mut self.observer
     }
 
     /// The controller, as it stood at the last instant given.
@@ -111,10 +137,12 @@ impl Runner {
     pub fn handle_timeout(&mut self, now: Micros) {
         let now = now.max(self.wall);
         while let Some((at, link)) = self.next_input().filter(|(at, _)| *at <= now) {
-            self.clock.pass(&mut self.controller, at);
+            self.clock
+                .pass(&mut self.controller, &mut self.observer, at);
             self.arrive(at, link);
         }
-        self.clock.pass(&mut self.controller, now);
+        self.clock
+            .pass(&mut self.controller, &mut self.observer, now);
         self.wall = now;
     }
 
@@ -125,7 +153,14 @@ impl Runner {
         let input = self.next_input().map(|(at, _)| at);
         let output = self.links.values().filter_map(|link| link.replies.due());
         let event = self.clock.next(&self.controller, self.wall);
-        input.into_iter().chain(output).chain(event).min()
+        let look = self.observer.next_look();
+        let look = look.and_then(|look| self.clock.next_look(look, self.wall));
+        input
+            .into_iter()
+            .chain(output)
+            .chain(event)
+            .chain(look)
+            .min()
     }
 
     /// The next reply whose last byte has passed the link's line, whole.
@@ -142,26 +177,37 @@ impl Runner {
     fn arrive(&mut self, at: Micros, id: LinkId) {
         let answered = at.saturating_add(self.line.turnaround);
         let Self {
-            controller, clock, ..
+            controller,
+            clock,
+            observer,
+            ..
         } = self;
         let Some(link) = self.links.get_mut(&id) else {
             return;
         };
         match link.pieces.pop_front() {
             Some(piece) => {
-                let bytes = &link.bytes.make_contiguous()[..piece.count];
-                let mut input = bytes;
-                while controller.receive_one(id, &mut input) {
-                    link.replies.take_from(controller, id, answered);
-                    clock.jump(controller, at);
+                let mut input = &link.bytes.make_contiguous()[..piece.count];
+                loop {
+                    let (before, now) = (input, controller.now());
+                    let handled = controller.receive_one(id, &mut input);
+                    observer.request_bytes(now, id, &before[..before.len() - input.len()]);
+                    link.replies.take_from(controller, observer, id, answered);
+                    observer.look(controller);
+                    if !handled {
+                        break;
+                    }
+                    clock.jump(controller, observer, at);
                 }
                 link.bytes.drain(..piece.count);
                 link.silent = Some(at.saturating_add(INTER_BYTE_TIMEOUT));
             }
             None => {
+                observer.silence(controller.now(), id);
                 controller.expire(id);
-                link.replies.take_from(controller, id, answered);
-                clock.jump(controller, at);
+                link.replies.take_from(controller, observer, id, answered);
+                observer.look(controller);
+                clock.jump(controller, observer, at);
                 link.fall_silent();
             }
         }
@@ -173,6 +219,7 @@ impl Runner {
     fn forget(&mut self, link: LinkId) {
         self.links.remove(&link);
         self.controller.close(link);
+        self.observer.closed(link);
     }
 }
 
@@ -272,9 +319,16 @@ impl Link {
 
 impl Replies {
     /// Puts the controller's replies on the line, not before `from`.
-    fn take_from(&mut self, controller: &mut Controller, link: LinkId, from: Micros) {
+    fn take_from<O: Observer>(
+        &mut self,
+        controller: &mut Controller,
+        observer: &mut O,
+        link: LinkId,
+        from: Micros,
+    ) {
         while let Some(frame) = controller.poll_transmit(link) {
             if !self.hung_up {
+                observer.reply(controller.now(), link, &frame);
                 let at = self.output.carry(from, frame.bytes().len());
                 self.queue.push_back((at, frame));
             }
