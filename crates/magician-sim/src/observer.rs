@@ -44,6 +44,34 @@ pub trait Observer {
 
 impl Observer for () {}
 
+/// The one who is there, if so.
+impl<O: Observer> Observer for Option<O> {
+    fn next_look(&self) -> Option<Micros> {
+        self.as_ref()?.next_look()
+    }
+
+    fn look(&mut self, arm: &Controller) {
+        self.iter_mut().for_each(|it| it.look(arm));
+    }
+
+    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+        self.iter_mut()
+            .for_each(|it| it.request_bytes(now, link, bytes));
+    }
+
+    fn silence(&mut self, now: Micros, link: LinkId) {
+        self.iter_mut().for_each(|it| it.silence(now, link));
+    }
+
+    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+        self.iter_mut().for_each(|it| it.reply(now, link, frame));
+    }
+
+    fn closed(&mut self, link: LinkId) {
+        self.iter_mut().for_each(|it| it.closed(link));
+    }
+}
+
 /// Instants that an observer may still be shown before somebody else gets a word in.
 pub(crate) struct Patience(u32);
 

@@ -117,6 +117,7 @@ impl<O: Observer> Runner<O> {
     /// port that is closed; replies to it, and a frame that it began, are dropped.
     pub fn close(&mut self, link: LinkId) {
         let Some(state) = self.links.get_mut(&link) else {
+            self.observer.closed(link);
             return;
         };
         state.replies.hang_up();

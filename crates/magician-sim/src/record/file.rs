@@ -89,7 +89,7 @@ struct Channel {
 }
 
 impl<W: Write> File<W> {
-    /// Begins a file: header, metadata, nothing else yet.
+    /// Begins a file: header and metadata go out, topics with the first messages.
     pub(super) fn begin(out: W, epoch: u64, rate: u64) -> io::Result<Self> {
         // Chunks go out whole, so that a killed program leaves no half of one in the middle.
         let options = WriteOptions::new()
@@ -98,14 +98,6 @@ impl<W: Write> File<W> {
             .chunk_size(Some(CHUNK))
             .library(concat!("magician ", env!("CARGO_PKG_VERSION")));
         let mut writer = options.create(NoSeek::new(out)).map_err(io_error)?;
-        let mut channels = [Channel::default(); Topic::ALL.len()];
-        for topic in Topic::ALL {
-            let (name, text) = topic.schema();
-            let schema = writer.add_schema(name, "jsonschema", text.as_bytes());
-            let schema = schema.map_err(io_error)?;
-            let id = writer.add_channel(schema, topic.name(), "json", &BTreeMap::new());
-            channels[topic as usize].id = id.map_err(io_error)?;
-        }
         let metadata = Metadata {
             name: "magician".to_owned(),
             metadata: BTreeMap::from([
@@ -116,6 +108,14 @@ impl<W: Write> File<W> {
         };
         writer.write_metadata(&metadata).map_err(io_error)?;
         writer.flush().map_err(io_error)?;
+        let mut channels = [Channel::default(); Topic::ALL.len()];
+        for topic in Topic::ALL {
+            let (name, text) = topic.schema();
+            let schema = writer.add_schema(name, "jsonschema", text.as_bytes());
+            let schema = schema.map_err(io_error)?;
+            let id = writer.add_channel(schema, topic.name(), "json", &BTreeMap::new());
+            channels[topic as usize].id = id.map_err(io_error)?;
+        }
         Ok(Self {
             writer,
             epoch,

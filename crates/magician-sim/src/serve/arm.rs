@@ -5,6 +5,8 @@ use super::bell::{Bell, House};
 use super::door::{self, Ports};
 use super::hub::Hub;
 use super::timer::Timer;
+#[cfg(feature = "record")]
+use super::watch;
 use super::{Endpoint, OnReady, ServeError, Server};
 use crate::Runner;
 
@@ -21,7 +23,16 @@ pub(super) struct Arm {
 
 impl Arm {
     pub(super) fn open(server: Server, house: House) -> Result<Self, ServeError> {
-        let runner = Runner::new(server.controller, server.speed, server.line);
+        #[cfg(feature = "record")]
+        let watch = match server.recording {
+            Some(writer) => watch::begin(writer, server.controller.now(), server.speed),
+            None => Ok(None),
+        };
+        #[cfg(feature = "record")]
+        let watch = watch.map_err(ServeError::Record)?;
+        #[cfg(not(feature = "record"))]
+        let watch = ();
+        let runner = Runner::observed(server.controller, server.speed, server.line, watch);
         let mut hub = Hub::new(runner, server.on_notice);
         #[cfg(feature = "trace")]
         if let Some(writer) = server.trace {
@@ -44,6 +55,12 @@ impl Arm {
             let endpoints: Vec<Endpoint> = self.ports.iter().map(|port| port.endpoint()).collect();
             call(&endpoints);
         }
+    }
+
+    /// Nobody comes any more: closes the endpoints and completes what is being written.
+    pub(super) fn end(self) -> Result<(), ServeError> {
+        drop(self.ports);
+        self.hub.end()
     }
 
     /// Takes a turn if anything happened.

@@ -3,16 +3,20 @@ use std::time::{Duration, Instant};
 use magician_protocol::commands::DeviceId;
 use magician_protocol::{Direction, FrameBuf, NoArgs, Readable};
 
-use super::{Notice, OnNotice};
+use super::watch::Watch;
+use super::{Notice, OnNotice, ServeError};
 use crate::{LinkId, Micros, Runner};
 
 /// What all endpoints share: the arm on the wall clock, the log and the trace.
 pub(super) struct Hub {
-    runner: Runner,
+    runner: Runner<Watch>,
     start: Instant,
     links: u32,
     on_notice: OnNotice,
     tape: tape::Tape,
+    /// Why the recording is not whole.
+    #[cfg(feature = "record")]
+    incomplete: Option<String>,
 }
 
 /// A client: its link to the arm and its place in the trace.
@@ -23,13 +27,15 @@ pub(super) struct Peer {
 }
 
 impl Hub {
-    pub(super) fn new(runner: Runner, on_notice: OnNotice) -> Self {
+    pub(super) fn new(runner: Runner<Watch>, on_notice: OnNotice) -> Self {
         Self {
             runner,
             start: Instant::now(),
             links: 0,
             on_notice,
             tape: tape::Tape::OFF,
+            #[cfg(feature = "record")]
+            incomplete: None,
         }
     }
 
@@ -44,7 +50,7 @@ impl Hub {
         let tape = self.tape.open(&name);
         self.taped(tape.1);
         Peer {
-            link: self.next_link(),
+            link: self.next_link(&name),
             name,
             tape: tape.0,
         }
@@ -56,7 +62,7 @@ impl Hub {
         self.runner.close(peer.link);
         let written = self.tape.close(&peer.tape);
         self.taped(written);
-        peer.link = self.next_link();
+        peer.link = self.next_link(&peer.name);
     }
 
     pub(super) fn close(&mut self, peer: Peer) {
@@ -90,7 +96,7 @@ impl Hub {
 
     /// The three words by which the arm can be told from all others, as it answers them.
     pub(super) fn device_id(&mut self) -> [u32; 3] {
-        let link = self.next_link();
+        let link = self.next_link("discovery");
         let controller = self.runner.controller_mut();
         if let Ok(request) = FrameBuf::get(&NoArgs, DeviceId::ROW) {
             controller.receive(link, request.bytes());
@@ -116,6 +122,35 @@ impl Hub {
         while let Some(event) = self.runner.controller_mut().poll_event() {
             self.notice(Notice::Arm(event));
         }
+        #[cfg(feature = "record")]
+        self.check_recording();
+    }
+
+    /// A recording that cannot be written ends; the arm does not.
+    #[cfg(feature = "record")]
+    fn check_recording(&mut self) {
+        let watch = self.runner.observer_mut();
+        let ended = watch.take_if(|recorder| recorder.error().is_some());
+        if let Some(error) = ended.and_then(|recorder| recorder.finish().err()) {
+            self.incomplete = Some(error.to_string());
+            self.notice(Notice::RecordingEnded(error));
+        }
+    }
+
+    /// Completes what is being written.
+    pub(super) fn end(mut self) -> Result<(), ServeError> {
+        self.tick();
+        #[cfg(feature = "record")]
+        {
+            if let Some(recorder) = self.runner.observer_mut().take() {
+                let finished = recorder.finish().and_then(|behind| behind.finish());
+                return finished.map_err(ServeError::Record);
+            }
+            if let Some(reason) = self.incomplete {
+                return Err(ServeError::Record(std::io::Error::other(reason)));
+            }
+        }
+        Ok(())
     }
 
     /// How long nothing is due.
@@ -128,9 +163,18 @@ impl Hub {
         Micros::try_from(self.start.elapsed().as_micros()).unwrap_or(Micros::MAX)
     }
 
-    fn next_link(&mut self) -> LinkId {
+    /// The link of a client that is known by this name.
+    #[cfg_attr(
+        not(feature = "record"),
+        expect(unused_variables, reason = "only a recording names links")
+    )]
+    fn next_link(&mut self, name: &str) -> LinkId {
         let link = LinkId(self.links);
         self.links = self.links.wrapping_add(1);
+        #[cfg(feature = "record")]
+        if let Some(recorder) = self.runner.observer_mut() {
+            recorder.name(link, name);
+        }
         link
     }
 

@@ -2,9 +2,8 @@
 
 use std::io::{self, Write};
 
-use magician_protocol::{Alarm, Row};
 use magician_sim::serve::{Endpoint, Notice};
-use magician_sim::{Event, Identity, Refusal, Speed};
+use magician_sim::{Event, Identity, Speed};
 
 /// What kind of arm is served.
 pub(super) fn title(identity: &Identity, speed: Speed) -> String {
@@ -64,6 +63,7 @@ impl Log {
                  perhaps another arm answers there (--discovery off says it need not be found)"
             )),
             Notice::TraceEnded(error) => Some(format!("the trace ends here: {error}")),
+            Notice::RecordingEnded(error) => Some(format!("the recording ends here: {error}")),
         };
         if let Some(line) = line {
             self.say(&line);
@@ -82,51 +82,6 @@ impl Log {
             Event::Finished { .. } => self.verbose < 1,
             _ => false,
         };
-        let line = match event {
-            _ if quiet => return None,
-            Event::Accepted { index, id } => format!("{index} {} accepted", name(id)),
-            Event::Started { index, id } => format!("{index} {} started", name(id)),
-            Event::Finished { index, id } => format!("{index} {} finished", name(id)),
-            Event::Dropped { count } => format!("{count} waiting commands dropped"),
-            Event::QueueFull { id } => format!("{} not taken: the queue is full", name(id)),
-            Event::Refused { id, reason } => {
-                format!("{} not carried out: {}", name(id), refusal(reason))
-            }
-            Event::AlarmRaised { code } => format!("alarm {} raised", alarm(code)),
-            Event::AlarmCleared { code } => format!("alarm {} cleared", alarm(code)),
-            Event::NotSimulated { row } => {
-                format!(
-                    "{} is answered, but the virtual arm does not act on it yet",
-                    row.name
-                )
-            }
-            Event::BadFrame { .. } => "a damaged frame was ignored".to_owned(),
-            Event::UnknownId { id, .. } => format!("unknown command id {id}: no answer"),
-            Event::Overrun { .. } => "a request was dropped: its replies are not read".to_owned(),
-            other => format!("{other:?}"),
-        };
-        Some(line)
-    }
-}
-
-fn name(id: u8) -> String {
-    Row::with_id(id).map_or_else(|| id.to_string(), |row| row.name.to_owned())
-}
-
-fn alarm(code: u8) -> String {
-    match Alarm::with_code(code) {
-        Some(alarm) => format!("{code:#04x} {}", alarm.name),
-        None => format!("{code:#04x}"),
-    }
-}
-
-fn refusal(reason: Refusal) -> &'static str {
-    match reason {
-        Refusal::Parameters => "its parameter count fits no accepted form",
-        Refusal::Unplannable => "its motion cannot be planned",
-        Refusal::UnknownMode => "its mode has no meaning",
-        Refusal::Pin => "there is no such pin, or it does not do that",
-        Refusal::Pose => "the pose cannot be set now, or not to this",
-        _ => "the arm does not do that",
+        (!quiet).then(|| event.to_string())
     }
 }

@@ -34,11 +34,13 @@ address in the answer. So an arm on UDP port 8899 answers them, on the same HOST
 another arm, it says so on stderr and serves without. A broadcast reaches only a HOST of all addresses (0.0.0.0).
 
 --arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and at N ports in a row; \
-a port of 0 is any free one for each, and a trace is N files, FILE.1 to FILE.N. Programs that look for an arm find the \
+a port of 0 is any free one for each, and a trace or recording is N files, FILE.1 to FILE.N. Programs that look for an arm find the \
 one on port 8899.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
-before the next request is read.")]
+before the next request is read.
+
+A recording is on the arm's clock: samples every 20 ms of it, whatever the speed, about 90 MB an hour. Foxglove and every other program for MCAP opens it. If it cannot be written any more, the arm is served on, and the exit status is 4.")]
 pub(crate) struct Sim {
     /// Serve a new pseudo-terminal and make PATH a symlink to it
     #[cfg(unix)]
@@ -71,6 +73,9 @@ pub(crate) struct Sim {
     /// Write all that passes to a pcapng file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Record what the arm does to an MCAP file: pose at 50 Hz, queue, IO, alarms, frames
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Firmware profile in TOML; `--profile -` prints the built-in one as a pattern
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
@@ -141,23 +146,23 @@ impl Sim {
     fn servers(&self, profile: &Profile, verbose: Option<u8>) -> Result<Vec<Server>, Failure> {
         let Some(count) = self.arms else {
             let log = verbose.map(Log::new);
-            let server = self.server(profile.clone(), self.trace.clone())?;
+            let server = self.server(profile.clone(), Path::to_owned)?;
             return Ok(vec![self.reporting(server, &profile.identity, log, true)]);
         };
         let numbered = |number| {
             let mut profile = profile.clone();
             profile.identity = profile.identity.numbered(number);
             let identity = profile.identity.clone();
-            let trace = self.trace.as_deref();
-            let trace = trace.map(|path| serve::numbered(path, number));
-            let server = self.server(profile, trace)?.number(number);
+            let own = |path: &Path| serve::numbered(path, number);
+            let server = self.server(profile, own)?.number(number);
             let log = verbose.map(|verbose| Log::numbered(verbose, number));
             Ok(self.reporting(server, &identity, log, number == count))
         };
         (1..=count).map(numbered).collect()
     }
 
-    fn server(&self, profile: Profile, trace: Option<PathBuf>) -> Result<Server, Failure> {
+    /// The server of one arm, whose files have its `own` paths.
+    fn server(&self, profile: Profile, own: impl Fn(&Path) -> PathBuf) -> Result<Server, Failure> {
         let line = Line {
             baud: self.baud,
             turnaround: (self.turnaround * 1000.0) as u64,
@@ -176,11 +181,11 @@ impl Sim {
         if let Some(address) = &self.tcp {
             server = server.tcp(address);
         }
-        if let Some(path) = trace {
-            let file = File::create(&path).map_err(|error| {
-                Failure::invalid(format!("{} cannot be written: {error}", path.display()))
-            })?;
-            server = server.trace(BufWriter::new(file));
+        if let Some(path) = &self.trace {
+            server = server.trace(BufWriter::new(create(&own(path))?));
+        }
+        if let Some(path) = &self.record {
+            server = server.record(create(&own(path))?);
         }
         Ok(server)
     }
@@ -208,6 +213,11 @@ impl Sim {
             None => server,
         }
     }
+}
+
+fn create(path: &Path) -> Result<File, Failure> {
+    File::create(path)
+        .map_err(|error| Failure::invalid(format!("{} cannot be written: {error}", path.display())))
 }
 
 /// A parent that does not listen is no reason to stop serving.
