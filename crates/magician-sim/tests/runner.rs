@@ -1,7 +1,7 @@
 //! The runner in virtual time: pacing, speed, silence, and that cuts do not matter.
 
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::{Controller, Line, LinkId, Micros, Profile, Runner, Speed};
+use magician_sim::{Controller, Line, LinkId, Micros, Observer, Profile, Runner, Speed};
 use proptest::prelude::*;
 
 const USB: LinkId = LinkId(0);
@@ -443,4 +443,74 @@ proptest! {
         runner.receive(now, USB, &get_pose());
         prop_assert_eq!(reply(&mut runner, &mut now, USB).frame().id(), 10);
     }
+}
+
+/// Wants to see every 20 ms and counts them.
+#[derive(Default)]
+struct Counting {
+    seen: u64,
+    next: Micros,
+}
+
+impl Observer for Counting {
+    fn next_look(&self) -> Option<Micros> {
+        Some(self.next)
+    }
+
+    fn look(&mut self, arm: &Controller) {
+        if arm.now() == self.next {
+            self.seen += 1;
+            self.next += 20_000;
+        }
+    }
+}
+
+#[test]
+fn an_observer_of_a_leap_over_weeks_does_not_keep_everybody_waiting() {
+    let weeks = [start(), wait(u32::MAX)].concat();
+    for speed in [Speed::Max, Speed::Times(1e9)] {
+        let watching = Counting::default();
+        let mut runner = Runner::observed(Controller::default(), speed, Line::default(), watching);
+        runner.receive(0, USB, &weeks);
+        let (mut wall, mut most) = (0, 0);
+        for _ in 0..10 {
+            let before = runner.observer().seen;
+            wall = runner.poll_timeout().unwrap().max(wall);
+            runner.handle_timeout(wall);
+            most = most.max(runner.observer().seen - before);
+            while runner.poll_transmit(wall, USB).is_some() {}
+        }
+        // What a caller does at full speed is a pass and a jump.
+        assert!((1..=200_000).contains(&most), "{speed}: {most}");
+        let seen = runner.observer().seen;
+        assert_eq!(runner.controller().now() / 20_000, seen - 1, "{speed}");
+        runner.receive(wall, WIFI, &device_time());
+        assert!(runner.poll_transmit(wall, WIFI).is_some());
+    }
+}
+
+#[test]
+fn an_observer_is_shown_the_arm_in_good_time() {
+    for (speed, apart) in [
+        (Speed::Times(0.5), 40_000),
+        (Speed::Times(1.0), 20_000),
+        (Speed::Times(100.0), 10_000),
+        (Speed::Max, 20_000),
+    ] {
+        let watching = Counting::default();
+        let mut runner = Runner::observed(Controller::default(), speed, Line::default(), watching);
+        let mut wall = 0;
+        for _ in 0..100 {
+            let due = runner.poll_timeout().unwrap();
+            assert_eq!(due - wall, apart, "{speed}");
+            wall = due;
+            runner.handle_timeout(wall);
+        }
+        let now = runner.controller().now();
+        assert_eq!(runner.observer().seen, now / 20_000 + 1, "{speed}");
+    }
+    let watching = Counting::default();
+    let stopped = Speed::Times(0.0);
+    let runner = Runner::observed(Controller::default(), stopped, Line::default(), watching);
+    assert_eq!(runner.poll_timeout(), None);
 }
