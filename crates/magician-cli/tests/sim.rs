@@ -202,3 +202,35 @@ fn the_built_in_profile_can_be_printed_and_used() {
     let name = run(&["--port", &served.door("tcp"), "get", "DeviceName", "--json"]).object();
     assert_eq!(name, json!({"device_name": "Somebody"}));
 }
+
+#[test]
+fn every_arm_has_a_recording_of_its_own() {
+    let dir = tempfile::tempdir().expect("directory");
+    let recording = dir.path().join("arm.mcap");
+    let path = recording.to_str().expect("UTF-8");
+    let arguments = ["--arms", "2", "--tcp", "127.0.0.1:0", "--record", path];
+    // Two arms say their title and one door each.
+    let served = Served::start(&arguments, 3);
+    served.end("-TERM");
+    for number in [1, 2] {
+        let file = std::fs::read(format!("{path}.{number}")).expect("a recording");
+        let magic = b"\x89MCAP0\r\n";
+        assert!(file.starts_with(magic) && file.ends_with(magic));
+        let told = |text: &str| {
+            file.windows(text.len())
+                .any(|bytes| bytes == text.as_bytes())
+        };
+        assert!(told("foxglove.PoseInFrame") && told("ResetOccurred"));
+    }
+    assert!(!recording.exists());
+}
+
+#[test]
+fn a_recording_that_cannot_be_begun_is_an_error() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = dir.path().join("no").join("such.mcap");
+    let path = path.to_str().expect("UTF-8");
+    let refused = run(&["sim", "--udp", "127.0.0.1:0", "--record", path, "--json"]);
+    assert_eq!((refused.status, refused.out.as_str()), (3, ""));
+    assert_eq!(refused.error()["kind"], "invalid-input");
+}
