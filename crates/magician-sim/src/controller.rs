@@ -31,8 +31,8 @@ use crate::{LinkId, Micros, Profile, State, World};
 /// Once its buffers have grown to what is in use it allocates nothing.
 #[derive(Clone)]
 pub struct Controller {
-    links: Links,
-    core: Core,
+    pub(crate) links: Links,
+    pub(crate) core: Core,
 }
 
 impl std::fmt::Debug for Controller {
@@ -76,11 +76,6 @@ impl Controller {
     #[must_use]
     pub fn world(&self) -> &World {
         &self.core.world
-    }
-
-    /// The world around the arm, to change it.
-    pub fn world_mut(&mut self) -> &mut World {
-        &mut self.core.world
     }
 
     /// Everything about the arm at the present instant.
@@ -142,6 +137,7 @@ impl Controller {
     /// Lets the arm's time pass up to `to`; an instant that has passed changes nothing.
     pub fn advance(&mut self, to: Micros) {
         self.core.advance(to);
+        self.forget_links();
     }
 
     /// The instant of the arm's clock at which something next happens by itself: the end of a motion, of a wait.

@@ -11,7 +11,8 @@ use crate::event::{Event, Log, Refusal};
 use crate::motion::Motion;
 use crate::queue::{Order, Queue};
 use crate::settings::Settings;
-use crate::{LinkId, Micros, Profile, World};
+use crate::world::Grip;
+use crate::{LineState, LinkId, Micros, Profile, World};
 
 /// The controller behind its links.
 #[derive(Clone)]
@@ -26,6 +27,13 @@ pub(crate) struct Core {
     pub(crate) connectors: Connectors,
     pub(crate) homed: bool,
     pub(crate) world: World,
+    /// The tool as the world was told last.
+    pub(crate) grip: Grip,
+    pub(crate) line: LineState,
+    /// When the controller was switched on or reset last.
+    pub(crate) booted: Micros,
+    /// The controller has reset and its links do not know yet.
+    pub(crate) restarted: bool,
     pub(crate) log: Log,
 }
 
@@ -46,6 +54,10 @@ impl Core {
             connectors: Connectors::default(),
             homed: false,
             world,
+            grip: Grip::default(),
+            line: LineState::default(),
+            booted: 0,
+            restarted: false,
             log: Log::default(),
             profile,
         };
@@ -82,6 +94,7 @@ impl Core {
     fn act_at_once(&mut self, set: &Set) {
         // The step of an immediate command is of no concern: nothing waits for it.
         let _: Step = dispatch::apply(self, set, Turn::Immediate);
+        self.feel_grip();
         self.settle();
     }
 

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use magician_protocol::Row;
 
 use crate::LinkId;
+use crate::world::{Press, Thing};
 
 /// Something that happened inside the controller. None of it goes over the wire.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +58,37 @@ pub enum Event {
     AlarmCleared {
         /// Its code.
         code: u8,
+    },
+    /// The tool, or what it holds, touches something.
+    Touched {
+        /// What.
+        thing: Thing,
+        /// Whether J2 and J3 lose steps.
+        stalls: bool,
+    },
+    /// A joint has slipped: it stands elsewhere than commanded.
+    Slipped {
+        /// J1 to J4 as 1 to 4.
+        joint: u8,
+        /// By how much, deg.
+        degrees: f64,
+    },
+    /// The controller has reset: what was queued and set is gone.
+    Reset,
+    /// The cable was pulled, or plugged in again.
+    Cable {
+        /// Whether it is in.
+        plugged: bool,
+    },
+    /// The base key was pressed.
+    Key {
+        /// How.
+        press: Press,
+    },
+    /// The unlock key on the forearm was pressed or released.
+    Unlocked {
+        /// Whether it is held.
+        held: bool,
     },
     /// A command was accepted, stored and answered, but this simulation does not act on it, or only in part. Told once
     /// a row and power-up: a drawing is a hundred thousand of them. [`State::not_simulated`](crate::State::not_simulated)

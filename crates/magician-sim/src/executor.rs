@@ -29,17 +29,27 @@ impl Core {
             Some(Busy::Waiting(until)) => Some(until),
             _ => None,
         };
-        [waited, self.motion.next_event()]
-            .into_iter()
-            .flatten()
-            .min()
+        [
+            waited,
+            self.motion.next_event(),
+            self.actuators.next_change(self.now),
+            self.world.next_event(),
+        ]
+        .into_iter()
+        .flatten()
+        .min()
     }
 
-    /// What is due at the present instant. The motion comes first: a wait that ends with it may begin another.
+    /// What is due at the present instant. The motion comes first: a wait that ends with it may begin another. What
+    /// the world sees of the tool is settled before the world acts.
     fn happen(&mut self) {
         let now = self.now;
         if self.motion.next_event().is_some_and(|at| at <= now) {
             self.motion_event();
+        }
+        self.feel_grip();
+        while let Some(happening) = self.world.happen(now) {
+            self.meet(happening);
         }
         if let Some(Busy::Waiting(until)) = self.queue.running.map(|running| running.busy)
             && until <= now
@@ -73,10 +83,12 @@ impl Core {
     fn start(&mut self, entry: Entry) {
         let Entry { index, id, order } = entry;
         self.log.push(Event::Started { index, id });
+        self.world.index_started(self.now, index);
         let step = match &order {
             Order::Set(set) => dispatch::apply(self, set, Turn::Queued),
             Order::Nothing => Step::Done,
         };
+        self.feel_grip();
         let busy = match step {
             Step::Done => return self.finished(index, id),
             Step::Moving => Busy::Moving,

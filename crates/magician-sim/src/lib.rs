@@ -31,10 +31,9 @@ mod core;
 mod dispatch;
 mod event;
 mod executor;
-mod limits;
+mod happening;
 mod link;
 mod motion;
-mod outputs;
 mod pace;
 mod profile;
 mod queue;
@@ -45,6 +44,7 @@ pub mod world;
 
 pub use controller::Controller;
 pub use event::{Event, Refusal};
+pub use happening::LineState;
 pub use link::LinkId;
 pub use pace::{Line, Speed, SpeedError};
 pub use profile::{
@@ -54,7 +54,7 @@ pub use profile::{
 };
 pub use runner::Runner;
 pub use state::{Output, QueueState, State};
-pub use world::World;
+pub use world::{Happening, World};
 
 /// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.
 pub type Micros = u64;

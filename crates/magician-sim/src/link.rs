@@ -97,6 +97,10 @@ impl Links {
         }
     }
 
+    pub(crate) fn clear(&mut self) {
+        self.links.clear();
+    }
+
     fn position(&self, id: LinkId) -> Option<usize> {
         self.links.iter().position(|known| known.id == id)
     }

@@ -3,8 +3,8 @@
 use magician_motion::{JointAngles, Pose};
 use magician_protocol::AlarmSet;
 
-use crate::Micros;
 use crate::core::Core;
+use crate::{LineState, Micros};
 
 /// The arm at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub struct State {
     pub pose: Pose,
     /// The commanded joints.
     pub joints: JointAngles,
+    /// Where the joints really stand: elsewhere than commanded after lost steps, and the base before homing.
+    pub true_joints: JointAngles,
     /// Whether anything moves, homing included.
     pub moving: bool,
     /// Whether the arm has been homed since power-up.
@@ -32,6 +34,8 @@ pub struct State {
     pub holding: bool,
     /// Whether the laser burns.
     pub laser: bool,
+    /// The cable to the host.
+    pub line: LineState,
     /// Commands since power-up that were answered but not acted on, or only in part; an
     /// [`Event::NotSimulated`](crate::Event::NotSimulated) tells the first of each row.
     pub not_simulated: u64,
@@ -78,6 +82,7 @@ impl State {
             now: core.now,
             pose: arm.pose,
             joints: arm.joints,
+            true_joints: core.posture().joints,
             moving: core.motion.is_moving(),
             homed: core.homed,
             alarms: core.alarms.standing(),
@@ -94,6 +99,7 @@ impl State {
             gripper,
             holding: core.world.holding(),
             laser: core.actuators.laser_burns(),
+            line: core.line,
             not_simulated: core.log.count_not_simulated(),
             events_lost: core.log.lost(),
         }

@@ -71,7 +71,7 @@ impl Apply for SetDeviceWithL {
 impl Report for DeviceTime {
     fn report(core: &mut Core, _: &NoArgs) -> Self {
         // Wraps after 49.7 days, as the arm's does.
-        let g_systick = (core.now / 1000) as u32;
+        let g_systick = (core.now.saturating_sub(core.booted) / 1000) as u32;
         Self { g_systick }
     }
 }

@@ -6,6 +6,7 @@ use magician_protocol::{Flag, NoArgs};
 use crate::convert::micros;
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn, stored};
+use crate::world::Grip;
 use crate::{Micros, Output};
 
 // The reported pose follows the bias at once: it is computed from the joints when asked for.
@@ -66,6 +67,35 @@ impl Actuators {
 
     pub(crate) fn laser_burns(&self) -> bool {
         self.laser.commanded()
+    }
+
+    /// When a tool next comes to what it was told.
+    pub(crate) fn next_change(&self, now: Micros) -> Option<Micros> {
+        [self.suction.settled, self.gripper.settled]
+            .into_iter()
+            .filter(|at| *at > now)
+            .min()
+    }
+
+    /// What the world feels of the tools.
+    fn grip(&self, now: Micros) -> Grip {
+        Grip {
+            sucking: self.suction(now).reached,
+            closed: self.gripper(now).reached,
+            laser: if self.laser_burns() { 100.0 } else { 0.0 },
+        }
+    }
+}
+
+impl Core {
+    /// Tells the world what has become of the tool.
+    pub(crate) fn feel_grip(&mut self) {
+        let grip = self.actuators.grip(self.now);
+        if grip != self.grip {
+            self.grip = grip;
+            let posture = self.posture();
+            self.world.grip(self.now, grip, &posture);
+        }
     }
 }
 

@@ -1,0 +1,350 @@
+//! Where the arm is and how it moves (model sections 4, 7, 11 and 14).
+//!
+//! All that moves is a [`Trajectory`]: it has a beginning and an end, and is asked where it is. What it is for, and what
+//! follows it, is its [`Purpose`].
+
+mod limits;
+mod outputs;
+mod plan;
+mod watch;
+
+use magician_motion::{ArmState, Geometry, JointAngles, Trajectory};
+
+use crate::Micros;
+use crate::core::Core;
+use crate::dispatch::Step;
+use crate::world::{Course, Posture};
+
+pub(crate) use outputs::Outputs;
+
+/// The arm, at rest or on its way: where it is commanded to be, and where it really is.
+#[derive(Clone, Debug)]
+pub(crate) struct Motion {
+    rest: ArmState,
+    /// The arm's measures under which `rest.pose` holds; another tool bias makes another pose of the same joints.
+    measured: Geometry,
+    under_way: Option<UnderWay>,
+    /// By how much the joints really stand elsewhere than commanded: lost steps, and before homing the base angle.
+    pub(crate) slip: [f64; 4],
+}
+
+/// A motion and when it began.
+#[derive(Clone, Debug)]
+pub(crate) struct UnderWay {
+    pub(crate) purpose: Purpose,
+    pub(crate) trajectory: Trajectory,
+    pub(crate) started: Micros,
+    pub(crate) ends: Micros,
+    /// What to raise when it has ended: something stops it before its target.
+    alarm: Option<u8>,
+    /// What it switches on its way.
+    outputs: Outputs,
+    /// When a limit alarm drops because the joint has come back inside.
+    leaves_limit: Option<Micros>,
+    /// Since when the world sees what it was shown last.
+    shown: Micros,
+    /// Since when J2 and J3 stall, and where they really stand.
+    stalled: Option<(Micros, [f64; 2])>,
+}
+
+/// What a motion is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Purpose {
+    /// A move to a target.
+    Move,
+    /// Homing, while it looks for the switch of J1: no joint is commanded.
+    Search,
+    /// The end of a motion that was force-stopped.
+    Brake,
+}
+
+impl UnderWay {
+    pub(crate) fn elapsed(&self, now: Micros) -> Micros {
+        now.saturating_sub(self.started)
+    }
+
+    /// Where the motion is commanded to be.
+    fn sample(&self, now: Micros) -> ArmState {
+        if now >= self.ends {
+            return *self.trajectory.end();
+        }
+        self.trajectory.sample(self.elapsed(now))
+    }
+}
+
+impl Motion {
+    pub(crate) fn at(joints: JointAngles) -> Self {
+        let measured = Geometry::default();
+        Self {
+            rest: ArmState::at_joints(&measured, &joints),
+            measured,
+            under_way: None,
+            slip: [0.0; 4],
+        }
+    }
+
+    /// Whether anything moves; the search of homing counts.
+    pub(crate) fn is_moving(&self) -> bool {
+        self.under_way.is_some()
+    }
+
+    /// What moves.
+    pub(crate) fn under_way(&self) -> Option<&UnderWay> {
+        self.under_way.as_ref()
+    }
+
+    /// When the motion ends, or on its way switches an output or drops a limit alarm.
+    pub(crate) fn next_event(&self) -> Option<Micros> {
+        let motion = self.under_way.as_ref()?;
+        let switches = motion.outputs.next_due();
+        let on_the_way = [
+            motion.leaves_limit,
+            switches.map(|at| motion.started.saturating_add(at)),
+        ];
+        let first = on_the_way.into_iter().flatten().min();
+        Some(first.map_or(motion.ends, |at| at.min(motion.ends)))
+    }
+
+    /// Where the arm is commanded to be under the measures in force when it began to move.
+    fn commanded(&self, now: Micros) -> ArmState {
+        match &self.under_way {
+            Some(motion) => motion.sample(now),
+            None => self.rest,
+        }
+    }
+
+    /// Where the arm is commanded to be, for the tool bias in force. A target that has been reached reads back as it
+    /// was given.
+    fn state(&self, now: Micros, geometry: &Geometry) -> ArmState {
+        let state = self.commanded(now);
+        if *geometry == self.measured {
+            state
+        } else {
+            ArmState::at_joints(geometry, &state.joints)
+        }
+    }
+
+    /// Where the arm really is.
+    pub(crate) fn posture(&self, now: Micros) -> Posture {
+        let mut joints = self.commanded(now).joints.to_array();
+        for (angle, slip) in joints.iter_mut().zip(self.slip) {
+            *angle += slip;
+        }
+        let stalled = self.under_way.as_ref().and_then(|motion| motion.stalled);
+        if let ([_, j2, j3, _], Some((since, [at2, at3]))) = (&mut joints, stalled)
+            && now >= since
+        {
+            (*j2, *j3) = (at2, at3);
+        }
+        Posture {
+            joints: joints.into(),
+            rail: 0.0,
+        }
+    }
+}
+
+impl Core {
+    /// Where the arm is commanded to be at the present instant.
+    pub(crate) fn arm(&self) -> ArmState {
+        self.motion.state(self.now, &self.geometry())
+    }
+
+    /// Where the arm really is at the present instant.
+    pub(crate) fn posture(&self) -> Posture {
+        self.motion.posture(self.now)
+    }
+
+    /// Begins a motion from where the arm stands. What moved before must have ended.
+    pub(crate) fn begin(
+        &mut self,
+        purpose: Purpose,
+        trajectory: Trajectory,
+        alarm: Option<u8>,
+        outputs: Outputs,
+    ) -> Step {
+        let lasting = trajectory.duration_us();
+        self.begin_lasting(purpose, trajectory, lasting, alarm, outputs)
+    }
+
+    /// As [`begin`](Self::begin), for a motion that lasts longer than its trajectory: the arm rests at its end.
+    pub(crate) fn begin_lasting(
+        &mut self,
+        purpose: Purpose,
+        trajectory: Trajectory,
+        lasting: Micros,
+        alarm: Option<u8>,
+        outputs: Outputs,
+    ) -> Step {
+        self.motion.measured = self.geometry();
+        self.motion.rest = *trajectory.start();
+        self.motion.under_way = Some(UnderWay {
+            purpose,
+            trajectory,
+            started: self.now,
+            ends: self.now.saturating_add(lasting),
+            alarm,
+            outputs,
+            leaves_limit: None,
+            shown: self.now,
+            stalled: None,
+        });
+        self.watch_limits();
+        if lasting > 0 {
+            self.show_course();
+            return Step::Moving;
+        }
+        self.switch_outputs();
+        self.end_motion();
+        if self.motion.is_moving() {
+            Step::Moving
+        } else {
+            Step::Done
+        }
+    }
+
+    /// Something is due in the motion: an output, the drop of a limit alarm, its end.
+    pub(crate) fn motion_event(&mut self) {
+        self.switch_outputs();
+        let ended = self.motion.under_way.as_ref().map(|motion| motion.ends);
+        if ended.is_some_and(|ends| ends <= self.now) {
+            self.end_motion();
+        } else {
+            self.drop_limit_alarms();
+            self.watch_limits();
+        }
+    }
+
+    fn switch_outputs(&mut self) {
+        while let Some(motion) = &mut self.motion.under_way {
+            let elapsed = motion.elapsed(self.now);
+            let Some(output) = motion.outputs.take_due(elapsed, &motion.trajectory) else {
+                return;
+            };
+            self.switch(output);
+        }
+    }
+
+    fn end_motion(&mut self) {
+        let Some((motion, _)) = self.rest_here() else {
+            return;
+        };
+        if let Some(code) = motion.alarm {
+            self.raise(code);
+        }
+        if self.follow_up(&motion) == Step::Done {
+            self.finish_moving();
+        }
+    }
+
+    /// What a motion that came to its end leads to.
+    fn follow_up(&mut self, motion: &UnderWay) -> Step {
+        match motion.purpose {
+            Purpose::Search => self.leave_switch(),
+            Purpose::Move | Purpose::Brake => Step::Done,
+        }
+    }
+
+    /// Ends what moves on the spot, without a ramp and without what would follow it: a command of the queue that it
+    /// belongs to has finished.
+    pub(crate) fn halt(&mut self) {
+        if self.rest_here().is_some() {
+            self.finish_moving();
+        }
+    }
+
+    /// Takes the motion away, at its end or before: the arm rests where it is. What it was and how far it came.
+    pub(crate) fn rest_here(&mut self) -> Option<(UnderWay, Micros)> {
+        let motion = self.motion.under_way.as_ref()?;
+        let state = motion.sample(self.now);
+        let elapsed = motion.elapsed(self.now);
+        let posture = self.motion.posture(self.now);
+        self.end_course();
+        let motion = self.motion.under_way.take()?;
+        self.motion.rest = state;
+        if motion.stalled.is_some() {
+            self.stand_at(posture.joints);
+        }
+        self.drop_limit_alarms();
+        Some((motion, elapsed))
+    }
+
+    /// Puts the commanded joints somewhere without a motion; the arm really stands where it stood.
+    pub(crate) fn believe(&mut self, joints: JointAngles) {
+        let really = self.posture().joints;
+        self.place_at(joints);
+        self.stand_at(really);
+    }
+
+    /// Puts the commanded joints somewhere without a motion, and the arm with them.
+    pub(crate) fn place_at(&mut self, joints: JointAngles) {
+        self.motion.rest = ArmState::at_joints(&self.geometry(), &joints);
+        self.motion.measured = self.geometry();
+        self.motion.under_way = None;
+        self.drop_limit_alarms();
+    }
+
+    /// The arm at rest really stands there, whatever is commanded.
+    fn stand_at(&mut self, really: JointAngles) {
+        let (really, commanded) = (really.to_array(), self.motion.rest.joints.to_array());
+        for (slip, (really, commanded)) in self
+            .motion
+            .slip
+            .iter_mut()
+            .zip(really.into_iter().zip(commanded))
+        {
+            *slip = really - commanded;
+        }
+    }
+}
+
+impl Core {
+    /// Shows the world what the arm is going to do from now on.
+    pub(crate) fn show_course(&mut self) {
+        if let Some(motion) = &mut self.motion.under_way {
+            motion.shown = self.now;
+        }
+        let Self { motion, world, .. } = self;
+        if let Some(under_way) = &motion.under_way {
+            world.begin(&Course::new(under_way.shown, under_way.ends, &|now| {
+                motion.posture(now)
+            }));
+        }
+    }
+
+    /// Tells the world what the arm has done up to now.
+    pub(crate) fn end_course(&mut self) {
+        let Self { motion, world, .. } = self;
+        if let Some(under_way) = &motion.under_way {
+            let to = self.now.min(under_way.ends);
+            world.end(&Course::new(under_way.shown, to, &|now| {
+                motion.posture(now)
+            }));
+        }
+    }
+
+    /// J2 and J3 stall: until the motion ends they stay where they are and lose their steps.
+    pub(crate) fn stall(&mut self) {
+        self.motion.stall(self.now);
+    }
+
+    /// A joint slips: from now on it stands elsewhere than commanded.
+    pub(crate) fn slip(&mut self, joint: u8, degrees: f64) {
+        self.end_course();
+        if let Some(slip) = usize::from(joint)
+            .checked_sub(1)
+            .and_then(|at| self.motion.slip.get_mut(at))
+        {
+            *slip += degrees;
+        }
+        self.show_course();
+    }
+}
+
+impl Motion {
+    fn stall(&mut self, now: Micros) {
+        let [_, j2, j3, _] = self.posture(now).joints.to_array();
+        if let Some(motion) = &mut self.under_way {
+            motion.stalled.get_or_insert((now, [j2, j3]));
+        }
+    }
+}
