@@ -41,6 +41,18 @@ impl Core {
         }
     }
 
+    /// Begins a path in space that has been planned, as [`move_arm`](Self::move_arm) does.
+    pub(crate) fn follow(&mut self, id: u8, plan: Result<Plan, MotionError>) -> Step {
+        match plan {
+            Ok(plan) => {
+                self.halt();
+                let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
+                self.begin(Purpose::Move, plan.trajectory, alarm, Outputs::default())
+            }
+            Err(error) => self.unplannable(id, &error),
+        }
+    }
+
     /// A motion that cannot be planned.
     pub(crate) fn unplannable(&mut self, id: u8, error: &MotionError) -> Step {
         self.raise(alarm_in_planning(error));
@@ -99,6 +111,8 @@ pub(crate) fn alarm_in_planning(error: &MotionError) -> u8 {
     match error {
         MotionError::Limit { .. } => Alarm::PlanInvLimit,
         MotionError::Speed { .. } => Alarm::PlanSpeedInputParam,
+        MotionError::Coincident => Alarm::PlanPushDataRepeat,
+        MotionError::Collinear => Alarm::PlanArcInputParam,
         // Out of reach, and whatever else cannot be calculated.
         _ => Alarm::PlanInvCalc,
     }
