@@ -168,22 +168,33 @@ fn arcs_round_the_base_that_hug_a_bound() {
 #[test]
 fn an_arc_ends_exactly_where_it_meets_a_bound() {
     let planner = Planner::default();
-    let from = state(&planner, [100.0, 45.0, 45.0, 0.0]);
-    let to = state(&planner, [130.0, 45.0, 45.0, 0.0]);
-    // All three are within; between the last two the arc bulges over J1 = 135.
-    let heading = 134.5f64.to_radians();
-    let via = Pose::new(
-        150.0 * heading.cos(),
-        150.0 * heading.sin(),
-        from.pose.z,
-        0.0,
-    );
-    let plan = planner.arc(&from, &via, &to.pose).expect("planned");
+    // A level circle of 30 mm round a centre at 130 degrees, from its near side over the outer to the far one: all
+    // three points are within, and at 135 degrees the base is at its limit.
+    let (distance, radius, z) = (200.0, 30.0, -8.0);
+    let (sin, cos) = 130.0f64.to_radians().sin_cos();
+    let on_circle = |outwards: f64, aside: f64| {
+        Pose::new(
+            (distance + outwards) * cos - aside * sin,
+            (distance + outwards) * sin + aside * cos,
+            z,
+            0.0,
+        )
+    };
+    let start = on_circle(0.0, -radius);
+    let from = ArmState::at_pose(&planner.geometry, &start, &planner.limits).expect("within");
+    let (via, to) = (on_circle(radius, 0.0), on_circle(-radius, 0.0));
+    let plan = planner.arc(&from, &via, &to).expect("planned");
     let crossing = plan.crossing.expect("beyond J1");
     let MotionError::Limit { bound, limit, .. } = crossing.cause else {
         panic!("{crossing:?}")
     };
     assert_eq!((bound, limit), (Bound::J1Max, 135.0));
+    // The ray at 5 degrees from the centre meets the circle first on the far side.
+    let (sin, cos) = 5.0f64.to_radians().sin_cos();
+    let along = distance * cos + (radius * radius - (distance * sin).powi(2)).sqrt();
+    let (outwards, aside) = (along * cos - distance, along * sin);
+    let angle = 90.0 + aside.atan2(outwards).to_degrees();
+    assert!((crossing.progress - angle / 270.0).abs() < 1e-5);
     let stopped = plan.trajectory.end();
     assert!((stopped.joints.j1 - 135.0).abs() < 1e-9);
     assert_eq!(plan.trajectory.sample(crossing.at_us), *stopped);
