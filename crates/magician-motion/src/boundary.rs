@@ -8,8 +8,9 @@
 //! sampled, and no root can be missed.
 
 use crate::angle::sin_cos;
+use crate::crossing::{Moments, first_violation};
 use crate::roots::{between, quadratic};
-use crate::{Bound, Geometry, Limits, Pose};
+use crate::{Bound, Geometry, Limits, MotionError, Pose};
 
 /// A straight line as the arm's vertical plane sees it; its parameter runs from 0 to 1.
 #[derive(Clone, Copy, Debug)]
@@ -199,7 +200,7 @@ impl Cut {
 }
 
 /// The bounds that are boundaries in space, in other words all but J4's.
-pub(crate) const SPATIAL: [Bound; 8] = [
+const SPATIAL: [Bound; 8] = [
     Bound::J1Min,
     Bound::J1Max,
     Bound::J2Min,
@@ -211,12 +212,7 @@ pub(crate) const SPATIAL: [Bound; 8] = [
 ];
 
 /// Reports every parameter at which a line may pass a bound of `strict`, or one of `wide` where that differs.
-pub(crate) fn spatial_cuts(
-    section: &Section,
-    strict: &Limits,
-    wide: &Limits,
-    report: &mut impl FnMut(f64),
-) {
+fn spatial_cuts(section: &Section, strict: &Limits, wide: &Limits, report: &mut impl FnMut(f64)) {
     for bound in SPATIAL {
         section.cuts(bound, strict.at(bound), report);
         if wide.at(bound) != strict.at(bound) {
@@ -224,4 +220,33 @@ pub(crate) fn spatial_cuts(
         }
     }
     section.reach_cuts(report);
+}
+
+/// When a straight line between `ends` first leaves the reach or one of `spatial` limits, which are to leave J4 free.
+///
+/// `when` tells at what time a share of the line is done, and `pose_at` where the tool is at a time.
+pub(crate) fn spatial_crossing(
+    geometry: &Geometry,
+    spatial: &Limits,
+    ends: [&Pose; 2],
+    duration: f64,
+    when: impl Fn(f64) -> f64,
+    pose_at: impl Fn(f64) -> Pose,
+) -> Option<(f64, MotionError)> {
+    let start = match geometry.inverse(&pose_at(0.0)) {
+        Ok(joints) => joints,
+        Err(error) => return Some((0.0, error)),
+    };
+    let [from, to] = ends;
+    let mut moments = Moments::new();
+    let wide = spatial.widened_to(&start);
+    let section = Section::new(geometry, from, to);
+    spatial_cuts(&section, spatial, &wide, &mut |share| {
+        if share > 0.0 && share < 1.0 {
+            moments.add(when(share));
+        }
+    });
+    first_violation(spatial, &start, moments, duration, |t| {
+        geometry.inverse(&pose_at(t))
+    })
 }

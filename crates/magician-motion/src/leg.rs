@@ -1,8 +1,9 @@
-//! One stretch of a motion from rest to rest, or from speed to rest: geometry and speed law together.
+//! One stretch of a motion: geometry and speed law together.
 
 use crate::joint_leg::{Axis, JointLeg};
 use crate::line_leg::LineLeg;
-use crate::{ArmState, Geometry, Limits, MotionError, apex};
+use crate::segment_leg::SegmentLeg;
+use crate::{ArmState, Geometry, Limits, MotionError, Pose, apex};
 
 /// What a leg is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +12,8 @@ pub(crate) enum Leg {
     Joints(JointLeg),
     /// The tool along a straight line, r alongside.
     Line(LineLeg),
+    /// The tool along a segment of a continuous path, joint 4 at rest.
+    Segment(SegmentLeg),
 }
 
 impl Leg {
@@ -18,6 +21,7 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.duration(),
             Self::Line(leg) => leg.along.duration(),
+            Self::Segment(leg) => leg.along.duration(),
         }
     }
 
@@ -25,6 +29,7 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.to,
             Self::Line(leg) => leg.to,
+            Self::Segment(leg) => leg.to,
         }
     }
 
@@ -33,6 +38,7 @@ impl Leg {
         let (from, to) = match self {
             Self::Joints(leg) => (leg.from, leg.to),
             Self::Line(leg) => (leg.from, leg.to),
+            Self::Segment(leg) => (leg.state_at(geometry, 0.0), leg.to),
         };
         if t >= self.duration() {
             to
@@ -42,6 +48,7 @@ impl Leg {
             match self {
                 Self::Joints(leg) => ArmState::at_joints(geometry, &leg.joints_at(t)),
                 Self::Line(leg) => leg.state_at(geometry, t),
+                Self::Segment(leg) => leg.state_at(geometry, t),
             }
         }
     }
@@ -55,7 +62,7 @@ impl Leg {
     ) -> ArmState {
         match self {
             Self::Joints(leg) => leg.state_stopped_by(geometry, t, stopped_by),
-            Self::Line(_) => self.state_at(geometry, t),
+            Self::Line(_) | Self::Segment(_) => self.state_at(geometry, t),
         }
     }
 
@@ -70,6 +77,22 @@ impl Leg {
                 let state = leg.state_at(geometry, t);
                 geometry.joint_velocities(&state.joints, &state.pose, &leg.tool_rate_at(t))
             }
+            Self::Segment(leg) => leg.joint_velocities(geometry, t),
+        }
+    }
+
+    /// The tool's velocity after `t` seconds, mm/s, and r's, deg/s.
+    pub(crate) fn tool_rate(&self, geometry: &Geometry, t: f64) -> Pose {
+        if t < 0.0 || t >= self.duration() {
+            return Pose::default();
+        }
+        match self {
+            Self::Joints(leg) => {
+                let velocities = leg.axes.map(|axis| axis.velocity(t));
+                geometry.tool_rate(&leg.joints_at(t), velocities)
+            }
+            Self::Line(leg) => leg.tool_rate_at(t),
+            Self::Segment(leg) => leg.tool_rate_at(geometry, t),
         }
     }
 
@@ -82,6 +105,7 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.first_crossing(limits),
             Self::Line(leg) => leg.first_crossing(geometry, limits),
+            Self::Segment(leg) => leg.first_crossing(geometry, limits),
         }
     }
 
@@ -89,7 +113,7 @@ impl Leg {
     pub(crate) fn excess(&self, geometry: &Geometry, ceiling: f64) -> Option<f64> {
         match self {
             Self::Joints(leg) => apex::above(leg, geometry, ceiling).map(|top| top - ceiling),
-            Self::Line(_) => None,
+            Self::Line(_) | Self::Segment(_) => None,
         }
     }
 
@@ -106,16 +130,16 @@ impl Leg {
             }
             Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => leg.along.length(),
             Self::Line(leg) => leg.turning.length(),
+            Self::Segment(leg) => leg.along.length(),
         }
     }
 
     fn governing(&self) -> Axis {
         match self {
             Self::Joints(leg) => leg.governing().0,
-            Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => {
-                Axis::Travelling(1.0, leg.along)
-            }
+            Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => Axis::Running(1.0, leg.along),
             Self::Line(leg) => Axis::Travelling(1.0, leg.turning),
+            Self::Segment(leg) => Axis::Running(1.0, leg.along),
         }
     }
 
@@ -134,6 +158,7 @@ impl Leg {
     pub(crate) fn time_at(&self, progress: f64) -> f64 {
         match self.governing() {
             Axis::Travelling(_, profile) => profile.time_at(progress * profile.length()),
+            Axis::Running(_, law) => law.time_at(progress * law.length()),
             Axis::Braking(braking) => {
                 braking.duration() * (1.0 - libm::sqrt((1.0 - progress).max(0.0)))
             }

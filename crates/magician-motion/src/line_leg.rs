@@ -1,7 +1,7 @@
 //! The tool of a motion on a straight line, r alongside.
 
-use crate::boundary::{Section, spatial_cuts};
-use crate::crossing::{Moments, first_violation};
+use crate::boundary::{Section, spatial_crossing};
+use crate::law::Law;
 use crate::profile::Profile;
 use crate::{ArmState, Bound, Geometry, Limits, MotionError, Pose, Range, wrist};
 
@@ -10,7 +10,7 @@ use crate::{ArmState, Bound, Geometry, Limits, MotionError, Pose, Range, wrist};
 pub(crate) struct LineLeg {
     pub(crate) from: ArmState,
     pub(crate) to: ArmState,
-    pub(crate) along: Profile,
+    pub(crate) along: Law,
     pub(crate) turning: Profile,
 }
 
@@ -108,25 +108,19 @@ impl LineLeg {
         geometry: &Geometry,
         limits: &Limits,
     ) -> Option<(f64, MotionError)> {
-        let start = match geometry.inverse(&self.from.pose) {
-            Ok(joints) => joints,
-            Err(error) => return Some((0.0, error)),
-        };
         let spatial = Limits {
             j4: Range::new(f64::NEG_INFINITY, f64::INFINITY),
             ..*limits
         };
-        let mut moments = Moments::new();
-        let wide = spatial.widened_to(&start);
-        spatial_cuts(&self.section(geometry), &spatial, &wide, &mut |share| {
-            if share > 0.0 && share < 1.0 {
-                moments.add(self.along.time_at(share * self.along.length()));
-            }
-        });
         let duration = self.along.duration();
-        let found = first_violation(&spatial, &start, moments, duration, |t| {
-            geometry.inverse(&self.pose_at(t))
-        });
+        let found = spatial_crossing(
+            geometry,
+            &spatial,
+            [&self.from.pose, &self.to.pose],
+            duration,
+            |share| self.along.time_at(share * self.along.length()),
+            |t| self.pose_at(t),
+        );
         let end = found.map_or(duration, |(t, _)| t);
         let whole = found.is_none();
         wrist::first_crossing(self, geometry, limits, end, whole)

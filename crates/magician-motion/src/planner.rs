@@ -69,7 +69,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    fn within(trajectory: Trajectory, limits: &Limits) -> Self {
+    pub(crate) fn within(trajectory: Trajectory, limits: &Limits) -> Self {
         match trajectory.first_crossing(limits) {
             None => Self {
                 trajectory,
@@ -316,7 +316,7 @@ impl Planner {
         Ok(Leg::Line(LineLeg {
             from: *from,
             to: *to,
-            along,
+            along: along.into(),
             turning,
         }))
     }
