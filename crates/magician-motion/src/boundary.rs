@@ -8,8 +8,9 @@
 //! sampled, and no root can be missed.
 
 use crate::angle::sin_cos;
+use crate::crossing::{Moments, first_violation};
 use crate::roots::{between, quadratic};
-use crate::{Bound, Geometry, Limits, Pose};
+use crate::{Bound, Geometry, Limits, MotionError, Pose};
 
 /// A boundary of the workspace in the arm's vertical plane, its centre given from the shoulder.
 #[derive(Clone, Copy, Debug)]
@@ -254,4 +255,33 @@ pub(crate) fn spatial_cuts(
         }
     }
     section.reach_cuts(report);
+}
+
+/// When a straight line between `ends` first leaves the reach or one of `spatial` limits, which are to leave J4 free.
+///
+/// `when` tells at what time a share of the line is done, and `pose_at` where the tool is at a time.
+pub(crate) fn spatial_crossing(
+    geometry: &Geometry,
+    spatial: &Limits,
+    ends: [&Pose; 2],
+    duration: f64,
+    when: impl Fn(f64) -> f64,
+    pose_at: impl Fn(f64) -> Pose,
+) -> Option<(f64, MotionError)> {
+    let start = match geometry.inverse(&pose_at(0.0)) {
+        Ok(joints) => joints,
+        Err(error) => return Some((0.0, error)),
+    };
+    let [from, to] = ends;
+    let mut moments = Moments::new();
+    let wide = spatial.widened_to(&start);
+    let section = Section::new(geometry, from, to);
+    spatial_cuts(&section, spatial, &wide, &mut |share| {
+        if share > 0.0 && share < 1.0 {
+            moments.add(when(share));
+        }
+    });
+    first_violation(spatial, &start, moments, duration, |t| {
+        geometry.inverse(&pose_at(t))
+    })
 }
