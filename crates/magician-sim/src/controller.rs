@@ -87,7 +87,7 @@ impl Controller {
     /// Whether a motion without an end of its own runs: a jog.
     #[must_use]
     pub fn jogging(&self) -> bool {
-        false
+        self.core.motion.is_jogging()
     }
 
     /// Takes bytes from a link and handles every frame in them, all at the present instant.

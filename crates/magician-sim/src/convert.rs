@@ -105,7 +105,7 @@ impl Core {
 }
 
 /// The value, no more than the ceiling; what is not a number stays so, for the planner to refuse.
-fn capped(value: f64, ceiling: f64) -> f64 {
+pub(crate) fn capped(value: f64, ceiling: f64) -> f64 {
     if value > ceiling { ceiling } else { value }
 }
 

@@ -104,6 +104,7 @@ impl Core {
             return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
         };
         self.log.push(Event::Accepted { index, id });
+        self.path_grows();
         self.settle();
         FrameBuf::encode(id, ctrl, &QueuedCmdIndex(index))
     }
@@ -117,6 +118,7 @@ impl Core {
         if self.alarms.raise(code) {
             self.log.push(Event::AlarmRaised { code });
         }
+        self.replan_segment();
     }
 
     pub(crate) fn refuse(&mut self, id: u8, reason: Refusal) -> Step {

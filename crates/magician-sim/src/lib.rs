@@ -49,8 +49,8 @@ pub use link::LinkId;
 pub use pace::{Line, Speed, SpeedError};
 pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, Identity, JogDefaults, LimitChoice,
-    LimitSet, LimitSets, LostStepDefaults, PinFunctions, Pins, PowerUp, Profile, ProfileError,
-    PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools, WifiDefaults,
+    LimitSet, LimitSets, LostStepDefaults, Paths, PinFunctions, Pins, PowerUp, Profile,
+    ProfileError, PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools, WifiDefaults,
 };
 pub use runner::Runner;
 pub use state::{Output, QueueState, State};

@@ -55,6 +55,8 @@ pub struct Profile {
     pub ceilings: Ceilings,
     /// Homing.
     pub home: Homing,
+    /// Continuous paths.
+    pub path: Paths,
     /// Stopping.
     pub stop: Stopping,
     /// Suction cup and gripper.
@@ -175,6 +177,16 @@ pub struct Homing {
     pub acceleration: [f64; 4],
     /// How long the search for J1's switch takes before that move, s.
     pub search: f64,
+}
+
+/// Continuous paths (model section 8).
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Paths {
+    /// The interpolation period that limits the speed at corners, s.
+    pub period: f64,
+    /// Whether a segment takes whole periods, so that a short one is slow.
+    pub whole_periods: bool,
 }
 
 /// Stopping (model section 14).

@@ -524,8 +524,8 @@ fn what_is_not_simulated_is_told_once_a_row_and_counted() {
     let mut bench = running_arm();
     bench.events();
     for count in 1..=1000u64 {
-        bench.frame(91, Ctrl::QUEUED, &[0; 17]);
-        bench.frame(73, Ctrl::SET, &[0; 2]);
+        bench.frame(32, Ctrl::QUEUED, &[0; 5]);
+        bench.frame(160, Ctrl::SET, &[]);
         assert_eq!(bench.state().not_simulated, 2 * count);
         let told = bench.events().into_iter();
         let told = told.filter(|event| matches!(event, Event::NotSimulated { .. }));

@@ -54,9 +54,16 @@ pub(crate) struct Actuators {
     laser: Actuator,
     suction: Actuator,
     gripper: Actuator,
+    /// Power of the laser along a continuous path, percent.
+    path_power: f64,
 }
 
 impl Actuators {
+    /// The laser burns with so much power along a continuous path; 0 turns it off.
+    pub(crate) fn burn(&mut self, power: f64) {
+        self.path_power = if power > 0.0 { power.min(100.0) } else { 0.0 };
+    }
+
     pub(crate) fn suction(&self, now: Micros) -> Output {
         self.suction.at(now)
     }
@@ -66,7 +73,7 @@ impl Actuators {
     }
 
     pub(crate) fn laser_burns(&self) -> bool {
-        self.laser.commanded()
+        self.laser.commanded() || self.path_power > 0.0
     }
 
     /// When a tool next comes to what it was told.
@@ -82,7 +89,11 @@ impl Actuators {
         Grip {
             sucking: self.suction(now).reached,
             closed: self.gripper(now).reached,
-            laser: if self.laser_burns() { 100.0 } else { 0.0 },
+            laser: if self.laser.commanded() {
+                100.0
+            } else {
+                self.path_power
+            },
         }
     }
 }

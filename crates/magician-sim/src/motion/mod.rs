@@ -3,12 +3,14 @@
 //! All that moves is a [`Trajectory`]: it has a beginning and an end, and is asked where it is. What it is for, and what
 //! follows it, is its [`Purpose`].
 
+mod jog;
 mod limits;
 mod outputs;
+mod path;
 mod plan;
 mod watch;
 
-use magician_motion::{ArmState, Geometry, JointAngles, Trajectory};
+use magician_motion::{ArmState, Geometry, Jog, JogAxis, JointAngles, Trajectory};
 
 use crate::Micros;
 use crate::core::Core;
@@ -16,6 +18,7 @@ use crate::dispatch::Step;
 use crate::world::{Course, Posture};
 
 pub(crate) use outputs::Outputs;
+pub(crate) use path::{Segment, Way};
 
 /// The arm, at rest or on its way: where it is commanded to be, and where it really is.
 #[derive(Clone, Debug)]
@@ -26,6 +29,8 @@ pub(crate) struct Motion {
     under_way: Option<UnderWay>,
     /// By how much the joints really stand elsewhere than commanded: lost steps, and before homing the base angle.
     pub(crate) slip: [f64; 4],
+    /// The speed with which a segment of a continuous path has ended at this very instant, mm/s.
+    pub(crate) carried: f64,
 }
 
 /// A motion and when it began.
@@ -52,6 +57,12 @@ pub(crate) struct UnderWay {
 pub(crate) enum Purpose {
     /// A move to a target.
     Move,
+    /// A segment of a continuous path.
+    Segment(Segment),
+    /// A jog: it runs until a limit or a command stops it.
+    Jog(Jog),
+    /// The end of a jog, and the jog that follows it.
+    JogStop { axis: JogAxis, then: Option<Jog> },
     /// Homing, while it looks for the switch of J1: no joint is commanded.
     Search,
     /// The end of a motion that was force-stopped.
@@ -80,12 +91,26 @@ impl Motion {
             measured,
             under_way: None,
             slip: [0.0; 4],
+            carried: 0.0,
         }
     }
 
     /// Whether anything moves; the search of homing counts.
     pub(crate) fn is_moving(&self) -> bool {
         self.under_way.is_some()
+    }
+
+    /// Whether a jog is under way, its end included: the queue does not wait for it.
+    pub(crate) fn is_jogging(&self) -> bool {
+        let purpose = self.under_way.as_ref().map(|motion| motion.purpose);
+        matches!(purpose, Some(Purpose::Jog(_) | Purpose::JogStop { .. }))
+    }
+
+    /// Gives what is under way another purpose.
+    fn repurpose(&mut self, purpose: Purpose) {
+        if let Some(motion) = &mut self.under_way {
+            motion.purpose = purpose;
+        }
     }
 
     /// What moves.
@@ -240,7 +265,16 @@ impl Core {
     fn follow_up(&mut self, motion: &UnderWay) -> Step {
         match motion.purpose {
             Purpose::Search => self.leave_switch(),
-            Purpose::Move | Purpose::Brake => Step::Done,
+            Purpose::Segment(_) => {
+                self.segment_ended(motion);
+                Step::Done
+            }
+            Purpose::JogStop {
+                then: Some(jog), ..
+            } => self.begin_jog(jog, 0.0),
+            Purpose::Move | Purpose::Brake | Purpose::Jog(_) | Purpose::JogStop { .. } => {
+                Step::Done
+            }
         }
     }
 

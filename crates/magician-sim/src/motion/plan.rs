@@ -67,7 +67,7 @@ impl Core {
         match motion.purpose {
             Purpose::Brake => {}
             Purpose::Search => self.halt(),
-            Purpose::Move => {
+            Purpose::Move | Purpose::Segment(_) | Purpose::Jog(_) | Purpose::JogStop { .. } => {
                 let (elapsed, factor) = (motion.elapsed(self.now), self.profile.stop.force_factor);
                 let planner = self.planner(self.ptp_speeds());
                 let plan = planner.brake(&motion.trajectory, elapsed, factor);

@@ -98,6 +98,7 @@ impl Profile {
         positive("ceilings.rotation_acceleration", &[rotation_acceleration])?;
         positive("home.velocity", &self.home.velocity)?;
         positive("home.acceleration", &self.home.acceleration)?;
+        positive("path.period", &[self.path.period])?;
         positive("stop.force_factor", &[self.stop.force_factor])?;
         let Defaults { jog, ptp, .. } = &self.defaults;
         positive32("defaults.jog.joint_velocity", &jog.joint_velocity)?;
