@@ -10,7 +10,7 @@
 use crate::angle::sin_cos;
 use crate::crossing::{Moments, first_violation};
 use crate::roots::{between, quadratic};
-use crate::{Bound, Geometry, Limits, MotionError, Pose};
+use crate::{Bound, Geometry, JointAngles, Limits, MotionError, Pose};
 
 /// A boundary of the workspace in the arm's vertical plane, its centre given from the shoulder.
 #[derive(Clone, Copy, Debug)]
@@ -281,7 +281,36 @@ pub(crate) fn spatial_crossing(
             moments.add(when(share));
         }
     });
-    first_violation(spatial, &start, moments, duration, |t| {
+    let (t, error) = first_violation(spatial, &start, moments, duration, |t| {
         geometry.inverse(&pose_at(t))
-    })
+    })?;
+    let passed = geometry.inverse_at_edge(&pose_at(t));
+    Some((
+        t,
+        passed.map_or(error, |at| on_its_side(spatial, &at, error)),
+    ))
+}
+
+/// A violation of a bound of J1, told of the side on which the base passed it: behind the arm J1 is half a turn to
+/// either side, and a point there speaks for neither.
+fn on_its_side(limits: &Limits, passing: &JointAngles, error: MotionError) -> MotionError {
+    let (other, turn) = match error {
+        MotionError::Limit {
+            bound: Bound::J1Min,
+            ..
+        } => (Bound::J1Max, 360.0),
+        MotionError::Limit {
+            bound: Bound::J1Max,
+            ..
+        } => (Bound::J1Min, -360.0),
+        _ => return error,
+    };
+    match error {
+        MotionError::Limit { value, limit, .. }
+            if libm::fabs(passing.j1 - limits.at(other)) < libm::fabs(passing.j1 - limit) =>
+        {
+            limits.violation(other, value + turn)
+        }
+        error => error,
+    }
 }
