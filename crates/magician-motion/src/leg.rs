@@ -1,7 +1,9 @@
 //! One stretch of a motion from rest to rest, or from speed to rest: geometry and speed law together.
 
+use crate::arc_leg::ArcLeg;
 use crate::joint_leg::{Axis, JointLeg};
 use crate::line_leg::LineLeg;
+use crate::tool_path::ToolPath;
 use crate::{ArmState, Geometry, Limits, MotionError, apex};
 
 /// What a leg is made of.
@@ -11,6 +13,8 @@ pub(crate) enum Leg {
     Joints(JointLeg),
     /// The tool along a straight line, r alongside.
     Line(LineLeg),
+    /// The tool along a circular arc, r alongside.
+    Arc(ArcLeg),
 }
 
 impl Leg {
@@ -18,6 +22,7 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.duration(),
             Self::Line(leg) => leg.along.duration(),
+            Self::Arc(leg) => leg.along.duration(),
         }
     }
 
@@ -25,6 +30,7 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.to,
             Self::Line(leg) => leg.to,
+            Self::Arc(leg) => leg.to,
         }
     }
 
@@ -33,6 +39,7 @@ impl Leg {
         let (from, to) = match self {
             Self::Joints(leg) => (leg.from, leg.to),
             Self::Line(leg) => (leg.from, leg.to),
+            Self::Arc(leg) => (leg.from, leg.to),
         };
         if t >= self.duration() {
             to
@@ -42,6 +49,7 @@ impl Leg {
             match self {
                 Self::Joints(leg) => ArmState::at_joints(geometry, &leg.joints_at(t)),
                 Self::Line(leg) => leg.state_at(geometry, t),
+                Self::Arc(leg) => leg.state_at(geometry, t),
             }
         }
     }
@@ -55,7 +63,7 @@ impl Leg {
     ) -> ArmState {
         match self {
             Self::Joints(leg) => leg.state_stopped_by(geometry, t, stopped_by),
-            Self::Line(_) => self.state_at(geometry, t),
+            Self::Line(_) | Self::Arc(_) => self.state_at(geometry, t),
         }
     }
 
@@ -67,6 +75,10 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.axes.map(|axis| axis.velocity(t)),
             Self::Line(leg) => {
+                let state = leg.state_at(geometry, t);
+                geometry.joint_velocities(&state.joints, &state.pose, &leg.tool_rate_at(t))
+            }
+            Self::Arc(leg) => {
                 let state = leg.state_at(geometry, t);
                 geometry.joint_velocities(&state.joints, &state.pose, &leg.tool_rate_at(t))
             }
@@ -82,6 +94,7 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.first_crossing(limits),
             Self::Line(leg) => leg.first_crossing(geometry, limits),
+            Self::Arc(leg) => leg.first_crossing(geometry, limits),
         }
     }
 
@@ -89,11 +102,12 @@ impl Leg {
     pub(crate) fn excess(&self, geometry: &Geometry, ceiling: f64) -> Option<f64> {
         match self {
             Self::Joints(leg) => apex::above(leg, geometry, ceiling).map(|top| top - ceiling),
-            Self::Line(_) => None,
+            Self::Line(_) | Self::Arc(_) => None,
         }
     }
 
-    /// How much the leg counts in a motion of several, mm: the way between its ends; degrees if there is none.
+    /// How much the leg counts in a motion of several, mm: the way between its ends, round the arc; degrees if there
+    /// is none.
     pub(crate) fn weight(&self) -> f64 {
         match self {
             Self::Joints(leg) => {
@@ -106,6 +120,7 @@ impl Leg {
             }
             Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => leg.along.length(),
             Self::Line(leg) => leg.turning.length(),
+            Self::Arc(leg) => leg.along.length(),
         }
     }
 
@@ -116,7 +131,27 @@ impl Leg {
                 Axis::Travelling(1.0, leg.along)
             }
             Self::Line(leg) => Axis::Travelling(1.0, leg.turning),
+            Self::Arc(leg) => Axis::Travelling(1.0, leg.along),
         }
+    }
+
+    /// The same leg in a longer time. What brakes is not slowed.
+    pub(crate) fn lasting(mut self, duration: f64) -> Self {
+        match &mut self {
+            Self::Joints(JointLeg { axes, .. }) => {
+                for axis in axes {
+                    if let Axis::Travelling(_, profile) = axis {
+                        *profile = profile.stretched(duration);
+                    }
+                }
+            }
+            Self::Line(LineLeg { along, turning, .. })
+            | Self::Arc(ArcLeg { along, turning, .. }) => {
+                *along = along.stretched(duration);
+                *turning = turning.stretched(duration);
+            }
+        }
+        self
     }
 
     /// The share of the leg done after `t` seconds.

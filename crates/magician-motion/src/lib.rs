@@ -19,6 +19,10 @@
 
 mod angle;
 mod apex;
+mod arc;
+mod arc_leg;
+mod arc_plan;
+mod arc_reach;
 mod boundary;
 mod crossing;
 mod error;
@@ -26,6 +30,7 @@ mod geometry;
 mod joint_leg;
 mod jump;
 mod kinematics;
+mod lasting;
 mod leg;
 mod limits;
 mod line_leg;
@@ -34,6 +39,7 @@ mod profile;
 mod roots;
 mod speeds;
 mod state;
+mod tool_path;
 mod trajectory;
 mod wrist;
 
