@@ -38,6 +38,7 @@ mod pace;
 mod profile;
 mod queue;
 mod runner;
+pub mod scenario;
 mod settings;
 mod state;
 pub mod world;

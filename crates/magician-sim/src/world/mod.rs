@@ -4,18 +4,30 @@
 //! costs what happens in it, not what its milliseconds cost: it is told when a motion begins and ends, and it says when
 //! something is due.
 
+mod agenda;
 mod course;
+mod place;
+mod state;
 
 use magician_protocol::Port;
 
 use crate::Micros;
+use crate::scenario::{Action, Scenario};
 
 pub use course::{Course, Posture};
+pub use place::Place;
+pub(crate) use place::{Footprint, rotate};
+
+use state::State;
 
 /// The world around one arm. Lengths are mm and angles deg in the frame of the arm's base; a height is the z that the
 /// arm reports when its tool touches it (model section 1).
+///
+/// The default is empty: nothing to touch, every input low. It costs nothing.
 #[derive(Clone, Debug, Default)]
-pub struct World {}
+pub struct World {
+    state: Option<Box<State>>,
+}
 
 /// The tool as the world feels it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -89,14 +101,53 @@ pub enum Happening {
 }
 
 impl World {
+    /// The world of a scenario at power-up.
+    #[must_use]
+    pub fn from_scenario(scenario: &Scenario) -> Self {
+        Self {
+            state: Some(Box::new(State::new(scenario.clone()))),
+        }
+    }
+
+    /// The scenario that it comes from, if it is not empty.
+    #[must_use]
+    pub fn scenario(&self) -> Option<&Scenario> {
+        self.state.as_ref().map(|state| state.scenario())
+    }
+
+    /// Changes a digital input, address 1 to 20, from the present instant until the scenario or another call changes
+    /// it; `false` if there is no such address.
+    pub fn set_input(&mut self, address: u8, level: bool) -> bool {
+        let action = Action::Digital { address, level };
+        self.state_mut().override_input(action)
+    }
+
+    /// Changes an analog input, address 1 to 20, to a value from 0 to 4095 (more counts as 4095), as
+    /// [`set_input`](Self::set_input).
+    pub fn set_analog(&mut self, address: u8, value: u16) -> bool {
+        let value = value.min(4095);
+        self.state_mut()
+            .override_input(Action::Analog { address, value })
+    }
+
+    fn state_mut(&mut self) -> &mut State {
+        self.state
+            .get_or_insert_with(|| Box::new(State::new(Scenario::default())))
+    }
+}
+
+/// What the controller asks and tells.
+impl World {
     /// Level of a digital input, address 1 to 20 (model section 13).
-    pub(crate) fn digital(&self, _now: Micros, _address: u8) -> bool {
-        false
+    pub(crate) fn digital(&self, _now: Micros, address: u8) -> bool {
+        self.state
+            .as_ref()
+            .is_some_and(|state| state.digital(address))
     }
 
     /// Value of an analog input, 0 to 4095 for 0 to 3.3 V.
-    pub(crate) fn analog(&self, _now: Micros, _address: u8) -> u16 {
-        0
+    pub(crate) fn analog(&self, _now: Micros, address: u8) -> u16 {
+        self.state.as_ref().map_or(0, |state| state.analog(address))
     }
 
     /// Red, green and blue under the colour sensor of a connector.
@@ -127,15 +178,19 @@ impl World {
     pub(crate) fn stepper(&mut self, _now: Micros, _index: usize, _pulses_per_second: f64) {}
 
     /// A queued command comes to its turn.
-    pub(crate) fn index_started(&mut self, _now: Micros, _index: u64) {}
+    pub(crate) fn index_started(&mut self, now: Micros, index: u64) {
+        if let Some(state) = &mut self.state {
+            state.index_started(now, index);
+        }
+    }
 
     /// When something next happens.
     pub(crate) fn next_event(&self) -> Option<Micros> {
-        None
+        self.state.as_ref()?.next_event()
     }
 
     /// What happens at the present instant: call again until there is nothing.
-    pub(crate) fn happen(&mut self, _now: Micros) -> Option<Happening> {
-        None
+    pub(crate) fn happen(&mut self, now: Micros) -> Option<Happening> {
+        self.state.as_mut()?.happen(now)
     }
 }
