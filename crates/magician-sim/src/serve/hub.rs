@@ -1,6 +1,7 @@
 use std::time::{Duration, Instant};
 
-use magician_protocol::{Direction, FrameBuf};
+use magician_protocol::commands::DeviceId;
+use magician_protocol::{Direction, FrameBuf, NoArgs, Readable};
 
 use super::{Notice, OnNotice};
 use crate::{LinkId, Micros, Runner};
@@ -85,6 +86,19 @@ impl Hub {
             .record(&peer.tape, now, Direction::Reply, reply.bytes());
         self.taped(written);
         Some(reply)
+    }
+
+    /// The three words by which the arm can be told from all others, as it answers them.
+    pub(super) fn device_id(&mut self) -> [u32; 3] {
+        let link = self.next_link();
+        let controller = self.runner.controller_mut();
+        if let Ok(request) = FrameBuf::get(&NoArgs, DeviceId::ROW) {
+            controller.receive(link, request.bytes());
+        }
+        let reply = controller.poll_transmit(link);
+        controller.close(link);
+        let value = reply.and_then(|reply| reply.frame().read::<DeviceId>().ok());
+        value.map_or([0; 3], |id| id.device_id)
     }
 
     pub(super) fn notice(&mut self, notice: Notice) {

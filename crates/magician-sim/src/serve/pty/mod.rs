@@ -24,6 +24,7 @@ mod watch;
 mod watch;
 
 use symlink::Symlink;
+pub(super) use symlink::check;
 use watch::{Seen, Watch};
 
 const BUFFER: usize = 4096;
@@ -55,7 +56,7 @@ impl Pty {
     pub(super) fn open(path: &Path, hub: &mut Hub) -> Result<Self, ServeError> {
         let failed =
             |action| move |source: io::Error| ServeError::at(path.display(), action, source);
-        symlink::check(path)?;
+        check(path)?;
         let terminal = Terminal::open().map_err(failed("make a pseudo-terminal"))?;
         let watch = Watch::new(&terminal.device).map_err(failed("watch the pseudo-terminal"))?;
         let symlink = Symlink::announce(path, &terminal.device)?;

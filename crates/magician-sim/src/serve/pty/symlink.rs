@@ -52,7 +52,7 @@ impl Drop for Symlink {
 }
 
 /// Whether a symlink stands at `path`; an error if something else does.
-pub(super) fn check(path: &Path) -> Result<bool, ServeError> {
+pub(in super::super) fn check(path: &Path) -> Result<bool, ServeError> {
     match fs::symlink_metadata(path) {
         Ok(found) if found.is_symlink() => Ok(true),
         Ok(_) => Err(ServeError::Occupied {
