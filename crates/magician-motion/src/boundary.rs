@@ -8,9 +8,50 @@
 //! sampled, and no root can be missed.
 
 use crate::angle::sin_cos;
-use crate::crossing::{Moments, first_violation};
 use crate::roots::{between, quadratic};
-use crate::{Bound, Geometry, JointAngles, Limits, MotionError, Pose};
+use crate::{Bound, Geometry, Limits, Pose};
+
+/// A boundary of the workspace in the arm's vertical plane, its centre given from the shoulder.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Circle {
+    pub(crate) outwards: f64,
+    pub(crate) up: f64,
+    pub(crate) radius: f64,
+}
+
+impl Circle {
+    /// Where the wrist is when a bound of J2, J3 or J2 - J3 stands at `angle` and the arm is at it.
+    pub(crate) fn of(geometry: &Geometry, bound: Bound, angle: f64) -> Option<Self> {
+        let (rear_arm, forearm) = (geometry.rear_arm, geometry.forearm);
+        let (sin, cos) = sin_cos(angle);
+        let (outwards, up, radius) = match bound {
+            Bound::J2Min | Bound::J2Max => (rear_arm * sin, rear_arm * cos, forearm),
+            Bound::J3Min | Bound::J3Max => (forearm * cos, -forearm * sin, rear_arm),
+            Bound::J23Min | Bound::J23Max if libm::fabs(angle) < 90.0 => {
+                let square =
+                    rear_arm * rear_arm + forearm * forearm + 2.0 * rear_arm * forearm * sin;
+                (0.0, 0.0, libm::sqrt(square))
+            }
+            // The elbow cannot bend further than straight; J1 and J4 are not matters of the vertical plane.
+            _ => return None,
+        };
+        Some(Self {
+            outwards,
+            up,
+            radius,
+        })
+    }
+
+    /// Where the links are straight, and where they are folded.
+    pub(crate) fn reach(geometry: &Geometry) -> [Self; 2] {
+        let (rear_arm, forearm) = (geometry.rear_arm, geometry.forearm);
+        [rear_arm + forearm, libm::fabs(forearm - rear_arm)].map(|radius| Self {
+            outwards: 0.0,
+            up: 0.0,
+            radius,
+        })
+    }
+}
 
 /// A straight line as the arm's vertical plane sees it; its parameter runs from 0 to 1.
 #[derive(Clone, Copy, Debug)]
@@ -57,48 +98,36 @@ impl Section {
 
     /// Reports the parameters at which the line may pass a bound of J1, J2, J3 or J2 - J3 standing at `angle`.
     pub(crate) fn cuts(&self, bound: Bound, angle: f64, report: &mut impl FnMut(f64)) {
-        let Geometry {
-            rear_arm, forearm, ..
-        } = self.geometry;
-        let (sin, cos) = sin_cos(angle);
         match bound {
             Bound::J1Min | Bound::J1Max => {
                 // The tool stands sideways of the vertical plane at J1 = angle by exactly the bias.
+                let (sin, cos) = sin_cos(angle);
                 let Pose { x, y, .. } = self.from;
                 let offset = y * cos - x * sin - self.geometry.tool.y;
                 report(-offset / (self.step.y * cos - self.step.x * sin));
             }
-            Bound::J2Min | Bound::J2Max => {
-                self.circle(rear_arm * sin, rear_arm * cos, forearm, report);
+            _ => {
+                if let Some(circle) = Circle::of(&self.geometry, bound, angle) {
+                    self.circle(&circle, report);
+                }
             }
-            Bound::J3Min | Bound::J3Max => {
-                self.circle(forearm * cos, -forearm * sin, rear_arm, report);
-            }
-            Bound::J23Min | Bound::J23Max if libm::fabs(angle) < 90.0 => {
-                let square =
-                    rear_arm * rear_arm + forearm * forearm + 2.0 * rear_arm * forearm * sin;
-                self.circle(0.0, 0.0, libm::sqrt(square), report);
-            }
-            // The elbow cannot bend further than straight; J4 is not a matter of the vertical plane.
-            Bound::J23Min | Bound::J23Max | Bound::J4Min | Bound::J4Max => {}
         }
     }
 
     /// Reports the parameters at which the line may leave the reach of the links.
     pub(crate) fn reach_cuts(&self, report: &mut impl FnMut(f64)) {
-        let Geometry {
-            rear_arm, forearm, ..
-        } = self.geometry;
-        self.circle(0.0, 0.0, rear_arm + forearm, report);
-        self.circle(0.0, 0.0, libm::fabs(forearm - rear_arm), report);
+        for circle in Circle::reach(&self.geometry) {
+            self.circle(&circle, report);
+        }
         let [c0, c1, c2] = self.square;
         quadratic(c2, c1, c0).into_iter().for_each(report);
     }
 
-    /// Reports where the wrist is on a circle in the vertical plane, given from the shoulder.
-    fn circle(&self, outwards: f64, up: f64, radius: f64, report: &mut impl FnMut(f64)) {
-        let height = self.from.z + self.geometry.tool.z - up;
-        let centre = outwards + self.geometry.tool.x;
+    /// Reports where the wrist is on a circle in the vertical plane.
+    fn circle(&self, circle: &Circle, report: &mut impl FnMut(f64)) {
+        let radius = circle.radius;
+        let height = self.from.z + self.geometry.tool.z - circle.up;
+        let centre = circle.outwards + self.geometry.tool.x;
         let [c0, c1, c2] = self.square;
         let climb = self.step.z;
         Cut {
@@ -200,7 +229,7 @@ impl Cut {
 }
 
 /// The bounds that are boundaries in space, in other words all but J4's.
-const SPATIAL: [Bound; 8] = [
+pub(crate) const SPATIAL: [Bound; 8] = [
     Bound::J1Min,
     Bound::J1Max,
     Bound::J2Min,
@@ -212,7 +241,12 @@ const SPATIAL: [Bound; 8] = [
 ];
 
 /// Reports every parameter at which a line may pass a bound of `strict`, or one of `wide` where that differs.
-fn spatial_cuts(section: &Section, strict: &Limits, wide: &Limits, report: &mut impl FnMut(f64)) {
+pub(crate) fn spatial_cuts(
+    section: &Section,
+    strict: &Limits,
+    wide: &Limits,
+    report: &mut impl FnMut(f64),
+) {
     for bound in SPATIAL {
         section.cuts(bound, strict.at(bound), report);
         if wide.at(bound) != strict.at(bound) {
@@ -220,62 +254,4 @@ fn spatial_cuts(section: &Section, strict: &Limits, wide: &Limits, report: &mut 
         }
     }
     section.reach_cuts(report);
-}
-
-/// When a straight line between `ends` first leaves the reach or one of `spatial` limits, which are to leave J4 free.
-///
-/// `when` tells at what time a share of the line is done, and `pose_at` where the tool is at a time.
-pub(crate) fn spatial_crossing(
-    geometry: &Geometry,
-    spatial: &Limits,
-    ends: [&Pose; 2],
-    duration: f64,
-    when: impl Fn(f64) -> f64,
-    pose_at: impl Fn(f64) -> Pose,
-) -> Option<(f64, MotionError)> {
-    let start = match geometry.inverse(&pose_at(0.0)) {
-        Ok(joints) => joints,
-        Err(error) => return Some((0.0, error)),
-    };
-    let [from, to] = ends;
-    let mut moments = Moments::new();
-    let wide = spatial.widened_to(&start);
-    let section = Section::new(geometry, from, to);
-    spatial_cuts(&section, spatial, &wide, &mut |share| {
-        if share > 0.0 && share < 1.0 {
-            moments.add(when(share));
-        }
-    });
-    let (t, error) = first_violation(spatial, &start, moments, duration, |t| {
-        geometry.inverse(&pose_at(t))
-    })?;
-    let passed = geometry.inverse_at_edge(&pose_at(t));
-    Some((
-        t,
-        passed.map_or(error, |at| on_its_side(spatial, &at, error)),
-    ))
-}
-
-/// A violation of a bound of J1, told of the side on which the base passed it: behind the arm J1 is half a turn to
-/// either side, and a point there speaks for neither.
-fn on_its_side(limits: &Limits, passing: &JointAngles, error: MotionError) -> MotionError {
-    let (other, turn) = match error {
-        MotionError::Limit {
-            bound: Bound::J1Min,
-            ..
-        } => (Bound::J1Max, 360.0),
-        MotionError::Limit {
-            bound: Bound::J1Max,
-            ..
-        } => (Bound::J1Min, -360.0),
-        _ => return error,
-    };
-    match error {
-        MotionError::Limit { value, limit, .. }
-            if libm::fabs(passing.j1 - limits.at(other)) < libm::fabs(passing.j1 - limit) =>
-        {
-            limits.violation(other, value + turn)
-        }
-        error => error,
-    }
 }

@@ -81,9 +81,9 @@ impl SpeedQuantity {
 
 /// Why a motion cannot be made as asked.
 ///
-/// The three kinds are the three answers of the controller: no solution (alarm 0x11 while planning, 0x21 while
-/// moving), solved but beyond a limit (0x12, 0x22, or 0x40 to 0x49 for a motion of joints), and a speed that is
-/// not one (0x1A).
+/// The kinds are the answers of the controller: no solution (alarm 0x11 while planning, 0x21 while moving), solved but
+/// beyond a limit (0x12, 0x22, or 0x40 to 0x49 for a motion of joints), a speed that is not one (0x1A), and three
+/// points that make no circle (0x13, 0x14).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MotionError {
@@ -105,6 +105,10 @@ pub enum MotionError {
         /// Its value, in its own unit.
         value: f64,
     },
+    /// Two of an arc's three points are less than 0.0001 mm apart (alarm 0x13).
+    Coincident,
+    /// An arc's three points are on a straight line, to 0.0001 mm (alarm 0x14).
+    Collinear,
 }
 
 impl From<Unreachable> for MotionError {
@@ -148,6 +152,8 @@ impl fmt::Display for MotionError {
                 let unit = quantity.unit();
                 write!(f, "{quantity} is {value} {unit}, it must be above 0 {unit}")
             }
+            Self::Coincident => f.write_str("two of the three points of the arc are the same"),
+            Self::Collinear => f.write_str("the three points of the arc are on a straight line"),
         }
     }
 }
@@ -158,7 +164,7 @@ impl core::error::Error for MotionError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match self {
             Self::Unreachable(reason) => Some(reason),
-            Self::Limit { .. } | Self::Speed { .. } => None,
+            Self::Limit { .. } | Self::Speed { .. } | Self::Coincident | Self::Collinear => None,
         }
     }
 }

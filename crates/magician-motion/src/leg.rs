@@ -1,8 +1,10 @@
 //! One stretch of a motion: geometry and speed law together.
 
+use crate::arc_leg::ArcLeg;
 use crate::joint_leg::{Axis, JointLeg};
 use crate::line_leg::LineLeg;
 use crate::segment_leg::SegmentLeg;
+use crate::tool_path::ToolPath;
 use crate::{ArmState, Geometry, Limits, MotionError, Pose, apex};
 
 /// What a leg is made of.
@@ -12,6 +14,8 @@ pub(crate) enum Leg {
     Joints(JointLeg),
     /// The tool along a straight line, r alongside.
     Line(LineLeg),
+    /// The tool along a circular arc, r alongside.
+    Arc(ArcLeg),
     /// The tool along a segment of a continuous path, joint 4 at rest.
     Segment(SegmentLeg),
 }
@@ -21,6 +25,7 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.duration(),
             Self::Line(leg) => leg.along.duration(),
+            Self::Arc(leg) => leg.along.duration(),
             Self::Segment(leg) => leg.along.duration(),
         }
     }
@@ -29,6 +34,7 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.to,
             Self::Line(leg) => leg.to,
+            Self::Arc(leg) => leg.to,
             Self::Segment(leg) => leg.to,
         }
     }
@@ -38,6 +44,7 @@ impl Leg {
         let (from, to) = match self {
             Self::Joints(leg) => (leg.from, leg.to),
             Self::Line(leg) => (leg.from, leg.to),
+            Self::Arc(leg) => (leg.from, leg.to),
             Self::Segment(leg) => (leg.state_at(geometry, 0.0), leg.to),
         };
         if t >= self.duration() {
@@ -48,6 +55,7 @@ impl Leg {
             match self {
                 Self::Joints(leg) => ArmState::at_joints(geometry, &leg.joints_at(t)),
                 Self::Line(leg) => leg.state_at(geometry, t),
+                Self::Arc(leg) => leg.state_at(geometry, t),
                 Self::Segment(leg) => leg.state_at(geometry, t),
             }
         }
@@ -62,7 +70,7 @@ impl Leg {
     ) -> ArmState {
         match self {
             Self::Joints(leg) => leg.state_stopped_by(geometry, t, stopped_by),
-            Self::Line(_) | Self::Segment(_) => self.state_at(geometry, t),
+            Self::Line(_) | Self::Arc(_) | Self::Segment(_) => self.state_at(geometry, t),
         }
     }
 
@@ -74,6 +82,10 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.axes.map(|axis| axis.velocity(t)),
             Self::Line(leg) => {
+                let state = leg.state_at(geometry, t);
+                geometry.joint_velocities(&state.joints, &state.pose, &leg.tool_rate_at(t))
+            }
+            Self::Arc(leg) => {
                 let state = leg.state_at(geometry, t);
                 geometry.joint_velocities(&state.joints, &state.pose, &leg.tool_rate_at(t))
             }
@@ -92,6 +104,7 @@ impl Leg {
                 geometry.tool_rate(&leg.joints_at(t), velocities)
             }
             Self::Line(leg) => leg.tool_rate_at(t),
+            Self::Arc(leg) => leg.tool_rate_at(t),
             Self::Segment(leg) => leg.tool_rate_at(geometry, t),
         }
     }
@@ -105,6 +118,7 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.first_crossing(limits),
             Self::Line(leg) => leg.first_crossing(geometry, limits),
+            Self::Arc(leg) => leg.first_crossing(geometry, limits),
             Self::Segment(leg) => leg.first_crossing(geometry, limits),
         }
     }
@@ -113,11 +127,12 @@ impl Leg {
     pub(crate) fn excess(&self, geometry: &Geometry, ceiling: f64) -> Option<f64> {
         match self {
             Self::Joints(leg) => apex::above(leg, geometry, ceiling).map(|top| top - ceiling),
-            Self::Line(_) | Self::Segment(_) => None,
+            Self::Line(_) | Self::Arc(_) | Self::Segment(_) => None,
         }
     }
 
-    /// How much the leg counts in a motion of several, mm: the way between its ends; degrees if there is none.
+    /// How much the leg counts in a motion of several, mm: the way between its ends, round the arc; degrees if there
+    /// is none.
     pub(crate) fn weight(&self) -> f64 {
         match self {
             Self::Joints(leg) => {
@@ -130,6 +145,7 @@ impl Leg {
             }
             Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => leg.along.length(),
             Self::Line(leg) => leg.turning.length(),
+            Self::Arc(leg) => leg.along.length(),
             Self::Segment(leg) => leg.along.length(),
         }
     }
@@ -139,8 +155,32 @@ impl Leg {
             Self::Joints(leg) => leg.governing().0,
             Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => Axis::Running(1.0, leg.along),
             Self::Line(leg) => Axis::Travelling(1.0, leg.turning),
+            Self::Arc(leg) => Axis::Travelling(1.0, leg.along),
             Self::Segment(leg) => Axis::Running(1.0, leg.along),
         }
+    }
+
+    /// The same leg in a longer time. What begins or ends with speed is not slowed.
+    pub(crate) fn lasting(mut self, duration: f64) -> Self {
+        match &mut self {
+            Self::Joints(JointLeg { axes, .. }) => {
+                for axis in axes {
+                    if let Axis::Travelling(_, profile) = axis {
+                        *profile = profile.stretched(duration);
+                    }
+                }
+            }
+            Self::Line(LineLeg { along, turning, .. }) => {
+                *along = along.stretched(duration);
+                *turning = turning.stretched(duration);
+            }
+            Self::Arc(ArcLeg { along, turning, .. }) => {
+                *along = along.stretched(duration);
+                *turning = turning.stretched(duration);
+            }
+            Self::Segment(SegmentLeg { along, .. }) => *along = along.stretched(duration),
+        }
+        self
     }
 
     /// The share of the leg done after `t` seconds.

@@ -19,6 +19,10 @@
 
 mod angle;
 mod apex;
+mod arc;
+mod arc_leg;
+mod arc_plan;
+mod arc_reach;
 mod boundary;
 mod crossing;
 mod error;
@@ -27,6 +31,7 @@ mod jog;
 mod joint_leg;
 mod jump;
 mod kinematics;
+mod lasting;
 mod law;
 mod leg;
 mod limits;
@@ -39,6 +44,7 @@ mod segment;
 mod segment_leg;
 mod speeds;
 mod state;
+mod tool_path;
 mod trajectory;
 mod wrist;
 

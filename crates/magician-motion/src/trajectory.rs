@@ -65,6 +65,28 @@ impl Trajectory {
         trajectory
     }
 
+    /// The same motion in `least_us`, if it takes less: every leg longer by the same factor. No motion stays none.
+    pub(crate) fn lasting(mut self, least_us: u64) -> Self {
+        let total = self.duration_us;
+        if total == 0 || total >= least_us {
+            return self;
+        }
+        let later = |at_us: u64| {
+            let product = u128::from(at_us) * u128::from(least_us);
+            u64::try_from(product / u128::from(total)).unwrap_or(least_us)
+        };
+        // The last leg ends where the motion does, each other where the next begins.
+        let mut end_us = total;
+        for timed in self.legs.iter_mut().rev().flatten() {
+            let start_us = later(timed.start_us);
+            timed.leg = timed.leg.lasting(seconds(later(end_us) - start_us));
+            end_us = timed.start_us;
+            timed.start_us = start_us;
+        }
+        self.duration_us = least_us;
+        self
+    }
+
     fn legs(&self) -> impl Iterator<Item = &TimedLeg> {
         self.legs.iter().flatten()
     }
