@@ -10,6 +10,8 @@ use crate::world::Happening;
 pub struct LineState {
     /// Whether it is plugged in.
     pub plugged: bool,
+    /// How often it has been pulled.
+    pub pulls: u64,
     /// How much longer than usual answers take.
     pub delay: Micros,
 }
@@ -18,6 +20,7 @@ impl Default for LineState {
     fn default() -> Self {
         Self {
             plugged: true,
+            pulls: 0,
             delay: 0,
         }
     }
@@ -41,8 +44,11 @@ impl Core {
             Happening::Alarm(code) => self.raise(code),
             Happening::Reset => self.reset(),
             Happening::Cable { plugged } => {
-                self.log.push(Event::Cable { plugged });
-                self.line.plugged = plugged;
+                if plugged != self.line.plugged {
+                    self.log.push(Event::Cable { plugged });
+                    self.line.plugged = plugged;
+                    self.line.pulls += u64::from(!plugged);
+                }
             }
             Happening::Delay(delay) => self.line.delay = delay,
             Happening::Key(press) => self.log.push(Event::Key { press }),
