@@ -8,9 +8,8 @@
 //! sampled, and no root can be missed.
 
 use crate::angle::sin_cos;
-use crate::crossing::{Moments, first_violation};
 use crate::roots::{between, quadratic};
-use crate::{Bound, Geometry, JointAngles, Limits, MotionError, Pose};
+use crate::{Bound, Geometry, Limits, Pose};
 
 /// A boundary of the workspace in the arm's vertical plane, its centre given from the shoulder.
 #[derive(Clone, Copy, Debug)]
@@ -255,62 +254,4 @@ pub(crate) fn spatial_cuts(
         }
     }
     section.reach_cuts(report);
-}
-
-/// When a straight line between `ends` first leaves the reach or one of `spatial` limits, which are to leave J4 free.
-///
-/// `when` tells at what time a share of the line is done, and `pose_at` where the tool is at a time.
-pub(crate) fn spatial_crossing(
-    geometry: &Geometry,
-    spatial: &Limits,
-    ends: [&Pose; 2],
-    duration: f64,
-    when: impl Fn(f64) -> f64,
-    pose_at: impl Fn(f64) -> Pose,
-) -> Option<(f64, MotionError)> {
-    let start = match geometry.inverse(&pose_at(0.0)) {
-        Ok(joints) => joints,
-        Err(error) => return Some((0.0, error)),
-    };
-    let [from, to] = ends;
-    let mut moments = Moments::new();
-    let wide = spatial.widened_to(&start);
-    let section = Section::new(geometry, from, to);
-    spatial_cuts(&section, spatial, &wide, &mut |share| {
-        if share > 0.0 && share < 1.0 {
-            moments.add(when(share));
-        }
-    });
-    let (t, error) = first_violation(spatial, &start, moments, duration, |t| {
-        geometry.inverse(&pose_at(t))
-    })?;
-    let passed = geometry.inverse_at_edge(&pose_at(t));
-    Some((
-        t,
-        passed.map_or(error, |at| on_its_side(spatial, &at, error)),
-    ))
-}
-
-/// A violation of a bound of J1, told of the side on which the base passed it: behind the arm J1 is half a turn to
-/// either side, and a point there speaks for neither.
-fn on_its_side(limits: &Limits, passing: &JointAngles, error: MotionError) -> MotionError {
-    let (other, turn) = match error {
-        MotionError::Limit {
-            bound: Bound::J1Min,
-            ..
-        } => (Bound::J1Max, 360.0),
-        MotionError::Limit {
-            bound: Bound::J1Max,
-            ..
-        } => (Bound::J1Min, -360.0),
-        _ => return error,
-    };
-    match error {
-        MotionError::Limit { value, limit, .. }
-            if libm::fabs(passing.j1 - limits.at(other)) < libm::fabs(passing.j1 - limit) =>
-        {
-            limits.violation(other, value + turn)
-        }
-        error => error,
-    }
 }

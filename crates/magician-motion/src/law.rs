@@ -80,6 +80,18 @@ impl Law {
         }
     }
 
+    /// The same way in `duration` seconds, no less than this law takes, if it is from rest to rest; else this law.
+    pub(crate) fn stretched(&self, duration: f64) -> Self {
+        if self.entry > 0.0 || self.exit > 0.0 {
+            return *self;
+        }
+        let rates = Rates {
+            velocity: self.peak,
+            acceleration: self.slope_out(),
+        };
+        Profile::lasting(self.length, &rates, duration.max(self.duration)).into()
+    }
+
     /// The distance covered in all.
     #[must_use]
     pub fn length(&self) -> f64 {
@@ -186,18 +198,6 @@ impl Law {
         } else {
             self.ramp_in + (distance - ramped_in) / self.peak
         }
-    }
-}
-
-impl Law {
-    /// A law from rest to rest that takes longer, no less than it takes now; it cruises as fast and ramps more gently,
-    /// or does not get to cruise.
-    pub(crate) fn stretched(&self, duration: f64) -> Self {
-        let rates = Rates {
-            velocity: self.peak,
-            acceleration: self.slope_in(),
-        };
-        Profile::lasting(self.length, &rates, duration.max(self.duration)).into()
     }
 }
 

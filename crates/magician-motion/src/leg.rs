@@ -160,7 +160,7 @@ impl Leg {
         }
     }
 
-    /// The same leg in a longer time. What brakes is not slowed.
+    /// The same leg in a longer time. What begins or ends with speed is not slowed.
     pub(crate) fn lasting(mut self, duration: f64) -> Self {
         match &mut self {
             Self::Joints(JointLeg { axes, .. }) => {
@@ -178,8 +178,7 @@ impl Leg {
                 *along = along.stretched(duration);
                 *turning = turning.stretched(duration);
             }
-            // It meets its neighbours at speed.
-            Self::Segment(_) => {}
+            Self::Segment(SegmentLeg { along, .. }) => *along = along.stretched(duration),
         }
         self
     }

@@ -168,13 +168,6 @@ impl LookAhead {
 
     /// The square of the highest speed where two segments meet.
     fn junction_squared(&self, previous: &CpSegment, next: &CpSegment) -> f64 {
-        // Turns above 90 degrees count as 90; a straight one, whose quotient is infinite or none, has no limit.
-        let bend = (1.0 - previous.turn_cosine(next)).min(1.0);
-        let corner = if bend > 0.0 {
-            self.corner / bend
-        } else {
-            f64::INFINITY
-        };
         let fastest = match self.clock {
             Some(clock) => {
                 let velocity = previous.length.min(next.length) * clock;
@@ -182,7 +175,13 @@ impl LookAhead {
             }
             None => self.cruise_squared,
         };
-        corner.min(fastest)
+        // Turns above 90 degrees count as 90. Most corners, and straight ones, limit nothing: found without a division.
+        let bend = (1.0 - previous.turn_cosine(next)).min(1.0);
+        if self.corner < fastest * bend {
+            self.corner / bend
+        } else {
+            fastest
+        }
     }
 
     /// How long each segment of a whole path takes from rest to rest, in microseconds, all of it being known

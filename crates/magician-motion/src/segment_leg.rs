@@ -2,8 +2,9 @@
 //! along with joint 1 (model section 8).
 
 use crate::angle::DEGREES_PER_RADIAN;
-use crate::boundary::spatial_crossing;
+use crate::boundary::{Section, spatial_cuts};
 use crate::law::Law;
+use crate::tool_path::spatial_crossing;
 use crate::{ArmState, Geometry, Limits, MotionError, Pose, Range};
 
 /// The tool along a straight segment from some place on it to its end.
@@ -94,17 +95,20 @@ impl SegmentLeg {
             return None;
         }
         // Joint 4 stands still: it leads no further out of a limit.
-        let spatial = Limits {
-            j4: Range::new(f64::NEG_INFINITY, f64::INFINITY),
-            ..*limits
-        };
+        let spatial = limits.in_space();
+        let section = Section::new(geometry, &self.from.pose, &self.to.pose);
         spatial_crossing(
             geometry,
             &spatial,
-            [&self.from.pose, &self.to.pose],
             self.along.duration(),
-            |share| self.along.time_at(share * self.length - self.done),
             |t| self.place_at(t),
+            |wide, report| {
+                spatial_cuts(&section, &spatial, wide, &mut |share| {
+                    if share > 0.0 && share < 1.0 {
+                        report(self.along.time_at(share * self.length - self.done));
+                    }
+                });
+            },
         )
     }
 

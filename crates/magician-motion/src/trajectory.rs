@@ -181,6 +181,10 @@ impl Trajectory {
     #[must_use]
     pub fn progress(&self, t_us: u64) -> f64 {
         let t_us = t_us.min(self.duration_us);
+        if t_us == self.duration_us && self.last_leg().is_some() {
+            // The last microsecond may be a rounding error short of the end.
+            return 1.0;
+        }
         let (mut done, mut whole) = (0.0, 0.0);
         for timed in self.legs() {
             let weight = timed.leg.weight();

@@ -37,6 +37,8 @@ mod ports;
 mod preflight;
 mod target;
 mod transport;
+#[cfg(feature = "sim")]
+mod virtual_arm;
 pub mod words;
 
 pub use arm::{Arm, Options, Progress, Ran, RunOptions};
@@ -49,6 +51,8 @@ pub use magician_protocol::{
 pub use magician_sim as sim;
 pub use ports::{Port, Usb, ports};
 pub use target::{SimSpeed, Target};
+#[cfg(feature = "sim")]
+pub use virtual_arm::VirtualArm;
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

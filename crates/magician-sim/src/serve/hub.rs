@@ -39,6 +39,14 @@ impl Hub {
         Ok(())
     }
 
+    pub(super) fn runner(&self) -> &Runner {
+        &self.runner
+    }
+
+    pub(super) fn runner_mut(&mut self) -> &mut Runner {
+        &mut self.runner
+    }
+
     /// A client came, or may come.
     pub(super) fn open(&mut self, name: String) -> Peer {
         let tape = self.tape.open(&name);
@@ -53,16 +61,20 @@ impl Hub {
     /// A client left, and the next will be known by the same name.
     #[cfg(unix)]
     pub(super) fn renew(&mut self, peer: &mut Peer) {
-        self.runner.close(peer.link);
-        let written = self.tape.close(&peer.tape);
-        self.taped(written);
+        self.forget(peer);
         peer.link = self.next_link();
     }
 
-    pub(super) fn close(&mut self, peer: Peer) {
+    /// A client that may have come did not, and will not.
+    pub(super) fn forget(&mut self, peer: &Peer) {
         self.runner.close(peer.link);
         let written = self.tape.close(&peer.tape);
         self.taped(written);
+    }
+
+    /// A client left.
+    pub(super) fn close(&mut self, peer: Peer) {
+        self.forget(&peer);
         self.notice(Notice::Left(peer.name));
     }
 

@@ -25,6 +25,7 @@ mod arm;
 mod bell;
 mod discovery;
 mod door;
+mod handle;
 mod hub;
 mod outbox;
 #[cfg(unix)]
@@ -37,9 +38,11 @@ mod timer;
 mod udp;
 
 pub use discovery::Discovery;
+pub use handle::{Answer, Ended, Handle};
 pub use several::{numbered, serve_all};
 
 use door::{Door, Number};
+use handle::Orders;
 use hub::Hub;
 
 /// Reads on one endpoint before the others get their turn.
@@ -68,6 +71,7 @@ pub struct Server {
     number: Number,
     on_ready: OnReady,
     on_notice: OnNotice,
+    orders: Orders,
     #[cfg(feature = "trace")]
     trace: Option<Box<dyn io::Write + Send>>,
 }
@@ -118,6 +122,10 @@ pub enum Notice {
     Left(String),
     /// A connection was refused because as many as the server keeps are open.
     Refused(String),
+    /// The cable was pulled ([`Runner::unplug`](crate::Runner::unplug)) and the endpoints are gone.
+    Unplugged,
+    /// The cable is back, and so are the endpoints: a pseudo-terminal is another device now.
+    Plugged(Vec<Endpoint>),
     /// Hosts that look for an arm will not find this one: nobody asked for discovery by name
     /// ([`Discovery::Auto`]), and its port cannot be had. Comes before all is ready.
     Undiscoverable {
@@ -190,6 +198,7 @@ impl Server {
             number: None,
             on_ready: Box::new(|_| ()),
             on_notice: Box::new(|_| ()),
+            orders: Orders::new(),
             #[cfg(feature = "trace")]
             trace: None,
         }
@@ -280,6 +289,12 @@ impl Server {
         self
     }
 
+    /// A hand on the arm, to look at it and change it while it is served.
+    #[must_use]
+    pub fn handle(&self) -> Handle {
+        self.orders.handle()
+    }
+
     /// Opens every endpoint and serves until `end` is ready. What it made (symlinks, sockets) is
     /// gone when this returns or the future is dropped.
     ///
@@ -301,6 +316,13 @@ impl Server {
 trait Port {
     /// What it is called outside.
     fn endpoint(&self) -> Endpoint;
-    /// Reads what is there, writes what is due, and registers to be woken for more.
+    /// Reads what is there, writes what is due, and registers to be woken for more. While the arm
+    /// is unplugged, what is read goes nowhere.
     fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()>;
+    /// The arm's cable was pulled, perhaps once more: no client is a client any longer.
+    fn unplug(&mut self, hub: &mut Hub);
+    /// The cable is back.
+    fn plug(&mut self, _: &mut Hub) -> Result<(), ServeError> {
+        Ok(())
+    }
 }

@@ -63,6 +63,11 @@ impl Log {
                 "note: programs that look for an arm will not find this one: {address}: {error}; \
                  perhaps another arm answers there (--discovery off says it need not be found)"
             )),
+            Notice::Unplugged => Some("the cable was pulled".to_owned()),
+            Notice::Plugged(endpoints) => {
+                self.doors("the cable is back", &endpoints);
+                None
+            }
             Notice::TraceEnded(error) => Some(format!("the trace ends here: {error}")),
         };
         if let Some(line) = line {
