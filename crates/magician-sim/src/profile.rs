@@ -175,8 +175,14 @@ pub struct Homing {
     pub velocity: [f64; 4],
     /// Its acceleration, deg/s2.
     pub acceleration: [f64; 4],
-    /// How long the search for J1's switch takes before that move, s.
+    /// Where the base stands when the switch of J1 closes, deg.
+    pub switch: f64,
+    /// Speed of the base towards the switch and off it again, deg/s. Its acceleration is that of J1 above.
     pub search: f64,
+    /// How far the base backs off from the switch, deg.
+    pub back_off: f64,
+    /// Speeds at which it creeps on, each for half of the way back, deg/s.
+    pub creep: [f64; 2],
 }
 
 /// Continuous paths (model section 8).

@@ -3,6 +3,7 @@
 //! All that moves is a [`Trajectory`]: it has a beginning and an end, and is asked where it is. What it is for, and what
 //! follows it, is its [`Purpose`].
 
+mod homing;
 mod jog;
 mod limits;
 mod outputs;
@@ -17,8 +18,12 @@ use crate::core::Core;
 use crate::dispatch::Step;
 use crate::world::{Course, Posture};
 
+pub(crate) use homing::Stage;
 pub(crate) use outputs::Outputs;
 pub(crate) use path::{Segment, Way};
+
+/// No joint is further from where it is commanded to be, deg: a full turn.
+const MOST_SLIP: f64 = 360.0;
 
 /// The arm, at rest or on its way: where it is commanded to be, and where it really is.
 #[derive(Clone, Debug)]
@@ -28,7 +33,9 @@ pub(crate) struct Motion {
     measured: Geometry,
     under_way: Option<UnderWay>,
     /// By how much the joints really stand elsewhere than commanded: lost steps, and before homing the base angle.
-    pub(crate) slip: [f64; 4],
+    slip: [f64; 4],
+    /// What of the slip of J1 its encoder cannot know: where the base stood at power-up.
+    base: f64,
     /// The speed with which a segment of a continuous path has ended at this very instant, mm/s.
     pub(crate) carried: f64,
 }
@@ -63,8 +70,8 @@ pub(crate) enum Purpose {
     Jog(Jog),
     /// The end of a jog, and the jog that follows it.
     JogStop { axis: JogAxis, then: Option<Jog> },
-    /// Homing, while it looks for the switch of J1: no joint is commanded.
-    Search,
+    /// Homing, while it looks for the switch of J1.
+    Search(Stage),
     /// The end of a motion that was force-stopped.
     Brake,
 }
@@ -91,6 +98,7 @@ impl Motion {
             measured,
             under_way: None,
             slip: [0.0; 4],
+            base: 0.0,
             carried: 0.0,
         }
     }
@@ -192,7 +200,7 @@ impl Core {
     }
 
     /// As [`begin`](Self::begin), for a motion that lasts longer than its trajectory: the arm rests at its end.
-    pub(crate) fn begin_lasting(
+    fn begin_lasting(
         &mut self,
         purpose: Purpose,
         trajectory: Trajectory,
@@ -264,7 +272,7 @@ impl Core {
     /// What a motion that came to its end leads to.
     fn follow_up(&mut self, motion: &UnderWay) -> Step {
         match motion.purpose {
-            Purpose::Search => self.leave_switch(),
+            Purpose::Search(stage) => self.search_on(stage),
             Purpose::Segment(_) => {
                 self.segment_ended(motion);
                 Step::Done
@@ -363,18 +371,43 @@ impl Core {
 
     /// A joint slips: from now on it stands elsewhere than commanded.
     pub(crate) fn slip(&mut self, joint: u8, degrees: f64) {
+        if !degrees.is_finite() {
+            return;
+        }
         self.end_course();
         if let Some(slip) = usize::from(joint)
             .checked_sub(1)
             .and_then(|at| self.motion.slip.get_mut(at))
         {
-            *slip += degrees;
+            *slip = (*slip + degrees).clamp(-MOST_SLIP, MOST_SLIP);
         }
         self.show_course();
     }
 }
 
 impl Motion {
+    /// The joints are where they are commanded to be.
+    fn forget_slip(&mut self) {
+        self.slip = [0.0; 4];
+        self.base = 0.0;
+    }
+
+    /// J1 does not know where the base stands: it is so much further than its encoder says.
+    pub(crate) fn forget_base(&mut self, base: f64) {
+        self.slip = [base, 0.0, 0.0, 0.0];
+        self.base = base;
+    }
+
+    /// By how much the base encoder and the sensors of J2 and J3 say that the joints are off (model section 12).
+    pub(crate) fn lost(&self, now: Micros) -> [f64; 3] {
+        let (really, commanded) = (self.posture(now).joints, self.commanded(now).joints);
+        [
+            really.j1 - self.base - commanded.j1,
+            really.j2 - commanded.j2,
+            really.j3 - commanded.j3,
+        ]
+    }
+
     fn stall(&mut self, now: Micros) {
         let [_, j2, j3, _] = self.posture(now).joints.to_array();
         if let Some(motion) = &mut self.under_way {

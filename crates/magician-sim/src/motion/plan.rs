@@ -1,14 +1,11 @@
 //! What is planned when a command asks for motion, and the alarms that planning raises.
 
-use magician_motion::{
-    Crossing, MotionError, Move, MoveKind, Plan, Planner, Speeds, Target, Trajectory,
-};
-use magician_protocol::commands::HomeCmd;
-use magician_protocol::{Alarm, PoList, Writable};
+use magician_motion::{Crossing, MotionError, Move, MoveKind, Plan, Planner, Speeds, Target};
+use magician_protocol::{Alarm, PoList};
 
+use super::homing::ANYWHERE;
 use super::limits::alarm_of;
 use super::{Outputs, Purpose};
-use crate::convert::micros;
 use crate::core::Core;
 use crate::dispatch::Step;
 use crate::event::Refusal;
@@ -66,42 +63,18 @@ impl Core {
         };
         match motion.purpose {
             Purpose::Brake => {}
-            Purpose::Search => self.halt(),
-            Purpose::Move | Purpose::Segment(_) | Purpose::Jog(_) | Purpose::JogStop { .. } => {
+            purpose => {
                 let (elapsed, factor) = (motion.elapsed(self.now), self.profile.stop.force_factor);
-                let planner = self.planner(self.ptp_speeds());
+                let mut planner = self.planner(self.ptp_speeds());
+                if let Purpose::Search(_) = purpose {
+                    planner.limits = ANYWHERE;
+                }
                 let plan = planner.brake(&motion.trajectory, elapsed, factor);
                 let alarm = plan.crossing.map(|crossing| alarm_at_limit(&crossing));
                 // Its command finishes when the arm stands.
                 self.rest_here();
                 self.begin(Purpose::Brake, plan.trajectory, alarm, Outputs::default());
             }
-        }
-    }
-
-    /// Begins homing: first the search for the switch of J1, which finds the reference, then the joint move to the
-    /// home point.
-    pub(crate) fn home(&mut self) -> Step {
-        self.halt();
-        let waits = Trajectory::at_rest(&self.geometry(), &self.arm());
-        let lasting = micros(self.profile.home.search);
-        self.begin_lasting(Purpose::Search, waits, lasting, None, Outputs::default())
-    }
-
-    /// Homing has found its reference: now to the home point.
-    pub(super) fn leave_switch(&mut self) -> Step {
-        self.homed = true;
-        let request = Move {
-            target: self.home_point(),
-            kind: MoveKind::Joint,
-        };
-        let planner = self.planner(self.homing_speeds());
-        match planner.plan(&self.arm(), &request) {
-            Ok(plan) => {
-                let alarm = alarm_on_the_way(&request, plan.crossing);
-                self.begin(Purpose::Move, plan.trajectory, alarm, Outputs::default())
-            }
-            Err(error) => self.unplannable(HomeCmd::ROW.id, &error),
         }
     }
 }
@@ -120,7 +93,7 @@ pub(crate) fn alarm_in_planning(error: &MotionError) -> u8 {
 
 /// The alarm for what stops a motion on its way: a move of joints runs into a limit, a path in space leaves the limits
 /// or the reach (model section 15a).
-fn alarm_on_the_way(request: &Move, crossing: Option<Crossing>) -> Option<u8> {
+pub(super) fn alarm_on_the_way(request: &Move, crossing: Option<Crossing>) -> Option<u8> {
     let crossing = crossing?;
     let of_joints = matches!(
         request.target,

@@ -209,3 +209,25 @@ pub fn suck(on: bool) -> SetEndEffectorSuctionCup {
         suck: Flag::from(on),
     }
 }
+
+/// How long an axis takes for a way at a speed and an acceleration, from rest to rest, s (model section 7).
+pub fn trapezoid(way: f64, velocity: f64, acceleration: f64) -> f64 {
+    if way > velocity * velocity / acceleration {
+        way / velocity + velocity / acceleration
+    } else {
+        2.0 * (way / acceleration).sqrt()
+    }
+}
+
+/// How long the base takes from an angle until its switch has set it, s (model section 11).
+pub fn search_lasts(j1: f64) -> f64 {
+    trapezoid(j1 + 135.0, 20.0, 30.0)
+        + trapezoid(0.5, 20.0, 30.0)
+        + trapezoid(0.25, 1.0, 30.0)
+        + trapezoid(0.25, 0.5, 30.0)
+}
+
+/// How long homing takes from an angle of the base to the usual home point, s.
+pub fn homing_lasts(j1: f64) -> f64 {
+    search_lasts(j1) + trapezoid(135.0, 30.0, 30.0)
+}
