@@ -44,6 +44,7 @@ mod setting;
 pub use color::Color;
 pub use error::ScenarioError;
 pub(crate) use script::{Action, Script};
+pub(crate) use setting::footprint;
 pub use setting::{Arm, Beam, Conveyor, Object, On, Sensor, SensorKind, Table, Tool, ToolKind};
 
 /// A checked scenario: what stands around the arm, and what happens.

@@ -102,8 +102,13 @@ impl Agenda {
             return false;
         }
         self.act(now, action);
-        self.schedule(now, Action::Do(Happening::Input));
+        self.look_again(now);
         true
+    }
+
+    /// The inputs may read something else now.
+    pub(super) fn look_again(&mut self, now: Micros) {
+        self.schedule(now, Action::Do(Happening::Input));
     }
 
     /// A queued command comes to its turn.

@@ -1,0 +1,1 @@
+//! The world told by hand: courses are closures here.
