@@ -108,7 +108,11 @@ impl Agenda {
 
     /// The inputs may read something else now.
     pub(super) fn look_again(&mut self, now: Micros) {
-        self.schedule(now, Action::Do(Happening::Input));
+        let look = (now, Action::Do(Happening::Input));
+        // Once an instant will do.
+        if !self.soon.contains(&look) {
+            self.schedule(look.0, look.1);
+        }
     }
 
     /// A queued command comes to its turn.

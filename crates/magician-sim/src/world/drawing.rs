@@ -1,5 +1,8 @@
 //! What pen and laser have left.
 
+/// Points that are nearer to one another than this are the same, mm.
+const SAME: f64 = 1e-6;
+
 /// Ink or burnt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StrokeKind {
@@ -76,9 +79,13 @@ impl Drawing {
         }
     }
 
-    /// Goes on to a point.
+    /// Goes on to a point, if that is another one.
     pub(super) fn line_to(&mut self, point: [f64; 2]) {
-        if self.last() == Some(point) || !self.has_room() {
+        let there = |last: [f64; 2]| {
+            let [x, y] = [point[0] - last[0], point[1] - last[1]];
+            x.abs().max(y.abs()) <= SAME
+        };
+        if self.last().is_some_and(there) || !self.has_room() {
             return;
         }
         if let Some(stroke) = self.strokes.last_mut() {

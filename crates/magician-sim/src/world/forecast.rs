@@ -20,7 +20,7 @@ pub(super) enum Change {
 /// When what will change, in order of time.
 pub(super) type Changes = VecDeque<(Micros, Change)>;
 
-/// Foretells courses.
+/// Foretells a course.
 pub(super) struct Forecast<'a, F> {
     /// The tool in the world, its frames those of any instant.
     pub(super) reach: Reach<'a>,
@@ -29,36 +29,47 @@ pub(super) struct Forecast<'a, F> {
 }
 
 impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
-    fn reach(&self, at: Micros) -> Reach<'_> {
+    fn reach(&self, frames: Frames) -> Reach<'_> {
         Reach {
-            frames: (self.frames)(at),
+            frames,
             ..self.reach
         }
     }
 
-    /// Everything that the course will bring to a tool that is at things as told.
+    fn reach_at(&self, at: Micros) -> Reach<'_> {
+        self.reach((self.frames)(at))
+    }
+
+    /// Everything that the course will bring to a tool that is at things as told, and carries things that the sensors
+    /// see as told.
     pub(super) fn changes(
         &self,
         course: &Course<'_>,
         contacts: &[(Thing, Contact)],
         seen: &[Option<u16>],
     ) -> Changes {
+        let carries = self.reach.scene.held().is_some();
+        let highest = self.highest().unwrap_or(f64::NEG_INFINITY);
+        if contacts.is_empty() && highest.is_infinite() && !carries {
+            return Changes::new();
+        }
         let looks = Looks::along(course.from, course.to, |at| (self.frames)(at).tool);
+        let views: Vec<View> = (0..=looks.count)
+            .map(|nth| looks.at(nth))
+            .map(|at| (at, (self.frames)(at)))
+            .collect();
         let mut changes = Vec::new();
-        if !contacts.is_empty() || self.comes_near(looks) {
+        let comes_near = |(_, frames): &View| self.reach(*frames).lowest() < highest;
+        if !contacts.is_empty() || views.iter().any(comes_near) {
             for thing in self.things() {
                 let before = contacts.iter().find(|(other, _)| *other == thing);
-                self.contacts(
-                    thing,
-                    before.map(|(_, contact)| *contact),
-                    looks,
-                    &mut changes,
-                );
+                let before = before.map(|(_, contact)| *contact);
+                self.contacts(thing, before, &views, &mut changes);
             }
         }
-        if self.reach.scene.held().is_some() {
+        if carries {
             for (sensor, before) in seen.iter().enumerate() {
-                self.sights(sensor, *before, looks, &mut changes);
+                self.sights(sensor, *before, &views, &mut changes);
             }
         }
         // Stable: a touch comes before the stall at the same instant.
@@ -71,62 +82,53 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         [Thing::Table, Thing::Belt].into_iter().chain(objects)
     }
 
-    /// Whether the tool comes down to the height of anything.
-    fn comes_near(&self, looks: Looks) -> bool {
-        let scenario = self.reach.scenario;
-        let table = scenario.table().map(|table| table.height);
-        let belt = scenario.conveyor().map(|belt| belt.height);
-        let objects = self.reach.scene.ids().map(Thing::Object);
-        let frames = (self.frames)(looks.from);
-        let tops = objects.filter_map(|thing| match thing {
-            Thing::Object(object) if !self.reach.scene.is_carried(object) => {
-                Some(self.reach.scene.solid(object, scenario, &frames).height())
-            }
-            _ => None,
-        });
-        let Some(highest) = table.into_iter().chain(belt).chain(tops).reduce(f64::max) else {
-            return false;
-        };
-        (0..=looks.count).any(|nth| self.reach(looks.at(nth)).lowest() < highest)
+    /// The height of the highest thing that there is to touch.
+    fn highest(&self) -> Option<f64> {
+        self.things()
+            .filter_map(|thing| Some(self.reach.top(thing)?.place.z))
+            .reduce(f64::max)
     }
 
     fn contacts(
         &self,
         thing: Thing,
         before: Option<Contact>,
-        looks: Looks,
+        views: &[View],
         changes: &mut Vec<(Micros, Change)>,
     ) {
+        let Some(((start, frames), rest)) = views.split_first() else {
+            return;
+        };
         let mut tell = |at, contact| changes.push((at, Change::Contact(thing, contact)));
-        let touches = |at| self.reach(at).depth(thing).is_some();
-        let (mut contact, mut limit) = self.reach(looks.from).at_start(thing, before);
+        let touches = |at| self.reach_at(at).depth(thing).is_some();
+        let (mut contact, mut limit) = self.reach(*frames).at_start(thing, before);
         if contact.is_some() != before.is_some() {
             // Something other than a course has brought the tool here, or away.
-            tell(looks.from, contact);
+            tell(*start, contact);
         }
-        let mut last = looks.from;
-        for nth in 1..=looks.count {
-            let next = looks.at(nth);
+        let mut last = *start;
+        for (next, frames) in rest {
+            let here = self.reach(*frames);
             // Between two looks the tool can come to a thing and press it too hard.
             for _ in 0..2 {
-                let then = self.reach(next).contact(thing, contact, limit);
+                let then = here.contact(thing, contact, limit);
                 if then == contact {
                     break;
                 }
-                let presses = |at| self.reach(at).depth(thing) > Some(limit);
+                let presses = |at| self.reach_at(at).depth(thing) > Some(limit);
                 last = match (contact, then) {
-                    (None, _) => first(last, next, touches),
-                    (_, None) => first(last, next, |at| !touches(at)),
-                    (_, Some(Contact::Stall)) => first(last, next, presses),
-                    _ => first(last, next, |at| !presses(at)),
+                    (None, _) => first(last, *next, touches),
+                    (_, None) => first(last, *next, |at| !touches(at)),
+                    (_, Some(Contact::Stall)) => first(last, *next, presses),
+                    _ => first(last, *next, |at| !presses(at)),
                 };
-                contact = self.reach(last).contact(thing, contact, limit);
+                contact = self.reach_at(last).contact(thing, contact, limit);
                 tell(last, contact);
                 if contact.is_none() {
                     limit = self.reach.give();
                 }
             }
-            last = next;
+            last = *next;
         }
     }
 
@@ -134,23 +136,25 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         &self,
         sensor: usize,
         before: Option<u16>,
-        looks: Looks,
+        views: &[View],
         changes: &mut Vec<(Micros, Change)>,
     ) {
-        let sees = |at| carried_before(&self.reach(at), sensor);
-        let (mut last, mut seen) = (looks.from, before);
-        for nth in 0..=looks.count {
-            let next = looks.at(nth);
-            let now = sees(next);
+        let sees = |at| carried_before(&self.reach_at(at), sensor);
+        let (mut last, mut seen) = (None, before);
+        for (next, frames) in views {
+            let now = carried_before(&self.reach(*frames), sensor);
             if now != seen {
-                let changed = first(last, next, |at| sees(at) == now);
+                let changed = first(last.unwrap_or(*next), *next, |at| sees(at) == now);
                 changes.push((changed, Change::Carried(sensor, now)));
                 seen = now;
             }
-            last = next;
+            last = Some(*next);
         }
     }
 }
+
+/// The frames at an instant.
+type View = (Micros, Frames);
 
 /// The carried object that a sensor sees.
 pub(super) fn carried_before(reach: &Reach<'_>, sensor: usize) -> Option<u16> {

@@ -6,12 +6,17 @@
 use super::Place;
 use crate::Micros;
 
-/// The fewest looks at a course.
-const FEWEST: u64 = 64;
 /// The most looks at a course.
 const MOST: u64 = 2048;
 /// How far the tool goes between two looks if these are enough, mm.
 const STRIDE: f64 = 1.0;
+/// How far a corner of what the tool holds goes when the tool turns by a degree, mm: as in an object of 60 mm.
+const TURN: f64 = 0.5;
+/// How many looks it takes to know the length of a course: one in so many microseconds, within bounds. A tool that goes
+/// and comes back in less than that is not something that this arm does.
+const COARSE: Micros = 5_000;
+const COARSE_FEWEST: u64 = 4;
+const COARSE_MOST: u64 = 64;
 
 /// The instants at which a course is looked at: evenly spread, the first and the last included.
 #[derive(Clone, Copy)]
@@ -33,18 +38,18 @@ impl Looks {
         let coarse = Self {
             from,
             span,
-            count: FEWEST,
+            count: (span / COARSE).clamp(COARSE_FEWEST, COARSE_MOST),
         };
         let mut length = 0.0;
         let mut last = tip(from);
-        for nth in 1..=FEWEST {
+        for nth in 1..=coarse.count {
             let next = tip(coarse.at(nth));
-            let [x, y] = [next.x - last.x, next.y - last.y];
-            length += libm::sqrt(x * x + y * y) + (next.z - last.z).abs();
+            let [x, y, z] = [next.x - last.x, next.y - last.y, next.z - last.z];
+            length += libm::sqrt(x * x + y * y + z * z) + (next.yaw - last.yaw).abs() * TURN;
             last = next;
         }
         // A conversion of a float saturates; NaN is 0.
-        let count = ((length / STRIDE) as u64).clamp(FEWEST, MOST);
+        let count = ((length / STRIDE) as u64).clamp(coarse.count, MOST);
         Self { count, ..coarse }
     }
 }

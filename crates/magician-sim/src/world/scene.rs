@@ -109,18 +109,21 @@ impl Scene {
     }
 
     pub(super) fn place(&self, object: u16, frames: &Frames) -> Place {
-        let mut place = Place::default();
-        let mut next = object;
+        let Some(body) = self.bodies.get(usize::from(object)) else {
+            return Place::default();
+        };
+        let (mut place, mut rest) = (body.inner, body.rest);
         for _ in &self.bodies {
-            let Some(body) = self.bodies.get(usize::from(next)) else {
-                break;
-            };
-            place = body.inner.then(&place);
-            match body.rest {
-                Rest::Object(below) => next = below,
+            match rest {
+                Rest::Object(below) => {
+                    let Some(below) = self.bodies.get(usize::from(below)) else {
+                        break;
+                    };
+                    (place, rest) = (below.inner.then(&place), below.rest);
+                }
                 Rest::Belt => return frames.belt.then(&place),
                 Rest::Tool => return frames.tool.then(&place),
-                Rest::Table | Rest::Shelf | Rest::Floor => return place,
+                Rest::Table | Rest::Shelf | Rest::Floor => break,
             }
         }
         place

@@ -2,7 +2,7 @@
 
 use super::scene::{Frames, Scene};
 use super::sight::Solid;
-use super::{Grip, Place, Thing};
+use super::{Footprint, Grip, Place, Thing};
 use crate::scenario::{Scenario, Tool, ToolKind};
 
 /// Less than this is a rounding error and no touch, mm.
@@ -61,14 +61,19 @@ impl Reach<'_> {
         }
     }
 
+    /// The upper side of a thing that is there to be touched.
+    pub(super) fn top(&self, thing: Thing) -> Option<Footprint> {
+        match thing {
+            Thing::Table => Some(self.scenario.table()?.footprint()),
+            Thing::Belt => Some(self.scenario.conveyor()?.footprint()),
+            Thing::Object(object) if self.scene.is_carried(object) => None,
+            Thing::Object(object) => Some(self.solid(object).top()),
+        }
+    }
+
     /// How far tool or held object are below the upper side of a thing that they are over, mm.
     pub(super) fn depth(&self, thing: Thing) -> Option<f64> {
-        let top = match thing {
-            Thing::Table => self.scenario.table()?.footprint(),
-            Thing::Belt => self.scenario.conveyor()?.footprint(),
-            Thing::Object(object) if self.scene.is_carried(object) => return None,
-            Thing::Object(object) => self.solid(object).top(),
-        };
+        let top = self.top(thing)?;
         let of_points = self.points().into_iter().flatten().filter_map(|point| {
             let depth = top.place.z - point.z;
             (depth > TOUCH && top.contains(point.xy())).then_some(depth)

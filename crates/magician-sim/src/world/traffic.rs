@@ -125,7 +125,7 @@ impl Watch<'_> {
         let off = |at| !(0.0..=belt.length).contains(&along(at));
         let end = |edge: f64| self.belt.time_at(travel + edge - here, self.now);
         let at = [end(0.0), end(belt.length)].into_iter().flatten().max()?;
-        (at..=at + EDGE).find(|at| off(*at))
+        (at..=at.saturating_add(EDGE)).find(|at| off(*at))
     }
 
     /// When the first sensor sees the object come or go.
@@ -146,8 +146,8 @@ impl Watch<'_> {
                 let at = self
                     .belt
                     .time_at(travel + shift, self.now.saturating_sub(EDGE))?;
-                let from = at.saturating_sub(1).max(self.now + 1);
-                (from..=at + EDGE).find(|at| sees(*at) != sees_now)
+                let from = at.saturating_sub(1).max(self.now.saturating_add(1));
+                (from..=at.saturating_add(EDGE)).find(|at| sees(*at) != sees_now)
             };
             shifts.into_iter().filter_map(edge).min()
         });
