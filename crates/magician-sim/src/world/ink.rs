@@ -14,7 +14,7 @@ const AT_PAPER: f64 = 1e-3;
 const JOINED: f64 = 1e-3;
 /// Where a stretch is compared with its chord, as shares of its time. They are in no simple ratio, so that a tool that
 /// goes round and round is not found where it was each time.
-const CHECKS: [f64; 5] = [0.2137, 0.3791, 0.5, 0.6173, 0.7853];
+const CHECKS: [f64; 5] = [0.2137, 0.3791, 0.5, 0.6173, 0.7919];
 /// As often a stretch is halved.
 const HALVINGS: u32 = 20;
 

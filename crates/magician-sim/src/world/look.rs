@@ -25,11 +25,10 @@ impl<'a> Look<'a> {
     /// Every object, in the order of the scenario.
     pub fn objects(&self) -> impl Iterator<Item = ObjectView<'a>> + use<'a> {
         let state = self.state;
-        let views = state.into_iter().flat_map(|(state, frames)| {
+        state.into_iter().flat_map(|(state, frames)| {
             let ids = state.scene().ids();
             ids.filter_map(move |id| ObjectView::of(state, &frames, id))
-        });
-        views
+        })
     }
 
     /// The object that the tool holds.

@@ -7,16 +7,18 @@ use magician_protocol::Port;
 
 use super::agenda::Agenda;
 use super::belt::Belt;
-use super::drawing::Drawing;
-use super::forecast::{Change, Changes, Forecast, carried_before};
-use super::incident::{Incident, Incidents, What};
+use super::forecast::Changes;
+use super::incident::{Incident, Incidents};
 use super::ink::Ink;
 use super::scene::{Frames, Rest, Scene};
 use super::touch::{Contact, Reach};
 use super::traffic::{self, Traffic};
-use super::{Course, Grip, Happening, Place, Posture, Thing};
+use super::{Grip, Happening, Place, Posture, Thing};
 use crate::Micros;
-use crate::scenario::{Action, Scenario, SensorKind, ToolKind};
+use crate::scenario::{Action, Scenario, SensorKind};
+
+mod arm;
+mod events;
 
 /// A world that is not empty.
 #[derive(Clone, Debug)]
@@ -77,6 +79,10 @@ impl State {
 
     pub(super) fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    pub(super) fn rest(&self, object: u16) -> Rest {
+        self.scene.rest(object)
     }
 
     pub(super) fn incident(&mut self) -> Option<Incident> {
@@ -185,254 +191,5 @@ impl State {
                 }
             }
         }
-    }
-}
-
-/// The arm moves and grips, the belt runs.
-impl State {
-    pub(super) fn begin(&mut self, course: &Course<'_>) {
-        self.now = self.now.max(course.from);
-        self.changes = self.forecast(course);
-        self.moves = true;
-    }
-
-    fn forecast(&self, course: &Course<'_>) -> Changes {
-        let frames = |at| self.frames(at, &course.at(at));
-        let forecast = Forecast {
-            reach: self.reach(frames(course.from)),
-            frames,
-        };
-        forecast.changes(course, &self.contacts, &self.carried)
-    }
-
-    pub(super) fn end(&mut self, course: &Course<'_>) {
-        self.now = self.now.max(course.to);
-        let end = course.to;
-        self.draw(course);
-        self.moves = false;
-        // What was due until now is still told; the rest will not come.
-        self.changes.retain(|(at, _)| *at <= end);
-        self.take_if_sucking(end, &course.at(end));
-    }
-
-    fn draw(&mut self, course: &Course<'_>) {
-        let mut ink = std::mem::take(&mut self.ink);
-        ink.follow(&self.scenario, course, |at| self.tip(&course.at(at)));
-        self.ink = ink;
-    }
-
-    pub(super) fn drawing(&self) -> &Drawing {
-        self.ink.drawing()
-    }
-
-    pub(super) fn drawing_with(&self, now: Micros, course: &Course<'_>) -> Drawing {
-        let mut ink = self.ink.clone();
-        let at = |at| course.at(at);
-        let so_far = Course::new(course.from, course.to.min(now), &at);
-        ink.follow(&self.scenario, &so_far, |at| self.tip(&course.at(at)));
-        ink.into_drawing()
-    }
-
-    pub(super) fn grip(&mut self, now: Micros, grip: Grip, posture: &Posture) {
-        self.now = self.now.max(now);
-        if self.scenario.tool().kind == ToolKind::Laser && grip.laser != self.grip.laser {
-            let tip = self.tip(posture);
-            let resting = (!self.moves).then(|| tip.xy());
-            self.ink.power(now, grip.laser, resting);
-        }
-        let (before, after) = (self.grips(&self.grip), self.grips(&grip));
-        let frames = self.frames(now, posture);
-        let reached_for = (after && !before && self.scene.held().is_none())
-            .then(|| self.reach(frames).within_grasp())
-            .flatten();
-        self.grip = grip;
-        if let Some(object) = reached_for {
-            self.take(now, object, &frames);
-        } else if before && !after {
-            self.release(now, &frames);
-        } else {
-            return;
-        }
-        self.settle(now, &frames);
-    }
-
-    /// Whether a tool in that state holds what it has.
-    fn grips(&self, grip: &Grip) -> bool {
-        match self.scenario.tool().kind {
-            ToolKind::Suction => grip.sucking,
-            ToolKind::Gripper => grip.closed,
-            ToolKind::None | ToolKind::Pen | ToolKind::Laser => false,
-        }
-    }
-
-    /// A cup that sucks already takes what it is put on.
-    fn take_if_sucking(&mut self, now: Micros, posture: &Posture) {
-        let sucks = self.scenario.tool().kind == ToolKind::Suction && self.grip.sucking;
-        if !sucks || self.scene.held().is_some() {
-            return;
-        }
-        let frames = self.frames(now, posture);
-        if let Some(object) = self.reach(frames).within_grasp() {
-            self.take(now, object, &frames);
-            self.settle(now, &frames);
-        }
-    }
-
-    fn take(&mut self, now: Micros, object: u16, frames: &Frames) {
-        self.scene.take(object, frames);
-        self.incidents.push(now, What::Picked(object));
-    }
-
-    fn release(&mut self, now: Micros, frames: &Frames) {
-        let slack = self.scenario.tool().give + 1.0;
-        if let Some((object, rest)) = self.scene.drop_held(&self.scenario, frames, slack) {
-            self.incidents.push(now, What::Released(object, rest));
-        }
-    }
-
-    /// The tool has taken or let go of something: what it touches and carries is another thing, and so is what was
-    /// foretold. What it touches now is no news.
-    fn settle(&mut self, now: Micros, frames: &Frames) {
-        self.changes.clear();
-        let reach = self.reach(*frames);
-        let things = [Thing::Table, Thing::Belt]
-            .into_iter()
-            .chain(self.scene.ids().map(Thing::Object));
-        let contacts = things
-            .filter_map(|thing| Some((thing, reach.at_start(thing, None).0?)))
-            .collect();
-        let carried = (0..self.carried.len())
-            .map(|sensor| carried_before(&reach, sensor))
-            .collect();
-        self.contacts = contacts;
-        self.carried = carried;
-        self.mark_seen(now);
-        self.watch_belt(now);
-        self.agenda.look_again(now);
-    }
-
-    pub(super) fn stepper(&mut self, now: Micros, index: usize, pulses_per_second: f64) {
-        self.now = self.now.max(now);
-        let Some(conveyor) = self.scenario.conveyor() else {
-            return;
-        };
-        if usize::from(conveyor.stepper) != index || !pulses_per_second.is_finite() {
-            return;
-        }
-        let rate = pulses_per_second * conveyor.mm_per_pulse();
-        self.belt.run(now, rate);
-        self.watch_belt(now);
-    }
-
-    fn watch_belt(&mut self, now: Micros) {
-        self.traffic = traffic::next(&self.scenario, &self.scene, &self.belt, now);
-    }
-
-    pub(super) fn index_started(&mut self, now: Micros, index: u64) {
-        self.now = self.now.max(now);
-        self.agenda
-            .index_started(self.scenario.script(), now, index);
-    }
-}
-
-/// What happens by itself.
-impl State {
-    pub(super) fn next_event(&self) -> Option<Micros> {
-        let pending = self.pending.map(|_| self.now);
-        let change = self.changes.front().map(|(at, _)| *at);
-        let traffic = self.traffic.map(|traffic| traffic.at);
-        let agenda = self.agenda.next_event(self.scenario.script());
-        [pending, change, traffic, agenda]
-            .into_iter()
-            .flatten()
-            .min()
-    }
-
-    pub(super) fn happen(&mut self, now: Micros) -> Option<Happening> {
-        self.now = self.now.max(now);
-        if let Some(happening) = self.pending.take() {
-            return Some(happening);
-        }
-        loop {
-            let at = self.next_event().filter(|at| *at <= now)?;
-            let happening = if self
-                .changes
-                .front()
-                .is_some_and(|(change, _)| *change == at)
-            {
-                self.change()
-            } else if self.traffic.is_some_and(|traffic| traffic.at == at) {
-                self.belt_event()
-            } else {
-                self.agenda.happen(self.scenario.script(), now)
-            };
-            if happening.is_some() {
-                return happening;
-            }
-        }
-    }
-
-    fn change(&mut self) -> Option<Happening> {
-        let (at, change) = self.changes.pop_front()?;
-        match change {
-            Change::Contact(thing, contact) => self.touch(at, thing, contact),
-            Change::Carried(sensor, object) => {
-                if let Some(carried) = self.carried.get_mut(sensor) {
-                    *carried = object;
-                }
-                self.mark_seen(at);
-                Some(Happening::Input)
-            }
-        }
-    }
-
-    /// The tool comes to a thing, or to press it, or away from it: what of it the arm feels.
-    fn touch(&mut self, at: Micros, thing: Thing, contact: Option<Contact>) -> Option<Happening> {
-        let place = self.contacts.iter().position(|(other, _)| *other == thing);
-        let before = place.map(|place| self.contacts.swap_remove(place).1);
-        self.contacts
-            .extend(contact.map(|contact| (thing, contact)));
-        let contact = contact?;
-        let touches = Happening::Touch {
-            thing,
-            stalls: false,
-        };
-        let stalls = Happening::Touch {
-            thing,
-            stalls: true,
-        };
-        let first = match (before, contact, thing) {
-            (None, Contact::Knock, Thing::Object(object)) => What::Knocked(object),
-            (None, ..) => What::Touched(thing),
-            (Some(_), Contact::Stall, _) => What::Pressed(thing),
-            _ => return None,
-        };
-        self.incidents.push(at, first);
-        if before.is_some() {
-            return Some(stalls);
-        }
-        if contact == Contact::Stall {
-            self.incidents.push(at, What::Pressed(thing));
-            self.pending = Some(stalls);
-        }
-        Some(touches)
-    }
-
-    /// The belt has brought an object before a sensor, past it, or to its own end.
-    fn belt_event(&mut self) -> Option<Happening> {
-        let traffic = self.traffic.take()?;
-        if let Some(object) = traffic.falls {
-            let frames = self.frames_of_ground(traffic.at);
-            let rest = traffic::run_off(&self.scenario, &mut self.scene, &frames, object);
-            self.incidents
-                .push(traffic.at, What::FellOffBelt(object, rest));
-        }
-        self.mark_seen(traffic.at);
-        self.watch_belt(traffic.at);
-        Some(Happening::Input)
-    }
-
-    pub(super) fn rest(&self, object: u16) -> Rest {
-        self.scene.rest(object)
     }
 }

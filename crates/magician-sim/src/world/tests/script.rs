@@ -20,6 +20,7 @@ fn an_empty_world_is_still() {
     let mut world = World::default();
     world.index_started(5, 1);
     world.stepper(5, 0, 100.0);
+    assert_eq!(size_of::<World>(), size_of::<usize>());
     assert_eq!(world.next_event(), None);
     assert_eq!(world.happen(9 * SECOND), None);
     assert!(!world.digital(0, 1) && world.analog(0, 1) == 0 && !world.holding());
