@@ -5,7 +5,7 @@ use magician_motion::{JointAngles, Range};
 use crate::core::Core;
 use crate::event::Event;
 use crate::scenario::Arm;
-use crate::world::Happening;
+use crate::world::{Drawing, Happening, Look};
 use crate::{Micros, Profile, World};
 
 /// The cable between the arm and its host, for those who carry the bytes.
@@ -34,8 +34,7 @@ impl Core {
     pub(crate) fn meet(&mut self, happening: Happening) {
         match happening {
             Happening::Input => {}
-            Happening::Touch { thing, stalls } => {
-                self.log.push(Event::Touched { thing, stalls });
+            Happening::Touch { stalls, .. } => {
                 if stalls {
                     self.stall();
                 }
@@ -57,6 +56,13 @@ impl Core {
             Happening::Key(press) => self.log.push(Event::Key { press }),
             Happening::Unlock(held) => self.log.push(Event::Unlocked { held }),
             Happening::Guide(_) => {}
+        }
+    }
+
+    /// What has happened in the world goes into the log.
+    pub(crate) fn tell_incidents(&mut self) {
+        while let Some(incident) = self.world.poll_incident() {
+            self.log.push(Event::World(incident));
         }
     }
 
@@ -133,6 +139,18 @@ impl crate::Controller {
         self.core.meet(happening);
         self.core.settle();
         self.forget_links();
+    }
+
+    /// The world around the arm at the present instant: where its objects are, and what the tool holds.
+    #[must_use]
+    pub fn look(&self) -> Look<'_> {
+        self.core.world.look(self.core.now, &self.core.posture())
+    }
+
+    /// What pen and laser have left by now.
+    #[must_use]
+    pub fn drawing(&self) -> Drawing {
+        self.core.drawing()
     }
 
     /// The state of the cable, for those who carry the bytes.

@@ -54,6 +54,7 @@ pub use profile::{
     ProfileError, PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools, WifiDefaults,
 };
 pub use runner::Runner;
+pub use scenario::{Scenario, ScenarioError};
 pub use state::{Output, QueueState, State};
 pub use world::{Happening, World};
 

@@ -353,6 +353,14 @@ impl Core {
         }
     }
 
+    /// What pen and laser have left, with what the motion under way has added.
+    pub(crate) fn drawing(&self) -> crate::world::Drawing {
+        let posture = |now| self.motion.posture(now);
+        let course = (self.motion.under_way.as_ref())
+            .map(|motion| Course::new(motion.shown, motion.ends, &posture));
+        self.world.drawing_at(self.now, course.as_ref())
+    }
+
     /// Tells the world what the arm has done up to now.
     pub(crate) fn end_course(&mut self) {
         let Self { motion, world, .. } = self;
