@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{Arm, SECOND, Way, posture};
 use crate::Micros;
-use crate::world::{Course, Happening, Incident, Thing, What};
+use crate::world::{Course, Grip, Happening, Incident, Thing, What};
 
 const TABLE: &str = r#"
 [table]
@@ -304,7 +304,12 @@ fn what_was_let_go_on_the_way_touches_nothing() {
         .begin(&Course::new(way.start, way.start + SECOND, &at));
     arm.wait_until(way.start + SECOND / 6);
     arm.at = way.pose(arm.now);
+    let mut forgotten = arm.world.clone();
     arm.suck(false);
+    // Nothing is known of the rest until it is told.
+    forgotten.grip(arm.now, Grip::default(), &arm.posture(&arm.at));
+    assert_eq!(forgotten.happen(arm.now), Some(Happening::Input));
+    assert_eq!(forgotten.next_event(), None);
     // Told again with the rest: the cup comes to the cube, which has fallen.
     arm.world
         .begin(&Course::new(arm.now, way.start + SECOND, &at));
@@ -316,4 +321,35 @@ fn what_was_let_go_on_the_way_touches_nothing() {
             (way.start + 916_667, touch(Thing::Object(0), true)),
         ],
     );
+}
+
+#[test]
+fn a_corner_of_a_held_cube_is_enough() {
+    let text = format!(
+        "[tool]\nkind = \"suction\"\n{TABLE}[[object]]\nname = \"other\"\nsize = [20, 20, 20]\nat = [220, 60]\n"
+    );
+    let mut arm = Arm::new(&text, [220.0, 0.0, -50.0, 0.0]);
+    arm.suck(true);
+    arm.go([220.0, 0.0, 0.0, 0.0], SECOND);
+    arm.go([238.0, 42.0, 0.0, 0.0], SECOND);
+    arm.happened.clear();
+    let start = arm.now;
+    arm.go([238.0, 42.0, -32.0, 0.0], SECOND);
+    assert_touches(&arm, &[(start + 937_500, touch(Thing::Object(1), false))]);
+}
+
+#[test]
+fn thin_posts_are_not_missed() {
+    let post = |nth: i32| {
+        let y = 17 * nth - 60;
+        format!("[[object]]\nname = \"{nth}\"\nsize = [2, 2, 30]\nat = [200, {y}]\nz = -60\n")
+    };
+    let text: String = (0..8).map(post).collect();
+    let mut arm = Arm::new(&text, [260.0, 0.0, -40.0, 0.0]);
+    arm.geometry = magician_motion::Geometry::default();
+    arm.at = [200.0, -110.0, -40.0, 0.0].into();
+    arm.go([200.0, 110.0, -40.0, 0.0], SECOND / 2);
+    let told: Vec<_> = arm.touches().into_iter().map(|(_, what)| what).collect();
+    let expected: Vec<_> = (0..8).map(|nth| touch(Thing::Object(nth), false)).collect();
+    assert_eq!(told, expected);
 }

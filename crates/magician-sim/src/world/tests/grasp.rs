@@ -218,8 +218,8 @@ fn the_palm_keeps_the_gripper_from_reaching_down_too_far() {
 fn a_thin_stack_does_not_fall_on_itself() {
     let text = "[tool]\nkind = \"suction\"\n[table]\nheight = -70\n\
         [[object]]\nname = \"plate\"\nsize = [40, 40, 1]\nat = [200, 50]\n\
-        [[object]]\nname = \"sheet\"\nsize = [10, 10, 1]\nat = [190, 40]\non = \"plate\"\n";
-    let mut arm = Arm::new(text, [205.0, 50.0, -69.0, 0.0]);
+        [[object]]\nname = \"sheet\"\nsize = [10, 10, 1]\nat = [200, 50]\non = \"plate\"\n";
+    let mut arm = Arm::new(text, [215.0, 50.0, -69.0, 0.0]);
     arm.suck(true);
     arm.go([220.0, 50.0, -40.0, 0.0], SECOND);
     arm.go([200.0, 60.0, -67.0, 0.0], SECOND);
