@@ -374,7 +374,9 @@ impl Core {
 
     /// J2 and J3 stall: until the motion ends they stay where they are and lose their steps.
     pub(crate) fn stall(&mut self) {
+        self.end_course();
         self.motion.stall(self.now);
+        self.show_course();
     }
 
     /// A joint slips: from now on it stands elsewhere than commanded.
