@@ -42,6 +42,25 @@ pub enum Event {
         /// Its id.
         id: u8,
     },
+    /// A queued command was stored as a line of the program and given this index, at which nothing will run.
+    Stored {
+        /// Its index in the queue's numbering.
+        index: u64,
+        /// Its id.
+        id: u8,
+    },
+    /// A program has been stored in the flash.
+    Downloaded {
+        /// Its commands.
+        stored: u32,
+        /// How many it was said to have.
+        announced: u32,
+    },
+    /// The program in the flash begins or ends.
+    Program {
+        /// Whether it runs from now on.
+        runs: bool,
+    },
     /// A command was understood and not carried out.
     Refused {
         /// Its id.
@@ -123,6 +142,8 @@ pub enum Refusal {
     UnknownMode,
     /// A pin that there is not, or a function that the pin does not have.
     Pin,
+    /// It moves the arm while a hand does, or stores a program while one runs.
+    Busy,
     /// It sets the pose while the arm moves, or to angles that make no sense.
     Pose,
 }
