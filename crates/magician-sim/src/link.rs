@@ -38,7 +38,9 @@ impl Outbox {
         let length = usize::from(*self.bytes.get(2)?) + 4;
         let mut whole = [0; MAX_FRAME];
         let (front, back) = self.bytes.as_slices();
-        let (head, tail) = whole.get_mut(..length)?.split_at_mut(length.min(front.len()));
+        let (head, tail) = whole
+            .get_mut(..length)?
+            .split_at_mut(length.min(front.len()));
         head.copy_from_slice(front.get(..head.len())?);
         tail.copy_from_slice(back.get(..tail.len())?);
         self.bytes.drain(..length);

@@ -14,9 +14,17 @@ use figure::{Figure, Report};
 
 /// What can be measured, what it is, and how.
 const PARTS: [(&str, &str, Measure); 3] = [
-    ("ptp", "S1: arm-seconds a second, point to point", speed::ptp),
+    (
+        "ptp",
+        "S1: arm-seconds a second, point to point",
+        speed::ptp,
+    ),
     ("cp", "S1: arm-seconds a second, continuous path", speed::cp),
-    ("traced", "S2: arm-seconds a second, pose at 1 kHz", speed::traced),
+    (
+        "traced",
+        "S2: arm-seconds a second, pose at 1 kHz",
+        speed::traced,
+    ),
 ];
 
 type Measure = fn() -> Result<Vec<Figure>, Box<dyn Error>>;

@@ -293,9 +293,10 @@ impl Core {
     }
 
     /// Ends what moves on the spot, without a ramp and without what would follow it: a command of the queue that it
-    /// belongs to has finished.
+    /// belongs to has finished, and the laser of a path is off.
     pub(crate) fn halt(&mut self) {
         if self.rest_here() {
+            self.actuators.burn(0.0);
             self.finish_moving();
         }
     }
