@@ -10,7 +10,7 @@ use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, TypedValueParser};
 use magician::ErrorKind;
 use magician_sim::serve::{self, Discovery, ServeError, Server, serve_all};
-use magician_sim::{Controller, Identity, Line, Profile, Speed};
+use magician_sim::{Controller, Flash, FlashError, Identity, Line, Profile, Speed, World};
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
@@ -34,7 +34,7 @@ address in the answer. So an arm on UDP port 8899 answers them, on the same HOST
 another arm, it says so on stderr and serves without. A broadcast reaches only a HOST of all addresses (0.0.0.0).
 
 --arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and at N ports in a row; \
-a port of 0 is any free one for each, and a trace is N files, FILE.1 to FILE.N. Programs that look for an arm find the \
+a port of 0 is any free one for each, and a trace or a flash is N files, FILE.1 to FILE.N. Programs that look for an arm find the \
 one on port 8899.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
@@ -71,6 +71,9 @@ pub(crate) struct Sim {
     /// Write all that passes to a pcapng file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Keep in FILE what the arm keeps without power: name, serial number, Wi-Fi, calibration, program
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
     /// Firmware profile in TOML; `--profile -` prints the built-in one as a pattern
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
@@ -141,28 +144,41 @@ impl Sim {
     fn servers(&self, profile: &Profile, verbose: Option<u8>) -> Result<Vec<Server>, Failure> {
         let Some(count) = self.arms else {
             let log = verbose.map(Log::new);
-            let server = self.server(profile.clone(), self.trace.clone())?;
+            let files = (self.trace.clone(), self.flash.clone());
+            let server = self.server(profile.clone(), files)?;
             return Ok(vec![self.reporting(server, &profile.identity, log, true)]);
         };
         let numbered = |number| {
             let mut profile = profile.clone();
             profile.identity = profile.identity.numbered(number);
             let identity = profile.identity.clone();
-            let trace = self.trace.as_deref();
-            let trace = trace.map(|path| serve::numbered(path, number));
-            let server = self.server(profile, trace)?.number(number);
+            let file = |path: &Option<PathBuf>| {
+                let path = path.as_deref();
+                path.map(|path| serve::numbered(path, number))
+            };
+            let files = (file(&self.trace), file(&self.flash));
+            let server = self.server(profile, files)?.number(number);
             let log = verbose.map(|verbose| Log::numbered(verbose, number));
             Ok(self.reporting(server, &identity, log, number == count))
         };
         (1..=count).map(numbered).collect()
     }
 
-    fn server(&self, profile: Profile, trace: Option<PathBuf>) -> Result<Server, Failure> {
+    /// The server of an arm that writes its trace and keeps its flash in these files.
+    fn server(
+        &self,
+        profile: Profile,
+        (trace, flash): (Option<PathBuf>, Option<PathBuf>),
+    ) -> Result<Server, Failure> {
         let line = Line {
             baud: self.baud,
             turnaround: (self.turnaround * 1000.0) as u64,
         };
-        let mut server = Server::new(Controller::new(profile))
+        let controller = match &flash {
+            Some(path) => switched_on(profile, path)?,
+            None => Controller::new(profile),
+        };
+        let mut server = Server::new(controller)
             .speed(self.speed)
             .line(line)
             .discovery(self.discovery.clone());
@@ -175,6 +191,9 @@ impl Sim {
         }
         if let Some(address) = &self.tcp {
             server = server.tcp(address);
+        }
+        if let Some(path) = flash {
+            server = server.flash(path);
         }
         if let Some(path) = trace {
             let file = File::create(&path).map_err(|error| {
@@ -208,6 +227,20 @@ impl Sim {
             None => server,
         }
     }
+}
+
+/// An arm with the flash of a file, which is made if it is not there.
+fn switched_on(profile: Profile, path: &Path) -> Result<Controller, Failure> {
+    let wrong = |error: FlashError| Failure::invalid(error.to_string());
+    let flash = match Flash::load(path).map_err(wrong)? {
+        Some(flash) => flash,
+        None => {
+            let flash = Flash::new(&profile);
+            flash.save(path).map_err(wrong)?;
+            flash
+        }
+    };
+    Ok(Controller::with_flash(profile, World::default(), flash))
 }
 
 /// A parent that does not listen is no reason to stop serving.
