@@ -1,5 +1,6 @@
 //! Chores of this repository. `cargo xtask` lists them.
 
+mod bench;
 mod gallery;
 
 use std::path::Path;
@@ -8,13 +9,17 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 Usage: cargo xtask CHORE
 
-  gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md";
+  gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
+  bench [WHAT...] [--json]
+             measure what the virtual arm costs";
 
 fn main() -> ExitCode {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let mut arguments = std::env::args().skip(1);
-    let done = match (arguments.next().as_deref(), arguments.next()) {
-        (Some("gallery"), None) => gallery::write(&root.join("docs")),
+    let docs = root.join("docs");
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let done = match words.split_first() {
+        Some((chore, [])) if chore == "gallery" => gallery::write(&docs),
+        Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
         _ => {
             eprintln!("{USAGE}");
             return ExitCode::from(2);

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use magician_protocol::Row;
 
 use crate::LinkId;
-use crate::world::{Press, Thing};
+use crate::world::{Incident, Press};
 
 /// Something that happened inside the controller. None of it goes over the wire.
 #[derive(Clone, Copy, Debug)]
@@ -78,13 +78,8 @@ pub enum Event {
         /// Its code.
         code: u8,
     },
-    /// The tool, or what it holds, touches something.
-    Touched {
-        /// What.
-        thing: Thing,
-        /// Whether J2 and J3 lose steps.
-        stalls: bool,
-    },
+    /// Something has happened in the world: the tool has taken an object, or touches the table.
+    World(Incident),
     /// A joint has slipped: it stands elsewhere than commanded.
     Slipped {
         /// J1 to J4 as 1 to 4.

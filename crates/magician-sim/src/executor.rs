@@ -59,6 +59,7 @@ impl Core {
         }
         self.run_queue();
         self.come_to_rest();
+        self.tell_incidents();
     }
 
     /// Takes commands from the queue as long as it may and they finish on the spot.

@@ -8,7 +8,7 @@ use crate::dispatch::Step;
 use crate::event::Event;
 use crate::flash::Flash;
 use crate::scenario::Arm;
-use crate::world::{Happening, Press};
+use crate::world::{Drawing, Happening, Look, Press};
 use crate::{Micros, Profile, World};
 
 /// The cable between the arm and its host, for those who carry the bytes.
@@ -16,6 +16,8 @@ use crate::{Micros, Profile, World};
 pub struct LineState {
     /// Whether it is plugged in.
     pub plugged: bool,
+    /// How often it has been pulled.
+    pub pulls: u64,
     /// How much longer than usual answers take.
     pub delay: Micros,
 }
@@ -24,6 +26,7 @@ impl Default for LineState {
     fn default() -> Self {
         Self {
             plugged: true,
+            pulls: 0,
             delay: 0,
         }
     }
@@ -34,8 +37,7 @@ impl Core {
     pub(crate) fn meet(&mut self, happening: Happening) {
         match happening {
             Happening::Input => {}
-            Happening::Touch { thing, stalls } => {
-                self.log.push(Event::Touched { thing, stalls });
+            Happening::Touch { stalls, .. } => {
                 if stalls {
                     self.stall();
                 }
@@ -47,8 +49,11 @@ impl Core {
             Happening::Alarm(code) => self.raise(code),
             Happening::Reset => self.reset(),
             Happening::Cable { plugged } => {
-                self.log.push(Event::Cable { plugged });
-                self.line.plugged = plugged;
+                if plugged != self.line.plugged {
+                    self.log.push(Event::Cable { plugged });
+                    self.line.plugged = plugged;
+                    self.line.pulls += u64::from(!plugged);
+                }
             }
             Happening::Delay(delay) => self.line.delay = delay,
             Happening::Key(press) => {
@@ -77,6 +82,13 @@ impl Core {
                 // As an immediate command: nothing waits for it.
                 let _: Step = self.home();
             }
+        }
+    }
+
+    /// What has happened in the world goes into the log.
+    pub(crate) fn tell_incidents(&mut self) {
+        while let Some(incident) = self.world.poll_incident() {
+            self.log.push(Event::World(incident));
         }
     }
 
@@ -156,6 +168,18 @@ impl crate::Controller {
         self.core.meet(happening);
         self.core.settle();
         self.forget_links();
+    }
+
+    /// The world around the arm at the present instant: where its objects are, and what the tool holds.
+    #[must_use]
+    pub fn look(&self) -> Look<'_> {
+        self.core.world.look(self.core.now, &self.core.posture())
+    }
+
+    /// What pen and laser have left by now.
+    #[must_use]
+    pub fn drawing(&self) -> Drawing {
+        self.core.drawing()
     }
 
     /// Presses the base key: short, it runs the program in the flash or stops it; long, it homes the arm.

@@ -58,6 +58,7 @@ pub use profile::{
     WifiDefaults,
 };
 pub use runner::Runner;
+pub use scenario::{Scenario, ScenarioError};
 pub use state::{Output, QueueState, State};
 pub use world::{Happening, World};
 

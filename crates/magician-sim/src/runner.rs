@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use magician_protocol::{FrameBuf, INTER_BYTE_TIMEOUT_MS};
 
 use crate::pace::{ArmClock, Line, Speed};
-use crate::{Controller, LinkId, Micros};
+use crate::{Controller, Happening, LinkId, Micros};
 
 mod link;
 
@@ -54,8 +54,7 @@ pub struct Runner {
     line: Line,
     wall: Micros,
     links: BTreeMap<LinkId, Link>,
-    delay: Micros,
-    plugged: bool,
+    /// Pulls of the cable that the links know of.
     pulls: u64,
 }
 
@@ -65,13 +64,11 @@ impl Runner {
     pub fn new(controller: Controller, speed: Speed, line: Line) -> Self {
         Self {
             clock: ArmClock::new(speed, controller.now()),
+            pulls: controller.line().pulls,
             controller,
             line,
             wall: 0,
             links: BTreeMap::new(),
-            delay: 0,
-            plugged: true,
-            pulls: 0,
         }
     }
 
@@ -90,7 +87,7 @@ impl Runner {
     /// begins with its first bytes. Without the cable they are lost.
     pub fn receive(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
         self.handle_timeout(now);
-        if !self.plugged {
+        if !self.plugged() {
             return;
         }
         let now = self.wall;
@@ -118,39 +115,33 @@ impl Runner {
     /// every link, half-received frames and replies not taken among it, and so is what comes until
     /// it is [plugged](Self::plug) in again. The arm goes on with what it has.
     pub fn unplug(&mut self) {
-        if !self.plugged {
-            return;
-        }
-        self.plugged = false;
-        self.pulls += 1;
-        while let Some((link, _)) = self.links.pop_first() {
-            self.controller.close(link);
-        }
+        self.controller.inject(Happening::Cable { plugged: false });
+        self.follow_cable();
     }
 
     /// The cable is back, now. Every link begins anew with its next bytes.
     pub fn plug(&mut self) {
-        self.plugged = true;
+        self.controller.inject(Happening::Cable { plugged: true });
     }
 
     /// Whether the cable is in.
     #[must_use]
     pub fn plugged(&self) -> bool {
-        self.plugged
+        self.controller.line().plugged
     }
 
     /// How many times the cable has been pulled. It shows a pull even to those who did not look
     /// before the cable was back.
     #[must_use]
     pub fn pulls(&self) -> u64 {
-        self.pulls
+        self.controller.line().pulls
     }
 
     /// From now on the arm takes so many microseconds longer to answer, beyond the line's
     /// turnaround; 0 is the arm as it was. Answers that are under way are not held up, and none
     /// overtakes another.
     pub fn set_delay(&mut self, delay: Micros) {
-        self.delay = delay;
+        self.controller.inject(Happening::Delay(delay));
     }
 
     /// Bytes that the peer may put on its line before it should wait: a serial driver holds 4096
@@ -166,10 +157,22 @@ impl Runner {
         let now = now.max(self.wall);
         while let Some((at, link)) = self.next_input().filter(|(at, _)| *at <= now) {
             self.clock.pass(&mut self.controller, at);
+            self.follow_cable();
             self.arrive(at, link);
         }
         self.clock.pass(&mut self.controller, now);
+        self.follow_cable();
         self.wall = now;
+    }
+
+    /// What was on its way when the cable was pulled is lost, whoever pulled it.
+    fn follow_cable(&mut self) {
+        if self.pulls != self.pulls() {
+            self.pulls = self.pulls();
+            while let Some((link, _)) = self.links.pop_first() {
+                self.controller.close(link);
+            }
+        }
     }
 
     /// When [`handle_timeout`](Self::handle_timeout) or [`poll_transmit`](Self::poll_transmit)
@@ -194,7 +197,10 @@ impl Runner {
     }
 
     fn arrive(&mut self, at: Micros, id: LinkId) {
-        let turnaround = self.line.turnaround.saturating_add(self.delay);
+        let turnaround = self
+            .line
+            .turnaround
+            .saturating_add(self.controller.line().delay);
         let answered = at.saturating_add(turnaround);
         let Self {
             controller, clock, ..

@@ -35,6 +35,7 @@ pub mod connection;
 mod error;
 mod ports;
 mod preflight;
+mod raw;
 mod target;
 mod transport;
 #[cfg(feature = "sim")]
@@ -50,6 +51,7 @@ pub use magician_protocol::{
 #[cfg(feature = "sim")]
 pub use magician_sim as sim;
 pub use ports::{Port, Usb, ports};
+pub use raw::RawLine;
 pub use target::{SimSpeed, Target};
 #[cfg(feature = "sim")]
 pub use virtual_arm::VirtualArm;

@@ -375,6 +375,14 @@ impl Core {
         }
     }
 
+    /// What pen and laser have left, with what the motion under way has added.
+    pub(crate) fn drawing(&self) -> crate::world::Drawing {
+        let posture = |now| self.motion.posture(now);
+        let course = (self.motion.under_way.as_ref())
+            .map(|motion| Course::new(motion.shown, motion.ends, &posture));
+        self.world.drawing_at(self.now, course.as_ref())
+    }
+
     /// Tells the world what the arm has done up to now.
     pub(crate) fn end_course(&mut self) {
         let Self { motion, world, .. } = self;
@@ -388,7 +396,9 @@ impl Core {
 
     /// J2 and J3 stall: until the motion ends they stay where they are and lose their steps.
     pub(crate) fn stall(&mut self) {
+        self.end_course();
         self.motion.stall(self.now);
+        self.show_course();
     }
 
     /// A joint slips: from now on it stands elsewhere than commanded.

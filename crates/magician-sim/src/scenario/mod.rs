@@ -5,6 +5,23 @@
 //! section 1), which is about -60 to -75 for a table. `scenario.schema.json` beside the examples in `scenarios/` describes
 //! every field, for editors.
 //!
+//! | section | what it says |
+//! |---|---|
+//! | `title` | what the scenario is called |
+//! | `[arm]` | where the base really stands at power-up, whether the arm has been homed |
+//! | `[tool]` | the tool that is really on the arm, how far it gives way |
+//! | `[table]` | a level table; the pen writes on it |
+//! | `[conveyor]` | a belt that a stepper output drives |
+//! | `[[object]]` | a box to pick: size, place, colour, what it stands on |
+//! | `[[sensor]]` | a colour or infrared sensor, its connector and where it looks |
+//! | `[[input]]` | what an input reads from an instant on |
+//! | `[[hand]]` | a hand unlocks the arm, guides it, releases it |
+//! | `[[key]]` | the key at the base is pressed |
+//! | `[[fault]]` | a slip, a pulled cable, a reset, slow answers, an alarm: at a time or at a command's index |
+//!
+//! What is not simulated: objects do not push, tilt or stop one another, a knock from the side moves nothing, the belt
+//! drives nothing against a tool at rest, an object falls straight and at once, and the laser is in focus at every height.
+//!
 //! ```
 //! use magician_sim::{World, scenario::Scenario};
 //!
@@ -44,6 +61,7 @@ mod setting;
 pub use color::Color;
 pub use error::ScenarioError;
 pub(crate) use script::{Action, Script};
+pub(crate) use setting::footprint;
 pub use setting::{Arm, Beam, Conveyor, Object, On, Sensor, SensorKind, Table, Tool, ToolKind};
 
 /// A checked scenario: what stands around the arm, and what happens.

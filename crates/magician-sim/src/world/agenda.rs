@@ -102,8 +102,17 @@ impl Agenda {
             return false;
         }
         self.act(now, action);
-        self.schedule(now, Action::Do(Happening::Input));
+        self.look_again(now);
         true
+    }
+
+    /// The inputs may read something else now.
+    pub(super) fn look_again(&mut self, now: Micros) {
+        let look = (now, Action::Do(Happening::Input));
+        // Once an instant will do.
+        if !self.soon.contains(&look) {
+            self.schedule(look.0, look.1);
+        }
     }
 
     /// A queued command comes to its turn.

@@ -57,9 +57,9 @@ fn sin_cos(degrees: f64) -> (f64, f64) {
     let rest = (degrees - quarters * 90.0).to_radians();
     let (sin, cos) = (libm::sin(rest), libm::cos(rest));
     match quarters.rem_euclid(4.0) {
-        q if q == 1.0 => (cos, -sin),
-        q if q == 2.0 => (-sin, -cos),
-        q if q == 3.0 => (-cos, sin),
+        1.0 => (cos, -sin),
+        2.0 => (-sin, -cos),
+        3.0 => (-cos, sin),
         _ => (sin, cos),
     }
 }

@@ -7,8 +7,8 @@ use crate::world::{Footprint, Place};
 
 /// Longest side of an object, mm.
 const LONGEST: f64 = 1000.0;
-/// As many objects as a place in the scenario can name.
-const MOST: usize = u16::MAX as usize;
+/// As many objects there can be: each is looked at again and again while the arm moves.
+const MOST: usize = 1000;
 /// Objects that stand in one another by less than this stand on or beside one another, mm.
 const CLEARANCE: f64 = 1e-6;
 
