@@ -20,6 +20,10 @@ use crate::{Flash, LinkId, Micros, Profile, State, World};
 ///   [`poll_timeout`](Self::poll_timeout) is the next instant at which something happens by itself.
 /// * **Out**: [`poll_transmit`](Self::poll_transmit) gives the replies of a link until `None`,
 ///   [`poll_event`](Self::poll_event) what happened.
+/// * **Hands**: [`press`](Self::press), [`unlock`](Self::unlock) and [`guide`](Self::guide) do what a hand does to the
+///   arm, [`inject`](Self::inject) whatever else may happen to it.
+/// * **Copy**: a clone is a snapshot. It goes on from there as the original does, bit for bit, and neither knows of the
+///   other; putting it back in the original's place goes back in time.
 ///
 /// A driver of it repeats: `receive`, `poll_transmit` until `None`, `advance` to the earlier of the next byte and
 /// `poll_timeout`.
@@ -28,8 +32,8 @@ use crate::{Flash, LinkId, Micros, Profile, State, World};
 ///
 /// The same calls give the same bytes, events and poses, bit for bit. `advance(a); advance(b)` is `advance(b)`. A move
 /// costs the same whether it takes a second or an hour. No bytes and no values make it panic, and its memory is bounded:
-/// the queue by its depth, each of at most 64 links by its decoder and 32 KiB of replies not taken, the log by 256 events.
-/// Once its buffers have grown to what is in use it allocates nothing.
+/// the queue by its depth, the program in the flash by the profile's capacity, each of at most 64 links by its decoder and
+/// 32 KiB of replies not taken, the log by 256 events. Once its buffers have grown to what is in use it allocates nothing.
 #[derive(Clone)]
 pub struct Controller {
     pub(crate) links: Links,

@@ -416,7 +416,7 @@ proptest! {
         let to = arm.now() + pause;
         arm.advance(arm.now() + within % (pause + 1));
         let mut copy = arm.clone();
-        let mut go_on = |arm: &mut Controller| {
+        let go_on = |arm: &mut Controller| {
             let mut story = String::new();
             arm.advance(to);
             for (at, (pause, deed)) in after.iter().enumerate() {
