@@ -33,6 +33,7 @@ impl Core {
             waited,
             self.motion.next_event(),
             self.actuators.next_change(self.now),
+            self.steppers.next_event(),
             self.world.next_event(),
         ]
         .into_iter()
@@ -47,6 +48,7 @@ impl Core {
         if self.motion.next_event().is_some_and(|at| at <= now) {
             self.motion_event();
         }
+        self.steppers_event();
         self.feel_grip();
         while let Some(happening) = self.world.happen(now) {
             self.meet(happening);
@@ -61,6 +63,7 @@ impl Core {
 
     /// Takes commands from the queue as long as it may and they finish on the spot.
     fn run_queue(&mut self) {
+        self.look_at_input();
         while self.may_take() {
             let Some(entry) = self.queue.pop() else {
                 return;
@@ -93,8 +96,19 @@ impl Core {
             Step::Done => return self.finished(index, id),
             Step::Moving => Busy::Moving,
             Step::Waiting(until) => Busy::Waiting(until),
+            Step::Triggered(trigger) => Busy::Triggered(trigger),
+            Step::Turning(output) => Busy::Turning(output),
         };
         self.queue.running = Some(Running { index, id, busy });
+    }
+
+    /// Finishes a running trigger that is met.
+    fn look_at_input(&mut self) {
+        if let Some(Busy::Triggered(trigger)) = self.queue.running.map(|running| running.busy)
+            && self.is_met(&trigger)
+        {
+            self.finish_running();
+        }
     }
 
     /// The running command has ended, however it did.
@@ -118,10 +132,12 @@ impl Core {
 }
 
 impl Core {
-    /// Stops the queue: the running motion goes on to its end, a running wait is cut short (model section 14).
+    /// Stops the queue: the running motion goes on to its end, a running wait or trigger is cut short (model
+    /// section 14).
     pub(crate) fn stop(&mut self) {
         self.queue.started = false;
-        if let Some(Busy::Waiting(_)) = self.queue.running.map(|running| running.busy) {
+        let busy = self.queue.running.map(|running| running.busy);
+        if let Some(Busy::Waiting(_) | Busy::Triggered(_)) = busy {
             self.finish_running();
         }
     }
@@ -129,6 +145,7 @@ impl Core {
     /// Stops the queue and brakes whatever moves.
     pub(crate) fn force_stop(&mut self) {
         self.stop();
+        self.cut_turning();
         self.brake();
     }
 

@@ -55,6 +55,7 @@ impl Core {
     /// is, and of that J2 and J3 are known by their sensors.
     fn reset(&mut self) {
         self.halt();
+        self.rest_steppers();
         let really = self.posture();
         let mut anew = Self::new(self.profile.clone(), std::mem::take(&mut self.world));
         anew.now = self.now;
@@ -64,6 +65,7 @@ impl Core {
         anew.grip = self.grip;
         anew.log = std::mem::take(&mut self.log);
         anew.wake_at(really.joints);
+        anew.motion.rail.slip = really.rail;
         *self = anew;
         self.log.push(Event::Reset);
         self.feel_grip();

@@ -35,11 +35,14 @@ mod happening;
 mod link;
 mod motion;
 mod pace;
+mod pins;
 mod profile;
 mod queue;
 mod runner;
 mod settings;
 mod state;
+mod steppers;
+mod tools;
 pub mod world;
 
 pub use controller::Controller;
@@ -47,13 +50,15 @@ pub use event::{Event, Refusal};
 pub use happening::LineState;
 pub use link::LinkId;
 pub use pace::{Line, Speed, SpeedError};
+pub use pins::{PinState, Signal};
 pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, Identity, JogDefaults, LimitChoice,
     LimitSet, LimitSets, LostStepDefaults, PinFunctions, Pins, PowerUp, Profile, ProfileError,
-    PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools, WifiDefaults,
+    PtpDefaults, QueueRules, Sliding, Stopping, ToolDefaults, Tools, WifiDefaults,
 };
 pub use runner::Runner;
 pub use state::{Output, QueueState, State};
+pub use steppers::{CONVEYOR_PULSES_PER_MM, StepperState};
 pub use world::{Happening, World};
 
 /// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.

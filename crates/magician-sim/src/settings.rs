@@ -1,7 +1,7 @@
 //! What hosts have set: each parameter set of the protocol as it came, bit for bit.
 
 use magician_protocol::commands::*;
-use magician_protocol::{Flag, Handedness, Port, Stepper, TeachTrigger, Text};
+use magician_protocol::{Flag, Handedness, TeachTrigger, Text};
 
 use crate::Profile;
 
@@ -33,9 +33,6 @@ pub(crate) struct Settings {
     pub(crate) cp_hold_rotation: CpRHeadHoldEnable,
     pub(crate) arc: ArcParams,
     pub(crate) arc_common: ArcCommonParams,
-    pub(crate) steppers: [EMotor; 2],
-    pub(crate) color_sensor: SetColorSensor,
-    pub(crate) ir_switch: SetIrSwitch,
     pub(crate) angle_error: AngleSensorStaticError,
     pub(crate) angle_coef: AngleSensorCoef,
     pub(crate) base_error: BaseDecoderStaticError,
@@ -68,11 +65,6 @@ impl Settings {
             wifi,
         } = &profile.defaults;
         let [x_bias, y_bias, z_bias] = tool.bias;
-        let stepper = |index| EMotor {
-            index,
-            is_enabled: Flag::OFF,
-            speed: 0,
-        };
         Self {
             serial: DeviceSn {
                 device_sn: text(&profile.identity.serial),
@@ -168,17 +160,6 @@ impl Settings {
             arc_common: ArcCommonParams {
                 velocity_ratio: arc.velocity_ratio,
                 acceleration_ratio: arc.acceleration_ratio,
-            },
-            steppers: [stepper(Stepper::Stepper1), stepper(Stepper::Stepper2)],
-            color_sensor: SetColorSensor {
-                is_enabled: Flag::OFF,
-                port: Port::Gp1,
-                version: None,
-            },
-            ir_switch: SetIrSwitch {
-                is_enabled: Flag::OFF,
-                port: Port::Gp1,
-                version: None,
             },
             angle_error: AngleSensorStaticError {
                 rear_arm_angle_error: 0.0,

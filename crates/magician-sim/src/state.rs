@@ -4,6 +4,7 @@ use magician_motion::{JointAngles, Pose};
 use magician_protocol::AlarmSet;
 
 use crate::core::Core;
+use crate::queue::Busy;
 use crate::{LineState, Micros};
 
 /// The arm at an instant.
@@ -34,6 +35,10 @@ pub struct State {
     pub holding: bool,
     /// Whether the laser burns.
     pub laser: bool,
+    /// Power of the laser, 0 to 100 percent; 0 is off.
+    pub laser_power: f64,
+    /// Where the carriage on the rail is commanded to be, mm; `None` unless the controller was told of a rail.
+    pub rail: Option<f64>,
     /// The cable to the host.
     pub line: LineState,
     /// Commands since power-up that were answered but not acted on, or only in part; an
@@ -53,6 +58,8 @@ pub struct QueueState {
     pub waiting: usize,
     /// Index of the command at work.
     pub running: Option<u64>,
+    /// EIO address of the input that the command at work, a TRIG, waits for.
+    pub awaits_input: Option<u8>,
     /// Index of the command that finished last, 0 before the first.
     pub current_index: u64,
     /// Whether it takes commands: between start and stop.
@@ -90,6 +97,10 @@ impl State {
                 capacity: queue.depth(),
                 waiting: queue.waiting(),
                 running: queue.running.map(|running| running.index),
+                awaits_input: queue.running.and_then(|running| match running.busy {
+                    Busy::Triggered(trigger) => Some(trigger.address),
+                    _ => None,
+                }),
                 current_index: queue.current,
                 started: queue.started,
                 held: core.alarms.held() && core.profile.queue.alarms_hold,
@@ -98,7 +109,9 @@ impl State {
             suction,
             gripper,
             holding: core.world.holding(),
-            laser: core.actuators.laser_burns(),
+            laser: core.actuators.laser_power() > 0.0,
+            laser_power: core.actuators.laser_power(),
+            rail: core.has_rail().then(|| core.rail()),
             line: core.line,
             not_simulated: core.log.count_not_simulated(),
             events_lost: core.log.lost(),

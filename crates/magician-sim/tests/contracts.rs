@@ -525,7 +525,7 @@ fn what_is_not_simulated_is_told_once_a_row_and_counted() {
     bench.events();
     for count in 1..=1000u64 {
         bench.frame(91, Ctrl::QUEUED, &[0; 17]);
-        bench.frame(73, Ctrl::SET, &[0; 2]);
+        bench.frame(73, Ctrl::SET, &[1; 2]);
         assert_eq!(bench.state().not_simulated, 2 * count);
         let told = bench.events().into_iter();
         let told = told.filter(|event| matches!(event, Event::NotSimulated { .. }));

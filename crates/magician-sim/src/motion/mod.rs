@@ -6,6 +6,7 @@
 mod limits;
 mod outputs;
 mod plan;
+mod rail;
 mod watch;
 
 use magician_motion::{ArmState, Geometry, JointAngles, Trajectory};
@@ -16,6 +17,8 @@ use crate::dispatch::Step;
 use crate::world::{Course, Posture};
 
 pub(crate) use outputs::Outputs;
+use rail::Rail;
+pub(crate) use rail::RailCourse;
 
 /// The arm, at rest or on its way: where it is commanded to be, and where it really is.
 #[derive(Clone, Debug)]
@@ -26,6 +29,8 @@ pub(crate) struct Motion {
     under_way: Option<UnderWay>,
     /// By how much the joints really stand elsewhere than commanded: lost steps, and before homing the base angle.
     pub(crate) slip: [f64; 4],
+    /// The carriage that the arm stands on, if it does.
+    pub(crate) rail: Rail,
 }
 
 /// A motion and when it began.
@@ -33,6 +38,8 @@ pub(crate) struct Motion {
 pub(crate) struct UnderWay {
     pub(crate) purpose: Purpose,
     pub(crate) trajectory: Trajectory,
+    /// The way of the carriage that goes with it.
+    pub(crate) rail: RailCourse,
     pub(crate) started: Micros,
     pub(crate) ends: Micros,
     /// What to raise when it has ended: something stops it before its target.
@@ -56,6 +63,8 @@ pub(crate) enum Purpose {
     Search,
     /// The end of a motion that was force-stopped.
     Brake,
+    /// A jog of the carriage on the rail, or its end.
+    RailJog,
 }
 
 impl UnderWay {
@@ -70,16 +79,25 @@ impl UnderWay {
         }
         self.trajectory.sample(self.elapsed(now))
     }
+
+    /// Where the carriage is commanded to be.
+    fn sample_rail(&self, now: Micros) -> f64 {
+        if now >= self.ends {
+            return self.rail.end();
+        }
+        self.rail.sample(self.elapsed(now))
+    }
 }
 
 impl Motion {
-    pub(crate) fn at(joints: JointAngles) -> Self {
+    pub(crate) fn at(joints: JointAngles, rail_length: f64) -> Self {
         let measured = Geometry::default();
         Self {
             rest: ArmState::at_joints(&measured, &joints),
             measured,
             under_way: None,
             slip: [0.0; 4],
+            rail: Rail::new(rail_length),
         }
     }
 
@@ -113,6 +131,14 @@ impl Motion {
         }
     }
 
+    /// Where the carriage on the rail is commanded to be, mm.
+    pub(crate) fn rail_at(&self, now: Micros) -> f64 {
+        match &self.under_way {
+            Some(motion) => motion.sample_rail(now),
+            None => self.rail.rest,
+        }
+    }
+
     /// Where the arm is commanded to be, for the tool bias in force. A target that has been reached reads back as it
     /// was given.
     fn state(&self, now: Micros, geometry: &Geometry) -> ArmState {
@@ -138,7 +164,7 @@ impl Motion {
         }
         Posture {
             joints: joints.into(),
-            rail: 0.0,
+            rail: self.rail.really(self.rail_at(now)),
         }
     }
 }
@@ -175,11 +201,28 @@ impl Core {
         alarm: Option<u8>,
         outputs: Outputs,
     ) -> Step {
+        let rail = RailCourse::standing(self.rail());
+        self.begin_with_rail(purpose, trajectory, rail, lasting, alarm, outputs)
+    }
+
+    /// As [`begin_lasting`](Self::begin_lasting), together with a way of the carriage on the rail: the motion lasts until
+    /// both rest and `least` is over.
+    pub(crate) fn begin_with_rail(
+        &mut self,
+        purpose: Purpose,
+        trajectory: Trajectory,
+        rail: RailCourse,
+        least: Micros,
+        alarm: Option<u8>,
+        outputs: Outputs,
+    ) -> Step {
+        let lasting = trajectory.duration_us().max(rail.duration()).max(least);
         self.motion.measured = self.geometry();
         self.motion.rest = *trajectory.start();
         self.motion.under_way = Some(UnderWay {
             purpose,
             trajectory,
+            rail,
             started: self.now,
             ends: self.now.saturating_add(lasting),
             alarm,
@@ -217,7 +260,8 @@ impl Core {
     fn switch_outputs(&mut self) {
         while let Some(motion) = &mut self.motion.under_way {
             let elapsed = motion.elapsed(self.now);
-            let Some(output) = motion.outputs.take_due(elapsed, &motion.trajectory) else {
+            let way = (&motion.trajectory, &motion.rail);
+            let Some(output) = motion.outputs.take_due(elapsed, way) else {
                 return;
             };
             self.switch(output);
@@ -240,7 +284,7 @@ impl Core {
     fn follow_up(&mut self, motion: &UnderWay) -> Step {
         match motion.purpose {
             Purpose::Search => self.leave_switch(),
-            Purpose::Move | Purpose::Brake => Step::Done,
+            Purpose::Move | Purpose::Brake | Purpose::RailJog => Step::Done,
         }
     }
 
@@ -255,12 +299,13 @@ impl Core {
     /// Takes the motion away, at its end or before: the arm rests where it is. What it was and how far it came.
     pub(crate) fn rest_here(&mut self) -> Option<(UnderWay, Micros)> {
         let motion = self.motion.under_way.as_ref()?;
-        let state = motion.sample(self.now);
+        let (state, rail) = (motion.sample(self.now), motion.sample_rail(self.now));
         let elapsed = motion.elapsed(self.now);
         let posture = self.motion.posture(self.now);
         self.end_course();
         let motion = self.motion.under_way.take()?;
         self.motion.rest = state;
+        self.motion.rail.rest = rail;
         if motion.stalled.is_some() {
             self.stand_at(posture.joints);
         }

@@ -28,14 +28,36 @@ impl Core {
     }
 
     /// Begins a move. One that is under way is replaced: if it was the queue's, its command has finished. A move
-    /// that cannot be planned is refused with an alarm and changes nothing.
-    pub(crate) fn move_arm(&mut self, id: u8, request: &Move, outputs: PoList) -> Step {
-        match self.plan(request) {
+    /// that cannot be planned is refused with an alarm and changes nothing. If the carriage on the rail has somewhere to
+    /// go, both begin and end together (model section 7).
+    pub(crate) fn move_arm(
+        &mut self,
+        id: u8,
+        request: &Move,
+        rail_to: Option<f64>,
+        outputs: PoList,
+    ) -> Step {
+        let rail = match self.plan_rail(rail_to.unwrap_or(self.rail())) {
+            Ok(course) => course,
+            Err(alarm) => {
+                self.raise(alarm);
+                return self.refuse(id, Refusal::Unplannable);
+            }
+        };
+        let planner = self.planner(self.ptp_speeds());
+        match planner.plan_lasting(&self.arm(), request, rail.duration()) {
             Ok(plan) => {
                 self.halt();
-                let alarm = alarm_on_the_way(request, plan.crossing);
-                let outputs = Outputs::new(outputs, &plan.trajectory);
-                self.begin(Purpose::Move, plan.trajectory, alarm, outputs)
+                let Plan {
+                    trajectory,
+                    crossing,
+                } = plan;
+                let alarm = alarm_on_the_way(request, crossing);
+                let rail = rail
+                    .along(trajectory.duration_us(), self)
+                    .stopped_with(crossing.map(|crossing| crossing.at_us));
+                let outputs = Outputs::new(outputs, (&trajectory, &rail));
+                self.begin_with_rail(Purpose::Move, trajectory, rail, 0, alarm, outputs)
             }
             Err(error) => self.unplannable(id, &error),
         }
@@ -55,25 +77,33 @@ impl Core {
         match motion.purpose {
             Purpose::Brake => {}
             Purpose::Search => self.halt(),
-            Purpose::Move => {
+            Purpose::Move | Purpose::RailJog => {
                 let (elapsed, factor) = (motion.elapsed(self.now), self.profile.stop.force_factor);
                 let planner = self.planner(self.ptp_speeds());
                 let plan = planner.brake(&motion.trajectory, elapsed, factor);
+                let rail = self.brake_rail(&motion.rail, elapsed);
                 let alarm = plan.crossing.map(|crossing| alarm_at_limit(&crossing));
                 // Its command finishes when the arm stands.
                 self.rest_here();
-                self.begin(Purpose::Brake, plan.trajectory, alarm, Outputs::default());
+                let none = Outputs::default();
+                self.begin_with_rail(Purpose::Brake, plan.trajectory, rail, 0, alarm, none);
             }
         }
     }
 
     /// Begins homing: first the search for the switch of J1, which finds the reference, then the joint move to the
-    /// home point.
+    /// home point. The carriage on the rail homes during the search, which lasts until it has.
     pub(crate) fn home(&mut self) -> Step {
         self.halt();
-        let waits = Trajectory::at_rest(&self.geometry(), &self.arm());
+        let (waits, rail) = (self.arm_at_rest(), self.home_rail());
         let lasting = micros(self.profile.home.search);
-        self.begin_lasting(Purpose::Search, waits, lasting, None, Outputs::default())
+        let none = Outputs::default();
+        self.begin_with_rail(Purpose::Search, waits, rail, lasting, None, none)
+    }
+
+    /// No motion of the arm.
+    pub(super) fn arm_at_rest(&self) -> Trajectory {
+        Trajectory::at_rest(&self.geometry(), &self.arm())
     }
 
     /// Homing has found its reference: now to the home point.

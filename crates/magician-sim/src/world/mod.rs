@@ -9,13 +9,18 @@ mod course;
 use magician_protocol::Port;
 
 use crate::Micros;
+use crate::pins::place_of;
+use crate::profile::PINS;
 
 pub use course::{Course, Posture};
 
 /// The world around one arm. Lengths are mm and angles deg in the frame of the arm's base; a height is the z that the
 /// arm reports when its tool touches it (model section 1).
 #[derive(Clone, Debug, Default)]
-pub struct World {}
+pub struct World {
+    levels: [Option<bool>; PINS],
+    values: [Option<u16>; PINS],
+}
 
 /// The tool as the world feels it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -89,14 +94,30 @@ pub enum Happening {
 }
 
 impl World {
-    /// Level of a digital input, address 1 to 20 (model section 13).
-    pub(crate) fn digital(&self, _now: Micros, _address: u8) -> bool {
-        false
+    /// Drives a digital input, address 1 to 20, from now on; `false` if there is no such address.
+    pub fn set_input(&mut self, address: u8, level: bool) -> bool {
+        let input = place_of(address).and_then(|at| self.levels.get_mut(at));
+        input.map(|input| *input = Some(level)).is_some()
     }
 
-    /// Value of an analog input, 0 to 4095 for 0 to 3.3 V.
-    pub(crate) fn analog(&self, _now: Micros, _address: u8) -> u16 {
-        0
+    /// Puts a voltage on an analog input, address 1 to 20: 0 to 4095 for 0 to 3.3 V; `false` if there is no such
+    /// address.
+    pub fn set_analog(&mut self, address: u8, value: u16) -> bool {
+        let input = place_of(address).and_then(|at| self.values.get_mut(at));
+        input.map(|input| *input = Some(value.min(4095))).is_some()
+    }
+}
+
+/// What the controller asks and tells.
+impl World {
+    /// Level that something puts on an input, address 1 to 20 (model section 13); `None` where nothing is connected.
+    pub(crate) fn digital(&self, _now: Micros, address: u8) -> Option<bool> {
+        *self.levels.get(place_of(address)?)?
+    }
+
+    /// Voltage that something puts on an input, 0 to 4095 for 0 to 3.3 V; `None` where nothing is connected.
+    pub(crate) fn analog(&self, _now: Micros, address: u8) -> Option<u16> {
+        *self.values.get(place_of(address)?)?
     }
 
     /// Red, green and blue under the colour sensor of a connector.

@@ -3,7 +3,7 @@
 
 use magician_protocol::commands::*;
 use magician_protocol::{
-    Ctrl, Flag, FrameBuf, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Writable,
+    Ctrl, Flag, FrameBuf, IoFunction, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Writable,
 };
 use magician_sim::{Controller, Event, LinkId, Micros, Profile, State};
 
@@ -208,4 +208,22 @@ pub fn suck(on: bool) -> SetEndEffectorSuctionCup {
         enable_ctrl: Flag::ON,
         suck: Flag::from(on),
     }
+}
+
+pub fn grip(on: bool) -> SetEndEffectorGripper {
+    SetEndEffectorGripper {
+        enable_ctrl: Flag::ON,
+        grip: Flag::from(on),
+    }
+}
+
+/// A pin's function, set at once.
+pub fn multiplex(bench: &mut Bench, address: u8, multiplex: IoFunction) {
+    bench.set(&IoMultiplexing { address, multiplex });
+}
+
+/// An output's level, set at once.
+pub fn output(bench: &mut Bench, address: u8, on: bool) {
+    let level = Flag::from(on);
+    bench.set(&IoDo { address, level });
 }
