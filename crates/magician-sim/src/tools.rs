@@ -188,7 +188,7 @@ impl Core {
 
     /// Sets the power of the laser on a path, percent: less than 0 and what is no number is 0, more than 100 is 100.
     /// SetEndEffectorLaser and this overrule each other: the last one counts.
-    #[allow(dead_code, reason = "for paths that burn")]
+    #[cfg_attr(not(test), allow(dead_code, reason = "for paths that burn"))]
     pub(crate) fn set_laser_power(&mut self, percent: f64) {
         // NaN is not above 0.
         let power = if percent > 0.0 {
@@ -198,5 +198,36 @@ impl Core {
         };
         self.actuators.laser_driven = power;
         self.feel_grip();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Controller;
+
+    #[test]
+    fn a_paths_power_is_bounded_and_the_last_word_counts() {
+        let mut arm = Controller::default();
+        let core = &mut arm.core;
+        for (percent, power) in [
+            (40.0, 40.0),
+            (150.0, 100.0),
+            (-3.0, 0.0),
+            (f64::INFINITY, 100.0),
+            (f64::NAN, 0.0),
+        ] {
+            core.set_laser_power(percent);
+            assert_eq!(core.actuators.laser_power(), power);
+            assert_eq!(core.grip.laser, power);
+        }
+        let on = super::Told {
+            control: super::Flag::ON,
+            on: super::Flag::ON,
+        };
+        core.actuators.tell_laser(on);
+        core.feel_grip();
+        assert_eq!(core.grip.laser, 100.0);
+        core.set_laser_power(0.0);
+        assert_eq!(core.grip.laser, 0.0);
     }
 }

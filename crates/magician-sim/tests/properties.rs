@@ -3,7 +3,7 @@
 mod host;
 
 use magician_protocol::{Ctrl, FrameBuf, TABLE};
-use magician_sim::{Controller, LinkId, Micros, Profile, State};
+use magician_sim::{Controller, LinkId, Micros, Profile};
 use proptest::prelude::*;
 
 /// A number as a host, a bad host or chance sends it.
@@ -81,20 +81,104 @@ fn frame(id: u8, ctrl: u8, params: &[u8]) -> Vec<u8> {
         .to_vec()
 }
 
-/// What a host does: it lets time pass and sends.
-fn life() -> impl Strategy<Value = Vec<(Micros, Vec<u8>)>> {
+/// Orders for pins, tools, triggers, motors and the rail.
+fn connectors() -> impl Strategy<Value = Vec<u8>> {
+    let pin = prop::sample::select(vec![1u8, 2, 4, 9, 14, 15, 16, 17, 21]);
+    let ctrl = || prop::sample::select(vec![1u8, 3, 3]);
+    let motor = (0..3u8, 0..2u8, -5000i32..5000, 0..20_000u32, ctrl());
+    let modes = (
+        0..10u8,
+        prop::array::uniform4(-30.0f32..30.0),
+        -200.0f32..1200.0,
+    );
+    prop_oneof![
+        2 => (pin.clone(), 0..7u8, ctrl()).prop_map(|(pin, what, ctrl)| frame(130, ctrl, &[pin, what])),
+        2 => (pin.clone(), 0..2u8, ctrl()).prop_map(|(pin, level, ctrl)| frame(131, ctrl, &[pin, level])),
+        1 => (pin.clone(), number(), number()).prop_map(|(pin, frequency, duty)| {
+            let mut params = vec![pin];
+            params.extend([frequency, duty].iter().flat_map(|n| n.to_le_bytes()));
+            frame(132, 1, &params)
+        }),
+        2 => (pin, 0..2u8, 0..4u8, 0..4096u16, ctrl()).prop_map(|(pin, mode, condition, threshold, ctrl)| {
+            let [low, high] = if mode == 0 { [threshold as u8 % 2, 0] } else { threshold.to_le_bytes() };
+            frame(120, ctrl, &[pin, mode, condition, low, high])
+        }),
+        2 => motor.prop_map(|(motor, enabled, speed, distance, ctrl)| {
+            let mut params = vec![motor, enabled];
+            params.extend(speed.to_le_bytes());
+            params.extend(distance.to_le_bytes());
+            if distance % 2 == 0 { frame(136, ctrl, &params) } else { frame(135, ctrl, &params[..6]) }
+        }),
+        1 => (0..3u8, 0..2u8, 0..2u8, ctrl()).prop_map(|(tool, enabled, on, ctrl)| frame(61 + tool, ctrl, &[enabled, on])),
+        1 => (0..4u8).prop_map(|on| frame(3, 1, &[on.min(1), 0])),
+        3 => (modes, ctrl()).prop_map(|((mode, by, rail), ctrl)| {
+            let [a, b, c, d] = by;
+            let numbers = if matches!(mode, 3..=5) { [a, 45.0 + b / 4.0, 45.0 + c / 4.0, d] } else { [200.0 + a, b, c, d] };
+            let numbers = if matches!(mode, 6..=8) { by } else { numbers };
+            let mut params = ptp_params(mode, numbers);
+            params.extend(rail.to_le_bytes());
+            if c > 0.0 { return frame(86, ctrl, &params) }
+            params.extend([a.abs() as u8, 16, 0, 1, 60, 17, 0, 1]);
+            frame(89, ctrl, &params)
+        }),
+        2 => prop::sample::select(vec![0u8, 9, 9, 10]).prop_map(|cmd| frame(73, 1, &[0, cmd])),
+        1 => (number(), number(), prop::sample::select(vec![74u8, 85])).prop_map(|(velocity, acceleration, id)| {
+            let params: Vec<u8> = [velocity, acceleration].iter().flat_map(|n| n.to_le_bytes()).collect();
+            frame(id, 3, &params)
+        }),
+    ]
+}
+
+/// Something done to an arm.
+#[derive(Clone, Debug)]
+enum Act {
+    Send(Vec<u8>),
+    Level(u8, bool),
+    Voltage(u8, u16),
+}
+
+fn act() -> impl Strategy<Value = Act> {
+    let input = prop::sample::select(vec![1u8, 9, 14, 15, 200]);
+    prop_oneof![
+        6 => request().prop_map(Act::Send),
+        6 => connectors().prop_map(Act::Send),
+        1 => (input.clone(), any::<bool>()).prop_map(|(input, level)| Act::Level(input, level)),
+        1 => (input, 0..5000u16).prop_map(|(input, value)| Act::Voltage(input, value)),
+    ]
+}
+
+/// Does something; how bytes are sent is the caller's.
+fn act_on(arm: &mut Controller, act: &Act, send: impl FnOnce(&mut Controller, &[u8])) {
+    match act {
+        Act::Send(bytes) => send(arm, bytes),
+        Act::Level(input, level) => {
+            arm.set_input(*input, *level);
+        }
+        Act::Voltage(input, value) => {
+            arm.set_analog(*input, *value);
+        }
+    }
+}
+
+/// What is done to an arm, and how long after what came before.
+fn life() -> impl Strategy<Value = Vec<(Micros, Act)>> {
     let pause =
         prop_oneof![2 => Just(0), 2 => 0..200_000u64, 2 => 0..5_000_000u64, 1 => 0..40_000_000u64];
-    prop::collection::vec((pause, request()), 1..40)
+    prop::collection::vec((pause, act()), 1..40)
 }
 
 /// Everything that can be seen of an arm, bit for bit.
-fn fingerprint(state: &State) -> String {
+fn fingerprint(arm: &Controller) -> String {
+    let state = arm.state();
     let bits = |values: [f64; 4]| values.map(f64::to_bits);
+    let steppers = arm.steppers();
     format!(
-        "{:x?} {:x?} {state:?}",
+        "{:x?} {:x?} {:x?} {:x?} {state:?} {steppers:?} {:?}",
         bits(state.pose.to_array()),
-        bits(state.joints.to_array())
+        bits(state.joints.to_array()),
+        state.rail.map(f64::to_bits),
+        steppers.map(|stepper| stepper.pulses.to_bits()),
+        arm.pins().map(|pin| (pin.signal, pin.input, pin.analog)),
     )
 }
 
@@ -106,20 +190,20 @@ fn switched_on() -> Controller {
 
 /// Lives a life; the replies and the states at every send, as one text.
 fn live(
-    life: &[(Micros, Vec<u8>)],
+    life: &[(Micros, Act)],
     mut advance: impl FnMut(&mut Controller, Micros),
     mut send: impl FnMut(&mut Controller, &[u8]),
 ) -> String {
     let mut arm = switched_on();
     let mut story = String::new();
-    for (pause, bytes) in life {
+    for (pause, act) in life {
         let to = arm.now() + pause;
         advance(&mut arm, to);
-        send(&mut arm, bytes);
+        act_on(&mut arm, act, &mut send);
         while let Some(reply) = arm.poll_transmit(LinkId(0)) {
             story.push_str(&format!("{reply:?}\n"));
         }
-        story.push_str(&fingerprint(&arm.state()));
+        story.push_str(&fingerprint(&arm));
         while let Some(event) = arm.poll_event() {
             story.push_str(&format!("{event:?}\n"));
         }
@@ -168,17 +252,25 @@ proptest! {
     #[test]
     fn going_from_event_to_event_always_ends(life in life()) {
         let mut arm = switched_on();
-        for (pause, bytes) in &life {
+        for (pause, act) in &life {
             arm.advance(arm.now() + pause);
-            arm.receive(LinkId(0), bytes);
+            act_on(&mut arm, act, |arm, bytes| arm.receive(LinkId(0), bytes));
             prop_assert!(arm.poll_timeout().is_none_or(|at| at > arm.now()), "nothing due is left undone");
         }
         let mut steps = 0;
-        while let Some(at) = arm.poll_timeout() {
-            prop_assert!(at > arm.now());
-            arm.advance(at);
-            steps += 1;
-            prop_assert!(steps < 3000, "32 commands hold no more events than that");
+        loop {
+            while let Some(at) = arm.poll_timeout() {
+                prop_assert!(at > arm.now());
+                arm.advance(at);
+                steps += 1;
+                prop_assert!(steps < 3000, "32 commands hold no more events than that");
+            }
+            // A trigger may wait for ever; a stop cuts it short.
+            if arm.state().queue.awaits_input.is_none() {
+                break;
+            }
+            arm.receive(LinkId(0), &frame(241, 1, &[]));
+            arm.receive(LinkId(0), &frame(240, 1, &[]));
         }
         let state = arm.state();
         prop_assert!(!state.moving && state.queue.running.is_none());
@@ -188,15 +280,18 @@ proptest! {
     fn indices_and_places_add_up(life in life()) {
         let mut arm = switched_on();
         let mut last = 0;
-        for (pause, bytes) in &life {
+        for (pause, act) in &life {
             arm.advance(arm.now() + pause);
-            arm.receive(LinkId(0), bytes);
+            act_on(&mut arm, act, |arm, bytes| arm.receive(LinkId(0), bytes));
             let state = arm.state();
             let taken = state.queue.waiting + usize::from(state.queue.running.is_some());
             prop_assert!(taken <= state.queue.capacity);
             prop_assert!(state.queue.current_index >= last, "the current index never falls");
             last = state.queue.current_index;
             prop_assert!(state.joints.is_finite());
+            prop_assert!(state.rail.is_none_or(|at| (0.0..=1000.0).contains(&at)));
+            prop_assert!(!(state.suction.commanded && state.gripper.commanded), "one pump");
+            prop_assert!((0.0..=100.0).contains(&state.laser_power));
         }
     }
 }
