@@ -49,6 +49,17 @@ fn values_that_make_no_sense_are_refused_by_name() {
             "stop.force_factor",
         ),
         ("search = 15.0", "search = -1.0", "home.search"),
+        ("length = 1000.0", "length = 0.0", "rail.length"),
+        (
+            "home_velocity = 100.0",
+            "home_velocity = nan",
+            "rail.home_velocity",
+        ),
+        (
+            "home_acceleration = 100.0",
+            "home_acceleration = -1.0",
+            "rail.home_acceleration",
+        ),
         (
             "vacuum_delay = 0.3",
             "vacuum_delay = nan",
