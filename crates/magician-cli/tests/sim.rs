@@ -3,7 +3,9 @@
 
 mod magician;
 
+use std::net::UdpSocket;
 use std::path::Path;
+use std::time::Duration;
 
 use magician::run;
 use magician::served::Served;
@@ -44,6 +46,51 @@ fn an_interrupt_ends_it_with_130() {
     let served = Served::start(&["--udp", "127.0.0.1:0"], 1);
     let (status, rest) = served.end("-INT");
     assert_eq!((status.code(), rest.as_str()), (Some(130), ""));
+}
+
+#[test]
+fn several_arms_are_served_by_one_process() {
+    let dir = tempfile::tempdir().expect("directory");
+    let inside = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (path, trace) = (inside("arm"), inside("trace"));
+    let arguments = [
+        "--arms", "3", "--pty", &path, "--trace", &trace, "--speed", "max",
+    ];
+    let served = Served::start(&arguments, 5);
+    let name = |number: u32| {
+        let port = format!("{path}.{number}");
+        run(&["--port", &port, "get", "DeviceName", "--json"]).object()["device_name"].clone()
+    };
+    for number in 1..=3 {
+        assert_eq!(name(number), json!(format!("Dobot 2.0 #{number}")));
+        let serving = format!("arm {number}: serving {path}.{number} ");
+        let said = served.doors.iter().any(|line| line.starts_with(&serving));
+        assert!(said, "{:?}", served.doors);
+    }
+    let (status, rest) = served.end("-TERM");
+    assert_eq!((status.code(), rest.as_str()), (Some(0), ""));
+    for number in 1..=3 {
+        assert!(!Path::new(&format!("{path}.{number}")).is_symlink());
+        let decoded = run(&["decode", "--json", &format!("{trace}.{number}")]);
+        let told = decoded.objects();
+        let named = told
+            .iter()
+            .filter(|told| told["command"] == "GetDeviceName");
+        assert_eq!((decoded.status, named.count()), (0, 2), "{told:?}");
+    }
+}
+
+#[test]
+fn one_arm_that_cannot_be_served_leaves_nothing_of_the_others() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = dir.path().join("arm");
+    let taken = dir.path().join("arm.2");
+    std::fs::write(&taken, "mine").expect("written");
+    let path = path.to_str().expect("UTF-8");
+    let refused = run(&["sim", "--arms", "3", "--pty", path]);
+    assert_eq!((refused.status, refused.out.as_str()), (4, ""));
+    let left = std::fs::read_dir(dir.path()).expect("directory").count();
+    assert_eq!(left, 1);
 }
 
 #[test]
@@ -94,6 +141,52 @@ fn a_door_that_cannot_open_is_an_error_and_nothing_is_left() {
         (profile.status, profile.error()["kind"].as_str()),
         (3, Some("invalid-input"))
     );
+}
+
+/// Asks as a program does that looks for an arm.
+fn discovered(address: &str) -> String {
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("socket");
+    let deadline = Some(Duration::from_secs(20));
+    socket.set_read_timeout(deadline).expect("deadline");
+    socket.send_to(b"Who is Dobot?", address).expect("sent");
+    let mut answer = [0; 128];
+    let count = socket.recv(&mut answer).expect("an answer");
+    String::from_utf8_lossy(&answer[..count]).into_owned()
+}
+
+#[test]
+fn a_program_that_looks_for_an_arm_finds_it() {
+    let arguments = ["--udp", "127.0.0.1:0", "--discovery", "127.0.0.1:0"];
+    let served = Served::start(&arguments, 2);
+    let door = served.door("discovery");
+    let address = door.trim_start_matches("discovery:");
+    let answer = discovered(address);
+    assert!(answer.starts_with("127.0.0.1,02"), "{answer}");
+
+    let taken = run(&["sim", "--udp", "127.0.0.1:0", "--discovery", address]);
+    assert_eq!((taken.status, taken.out.as_str()), (4, ""));
+    let alone = run(&["sim", "--tcp", "127.0.0.1:0", "--discovery", address]);
+    assert_eq!((alone.status, alone.out.as_str()), (2, ""));
+}
+
+/// On a loopback address that nobody else has; other systems have only one.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_arm_on_the_usual_port_is_found_unless_another_is() {
+    let [_, a, b, c] = std::process::id().to_be_bytes();
+    let host = format!("127.{}.{b}.{c}", 200 + a % 16);
+    let first = Served::start(&["--udp", &host], 2);
+    assert!(discovered(&format!("{host}:48899")).starts_with(&host));
+    drop(first);
+
+    let _another = UdpSocket::bind(format!("{host}:48899")).expect("socket");
+    let second = Served::start(&["--udp", &host], 2);
+    assert!(second.doors[0].starts_with("note: "), "{:?}", second.doors);
+    assert_eq!(second.door("udp"), format!("udp:{host}:8899"));
+    drop(second);
+
+    let hidden = Served::start(&["--udp", &host, "--discovery", "off"], 1);
+    assert_eq!(hidden.doors.len(), 2);
 }
 
 #[test]

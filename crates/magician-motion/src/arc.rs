@@ -1,8 +1,8 @@
 //! A circle through three points, by the length gone along it.
 //!
-//! The place after a way `s` is the start, plus `radius sin` along the tangent there, plus `radius (1 - cos)` towards the
-//! centre. Both terms keep their digits however large the radius: nearly straight arcs lose nothing, and the centre,
-//! which may be far away, is never asked for.
+//! The place after a way is the start, plus `radius sin` along the tangent there, plus `radius (1 - cos)` towards
+//! the centre. Both terms keep their digits however large the radius: nearly straight arcs lose nothing, and the
+//! centre, which may be far away, is never asked for.
 
 use crate::angle::{DEGREES_PER_RADIAN, atan2, sin_cos};
 use crate::leg::SHORTEST_MOVE;

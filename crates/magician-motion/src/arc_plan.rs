@@ -14,9 +14,9 @@ impl Planner {
     /// stretched to the longer one; `via.r` is ignored. The law bounds velocity and acceleration along the arc and
     /// not the acceleration towards its centre, as the arm's own.
     ///
-    /// `to` must be within reach and limits, and `via` too, but for J4. An arc that leaves them on the way ends there, and
-    /// the plan says so in its [`crossing`](Plan::crossing); found by enclosures that pass over no crossing (none
-    /// deeper than rounding errors, for an arc that hugs a limit all along: none deeper than 0.0001 mm).
+    /// `to` must be within reach and limits, and `via` too, but for J4. An arc that leaves them on the way ends there,
+    /// and the plan says so in its [`crossing`](Plan::crossing); found by enclosures that pass over no crossing
+    /// (none deeper than rounding errors, or 0.001 mm on an arc that hugs a limit all along).
     ///
     /// # Errors
     ///
@@ -36,8 +36,8 @@ impl Planner {
     /// Plans `count` full turns from rest on the circle through where the arm is, `via` and `to`, in the sense of the
     /// [`arc`](Self::arc) through them, back to exactly where they began (model section 9).
     ///
-    /// r stays what it is all the way, so J4 turns against J1; the rotations of both poses are ignored. The whole is one
-    /// motion, without a stop between turns. No turn at all is no motion, and then the points do not matter.
+    /// r stays what it is all the way, so J4 turns against J1; the rotations of both poses are ignored. The whole is
+    /// one motion, without a stop between turns. No turn at all is no motion, and then the points do not matter.
     ///
     /// # Errors
     ///

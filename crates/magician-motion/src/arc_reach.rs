@@ -5,9 +5,10 @@
 //! zero: the square of the wrist's distance from the circle's centre, less the square of the radius. On an arc in
 //! any plane that leads to polynomials of the eighth degree with spurious roots, so the zeros are enclosed instead:
 //! from the middle of a span the function is known with two derivatives, and a bound of the third holds on all of
-//! the span, as the arc's curvature bounds how fast anything can change. By Taylor's formula a span may prove free of zeros,
-//! or prove monotone, and then its ends tell; any other is halved. No zero is passed over between samples. Near a
-//! touch spans shrink fast, so that few are needed; only an arc that hugs a boundary all along needs many.
+//! the span, as the arc's curvature bounds how fast anything can change. By Taylor's formula a span may prove free of
+//! zeros, or prove monotone, and then its ends tell; any other is halved. Nothing between samples is passed over.
+//! Near a touch the spans shrink fast, so that few are needed. Only an arc that hugs a boundary all along needs many,
+//! and is followed at a coarser resolution when it gets too many: what may then be missed is shallower than 0.001 mm.
 
 use crate::angle::sin_cos;
 use crate::arc::{Arc, Place};

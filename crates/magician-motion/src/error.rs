@@ -26,7 +26,7 @@ pub enum Unreachable {
     NotFinite,
 }
 
-/// A velocity, acceleration or ratio that a motion needs.
+/// A velocity, acceleration, ratio or period that a motion needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SpeedQuantity {
@@ -46,6 +46,8 @@ pub enum SpeedQuantity {
     VelocityRatio,
     /// Acceleration ratio, percent.
     AccelerationRatio,
+    /// Period of a continuous path, seconds.
+    Period,
 }
 
 impl fmt::Display for SpeedQuantity {
@@ -59,6 +61,7 @@ impl fmt::Display for SpeedQuantity {
             Self::RotationAcceleration => f.write_str("acceleration of r"),
             Self::VelocityRatio => f.write_str("velocity ratio"),
             Self::AccelerationRatio => f.write_str("acceleration ratio"),
+            Self::Period => f.write_str("period"),
         }
     }
 }
@@ -71,6 +74,7 @@ impl SpeedQuantity {
             Self::LinearVelocity => "mm/s",
             Self::LinearAcceleration => "mm/s2",
             Self::VelocityRatio | Self::AccelerationRatio => "%",
+            Self::Period => "s",
         }
     }
 }
@@ -94,7 +98,7 @@ pub enum MotionError {
         /// Where the bound stands, degrees.
         limit: f64,
     },
-    /// The motion needs a velocity, acceleration or ratio that is NaN, zero, negative, or too small to end.
+    /// The motion needs a velocity, acceleration, ratio or period that is NaN, zero, negative, or too small to end.
     Speed {
         /// Which one.
         quantity: SpeedQuantity,

@@ -3,8 +3,8 @@
 use crate::{ArmState, MotionError, Move, Plan, Planner};
 
 impl Planner {
-    /// Plans a motion from rest as [`plan`](Self::plan) does, but one that takes no less than `least_us`: for moves that
-    /// begin and end together with the rail (model section 7).
+    /// Plans a motion from rest as [`plan`](Self::plan) does, but one that takes no less than `least_us`: for moves
+    /// that begin and end together with the rail (model section 7).
     ///
     /// A motion that is quicker is slowed to exactly `least_us`, all its legs by the same factor to the microsecond,
     /// by the law that stretches an axis to the slowest: at the velocity set where that is needed, more gently

@@ -1,10 +1,11 @@
-//! One stretch of a motion from rest to rest, or from speed to rest: geometry and speed law together.
+//! One stretch of a motion: geometry and speed law together.
 
 use crate::arc_leg::ArcLeg;
 use crate::joint_leg::{Axis, JointLeg};
 use crate::line_leg::LineLeg;
+use crate::segment_leg::SegmentLeg;
 use crate::tool_path::ToolPath;
-use crate::{ArmState, Geometry, Limits, MotionError, apex};
+use crate::{ArmState, Geometry, Limits, MotionError, Pose, apex};
 
 /// What a leg is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +16,8 @@ pub(crate) enum Leg {
     Line(LineLeg),
     /// The tool along a circular arc, r alongside.
     Arc(ArcLeg),
+    /// The tool along a segment of a continuous path, joint 4 at rest.
+    Segment(SegmentLeg),
 }
 
 impl Leg {
@@ -23,6 +26,7 @@ impl Leg {
             Self::Joints(leg) => leg.duration(),
             Self::Line(leg) => leg.along.duration(),
             Self::Arc(leg) => leg.along.duration(),
+            Self::Segment(leg) => leg.along.duration(),
         }
     }
 
@@ -31,6 +35,7 @@ impl Leg {
             Self::Joints(leg) => leg.to,
             Self::Line(leg) => leg.to,
             Self::Arc(leg) => leg.to,
+            Self::Segment(leg) => leg.to,
         }
     }
 
@@ -40,6 +45,7 @@ impl Leg {
             Self::Joints(leg) => (leg.from, leg.to),
             Self::Line(leg) => (leg.from, leg.to),
             Self::Arc(leg) => (leg.from, leg.to),
+            Self::Segment(leg) => (leg.state_at(geometry, 0.0), leg.to),
         };
         if t >= self.duration() {
             to
@@ -50,6 +56,7 @@ impl Leg {
                 Self::Joints(leg) => ArmState::at_joints(geometry, &leg.joints_at(t)),
                 Self::Line(leg) => leg.state_at(geometry, t),
                 Self::Arc(leg) => leg.state_at(geometry, t),
+                Self::Segment(leg) => leg.state_at(geometry, t),
             }
         }
     }
@@ -63,7 +70,7 @@ impl Leg {
     ) -> ArmState {
         match self {
             Self::Joints(leg) => leg.state_stopped_by(geometry, t, stopped_by),
-            Self::Line(_) | Self::Arc(_) => self.state_at(geometry, t),
+            Self::Line(_) | Self::Arc(_) | Self::Segment(_) => self.state_at(geometry, t),
         }
     }
 
@@ -82,6 +89,23 @@ impl Leg {
                 let state = leg.state_at(geometry, t);
                 geometry.joint_velocities(&state.joints, &state.pose, &leg.tool_rate_at(t))
             }
+            Self::Segment(leg) => leg.joint_velocities(geometry, t),
+        }
+    }
+
+    /// The tool's velocity after `t` seconds, mm/s, and r's, deg/s.
+    pub(crate) fn tool_rate(&self, geometry: &Geometry, t: f64) -> Pose {
+        if t < 0.0 || t >= self.duration() {
+            return Pose::default();
+        }
+        match self {
+            Self::Joints(leg) => {
+                let velocities = leg.axes.map(|axis| axis.velocity(t));
+                geometry.tool_rate(&leg.joints_at(t), velocities)
+            }
+            Self::Line(leg) => leg.tool_rate_at(t),
+            Self::Arc(leg) => leg.tool_rate_at(t),
+            Self::Segment(leg) => leg.tool_rate_at(geometry, t),
         }
     }
 
@@ -95,6 +119,7 @@ impl Leg {
             Self::Joints(leg) => leg.first_crossing(limits),
             Self::Line(leg) => leg.first_crossing(geometry, limits),
             Self::Arc(leg) => leg.first_crossing(geometry, limits),
+            Self::Segment(leg) => leg.first_crossing(geometry, limits),
         }
     }
 
@@ -102,7 +127,7 @@ impl Leg {
     pub(crate) fn excess(&self, geometry: &Geometry, ceiling: f64) -> Option<f64> {
         match self {
             Self::Joints(leg) => apex::above(leg, geometry, ceiling).map(|top| top - ceiling),
-            Self::Line(_) | Self::Arc(_) => None,
+            Self::Line(_) | Self::Arc(_) | Self::Segment(_) => None,
         }
     }
 
@@ -121,21 +146,21 @@ impl Leg {
             Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => leg.along.length(),
             Self::Line(leg) => leg.turning.length(),
             Self::Arc(leg) => leg.along.length(),
+            Self::Segment(leg) => leg.along.length(),
         }
     }
 
     fn governing(&self) -> Axis {
         match self {
             Self::Joints(leg) => leg.governing().0,
-            Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => {
-                Axis::Travelling(1.0, leg.along)
-            }
+            Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => Axis::Running(1.0, leg.along),
             Self::Line(leg) => Axis::Travelling(1.0, leg.turning),
             Self::Arc(leg) => Axis::Travelling(1.0, leg.along),
+            Self::Segment(leg) => Axis::Running(1.0, leg.along),
         }
     }
 
-    /// The same leg in a longer time. What brakes is not slowed.
+    /// The same leg in a longer time. What begins or ends with speed is not slowed.
     pub(crate) fn lasting(mut self, duration: f64) -> Self {
         match &mut self {
             Self::Joints(JointLeg { axes, .. }) => {
@@ -145,11 +170,15 @@ impl Leg {
                     }
                 }
             }
-            Self::Line(LineLeg { along, turning, .. })
-            | Self::Arc(ArcLeg { along, turning, .. }) => {
+            Self::Line(LineLeg { along, turning, .. }) => {
                 *along = along.stretched(duration);
                 *turning = turning.stretched(duration);
             }
+            Self::Arc(ArcLeg { along, turning, .. }) => {
+                *along = along.stretched(duration);
+                *turning = turning.stretched(duration);
+            }
+            Self::Segment(SegmentLeg { along, .. }) => *along = along.stretched(duration),
         }
         self
     }
@@ -169,6 +198,7 @@ impl Leg {
     pub(crate) fn time_at(&self, progress: f64) -> f64 {
         match self.governing() {
             Axis::Travelling(_, profile) => profile.time_at(progress * profile.length()),
+            Axis::Running(_, law) => law.time_at(progress * law.length()),
             Axis::Braking(braking) => {
                 braking.duration() * (1.0 - libm::sqrt((1.0 - progress).max(0.0)))
             }

@@ -1,6 +1,7 @@
 //! The tool of a motion on a straight line, r alongside.
 
 use crate::boundary::{Section, spatial_cuts};
+use crate::law::Law;
 use crate::profile::Profile;
 use crate::tool_path::ToolPath;
 use crate::wrist::Span;
@@ -11,7 +12,7 @@ use crate::{ArmState, Geometry, Limits, Pose};
 pub(crate) struct LineLeg {
     pub(crate) from: ArmState,
     pub(crate) to: ArmState,
-    pub(crate) along: Profile,
+    pub(crate) along: Law,
     pub(crate) turning: Profile,
 }
 

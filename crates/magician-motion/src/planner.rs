@@ -325,7 +325,7 @@ impl Planner {
         Ok(Leg::Line(LineLeg {
             from: *from,
             to: *to,
-            along,
+            along: along.into(),
             turning,
         }))
     }

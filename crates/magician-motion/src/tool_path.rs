@@ -1,7 +1,7 @@
 //! Motions whose tool follows a path in space, r by a law of its own: where they leave the limits.
 
 use crate::crossing::{Moments, first_violation};
-use crate::{ArmState, Bound, Geometry, Limits, MotionError, Pose, wrist};
+use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError, Pose, wrist};
 
 /// What it takes to look for limits along the path of a tool.
 pub(crate) trait ToolPath {
@@ -46,18 +46,15 @@ pub(crate) trait ToolPath {
     where
         Self: Sized,
     {
-        let start = match geometry.inverse(&self.start().pose) {
-            Ok(joints) => joints,
-            Err(error) => return Some((0.0, error)),
-        };
         let spatial = limits.in_space();
-        let wide = spatial.widened_to(&start);
-        let mut moments = Moments::new();
-        self.spatial_cuts(geometry, &spatial, &wide, &mut |t| moments.add(t));
         let horizon = self.horizon();
-        let found = first_violation(&spatial, &start, moments, horizon, |t| {
-            geometry.inverse(&self.pose_at(t))
-        });
+        let found = spatial_crossing(
+            geometry,
+            &spatial,
+            horizon,
+            |t| self.pose_at(t),
+            |wide, report| self.spatial_cuts(geometry, &spatial, wide, &mut |t| report(t)),
+        );
         let end = found.map_or(horizon, |(t, _)| t);
         let whole = found.is_none();
         wrist::first_crossing(self, geometry, limits, end, whole)
@@ -72,5 +69,56 @@ pub(crate) trait ToolPath {
         } else {
             limits.violation(Bound::J4Max, value)
         }
+    }
+}
+
+/// When a path first leaves the reach or one of `spatial` limits, which are to leave J4 free.
+///
+/// `pose_at` tells where the tool is, and `cuts` reports every moment at which the path may pass a bound, given the
+/// limits let out to where the path begins.
+pub(crate) fn spatial_crossing(
+    geometry: &Geometry,
+    spatial: &Limits,
+    horizon: f64,
+    pose_at: impl Fn(f64) -> Pose,
+    cuts: impl FnOnce(&Limits, &mut dyn FnMut(f64)),
+) -> Option<(f64, MotionError)> {
+    let start = match geometry.inverse(&pose_at(0.0)) {
+        Ok(joints) => joints,
+        Err(error) => return Some((0.0, error)),
+    };
+    let mut moments = Moments::new();
+    cuts(&spatial.widened_to(&start), &mut |t| moments.add(t));
+    let (t, error) = first_violation(spatial, &start, moments, horizon, |t| {
+        geometry.inverse(&pose_at(t))
+    })?;
+    let passed = geometry.inverse_at_edge(&pose_at(t));
+    Some((
+        t,
+        passed.map_or(error, |at| on_its_side(spatial, &at, error)),
+    ))
+}
+
+/// A violation of a bound of J1, told of the side on which the base passed it: behind the arm J1 is half a turn to
+/// either side, and a point there speaks for neither.
+fn on_its_side(limits: &Limits, passing: &JointAngles, error: MotionError) -> MotionError {
+    let (other, turn) = match error {
+        MotionError::Limit {
+            bound: Bound::J1Min,
+            ..
+        } => (Bound::J1Max, 360.0),
+        MotionError::Limit {
+            bound: Bound::J1Max,
+            ..
+        } => (Bound::J1Min, -360.0),
+        _ => return error,
+    };
+    match error {
+        MotionError::Limit { value, limit, .. }
+            if libm::fabs(passing.j1 - limits.at(other)) < libm::fabs(passing.j1 - limit) =>
+        {
+            limits.violation(other, value + turn)
+        }
+        error => error,
     }
 }

@@ -1,11 +1,11 @@
 //! Where J4 passes a limit on the path of a tool.
 //!
 //! J4 is r less J1. r follows its own law of time, J1 the arc tangent of a point that moves by another, so there is no
-//! closed form. But both laws are monotone between their corners, and so on a line are the square of the radius and
-//! its slope up to the nearest point to the base axis, and on an arc their changes are bounded by its curvature: on
-//! any span between corners the rate of J4 can be enclosed, and with it J4. A span whose enclosure stays below the limit holds no crossing; one on which
-//! the rate keeps its sign holds at most one, bracketed by its ends; any other is halved. So no crossing is missed
-//! that lasts longer than the shortest span.
+//! closed form. But both laws are monotone between their corners. On a line so are the square of the radius and its
+//! slope, up to the nearest point to the base axis; on an arc the curvature bounds how they change. So on any span
+//! between corners the rate of J4 can be enclosed, and with it J4. A span whose enclosure stays below the limit
+//! holds no crossing; one on which the rate keeps its sign holds at most one, bracketed by its ends; any other is
+//! halved. No crossing is missed that lasts longer than the shortest span.
 
 use crate::angle::DEGREES_PER_RADIAN;
 use crate::roots::between;

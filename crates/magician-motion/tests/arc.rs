@@ -476,8 +476,8 @@ proptest! {
         prop_assert_eq!(braked.sample(0), motion.sample(t));
         prop_assert_eq!(braked.joint_velocities(0)[3], 0.0);
         if braked.duration_us() > 0 {
-            for joint in 0..3 {
-                prop_assert!((braked.joint_velocities(0)[joint] - now[joint]).abs() < 1e-9 * fastest);
+            for (at_first, now) in braked.joint_velocities(0).iter().zip(now).take(3) {
+                prop_assert!((at_first - now).abs() < 1e-9 * fastest);
             }
         }
         // The share done, and when it is, are inverse to each other.

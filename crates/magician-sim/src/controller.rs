@@ -1,5 +1,6 @@
 //! The controller as those who hold it see it.
 
+use magician_motion::JointAngles;
 use magician_protocol::{Event as Found, FrameBuf, Row};
 
 use crate::core::Core;
@@ -57,13 +58,32 @@ impl Controller {
         Self::in_world(profile, World::default())
     }
 
-    /// Switches on an arm with this firmware in this world.
+    /// Switches on an arm with this firmware in this world. A scenario may say where its base really stands, or that
+    /// it has been homed.
     #[must_use]
     pub fn in_world(profile: Profile, world: World) -> Self {
         Self {
             links: Links::default(),
-            core: Core::new(profile, world),
+            core: Core::switched_on(profile, world),
         }
+    }
+
+    /// The same arm, but switched on while it really stood there, deg: J1 reads what it reads at power-up wherever the
+    /// base stands, J2 and J3 read what their sensors say, J4 what it is. Angles beyond the limits count as the limit,
+    /// and what is not a number as what the profile says. Not homed.
+    ///
+    /// ```
+    /// use magician_sim::Controller;
+    ///
+    /// let arm = Controller::default().standing_at([30.0, 20.0, 10.0, 0.0].into());
+    /// let state = arm.state();
+    /// assert_eq!(state.joints.to_array(), [0.0, 20.0, 10.0, 0.0]);
+    /// assert_eq!(state.true_joints.to_array(), [30.0, 20.0, 10.0, 0.0]);
+    /// ```
+    #[must_use]
+    pub fn standing_at(mut self, joints: JointAngles) -> Self {
+        self.core.stood_at(joints);
+        self
     }
 
     /// The arm's clock: microseconds since power-up.
@@ -87,7 +107,7 @@ impl Controller {
     /// Whether a motion without an end of its own runs: a jog.
     #[must_use]
     pub fn jogging(&self) -> bool {
-        false
+        self.core.motion.is_jogging()
     }
 
     /// Takes bytes from a link and handles every frame in them, all at the present instant.

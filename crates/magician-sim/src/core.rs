@@ -113,6 +113,7 @@ impl Core {
             return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
         };
         self.log.push(Event::Accepted { index, id });
+        self.path_grows();
         self.settle();
         FrameBuf::encode(id, ctrl, &QueuedCmdIndex(index))
     }
@@ -126,6 +127,7 @@ impl Core {
         if self.alarms.raise(code) {
             self.log.push(Event::AlarmRaised { code });
         }
+        self.replan_segment();
     }
 
     pub(crate) fn refuse(&mut self, id: u8, reason: Refusal) -> Step {

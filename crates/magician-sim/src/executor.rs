@@ -59,6 +59,7 @@ impl Core {
             self.finish_running();
         }
         self.run_queue();
+        self.come_to_rest();
     }
 
     /// Takes commands from the queue as long as it may and they finish on the spot.
@@ -73,18 +74,29 @@ impl Core {
     }
 
     /// The queue takes its next command when it is started, nothing runs or moves, and no alarm holds it; homing is
-    /// taken all the same (model section 4).
+    /// taken all the same (model section 4). During a jog, which is over for the queue when it begins, it goes on to
+    /// the next command that moves.
     fn may_take(&self) -> bool {
-        let homes = matches!(self.queue.head(), Some(Order::Set(Set::HomeCmd(_))));
-        let held = self.alarms.held() && self.profile.queue.alarms_hold;
+        let Some(head) = self.queue.head() else {
+            return false;
+        };
+        let homes = matches!(head, Order::Set(Set::HomeCmd(_)));
+        let moves_aside = self.motion.is_jogging() && !head.moves();
         self.queue.started
             && self.queue.running.is_none()
-            && !self.motion.is_moving()
-            && (!held || homes)
+            && (!self.motion.is_moving() || moves_aside)
+            && (!self.is_held() || homes)
+    }
+
+    /// Whether an alarm holds the queue.
+    pub(crate) fn is_held(&self) -> bool {
+        self.alarms.held() && self.profile.queue.alarms_hold
     }
 
     fn start(&mut self, entry: Entry) {
-        let Entry { index, id, order } = entry;
+        let Entry {
+            index, id, order, ..
+        } = entry;
         self.log.push(Event::Started { index, id });
         self.world.index_started(self.now, index);
         let step = match &order {
@@ -137,6 +149,7 @@ impl Core {
     pub(crate) fn stop(&mut self) {
         self.queue.started = false;
         let busy = self.queue.running.map(|running| running.busy);
+        self.replan_segment();
         if let Some(Busy::Waiting(_) | Busy::Triggered(_)) = busy {
             self.finish_running();
         }
@@ -155,6 +168,7 @@ impl Core {
         if count > 0 {
             self.log.push(Event::Dropped { count });
         }
+        self.replan_segment();
         let moving = self
             .queue
             .running
@@ -175,5 +189,6 @@ impl Core {
         for code in before.codes().filter(|code| !after.contains(*code)) {
             self.log.push(Event::AlarmCleared { code });
         }
+        self.replan_segment();
     }
 }

@@ -1,15 +1,20 @@
 //! What happens to the controller from outside its protocol: keys, hands, faults.
 
-use crate::Micros;
+use magician_motion::{JointAngles, Range};
+
 use crate::core::Core;
 use crate::event::Event;
+use crate::scenario::Arm;
 use crate::world::Happening;
+use crate::{Micros, Profile, World};
 
 /// The cable between the arm and its host, for those who carry the bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LineState {
     /// Whether it is plugged in.
     pub plugged: bool,
+    /// How often it has been pulled.
+    pub pulls: u64,
     /// How much longer than usual answers take.
     pub delay: Micros,
 }
@@ -18,6 +23,7 @@ impl Default for LineState {
     fn default() -> Self {
         Self {
             plugged: true,
+            pulls: 0,
             delay: 0,
         }
     }
@@ -41,8 +47,11 @@ impl Core {
             Happening::Alarm(code) => self.raise(code),
             Happening::Reset => self.reset(),
             Happening::Cable { plugged } => {
-                self.log.push(Event::Cable { plugged });
-                self.line.plugged = plugged;
+                if plugged != self.line.plugged {
+                    self.log.push(Event::Cable { plugged });
+                    self.line.plugged = plugged;
+                    self.line.pulls += u64::from(!plugged);
+                }
             }
             Happening::Delay(delay) => self.line.delay = delay,
             Happening::Key(press) => self.log.push(Event::Key { press }),
@@ -71,14 +80,52 @@ impl Core {
         self.feel_grip();
     }
 
-    /// Power comes while the arm really stands somewhere: J1 reads what it reads at power-up, J2 and J3 what they are.
-    fn wake_at(&mut self, really: magician_motion::JointAngles) {
+    /// Power comes while the arm really stands somewhere: J1 reads what it reads at power-up, J2 and J3 what their
+    /// sensors say.
+    fn wake_at(&mut self, really: JointAngles) {
         let reported = self.arm().joints;
-        self.place_at(magician_motion::JointAngles {
-            j1: reported.j1,
-            ..really
-        });
-        self.motion.slip = [really.j1 - reported.j1, 0.0, 0.0, 0.0];
+        let j1 = reported.j1;
+        self.place_at(JointAngles { j1, ..really });
+        self.motion.forget_base(really.j1 - j1);
+    }
+
+    /// The controller is switched on in a world, which may know how the arm stands.
+    pub(crate) fn switched_on(profile: Profile, world: World) -> Self {
+        let mut core = Self::new(profile, world);
+        let stands = core.world.scenario().map(|scenario| *scenario.arm());
+        if let Some(Arm { base_angle, homed }) = stands {
+            let joints = core.arm().joints;
+            let j1 = joints.j1 + base_angle;
+            core.wake_at(JointAngles { j1, ..joints });
+            core.homed = homed;
+        }
+        core
+    }
+
+    /// The controller was switched on while the arm really stood there.
+    pub(crate) fn stood_at(&mut self, joints: JointAngles) {
+        let usual = JointAngles::from(self.profile.power_up.joints);
+        let really = self.bent_to(joints, usual);
+        self.wake_at(really);
+        self.homed = false;
+    }
+
+    /// Where the joints come to when they are bent to given angles: no further than the limits, and what is not a
+    /// number stays as it was.
+    pub(crate) fn bent_to(&self, joints: JointAngles, before: JointAngles) -> JointAngles {
+        let limits = self.profile.limits_in_force();
+        let within = |range: Range, angle: f64| angle.max(range.min).min(range.max);
+        let or = |angle: f64, before: f64| if angle.is_finite() { angle } else { before };
+        let Range { min, max } = limits.j2_minus_j3;
+        let j2 = within(limits.j2, or(joints.j2, before.j2));
+        let j3 = or(joints.j3, before.j3).max(j2 - max).min(j2 - min);
+        let j3 = within(limits.j3, j3);
+        JointAngles {
+            j1: within(limits.j1, or(joints.j1, before.j1)),
+            j2: j2.max(j3 + min).min(j3 + max),
+            j3,
+            j4: within(limits.j4, or(joints.j4, before.j4)),
+        }
     }
 }
 

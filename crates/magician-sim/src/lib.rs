@@ -39,6 +39,7 @@ mod pins;
 mod profile;
 mod queue;
 mod runner;
+pub mod scenario;
 mod settings;
 mod state;
 mod steppers;
@@ -53,8 +54,8 @@ pub use pace::{Line, Speed, SpeedError};
 pub use pins::{PinState, Signal};
 pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, Identity, JogDefaults, LimitChoice,
-    LimitSet, LimitSets, LostStepDefaults, PinFunctions, Pins, PowerUp, Profile, ProfileError,
-    PtpDefaults, QueueRules, Sliding, Stopping, ToolDefaults, Tools, WifiDefaults,
+    LimitSet, LimitSets, LostStepDefaults, Paths, PinFunctions, Pins, PowerUp, Profile,
+    ProfileError, PtpDefaults, QueueRules, Sliding, Stopping, ToolDefaults, Tools, WifiDefaults,
 };
 pub use runner::Runner;
 pub use state::{Output, QueueState, State};

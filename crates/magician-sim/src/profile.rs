@@ -55,6 +55,8 @@ pub struct Profile {
     pub ceilings: Ceilings,
     /// Homing.
     pub home: Homing,
+    /// Continuous paths.
+    pub path: Paths,
     /// Stopping.
     pub stop: Stopping,
     /// The sliding rail.
@@ -175,8 +177,24 @@ pub struct Homing {
     pub velocity: [f64; 4],
     /// Its acceleration, deg/s2.
     pub acceleration: [f64; 4],
-    /// How long the search for J1's switch takes before that move, s.
+    /// Where the base stands when the switch of J1 closes, deg.
+    pub switch: f64,
+    /// Speed of the base towards the switch and off it again, deg/s. Its acceleration is that of J1 above.
     pub search: f64,
+    /// How far the base backs off from the switch, deg.
+    pub back_off: f64,
+    /// Speeds at which it creeps on, each for half of the way back, deg/s.
+    pub creep: [f64; 2],
+}
+
+/// Continuous paths (model section 8).
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Paths {
+    /// The interpolation period that limits the speed at corners, s.
+    pub period: f64,
+    /// Whether a segment takes whole periods, so that a short one is slow.
+    pub whole_periods: bool,
 }
 
 /// Stopping (model section 14).

@@ -6,6 +6,7 @@ use magician_protocol::Set;
 
 use crate::Micros;
 use crate::chapter::trigger::Trigger;
+use crate::motion::Way;
 
 /// What a place in the queue holds. Places are few and reused, so the size of a command matters
 /// less than keeping it where it is.
@@ -18,12 +19,39 @@ pub(crate) enum Order {
     Nothing,
 }
 
+impl Order {
+    /// Whether it moves the arm and waits until it has.
+    pub(crate) fn moves(&self) -> bool {
+        use Set::{
+            ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, PtpCmd, PtpPoCmd, PtpPoWithLCmd,
+            PtpWithLCmd,
+        };
+        let Self::Set(set) = self else {
+            return false;
+        };
+        matches!(
+            set,
+            PtpCmd(_)
+                | PtpWithLCmd(_)
+                | PtpPoCmd(_)
+                | PtpPoWithLCmd(_)
+                | CpCmd(_)
+                | CpLeCmd(_)
+                | ArcCmd(_)
+                | CircleCmd(_)
+                | HomeCmd(_)
+        )
+    }
+}
+
 /// A command that waits.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
     pub(crate) index: u64,
     pub(crate) id: u8,
     pub(crate) order: Order,
+    /// Where a segment of a continuous path leads, once it is known where it begins.
+    pub(crate) way: Option<Way>,
 }
 
 /// What the running command is busy with.
@@ -97,12 +125,26 @@ impl Queue {
         }
         let index = self.next_index;
         self.next_index = self.next_index.wrapping_add(1).max(1);
-        self.waiting.push_back(Entry { index, id, order });
+        self.waiting.push_back(Entry {
+            index,
+            id,
+            order,
+            way: None,
+        });
         Some(index)
     }
 
     pub(crate) fn head(&self) -> Option<&Order> {
         self.waiting.front().map(|entry| &entry.order)
+    }
+
+    /// What waits, the next one first.
+    pub(crate) fn entries(&self) -> impl DoubleEndedIterator<Item = &Entry> {
+        self.waiting.iter()
+    }
+
+    pub(crate) fn entries_mut(&mut self) -> impl DoubleEndedIterator<Item = &mut Entry> {
+        self.waiting.iter_mut()
     }
 
     pub(crate) fn pop(&mut self) -> Option<Entry> {

@@ -1,9 +1,13 @@
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
-use magician_protocol::{Deframer, Event, FrameBuf, INTER_BYTE_TIMEOUT_MS};
+use magician_protocol::{FrameBuf, INTER_BYTE_TIMEOUT_MS};
 
-use crate::pace::{ArmClock, Line, Speed, Wire};
-use crate::{Controller, LinkId, Micros};
+use crate::pace::{ArmClock, Line, Speed};
+use crate::{Controller, Happening, LinkId, Micros};
+
+mod link;
+
+use link::Link;
 
 const INTER_BYTE_TIMEOUT: Micros = INTER_BYTE_TIMEOUT_MS * 1000;
 /// What a serial driver holds for a port before its writer has to wait.
@@ -22,6 +26,8 @@ const BACKLOG: usize = 4096;
 ///   after every other call.
 /// * [`room`](Self::room): how many bytes a peer may still put on its line before a serial driver
 ///   would make it wait.
+/// * Faults, at the instant given last: [`unplug`](Self::unplug), [`plug`](Self::plug),
+///   [`set_delay`](Self::set_delay).
 ///
 /// ```
 /// use magician_protocol::{FrameBuf, NoArgs, Readable, commands::Pose};
@@ -48,6 +54,8 @@ pub struct Runner {
     line: Line,
     wall: Micros,
     links: BTreeMap<LinkId, Link>,
+    /// Pulls of the cable that the links know of.
+    pulls: u64,
 }
 
 impl Runner {
@@ -56,6 +64,7 @@ impl Runner {
     pub fn new(controller: Controller, speed: Speed, line: Line) -> Self {
         Self {
             clock: ArmClock::new(speed, controller.now()),
+            pulls: controller.line().pulls,
             controller,
             line,
             wall: 0,
@@ -75,9 +84,12 @@ impl Runner {
     }
 
     /// A peer put bytes on its line. All are taken, whatever [`room`](Self::room) says. The link
-    /// begins with its first bytes.
+    /// begins with its first bytes. Without the cable they are lost.
     pub fn receive(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
         self.handle_timeout(now);
+        if !self.plugged() {
+            return;
+        }
         let now = self.wall;
         let line = self.line;
         self.links
@@ -99,6 +111,39 @@ impl Runner {
         }
     }
 
+    /// The cable is pulled at the arm's end, now: what is on its way in either direction is lost on
+    /// every link, half-received frames and replies not taken among it, and so is what comes until
+    /// it is [plugged](Self::plug) in again. The arm goes on with what it has.
+    pub fn unplug(&mut self) {
+        self.controller.inject(Happening::Cable { plugged: false });
+        self.follow_cable();
+    }
+
+    /// The cable is back, now. Every link begins anew with its next bytes.
+    pub fn plug(&mut self) {
+        self.controller.inject(Happening::Cable { plugged: true });
+    }
+
+    /// Whether the cable is in.
+    #[must_use]
+    pub fn plugged(&self) -> bool {
+        self.controller.line().plugged
+    }
+
+    /// How many times the cable has been pulled. It shows a pull even to those who did not look
+    /// before the cable was back.
+    #[must_use]
+    pub fn pulls(&self) -> u64 {
+        self.controller.line().pulls
+    }
+
+    /// From now on the arm takes so many microseconds longer to answer, beyond the line's
+    /// turnaround; 0 is the arm as it was. Answers that are under way are not held up, and none
+    /// overtakes another.
+    pub fn set_delay(&mut self, delay: Micros) {
+        self.controller.inject(Happening::Delay(delay));
+    }
+
     /// Bytes that the peer may put on its line before it should wait: a serial driver holds 4096
     /// for it, less what is still under way in either direction.
     #[must_use]
@@ -112,10 +157,22 @@ impl Runner {
         let now = now.max(self.wall);
         while let Some((at, link)) = self.next_input().filter(|(at, _)| *at <= now) {
             self.clock.pass(&mut self.controller, at);
+            self.follow_cable();
             self.arrive(at, link);
         }
         self.clock.pass(&mut self.controller, now);
+        self.follow_cable();
         self.wall = now;
+    }
+
+    /// What was on its way when the cable was pulled is lost, whoever pulled it.
+    fn follow_cable(&mut self) {
+        if self.pulls != self.pulls() {
+            self.pulls = self.pulls();
+            while let Some((link, _)) = self.links.pop_first() {
+                self.controller.close(link);
+            }
+        }
     }
 
     /// When [`handle_timeout`](Self::handle_timeout) or [`poll_transmit`](Self::poll_transmit)
@@ -140,7 +197,11 @@ impl Runner {
     }
 
     fn arrive(&mut self, at: Micros, id: LinkId) {
-        let answered = at.saturating_add(self.line.turnaround);
+        let turnaround = self
+            .line
+            .turnaround
+            .saturating_add(self.controller.line().delay);
+        let answered = at.saturating_add(turnaround);
         let Self {
             controller, clock, ..
         } = self;
@@ -173,136 +234,5 @@ impl Runner {
     fn forget(&mut self, link: LinkId) {
         self.links.remove(&link);
         self.controller.close(link);
-    }
-}
-
-/// A peer's line: what is on its way to the arm, and the replies.
-struct Link {
-    input: Wire,
-    /// Looks ahead along a paced line for the bytes that complete a frame.
-    scout: Option<Box<Deframer>>,
-    /// Stream position up to which bytes stand in `pieces`.
-    cut: u64,
-    pieces: VecDeque<Piece>,
-    /// The bytes of all pieces.
-    bytes: VecDeque<u8>,
-    /// When the line will have been silent for too long to go on with a frame.
-    silent: Option<Micros>,
-    replies: Replies,
-}
-
-/// Replies on their way to a peer.
-struct Replies {
-    output: Wire,
-    /// With the time by which the last byte has passed.
-    queue: VecDeque<(Micros, FrameBuf)>,
-    /// Nobody waits for them.
-    hung_up: bool,
-}
-
-/// Bytes that can be handed to the controller in one go: none but the last can complete a frame.
-struct Piece {
-    /// When the last of them has arrived.
-    at: Micros,
-    count: usize,
-}
-
-impl Link {
-    fn new(line: Line) -> Self {
-        let paced = line.baud.is_some_and(|baud| baud > 0);
-        Self {
-            input: Wire::new(line),
-            scout: paced.then(Box::default),
-            cut: 0,
-            pieces: VecDeque::new(),
-            bytes: VecDeque::new(),
-            silent: None,
-            replies: Replies {
-                output: Wire::new(line),
-                queue: VecDeque::new(),
-                hung_up: false,
-            },
-        }
-    }
-
-    fn put(&mut self, now: Micros, bytes: &[u8]) {
-        self.replies.hung_up = false;
-        self.bytes.extend(bytes);
-        let end = self.cut + bytes.len() as u64;
-        if let Some(mut scout) = self.scout.take() {
-            let mut input = bytes;
-            while let Some(event) = scout.next(&mut input) {
-                if let Some(end) = decided_at(&event) {
-                    self.cut_at(now, end);
-                }
-            }
-            self.scout = Some(scout);
-        }
-        self.cut_at(now, end);
-    }
-
-    /// Ends a piece before stream position `end`, unless one ends there or later.
-    fn cut_at(&mut self, now: Micros, end: u64) {
-        let count = end.saturating_sub(self.cut) as usize;
-        if count > 0 {
-            let at = self.input.carry(now, count);
-            self.pieces.push_back(Piece { at, count });
-            self.cut = end;
-        }
-    }
-
-    fn fall_silent(&mut self) {
-        self.silent = None;
-        if let Some(scout) = &mut self.scout {
-            scout.expire();
-            while scout.next(&mut &[][..]).is_some() {}
-        }
-    }
-
-    fn input_due(&self) -> Option<Micros> {
-        let arrival = self.pieces.front().map(|piece| piece.at);
-        arrival.or(self.silent)
-    }
-
-    fn under_way(&self) -> usize {
-        let replies = self.replies.queue.iter();
-        self.bytes.len() + replies.map(|(_, frame)| frame.bytes().len()).sum::<usize>()
-    }
-}
-
-impl Replies {
-    /// Puts the controller's replies on the line, not before `from`.
-    fn take_from(&mut self, controller: &mut Controller, link: LinkId, from: Micros) {
-        while let Some(frame) = controller.poll_transmit(link) {
-            if !self.hung_up {
-                let at = self.output.carry(from, frame.bytes().len());
-                self.queue.push_back((at, frame));
-            }
-        }
-    }
-
-    fn due(&self) -> Option<Micros> {
-        self.queue.front().map(|(at, _)| *at)
-    }
-
-    fn pop(&mut self, now: Micros) -> Option<FrameBuf> {
-        let due = self.due().is_some_and(|at| at <= now);
-        let (_, frame) = due.then(|| self.queue.pop_front())??;
-        Some(frame)
-    }
-
-    fn hang_up(&mut self) {
-        self.hung_up = true;
-        self.queue.clear();
-    }
-}
-
-/// Stream position just after the byte that decided this: a frame's last, or the one that showed
-/// a candidate to be none, which may bring frames inside it to light.
-fn decided_at(event: &Event<'_>) -> Option<u64> {
-    match event {
-        Event::Frame { offset, frame } => Some(offset + frame.bytes().len() as u64),
-        Event::Rejected { offset, bytes, .. } => Some(offset + bytes.len() as u64),
-        Event::Noise { .. } => None,
     }
 }

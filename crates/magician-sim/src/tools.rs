@@ -80,8 +80,8 @@ pub(crate) struct Actuators {
     pub(crate) gripper_told: Told,
     /// The tool whose command came last, and that command: it has the pump.
     air: (AirTool, Told),
-    /// What the firmware makes of the laser, percent.
-    laser_driven: f64,
+    /// Power of the laser along a continuous path, percent.
+    path_power: f64,
     suction: Actuator,
     gripper: Actuator,
     /// The laser's power, percent.
@@ -110,7 +110,20 @@ impl Actuators {
     /// A command for the laser.
     pub(crate) fn tell_laser(&mut self, told: Told) {
         self.laser_told = told;
-        self.laser_driven = if told.is_on() { 100.0 } else { 0.0 };
+    }
+
+    /// The laser burns with so much power along a continuous path; 0 turns it off.
+    pub(crate) fn burn(&mut self, power: f64) {
+        self.path_power = if power > 0.0 { power.min(100.0) } else { 0.0 };
+    }
+
+    /// What the firmware makes of the laser, percent.
+    fn laser_driven(&self) -> f64 {
+        if self.laser_told.is_on() {
+            100.0
+        } else {
+            self.path_power
+        }
     }
 
     pub(crate) fn suction(&self, now: Micros) -> Output {
@@ -147,11 +160,8 @@ impl Actuators {
 impl Core {
     /// What the wires carry: each what its pin puts out, else what the firmware drives it to.
     fn wires(&self) -> Wires {
-        let Actuators {
-            air: (_, told),
-            laser_driven,
-            ..
-        } = self.actuators;
+        let (_, told) = self.actuators.air;
+        let laser_driven = self.actuators.laser_driven();
         let level = |address, driven: bool| {
             let share = self.signal(address).share();
             share.map_or(driven, |share| share > 0.0)
@@ -184,50 +194,5 @@ impl Core {
             let posture = self.posture();
             self.world.grip(now, grip, &posture);
         }
-    }
-
-    /// Sets the power of the laser on a path, percent: less than 0 and what is no number is 0, more than 100 is 100.
-    /// SetEndEffectorLaser and this overrule each other: the last one counts.
-    #[cfg_attr(not(test), allow(dead_code, reason = "for paths that burn"))]
-    pub(crate) fn set_laser_power(&mut self, percent: f64) {
-        // NaN is not above 0.
-        let power = if percent > 0.0 {
-            percent.min(100.0)
-        } else {
-            0.0
-        };
-        self.actuators.laser_driven = power;
-        self.feel_grip();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::Controller;
-
-    #[test]
-    fn a_paths_power_is_bounded_and_the_last_word_counts() {
-        let mut arm = Controller::default();
-        let core = &mut arm.core;
-        for (percent, power) in [
-            (40.0, 40.0),
-            (150.0, 100.0),
-            (-3.0, 0.0),
-            (f64::INFINITY, 100.0),
-            (f64::NAN, 0.0),
-        ] {
-            core.set_laser_power(percent);
-            assert_eq!(core.actuators.laser_power(), power);
-            assert_eq!(core.grip.laser, power);
-        }
-        let on = super::Told {
-            control: super::Flag::ON,
-            on: super::Flag::ON,
-        };
-        core.actuators.tell_laser(on);
-        core.feel_grip();
-        assert_eq!(core.grip.laser, 100.0);
-        core.set_laser_power(0.0);
-        assert_eq!(core.grip.laser, 0.0);
     }
 }

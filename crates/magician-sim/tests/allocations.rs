@@ -12,7 +12,7 @@ use std::cell::Cell;
 use arm::{USB, home, joints_to, ptp, running_arm, suck, wait};
 use magician_protocol::commands::{Pose, PtpCmd, QueuedCmdCurrentIndex, WaitCmd};
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable, Writable};
-use magician_sim::Controller;
+use magician_sim::{Controller, Line, Runner, Speed};
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
@@ -134,4 +134,31 @@ fn a_steady_state_allocates_nothing() {
     // The counter counts.
     drop(std::hint::black_box(vec![0u8; 10]));
     assert!(COUNT.get() > before);
+}
+
+#[test]
+fn a_line_in_a_steady_state_allocates_nothing() {
+    for baud in [None, Some(115_200)] {
+        let line = Line {
+            baud,
+            turnaround: 2_000,
+        };
+        let mut runner = Runner::new(Controller::default(), Speed::default(), line);
+        let mut now = 0;
+        let requests = [read::<Pose>(), read::<QueuedCmdCurrentIndex>()];
+        let mut round = || {
+            for request in &requests {
+                runner.set_delay(now % 3);
+                runner.receive(now, USB, request.bytes());
+                while runner.poll_transmit(now, USB).is_none() {
+                    now = runner.poll_timeout().unwrap();
+                    runner.handle_timeout(now);
+                }
+            }
+        };
+        (0..10).for_each(|_| round());
+        let before = COUNT.get();
+        (0..1_000).for_each(|_| round());
+        assert_eq!(COUNT.get(), before);
+    }
 }

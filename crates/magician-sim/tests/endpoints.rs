@@ -7,7 +7,7 @@ use magician_sim::serve::{Endpoint, Notice, ServeError};
 
 mod served;
 
-use served::{DEADLINE, Served, get, get_pose, name, serve, set_name};
+use served::{DEADLINE, Served, ask, get, get_pose, name, serve, set_name};
 
 fn udp(served: &Served) -> SocketAddr {
     let find = |endpoint: &Endpoint| match endpoint {
@@ -43,16 +43,6 @@ fn connect(address: SocketAddr) -> TcpStream {
     stream
 }
 
-/// Sends a request and reads one frame.
-fn ask(stream: &mut (impl Read + Write), request: &[u8]) -> Vec<u8> {
-    stream.write_all(request).unwrap();
-    let mut reply = vec![0; 3];
-    stream.read_exact(&mut reply).unwrap();
-    reply.resize(usize::from(reply[2]) + 4, 0);
-    stream.read_exact(&mut reply[3..]).unwrap();
-    reply
-}
-
 #[test]
 fn datagrams_are_answered_one_frame_each_to_where_they_came_from() {
     let served = serve(|server| server.udp("127.0.0.1:0")).unwrap();
@@ -77,6 +67,20 @@ fn each_senders_datagrams_are_a_stream() {
     assert_eq!(datagram(&b).len(), 38);
     a.send_to(&request[3..], udp(&served)).unwrap();
     assert_eq!(datagram(&a).len(), 38);
+}
+
+#[test]
+fn datagrams_may_be_cut_and_joined_anywhere() {
+    let served = serve(|server| server.udp("127.0.0.1:0")).unwrap();
+    let socket = socket();
+    let requests = [get_pose(), get(246), get_pose(), get(246)].concat();
+    for size in 1..requests.len() {
+        for datagram in requests.chunks(size) {
+            socket.send_to(datagram, udp(&served)).unwrap();
+        }
+        let lengths = [(); 4].map(|()| datagram(&socket).len());
+        assert_eq!(lengths, [38, 14, 38, 14], "{size}");
+    }
 }
 
 #[test]

@@ -470,15 +470,21 @@ fn homing_takes_the_carriage_to_its_end() {
     assert_eq!(place(&mut bench), 0.0);
     bench.rest();
     assert!(bench.state().homed);
-    // A search that is shorter waits for it.
-    let mut bench = arm_with(|profile| profile.home.search = 1.0);
-    bench.set(&with_l(true));
-    bench.start();
-    bench.full_speed();
-    bench.enqueue(&rail_to(300.0));
+    // A base that is quicker at its switch waits there for the carriage.
+    let mut bench = on_rail();
+    bench.enqueue(&to(4, [-130.0, 45.0, 45.0, 0.0], 600.0));
     bench.rest();
     bench.enqueue(&home());
-    assert_eq!(bench.rest(), 4 * SECOND);
+    bench.pass(7 * SECOND - 1);
+    assert_eq!(bench.joints()[0], -135.0);
+    assert!(bench.state().moving && !bench.state().homed);
+    let searched = arm::homing_lasts(-130.0) - arm::trapezoid(5.0, 20.0, 30.0) + 7.0;
+    let lasting = (bench.rest() + 7 * SECOND - 1) as f64 / 1e6;
+    assert!(
+        (lasting - searched).abs() < 1e-4,
+        "{lasting}, not {searched}"
+    );
+    assert!(bench.state().homed);
     // Without the rail it stays.
     let mut bench = on_rail();
     bench.enqueue(&rail_to(300.0));
@@ -487,6 +493,76 @@ fn homing_takes_the_carriage_to_its_end() {
     bench.enqueue(&home());
     bench.rest();
     assert_eq!(place(&mut bench), 300.0);
+}
+
+#[test]
+fn a_force_stop_brakes_base_and_carriage_while_they_home() {
+    let mut bench = on_rail();
+    bench.enqueue(&rail_to(600.0));
+    bench.rest();
+    let index = bench.enqueue(&home());
+    bench.pass(2 * SECOND);
+    near(place(&mut bench), 450.0);
+    bench.set(&QueuedCmdForceStopExec {});
+    assert_eq!(bench.rest(), SECOND / 2);
+    near(place(&mut bench), 425.0);
+    assert_eq!(bench.current_index(), index);
+    assert!(!bench.state().homed);
+}
+
+#[test]
+fn a_jog_of_the_arm_waits_for_the_carriage_and_the_other_way_round() {
+    let mut bench = on_rail();
+    bench.set(&JogCommonParams {
+        velocity_ratio: 100.0,
+        acceleration_ratio: 100.0,
+    });
+    let base = JogCmd {
+        is_joint: Flag::ON,
+        cmd: JogCommand::Axis1Plus,
+    };
+    jog(&mut bench, JogCommand::RailPlus);
+    assert!(bench.arm.jogging());
+    bench.pass(2 * SECOND);
+    bench.set(&base);
+    bench.pass(SECOND);
+    near(place(&mut bench), 200.0);
+    assert_eq!(bench.joints()[0], 0.0);
+    // 15 deg/s at 50 deg/s2.
+    bench.pass(SECOND);
+    near(bench.joints()[0], 15.0 - 2.25);
+    jog(&mut bench, JogCommand::RailMinus);
+    bench.pass(3 * SECOND / 10);
+    near(bench.joints()[0], 15.0);
+    assert_eq!(place(&mut bench), 200.0);
+    bench.pass(SECOND);
+    near(place(&mut bench), 150.0);
+    // What follows can be taken back while the carriage slows down.
+    bench.set(&base);
+    bench.pass(SECOND / 2);
+    jog(&mut bench, JogCommand::Stop);
+    assert_eq!(bench.rest(), SECOND / 2);
+    near(place(&mut bench), 100.0);
+    near(bench.joints()[0], 15.0);
+    assert!(!bench.arm.jogging());
+}
+
+#[test]
+fn queued_jogs_do_not_hold_each_other_back() {
+    let mut bench = on_rail();
+    for (cmd, pause) in [(JogCommand::RailPlus, 500), (JogCommand::Stop, 0)] {
+        bench.enqueue(&JogCmd {
+            is_joint: Flag::OFF,
+            cmd,
+        });
+        bench.enqueue(&arm::wait(pause));
+    }
+    let last = bench.enqueue(&rail_to(0.0));
+    bench.pass(SECOND / 2);
+    assert!(bench.state().moving && bench.current_index() >= 3);
+    bench.rest();
+    assert_eq!(bench.current_index(), last);
+    assert_eq!(place(&mut bench), 0.0);
 }
 
 #[test]

@@ -4,7 +4,7 @@ mod arm;
 
 use arm::{Bench, SECOND, arm, running_arm, wait};
 use magician_protocol::commands::*;
-use magician_protocol::{Ctrl, Flag, Stepper};
+use magician_protocol::{Ctrl, Flag, Port, Stepper};
 use magician_sim::{CONVEYOR_PULSES_PER_MM, Event, Happening};
 
 fn steady(index: u8, enabled: bool, speed: i32) -> EMotor {
@@ -176,6 +176,87 @@ fn a_reset_stops_the_motors() {
     bench.arm.inject(Happening::Reset);
     bench.pass(SECOND);
     turns(&bench, 0, 0.0, 0.0);
+}
+
+/// A belt with a cube on it, and a light barrier 100 mm further on; a colour sensor looks at where the cube begins.
+const BELT: &str = r#"
+[conveyor]
+start = [260, -300]
+direction = 90
+length = 600
+width = 80
+height = -30
+stepper = 0
+
+[[object]]
+name = "cube"
+size = [20, 20, 20]
+at = [260, -200]
+on = "belt"
+color = "red"
+
+[[sensor]]
+kind = "infrared"
+port = "GP2"
+belt_at = 210
+
+[[sensor]]
+kind = "color"
+port = "GP4"
+belt_at = 100
+"#;
+
+fn sees(bench: &mut Bench, port: Option<Port>) -> bool {
+    let seen: IrSwitch = bench.get_with(&GetIrSwitch { port });
+    seen.state.is_on()
+}
+
+#[test]
+fn a_distance_run_takes_the_belt_to_the_light_barrier() {
+    let mut bench = arm::arm_in(BELT);
+    bench.set(&SetIrSwitch {
+        is_enabled: Flag::ON,
+        port: Port::Gp2,
+        version: None,
+    });
+    // Short of the barrier, into it, beyond.
+    let pulses = |mm: f64| (mm * CONVEYOR_PULSES_PER_MM).round() as u32;
+    for (mm, seen) in [(95.0, false), (10.0, true), (40.0, false)] {
+        bench.enqueue(&counted(0, 10_000, pulses(mm)));
+        bench.rest();
+        assert_eq!(sees(&mut bench, None), seen, "{mm}");
+        assert_eq!(sees(&mut bench, Some(Port::Gp2)), seen, "{mm}");
+    }
+    bench.enqueue(&counted(0, -10_000, pulses(40.0)));
+    bench.rest();
+    assert!(sees(&mut bench, None), "back again");
+    assert!(!sees(&mut bench, Some(Port::Gp1)), "not enabled there");
+    bench.set(&SetIrSwitch {
+        is_enabled: Flag::OFF,
+        port: Port::Gp2,
+        version: None,
+    });
+    assert!(!sees(&mut bench, None), "off");
+}
+
+#[test]
+fn a_colour_sensor_sees_while_it_is_on() {
+    let mut bench = arm::arm_in(BELT);
+    let color = |bench: &mut Bench, port| {
+        let ColorSensor { r, g, b } = bench.get_with(&GetColorSensor { port });
+        [r, g, b]
+    };
+    assert_eq!(color(&mut bench, Some(Port::Gp4)), [0; 3]);
+    for (enabled, port) in [(true, Port::Gp4), (true, Port::Gp1)] {
+        bench.set(&SetColorSensor {
+            is_enabled: Flag::from(enabled),
+            port,
+            version: None,
+        });
+    }
+    let [r, g, b] = color(&mut bench, Some(Port::Gp4));
+    assert!(r > 200 && g < 60 && b < 60, "red: {r} {g} {b}");
+    assert_eq!(color(&mut bench, None), [0; 3], "the port set last");
 }
 
 #[test]

@@ -107,6 +107,21 @@ fn multiplexing_is_a_change_of_input_too() {
 }
 
 #[test]
+fn an_input_that_the_scenario_changes_is_seen_to_the_microsecond() {
+    let mut bench = arm::arm_in(
+        "[[input]]\naddress = 9\nlevel = 0\n\
+         [[input]]\naddress = 9\nlevel = 1\nat = 3.2\n",
+    );
+    multiplex(&mut bench, 9, IoFunction::DigitalInputPullUp);
+    let index = bench.enqueue(&trig(9, 0, 0, 1));
+    assert_eq!(bench.arm.poll_timeout(), Some(3_200_000));
+    bench.pass(3_199_999);
+    assert_eq!(bench.state().queue.running, Some(index));
+    bench.pass(1);
+    assert_eq!(bench.current_index(), index);
+}
+
+#[test]
 fn both_stops_cut_it_short_and_the_queue_goes_on_when_started() {
     for force in [false, true] {
         let mut bench = with_input(IoFunction::DigitalInput);

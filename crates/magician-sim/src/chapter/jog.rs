@@ -1,7 +1,6 @@
-//! Jogging (document 1.9).
+//! Jogging (document 1.9, model section 10).
 
 use magician_protocol::commands::*;
-use magician_protocol::{JogCommand, Writable};
 
 use crate::core::Core;
 use crate::dispatch::{Apply, Step, Turn, stored};
@@ -14,12 +13,8 @@ stored!(
 );
 
 impl Apply for JogCmd {
+    /// In the queue too it has finished at once, and the arm goes on (model section 10).
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
-        match self.cmd {
-            JogCommand::Stop => core.rail_jog_stop(),
-            JogCommand::RailPlus => core.rail_jog(Self::ROW, true),
-            JogCommand::RailMinus => core.rail_jog(Self::ROW, false),
-            _ => core.not_simulated(Self::ROW),
-        }
+        core.jog(self.is_joint.is_on(), self.cmd)
     }
 }

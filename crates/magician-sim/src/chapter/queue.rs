@@ -11,6 +11,7 @@ not_simulated!(QueuedCmdStartDownload, QueuedCmdStopDownload);
 impl Apply for QueuedCmdStartExec {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         core.queue.started = true;
+        core.replan_segment();
         Step::Done
     }
 }

@@ -3,22 +3,31 @@
 //! All that moves is a [`Trajectory`]: it has a beginning and an end, and is asked where it is. What it is for, and what
 //! follows it, is its [`Purpose`].
 
+mod homing;
+mod jog;
 mod limits;
 mod outputs;
+mod path;
 mod plan;
 mod rail;
 mod watch;
 
-use magician_motion::{ArmState, Geometry, JointAngles, Trajectory};
+use magician_motion::{ArmState, Geometry, Jog, JogAxis, JointAngles, Trajectory};
 
 use crate::Micros;
 use crate::core::Core;
 use crate::dispatch::Step;
 use crate::world::{Course, Posture};
 
+pub(crate) use homing::Stage;
+pub(crate) use jog::Jogged;
 pub(crate) use outputs::Outputs;
+pub(crate) use path::{Segment, Way};
 use rail::Rail;
 pub(crate) use rail::RailCourse;
+
+/// No joint is further from where it is commanded to be, deg: a full turn.
+const MOST_SLIP: f64 = 360.0;
 
 /// The arm, at rest or on its way: where it is commanded to be, and where it really is.
 #[derive(Clone, Debug)]
@@ -28,9 +37,13 @@ pub(crate) struct Motion {
     measured: Geometry,
     under_way: Option<UnderWay>,
     /// By how much the joints really stand elsewhere than commanded: lost steps, and before homing the base angle.
-    pub(crate) slip: [f64; 4],
+    slip: [f64; 4],
+    /// What of the slip of J1 its encoder cannot know: where the base stood at power-up.
+    base: f64,
     /// The carriage that the arm stands on, if it does.
     pub(crate) rail: Rail,
+    /// The speed with which a segment of a continuous path has ended at this very instant, mm/s.
+    pub(crate) carried: f64,
 }
 
 /// A motion and when it began.
@@ -59,12 +72,18 @@ pub(crate) struct UnderWay {
 pub(crate) enum Purpose {
     /// A move to a target.
     Move,
-    /// Homing, while it looks for the switch of J1: no joint is commanded.
-    Search,
+    /// A segment of a continuous path.
+    Segment(Segment),
+    /// A jog: it runs until a limit or a command stops it.
+    Jog(Jog),
+    /// The end of a jog, and the jog that follows it.
+    JogStop { axis: JogAxis, then: Option<Jogged> },
+    /// Homing, while it looks for the switch of J1.
+    Search(Stage),
     /// The end of a motion that was force-stopped.
     Brake,
-    /// A jog of the carriage on the rail, or its end.
-    RailJog,
+    /// A jog of the carriage on the rail, or its end and the jog that follows it.
+    RailJog { then: Option<Jogged> },
 }
 
 impl UnderWay {
@@ -97,13 +116,31 @@ impl Motion {
             measured,
             under_way: None,
             slip: [0.0; 4],
+            base: 0.0,
             rail: Rail::new(rail_length),
+            carried: 0.0,
         }
     }
 
     /// Whether anything moves; the search of homing counts.
     pub(crate) fn is_moving(&self) -> bool {
         self.under_way.is_some()
+    }
+
+    /// Whether a jog is under way, its end included: the queue does not wait for it.
+    pub(crate) fn is_jogging(&self) -> bool {
+        let purpose = self.under_way.as_ref().map(|motion| motion.purpose);
+        matches!(
+            purpose,
+            Some(Purpose::Jog(_) | Purpose::JogStop { .. } | Purpose::RailJog { .. })
+        )
+    }
+
+    /// Gives what is under way another purpose.
+    fn repurpose(&mut self, purpose: Purpose) {
+        if let Some(motion) = &mut self.under_way {
+            motion.purpose = purpose;
+        }
     }
 
     /// What moves.
@@ -188,35 +225,20 @@ impl Core {
         alarm: Option<u8>,
         outputs: Outputs,
     ) -> Step {
-        let lasting = trajectory.duration_us();
-        self.begin_lasting(purpose, trajectory, lasting, alarm, outputs)
-    }
-
-    /// As [`begin`](Self::begin), for a motion that lasts longer than its trajectory: the arm rests at its end.
-    pub(crate) fn begin_lasting(
-        &mut self,
-        purpose: Purpose,
-        trajectory: Trajectory,
-        lasting: Micros,
-        alarm: Option<u8>,
-        outputs: Outputs,
-    ) -> Step {
         let rail = RailCourse::standing(self.rail());
-        self.begin_with_rail(purpose, trajectory, rail, lasting, alarm, outputs)
+        self.begin_with_rail(purpose, trajectory, rail, alarm, outputs)
     }
 
-    /// As [`begin_lasting`](Self::begin_lasting), together with a way of the carriage on the rail: the motion lasts until
-    /// both rest and `least` is over.
+    /// As [`begin`](Self::begin), together with a way of the carriage on the rail: the motion lasts until both rest.
     pub(crate) fn begin_with_rail(
         &mut self,
         purpose: Purpose,
         trajectory: Trajectory,
         rail: RailCourse,
-        least: Micros,
         alarm: Option<u8>,
         outputs: Outputs,
     ) -> Step {
-        let lasting = trajectory.duration_us().max(rail.duration()).max(least);
+        let lasting = trajectory.duration_us().max(rail.duration());
         self.motion.measured = self.geometry();
         self.motion.rest = *trajectory.start();
         self.motion.under_way = Some(UnderWay {
@@ -283,8 +305,16 @@ impl Core {
     /// What a motion that came to its end leads to.
     fn follow_up(&mut self, motion: &UnderWay) -> Step {
         match motion.purpose {
-            Purpose::Search => self.leave_switch(),
-            Purpose::Move | Purpose::Brake | Purpose::RailJog => Step::Done,
+            Purpose::Search(stage) => self.search_on(stage),
+            Purpose::Segment(_) => {
+                self.segment_ended(motion);
+                Step::Done
+            }
+            Purpose::JogStop { then, .. } | Purpose::RailJog { then } => match then {
+                Some(jogged) => self.begin_jogged(jogged),
+                None => Step::Done,
+            },
+            Purpose::Move | Purpose::Brake | Purpose::Jog(_) => Step::Done,
         }
     }
 
@@ -374,18 +404,43 @@ impl Core {
 
     /// A joint slips: from now on it stands elsewhere than commanded.
     pub(crate) fn slip(&mut self, joint: u8, degrees: f64) {
+        if !degrees.is_finite() {
+            return;
+        }
         self.end_course();
         if let Some(slip) = usize::from(joint)
             .checked_sub(1)
             .and_then(|at| self.motion.slip.get_mut(at))
         {
-            *slip += degrees;
+            *slip = (*slip + degrees).clamp(-MOST_SLIP, MOST_SLIP);
         }
         self.show_course();
     }
 }
 
 impl Motion {
+    /// The joints are where they are commanded to be.
+    fn forget_slip(&mut self) {
+        self.slip = [0.0; 4];
+        self.base = 0.0;
+    }
+
+    /// J1 does not know where the base stands: it is so much further than its encoder says.
+    pub(crate) fn forget_base(&mut self, base: f64) {
+        self.slip = [base, 0.0, 0.0, 0.0];
+        self.base = base;
+    }
+
+    /// By how much the base encoder and the sensors of J2 and J3 say that the joints are off (model section 12).
+    pub(crate) fn lost(&self, now: Micros) -> [f64; 3] {
+        let (really, commanded) = (self.posture(now).joints, self.commanded(now).joints);
+        [
+            really.j1 - self.base - commanded.j1,
+            really.j2 - commanded.j2,
+            really.j3 - commanded.j3,
+        ]
+    }
+
     fn stall(&mut self, now: Micros) {
         let [_, j2, j3, _] = self.posture(now).joints.to_array();
         if let Some(motion) = &mut self.under_way {

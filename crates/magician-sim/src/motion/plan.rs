@@ -1,14 +1,11 @@
 //! What is planned when a command asks for motion, and the alarms that planning raises.
 
-use magician_motion::{
-    Crossing, MotionError, Move, MoveKind, Plan, Planner, Speeds, Target, Trajectory,
-};
-use magician_protocol::commands::HomeCmd;
-use magician_protocol::{Alarm, PoList, Writable};
+use magician_motion::{Crossing, MotionError, Move, MoveKind, Plan, Planner, Speeds, Target};
+use magician_protocol::{Alarm, PoList};
 
+use super::homing::ANYWHERE;
 use super::limits::alarm_of;
 use super::{Outputs, Purpose};
-use crate::convert::micros;
 use crate::core::Core;
 use crate::dispatch::Step;
 use crate::event::Refusal;
@@ -57,7 +54,19 @@ impl Core {
                     .along(trajectory.duration_us(), self)
                     .stopped_with(crossing.map(|crossing| crossing.at_us));
                 let outputs = Outputs::new(outputs, (&trajectory, &rail));
-                self.begin_with_rail(Purpose::Move, trajectory, rail, 0, alarm, outputs)
+                self.begin_with_rail(Purpose::Move, trajectory, rail, alarm, outputs)
+            }
+            Err(error) => self.unplannable(id, &error),
+        }
+    }
+
+    /// Begins a path in space that has been planned, as [`move_arm`](Self::move_arm) does.
+    pub(crate) fn follow(&mut self, id: u8, plan: Result<Plan, MotionError>) -> Step {
+        match plan {
+            Ok(plan) => {
+                self.halt();
+                let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
+                self.begin(Purpose::Move, plan.trajectory, alarm, Outputs::default())
             }
             Err(error) => self.unplannable(id, &error),
         }
@@ -76,50 +85,20 @@ impl Core {
         };
         match motion.purpose {
             Purpose::Brake => {}
-            Purpose::Search => self.halt(),
-            Purpose::Move | Purpose::RailJog => {
+            purpose => {
                 let (elapsed, factor) = (motion.elapsed(self.now), self.profile.stop.force_factor);
-                let planner = self.planner(self.ptp_speeds());
+                let mut planner = self.planner(self.ptp_speeds());
+                if let Purpose::Search(_) = purpose {
+                    planner.limits = ANYWHERE;
+                }
                 let plan = planner.brake(&motion.trajectory, elapsed, factor);
                 let rail = self.brake_rail(&motion.rail, elapsed);
                 let alarm = plan.crossing.map(|crossing| alarm_at_limit(&crossing));
                 // Its command finishes when the arm stands.
                 self.rest_here();
                 let none = Outputs::default();
-                self.begin_with_rail(Purpose::Brake, plan.trajectory, rail, 0, alarm, none);
+                self.begin_with_rail(Purpose::Brake, plan.trajectory, rail, alarm, none);
             }
-        }
-    }
-
-    /// Begins homing: first the search for the switch of J1, which finds the reference, then the joint move to the
-    /// home point. The carriage on the rail homes during the search, which lasts until it has.
-    pub(crate) fn home(&mut self) -> Step {
-        self.halt();
-        let (waits, rail) = (self.arm_at_rest(), self.home_rail());
-        let lasting = micros(self.profile.home.search);
-        let none = Outputs::default();
-        self.begin_with_rail(Purpose::Search, waits, rail, lasting, None, none)
-    }
-
-    /// No motion of the arm.
-    pub(super) fn arm_at_rest(&self) -> Trajectory {
-        Trajectory::at_rest(&self.geometry(), &self.arm())
-    }
-
-    /// Homing has found its reference: now to the home point.
-    pub(super) fn leave_switch(&mut self) -> Step {
-        self.homed = true;
-        let request = Move {
-            target: self.home_point(),
-            kind: MoveKind::Joint,
-        };
-        let planner = self.planner(self.homing_speeds());
-        match planner.plan(&self.arm(), &request) {
-            Ok(plan) => {
-                let alarm = alarm_on_the_way(&request, plan.crossing);
-                self.begin(Purpose::Move, plan.trajectory, alarm, Outputs::default())
-            }
-            Err(error) => self.unplannable(HomeCmd::ROW.id, &error),
         }
     }
 }
@@ -129,6 +108,8 @@ pub(crate) fn alarm_in_planning(error: &MotionError) -> u8 {
     match error {
         MotionError::Limit { .. } => Alarm::PlanInvLimit,
         MotionError::Speed { .. } => Alarm::PlanSpeedInputParam,
+        MotionError::Coincident => Alarm::PlanPushDataRepeat,
+        MotionError::Collinear => Alarm::PlanArcInputParam,
         // Out of reach, and whatever else cannot be calculated.
         _ => Alarm::PlanInvCalc,
     }
@@ -136,7 +117,7 @@ pub(crate) fn alarm_in_planning(error: &MotionError) -> u8 {
 
 /// The alarm for what stops a motion on its way: a move of joints runs into a limit, a path in space leaves the limits
 /// or the reach (model section 15a).
-fn alarm_on_the_way(request: &Move, crossing: Option<Crossing>) -> Option<u8> {
+pub(super) fn alarm_on_the_way(request: &Move, crossing: Option<Crossing>) -> Option<u8> {
     let crossing = crossing?;
     let of_joints = matches!(
         request.target,

@@ -1,9 +1,10 @@
 //! The carriage on the rail (model sections 10 and 12): it moves with the arm, alone, or is jogged.
 
-use magician_motion::{Braking, Profile, Rates};
-use magician_protocol::{Alarm, Row};
+use magician_motion::{Braking, Profile, Rates, Trajectory};
+use magician_protocol::commands::JogCmd;
+use magician_protocol::{Alarm, Writable};
 
-use super::{Outputs, Purpose};
+use super::{Jogged, Outputs, Purpose};
 use crate::Micros;
 use crate::core::Core;
 use crate::dispatch::Step;
@@ -295,13 +296,10 @@ impl Core {
     /// Jogs the carriage towards the end of the rail, where it comes to rest without an alarm. Against the way that it
     /// moves it first comes to rest; told again the direction that it has, it goes on as it does. Nothing waits for a
     /// jog: it has finished at once (model section 10).
-    pub(crate) fn rail_jog(&mut self, row: &'static Row, positive: bool) -> Step {
-        if !self.has_rail() {
-            return Step::Done;
-        }
+    pub(super) fn rail_jog(&mut self, positive: bool) -> Step {
         let Some(rates) = self.rail_jog_rates() else {
             self.raise(Alarm::PlanSpeedInputParam);
-            return self.refuse(row.id, Refusal::Unplannable);
+            return self.refuse(JogCmd::ROW.id, Refusal::Unplannable);
         };
         let (length, sign) = (self.motion.rail.length, if positive { 1.0 } else { -1.0 });
         let (from, velocity) = match self.rail_jogging() {
@@ -311,39 +309,39 @@ impl Core {
         };
         let to = if positive { length } else { 0.0 };
         let course = RailCourse::slowing(from, velocity, rates.acceleration, length);
-        self.begin_rail_jog(course.then_going(to, &rates));
-        Step::Done
+        self.begin_rail_jog(course.then_going(to, &rates), None)
     }
 
-    /// Ends a jog of the carriage: it comes to rest at the acceleration of the jog.
-    pub(crate) fn rail_jog_stop(&mut self) -> Step {
-        let deceleration = self
-            .rail_jog_rates()
-            .map_or(f64::INFINITY, |rates| rates.acceleration);
-        if let Some((course, elapsed)) = self.rail_jogging() {
-            let (from, velocity) = (course.sample(elapsed), course.velocity(elapsed));
-            let length = self.motion.rail.length;
-            self.begin_rail_jog(RailCourse::slowing(from, velocity, deceleration, length));
+    /// Ends a jog of the carriage: it comes to rest at the acceleration of the jog, and `then` follows.
+    pub(super) fn rail_jog_stop(&mut self, then: Option<Jogged>) -> Step {
+        let rates = self.rail_jog_rates();
+        let deceleration = rates.map_or(f64::INFINITY, |rates| rates.acceleration);
+        let Some((course, elapsed)) = self.rail_jogging() else {
+            return Step::Done;
+        };
+        if course.heading() == 0.0 {
+            // It slows down already: only what follows may change.
+            self.motion.repurpose(Purpose::RailJog { then });
+            return Step::Done;
         }
-        Step::Done
+        let (from, velocity) = (course.sample(elapsed), course.velocity(elapsed));
+        let length = self.motion.rail.length;
+        let course = RailCourse::slowing(from, velocity, deceleration, length);
+        self.begin_rail_jog(course, then)
     }
 
     /// The jog of the carriage that is under way, and how long it has been.
     fn rail_jogging(&self) -> Option<(RailCourse, Micros)> {
         let motion = self.motion.under_way()?;
-        (motion.purpose == Purpose::RailJog).then(|| (motion.rail, motion.elapsed(self.now)))
+        let jogs = matches!(motion.purpose, Purpose::RailJog { .. });
+        jogs.then(|| (motion.rail, motion.elapsed(self.now)))
     }
 
-    fn begin_rail_jog(&mut self, course: RailCourse) {
-        self.halt();
-        let stands = self.arm_at_rest();
-        let _: Step = self.begin_with_rail(
-            Purpose::RailJog,
-            stands,
-            course,
-            0,
-            None,
-            Outputs::default(),
-        );
+    fn begin_rail_jog(&mut self, course: RailCourse, then: Option<Jogged>) -> Step {
+        self.rest_here();
+        let arm = Trajectory::at_rest(&self.geometry(), &self.arm());
+        let (purpose, none) = (Purpose::RailJog { then }, Outputs::default());
+        self.begin_with_rail(purpose, arm, course, None, none);
+        Step::Done
     }
 }

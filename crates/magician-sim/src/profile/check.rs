@@ -20,9 +20,9 @@ impl Profile {
         self.limits.guaranteed.check("limits.guaranteed")?;
         finite("power_up.joints", &self.power_up.joints)?;
         finite("home.joints", &self.home.joints)?;
+        turn("home.switch", self.home.switch)?;
         self.check_speeds()?;
         self.check_numbers()?;
-        duration("home.search", self.home.search)?;
         duration("tools.vacuum_delay", self.tools.vacuum_delay)?;
         duration("tools.gripper_delay", self.tools.gripper_delay)?;
         let pins = self.io.pins.len();
@@ -98,6 +98,10 @@ impl Profile {
         positive("ceilings.rotation_acceleration", &[rotation_acceleration])?;
         positive("home.velocity", &self.home.velocity)?;
         positive("home.acceleration", &self.home.acceleration)?;
+        positive("home.search", &[self.home.search])?;
+        positive("home.back_off", &[self.home.back_off])?;
+        positive("home.creep", &self.home.creep)?;
+        positive("path.period", &[self.path.period])?;
         positive("stop.force_factor", &[self.stop.force_factor])?;
         positive("rail.length", &[self.rail.length])?;
         positive("rail.home_velocity", &[self.rail.home_velocity])?;
@@ -227,5 +231,14 @@ fn duration(name: &'static str, seconds: f64) -> Result<(), ProfileError> {
         name,
         seconds,
         "0 to 3600 seconds",
+    )
+}
+
+fn turn(name: &'static str, degrees: f64) -> Result<(), ProfileError> {
+    rule(
+        (-360.0..=360.0).contains(&degrees),
+        name,
+        degrees,
+        "-360 to 360 degrees",
     )
 }

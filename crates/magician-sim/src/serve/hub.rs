@@ -1,6 +1,7 @@
 use std::time::{Duration, Instant};
 
-use magician_protocol::{Direction, FrameBuf};
+use magician_protocol::commands::DeviceId;
+use magician_protocol::{Direction, FrameBuf, NoArgs, Readable};
 
 use super::{Notice, OnNotice};
 use crate::{LinkId, Micros, Runner};
@@ -38,6 +39,14 @@ impl Hub {
         Ok(())
     }
 
+    pub(super) fn runner(&self) -> &Runner {
+        &self.runner
+    }
+
+    pub(super) fn runner_mut(&mut self) -> &mut Runner {
+        &mut self.runner
+    }
+
     /// A client came, or may come.
     pub(super) fn open(&mut self, name: String) -> Peer {
         let tape = self.tape.open(&name);
@@ -52,16 +61,20 @@ impl Hub {
     /// A client left, and the next will be known by the same name.
     #[cfg(unix)]
     pub(super) fn renew(&mut self, peer: &mut Peer) {
-        self.runner.close(peer.link);
-        let written = self.tape.close(&peer.tape);
-        self.taped(written);
+        self.forget(peer);
         peer.link = self.next_link();
     }
 
-    pub(super) fn close(&mut self, peer: Peer) {
+    /// A client that may have come did not, and will not.
+    pub(super) fn forget(&mut self, peer: &Peer) {
         self.runner.close(peer.link);
         let written = self.tape.close(&peer.tape);
         self.taped(written);
+    }
+
+    /// A client left.
+    pub(super) fn close(&mut self, peer: Peer) {
+        self.forget(&peer);
         self.notice(Notice::Left(peer.name));
     }
 
@@ -85,6 +98,19 @@ impl Hub {
             .record(&peer.tape, now, Direction::Reply, reply.bytes());
         self.taped(written);
         Some(reply)
+    }
+
+    /// The three words by which the arm can be told from all others, as it answers them.
+    pub(super) fn device_id(&mut self) -> [u32; 3] {
+        let link = self.next_link();
+        let controller = self.runner.controller_mut();
+        if let Ok(request) = FrameBuf::get(&NoArgs, DeviceId::ROW) {
+            controller.receive(link, request.bytes());
+        }
+        let reply = controller.poll_transmit(link);
+        controller.close(link);
+        let value = reply.and_then(|reply| reply.frame().read::<DeviceId>().ok());
+        value.map_or([0; 3], |id| id.device_id)
     }
 
     pub(super) fn notice(&mut self, notice: Notice) {

@@ -1,8 +1,9 @@
 //! The virtual arm for programs outside: pseudo-terminals, UDP and TCP, all to the same arm.
 //!
 //! A [`Server`] needs a tokio runtime with I/O (and, except on Linux, time) enabled. It is one
-//! future on one thread; a current-thread runtime answers fastest. Signals are the caller's:
-//! [`Server::serve_until`] ends when the future given to it does.
+//! future on one thread, and so are several together ([`serve_all`]); a current-thread runtime
+//! answers fastest. Signals are the caller's: [`Server::serve_until`] ends when the future given to
+//! it does.
 //!
 //! Every client is a link of its own with its own decoder: each client of a pseudo-terminal in
 //! turn, each UDP peer, each TCP connection. Nothing a client does, or leaves undone, blocks the
@@ -10,32 +11,39 @@
 //! drops them.
 
 use std::fmt;
-use std::future::{Future, poll_fn};
+use std::future::Future;
 use std::io;
 use std::net::SocketAddr;
 #[cfg(unix)]
 use std::path::PathBuf;
-use std::pin::pin;
-use std::task::{Context, Poll};
+use std::task::Context;
 
-use tokio::task::unconstrained;
-
-use crate::{Controller, Event, Line, Runner, Speed};
+use crate::{Controller, Event, Line, Speed};
 
 mod address;
+mod arm;
+mod bell;
+mod discovery;
+mod door;
+mod handle;
 mod hub;
 mod outbox;
 #[cfg(unix)]
 mod pty;
 #[cfg(unix)]
 mod reactor;
+mod several;
 mod tcp;
 mod timer;
 mod udp;
 
-use address::resolve;
+pub use discovery::Discovery;
+pub use handle::{Answer, Ended, Handle};
+pub use several::{numbered, serve_all};
+
+use door::{Door, Number};
+use handle::Orders;
 use hub::Hub;
-use timer::Timer;
 
 /// Reads on one endpoint before the others get their turn.
 const READS_PER_TURN: u32 = 16;
@@ -59,22 +67,17 @@ pub struct Server {
     speed: Speed,
     line: Line,
     doors: Vec<Door>,
+    discovery: Discovery,
+    number: Number,
     on_ready: OnReady,
     on_notice: OnNotice,
+    orders: Orders,
     #[cfg(feature = "trace")]
     trace: Option<Box<dyn io::Write + Send>>,
 }
 
 type OnReady = Box<dyn FnOnce(&[Endpoint]) + Send>;
 type OnNotice = Box<dyn FnMut(Notice) + Send>;
-
-/// An endpoint that was asked for.
-enum Door {
-    #[cfg(unix)]
-    Pty(PathBuf),
-    Udp(String),
-    Tcp(String),
-}
 
 /// An endpoint that accepts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -91,6 +94,8 @@ pub enum Endpoint {
     Udp(SocketAddr),
     /// A TCP listener, with the port it got.
     Tcp(SocketAddr),
+    /// A UDP socket that answers hosts which look for an arm, with the port it got.
+    Discovery(SocketAddr),
 }
 
 impl fmt::Display for Endpoint {
@@ -100,6 +105,7 @@ impl fmt::Display for Endpoint {
             Self::Pty { path, .. } => path.display().fmt(f),
             Self::Udp(address) => write!(f, "udp:{address}"),
             Self::Tcp(address) => write!(f, "tcp:{address}"),
+            Self::Discovery(address) => write!(f, "discovery:{address}"),
         }
     }
 }
@@ -116,6 +122,18 @@ pub enum Notice {
     Left(String),
     /// A connection was refused because as many as the server keeps are open.
     Refused(String),
+    /// The cable was pulled ([`Runner::unplug`](crate::Runner::unplug)) and the endpoints are gone.
+    Unplugged,
+    /// The cable is back, and so are the endpoints: a pseudo-terminal is another device now.
+    Plugged(Vec<Endpoint>),
+    /// Hosts that look for an arm will not find this one: nobody asked for discovery by name
+    /// ([`Discovery::Auto`]), and its port cannot be had. Comes before all is ready.
+    Undiscoverable {
+        /// Where it would have been.
+        address: SocketAddr,
+        /// What the system said.
+        error: io::Error,
+    },
     /// The trace cannot be written and ends here; the arm is served on.
     TraceEnded(io::Error),
 }
@@ -176,8 +194,11 @@ impl Server {
             speed: Speed::default(),
             line: Line::default(),
             doors: Vec::new(),
+            discovery: Discovery::default(),
+            number: None,
             on_ready: Box::new(|_| ()),
             on_notice: Box::new(|_| ()),
+            orders: Orders::new(),
             #[cfg(feature = "trace")]
             trace: None,
         }
@@ -215,10 +236,18 @@ impl Server {
 
     /// A UDP socket at `HOST[:PORT]` (8899 unless given, errata E45; 0: any free port). Each
     /// sender's datagrams are a stream of bytes; each reply is a datagram to the address its
-    /// request came from. The 32 latest senders are remembered.
+    /// request came from. The 32 latest senders are remembered. On port 8899 it comes with
+    /// [`Discovery`].
     #[must_use]
     pub fn udp(mut self, address: impl Into<String>) -> Self {
         self.doors.push(Door::Udp(address.into()));
+        self
+    }
+
+    /// Where hosts that look for an arm are answered.
+    #[must_use]
+    pub fn discovery(mut self, discovery: Discovery) -> Self {
+        self.discovery = discovery;
         self
     }
 
@@ -226,6 +255,15 @@ impl Server {
     #[must_use]
     pub fn tcp(mut self, address: impl Into<String>) -> Self {
         self.doors.push(Door::Tcp(address.into()));
+        self
+    }
+
+    /// This is arm `number` of several, counted from 1, whose endpoints are told apart by it:
+    /// `.number` is added to the paths of pseudo-terminals, and ports count up from the ones given
+    /// (0 stays any free port). [`serve_all`] serves them together.
+    #[must_use]
+    pub fn number(mut self, number: u32) -> Self {
+        self.number = Some(number);
         self
     }
 
@@ -251,91 +289,40 @@ impl Server {
         self
     }
 
+    /// A hand on the arm, to look at it and change it while it is served.
+    #[must_use]
+    pub fn handle(&self) -> Handle {
+        self.orders.handle()
+    }
+
     /// Opens every endpoint and serves until `end` is ready. What it made (symlinks, sockets) is
     /// gone when this returns or the future is dropped.
     ///
     /// # Errors
     /// [`ServeError`] when an endpoint cannot be opened (then none stays open) or breaks down.
     pub async fn serve_until(self, end: impl Future<Output = ()>) -> Result<(), ServeError> {
-        let mut hub = Hub::new(
-            Runner::new(self.controller, self.speed, self.line),
-            self.on_notice,
-        );
-        #[cfg(feature = "trace")]
-        if let Some(writer) = self.trace {
-            hub.trace(writer).map_err(ServeError::Trace)?;
-        }
-        let mut ports: Vec<Box<dyn Port + Send>> = Vec::new();
-        for door in self.doors {
-            ports.push(door.open(&mut hub)?);
-        }
-        let mut timer = Timer::new().map_err(ServeError::Timer)?;
-        let endpoints: Vec<Endpoint> = ports.iter().map(|port| port.endpoint()).collect();
-        (self.on_ready)(&endpoints);
-        let mut end = pin!(end);
-        // Turns are bounded here. The runtime's own bound would look like a full socket.
-        unconstrained(poll_fn(|cx| match end.as_mut().poll(cx) {
-            Poll::Ready(()) => Poll::Ready(Ok(())),
-            Poll::Pending => turn(cx, &mut hub, &mut ports, &mut timer),
-        }))
-        .await
+        serve_all([self], end).await
     }
-}
 
-/// Does all that can be done now and sees to being woken for the rest.
-fn turn(
-    cx: &mut Context<'_>,
-    hub: &mut Hub,
-    ports: &mut [Box<dyn Port + Send>],
-    timer: &mut Timer,
-) -> Poll<Result<(), ServeError>> {
-    hub.tick();
-    for port in ports {
-        if let Err(source) = port.turn(cx, hub) {
-            return Poll::Ready(Err(ServeError::at(port.endpoint(), "go on", source)));
-        }
+    /// Whether there is no hope of opening its endpoints.
+    fn check(&self) -> Result<(), ServeError> {
+        let mut doors = self.doors.iter();
+        doors.try_for_each(|door| door.check(self.number))?;
+        door::check(&self.discovery, self.number)
     }
-    hub.report();
-    if let Some(wait) = hub.wait()
-        && timer.poll(cx, wait).is_ready()
-    {
-        cx.waker().wake_by_ref();
-    }
-    Poll::Pending
 }
 
 /// An open endpoint.
 trait Port {
     /// What it is called outside.
     fn endpoint(&self) -> Endpoint;
-    /// Reads what is there, writes what is due, and registers to be woken for more.
+    /// Reads what is there, writes what is due, and registers to be woken for more. While the arm
+    /// is unplugged, what is read goes nowhere.
     fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()>;
-}
-
-impl Door {
-    fn open(
-        self,
-        #[cfg_attr(
-            not(unix),
-            expect(unused_variables, reason = "only a terminal is a peer by itself")
-        )]
-        hub: &mut Hub,
-    ) -> Result<Box<dyn Port + Send>, ServeError> {
-        match self {
-            #[cfg(unix)]
-            Self::Pty(path) => Ok(Box::new(pty::Pty::open(&path, hub)?)),
-            Self::Udp(address) => {
-                let resolved = resolve(&address, Some(magician_protocol::UDP_PORT))?;
-                let port = udp::Udp::bind(resolved);
-                let port = port.map_err(|source| ServeError::at(&address, "bind", source))?;
-                Ok(Box::new(port))
-            }
-            Self::Tcp(address) => {
-                let resolved = resolve(&address, None)?;
-                let port = tcp::Tcp::bind(resolved);
-                let port = port.map_err(|source| ServeError::at(&address, "listen", source))?;
-                Ok(Box::new(port))
-            }
-        }
+    /// The arm's cable was pulled, perhaps once more: no client is a client any longer.
+    fn unplug(&mut self, hub: &mut Hub);
+    /// The cable is back.
+    fn plug(&mut self, _: &mut Hub) -> Result<(), ServeError> {
+        Ok(())
     }
 }

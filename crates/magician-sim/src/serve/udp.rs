@@ -12,7 +12,7 @@ use super::{Endpoint, Notice, Port, READS_PER_TURN};
 /// Senders that are remembered.
 const PEERS: usize = 32;
 /// Largest datagram there is.
-const DATAGRAM: usize = 65_536;
+pub(super) const DATAGRAM: usize = 65_536;
 
 /// A UDP socket, as the Wi-Fi module has one (errata E45).
 pub(super) struct Udp {
@@ -25,11 +25,10 @@ pub(super) struct Udp {
 
 impl Udp {
     pub(super) fn bind(address: SocketAddr) -> io::Result<Self> {
-        let socket = std::net::UdpSocket::bind(address)?;
-        socket.set_nonblocking(true)?;
+        let (socket, address) = bound(address)?;
         Ok(Self {
-            address: socket.local_addr()?,
-            socket: UdpSocket::from_std(socket)?,
+            socket,
+            address,
             peers: VecDeque::new(),
             buffer: vec![0; DATAGRAM].into_boxed_slice(),
         })
@@ -76,11 +75,13 @@ impl Port for Udp {
             let from = match self.socket.poll_recv_from(cx, &mut buffer) {
                 Poll::Pending => return Ok(()),
                 Poll::Ready(Ok(from)) => from,
-                // An earlier reply met a closed port; that is its reader's affair.
                 Poll::Ready(Err(error)) if refused(&error) => continue,
                 Poll::Ready(Err(error)) => return Err(error),
             };
             let count = buffer.filled().len();
+            if !hub.runner().plugged() {
+                continue;
+            }
             self.hear(from, hub);
             if let Some((_, peer)) = self.peers.back()
                 && hub.room(peer) > 0
@@ -92,9 +93,24 @@ impl Port for Udp {
         cx.waker().wake_by_ref();
         Ok(())
     }
+
+    fn unplug(&mut self, hub: &mut Hub) {
+        for (_, peer) in self.peers.drain(..) {
+            hub.close(peer);
+        }
+    }
 }
 
-fn refused(error: &io::Error) -> bool {
+/// A socket at this address, with the port it got.
+pub(super) fn bound(address: SocketAddr) -> io::Result<(UdpSocket, SocketAddr)> {
+    let socket = std::net::UdpSocket::bind(address)?;
+    socket.set_nonblocking(true)?;
+    let address = socket.local_addr()?;
+    Ok((UdpSocket::from_std(socket)?, address))
+}
+
+/// Whether an earlier datagram met a closed port; that is its reader's affair.
+pub(super) fn refused(error: &io::Error) -> bool {
     matches!(
         error.kind(),
         io::ErrorKind::ConnectionReset | io::ErrorKind::ConnectionRefused

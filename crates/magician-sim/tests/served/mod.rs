@@ -1,12 +1,15 @@
 //! A server on a thread of its own, for tests that talk to it through real descriptors. Every wait
 //! has a deadline far beyond what it can take, and ends as soon as what it waits for is there.
 
+#![allow(dead_code, reason = "each test uses its part")]
+
+use std::io::{Read, Write};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::serve::{Endpoint, Notice, ServeError, Server};
+use magician_sim::serve::{Endpoint, Handle, Notice, ServeError, Server, serve_all};
 use magician_sim::{Controller, Profile, Speed};
 use tokio::sync::oneshot;
 
@@ -14,6 +17,8 @@ pub(crate) const DEADLINE: Duration = Duration::from_secs(20);
 
 pub(crate) struct Served {
     pub(crate) endpoints: Vec<Endpoint>,
+    /// One for each arm.
+    pub(crate) handles: Vec<Handle>,
     notices: Receiver<Notice>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<Result<(), ServeError>>>,
@@ -21,31 +26,69 @@ pub(crate) struct Served {
 
 /// Starts a server and waits until it is ready.
 pub(crate) fn serve(build: impl FnOnce(Server) -> Server) -> Result<Served, ServeError> {
+    serve_arm(Profile::default(), build)
+}
+
+/// Starts a server of this arm and waits until it is ready.
+pub(crate) fn serve_arm(
+    profile: Profile,
+    build: impl FnOnce(Server) -> Server,
+) -> Result<Served, ServeError> {
+    start([build(server(profile))])
+}
+
+/// Starts so many arms in one server, numbered from 1, and waits until all are ready.
+pub(crate) fn serve_arms(
+    count: u32,
+    build: impl Fn(Server) -> Server,
+) -> Result<Served, ServeError> {
+    start((1..=count).map(|number| {
+        let mut profile = Profile::default();
+        profile.identity = profile.identity.numbered(number);
+        build(server(profile)).number(number)
+    }))
+}
+
+fn server(profile: Profile) -> Server {
+    Server::new(Controller::new(profile)).speed(Speed::Max)
+}
+
+fn start(servers: impl IntoIterator<Item = Server>) -> Result<Served, ServeError> {
     let (ready, is_ready) = channel();
     let (notice, notices) = channel();
     let (stop, stopped) = oneshot::channel();
-    let server = Server::new(Controller::new(Profile::default())).speed(Speed::Max);
-    let server = build(server)
-        .on_ready(move |endpoints| ready.send(endpoints.to_vec()).unwrap())
-        .on_notice(move |seen| drop(notice.send(seen)));
+    let watch = |server: Server| {
+        let (ready, notice) = (ready.clone(), notice.clone());
+        server
+            .on_ready(move |endpoints| ready.send(endpoints.to_vec()).unwrap())
+            .on_notice(move |seen| drop(notice.send(seen)))
+    };
+    let servers: Vec<Server> = servers.into_iter().map(watch).collect();
+    let handles: Vec<Handle> = servers.iter().map(Server::handle).collect();
+    drop(ready);
     let thread = std::thread::spawn(move || {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
             .unwrap();
-        runtime.block_on(server.serve_until(async {
+        runtime.block_on(serve_all(servers, async {
             let _ = stopped.await;
         }))
     });
-    match is_ready.recv_timeout(DEADLINE) {
-        Ok(endpoints) => Ok(Served {
-            endpoints,
-            notices,
-            stop: Some(stop),
-            thread: Some(thread),
-        }),
-        Err(_) => Err(thread.join().unwrap().unwrap_err()),
+    let mut endpoints = Vec::new();
+    for _ in &handles {
+        match is_ready.recv_timeout(DEADLINE) {
+            Ok(of_one) => endpoints.extend(of_one),
+            Err(_) => return Err(thread.join().unwrap().unwrap_err()),
+        }
     }
+    Ok(Served {
+        endpoints,
+        handles,
+        notices,
+        stop: Some(stop),
+        thread: Some(thread),
+    })
 }
 
 impl Served {
@@ -76,6 +119,16 @@ impl Drop for Served {
     }
 }
 
+/// Sends a request and reads one frame.
+pub(crate) fn ask(stream: &mut (impl Read + Write), request: &[u8]) -> Vec<u8> {
+    stream.write_all(request).unwrap();
+    let mut reply = vec![0; 3];
+    stream.read_exact(&mut reply).unwrap();
+    reply.resize(usize::from(reply[2]) + 4, 0);
+    stream.read_exact(&mut reply[3..]).unwrap();
+    reply
+}
+
 pub(crate) fn get(id: u8) -> Vec<u8> {
     FrameBuf::new(id, Ctrl::GET, &[]).unwrap().bytes().to_vec()
 }
@@ -95,4 +148,18 @@ pub(crate) fn name(reply: &[u8]) -> String {
     assert_eq!(frame.id(), 1);
     let name = String::from_utf8(frame.params().to_vec()).unwrap();
     name.trim_end_matches('\0').to_owned()
+}
+
+/// A loopback address that no other test has, in this process or another. Other systems have only
+/// one loopback address.
+#[cfg(target_os = "linux")]
+pub(crate) fn own_host() -> String {
+    use std::sync::atomic::{AtomicU32, Ordering};
+    static NEXT: AtomicU32 = AtomicU32::new(1);
+    // A process id has 22 bits, the addresses of the loopback 24.
+    let process = std::process::id() & 0x3F_FFFF;
+    let [_, low, b, c] = process.to_be_bytes();
+    let own = NEXT.fetch_add(1, Ordering::Relaxed);
+    assert!(own < 4, "a process has three");
+    format!("127.{}.{b}.{c}", own << 6 | u32::from(low))
 }

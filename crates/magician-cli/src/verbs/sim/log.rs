@@ -17,28 +17,38 @@ pub(super) fn title(identity: &Identity, speed: Speed) -> String {
     format!("virtual arm \"{name}\", firmware {major}.{minor}.{revision}, speed {speed}")
 }
 
-/// Says what is served where.
-pub(super) fn doors(title: &str, endpoints: &[Endpoint]) {
-    say(title);
-    for endpoint in endpoints {
-        say(&match endpoint {
-            #[cfg(unix)]
-            Endpoint::Pty { path, device } => {
-                format!("serving {} ({})", path.display(), device.display())
-            }
-            endpoint => format!("serving {endpoint}"),
-        });
-    }
-}
-
 /// Writes the log; how much is the user's choice.
+#[derive(Clone)]
 pub(super) struct Log {
     verbose: u8,
+    /// What a line begins with, where several arms write lines.
+    arm: String,
 }
 
 impl Log {
     pub(super) fn new(verbose: u8) -> Self {
-        Self { verbose }
+        let arm = String::new();
+        Self { verbose, arm }
+    }
+
+    /// The log of one arm of several.
+    pub(super) fn numbered(verbose: u8, number: u32) -> Self {
+        let arm = format!("arm {number}: ");
+        Self { verbose, arm }
+    }
+
+    /// Says what is served where.
+    pub(super) fn doors(&self, title: &str, endpoints: &[Endpoint]) {
+        self.say(title);
+        for endpoint in endpoints {
+            self.say(&match endpoint {
+                #[cfg(unix)]
+                Endpoint::Pty { path, device } => {
+                    format!("serving {} ({})", path.display(), device.display())
+                }
+                endpoint => format!("serving {endpoint}"),
+            });
+        }
     }
 
     pub(super) fn notice(&self, notice: Notice) {
@@ -49,11 +59,25 @@ impl Log {
             Notice::Connected(who) => Some(format!("{who} connected")),
             Notice::Left(who) => Some(format!("{who} left")),
             Notice::Refused(who) => Some(format!("{who} refused: too many connections")),
+            Notice::Undiscoverable { address, error } => Some(format!(
+                "note: programs that look for an arm will not find this one: {address}: {error}; \
+                 perhaps another arm answers there (--discovery off says it need not be found)"
+            )),
+            Notice::Unplugged => Some("the cable was pulled".to_owned()),
+            Notice::Plugged(endpoints) => {
+                self.doors("the cable is back", &endpoints);
+                None
+            }
             Notice::TraceEnded(error) => Some(format!("the trace ends here: {error}")),
         };
         if let Some(line) = line {
-            say(&line);
+            self.say(&line);
         }
+    }
+
+    /// A stderr that cannot be written to is no reason to stop serving.
+    fn say(&self, line: &str) {
+        let _ = writeln!(io::stderr().lock(), "{}{line}", self.arm);
     }
 
     /// An event in words, if it is worth a line.
@@ -110,9 +134,4 @@ fn refusal(reason: Refusal) -> &'static str {
         Refusal::Pose => "the pose cannot be set now, or not to this",
         _ => "the arm does not do that",
     }
-}
-
-/// A stderr that cannot be written to is no reason to stop serving.
-fn say(line: &str) {
-    let _ = writeln!(io::stderr().lock(), "{line}");
 }

@@ -7,14 +7,17 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use clap::builder::{NonEmptyStringValueParser, TypedValueParser};
 use magician::ErrorKind;
-use magician_sim::serve::{ServeError, Server};
-use magician_sim::{Controller, Line, Profile, Speed};
+use magician_sim::serve::{self, Discovery, ServeError, Server, serve_all};
+use magician_sim::{Controller, Identity, Line, Profile, Speed};
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::interrupt::{self, Signal};
 use crate::output::Text;
+
+use log::Log;
 
 /// Serve a virtual arm to other programs
 #[derive(Args, Debug)]
@@ -23,6 +26,16 @@ Prints the one line `ready` when every endpoint accepts; all else goes to stderr
 
   magician sim --pty ./arm --udp 127.0.0.1
   magician sim --tcp 127.0.0.1:9000 --speed max
+  magician sim --udp 0.0.0.0
+  magician sim --arms 3 --pty ./arm --tcp 127.0.0.1:9000
+
+Programs that look for an arm on the network broadcast a question to UDP port 48899 and go on to port 8899 of the \
+address in the answer. So an arm on UDP port 8899 answers them, on the same HOST; if port 48899 is taken, perhaps by \
+another arm, it says so on stderr and serves without. A broadcast reaches only a HOST of all addresses (0.0.0.0).
+
+--arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and at N ports in a row; \
+a port of 0 is any free one for each, and a trace is N files, FILE.1 to FILE.N. Programs that look for an arm find the \
+one on port 8899.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
 before the next request is read.")]
@@ -34,9 +47,18 @@ pub(crate) struct Sim {
     /// Serve UDP; the port is 8899 unless given
     #[arg(long, value_name = "HOST[:PORT]")]
     udp: Option<String>,
+    /// Where programs that look for an arm are answered; `auto` is HOST:48899 if --udp is on port 8899
+    #[arg(
+        long, value_name = "HOST[:PORT]|auto|off", default_value = "auto", requires = "udp",
+        value_parser = NonEmptyStringValueParser::new().map(discovery)
+    )]
+    discovery: Discovery,
     /// Serve TCP
     #[arg(long, value_name = "HOST:PORT")]
     tcp: Option<String>,
+    /// Serve N arms: each has .1 to .N added to its paths, and ports count up
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    arms: Option<u32>,
     /// Arm seconds per second, or `max`
     #[arg(long, value_name = "X|max", default_value = "1")]
     speed: Speed,
@@ -61,6 +83,14 @@ fn milliseconds(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected milliseconds from 0 to 60000".to_owned())
 }
 
+fn discovery(text: String) -> Discovery {
+    match text.as_str() {
+        "auto" => Discovery::Auto,
+        "off" => Discovery::Off,
+        _ => Discovery::At(text),
+    }
+}
+
 impl Sim {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         if self.profile.as_deref() == Some(Path::new("-")) {
@@ -73,14 +103,14 @@ impl Sim {
             return Err(Failure::usage("the virtual arm would have no door").hint(hint));
         }
         let profile = self.read_profile()?;
-        let log = (!context.global.json).then(|| log::Log::new(context.global.verbose));
-        let server = self.server(profile, log)?;
+        let verbose = (!context.global.json).then_some(context.global.verbose);
+        let servers = self.servers(&profile, verbose)?;
         let runtime = context.runtime()?;
         let signal = runtime.block_on(async {
             let mut signals = interrupt::Signals::listen()?;
             let mut seen = None;
             let end = async { seen = Some(signals.next().await) };
-            server.serve_until(end).await.map_err(Failure::from)?;
+            serve_all(servers, end).await.map_err(Failure::from)?;
             Ok::<_, Failure>(seen)
         })?;
         match signal {
@@ -107,15 +137,35 @@ impl Sim {
         Profile::from_toml(&text).map_err(|error| wrong(&error))
     }
 
-    fn server(&self, profile: Profile, log: Option<log::Log>) -> Result<Server, Failure> {
+    /// One server for each arm; `verbose` is how much they log, if at all.
+    fn servers(&self, profile: &Profile, verbose: Option<u8>) -> Result<Vec<Server>, Failure> {
+        let Some(count) = self.arms else {
+            let log = verbose.map(Log::new);
+            let server = self.server(profile.clone(), self.trace.clone())?;
+            return Ok(vec![self.reporting(server, &profile.identity, log, true)]);
+        };
+        let numbered = |number| {
+            let mut profile = profile.clone();
+            profile.identity = profile.identity.numbered(number);
+            let identity = profile.identity.clone();
+            let trace = self.trace.as_deref();
+            let trace = trace.map(|path| serve::numbered(path, number));
+            let server = self.server(profile, trace)?.number(number);
+            let log = verbose.map(|verbose| Log::numbered(verbose, number));
+            Ok(self.reporting(server, &identity, log, number == count))
+        };
+        (1..=count).map(numbered).collect()
+    }
+
+    fn server(&self, profile: Profile, trace: Option<PathBuf>) -> Result<Server, Failure> {
         let line = Line {
             baud: self.baud,
             turnaround: (self.turnaround * 1000.0) as u64,
         };
-        let identity = profile.identity.clone();
         let mut server = Server::new(Controller::new(profile))
             .speed(self.speed)
-            .line(line);
+            .line(line)
+            .discovery(self.discovery.clone());
         #[cfg(unix)]
         if let Some(path) = &self.pty {
             server = server.pty(path);
@@ -126,21 +176,37 @@ impl Sim {
         if let Some(address) = &self.tcp {
             server = server.tcp(address);
         }
-        if let Some(path) = &self.trace {
-            let file = File::create(path).map_err(|error| {
+        if let Some(path) = trace {
+            let file = File::create(&path).map_err(|error| {
                 Failure::invalid(format!("{} cannot be written: {error}", path.display()))
             })?;
             server = server.trace(BufWriter::new(file));
         }
-        let Some(log) = log else {
-            return Ok(server.on_ready(|_| say_ready()));
-        };
-        let title = log::title(&identity, self.speed);
+        Ok(server)
+    }
+
+    /// Has a server log what it does, and say that all are ready if it is the `last`.
+    fn reporting(
+        &self,
+        server: Server,
+        identity: &Identity,
+        log: Option<Log>,
+        last: bool,
+    ) -> Server {
+        let title = log::title(identity, self.speed);
+        let doors = log.clone();
         let server = server.on_ready(move |endpoints| {
-            log::doors(&title, endpoints);
-            say_ready();
+            if let Some(log) = doors {
+                log.doors(&title, endpoints);
+            }
+            if last {
+                say_ready();
+            }
         });
-        Ok(server.on_notice(move |notice| log.notice(notice)))
+        match log {
+            Some(log) => server.on_notice(move |notice| log.notice(notice)),
+            None => server,
+        }
     }
 }
 

@@ -1,0 +1,84 @@
+//! Several arms in one future. Woken, it lets those take a turn for which something happened: with
+//! hundreds of them, asking each would cost more than serving the one.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Wake, Waker};
+
+/// The future that holds all of them.
+#[derive(Clone)]
+pub(super) struct House(Arc<Mutex<Waker>>);
+
+impl House {
+    pub(super) fn new() -> Self {
+        Self(Arc::new(Mutex::new(Waker::noop().clone())))
+    }
+
+    /// The future is being polled: this is how it is to be woken from now on.
+    pub(super) fn listen(&self, waker: &Waker) {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        known.clone_from(waker);
+    }
+
+    fn wake(&self) {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let waker = known.clone();
+        drop(known);
+        waker.wake();
+    }
+}
+
+/// One of them, as the runtime sees it: a waker that remembers that it was called.
+pub(super) struct Bell {
+    rung: AtomicBool,
+    house: House,
+}
+
+impl Bell {
+    /// A bell that has been rung: the first turn is due.
+    pub(super) fn new(house: House) -> Arc<Self> {
+        let rung = AtomicBool::new(true);
+        Arc::new(Self { rung, house })
+    }
+
+    /// Whether it has been rung since it was last asked.
+    pub(super) fn answer(&self) -> bool {
+        self.rung.swap(false, Ordering::AcqRel)
+    }
+}
+
+impl Wake for Bell {
+    fn wake(self: Arc<Self>) {
+        self.wake_by_ref();
+    }
+
+    fn wake_by_ref(self: &Arc<Self>) {
+        if !self.rung.swap(true, Ordering::AcqRel) {
+            self.house.wake();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bell_wakes_the_house_once_until_it_is_answered() {
+        let house = House::new();
+        let outer = Bell::new(House::new());
+        house.listen(&Waker::from(Arc::clone(&outer)));
+        let bells = [Bell::new(house.clone()), Bell::new(house)];
+        assert!(bells.iter().all(|bell| bell.answer()) && outer.answer());
+
+        for _ in 0..2 {
+            Waker::from(Arc::clone(&bells[1])).wake();
+        }
+        assert!(outer.answer());
+        assert_eq!(bells.each_ref().map(|bell| bell.answer()), [false, true]);
+        assert_eq!(bells.each_ref().map(|bell| bell.answer()), [false, false]);
+
+        bells[1].wake_by_ref();
+        assert!(outer.answer(), "it rings again");
+    }
+}

@@ -1,0 +1,137 @@
+use std::net::SocketAddr;
+#[cfg(unix)]
+use std::path::PathBuf;
+
+use magician_protocol::UDP_PORT;
+
+use super::address::resolve;
+use super::discovery::{self, Answerer, Discovery};
+use super::hub::Hub;
+#[cfg(unix)]
+use super::pty::{self, Pty};
+#[cfg(unix)]
+use super::several::numbered;
+use super::tcp::Tcp;
+use super::udp::Udp;
+use super::{Notice, Port, ServeError};
+
+/// An endpoint that was asked for.
+pub(super) enum Door {
+    #[cfg(unix)]
+    Pty(PathBuf),
+    Udp(String),
+    Tcp(String),
+}
+
+pub(super) type Ports = Vec<Box<dyn Port + Send>>;
+
+/// Which arm of several, counted from 1; `None` if it is the only one.
+pub(super) type Number = Option<u32>;
+
+impl Door {
+    /// Whether there is no hope of opening it.
+    pub(super) fn check(&self, number: Number) -> Result<(), ServeError> {
+        match self {
+            #[cfg(unix)]
+            Self::Pty(path) => pty::check(&of_arm(path, number)),
+            Self::Udp(address) => Place::find(address, Some(UDP_PORT), number).map(drop),
+            Self::Tcp(address) => Place::find(address, None, number).map(drop),
+        }
+    }
+}
+
+/// Whether there is no hope of opening what was asked for by name.
+pub(super) fn check(discovery: &Discovery, number: Number) -> Result<(), ServeError> {
+    match discovery {
+        Discovery::At(text) => Place::find(text, Some(discovery::PORT), number).map(drop),
+        Discovery::Auto | Discovery::Off => Ok(()),
+    }
+}
+
+/// Opens all doors of an arm, in the order in which they were asked for, or none.
+pub(super) fn open_all(
+    doors: &[Door],
+    discovery: &Discovery,
+    number: Number,
+    hub: &mut Hub,
+) -> Result<Ports, ServeError> {
+    let mut ports = Ports::new();
+    for door in doors {
+        match door {
+            #[cfg(unix)]
+            Door::Pty(path) => ports.push(Box::new(Pty::open(&of_arm(path, number), hub)?)),
+            Door::Udp(text) => {
+                let place = Place::find(text, Some(UDP_PORT), number)?;
+                let port = Udp::bind(place.address);
+                ports.push(Box::new(
+                    port.map_err(|error| place.refused("bind", error))?,
+                ));
+                if *discovery == Discovery::Auto && place.address.port() == UDP_PORT {
+                    ports.extend(beside(place.address, hub));
+                }
+            }
+            Door::Tcp(text) => {
+                let place = Place::find(text, None, number)?;
+                let port = Tcp::bind(place.address);
+                ports.push(Box::new(
+                    port.map_err(|error| place.refused("listen", error))?,
+                ));
+            }
+        }
+    }
+    if let Discovery::At(text) = discovery {
+        let place = Place::find(text, Some(discovery::PORT), number)?;
+        let port = Answerer::bind(place.address, hub);
+        ports.push(Box::new(
+            port.map_err(|error| place.refused("bind", error))?,
+        ));
+    }
+    Ok(ports)
+}
+
+/// Discovery that nobody asked for by name: served where it can be.
+fn beside(mut address: SocketAddr, hub: &mut Hub) -> Option<Box<dyn Port + Send>> {
+    address.set_port(discovery::PORT);
+    match Answerer::bind(address, hub) {
+        Ok(port) => Some(Box::new(port)),
+        Err(error) => {
+            hub.notice(Notice::Undiscoverable { address, error });
+            None
+        }
+    }
+}
+
+#[cfg(unix)]
+fn of_arm(path: &std::path::Path, number: Number) -> PathBuf {
+    number.map_or_else(|| path.to_owned(), |number| numbered(path, number))
+}
+
+/// Where an arm's socket is to be.
+struct Place {
+    address: SocketAddr,
+    /// What it is called in an error: as it was given, if that is all there is to it.
+    name: String,
+}
+
+impl Place {
+    /// Ports count up from the first arm's, but for 0, which is any.
+    fn find(text: &str, port: Option<u16>, number: Number) -> Result<Self, ServeError> {
+        let mut address = resolve(text, port)?;
+        let further = number.unwrap_or(1).saturating_sub(1);
+        if further == 0 || address.port() == 0 {
+            let name = text.to_owned();
+            return Ok(Self { address, name });
+        }
+        let port = u32::from(address.port()).saturating_add(further);
+        address.set_port(u16::try_from(port).map_err(|_| ServeError::Address {
+            address: text.to_owned(),
+            reason: "the ports of so many arms go beyond 65535",
+        })?);
+        let name = address.to_string();
+        Ok(Self { address, name })
+    }
+
+    fn refused(&self, action: &'static str, error: std::io::Error) -> ServeError {
+        ServeError::at(&self.name, action, error)
+    }
+}
