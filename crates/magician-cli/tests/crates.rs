@@ -55,7 +55,8 @@ fn crates_depend_only_downwards() {
         "only {} members",
         members.len()
     );
-    for (name, ours) in members {
+    // Chores may use anything.
+    for (name, ours) in members.into_iter().filter(|(name, _)| name != "xtask") {
         let Some((_, allowed)) = ALLOWED.iter().find(|(allowed, _)| *allowed == name) else {
             panic!("{name} has no place in ARCHITECTURE.md");
         };

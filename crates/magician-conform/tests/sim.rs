@@ -12,8 +12,11 @@ fn suite() -> Suite {
 /// The outcomes of cases on virtual arms with this profile.
 fn examine<'c>(profile: Profile, cases: &[&'c Case]) -> Vec<(&'c Case, Outcome)> {
     let bench = SimBench::new(profile);
-    let mut examination = Examination::new(bench, Duration::from_secs(1)).expect("the beginnings are read");
-    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+    let mut examination =
+        Examination::new(bench, Duration::from_secs(1)).expect("the beginnings are read");
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .build()
+        .expect("a runtime");
     runtime.block_on(async {
         examination.begin().await.expect("a virtual arm answers");
         let mut outcomes = Vec::new();
@@ -54,12 +57,21 @@ fn the_virtual_arm_passes_every_case() {
         .map(|(case, outcome)| (case.pending, told(case, outcome)))
         .collect();
     let list = |pending| {
-        let told: Vec<_> = bad.iter().filter(|(is, _)| *is == pending).map(|(_, text)| text.as_str()).collect();
+        let told: Vec<_> = bad
+            .iter()
+            .filter(|(is, _)| *is == pending)
+            .map(|(_, text)| text.as_str())
+            .collect();
         told.join("\n")
     };
-    let ripe = outcomes.iter().filter(|(case, outcome)| case.pending && *outcome == Outcome::Passed);
+    let ripe = outcomes
+        .iter()
+        .filter(|(case, outcome)| case.pending && *outcome == Outcome::Passed);
     println!("pending and red:\n{}", list(true));
-    println!("pending and green: {:?}", ripe.map(|(case, _)| case.id.as_str()).collect::<Vec<_>>());
+    println!(
+        "pending and green: {:?}",
+        ripe.map(|(case, _)| case.id.as_str()).collect::<Vec<_>>()
+    );
     println!("{} cases", cases.len());
     assert!(list(false).is_empty(), "\n{}", list(false));
 }

@@ -4,7 +4,6 @@ use magician_motion::{JointAngles, Pose};
 use magician_protocol::AlarmSet;
 
 use crate::core::Core;
-use crate::queue::Busy;
 use crate::{LineState, Micros};
 
 /// The arm at an instant.
@@ -25,8 +24,14 @@ pub struct State {
     pub homed: bool,
     /// The alarms that stand.
     pub alarms: AlarmSet,
-    /// The command queue.
+    /// The command queue that hosts fill.
     pub queue: QueueState,
+    /// EIO address of the input that the command at work waits for: a TRIG, of the hosts or of the program.
+    pub awaits_input: Option<u8>,
+    /// Whether the program in the flash runs.
+    pub program: bool,
+    /// Whether the unlock key is held: the motors are released and a hand may move the arm.
+    pub unlocked: bool,
     /// The suction cup: sucking or not.
     pub suction: Output,
     /// The gripper: closed or open.
@@ -58,8 +63,6 @@ pub struct QueueState {
     pub waiting: usize,
     /// Index of the command at work.
     pub running: Option<u64>,
-    /// EIO address of the input that the command at work, a TRIG, waits for.
-    pub awaits_input: Option<u8>,
     /// Index of the command that finished last, 0 before the first.
     pub current_index: u64,
     /// Whether it takes commands: between start and stop.
@@ -82,7 +85,7 @@ pub struct Output {
 
 impl State {
     pub(crate) fn of(core: &Core) -> Self {
-        let (queue, arm) = (&core.queue, core.arm());
+        let (queue, arm) = (core.hosts(), core.arm());
         let suction = core.actuators.suction(core.now);
         let gripper = core.actuators.gripper(core.now);
         Self {
@@ -97,15 +100,14 @@ impl State {
                 capacity: queue.depth(),
                 waiting: queue.waiting(),
                 running: queue.running.map(|running| running.index),
-                awaits_input: queue.running.and_then(|running| match running.busy {
-                    Busy::Triggered(trigger) => Some(trigger.address),
-                    _ => None,
-                }),
                 current_index: queue.current,
                 started: queue.started,
                 held: core.alarms.held() && core.profile.queue.alarms_hold,
                 overflows: queue.overflows,
             },
+            program: core.runs_program(),
+            unlocked: core.teaching.held(),
+            awaits_input: core.awaited_input(),
             suction,
             gripper,
             holding: core.world.holding(),

@@ -3,7 +3,8 @@
 mod host;
 
 use magician_protocol::{Ctrl, FrameBuf, TABLE};
-use magician_sim::{Controller, LinkId, Micros, Profile};
+use magician_sim::world::{Press, Thing};
+use magician_sim::{Controller, Flash, Happening, LinkId, Micros, Profile};
 use proptest::prelude::*;
 
 /// A number as a host, a bad host or chance sends it.
@@ -129,42 +130,91 @@ fn connectors() -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
-/// Something done to an arm.
+/// What happens in a life: a host sends, or the world does something to the arm.
 #[derive(Clone, Debug)]
-enum Act {
+enum Deed {
     Send(Vec<u8>),
+    Happen(Happening),
     Level(u8, bool),
     Voltage(u8, u16),
 }
 
-fn act() -> impl Strategy<Value = Act> {
-    let input = prop::sample::select(vec![1u8, 9, 14, 15, 200]);
+/// What keys, hands and mishaps do to the arm.
+fn happening() -> impl Strategy<Value = Happening> {
+    let degrees = prop_oneof![4 => -20.0f64..20.0, 1 => number().prop_map(f64::from)];
+    let posture = (
+        -150.0f64..150.0,
+        -20.0f64..100.0,
+        -30.0f64..100.0,
+        -160.0f64..160.0,
+    );
     prop_oneof![
-        6 => request().prop_map(Act::Send),
-        6 => connectors().prop_map(Act::Send),
-        1 => (input.clone(), any::<bool>()).prop_map(|(input, level)| Act::Level(input, level)),
-        1 => (input, 0..5000u16).prop_map(|(input, value)| Act::Voltage(input, value)),
+        2 => (0..6u8, degrees).prop_map(|(joint, degrees)| Happening::Slip { joint, degrees }),
+        3 => any::<bool>().prop_map(Happening::Unlock),
+        2 => posture.prop_map(|(a, b, c, d)| Happening::Guide([a, b, c, d].into())),
+        1 => any::<bool>().prop_map(|stalls| Happening::Touch { thing: Thing::Table, stalls }),
+        1 => any::<u8>().prop_map(Happening::Alarm),
+        1 => Just(Happening::Reset),
+        3 => Just(Happening::Key(Press::Short)),
+        1 => Just(Happening::Key(Press::Long)),
     ]
 }
 
-/// Does something; how bytes are sent is the caller's.
-fn act_on(arm: &mut Controller, act: &Act, send: impl FnOnce(&mut Controller, &[u8])) {
-    match act {
-        Act::Send(bytes) => send(arm, bytes),
-        Act::Level(input, level) => {
+/// A life: time passes, and something is done.
+fn life() -> impl Strategy<Value = Vec<(Micros, Deed)>> {
+    let pause =
+        prop_oneof![2 => Just(0), 2 => 0..200_000u64, 2 => 0..5_000_000u64, 1 => 0..40_000_000u64];
+    let input = prop::sample::select(vec![1u8, 9, 14, 15, 200]);
+    let deed = prop_oneof![
+        4 => request().prop_map(Deed::Send),
+        4 => connectors().prop_map(Deed::Send),
+        1 => (input.clone(), any::<bool>()).prop_map(|(input, level)| Deed::Level(input, level)),
+        1 => (input, 0..5000u16).prop_map(|(input, value)| Deed::Voltage(input, value)),
+        1 => happening().prop_map(Deed::Happen),
+        1 => (0..4u32).prop_map(|loops| {
+            let [a, b] = [loops, 3].map(u32::to_le_bytes);
+            Deed::Send(frame(243, 1, &[a, b].concat()))
+        }),
+        1 => Just(Deed::Send(frame(244, 1, &[]))),
+    ];
+    prop::collection::vec((pause, deed), 1..40)
+}
+
+/// Does something to an arm.
+fn act(arm: &mut Controller, deed: &Deed) {
+    act_by(arm, deed, |arm, bytes| arm.receive(LinkId(0), bytes));
+}
+
+/// Does something to an arm; how bytes are sent is the caller's.
+fn act_by(arm: &mut Controller, deed: &Deed, send: impl FnOnce(&mut Controller, &[u8])) {
+    match deed {
+        Deed::Send(bytes) => send(arm, bytes),
+        Deed::Happen(happening) => arm.inject(*happening),
+        Deed::Level(input, level) => {
             arm.set_input(*input, *level);
         }
-        Act::Voltage(input, value) => {
+        Deed::Voltage(input, value) => {
             arm.set_analog(*input, *value);
         }
     }
 }
 
-/// What is done to an arm, and how long after what came before.
-fn life() -> impl Strategy<Value = Vec<(Micros, Act)>> {
-    let pause =
-        prop_oneof![2 => Just(0), 2 => 0..200_000u64, 2 => 0..5_000_000u64, 1 => 0..40_000_000u64];
-    prop::collection::vec((pause, act()), 1..40)
+/// The end of everything that a hand or a program may keep going.
+fn let_go(arm: &mut Controller) {
+    if arm.state().program {
+        arm.press(Press::Short);
+    }
+    arm.unlock(false);
+}
+
+/// The end of a trigger, which may wait for ever; whether there was one.
+fn give_up(arm: &mut Controller) -> bool {
+    let waits = arm.state().awaits_input.is_some();
+    if waits {
+        arm.receive(LinkId(0), &frame(241, 1, &[]));
+        arm.receive(LinkId(0), &frame(240, 1, &[]));
+    }
+    waits
 }
 
 /// Everything that can be seen of an arm, bit for bit.
@@ -188,27 +238,33 @@ fn switched_on() -> Controller {
     arm
 }
 
-/// Lives a life; the replies and the states at every send, as one text.
+/// Lives a life; the replies and the states at every deed, as one text.
 fn live(
-    life: &[(Micros, Act)],
+    life: &[(Micros, Deed)],
     mut advance: impl FnMut(&mut Controller, Micros),
     mut send: impl FnMut(&mut Controller, &[u8]),
 ) -> String {
     let mut arm = switched_on();
     let mut story = String::new();
-    for (pause, act) in life {
+    for (pause, deed) in life {
         let to = arm.now() + pause;
         advance(&mut arm, to);
-        act_on(&mut arm, act, &mut send);
-        while let Some(reply) = arm.poll_transmit(LinkId(0)) {
-            story.push_str(&format!("{reply:?}\n"));
-        }
-        story.push_str(&fingerprint(&arm));
-        while let Some(event) = arm.poll_event() {
-            story.push_str(&format!("{event:?}\n"));
-        }
+        act_by(&mut arm, deed, &mut send);
+        tell(&mut arm, &mut story);
     }
     story
+}
+
+/// Adds all that is to be seen of an arm to its story.
+fn tell(arm: &mut Controller, story: &mut String) {
+    while let Some(reply) = arm.poll_transmit(LinkId(0)) {
+        story.push_str(&format!("{reply:?}\n"));
+    }
+    story.push_str(&fingerprint(arm));
+    story.push_str(&format!("{:?}\n", arm.poll_timeout()));
+    while let Some(event) = arm.poll_event() {
+        story.push_str(&format!("{event:?}\n"));
+    }
 }
 
 proptest! {
@@ -252,11 +308,12 @@ proptest! {
     #[test]
     fn going_from_event_to_event_always_ends(life in life()) {
         let mut arm = switched_on();
-        for (pause, act) in &life {
+        for (pause, deed) in &life {
             arm.advance(arm.now() + pause);
-            act_on(&mut arm, act, |arm, bytes| arm.receive(LinkId(0), bytes));
+            act(&mut arm, deed);
             prop_assert!(arm.poll_timeout().is_none_or(|at| at > arm.now()), "nothing due is left undone");
         }
+        let_go(&mut arm);
         let mut steps = 0;
         loop {
             while let Some(at) = arm.poll_timeout() {
@@ -265,12 +322,9 @@ proptest! {
                 steps += 1;
                 prop_assert!(steps < 3000, "32 commands hold no more events than that");
             }
-            // A trigger may wait for ever; a stop cuts it short.
-            if arm.state().queue.awaits_input.is_none() {
+            if !give_up(&mut arm) {
                 break;
             }
-            arm.receive(LinkId(0), &frame(241, 1, &[]));
-            arm.receive(LinkId(0), &frame(240, 1, &[]));
         }
         let state = arm.state();
         prop_assert!(!state.moving && state.queue.running.is_none());
@@ -280,18 +334,72 @@ proptest! {
     fn indices_and_places_add_up(life in life()) {
         let mut arm = switched_on();
         let mut last = 0;
-        for (pause, act) in &life {
+        for (pause, deed) in &life {
             arm.advance(arm.now() + pause);
-            act_on(&mut arm, act, |arm, bytes| arm.receive(LinkId(0), bytes));
+            act(&mut arm, deed);
             let state = arm.state();
             let taken = state.queue.waiting + usize::from(state.queue.running.is_some());
             prop_assert!(taken <= state.queue.capacity);
+            if matches!(deed, Deed::Happen(Happening::Reset)) {
+                last = 0;
+            }
             prop_assert!(state.queue.current_index >= last, "the current index never falls");
             last = state.queue.current_index;
-            prop_assert!(state.joints.is_finite());
+            prop_assert!(state.joints.is_finite() && state.true_joints.is_finite());
             prop_assert!(state.rail.is_none_or(|at| (0.0..=1000.0).contains(&at)));
             prop_assert!(!(state.suction.commanded && state.gripper.commanded), "one pump");
             prop_assert!((0.0..=100.0).contains(&state.laser_power));
+        }
+    }
+
+    #[test]
+    fn a_copy_goes_on_as_the_original_does(life in life(), at in any::<prop::sample::Index>(), within in any::<u64>()) {
+        let (before, after) = life.split_at(at.index(life.len()));
+        let mut arm = switched_on();
+        for (pause, deed) in before {
+            arm.advance(arm.now() + pause);
+            act(&mut arm, deed);
+        }
+        // Somewhere on the way to the next deed.
+        let pause = after.first().map_or(0, |(pause, _)| *pause);
+        let to = arm.now() + pause;
+        arm.advance(arm.now() + within % (pause + 1));
+        let mut copy = arm.clone();
+        let go_on = |arm: &mut Controller| {
+            let mut story = String::new();
+            arm.advance(to);
+            for (at, (pause, deed)) in after.iter().enumerate() {
+                arm.advance(arm.now() + if at == 0 { 0 } else { *pause });
+                act(arm, deed);
+                tell(arm, &mut story);
+            }
+            let_go(arm);
+            for _ in 0..3000 {
+                let Some(at) = arm.poll_timeout() else { break };
+                arm.advance(at);
+                tell(arm, &mut story);
+            }
+            format!("{story}{:?}", arm.flash())
+        };
+        let told = go_on(&mut arm);
+        prop_assert_eq!(go_on(&mut copy), told, "and what one does is nothing to the other");
+    }
+
+    #[test]
+    fn a_flash_reads_back_as_it_was_written(life in life()) {
+        let mut arm = switched_on();
+        let mut writes = 0;
+        for (pause, deed) in &life {
+            let before = arm.flash().clone();
+            arm.advance(arm.now() + pause);
+            act(&mut arm, deed);
+            let text = format!("{:?}", arm.flash());
+            if arm.flash_writes() == writes {
+                prop_assert_eq!(&text, &format!("{before:?}"));
+            }
+            writes = arm.flash_writes();
+            let read = Flash::from_toml(&arm.flash().to_toml()).unwrap();
+            prop_assert_eq!(format!("{read:?}"), text);
         }
     }
 }

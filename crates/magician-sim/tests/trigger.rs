@@ -5,6 +5,7 @@ mod arm;
 use arm::{Bench, SECOND, multiplex, running_arm, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, IoFunction, TriggerCondition, TriggerMode};
+use magician_sim::world::Press;
 use magician_sim::{Event, Happening, Refusal};
 
 fn trig(address: u8, mode: u8, condition: u8, threshold: u16) -> TrigCmd {
@@ -25,8 +26,8 @@ fn with_input(function: IoFunction) -> Bench {
 
 #[track_caller]
 fn blocks(bench: &mut Bench, index: u64) {
-    let state = bench.state().queue;
-    assert_eq!(state.running, Some(index));
+    let state = bench.state();
+    assert_eq!(state.queue.running, Some(index));
     assert_eq!(state.awaits_input, Some(9));
     assert_eq!(bench.arm.poll_timeout(), None, "nothing is scheduled");
 }
@@ -43,7 +44,7 @@ fn a_level_lets_it_go_at_once_or_as_soon_as_it_comes() {
     assert_eq!(bench.left_space(), 31);
     bench.arm.set_input(9, true);
     assert_eq!(bench.current_index(), index);
-    assert_eq!(bench.state().queue.awaits_input, None);
+    assert_eq!(bench.state().awaits_input, None);
     assert_eq!(bench.arm.now(), 3600 * SECOND);
 }
 
@@ -138,6 +139,30 @@ fn both_stops_cut_it_short_and_the_queue_goes_on_when_started() {
         bench.rest();
         assert_eq!(bench.current_index(), next);
     }
+}
+
+#[test]
+fn in_a_program_the_base_key_ends_it() {
+    let mut bench = with_input(IoFunction::DigitalInput);
+    bench.set(&QueuedCmdStartDownload {
+        total_loop: 1,
+        line_per_loop: 2,
+    });
+    bench.enqueue(&trig(9, 0, 0, 1));
+    bench.enqueue(&wait(10));
+    bench.set(&QueuedCmdStopDownload {});
+    bench.arm.press(Press::Short);
+    let state = bench.state();
+    assert!(state.program && state.queue.running.is_none());
+    assert_eq!(state.awaits_input, Some(9));
+    bench.arm.press(Press::Short);
+    assert!(!bench.state().program);
+    // Once more, and this time it is met.
+    bench.arm.press(Press::Short);
+    bench.arm.set_input(9, true);
+    assert_eq!(bench.state().awaits_input, None);
+    assert_eq!(bench.rest(), 10_000);
+    assert!(!bench.state().program);
 }
 
 #[test]

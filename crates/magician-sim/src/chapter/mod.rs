@@ -12,7 +12,7 @@ mod lost_step;
 mod pose;
 mod ptp;
 mod queue;
-mod teach;
+pub(crate) mod teach;
 mod tool;
 pub(crate) mod trigger;
 mod wait;

@@ -244,7 +244,7 @@ impl Life {
         assert!(queue.running.is_none_or(|index| index > self.current));
         assert!(
             due.is_some()
-                || !state.moving && queue.running.is_some() == queue.awaits_input.is_some(),
+                || !state.moving && (queue.running.is_none() || state.awaits_input.is_some()),
             "what runs ends, but for a trigger: {state:?}"
         );
     }
