@@ -82,7 +82,7 @@ impl State {
             now: core.now,
             pose: arm.pose,
             joints: arm.joints,
-            true_joints: core.posture().joints,
+            true_joints: core.motion.really(core.now, arm.joints).joints,
             moving: core.motion.is_moving(),
             homed: core.homed,
             alarms: core.alarms.standing(),
