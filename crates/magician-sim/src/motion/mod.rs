@@ -189,7 +189,12 @@ impl Motion {
 
     /// Where the arm really is.
     pub(crate) fn posture(&self, now: Micros) -> Posture {
-        let mut joints = self.commanded(now).joints.to_array();
+        self.really(now, self.commanded(now).joints)
+    }
+
+    /// Where the arm really is when it is commanded to be there.
+    pub(crate) fn really(&self, now: Micros, commanded: JointAngles) -> Posture {
+        let mut joints = commanded.to_array();
         for (angle, slip) in joints.iter_mut().zip(self.slip) {
             *angle += slip;
         }
