@@ -69,13 +69,6 @@ impl Tally {
             Outcome::Skipped(_) => self.skipped += 1,
         }
     }
-
-    fn add(&mut self, other: Self) {
-        self.passed += other.passed;
-        self.failed += other.failed;
-        self.skipped += other.skipped;
-        self.pending += other.pending;
-    }
 }
 
 /// What becomes of the outcomes.
