@@ -3,6 +3,7 @@
 use std::fmt;
 
 use magician_protocol::{Chapter, Deframer, Event, Row};
+use magician_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
@@ -21,6 +22,8 @@ pub struct Case {
     pub confidence: Confidence,
     /// What state it begins from.
     pub begin: Begin,
+    /// What lies around the virtual arm, if anything does.
+    pub world: Option<Scenario>,
     /// Whether the arm or something on it moves.
     pub moves: bool,
     /// Whether it looks at what a clock that runs by itself blurs: a pose under way, an order between two instants.
@@ -96,6 +99,7 @@ impl Case {
             (self.exact, "exact"),
             (self.hurts.is_some(), "hurts"),
             (self.sim_only.is_some(), "sim-only"),
+            (self.world.is_some(), "world"),
             (self.pending, "pending"),
             (self.begin == Begin::PowerUp, "power-up"),
         ];
@@ -132,9 +136,14 @@ impl Case {
         rows
     }
 
+    /// Whether only an arm inside this program can be brought to where the case begins.
+    fn inside_only(&self) -> bool {
+        self.sim_only.is_some() || self.world.is_some() || self.begin == Begin::PowerUp
+    }
+
     /// What the case does without saying so.
     fn flaw(&self) -> Option<String> {
-        let kept = self.hurts.is_some() || self.sim_only.is_some() || self.begin == Begin::PowerUp;
+        let kept = self.hurts.is_some() || self.inside_only();
         for row in self.orders() {
             if row.dangerous && !kept {
                 return Some(format!("{} is dangerous: say why it `hurts`", row.set_name));
@@ -217,6 +226,7 @@ struct Written {
     sim_only: Option<String>,
     #[serde(default)]
     pending: bool,
+    world: Option<Spanned<String>>,
     steps: Spanned<String>,
 }
 
@@ -267,7 +277,17 @@ impl Suite {
             let first = line_at(written.steps.span().start) + 1;
             let steps = step::read_all(written.steps.get_ref(), first)
                 .map_err(|(line, message)| wrong(line, message))?;
-            let case = written.case(first, steps);
+            let world = match &written.world {
+                None => None,
+                Some(text) => Some(Scenario::from_toml(text.get_ref()).map_err(|error| {
+                    let line = line_at(text.span().start);
+                    wrong(
+                        line,
+                        format!("the world of `{}`: {error}", written.id.get_ref()),
+                    )
+                })?),
+            };
+            let case = written.case(first, steps, world);
             let known = self.cases.iter().any(|other| other.id == case.id);
             let flaw = match case.chapter() {
                 _ if known => Some(format!("there are two cases `{}`", case.id)),
@@ -306,13 +326,14 @@ impl Suite {
 }
 
 impl Written {
-    fn case(self, line: usize, steps: Vec<Step>) -> Case {
+    fn case(self, line: usize, steps: Vec<Step>, world: Option<Scenario>) -> Case {
         Case {
             id: self.id.into_inner(),
             title: self.title,
             source: self.source,
             confidence: self.confidence,
             begin: self.begin,
+            world,
             moves: self.moves,
             exact: self.exact,
             hurts: self.hurts,

@@ -8,7 +8,7 @@ use std::io::{self, BufRead, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use magician::{RawLine, SimSpeed, Target};
+use magician::{ErrorKind, RawLine, SimSpeed, Target};
 use magician_conform::{Bench, Case, Examination, LineBench, Outcome, SimBench, Suite};
 
 use crate::context::Context;
@@ -36,7 +36,7 @@ T third parties, G a choice because nobody says.
 
 A real arm moves only when you say so at the terminal, or with --yes: with nothing on it, and nothing within its reach. What \
 could harm it or unlearn something is left out. Its parameters are noted before and given back at the end; it forgets what \
-was in its queue.
+was in its queue and which alarms stood.
 
 Exit status 10 if a case fails.")]
 pub(crate) struct Conform {
@@ -68,13 +68,6 @@ impl Tally {
             Outcome::Failed(_) => self.failed += 1,
             Outcome::Skipped(_) => self.skipped += 1,
         }
-    }
-
-    fn add(&mut self, other: Self) {
-        self.passed += other.passed;
-        self.failed += other.failed;
-        self.skipped += other.skipped;
-        self.pending += other.pending;
     }
 }
 
@@ -182,7 +175,7 @@ fn examine<B: Bench>(bench: B, cases: &[&Case], context: &mut Context) -> Result
         match outcome {
             Ok(outcome) => {
                 let tally = outcome?;
-                ended.unwrap_or_else(|_| Ok(()))?;
+                ended.map_err(|_| not_left())??;
                 Ok::<_, Failure>((Some(tally), false))
             }
             Err(signal) => Ok((None, signal == Signal::Terminate)),
@@ -198,6 +191,12 @@ fn examine<B: Bench>(bench: B, cases: &[&Case], context: &mut Context) -> Result
             Err(Failure::new(Kind::CheckFailed, message))
         }
     }
+}
+
+/// The arm did not answer while it was given back what it had.
+fn not_left() -> Failure {
+    let message = "the arm did not take its parameters back in time";
+    Failure::new(Kind::Driver(ErrorKind::Timeout), message)
 }
 
 async fn perform<B: Bench>(
