@@ -32,8 +32,6 @@ pub struct Case {
     pub hurts: Option<String>,
     /// Why only an arm inside this program can show it.
     pub sim_only: Option<String>,
-    /// Whether it waits for something that is being built: its outcome is told and does not count.
-    pub pending: bool,
     /// Line of its file where its steps begin, from 1.
     pub line: usize,
     pub(crate) steps: Vec<Step>,
@@ -100,7 +98,6 @@ impl Case {
             (self.hurts.is_some(), "hurts"),
             (self.sim_only.is_some(), "sim-only"),
             (self.world.is_some(), "world"),
-            (self.pending, "pending"),
             (self.begin == Begin::PowerUp, "power-up"),
         ];
         tags.into_iter()
@@ -224,8 +221,6 @@ struct Written {
     exact: bool,
     hurts: Option<String>,
     sim_only: Option<String>,
-    #[serde(default)]
-    pending: bool,
     world: Option<Spanned<String>>,
     steps: Spanned<String>,
 }
@@ -338,7 +333,6 @@ impl Written {
             exact: self.exact,
             hurts: self.hurts,
             sim_only: self.sim_only,
-            pending: self.pending,
             line,
             steps,
         }

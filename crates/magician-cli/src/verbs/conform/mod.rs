@@ -31,7 +31,7 @@ Examples:
   magician conform --port /dev/ttyUSB0 --skip moves
 
 A PATTERN is a chapter (ptp, queue, framing), a name in which * stands for anything, a tag (moves, exact, hurts, sim-only, \
-power-up, pending), or how sure it is: M measured on real arms, V the vendor's word, VL the vendor's code for the sibling arm, \
+power-up), or how sure it is: M measured on real arms, V the vendor's word, VL the vendor's code for the sibling arm, \
 T third parties, G a choice because nobody says.
 
 A real arm moves only when you say so at the terminal, or with --yes: with nothing on it, and nothing within its reach. What \
@@ -57,13 +57,11 @@ struct Tally {
     passed: usize,
     failed: usize,
     skipped: usize,
-    pending: usize,
 }
 
 impl Tally {
-    fn count(&mut self, case: &Case, outcome: &Outcome) {
+    fn count(&mut self, outcome: &Outcome) {
         match outcome {
-            _ if case.pending => self.pending += 1,
             Outcome::Passed => self.passed += 1,
             Outcome::Failed(_) => self.failed += 1,
             Outcome::Skipped(_) => self.skipped += 1,
@@ -211,7 +209,7 @@ async fn perform<B: Bench>(
     for (at, case) in cases.iter().enumerate() {
         let what = format!("{} of {}: {}", at + 1, cases.len(), case.id);
         let outcome = attended(quiet, &what, examination.examine(case)).await?;
-        tally.count(case, &outcome);
+        tally.count(&outcome);
         printer.case(case, &outcome)?;
     }
     printer.end(tally, begun.elapsed())?;
@@ -229,13 +227,11 @@ fn in_words(tally: Tally) -> String {
         passed,
         failed,
         skipped,
-        pending,
     } = tally;
     let parts = [
         some(failed, "failed"),
         some(passed, "passed"),
         some(skipped, "skipped"),
-        some(pending, "pending"),
     ];
     let parts: Vec<_> = parts.into_iter().flatten().collect();
     match parts.as_slice() {
