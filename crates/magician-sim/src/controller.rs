@@ -1,11 +1,11 @@
 //! The controller as those who hold it see it.
 
 use magician_motion::JointAngles;
-use magician_protocol::{Event as Found, FrameBuf, Row};
+use magician_protocol::{Event as Found, Frame, FrameBuf, Row};
 
 use crate::core::Core;
 use crate::event::Event;
-use crate::link::{Link, Links};
+use crate::link::{Link, Links, Outbox};
 use crate::{Flash, LinkId, Micros, Profile, State, World};
 
 /// A Dobot Magician's controller, without a clock and without a wire.
@@ -124,11 +124,11 @@ impl Controller {
             _ => Some(links.heard(link)),
         };
         let Some(peer) = heard else { return false };
-        while let Some(found) = peer.deframer.next(input) {
+        let Link { deframer, outbox } = peer;
+        while let Some(found) = deframer.next(input) {
             match found {
                 Found::Frame { frame, .. } => {
-                    let frame = FrameBuf::from(frame);
-                    handle(core, link, peer, &frame);
+                    handle(core, link, outbox, &frame);
                     return true;
                 }
                 Found::Rejected { .. } => core.log.push(Event::BadFrame { link }),
@@ -178,19 +178,18 @@ impl Controller {
 }
 
 /// Handles one frame: exactly one reply for a request that the controller knows, silence for others (errata E09).
-fn handle(core: &mut Core, link: LinkId, peer: &mut Link, frame: &FrameBuf) {
-    if !peer.outbox.has_room() {
+fn handle(core: &mut Core, link: LinkId, outbox: &mut Outbox, frame: &Frame<'_>) {
+    if !outbox.has_room() {
         core.log.push(Event::Overrun { link });
         return;
     }
-    let frame = frame.frame();
     if Row::with_id(frame.id()).is_none() {
         core.unknown_id(link, frame.id());
         return;
     }
-    let reply = core.answer(&frame);
+    let reply = core.answer(frame);
     // A reply holds what the controller stores, which fits a frame.
     if let Ok(reply) = reply.or_else(|_| FrameBuf::new(frame.id(), frame.ctrl(), &[])) {
-        peer.outbox.push(&reply);
+        outbox.push(&reply);
     }
 }

@@ -94,8 +94,9 @@ impl Core {
                 let plan = planner.brake(&motion.trajectory, elapsed, factor);
                 let rail = self.brake_rail(&motion.rail, elapsed);
                 let alarm = plan.crossing.map(|crossing| alarm_at_limit(&crossing));
-                // Its command finishes when the arm stands.
+                // Its command finishes when the arm stands; the laser of a path is off at once.
                 self.rest_here();
+                self.actuators.burn(0.0);
                 let none = Outputs::default();
                 self.begin_with_rail(Purpose::Brake, plan.trajectory, rail, alarm, none);
             }
