@@ -183,8 +183,7 @@ def cp(checks, dobot, arm):
         index = index_of(dobot._set_cp_cmd(x + 4 * number, y + 3 * number, z))
         checks.equal(f"segment {number} index", index, before + number)
     until(dobot, before + 3)
-    with checks.missing_yet("continuous path"):
-        checks.near("the line ends at", dobot.pose()[:3], (x + 12, y + 9, z))
+    checks.near("the line ends at", dobot.pose()[:3], (x + 12, y + 9, z))
 
 
 def reopen(checks, port, dobot):

@@ -150,9 +150,8 @@ def timed_batch(checks, dobot, arm, observer):
     dobot.wait_for_cmd(index)
     time.sleep(0.1)
     check_durations(checks, observer, timed)
-    with checks.missing_yet("arcs"):
-        check_durations(checks, observer, [(f"go_arc over {length:.1f} mm", index, seconds)])
-        checks.near("pose after the arc", joined(dobot.get_pose()), (*arm.pose, *arm.joints))
+    check_durations(checks, observer, [(f"go_arc over {length:.1f} mm", index, seconds)])
+    checks.near("pose after the arc", joined(dobot.get_pose()), (*arm.pose, *arm.joints))
 
 
 def tools(checks, dobot):
@@ -216,8 +215,7 @@ def jog(checks, dobot):
         while last != pose and time.monotonic() < deadline:
             time.sleep(0.05)
             last, pose = pose, dobot.get_pose().position
-        with checks.missing_yet("jogging"):
-            checks.ok(f"jog_{name}(-2) moved and stopped", begin[axis] - pose[axis] >= 5 and last == pose, pose)
+        checks.ok(f"jog_{name}(-2) moved and stopped", begin[axis] - pose[axis] >= 5 and last == pose, pose)
         others = [n for n in range(4) if n != axis]
         checks.near(f"jog_{name} keeps the others", [pose[n] for n in others], [begin[n] for n in others], 0.01)
     checks.equal("no alarm", dobot.get_alarms(), set())
@@ -233,14 +231,12 @@ def engrave(checks, dobot, observer):
     dobot.wait_for_cmd(before + 67)
     time.sleep(0.1)
     checks.equal("laser off, parameters, 64 segments, laser off", dobot._get_queued_cmd_current_index(), before + 67)
-    with checks.missing_yet("continuous path"):
-        checks.near("ends at the last pixel", dobot.get_pose().position[:3], (x + 1.5, y, z), 2e-3)
+    checks.near("ends at the last pixel", dobot.get_pose().position[:3], (x + 1.5, y, z), 2e-3)
     checks.equal("CP parameters read back", request(dobot, 90), struct.pack("<fffB", 5, 5, 5, 0))
     checks.equal("laser is off", request(dobot, LASER), b"\x00\x00")
     least, most = observer.reached(before + 2)[1], observer.reached(before + 66)[0]
     path = 63 * 0.5
-    with checks.missing_yet("continuous path"):
-        checks.ok(f"{path} mm at 5 mm/s or less", (most - least) / 1000 >= path / 5 - 0.005, f"{(most - least) / 1000:.2f} s")
+    checks.ok(f"{path} mm at 5 mm/s or less", (most - least) / 1000 >= path / 5 - 0.005, f"{(most - least) / 1000:.2f} s")
 
 
 def reopen(checks, port, dobot):

@@ -118,6 +118,33 @@ fn plan_line(bencher: Bencher) {
 }
 
 #[divan::bench]
+fn plan_arc(bencher: Bencher) {
+    let planner = planner();
+    let states: Vec<ArmState> = spread()
+        .iter()
+        .map(|joints| ArmState::at_joints(&ARM, joints))
+        .collect();
+    // Through a place near the middle between the two ends: arcs as people draw them.
+    let arcs: Vec<(ArmState, Pose, Pose)> = states
+        .windows(2)
+        .map(|pair| {
+            let (from, to) = (pair[0], pair[1].pose);
+            let mut via = from.pose;
+            via.x += 0.5 * (to.x - via.x) + 0.1 * (to.y - via.y);
+            via.y += 0.5 * (to.y - via.y) - 0.1 * (to.x - from.pose.x);
+            via.z += 0.5 * (to.z - via.z);
+            (from, via, to)
+        })
+        .filter(|(from, via, to)| planner.arc(from, via, to).is_ok())
+        .collect();
+    let arcs = Round::new(arcs);
+    bencher.bench_local(|| {
+        let (from, via, to) = arcs.next();
+        black_box(planner.arc(black_box(from), black_box(via), black_box(to)))
+    });
+}
+
+#[divan::bench]
 fn plan_jump(bencher: Bencher) {
     plan(
         bencher,

@@ -11,6 +11,48 @@ use crate::angle::sin_cos;
 use crate::roots::{between, quadratic};
 use crate::{Bound, Geometry, Limits, Pose};
 
+/// A boundary of the workspace in the arm's vertical plane, its centre given from the shoulder.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Circle {
+    pub(crate) outwards: f64,
+    pub(crate) up: f64,
+    pub(crate) radius: f64,
+}
+
+impl Circle {
+    /// Where the wrist is when a bound of J2, J3 or J2 - J3 stands at `angle` and the arm is at it.
+    pub(crate) fn of(geometry: &Geometry, bound: Bound, angle: f64) -> Option<Self> {
+        let (rear_arm, forearm) = (geometry.rear_arm, geometry.forearm);
+        let (sin, cos) = sin_cos(angle);
+        let (outwards, up, radius) = match bound {
+            Bound::J2Min | Bound::J2Max => (rear_arm * sin, rear_arm * cos, forearm),
+            Bound::J3Min | Bound::J3Max => (forearm * cos, -forearm * sin, rear_arm),
+            Bound::J23Min | Bound::J23Max if libm::fabs(angle) < 90.0 => {
+                let square =
+                    rear_arm * rear_arm + forearm * forearm + 2.0 * rear_arm * forearm * sin;
+                (0.0, 0.0, libm::sqrt(square))
+            }
+            // The elbow cannot bend further than straight; J1 and J4 are not matters of the vertical plane.
+            _ => return None,
+        };
+        Some(Self {
+            outwards,
+            up,
+            radius,
+        })
+    }
+
+    /// Where the links are straight, and where they are folded.
+    pub(crate) fn reach(geometry: &Geometry) -> [Self; 2] {
+        let (rear_arm, forearm) = (geometry.rear_arm, geometry.forearm);
+        [rear_arm + forearm, libm::fabs(forearm - rear_arm)].map(|radius| Self {
+            outwards: 0.0,
+            up: 0.0,
+            radius,
+        })
+    }
+}
+
 /// A straight line as the arm's vertical plane sees it; its parameter runs from 0 to 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Section {
@@ -56,48 +98,36 @@ impl Section {
 
     /// Reports the parameters at which the line may pass a bound of J1, J2, J3 or J2 - J3 standing at `angle`.
     pub(crate) fn cuts(&self, bound: Bound, angle: f64, report: &mut impl FnMut(f64)) {
-        let Geometry {
-            rear_arm, forearm, ..
-        } = self.geometry;
-        let (sin, cos) = sin_cos(angle);
         match bound {
             Bound::J1Min | Bound::J1Max => {
                 // The tool stands sideways of the vertical plane at J1 = angle by exactly the bias.
+                let (sin, cos) = sin_cos(angle);
                 let Pose { x, y, .. } = self.from;
                 let offset = y * cos - x * sin - self.geometry.tool.y;
                 report(-offset / (self.step.y * cos - self.step.x * sin));
             }
-            Bound::J2Min | Bound::J2Max => {
-                self.circle(rear_arm * sin, rear_arm * cos, forearm, report);
+            _ => {
+                if let Some(circle) = Circle::of(&self.geometry, bound, angle) {
+                    self.circle(&circle, report);
+                }
             }
-            Bound::J3Min | Bound::J3Max => {
-                self.circle(forearm * cos, -forearm * sin, rear_arm, report);
-            }
-            Bound::J23Min | Bound::J23Max if libm::fabs(angle) < 90.0 => {
-                let square =
-                    rear_arm * rear_arm + forearm * forearm + 2.0 * rear_arm * forearm * sin;
-                self.circle(0.0, 0.0, libm::sqrt(square), report);
-            }
-            // The elbow cannot bend further than straight; J4 is not a matter of the vertical plane.
-            Bound::J23Min | Bound::J23Max | Bound::J4Min | Bound::J4Max => {}
         }
     }
 
     /// Reports the parameters at which the line may leave the reach of the links.
     pub(crate) fn reach_cuts(&self, report: &mut impl FnMut(f64)) {
-        let Geometry {
-            rear_arm, forearm, ..
-        } = self.geometry;
-        self.circle(0.0, 0.0, rear_arm + forearm, report);
-        self.circle(0.0, 0.0, libm::fabs(forearm - rear_arm), report);
+        for circle in Circle::reach(&self.geometry) {
+            self.circle(&circle, report);
+        }
         let [c0, c1, c2] = self.square;
         quadratic(c2, c1, c0).into_iter().for_each(report);
     }
 
-    /// Reports where the wrist is on a circle in the vertical plane, given from the shoulder.
-    fn circle(&self, outwards: f64, up: f64, radius: f64, report: &mut impl FnMut(f64)) {
-        let height = self.from.z + self.geometry.tool.z - up;
-        let centre = outwards + self.geometry.tool.x;
+    /// Reports where the wrist is on a circle in the vertical plane.
+    fn circle(&self, circle: &Circle, report: &mut impl FnMut(f64)) {
+        let radius = circle.radius;
+        let height = self.from.z + self.geometry.tool.z - circle.up;
+        let centre = circle.outwards + self.geometry.tool.x;
         let [c0, c1, c2] = self.square;
         let climb = self.step.z;
         Cut {

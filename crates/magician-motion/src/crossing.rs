@@ -10,9 +10,10 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    /// More than the boundaries of the workspace can cut a path: ten bounds, each also where the start lies beyond
-    /// it, at most four cuts each, and the two edges of reach.
-    const CAPACITY: usize = 96;
+    /// More than the boundaries of the workspace can cut a path. On an arc fifteen circles (the bounds of J2, J3 and
+    /// J2 - J3, each also where the start lies beyond it, and the edges of reach) have at most eight cuts each,
+    /// reported twice at worst, and the planes of J1 eight.
+    const CAPACITY: usize = 256;
 
     pub(crate) fn new() -> Self {
         Self {

@@ -26,7 +26,7 @@ pub enum Unreachable {
     NotFinite,
 }
 
-/// A velocity, acceleration or ratio that a motion needs.
+/// A velocity, acceleration, ratio or period that a motion needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SpeedQuantity {
@@ -46,6 +46,8 @@ pub enum SpeedQuantity {
     VelocityRatio,
     /// Acceleration ratio, percent.
     AccelerationRatio,
+    /// Period of a continuous path, seconds.
+    Period,
 }
 
 impl fmt::Display for SpeedQuantity {
@@ -59,6 +61,7 @@ impl fmt::Display for SpeedQuantity {
             Self::RotationAcceleration => f.write_str("acceleration of r"),
             Self::VelocityRatio => f.write_str("velocity ratio"),
             Self::AccelerationRatio => f.write_str("acceleration ratio"),
+            Self::Period => f.write_str("period"),
         }
     }
 }
@@ -71,15 +74,16 @@ impl SpeedQuantity {
             Self::LinearVelocity => "mm/s",
             Self::LinearAcceleration => "mm/s2",
             Self::VelocityRatio | Self::AccelerationRatio => "%",
+            Self::Period => "s",
         }
     }
 }
 
 /// Why a motion cannot be made as asked.
 ///
-/// The three kinds are the three answers of the controller: no solution (alarm 0x11 while planning, 0x21 while
-/// moving), solved but beyond a limit (0x12, 0x22, or 0x40 to 0x49 for a motion of joints), and a speed that is
-/// not one (0x1A).
+/// The kinds are the answers of the controller: no solution (alarm 0x11 while planning, 0x21 while moving), solved but
+/// beyond a limit (0x12, 0x22, or 0x40 to 0x49 for a motion of joints), a speed that is not one (0x1A), and three
+/// points that make no circle (0x13, 0x14).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MotionError {
@@ -94,13 +98,17 @@ pub enum MotionError {
         /// Where the bound stands, degrees.
         limit: f64,
     },
-    /// The motion needs a velocity, acceleration or ratio that is NaN, zero, negative, or too small to end.
+    /// The motion needs a velocity, acceleration, ratio or period that is NaN, zero, negative, or too small to end.
     Speed {
         /// Which one.
         quantity: SpeedQuantity,
         /// Its value, in its own unit.
         value: f64,
     },
+    /// Two of an arc's three points are less than 0.0001 mm apart (alarm 0x13).
+    Coincident,
+    /// An arc's three points are on a straight line, to 0.0001 mm (alarm 0x14).
+    Collinear,
 }
 
 impl From<Unreachable> for MotionError {
@@ -144,6 +152,8 @@ impl fmt::Display for MotionError {
                 let unit = quantity.unit();
                 write!(f, "{quantity} is {value} {unit}, it must be above 0 {unit}")
             }
+            Self::Coincident => f.write_str("two of the three points of the arc are the same"),
+            Self::Collinear => f.write_str("the three points of the arc are on a straight line"),
         }
     }
 }
@@ -154,7 +164,7 @@ impl core::error::Error for MotionError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match self {
             Self::Unreachable(reason) => Some(reason),
-            Self::Limit { .. } | Self::Speed { .. } => None,
+            Self::Limit { .. } | Self::Speed { .. } | Self::Coincident | Self::Collinear => None,
         }
     }
 }

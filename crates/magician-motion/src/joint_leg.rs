@@ -1,6 +1,7 @@
 //! The joints of a motion: each by a law of its own.
 
 use crate::crossing::{Moments, first_violation};
+use crate::law::Law;
 use crate::profile::{Braking, Profile};
 use crate::roots::quadratic;
 use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError};
@@ -20,6 +21,8 @@ pub(crate) enum Axis {
     Travelling(f64, Profile),
     /// From speed to rest.
     Braking(Braking),
+    /// From any speed to any other, forwards (1) or backwards (-1).
+    Running(f64, Law),
 }
 
 impl Axis {
@@ -27,6 +30,7 @@ impl Axis {
         match self {
             Self::Travelling(sign, profile) => sign * profile.position(t),
             Self::Braking(braking) => braking.position(t),
+            Self::Running(sign, law) => sign * law.position(t),
         }
     }
 
@@ -34,6 +38,7 @@ impl Axis {
         match self {
             Self::Travelling(sign, profile) => sign * profile.velocity(t),
             Self::Braking(braking) => braking.velocity(t),
+            Self::Running(sign, law) => sign * law.velocity(t),
         }
     }
 
@@ -41,6 +46,7 @@ impl Axis {
         match self {
             Self::Travelling(sign, profile) => sign * profile.acceleration(t),
             Self::Braking(braking) => braking.acceleration(t),
+            Self::Running(sign, law) => sign * law.acceleration(t),
         }
     }
 
@@ -48,6 +54,7 @@ impl Axis {
         match self {
             Self::Travelling(_, profile) => profile.duration(),
             Self::Braking(braking) => braking.duration(),
+            Self::Running(_, law) => law.duration(),
         }
     }
 
@@ -59,6 +66,7 @@ impl Axis {
                 libm::fabs(braking.velocity(0.0)),
                 libm::fabs(braking.acceleration(0.0)),
             ),
+            Self::Running(_, law) => law.extremes(),
         }
     }
 
@@ -69,13 +77,17 @@ impl Axis {
                 [first, second, profile.duration()]
             }
             Self::Braking(braking) => [braking.duration(); 3],
+            Self::Running(_, law) => {
+                let [first, second] = law.corners();
+                [first, second, law.duration()]
+            }
         }
     }
 }
 
 impl JointLeg {
-    /// The leg on which every joint comes to rest by its own law, wherever that is.
-    pub(crate) fn braking(geometry: &Geometry, from: &ArmState, axes: [Axis; 4]) -> Self {
+    /// The leg on which every joint goes by its own law, wherever that leads.
+    pub(crate) fn following(geometry: &Geometry, from: &ArmState, axes: [Axis; 4]) -> Self {
         let mut leg = Self {
             from: *from,
             to: *from,

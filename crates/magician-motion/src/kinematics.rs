@@ -265,4 +265,21 @@ impl Geometry {
             rate.r - j1,
         ]
     }
+
+    /// The velocity of the tool (mm/s, r in deg/s) at these joints when they move with these velocities (deg/s).
+    pub(crate) fn tool_rate(&self, joints: &JointAngles, velocities: [f64; 4]) -> Pose {
+        let [turning, leaning, dropping, _] = velocities.map(|v| v / DEGREES_PER_RADIAN);
+        let (sin2, cos2) = sin_cos(joints.j2);
+        let (sin3, cos3) = sin_cos(joints.j3);
+        let (sin1, cos1) = sin_cos(joints.j1);
+        let Pose { x, y, .. } = self.forward(joints);
+        let outwards = self.rear_arm * cos2 * leaning - self.forearm * sin3 * dropping;
+        let [j1, _, _, j4] = velocities;
+        Pose {
+            x: outwards * cos1 - y * turning,
+            y: outwards * sin1 + x * turning,
+            z: -self.rear_arm * sin2 * leaning - self.forearm * cos3 * dropping,
+            r: j1 + j4,
+        }
+    }
 }

@@ -1,8 +1,11 @@
-//! One stretch of a motion from rest to rest, or from speed to rest: geometry and speed law together.
+//! One stretch of a motion: geometry and speed law together.
 
+use crate::arc_leg::ArcLeg;
 use crate::joint_leg::{Axis, JointLeg};
 use crate::line_leg::LineLeg;
-use crate::{ArmState, Geometry, Limits, MotionError, apex};
+use crate::segment_leg::SegmentLeg;
+use crate::tool_path::ToolPath;
+use crate::{ArmState, Geometry, Limits, MotionError, Pose, apex};
 
 /// What a leg is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +14,10 @@ pub(crate) enum Leg {
     Joints(JointLeg),
     /// The tool along a straight line, r alongside.
     Line(LineLeg),
+    /// The tool along a circular arc, r alongside.
+    Arc(ArcLeg),
+    /// The tool along a segment of a continuous path, joint 4 at rest.
+    Segment(SegmentLeg),
 }
 
 impl Leg {
@@ -18,6 +25,8 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.duration(),
             Self::Line(leg) => leg.along.duration(),
+            Self::Arc(leg) => leg.along.duration(),
+            Self::Segment(leg) => leg.along.duration(),
         }
     }
 
@@ -25,24 +34,25 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.to,
             Self::Line(leg) => leg.to,
+            Self::Arc(leg) => leg.to,
+            Self::Segment(leg) => leg.to,
         }
     }
 
     /// The state after `t` seconds: exactly the start's and the end's at either end.
     pub(crate) fn state_at(&self, geometry: &Geometry, t: f64) -> ArmState {
-        let (from, to) = match self {
-            Self::Joints(leg) => (leg.from, leg.to),
-            Self::Line(leg) => (leg.from, leg.to),
-        };
         if t >= self.duration() {
-            to
-        } else if t <= 0.0 {
-            from
-        } else {
-            match self {
-                Self::Joints(leg) => ArmState::at_joints(geometry, &leg.joints_at(t)),
-                Self::Line(leg) => leg.state_at(geometry, t),
-            }
+            return self.end();
+        }
+        match self {
+            Self::Joints(leg) if t <= 0.0 => leg.from,
+            Self::Line(leg) if t <= 0.0 => leg.from,
+            Self::Arc(leg) if t <= 0.0 => leg.from,
+            Self::Joints(leg) => ArmState::at_joints(geometry, &leg.joints_at(t)),
+            Self::Line(leg) => leg.state_at(geometry, t),
+            Self::Arc(leg) => leg.state_at(geometry, t),
+            // It may begin in the middle of its segment, and knows where.
+            Self::Segment(leg) => leg.state_at(geometry, t),
         }
     }
 
@@ -55,7 +65,7 @@ impl Leg {
     ) -> ArmState {
         match self {
             Self::Joints(leg) => leg.state_stopped_by(geometry, t, stopped_by),
-            Self::Line(_) => self.state_at(geometry, t),
+            Self::Line(_) | Self::Arc(_) | Self::Segment(_) => self.state_at(geometry, t),
         }
     }
 
@@ -70,6 +80,27 @@ impl Leg {
                 let state = leg.state_at(geometry, t);
                 geometry.joint_velocities(&state.joints, &state.pose, &leg.tool_rate_at(t))
             }
+            Self::Arc(leg) => {
+                let state = leg.state_at(geometry, t);
+                geometry.joint_velocities(&state.joints, &state.pose, &leg.tool_rate_at(t))
+            }
+            Self::Segment(leg) => leg.joint_velocities(geometry, t),
+        }
+    }
+
+    /// The tool's velocity after `t` seconds, mm/s, and r's, deg/s.
+    pub(crate) fn tool_rate(&self, geometry: &Geometry, t: f64) -> Pose {
+        if t < 0.0 || t >= self.duration() {
+            return Pose::default();
+        }
+        match self {
+            Self::Joints(leg) => {
+                let velocities = leg.axes.map(|axis| axis.velocity(t));
+                geometry.tool_rate(&leg.joints_at(t), velocities)
+            }
+            Self::Line(leg) => leg.tool_rate_at(t),
+            Self::Arc(leg) => leg.tool_rate_at(t),
+            Self::Segment(leg) => leg.tool_rate_at(geometry, t),
         }
     }
 
@@ -82,6 +113,8 @@ impl Leg {
         match self {
             Self::Joints(leg) => leg.first_crossing(limits),
             Self::Line(leg) => leg.first_crossing(geometry, limits),
+            Self::Arc(leg) => leg.first_crossing(geometry, limits),
+            Self::Segment(leg) => leg.first_crossing(geometry, limits),
         }
     }
 
@@ -89,11 +122,12 @@ impl Leg {
     pub(crate) fn excess(&self, geometry: &Geometry, ceiling: f64) -> Option<f64> {
         match self {
             Self::Joints(leg) => apex::above(leg, geometry, ceiling).map(|top| top - ceiling),
-            Self::Line(_) => None,
+            Self::Line(_) | Self::Arc(_) | Self::Segment(_) => None,
         }
     }
 
-    /// How much the leg counts in a motion of several, mm: the way between its ends; degrees if there is none.
+    /// How much the leg counts in a motion of several, mm: the way between its ends, round the arc; degrees if there
+    /// is none.
     pub(crate) fn weight(&self) -> f64 {
         match self {
             Self::Joints(leg) => {
@@ -106,17 +140,42 @@ impl Leg {
             }
             Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => leg.along.length(),
             Self::Line(leg) => leg.turning.length(),
+            Self::Arc(leg) => leg.along.length(),
+            Self::Segment(leg) => leg.along.length(),
         }
     }
 
     fn governing(&self) -> Axis {
         match self {
             Self::Joints(leg) => leg.governing().0,
-            Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => {
-                Axis::Travelling(1.0, leg.along)
-            }
+            Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => Axis::Running(1.0, leg.along),
             Self::Line(leg) => Axis::Travelling(1.0, leg.turning),
+            Self::Arc(leg) => Axis::Travelling(1.0, leg.along),
+            Self::Segment(leg) => Axis::Running(1.0, leg.along),
         }
+    }
+
+    /// The same leg in a longer time. What begins or ends with speed is not slowed.
+    pub(crate) fn lasting(mut self, duration: f64) -> Self {
+        match &mut self {
+            Self::Joints(JointLeg { axes, .. }) => {
+                for axis in axes {
+                    if let Axis::Travelling(_, profile) = axis {
+                        *profile = profile.stretched(duration);
+                    }
+                }
+            }
+            Self::Line(LineLeg { along, turning, .. }) => {
+                *along = along.stretched(duration);
+                *turning = turning.stretched(duration);
+            }
+            Self::Arc(ArcLeg { along, turning, .. }) => {
+                *along = along.stretched(duration);
+                *turning = turning.stretched(duration);
+            }
+            Self::Segment(SegmentLeg { along, .. }) => *along = along.stretched(duration),
+        }
+        self
     }
 
     /// The share of the leg done after `t` seconds.
@@ -134,6 +193,7 @@ impl Leg {
     pub(crate) fn time_at(&self, progress: f64) -> f64 {
         match self.governing() {
             Axis::Travelling(_, profile) => profile.time_at(progress * profile.length()),
+            Axis::Running(_, law) => law.time_at(progress * law.length()),
             Axis::Braking(braking) => {
                 braking.duration() * (1.0 - libm::sqrt((1.0 - progress).max(0.0)))
             }

@@ -208,6 +208,14 @@ impl Limits {
         }
     }
 
+    /// These limits but for J4's, which are not boundaries in space.
+    pub(crate) fn in_space(&self) -> Self {
+        Self {
+            j4: Range::new(f64::NEG_INFINITY, f64::INFINITY),
+            ..*self
+        }
+    }
+
     /// These limits with every bound that `joints` violate moved out to where the joints are.
     pub(crate) fn widened_to(&self, joints: &JointAngles) -> Self {
         let mut wide = *self;

@@ -1,16 +1,18 @@
 //! The tool of a motion on a straight line, r alongside.
 
 use crate::boundary::{Section, spatial_cuts};
-use crate::crossing::{Moments, first_violation};
+use crate::law::Law;
 use crate::profile::Profile;
-use crate::{ArmState, Bound, Geometry, Limits, MotionError, Pose, Range, wrist};
+use crate::tool_path::ToolPath;
+use crate::wrist::Span;
+use crate::{ArmState, Geometry, Limits, Pose};
 
 /// The tool along a straight line, r alongside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LineLeg {
     pub(crate) from: ArmState,
     pub(crate) to: ArmState,
-    pub(crate) along: Profile,
+    pub(crate) along: Law,
     pub(crate) turning: Profile,
 }
 
@@ -42,17 +44,6 @@ impl LineLeg {
         self.turn_sign() * self.turning.velocity(t)
     }
 
-    fn pose_at(&self, t: f64) -> Pose {
-        let (from, to) = (self.from.pose, self.to.pose);
-        let share = self.share(t);
-        Pose {
-            x: from.x + (to.x - from.x) * share,
-            y: from.y + (to.y - from.y) * share,
-            z: from.z + (to.z - from.z) * share,
-            r: from.r + self.turn_sign() * self.turning.position(t),
-        }
-    }
-
     pub(crate) fn tool_rate_at(&self, t: f64) -> Pose {
         let (from, to) = (self.from.pose, self.to.pose);
         let rate = self.share_rate(t);
@@ -64,36 +55,47 @@ impl LineLeg {
         }
     }
 
-    /// The state at `t`. On the line all of which is known to be in reach the joints follow from the pose.
-    pub(crate) fn state_at(&self, geometry: &Geometry, t: f64) -> ArmState {
-        let pose = self.pose_at(t);
-        let joints = geometry.inverse_at_edge(&pose);
-        ArmState {
-            pose,
-            joints: joints.unwrap_or(self.from.joints),
+    fn section(&self, geometry: &Geometry) -> Section {
+        Section::new(geometry, &self.from.pose, &self.to.pose)
+    }
+}
+
+impl ToolPath for LineLeg {
+    fn start(&self) -> &ArmState {
+        &self.from
+    }
+
+    fn pose_at(&self, t: f64) -> Pose {
+        let (from, to) = (self.from.pose, self.to.pose);
+        let share = self.share(t);
+        Pose {
+            x: from.x + (to.x - from.x) * share,
+            y: from.y + (to.y - from.y) * share,
+            z: from.z + (to.z - from.z) * share,
+            r: from.r + self.turn_sign() * self.turning.position(t),
         }
     }
 
-    pub(crate) fn section(&self, geometry: &Geometry) -> Section {
-        Section::new(geometry, &self.from.pose, &self.to.pose)
+    fn horizon(&self) -> f64 {
+        self.along.duration()
     }
 
-    /// The times at which something of the leg ceases to be monotone, given the share nearest to the base axis.
-    pub(crate) fn corners(&self, nearest: f64) -> [f64; 5] {
-        let [a, b] = self.along.corners();
-        let [c, d] = self.turning.corners();
-        [
-            a,
-            b,
-            c,
-            d,
-            self.along.time_at(nearest * self.along.length()),
-        ]
+    fn spatial_cuts(
+        &self,
+        geometry: &Geometry,
+        strict: &Limits,
+        wide: &Limits,
+        report: &mut impl FnMut(f64),
+    ) {
+        spatial_cuts(&self.section(geometry), strict, wide, &mut |share| {
+            if share > 0.0 && share < 1.0 {
+                report(self.along.time_at(share * self.along.length()));
+            }
+        });
     }
 
-    /// Numbers that J4 stays below and above: known at once without a sideways tool, as J1 then turns one way
-    /// only.
-    pub(crate) fn j4_extremes(&self, geometry: &Geometry) -> (Option<f64>, Option<f64>) {
+    /// Known at once without a sideways tool, as J1 then turns one way only.
+    fn j4_extremes(&self, geometry: &Geometry) -> (Option<f64>, Option<f64>) {
         if geometry.tool.y != 0.0 {
             return (None, None);
         }
@@ -103,43 +105,32 @@ impl LineLeg {
         (Some(above), Some(below))
     }
 
-    pub(crate) fn first_crossing(
-        &self,
-        geometry: &Geometry,
-        limits: &Limits,
-    ) -> Option<(f64, MotionError)> {
-        let start = match geometry.inverse(&self.from.pose) {
-            Ok(joints) => joints,
-            Err(error) => return Some((0.0, error)),
-        };
-        let spatial = Limits {
-            j4: Range::new(f64::NEG_INFINITY, f64::INFINITY),
-            ..*limits
-        };
-        let mut moments = Moments::new();
-        let wide = spatial.widened_to(&start);
-        spatial_cuts(&self.section(geometry), &spatial, &wide, &mut |share| {
-            if share > 0.0 && share < 1.0 {
-                moments.add(self.along.time_at(share * self.along.length()));
-            }
-        });
-        let duration = self.along.duration();
-        let found = first_violation(&spatial, &start, moments, duration, |t| {
-            geometry.inverse(&self.pose_at(t))
-        });
-        let end = found.map_or(duration, |(t, _)| t);
-        let whole = found.is_none();
-        wrist::first_crossing(self, geometry, limits, end, whole)
-            .map(|t| (t, self.j4_violation(geometry, limits, t)))
-            .or(found)
+    /// The moments at which something of the leg ceases to be monotone.
+    fn corners(&self, geometry: &Geometry) -> [f64; 5] {
+        let [a, b] = self.along.corners();
+        let [c, d] = self.turning.corners();
+        let nearest = self.section(geometry).nearest() * self.along.length();
+        [a, b, c, d, self.along.time_at(nearest)]
     }
 
-    fn j4_violation(&self, geometry: &Geometry, limits: &Limits, t: f64) -> MotionError {
-        let value = self.state_at(geometry, t).joints.j4;
-        if value - limits.j4.min < limits.j4.max - value {
-            limits.violation(Bound::J4Min, value)
+    /// The square of the radius and its slope are monotone as well, so that the values at both ends enclose them.
+    fn j4_rates(&self, geometry: &Geometry, a: f64, b: f64) -> (f64, f64) {
+        let section = self.section(geometry);
+        let ends = |function: &dyn Fn(f64) -> f64| Span::over(function(a), function(b));
+        let square = ends(&|t| section.square(self.share(t)).0.max(0.0));
+        let slope = ends(&|t| section.square(self.share(t)).1);
+        let across = geometry.tool.y;
+        let turning = if across == 0.0 {
+            Span::over(section.swept(), section.swept())
         } else {
-            limits.violation(Bound::J4Max, value)
-        }
+            slope
+                .times(&Span::over(0.5 * across, 0.5 * across))
+                .over_positive(&Span(libm::sqrt(square.0), libm::sqrt(square.1)))
+                .plus(section.swept())
+        };
+        let j1 = turning
+            .over_positive(&square.plus(across * across))
+            .times(&ends(&|t| self.share_rate(t)));
+        Span::j4(&ends(&|t| self.turn_rate(t)), &j1)
     }
 }

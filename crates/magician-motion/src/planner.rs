@@ -69,7 +69,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    fn within(trajectory: Trajectory, limits: &Limits) -> Self {
+    pub(crate) fn within(trajectory: Trajectory, limits: &Limits) -> Self {
         match trajectory.first_crossing(limits) {
             None => Self {
                 trajectory,
@@ -111,14 +111,7 @@ impl Planner {
     /// [`MotionError::Unreachable`] and [`MotionError::Limit`] for the target or a corner of a jump,
     /// [`MotionError::Speed`] for a speed that the motion needs.
     pub fn plan(&self, from: &ArmState, request: &Move) -> Result<Plan, MotionError> {
-        let target = self.resolve(from, &request.target)?;
-        let trajectory = match request.kind {
-            MoveKind::Joint => self.plan_joint(from, &target)?,
-            MoveKind::Line => self.plan_line(from, &target)?,
-            MoveKind::Jump(heights, transfer) => {
-                self.plan_jump(from, &target, &heights, transfer)?
-            }
-        };
+        let trajectory = self.fastest(from, request)?;
         Ok(Plan::within(trajectory, &self.limits))
     }
 
@@ -135,6 +128,20 @@ impl Planner {
         };
         let braked = motion.braked(at_us, [0, 1, 2].map(deceleration));
         Plan::within(braked, &self.limits)
+    }
+
+    /// The motion asked for, whatever is in its way.
+    pub(crate) fn fastest(
+        &self,
+        from: &ArmState,
+        request: &Move,
+    ) -> Result<Trajectory, MotionError> {
+        let target = self.resolve(from, &request.target)?;
+        match request.kind {
+            MoveKind::Joint => self.plan_joint(from, &target),
+            MoveKind::Line => self.plan_line(from, &target),
+            MoveKind::Jump(heights, transfer) => self.plan_jump(from, &target, &heights, transfer),
+        }
     }
 
     fn resolve(&self, from: &ArmState, target: &Target) -> Result<Destination, MotionError> {
@@ -162,7 +169,7 @@ impl Planner {
             Destination::Pose(_) => self.check(to)?,
         };
         let leg = self.joint_leg(from, &to)?;
-        Ok(Trajectory::of_legs(&self.geometry, from, [leg]))
+        Ok(Trajectory::of_leg(&self.geometry, from, leg))
     }
 
     fn plan_line(&self, from: &ArmState, to: &Destination) -> Result<Trajectory, MotionError> {
@@ -170,7 +177,7 @@ impl Planner {
             return Ok(self.arrival(from, to));
         }
         let leg = self.line_leg(from, &self.check(to)?)?;
-        Ok(Trajectory::of_legs(&self.geometry, from, [leg]))
+        Ok(Trajectory::of_leg(&self.geometry, from, leg))
     }
 
     fn plan_jump(
@@ -304,19 +311,21 @@ impl Planner {
         }))
     }
 
-    fn line_leg(&self, from: &ArmState, to: &ArmState) -> Result<Leg, MotionError> {
-        let lengths = [
-            from.pose.distance_to(&to.pose),
-            libm::fabs(to.pose.r - from.pose.r),
-        ];
-        let [along, turning] = synchronised(lengths, |axis| match axis {
+    /// The laws of a tool that goes `way` mm along its path and turns by `turn` degrees meanwhile.
+    pub(crate) fn tool_laws(&self, way: f64, turn: f64) -> Result<[Profile; 2], MotionError> {
+        synchronised([way, libm::fabs(turn)], |axis| match axis {
             0 => self.speeds.linear(),
             _ => self.speeds.rotation(),
-        })?;
+        })
+    }
+
+    fn line_leg(&self, from: &ArmState, to: &ArmState) -> Result<Leg, MotionError> {
+        let way = from.pose.distance_to(&to.pose);
+        let [along, turning] = self.tool_laws(way, to.pose.r - from.pose.r)?;
         Ok(Leg::Line(LineLeg {
             from: *from,
             to: *to,
-            along,
+            along: along.into(),
             turning,
         }))
     }

@@ -60,6 +60,18 @@ impl Profile {
         }
     }
 
+    /// The same way in `duration` seconds, no less than this law takes: what [`lasting`](Self::lasting) gives for the
+    /// rates that this law was made for.
+    ///
+    /// A law that cruises does so at the velocity allowed, and one that does not will not when given longer.
+    pub(crate) fn stretched(&self, duration: f64) -> Self {
+        let rates = Rates {
+            velocity: self.peak,
+            acceleration: self.slope(),
+        };
+        Self::lasting(self.length, &rates, duration.max(self.duration))
+    }
+
     /// The law over `length` in `duration` seconds that never cruises; it has the least acceleration.
     pub(crate) fn triangle(length: f64, duration: f64) -> Self {
         Self {

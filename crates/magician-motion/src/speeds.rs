@@ -49,6 +49,20 @@ impl Speeds {
         ..Self::POWER_UP
     };
 
+    /// The same rates on every axis, at no ratio.
+    pub(crate) fn unscaled(rates: Rates) -> Self {
+        Self {
+            joint_velocity: [rates.velocity; 4],
+            joint_acceleration: [rates.acceleration; 4],
+            linear_velocity: rates.velocity,
+            linear_acceleration: rates.acceleration,
+            rotation_velocity: rates.velocity,
+            rotation_acceleration: rates.acceleration,
+            velocity_ratio: 100.0,
+            acceleration_ratio: 100.0,
+        }
+    }
+
     /// Velocity and acceleration of a joint, its index from 0.
     pub(crate) fn joint(&self, index: usize) -> Result<Rates, MotionError> {
         let name = u8::try_from(index + 1).unwrap_or(u8::MAX);
@@ -156,8 +170,17 @@ fn ratio(quantity: SpeedQuantity, percent: f64) -> Result<f64, MotionError> {
     positive(quantity, percent).map(|percent| percent.min(100.0) / 100.0)
 }
 
-fn positive(quantity: SpeedQuantity, value: f64) -> Result<f64, MotionError> {
+pub(crate) fn positive(quantity: SpeedQuantity, value: f64) -> Result<f64, MotionError> {
     if value >= LEAST {
+        Ok(value)
+    } else {
+        Err(MotionError::Speed { quantity, value })
+    }
+}
+
+/// A speed that a motion has already, or is to end with: zero is one.
+pub(crate) fn finite_speed(quantity: SpeedQuantity, value: f64) -> Result<f64, MotionError> {
+    if (0.0..f64::INFINITY).contains(&value) {
         Ok(value)
     } else {
         Err(MotionError::Speed { quantity, value })

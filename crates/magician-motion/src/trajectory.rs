@@ -5,7 +5,7 @@ use crate::leg::Leg;
 use crate::profile::Braking;
 use crate::{ArmState, Geometry, MotionError};
 
-/// A planned motion: up to three legs, each from rest to rest, and where it ends.
+/// A planned motion: up to three legs, and where it ends. Where two legs meet, the arm is at rest.
 ///
 /// Every question is answered from the start of the motion, in closed form; nothing is stepped or remembered, so
 /// the order and the number of questions do not matter. Time is in whole microseconds from the start.
@@ -65,6 +65,39 @@ impl Trajectory {
         trajectory
     }
 
+    /// One leg that sets off from `start`.
+    pub(crate) fn of_leg(geometry: &Geometry, start: &ArmState, leg: Leg) -> Self {
+        Self {
+            geometry: *geometry,
+            start: *start,
+            end: leg.end(),
+            duration_us: microseconds(leg.duration()),
+            legs: [Some(TimedLeg { leg, start_us: 0 }), None, None],
+        }
+    }
+
+    /// The same motion in `least_us`, if it takes less: every leg longer by the same factor. No motion stays none.
+    pub(crate) fn lasting(mut self, least_us: u64) -> Self {
+        let total = self.duration_us;
+        if total == 0 || total >= least_us {
+            return self;
+        }
+        let later = |at_us: u64| {
+            let product = u128::from(at_us) * u128::from(least_us);
+            u64::try_from(product / u128::from(total)).unwrap_or(least_us)
+        };
+        // The last leg ends where the motion does, each other where the next begins.
+        let mut end_us = total;
+        for timed in self.legs.iter_mut().rev().flatten() {
+            let start_us = later(timed.start_us);
+            timed.leg = timed.leg.lasting(seconds(later(end_us) - start_us));
+            end_us = timed.start_us;
+            timed.start_us = start_us;
+        }
+        self.duration_us = least_us;
+        self
+    }
+
     fn legs(&self) -> impl Iterator<Item = &TimedLeg> {
         self.legs.iter().flatten()
     }
@@ -116,6 +149,22 @@ impl Trajectory {
         Some((timed, seconds(t_us - timed.start_us)))
     }
 
+    /// The leg under way at a time and the seconds since it began; nothing from the end of the motion on.
+    pub(crate) fn under_way(&self, t_us: u64) -> Option<(&Leg, f64)> {
+        let (timed, t) = self.leg_at(t_us).filter(|_| t_us < self.duration_us)?;
+        Some((&timed.leg, t))
+    }
+
+    /// The leg with which the motion ends; nothing if it is cut short.
+    pub(crate) fn last_leg(&self) -> Option<&Leg> {
+        let timed = self.legs().last()?;
+        (timed.leg.end() == self.end).then_some(&timed.leg)
+    }
+
+    pub(crate) fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
     /// Joints and pose at a time. From the end of the motion on, exactly its [`end`](Self::end).
     #[must_use]
     pub fn sample(&self, t_us: u64) -> ArmState {
@@ -131,11 +180,9 @@ impl Trajectory {
     /// The joints' velocities at a time, deg/s; zero from the end of the motion on.
     #[must_use]
     pub fn joint_velocities(&self, t_us: u64) -> [f64; 4] {
-        match self.leg_at(t_us) {
-            Some((timed, t)) if t_us < self.duration_us => {
-                timed.leg.joint_velocities(&self.geometry, t)
-            }
-            _ => [0.0; 4],
+        match self.under_way(t_us) {
+            Some((leg, t)) => leg.joint_velocities(&self.geometry, t),
+            None => [0.0; 4],
         }
     }
 
@@ -145,6 +192,10 @@ impl Trajectory {
     #[must_use]
     pub fn progress(&self, t_us: u64) -> f64 {
         let t_us = t_us.min(self.duration_us);
+        if t_us == self.duration_us && self.last_leg().is_some() {
+            // The last microsecond may be a rounding error short of the end.
+            return 1.0;
+        }
         let (mut done, mut whole) = (0.0, 0.0);
         for timed in self.legs() {
             let weight = timed.leg.weight();
@@ -199,7 +250,7 @@ impl Trajectory {
         let axes = [v1, v2, v3].map(|velocity| Axis::Braking(Braking::lasting(velocity, duration)));
         let [a1, a2, a3] = axes;
         let axes = [a1, a2, a3, Axis::Braking(Braking::lasting(0.0, 0.0))];
-        let leg = JointLeg::braking(&self.geometry, &from, axes);
+        let leg = JointLeg::following(&self.geometry, &from, axes);
         if duration > 0.0 {
             Self::of_legs(&self.geometry, &from, [Leg::Joints(leg)])
         } else {

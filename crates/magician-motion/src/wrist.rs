@@ -1,16 +1,15 @@
-//! Where J4 passes a limit on a straight line.
+//! Where J4 passes a limit on the path of a tool.
 //!
 //! J4 is r less J1. r follows its own law of time, J1 the arc tangent of a point that moves by another, so there is no
-//! closed form. But both laws, the square of the radius and its slope are monotone between the corners of the laws and
-//! the line's nearest point to the base axis, so that on any span between them the values at its two ends enclose
-//! the rate of J4, and with it J4. A span whose enclosure stays below the limit holds no crossing; one on which
-//! the rate keeps its sign holds at most one, bracketed by its ends; any other is halved. So no crossing is missed
-//! that lasts longer than the shortest span.
+//! closed form. But both laws are monotone between their corners. On a line so are the square of the radius and its
+//! slope, up to the nearest point to the base axis; on an arc the curvature bounds how they change. So on any span
+//! between corners the rate of J4 can be enclosed, and with it J4. A span whose enclosure stays below the limit
+//! holds no crossing; one on which the rate keeps its sign holds at most one, bracketed by its ends; any other is
+//! halved. No crossing is missed that lasts longer than the shortest span.
 
 use crate::angle::DEGREES_PER_RADIAN;
-use crate::boundary::Section;
-use crate::line_leg::LineLeg;
 use crate::roots::between;
+use crate::tool_path::ToolPath;
 use crate::{Geometry, LIMIT_TOLERANCE, Limits};
 
 /// No span shorter than this is halved, seconds: a tenth of the unit of time.
@@ -19,27 +18,26 @@ const SHORTEST_SPAN: f64 = 1e-7;
 /// at the resolution reached.
 const MOST_SPANS: u32 = 20_000;
 
-/// J4 along a line, seen from one side: `side` is 1 to look for an upper limit, -1 for a lower one.
-struct Wrist<'a> {
-    line: &'a LineLeg,
+/// J4 along a path, seen from one side: `side` is 1 to look for an upper limit, -1 for a lower one.
+struct Wrist<'a, P> {
+    path: &'a P,
     geometry: &'a Geometry,
-    section: Section,
     side: f64,
 }
 
 /// When J4 first passes one of its limits between the start and `end` seconds, if it does.
 ///
-/// A start beyond a limit may come back in, but not go further out. `whole` says that nothing else ends the line
+/// A start beyond a limit may come back in, but not go further out. `whole` says that nothing else ends the path
 /// before its end.
-pub(crate) fn first_crossing(
-    line: &LineLeg,
+pub(crate) fn first_crossing<P: ToolPath>(
+    path: &P,
     geometry: &Geometry,
     limits: &Limits,
     end: f64,
     whole: bool,
 ) -> Option<f64> {
     let (above, below) = if whole {
-        line.j4_extremes(geometry)
+        path.j4_extremes(geometry)
     } else {
         (None, None)
     };
@@ -48,9 +46,8 @@ pub(crate) fn first_crossing(
             return None;
         }
         Wrist {
-            line,
+            path,
             geometry,
-            section: line.section(geometry),
             side,
         }
         .first_beyond(side * limit, end)
@@ -63,7 +60,7 @@ pub(crate) fn first_crossing(
     }
 }
 
-impl Wrist<'_> {
+impl<P: ToolPath> Wrist<'_, P> {
     fn first_beyond(&self, limit: f64, end: f64) -> Option<f64> {
         let start = self.value(0.0);
         if start <= limit + LIMIT_TOLERANCE {
@@ -87,13 +84,13 @@ impl Wrist<'_> {
 
     /// J4 times the side.
     fn value(&self, t: f64) -> f64 {
-        let j4 = self.line.state_at(self.geometry, t).joints.j4;
+        let j4 = self.path.state_at(self.geometry, t).joints.j4;
         self.side * j4
     }
 
     /// When the value first rises above `level` between `a` and `b`, where it starts no higher.
     fn first_above(&self, level: f64, a: f64, b: f64) -> Option<f64> {
-        let mut ends = self.line.corners(self.section.nearest());
+        let mut ends = self.path.corners(self.geometry);
         ends.sort_unstable_by(f64::total_cmp);
         let mut budget = MOST_SPANS;
         let mut from = a;
@@ -141,25 +138,7 @@ impl Wrist<'_> {
 
     /// Bounds of the rate of the value on a span without a corner inside.
     fn rate(&self, a: f64, b: f64) -> (f64, f64) {
-        let ends = |function: &dyn Fn(f64) -> f64| Span::over(function(a), function(b));
-        let share = |t| self.line.share(t);
-        let square = ends(&|t| self.section.square(share(t)).0.max(0.0));
-        let slope = ends(&|t| self.section.square(share(t)).1);
-        let across = self.geometry.tool.y;
-        let turning = if across == 0.0 {
-            Span::over(self.section.swept(), self.section.swept())
-        } else {
-            slope
-                .times(&Span::over(0.5 * across, 0.5 * across))
-                .over_positive(&Span(libm::sqrt(square.0), libm::sqrt(square.1)))
-                .plus(self.section.swept())
-        };
-        let j1 = turning
-            .over_positive(&square.plus(across * across))
-            .times(&ends(&|t| self.line.share_rate(t)));
-        let r = ends(&|t| self.line.turn_rate(t));
-        let least = r.0 - j1.1 * DEGREES_PER_RADIAN;
-        let most = r.1 - j1.0 * DEGREES_PER_RADIAN;
+        let (least, most) = self.path.j4_rates(self.geometry, a, b);
         if self.side > 0.0 {
             (least, most)
         } else {
@@ -169,24 +148,33 @@ impl Wrist<'_> {
 }
 
 /// All numbers from the first to the second.
-struct Span(f64, f64);
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span(pub(crate) f64, pub(crate) f64);
 
 impl Span {
-    fn over(a: f64, b: f64) -> Self {
+    pub(crate) fn over(a: f64, b: f64) -> Self {
         Self(a.min(b), a.max(b))
     }
 
-    fn plus(&self, number: f64) -> Self {
+    pub(crate) fn plus(&self, number: f64) -> Self {
         Self(self.0 + number, self.1 + number)
     }
 
-    fn times(&self, other: &Self) -> Self {
+    pub(crate) fn times(&self, other: &Self) -> Self {
         let (a, b) = (self.0 * other.0, self.0 * other.1);
         let (c, d) = (self.1 * other.0, self.1 * other.1);
         Self(a.min(b).min(c.min(d)), a.max(b).max(c.max(d)))
     }
 
-    fn over_positive(&self, other: &Self) -> Self {
+    pub(crate) fn over_positive(&self, other: &Self) -> Self {
         self.times(&Self(1.0 / other.1, 1.0 / other.0))
+    }
+
+    /// The rate of J4 in degrees, given those of r in degrees and J1 in radians.
+    pub(crate) fn j4(r: &Self, j1: &Self) -> (f64, f64) {
+        (
+            r.0 - j1.1 * DEGREES_PER_RADIAN,
+            r.1 - j1.0 * DEGREES_PER_RADIAN,
+        )
     }
 }

@@ -3,79 +3,11 @@
 mod support;
 
 use magician_motion::{
-    ArmState, Bound, Geometry, JointAngles, LIMIT_TOLERANCE, Limits, MotionError, Move, Planner,
-    Pose, Target, ToolBias, Unreachable,
+    ArmState, Bound, Geometry, JointAngles, Limits, MotionError, Planner, Pose, Target, ToolBias,
+    Unreachable,
 };
 use proptest::prelude::*;
 use support::*;
-
-/// The excess over the worst bound, degrees; infinite out of reach.
-fn excess(planner: &Planner, limits: &Limits, state: &ArmState, straight: bool) -> f64 {
-    let joints = if straight {
-        match planner.geometry.inverse(&state.pose) {
-            Ok(joints) => joints,
-            Err(_) => return f64::INFINITY,
-        }
-    } else {
-        state.joints
-    };
-    let over = |bound: Bound| {
-        let beyond = bound.value(&joints) - limits.at(bound);
-        if bound.is_upper() { beyond } else { -beyond }
-    };
-    Bound::ALL
-        .into_iter()
-        .map(over)
-        .fold(f64::NEG_INFINITY, f64::max)
-}
-
-/// Looks along the same motion without limits, sample by sample, and compares.
-fn agrees_with_sampling(
-    planner: &Planner,
-    from: &ArmState,
-    request: &Move,
-    straight: bool,
-) -> Result<bool, TestCaseError> {
-    const SAMPLES: u64 = 4_000;
-    let unlimited = Planner {
-        limits: WITHOUT_LIMITS,
-        ..*planner
-    };
-    let unlimited = unlimited.plan(from, request).expect("planned");
-    let whole = unlimited.trajectory;
-    let crossing = match planner.plan(from, request) {
-        Ok(plan) => plan.crossing,
-        Err(error) => return Err(TestCaseError::fail(error.to_string())),
-    };
-    let at = |t: u64| excess(planner, &planner.limits, &whole.sample(t), straight);
-    let time = |sample: u64| {
-        (u128::from(whole.duration_us()) * u128::from(sample) / u128::from(SAMPLES)) as u64
-    };
-    let seen = (1..SAMPLES).map(time).find(|t| at(*t) > LIMIT_TOLERANCE);
-    match (seen, crossing) {
-        (None, None) => {}
-        (Some(t), None) => prop_assert!(false, "outside by {} at {t}, not found", at(t)),
-        // The end of reach, where the motion without limits ends too.
-        (None, Some(found)) if Some(found) == unlimited.crossing => {}
-        (seen, Some(found)) => {
-            // Before it nothing was seen, and just after it there is something to see.
-            if let Some(t) = seen {
-                prop_assert!(found.at_us <= t + 1, "seen {t}, found {found:?}");
-            }
-            let gap = whole.duration_us() / SAMPLES + 2;
-            let before = found.at_us.saturating_sub(2);
-            prop_assert!(at(before) < 1e-6, "{} before {found:?}", at(before));
-            let just_after = (1..=400).map(|part| at(found.at_us + (gap * part / 400).max(1)));
-            // An excursion shorter than the samples' distance has its top near by.
-            prop_assert!(
-                just_after.fold(f64::NEG_INFINITY, f64::max) > 0.0,
-                "nothing after {found:?} of {}",
-                whole.duration_us()
-            );
-        }
-    }
-    Ok(crossing.is_some())
-}
 
 proptest! {
     #![proptest_config(cases(3_000))]
@@ -84,32 +16,19 @@ proptest! {
     fn on_lines(from in reachable(), to in reachable(), planner in planner()) {
         let from = ArmState::at_joints(&planner.geometry, &from);
         let to = planner.geometry.forward(&to);
-        agrees_with_sampling(&planner, &from, &line(Target::Pose(to)), true)?;
+        agrees_with_sampling(&planner, true, |planner| planner.plan(&from, &line(Target::Pose(to))))?;
     }
 
     #[test]
     fn on_lines_that_graze(from in reachable(), to in reachable(), planner in planner(), closer in 0.5..1.0f64) {
         // Limits drawn in to what the ends need, and a little more: many lines then touch them.
-        let (a, b) = (from, to);
-        let draw = |bound: Bound| {
-            let (a, b) = (bound.value(&a), bound.value(&b));
-            let ends = if bound.is_upper() { a.max(b) } else { a.min(b) };
-            ends + (planner.limits.at(bound) - ends) * (1.0 - closer) * 0.2
-        };
-        let range = |min, max| magician_motion::Range::new(draw(min), draw(max));
         let planner = Planner {
-            limits: Limits {
-                j1: range(Bound::J1Min, Bound::J1Max),
-                j2: range(Bound::J2Min, Bound::J2Max),
-                j3: range(Bound::J3Min, Bound::J3Max),
-                j4: range(Bound::J4Min, Bound::J4Max),
-                j2_minus_j3: range(Bound::J23Min, Bound::J23Max),
-            },
+            limits: drawn_in(&planner.limits, &[from, to], closer),
             ..planner
         };
         let from = ArmState::at_joints(&planner.geometry, &from);
         let to = planner.geometry.forward(&to);
-        agrees_with_sampling(&planner, &from, &line(Target::Pose(to)), true)?;
+        agrees_with_sampling(&planner, true, |planner| planner.plan(&from, &line(Target::Pose(to))))?;
     }
 
     #[test]
@@ -125,14 +44,14 @@ proptest! {
         if from.pose.x <= 0.0 || to.x <= 0.0 {
             return Ok(());
         }
-        agrees_with_sampling(&planner, &from, &line(Target::Pose(to)), true)?;
+        agrees_with_sampling(&planner, true, |planner| planner.plan(&from, &line(Target::Pose(to))))?;
     }
 
     #[test]
     fn on_joint_motions(from in reachable(), to in reachable(), planner in planner(), beyond in 0.8..1.6f64) {
         let target = JointAngles::from(to.to_array().map(|angle| angle * beyond));
         let from = ArmState::at_joints(&planner.geometry, &from);
-        agrees_with_sampling(&planner, &from, &joint_move(Target::Joints(target)), false)?;
+        agrees_with_sampling(&planner, false, |planner| planner.plan(&from, &joint_move(Target::Joints(target))))?;
     }
 
     #[test]

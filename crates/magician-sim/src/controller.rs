@@ -1,11 +1,12 @@
 //! The controller as those who hold it see it.
 
-use magician_protocol::{Event as Found, FrameBuf, Row};
+use magician_motion::JointAngles;
+use magician_protocol::{Event as Found, Frame, FrameBuf, Row};
 
 use crate::core::Core;
 use crate::event::Event;
-use crate::link::{Link, Links};
-use crate::{LinkId, Micros, Profile, State, World};
+use crate::link::{Link, Links, Outbox};
+use crate::{Flash, LinkId, Micros, Profile, State, World};
 
 /// A Dobot Magician's controller, without a clock and without a wire.
 ///
@@ -20,6 +21,10 @@ use crate::{LinkId, Micros, Profile, State, World};
 ///   [`poll_timeout`](Self::poll_timeout) is the next instant at which something happens by itself.
 /// * **Out**: [`poll_transmit`](Self::poll_transmit) gives the replies of a link until `None`,
 ///   [`poll_event`](Self::poll_event) what happened.
+/// * **Hands**: [`press`](Self::press), [`unlock`](Self::unlock) and [`guide`](Self::guide) do what a hand does to the
+///   arm, [`inject`](Self::inject) whatever else may happen to it.
+/// * **Copy**: a clone is a snapshot. It goes on from there as the original does, bit for bit, and neither knows of the
+///   other; putting it back in the original's place goes back in time.
 ///
 /// A driver of it repeats: `receive`, `poll_transmit` until `None`, `advance` to the earlier of the next byte and
 /// `poll_timeout`.
@@ -28,12 +33,12 @@ use crate::{LinkId, Micros, Profile, State, World};
 ///
 /// The same calls give the same bytes, events and poses, bit for bit. `advance(a); advance(b)` is `advance(b)`. A move
 /// costs the same whether it takes a second or an hour. No bytes and no values make it panic, and its memory is bounded:
-/// the queue by its depth, each of at most 64 links by its decoder and 32 KiB of replies not taken, the log by 256 events.
-/// Once its buffers have grown to what is in use it allocates nothing.
+/// the queue by its depth, the program in the flash by the profile's capacity, each of at most 64 links by its decoder and
+/// 32 KiB of replies not taken, the log by 256 events. Once its buffers have grown to what is in use it allocates nothing.
 #[derive(Clone)]
 pub struct Controller {
-    links: Links,
-    core: Core,
+    pub(crate) links: Links,
+    pub(crate) core: Core,
 }
 
 impl std::fmt::Debug for Controller {
@@ -58,13 +63,30 @@ impl Controller {
         Self::in_world(profile, World::default())
     }
 
-    /// Switches on an arm with this firmware in this world.
+    /// Switches on an arm with this firmware in this world. A scenario may say where its base really stands, or that
+    /// it has been homed.
     #[must_use]
     pub fn in_world(profile: Profile, world: World) -> Self {
-        Self {
-            links: Links::default(),
-            core: Core::new(profile, world),
-        }
+        let flash = Flash::new(&profile);
+        Self::with_flash(profile, world, flash)
+    }
+
+    /// The same arm, but switched on while it really stood there, deg: J1 reads what it reads at power-up wherever the
+    /// base stands, J2 and J3 read what their sensors say, J4 what it is. Angles beyond the limits count as the limit,
+    /// and what is not a number as what the profile says. Not homed.
+    ///
+    /// ```
+    /// use magician_sim::Controller;
+    ///
+    /// let arm = Controller::default().standing_at([30.0, 20.0, 10.0, 0.0].into());
+    /// let state = arm.state();
+    /// assert_eq!(state.joints.to_array(), [0.0, 20.0, 10.0, 0.0]);
+    /// assert_eq!(state.true_joints.to_array(), [30.0, 20.0, 10.0, 0.0]);
+    /// ```
+    #[must_use]
+    pub fn standing_at(mut self, joints: JointAngles) -> Self {
+        self.core.stood_at(joints);
+        self
     }
 
     /// The arm's clock: microseconds since power-up.
@@ -79,11 +101,6 @@ impl Controller {
         &self.core.world
     }
 
-    /// The world around the arm, to change it.
-    pub fn world_mut(&mut self) -> &mut World {
-        &mut self.core.world
-    }
-
     /// Everything about the arm at the present instant.
     #[must_use]
     pub fn state(&self) -> State {
@@ -93,7 +110,7 @@ impl Controller {
     /// Whether a motion without an end of its own runs: a jog.
     #[must_use]
     pub fn jogging(&self) -> bool {
-        false
+        self.core.motion.is_jogging()
     }
 
     /// Takes bytes from a link and handles every frame in them, all at the present instant.
@@ -112,11 +129,11 @@ impl Controller {
             _ => Some(links.heard(link)),
         };
         let Some(peer) = heard else { return false };
-        while let Some(found) = peer.deframer.next(input) {
+        let Link { deframer, outbox } = peer;
+        while let Some(found) = deframer.next(input) {
             match found {
                 Found::Frame { frame, .. } => {
-                    let frame = FrameBuf::from(frame);
-                    handle(core, link, peer, &frame);
+                    handle(core, link, outbox, &frame);
                     return true;
                 }
                 Found::Rejected { .. } => core.log.push(Event::BadFrame { link }),
@@ -143,6 +160,7 @@ impl Controller {
     /// Lets the arm's time pass up to `to`; an instant that has passed changes nothing.
     pub fn advance(&mut self, to: Micros) {
         self.core.advance(to);
+        self.forget_links();
     }
 
     /// The instant of the arm's clock at which something next happens by itself: the end of a motion, of a wait.
@@ -171,19 +189,18 @@ impl Controller {
 }
 
 /// Handles one frame: exactly one reply for a request that the controller knows, silence for others (errata E09).
-fn handle(core: &mut Core, link: LinkId, peer: &mut Link, frame: &FrameBuf) {
-    if !peer.outbox.has_room() {
+fn handle(core: &mut Core, link: LinkId, outbox: &mut Outbox, frame: &Frame<'_>) {
+    if !outbox.has_room() {
         core.log.push(Event::Overrun { link });
         return;
     }
-    let frame = frame.frame();
     if Row::with_id(frame.id()).is_none() {
         core.unknown_id(link, frame.id());
         return;
     }
-    let reply = core.answer(&frame);
+    let reply = core.answer(frame);
     // A reply holds what the controller stores, which fits a frame.
     if let Ok(reply) = reply.or_else(|_| FrameBuf::new(frame.id(), frame.ctrl(), &[])) {
-        peer.outbox.push(&reply);
+        outbox.push(&reply);
     }
 }

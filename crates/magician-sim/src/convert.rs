@@ -59,6 +59,21 @@ impl Core {
         }
     }
 
+    /// The speeds of arcs that are set now, up to the profile's ceilings; no joint moves by itself.
+    pub(crate) fn arc_speeds(&self) -> Speeds {
+        let (arc, ratio) = (&self.settings.arc, &self.settings.arc_common);
+        let most = &self.profile.ceilings;
+        Speeds {
+            linear_velocity: capped(arc.xyz_velocity.into(), most.linear_velocity),
+            linear_acceleration: capped(arc.xyz_acceleration.into(), most.linear_acceleration),
+            rotation_velocity: capped(arc.r_velocity.into(), most.rotation_velocity),
+            rotation_acceleration: capped(arc.r_acceleration.into(), most.rotation_acceleration),
+            velocity_ratio: ratio.velocity_ratio.into(),
+            acceleration_ratio: ratio.acceleration_ratio.into(),
+            ..self.ptp_speeds()
+        }
+    }
+
     /// The speeds of the move that ends homing; no ratio scales them.
     pub(crate) fn homing_speeds(&self) -> Speeds {
         Speeds {
@@ -90,7 +105,7 @@ impl Core {
 }
 
 /// The value, no more than the ceiling; what is not a number stays so, for the planner to refuse.
-fn capped(value: f64, ceiling: f64) -> f64 {
+pub(crate) fn capped(value: f64, ceiling: f64) -> f64 {
     if value > ceiling { ceiling } else { value }
 }
 

@@ -5,13 +5,19 @@ use magician_protocol::{
 };
 
 use crate::alarms::Alarms;
-use crate::chapter::{io::Connectors, tool::Actuators};
+use crate::chapter::{io::Detectors, teach::Teaching};
 use crate::dispatch::{self, Step, Turn};
 use crate::event::{Event, Log, Refusal};
+use crate::flash::Flash;
 use crate::motion::Motion;
-use crate::queue::{Order, Queue};
+use crate::pins::Connectors;
+use crate::program::{Download, Run};
+use crate::queue::{Order, Queue, moves};
 use crate::settings::Settings;
-use crate::{LinkId, Micros, Profile, World};
+use crate::steppers::Steppers;
+use crate::tools::Actuators;
+use crate::world::Grip;
+use crate::{LineState, LinkId, Micros, Profile, World};
 
 /// The controller behind its links.
 #[derive(Clone)]
@@ -24,13 +30,30 @@ pub(crate) struct Core {
     pub(crate) motion: Motion,
     pub(crate) actuators: Actuators,
     pub(crate) connectors: Connectors,
+    pub(crate) steppers: Steppers,
+    pub(crate) color_sensors: Detectors,
+    pub(crate) infrared_sensors: Detectors,
     pub(crate) homed: bool,
+    pub(crate) teaching: Teaching,
+    pub(crate) flash: Flash,
+    /// How often the flash has been written since power-up.
+    pub(crate) flash_writes: u64,
+    /// The program that is being stored.
+    pub(crate) download: Option<Download>,
+    pub(crate) run: Run,
     pub(crate) world: World,
+    /// The tool as the world was told last.
+    pub(crate) grip: Grip,
+    pub(crate) line: LineState,
+    /// When the controller was switched on or reset last.
+    pub(crate) booted: Micros,
+    /// The controller has reset and its links do not know yet.
+    pub(crate) restarted: bool,
     pub(crate) log: Log,
 }
 
 impl Core {
-    pub(crate) fn new(profile: Profile, world: World) -> Self {
+    pub(crate) fn new(profile: Profile, world: World, flash: Flash) -> Self {
         let rules = &profile.queue;
         let mut core = Self {
             now: 0,
@@ -41,11 +64,23 @@ impl Core {
                 profile.power_up.queue_started,
             ),
             alarms: Alarms::default(),
-            motion: Motion::at(profile.power_up.joints.into()),
+            motion: Motion::at(profile.power_up.joints.into(), profile.rail.length),
             actuators: Actuators::default(),
             connectors: Connectors::default(),
+            steppers: Steppers::default(),
+            color_sensors: Detectors::default(),
+            infrared_sensors: Detectors::default(),
             homed: false,
+            teaching: Teaching::default(),
+            flash,
+            flash_writes: 0,
+            download: None,
+            run: Run::Off,
             world,
+            grip: Grip::default(),
+            line: LineState::default(),
+            booted: 0,
+            restarted: false,
             log: Log::default(),
             profile,
         };
@@ -80,18 +115,30 @@ impl Core {
     }
 
     fn act_at_once(&mut self, set: &Set) {
+        if self.teaching.held() && (moves(set) || matches!(set, Set::JogCmd(_))) {
+            // The motors are released.
+            let _: Step = self.refuse(set.row().id, Refusal::Busy);
+            return;
+        }
         // The step of an immediate command is of no concern: nothing waits for it.
         let _: Step = dispatch::apply(self, set, Turn::Immediate);
+        self.feel_grip();
         self.settle();
     }
 
     fn enqueue(&mut self, id: u8, ctrl: Ctrl, order: Order) -> Result<FrameBuf, EncodeError> {
-        let Some(index) = self.queue.push(id, order) else {
+        let stored = self.store_line(id, &order);
+        let Some(index) = stored.unwrap_or_else(|| self.hosts_mut().push(id, order)) else {
             self.log.push(Event::QueueFull { id });
             return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
         };
-        self.log.push(Event::Accepted { index, id });
-        self.settle();
+        if stored.is_none() {
+            self.log.push(Event::Accepted { index, id });
+            if !self.runs_program() {
+                self.path_grows();
+            }
+            self.settle();
+        }
         FrameBuf::encode(id, ctrl, &QueuedCmdIndex(index))
     }
 
@@ -104,6 +151,7 @@ impl Core {
         if self.alarms.raise(code) {
             self.log.push(Event::AlarmRaised { code });
         }
+        self.replan_segment();
     }
 
     pub(crate) fn refuse(&mut self, id: u8, reason: Refusal) -> Step {

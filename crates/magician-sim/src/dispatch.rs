@@ -3,6 +3,7 @@
 use magician_protocol::{Ctrl, EncodeError, FrameBuf, Get, Readable, Set, Writable};
 
 use crate::Micros;
+use crate::chapter::trigger::Trigger;
 use crate::core::Core;
 
 /// A value that the controller can be asked for.
@@ -35,6 +36,10 @@ pub(crate) enum Step {
     Moving,
     /// An instant.
     Waiting(Micros),
+    /// An input.
+    Triggered(Trigger),
+    /// A stepper output that counts pulses.
+    Turning(usize),
 }
 
 macro_rules! report {
@@ -90,6 +95,28 @@ macro_rules! stored {
     )+};
 }
 
+/// Parameter sets as [`stored`], but kept in the flash.
+macro_rules! kept {
+    ($($layout:ident in $field:ident),+ $(,)?) => {$(
+        impl $crate::dispatch::Report for $layout {
+            fn report(core: &mut $crate::core::Core, _: &magician_protocol::NoArgs) -> Self {
+                core.flash.$field
+            }
+        }
+
+        impl $crate::dispatch::Apply for $layout {
+            fn apply(
+                &self,
+                core: &mut $crate::core::Core,
+                _: $crate::dispatch::Turn,
+            ) -> $crate::dispatch::Step {
+                core.write_flash(|flash| flash.$field = *self);
+                $crate::dispatch::Step::Done
+            }
+        }
+    )+};
+}
+
 /// Commands that this simulation accepts, answers and finishes, and does not act on.
 macro_rules! not_simulated {
     ($($layout:ident),+ $(,)?) => {$(
@@ -105,4 +132,4 @@ macro_rules! not_simulated {
     )+};
 }
 
-pub(crate) use {not_simulated, stored};
+pub(crate) use {kept, not_simulated, stored};

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use magician_protocol::Row;
 
 use crate::LinkId;
+use crate::world::{Incident, Press};
 
 mod words;
 
@@ -43,6 +44,25 @@ pub enum Event {
         /// Its id.
         id: u8,
     },
+    /// A queued command was stored as a line of the program and given this index, at which nothing will run.
+    Stored {
+        /// Its index in the queue's numbering.
+        index: u64,
+        /// Its id.
+        id: u8,
+    },
+    /// A program has been stored in the flash.
+    Downloaded {
+        /// Its commands.
+        stored: u32,
+        /// How many it was said to have.
+        announced: u32,
+    },
+    /// The program in the flash begins or ends.
+    Program {
+        /// Whether it runs from now on.
+        runs: bool,
+    },
     /// A command was understood and not carried out.
     Refused {
         /// Its id.
@@ -59,6 +79,32 @@ pub enum Event {
     AlarmCleared {
         /// Its code.
         code: u8,
+    },
+    /// Something has happened in the world: the tool has taken an object, or touches the table.
+    World(Incident),
+    /// A joint has slipped: it stands elsewhere than commanded.
+    Slipped {
+        /// J1 to J4 as 1 to 4.
+        joint: u8,
+        /// By how much, deg.
+        degrees: f64,
+    },
+    /// The controller has reset: what was queued and set is gone.
+    Reset,
+    /// The cable was pulled, or plugged in again.
+    Cable {
+        /// Whether it is in.
+        plugged: bool,
+    },
+    /// The base key was pressed.
+    Key {
+        /// How.
+        press: Press,
+    },
+    /// The unlock key on the forearm was pressed or released.
+    Unlocked {
+        /// Whether it is held.
+        held: bool,
     },
     /// A command was accepted, stored and answered, but this simulation does not act on it, or only in part. Told once
     /// a row and power-up: a drawing is a hundred thousand of them. [`State::not_simulated`](crate::State::not_simulated)
@@ -96,8 +142,12 @@ pub enum Refusal {
     Unplannable,
     /// Its point-to-point mode has no meaning (model section 15a).
     UnknownMode,
-    /// A pin that there is not, or a function that the pin does not have.
+    /// A pin, motor or connector that there is not, or a function that the pin does not have.
     Pin,
+    /// It waits for an input that there is not, or compares it in a way that has no meaning.
+    Trigger,
+    /// It moves the arm while a hand does, or stores a program while one runs.
+    Busy,
     /// It sets the pose while the arm moves, or to angles that make no sense.
     Pose,
 }

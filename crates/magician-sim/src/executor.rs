@@ -4,6 +4,7 @@ use crate::Micros;
 use crate::core::Core;
 use crate::dispatch::{self, Step, Turn};
 use crate::event::Event;
+use crate::program::Run;
 use crate::queue::{Busy, Entry, Order, Running};
 use magician_protocol::{AlarmSet, Set};
 
@@ -29,17 +30,29 @@ impl Core {
             Some(Busy::Waiting(until)) => Some(until),
             _ => None,
         };
-        [waited, self.motion.next_event()]
-            .into_iter()
-            .flatten()
-            .min()
+        [
+            waited,
+            self.motion.next_event(),
+            self.actuators.next_change(self.now),
+            self.steppers.next_event(),
+            self.world.next_event(),
+        ]
+        .into_iter()
+        .flatten()
+        .min()
     }
 
-    /// What is due at the present instant. The motion comes first: a wait that ends with it may begin another.
+    /// What is due at the present instant. The motion comes first: a wait that ends with it may begin another. What
+    /// the world sees of the tool is settled before the world acts.
     fn happen(&mut self) {
         let now = self.now;
         if self.motion.next_event().is_some_and(|at| at <= now) {
             self.motion_event();
+        }
+        self.steppers_event();
+        self.feel_grip();
+        while let Some(happening) = self.world.happen(now) {
+            self.meet(happening);
         }
         if let Some(Busy::Waiting(until)) = self.queue.running.map(|running| running.busy)
             && until <= now
@@ -47,42 +60,96 @@ impl Core {
             self.finish_running();
         }
         self.run_queue();
+        self.come_to_rest();
+        self.tell_incidents();
     }
 
     /// Takes commands from the queue as long as it may and they finish on the spot.
     fn run_queue(&mut self) {
+        self.look_at_input();
+        self.change_queue();
         while self.may_take() {
             let Some(entry) = self.queue.pop() else {
                 return;
             };
+            self.read_ahead();
             self.start(entry);
+            self.change_queue();
         }
     }
 
     /// The queue takes its next command when it is started, nothing runs or moves, and no alarm holds it; homing is
-    /// taken all the same (model section 4).
+    /// taken all the same (model section 4). During a jog, which is over for the queue when it begins, it goes on to
+    /// the next command that moves.
     fn may_take(&self) -> bool {
-        let homes = matches!(self.queue.head(), Some(Order::Set(Set::HomeCmd(_))));
-        let held = self.alarms.held() && self.profile.queue.alarms_hold;
-        self.queue.started
+        let Some(head) = self.queue.head() else {
+            return false;
+        };
+        let homes = matches!(head, Order::Set(Set::HomeCmd(_)));
+        let moves_aside = self.motion.is_jogging() && !head.moves();
+        self.is_free()
             && self.queue.running.is_none()
-            && !self.motion.is_moving()
-            && (!held || homes)
+            && (!self.motion.is_moving() || moves_aside)
+            && (!self.is_held() || homes)
+    }
+
+    /// Whether the queue may take commands but for alarms: it is started, no hand has unlocked the motors, and the
+    /// program in the flash does not wait for its turn.
+    fn is_free(&self) -> bool {
+        self.queue.started && !self.teaching.held() && !matches!(self.run, Run::Due)
+    }
+
+    /// Whether the queue takes its next command as soon as nothing is under way.
+    pub(crate) fn goes_on(&self) -> bool {
+        self.is_free() && !self.is_held()
+    }
+
+    /// Whether an alarm holds the queue.
+    pub(crate) fn is_held(&self) -> bool {
+        self.alarms.held() && self.profile.queue.alarms_hold
     }
 
     fn start(&mut self, entry: Entry) {
-        let Entry { index, id, order } = entry;
-        self.log.push(Event::Started { index, id });
+        let Entry {
+            index, id, order, ..
+        } = entry;
+        if self.pass_over(index) {
+            return;
+        }
+        if !self.runs_program() {
+            self.log.push(Event::Started { index, id });
+            self.world.index_started(self.now, index);
+        }
         let step = match &order {
             Order::Set(set) => dispatch::apply(self, set, Turn::Queued),
             Order::Nothing => Step::Done,
         };
+        self.feel_grip();
         let busy = match step {
             Step::Done => return self.finished(index, id),
             Step::Moving => Busy::Moving,
             Step::Waiting(until) => Busy::Waiting(until),
+            Step::Triggered(trigger) => Busy::Triggered(trigger),
+            Step::Turning(output) => Busy::Turning(output),
         };
         self.queue.running = Some(Running { index, id, busy });
+    }
+
+    /// EIO address of the input that a running trigger waits for.
+    pub(crate) fn awaited_input(&self) -> Option<u8> {
+        match self.queue.running?.busy {
+            Busy::Triggered(trigger) => Some(trigger.address),
+            _ => None,
+        }
+    }
+
+    /// Finishes a running trigger that is met.
+    fn look_at_input(&mut self) {
+        if let Some(Busy::Triggered(trigger)) = self.queue.running.map(|running| running.busy)
+            && self.is_met(&trigger)
+        {
+            self.finish_running();
+        }
     }
 
     /// The running command has ended, however it did.
@@ -101,15 +168,26 @@ impl Core {
 
     fn finished(&mut self, index: u64, id: u8) {
         self.queue.current = index;
-        self.log.push(Event::Finished { index, id });
+        if !self.runs_program() {
+            self.log.push(Event::Finished { index, id });
+        }
     }
 }
 
 impl Core {
-    /// Stops the queue: the running motion goes on to its end, a running wait is cut short (model section 14).
+    /// Stops the queue, and the program if it runs: the running motion goes on to its end, a running wait or trigger is
+    /// cut short (model section 14).
     pub(crate) fn stop(&mut self) {
-        self.queue.started = false;
-        if let Some(Busy::Waiting(_)) = self.queue.running.map(|running| running.busy) {
+        self.hosts_mut().started = false;
+        self.stop_program();
+        self.replan_segment();
+        self.cut_wait();
+    }
+
+    /// Ends a running wait or trigger.
+    pub(crate) fn cut_wait(&mut self) {
+        let busy = self.queue.running.map(|running| running.busy);
+        if let Some(Busy::Waiting(_) | Busy::Triggered(_)) = busy {
             self.finish_running();
         }
     }
@@ -117,15 +195,20 @@ impl Core {
     /// Stops the queue and brakes whatever moves.
     pub(crate) fn force_stop(&mut self) {
         self.stop();
+        self.cut_turning();
         self.brake();
     }
 
-    /// Drops what waits. Numbering goes on and the current index stands.
+    /// Drops what hosts have queued. Numbering goes on and the current index stands.
     pub(crate) fn clear_queue(&mut self) {
-        let count = self.queue.clear();
+        let count = self.hosts_mut().clear();
         if count > 0 {
             self.log.push(Event::Dropped { count });
         }
+        if self.runs_program() {
+            return;
+        }
+        self.replan_segment();
         let moving = self
             .queue
             .running
@@ -146,5 +229,6 @@ impl Core {
         for code in before.codes().filter(|code| !after.contains(*code)) {
             self.log.push(Event::AlarmCleared { code });
         }
+        self.replan_segment();
     }
 }

@@ -33,32 +33,43 @@ mod core;
 mod dispatch;
 mod event;
 mod executor;
-mod limits;
+mod flash;
+mod happening;
 mod link;
 mod motion;
 mod observer;
-mod outputs;
 mod pace;
+mod pins;
 mod profile;
+mod program;
 mod queue;
 mod runner;
+pub mod scenario;
 mod settings;
 mod state;
+mod steppers;
+mod tools;
 pub mod world;
 
 pub use controller::Controller;
 pub use event::{Event, Refusal};
+pub use flash::{Flash, FlashError};
+pub use happening::LineState;
 pub use link::LinkId;
 pub use observer::Observer;
 pub use pace::{Line, Speed, SpeedError};
+pub use pins::{PinState, Signal};
 pub use profile::{
-    ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, Identity, JogDefaults, LimitChoice,
-    LimitSet, LimitSets, LostStepDefaults, PinFunctions, Pins, PowerUp, Profile, ProfileError,
-    PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools, WifiDefaults,
+    ArcDefaults, Ceilings, CpDefaults, Defaults, HandTeaching, Homing, Identity, JogDefaults,
+    LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions, Pins,
+    PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Sliding, Stopping, ToolDefaults,
+    Tools, WifiDefaults,
 };
 pub use runner::Runner;
+pub use scenario::{Scenario, ScenarioError};
 pub use state::{Output, QueueState, State};
-pub use world::World;
+pub use steppers::{CONVEYOR_PULSES_PER_MM, StepperState};
+pub use world::{Happening, World};
 
 /// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.
 pub type Micros = u64;

@@ -1,5 +1,7 @@
 //! Those who look on as an arm's time passes, and change nothing.
 
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
 use magician_protocol::FrameBuf;
 
 use crate::{Controller, LinkId, Micros};
@@ -8,7 +10,7 @@ use crate::{Controller, LinkId, Micros};
 ///
 /// Time may pass in leaps: a second of motion is one call. An observer names the instants that it wants to see, and
 /// the arm stops there on its way, which changes nothing about what it does. It also sees the arm after every event,
-/// at the instant of the event. `()` is the observer who wants to see nothing and costs nothing.
+/// at the instant of the event.
 pub trait Observer {
     /// The next instant of the arm's clock that is to be seen, later than the one that was seen last. `None`: nothing
     /// is.
@@ -42,8 +44,6 @@ pub trait Observer {
     }
 }
 
-impl Observer for () {}
-
 /// The one who is there, if so.
 impl<O: Observer> Observer for Option<O> {
     fn next_look(&self) -> Option<Micros> {
@@ -70,6 +70,64 @@ impl<O: Observer> Observer for Option<O> {
     fn closed(&mut self, link: LinkId) {
         self.iter_mut().for_each(|it| it.closed(link));
     }
+}
+
+impl<O: Observer + ?Sized> Observer for Box<O> {
+    fn next_look(&self) -> Option<Micros> {
+        (**self).next_look()
+    }
+
+    fn look(&mut self, arm: &Controller) {
+        (**self).look(arm);
+    }
+
+    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+        (**self).request_bytes(now, link, bytes);
+    }
+
+    fn silence(&mut self, now: Micros, link: LinkId) {
+        (**self).silence(now, link);
+    }
+
+    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+        (**self).reply(now, link, frame);
+    }
+
+    fn closed(&mut self, link: LinkId) {
+        (**self).closed(link);
+    }
+}
+
+/// One that somebody else talks to as well.
+impl<O: Observer> Observer for Arc<Mutex<O>> {
+    fn next_look(&self) -> Option<Micros> {
+        lock(self).next_look()
+    }
+
+    fn look(&mut self, arm: &Controller) {
+        lock(self).look(arm);
+    }
+
+    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+        lock(self).request_bytes(now, link, bytes);
+    }
+
+    fn silence(&mut self, now: Micros, link: LinkId) {
+        lock(self).silence(now, link);
+    }
+
+    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+        lock(self).reply(now, link, frame);
+    }
+
+    fn closed(&mut self, link: LinkId) {
+        lock(self).closed(link);
+    }
+}
+
+/// What it was when somebody panicked over it is still to be seen.
+fn lock<O>(observer: &Mutex<O>) -> MutexGuard<'_, O> {
+    observer.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Instants that an observer may still be shown before somebody else gets a word in.

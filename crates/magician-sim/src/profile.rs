@@ -15,6 +15,8 @@ const MAGICIAN_3_6_14: &str = include_str!("../profiles/magician-3.6.14.toml");
 pub(crate) const MAX_NAME: usize = 64;
 /// Longest serial number that the arm keeps, bytes (model section 15).
 pub(crate) const MAX_SERIAL: usize = 23;
+/// Longest program that a flash may hold, whatever its profile says.
+pub(crate) const MAX_LINES: usize = 65_536;
 /// EIO addresses run from 1 to this (model section 13).
 pub(crate) const PINS: usize = 20;
 
@@ -55,8 +57,16 @@ pub struct Profile {
     pub ceilings: Ceilings,
     /// Homing.
     pub home: Homing,
+    /// Continuous paths.
+    pub path: Paths,
     /// Stopping.
     pub stop: Stopping,
+    /// The sliding rail.
+    pub rail: Sliding,
+    /// Hand teaching.
+    pub teach: HandTeaching,
+    /// Programs in the flash.
+    pub offline: Offline,
     /// Suction cup and gripper.
     pub tools: Tools,
     /// The connectors' pins.
@@ -173,8 +183,24 @@ pub struct Homing {
     pub velocity: [f64; 4],
     /// Its acceleration, deg/s2.
     pub acceleration: [f64; 4],
-    /// How long the search for J1's switch takes before that move, s.
+    /// Where the base stands when the switch of J1 closes, deg.
+    pub switch: f64,
+    /// Speed of the base towards the switch and off it again, deg/s. Its acceleration is that of J1 above.
     pub search: f64,
+    /// How far the base backs off from the switch, deg.
+    pub back_off: f64,
+    /// Speeds at which it creeps on, each for half of the way back, deg/s.
+    pub creep: [f64; 2],
+}
+
+/// Continuous paths (model section 8).
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Paths {
+    /// The interpolation period that limits the speed at corners, s.
+    pub period: f64,
+    /// Whether a segment takes whole periods, so that a short one is slow.
+    pub whole_periods: bool,
 }
 
 /// Stopping (model section 14).
@@ -183,6 +209,34 @@ pub struct Homing {
 pub struct Stopping {
     /// ForceStop brakes with this many times the acceleration in force; above 0.
     pub force_factor: f64,
+}
+
+/// The sliding rail (model section 12).
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sliding {
+    /// How far the carriage can go, mm; above 0.
+    pub length: f64,
+    /// How fast it homes, mm/s; no ratio scales it.
+    pub home_velocity: f64,
+    /// Its acceleration when it homes, mm/s2.
+    pub home_acceleration: f64,
+}
+
+/// Hand teaching (model section 12).
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HandTeaching {
+    /// From point to point while the unlock key is held and points are taught periodically, s; above 0.
+    pub period: f64,
+}
+
+/// Programs in the flash, which the arm runs without a host (model section 12).
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Offline {
+    /// Commands that a program may have, 1 to 65536.
+    pub capacity: usize,
 }
 
 /// Suction cup and gripper (model section 15a).

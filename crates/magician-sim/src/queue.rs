@@ -5,6 +5,8 @@ use std::collections::VecDeque;
 use magician_protocol::Set;
 
 use crate::Micros;
+use crate::chapter::trigger::Trigger;
+use crate::motion::Way;
 
 /// What a place in the queue holds. Places are few and reused, so the size of a command matters
 /// less than keeping it where it is.
@@ -17,12 +19,43 @@ pub(crate) enum Order {
     Nothing,
 }
 
+impl Order {
+    /// Whether it moves the arm and waits until it has.
+    pub(crate) fn moves(&self) -> bool {
+        let Self::Set(set) = self else {
+            return false;
+        };
+        moves(set)
+    }
+}
+
+/// Whether a command moves the arm and is done when it has; a jog is done when it begins.
+pub(crate) fn moves(set: &Set) -> bool {
+    use Set::{
+        ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, PtpCmd, PtpPoCmd, PtpPoWithLCmd, PtpWithLCmd,
+    };
+    matches!(
+        set,
+        PtpCmd(_)
+            | PtpWithLCmd(_)
+            | PtpPoCmd(_)
+            | PtpPoWithLCmd(_)
+            | CpCmd(_)
+            | CpLeCmd(_)
+            | ArcCmd(_)
+            | CircleCmd(_)
+            | HomeCmd(_)
+    )
+}
+
 /// A command that waits.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
     pub(crate) index: u64,
     pub(crate) id: u8,
     pub(crate) order: Order,
+    /// Where a segment of a continuous path leads, once it is known where it begins.
+    pub(crate) way: Option<Way>,
 }
 
 /// What the running command is busy with.
@@ -32,6 +65,10 @@ pub(crate) enum Busy {
     Moving,
     /// It lets time pass until then.
     Waiting(Micros),
+    /// It waits for an input.
+    Triggered(Trigger),
+    /// A stepper output counts its pulses.
+    Turning(usize),
 }
 
 /// The command at work; it keeps its place until it has finished.
@@ -90,14 +127,34 @@ impl Queue {
             self.overflows = self.overflows.saturating_add(1);
             return None;
         }
+        let index = self.pass_index();
+        self.waiting.push_back(Entry {
+            index,
+            id,
+            order,
+            way: None,
+        });
+        Some(index)
+    }
+
+    /// The next index, for a command that does not wait here.
+    pub(crate) fn pass_index(&mut self) -> u64 {
         let index = self.next_index;
         self.next_index = self.next_index.wrapping_add(1).max(1);
-        self.waiting.push_back(Entry { index, id, order });
-        Some(index)
+        index
     }
 
     pub(crate) fn head(&self) -> Option<&Order> {
         self.waiting.front().map(|entry| &entry.order)
+    }
+
+    /// What waits, the next one first.
+    pub(crate) fn entries(&self) -> impl DoubleEndedIterator<Item = &Entry> {
+        self.waiting.iter()
+    }
+
+    pub(crate) fn entries_mut(&mut self) -> impl DoubleEndedIterator<Item = &mut Entry> {
+        self.waiting.iter_mut()
     }
 
     pub(crate) fn pop(&mut self) -> Option<Entry> {

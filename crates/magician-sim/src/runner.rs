@@ -1,9 +1,13 @@
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
-use magician_protocol::{Deframer, Event, FrameBuf, INTER_BYTE_TIMEOUT_MS};
+use magician_protocol::{FrameBuf, INTER_BYTE_TIMEOUT_MS};
 
-use crate::pace::{ArmClock, Line, Speed, Wire};
-use crate::{Controller, LinkId, Micros, Observer};
+use crate::pace::{ArmClock, Line, Speed};
+use crate::{Controller, Happening, LinkId, Micros, Observer};
+
+mod link;
+
+use link::Link;
 
 const INTER_BYTE_TIMEOUT: Micros = INTER_BYTE_TIMEOUT_MS * 1000;
 /// What a serial driver holds for a port before its writer has to wait.
@@ -22,10 +26,12 @@ const BACKLOG: usize = 4096;
 ///   after every other call.
 /// * [`room`](Self::room): how many bytes a peer may still put on its line before a serial driver
 ///   would make it wait.
+/// * Faults, at the instant given last: [`unplug`](Self::unplug), [`plug`](Self::plug),
+///   [`set_delay`](Self::set_delay).
 ///
-/// An [`Observer`] may look on ([`observed`](Runner::observed)). It changes nothing, unless more than 100,000 instants
-/// are to be shown to it in one leap of the arm's clock (half an hour at 50 a second): then requests that have come are
-/// read before the leap goes on, and a clock that is not at full speed stays behind.
+/// An [`Observer`] may look on ([`observe`](Self::observe)). It changes nothing, unless more than 100,000 instants are to
+/// be shown to it in one leap of the arm's clock (half an hour at 50 a second): then requests that have come are read
+/// before the leap goes on, and a clock that is not at full speed stays behind.
 ///
 /// ```
 /// use magician_protocol::{FrameBuf, NoArgs, Readable, commands::Pose};
@@ -46,47 +52,41 @@ const BACKLOG: usize = 4096;
 /// assert_eq!((now, reply.bytes().len()), (3820, 38)); // 44 bytes at 86.8 us
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Runner<O = ()> {
+pub struct Runner {
     controller: Controller,
-    observer: O,
+    observer: Option<Box<dyn Observer + Send>>,
     clock: ArmClock,
     line: Line,
     wall: Micros,
     links: BTreeMap<LinkId, Link>,
+    /// Pulls of the cable that the links know of.
+    pulls: u64,
 }
 
 impl Runner {
     /// Puts a controller on the wall clock, which shows 0.
     #[must_use]
     pub fn new(controller: Controller, speed: Speed, line: Line) -> Self {
-        Self::observed(controller, speed, line, ())
-    }
-}
-
-impl<O: Observer> Runner<O> {
-    /// As [`new`](Runner::new), with somebody who looks on.
-    #[must_use]
-    pub fn observed(controller: Controller, speed: Speed, line: Line, mut observer: O) -> Self {
-        observer.look(&controller);
         Self {
             clock: ArmClock::new(speed, controller.now()),
+            pulls: controller.line().pulls,
             controller,
-            observer,
+            observer: None,
             line,
             wall: 0,
             links: BTreeMap::new(),
         }
     }
 
-    /// Who looks on.
-    #[must_use]
-    pub fn observer(&self) -> &O {
-        &self.observer
+    /// Has somebody look on from now on, alone. Whoever talks to the observer as well keeps an `Arc<Mutex<_>>` of it.
+    pub fn observe(&mut self, mut observer: impl Observer + Send + 'static) {
+        observer.look(&self.controller);
+        self.observer = Some(Box::new(observer));
     }
 
-    /// Who looks on, to be told things.
-    pub fn observer_mut(&mut self) -> &mut O {
-        &mut self.observer
+    /// Has nobody look on any more.
+    pub fn unobserve(&mut self) {
+        self.observer = None;
     }
 
     /// The controller, as it stood at the last instant given.
@@ -101,9 +101,12 @@ impl<O: Observer> Runner<O> {
     }
 
     /// A peer put bytes on its line. All are taken, whatever [`room`](Self::room) says. The link
-    /// begins with its first bytes.
+    /// begins with its first bytes. Without the cable they are lost.
     pub fn receive(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
         self.handle_timeout(now);
+        if !self.plugged() {
+            return;
+        }
         let now = self.wall;
         let line = self.line;
         self.links
@@ -126,6 +129,39 @@ impl<O: Observer> Runner<O> {
         }
     }
 
+    /// The cable is pulled at the arm's end, now: what is on its way in either direction is lost on
+    /// every link, half-received frames and replies not taken among it, and so is what comes until
+    /// it is [plugged](Self::plug) in again. The arm goes on with what it has.
+    pub fn unplug(&mut self) {
+        self.controller.inject(Happening::Cable { plugged: false });
+        self.follow_cable();
+    }
+
+    /// The cable is back, now. Every link begins anew with its next bytes.
+    pub fn plug(&mut self) {
+        self.controller.inject(Happening::Cable { plugged: true });
+    }
+
+    /// Whether the cable is in.
+    #[must_use]
+    pub fn plugged(&self) -> bool {
+        self.controller.line().plugged
+    }
+
+    /// How many times the cable has been pulled. It shows a pull even to those who did not look
+    /// before the cable was back.
+    #[must_use]
+    pub fn pulls(&self) -> u64 {
+        self.controller.line().pulls
+    }
+
+    /// From now on the arm takes so many microseconds longer to answer, beyond the line's
+    /// turnaround; 0 is the arm as it was. Answers that are under way are not held up, and none
+    /// overtakes another.
+    pub fn set_delay(&mut self, delay: Micros) {
+        self.controller.inject(Happening::Delay(delay));
+    }
+
     /// Bytes that the peer may put on its line before it should wait: a serial driver holds 4096
     /// for it, less what is still under way in either direction.
     #[must_use]
@@ -138,13 +174,34 @@ impl<O: Observer> Runner<O> {
     pub fn handle_timeout(&mut self, now: Micros) {
         let now = now.max(self.wall);
         while let Some((at, link)) = self.next_input().filter(|(at, _)| *at <= now) {
-            self.clock
-                .pass(&mut self.controller, &mut self.observer, at);
+            self.pass(at);
+            self.follow_cable();
             self.arrive(at, link);
         }
-        self.clock
-            .pass(&mut self.controller, &mut self.observer, now);
+        self.pass(now);
+        self.follow_cable();
         self.wall = now;
+    }
+
+    fn pass(&mut self, wall: Micros) {
+        let Self {
+            clock,
+            controller,
+            observer,
+            ..
+        } = self;
+        clock.pass(controller, observer, wall);
+    }
+
+    /// What was on its way when the cable was pulled is lost, whoever pulled it.
+    fn follow_cable(&mut self) {
+        if self.pulls != self.pulls() {
+            self.pulls = self.pulls();
+            while let Some((link, _)) = self.links.pop_first() {
+                self.controller.close(link);
+                self.observer.closed(link);
+            }
+        }
     }
 
     /// When [`handle_timeout`](Self::handle_timeout) or [`poll_transmit`](Self::poll_transmit)
@@ -156,11 +213,10 @@ impl<O: Observer> Runner<O> {
         let event = self.clock.next(&self.controller, self.wall);
         let look = self.observer.next_look();
         let look = look.and_then(|look| self.clock.next_look(look, self.wall));
-        input
+        [input, event, look]
             .into_iter()
+            .flatten()
             .chain(output)
-            .chain(event)
-            .chain(look)
             .min()
     }
 
@@ -176,7 +232,11 @@ impl<O: Observer> Runner<O> {
     }
 
     fn arrive(&mut self, at: Micros, id: LinkId) {
-        let answered = at.saturating_add(self.line.turnaround);
+        let turnaround = self
+            .line
+            .turnaround
+            .saturating_add(self.controller.line().delay);
+        let answered = at.saturating_add(turnaround);
         let Self {
             controller,
             clock,
@@ -221,143 +281,5 @@ impl<O: Observer> Runner<O> {
         self.links.remove(&link);
         self.controller.close(link);
         self.observer.closed(link);
-    }
-}
-
-/// A peer's line: what is on its way to the arm, and the replies.
-struct Link {
-    input: Wire,
-    /// Looks ahead along a paced line for the bytes that complete a frame.
-    scout: Option<Box<Deframer>>,
-    /// Stream position up to which bytes stand in `pieces`.
-    cut: u64,
-    pieces: VecDeque<Piece>,
-    /// The bytes of all pieces.
-    bytes: VecDeque<u8>,
-    /// When the line will have been silent for too long to go on with a frame.
-    silent: Option<Micros>,
-    replies: Replies,
-}
-
-/// Replies on their way to a peer.
-struct Replies {
-    output: Wire,
-    /// With the time by which the last byte has passed.
-    queue: VecDeque<(Micros, FrameBuf)>,
-    /// Nobody waits for them.
-    hung_up: bool,
-}
-
-/// Bytes that can be handed to the controller in one go: none but the last can complete a frame.
-struct Piece {
-    /// When the last of them has arrived.
-    at: Micros,
-    count: usize,
-}
-
-impl Link {
-    fn new(line: Line) -> Self {
-        let paced = line.baud.is_some_and(|baud| baud > 0);
-        Self {
-            input: Wire::new(line),
-            scout: paced.then(Box::default),
-            cut: 0,
-            pieces: VecDeque::new(),
-            bytes: VecDeque::new(),
-            silent: None,
-            replies: Replies {
-                output: Wire::new(line),
-                queue: VecDeque::new(),
-                hung_up: false,
-            },
-        }
-    }
-
-    fn put(&mut self, now: Micros, bytes: &[u8]) {
-        self.replies.hung_up = false;
-        self.bytes.extend(bytes);
-        let end = self.cut + bytes.len() as u64;
-        if let Some(mut scout) = self.scout.take() {
-            let mut input = bytes;
-            while let Some(event) = scout.next(&mut input) {
-                if let Some(end) = decided_at(&event) {
-                    self.cut_at(now, end);
-                }
-            }
-            self.scout = Some(scout);
-        }
-        self.cut_at(now, end);
-    }
-
-    /// Ends a piece before stream position `end`, unless one ends there or later.
-    fn cut_at(&mut self, now: Micros, end: u64) {
-        let count = end.saturating_sub(self.cut) as usize;
-        if count > 0 {
-            let at = self.input.carry(now, count);
-            self.pieces.push_back(Piece { at, count });
-            self.cut = end;
-        }
-    }
-
-    fn fall_silent(&mut self) {
-        self.silent = None;
-        if let Some(scout) = &mut self.scout {
-            scout.expire();
-            while scout.next(&mut &[][..]).is_some() {}
-        }
-    }
-
-    fn input_due(&self) -> Option<Micros> {
-        let arrival = self.pieces.front().map(|piece| piece.at);
-        arrival.or(self.silent)
-    }
-
-    fn under_way(&self) -> usize {
-        let replies = self.replies.queue.iter();
-        self.bytes.len() + replies.map(|(_, frame)| frame.bytes().len()).sum::<usize>()
-    }
-}
-
-impl Replies {
-    /// Puts the controller's replies on the line, not before `from`.
-    fn take_from<O: Observer>(
-        &mut self,
-        controller: &mut Controller,
-        observer: &mut O,
-        link: LinkId,
-        from: Micros,
-    ) {
-        while let Some(frame) = controller.poll_transmit(link) {
-            if !self.hung_up {
-                observer.reply(controller.now(), link, &frame);
-                let at = self.output.carry(from, frame.bytes().len());
-                self.queue.push_back((at, frame));
-            }
-        }
-    }
-
-    fn due(&self) -> Option<Micros> {
-        self.queue.front().map(|(at, _)| *at)
-    }
-
-    fn pop(&mut self, now: Micros) -> Option<FrameBuf> {
-        let due = self.due().is_some_and(|at| at <= now);
-        let (_, frame) = due.then(|| self.queue.pop_front())??;
-        Some(frame)
-    }
-
-    fn hang_up(&mut self) {
-        self.hung_up = true;
-        self.queue.clear();
-    }
-}
-
-/// Stream position just after the byte that decided this: a frame's last, or the one that showed
-/// a candidate to be none, which may bring frames inside it to light.
-fn decided_at(event: &Event<'_>) -> Option<u64> {
-    match event {
-        Event::Frame { offset, frame } => Some(offset + frame.bytes().len() as u64),
-        Event::Rejected { offset, bytes, .. } => Some(offset + bytes.len() as u64),
-        Event::Noise { .. } => None,
     }
 }

@@ -1,10 +1,10 @@
 //! A look at everything, for tests, demonstrations and pictures.
 
-use magician_motion::{JointAngles, Pose};
+use magician_motion::{JointAngles, Pose, ToolBias};
 use magician_protocol::AlarmSet;
 
-use crate::Micros;
 use crate::core::Core;
+use crate::{LineState, Micros};
 
 /// The arm at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,16 +14,26 @@ pub struct State {
     pub now: Micros,
     /// The commanded tool pose, for the tool bias that is set.
     pub pose: Pose,
+    /// The tool bias that is set.
+    pub tool: ToolBias,
     /// The commanded joints.
     pub joints: JointAngles,
+    /// Where the joints really stand: elsewhere than commanded after lost steps, and the base before homing.
+    pub true_joints: JointAngles,
     /// Whether anything moves, homing included.
     pub moving: bool,
     /// Whether the arm has been homed since power-up.
     pub homed: bool,
     /// The alarms that stand.
     pub alarms: AlarmSet,
-    /// The command queue.
+    /// The command queue that hosts fill.
     pub queue: QueueState,
+    /// EIO address of the input that the command at work waits for: a TRIG, of the hosts or of the program.
+    pub awaits_input: Option<u8>,
+    /// Whether the program in the flash runs.
+    pub program: bool,
+    /// Whether the unlock key is held: the motors are released and a hand may move the arm.
+    pub unlocked: bool,
     /// The suction cup: sucking or not.
     pub suction: Output,
     /// The gripper: closed or open.
@@ -32,6 +42,12 @@ pub struct State {
     pub holding: bool,
     /// Whether the laser burns.
     pub laser: bool,
+    /// Power of the laser, 0 to 100 percent; 0 is off.
+    pub laser_power: f64,
+    /// Where the carriage on the rail is commanded to be, mm; `None` unless the controller was told of a rail.
+    pub rail: Option<f64>,
+    /// The cable to the host.
+    pub line: LineState,
     /// Commands since power-up that were answered but not acted on, or only in part; an
     /// [`Event::NotSimulated`](crate::Event::NotSimulated) tells the first of each row.
     pub not_simulated: u64,
@@ -49,6 +65,8 @@ pub struct QueueState {
     pub waiting: usize,
     /// Index of the command at work.
     pub running: Option<u64>,
+    /// Its id.
+    pub running_id: Option<u8>,
     /// Index of the command that finished last, 0 before the first.
     pub current_index: u64,
     /// Whether it takes commands: between start and stop.
@@ -71,13 +89,15 @@ pub struct Output {
 
 impl State {
     pub(crate) fn of(core: &Core) -> Self {
-        let (queue, arm) = (&core.queue, core.arm());
+        let (queue, arm) = (core.hosts(), core.arm());
         let suction = core.actuators.suction(core.now);
         let gripper = core.actuators.gripper(core.now);
         Self {
             now: core.now,
             pose: arm.pose,
+            tool: core.geometry().tool,
             joints: arm.joints,
+            true_joints: core.motion.really(core.now, arm.joints).joints,
             moving: core.motion.is_moving(),
             homed: core.homed,
             alarms: core.alarms.standing(),
@@ -85,15 +105,22 @@ impl State {
                 capacity: queue.depth(),
                 waiting: queue.waiting(),
                 running: queue.running.map(|running| running.index),
+                running_id: queue.running.map(|running| running.id),
                 current_index: queue.current,
                 started: queue.started,
                 held: core.alarms.held() && core.profile.queue.alarms_hold,
                 overflows: queue.overflows,
             },
+            program: core.runs_program(),
+            unlocked: core.teaching.held(),
+            awaits_input: core.awaited_input(),
             suction,
             gripper,
             holding: core.world.holding(),
-            laser: core.actuators.laser_burns(),
+            laser: core.actuators.laser_power() > 0.0,
+            laser_power: core.actuators.laser_power(),
+            rail: core.has_rail().then(|| core.rail()),
+            line: core.line,
             not_simulated: core.log.count_not_simulated(),
             events_lost: core.log.lost(),
         }

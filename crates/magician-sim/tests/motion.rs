@@ -1,8 +1,8 @@
-//! Point-to-point motion and homing: times, ends, and what the pose says on the way.
+//! Point-to-point motion: times, ends, and what the pose says on the way.
 
 mod arm;
 
-use arm::{SECOND, arm, arm_with, home, joints_to, ptp, running_arm};
+use arm::{SECOND, arm, joints_to, ptp, running_arm};
 use magician_protocol::commands::*;
 use magician_protocol::{PoCmd, PoList, PtpMode};
 
@@ -273,84 +273,6 @@ fn ptp_time_is_the_time_that_the_move_then_takes() {
     };
     assert_eq!(bench.get_with::<PtpTime>(&nowhere).ptp_time, 0);
     assert!(bench.alarms().is_empty(), "asking is no motion");
-}
-
-#[test]
-fn homing_searches_for_15_s_and_then_goes_to_the_home_point() {
-    let mut bench = running_arm();
-    assert!(!bench.state().homed);
-    assert_eq!(bench.enqueue(&home()), 1);
-    bench.pass(15 * SECOND - 1);
-    assert!(bench.state().moving && !bench.state().homed);
-    bench.pass(1);
-    assert!(bench.state().homed && !bench.state().moving);
-    assert_eq!(bench.current_index(), 1);
-    assert_eq!(bench.joints(), [0.0, 45.0, 45.0, 0.0]);
-
-    bench.enqueue(&joints_to([60.0, 45.0, 45.0, 0.0]));
-    bench.rest();
-    bench.enqueue(&home());
-    // 60 degrees at 30 deg/s and 30 deg/s2: 3 s.
-    lasts(bench.rest(), 18.0);
-    assert_eq!(bench.joints(), [0.0, 45.0, 45.0, 0.0]);
-}
-
-#[test]
-fn homing_goes_to_the_point_that_was_set() {
-    let mut bench = running_arm();
-    bench.suction_bias();
-    let point = HomeParams {
-        x: 200.0,
-        y: 50.0,
-        z: 40.0,
-        r: 10.0,
-    };
-    bench.set(&point);
-    bench.set(&home());
-    bench.rest();
-    assert_eq!(bench.pose(), [200.0, 50.0, 40.0, 10.0]);
-}
-
-#[test]
-fn a_home_point_out_of_reach_is_stored_and_refused_when_homing_gets_there() {
-    let mut bench = running_arm();
-    let point = HomeParams {
-        x: 2000.0,
-        y: f32::NAN,
-        z: 0.0,
-        r: 0.0,
-    };
-    bench.set(&point);
-    assert!(bench.get::<HomeParams>().y.is_nan());
-    bench.enqueue(&home());
-    bench.rest();
-    assert_eq!(bench.alarms(), [0x11]);
-    assert_eq!(bench.current_index(), 1);
-    assert!(bench.state().homed, "the reference was found all the same");
-    assert_eq!(bench.joints(), [0.0, 45.0, 45.0, 0.0]);
-}
-
-#[test]
-fn a_force_stop_ends_the_search_of_homing() {
-    let mut bench = running_arm();
-    bench.enqueue(&home());
-    bench.pass(SECOND);
-    bench.set(&QueuedCmdForceStopExec {});
-    assert_eq!(bench.rest(), 0);
-    assert!(!bench.state().homed);
-    assert_eq!(bench.current_index(), 1);
-}
-
-#[test]
-fn a_profile_may_have_no_search() {
-    let mut bench = arm_with(|profile| profile.home.search = 0.0);
-    bench.start();
-    assert_eq!(bench.enqueue(&home()), 1);
-    assert_eq!(bench.current_index(), 1);
-    bench.set(&joints_to([30.0, 45.0, 45.0, 0.0]));
-    bench.rest();
-    bench.set(&home());
-    lasts(bench.rest(), 2.0);
 }
 
 #[test]

@@ -279,8 +279,8 @@ fn alarms_and_events_have_the_instant_at_which_they_came() {
 }
 
 /// Drives a runner from a list of (wall time, link, bytes) until a wall time, waking as it asks and at `extra` times.
-fn drive<O: Observer>(
-    runner: &mut Runner<O>,
+fn drive(
+    runner: &mut Runner,
     inputs: &[(Micros, LinkId, Vec<u8>)],
     extra: &[Micros],
     end: Micros,
@@ -309,6 +309,23 @@ fn drive<O: Observer>(
     }
 }
 
+type Watching = Arc<Mutex<Recorder<Shared>>>;
+
+/// Records what a runner's arm does from now on.
+fn watch(runner: &mut Runner, out: Shared) -> Watching {
+    let recorder = Recorder::new(out, EPOCH).unwrap();
+    let recorder = Arc::new(Mutex::new(recorder));
+    runner.observe(Arc::clone(&recorder));
+    recorder
+}
+
+/// The finished file.
+fn file_of(mut runner: Runner, recorder: Watching) -> Vec<u8> {
+    runner.unobserve();
+    let recorder = Arc::into_inner(recorder).unwrap().into_inner().unwrap();
+    recorder.finish().unwrap().0.lock().unwrap().clone()
+}
+
 fn visits() -> Vec<(Micros, LinkId, Vec<u8>)> {
     vec![
         (5_000, LinkId(0), programme()),
@@ -335,8 +352,8 @@ fn line() -> Line {
 fn looking_on_changes_nothing() {
     for speed in RUNNER_SPEEDS {
         let mut plain = Runner::new(Controller::default(), speed, line());
-        let recorder = Recorder::new(Vec::new(), EPOCH).unwrap();
-        let mut watched = Runner::observed(Controller::default(), speed, line(), recorder);
+        let mut watched = Runner::new(Controller::default(), speed, line());
+        watched.observe(Recorder::new(Vec::new(), EPOCH).unwrap());
         let seen = [
             drive(&mut plain, &visits(), &[], 2 * SECOND),
             drive(&mut watched, &visits(), &[], 2 * SECOND),
@@ -351,15 +368,11 @@ fn looking_on_changes_nothing() {
 fn the_grid_is_exact_at_every_speed_and_however_the_clock_leaps() {
     for speed in RUNNER_SPEEDS {
         let run = |extra: &[Micros]| {
-            let recorder = Recorder::new(Shared::default(), EPOCH).unwrap();
-            let mut runner = Runner::observed(Controller::default(), speed, line(), recorder);
+            let mut runner = Runner::new(Controller::default(), speed, line());
+            let recorder = watch(&mut runner, Shared::default());
             drive(&mut runner, &visits(), extra, 2 * SECOND);
             let end = runner.controller().now();
-            let recorder = std::mem::replace(
-                runner.observer_mut(),
-                Recorder::new(Shared::default(), 0).unwrap(),
-            );
-            let file = recorder.finish().unwrap().0.lock().unwrap().clone();
+            let file = file_of(runner, recorder);
             (file, end)
         };
         let (file, end) = run(&[]);
@@ -376,14 +389,9 @@ fn the_grid_is_exact_at_every_speed_and_however_the_clock_leaps() {
 
 #[test]
 fn frames_have_both_directions_names_and_what_was_wrong_with_them() {
-    let recorder = Recorder::new(Shared::default(), EPOCH).unwrap();
-    let mut runner = Runner::observed(
-        Controller::default(),
-        Speed::default(),
-        Line::default(),
-        recorder,
-    );
-    runner.observer_mut().name(LinkId(0), "./arm");
+    let mut runner = Runner::new(Controller::default(), Speed::default(), Line::default());
+    let recorder = watch(&mut runner, Shared::default());
+    recorder.lock().unwrap().name(LinkId(0), "./arm");
     let damaged = "AA AA 02 0A 00 F7";
     for (at, bytes) in [
         (1_000, get_pose()),
@@ -398,9 +406,7 @@ fn frames_have_both_directions_names_and_what_was_wrong_with_them() {
     }
     runner.receive(200_000, LinkId(7), &get_pose());
     runner.handle_timeout(300_000);
-    let shared = Shared::default();
-    let recorder = std::mem::replace(runner.observer_mut(), Recorder::new(shared, 0).unwrap());
-    let file = recorder.finish().unwrap().0.lock().unwrap().clone();
+    let file = file_of(runner, recorder);
     let (all, _) = read(&file);
     let frames: Vec<Value> = of(&all, "/frames")
         .into_iter()
@@ -523,17 +529,12 @@ fn a_killed_recorder_leaves_all_up_to_the_last_second() {
 #[test]
 fn a_full_disk_ends_the_recording_and_not_the_arm() {
     let shared = Shared::default();
-    let recorder = Recorder::new(shared.clone(), EPOCH).unwrap();
-    let mut runner = Runner::observed(
-        Controller::default(),
-        Speed::default(),
-        Line::default(),
-        recorder,
-    );
+    let mut runner = Runner::new(Controller::default(), Speed::default(), Line::default());
+    let recorder = watch(&mut runner, shared.clone());
     *shared.1.lock().unwrap() = Some(20_000);
     let replies = drive(&mut runner, &visits(), &[], 3 * SECOND);
     assert_eq!(replies.len(), 12);
-    let recorder = runner.observer();
+    let recorder = recorder.lock().unwrap();
     assert_eq!(recorder.next_look(), None);
     let error = recorder.error().unwrap();
     assert_eq!(error.kind(), io::ErrorKind::StorageFull);

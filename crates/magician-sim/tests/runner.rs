@@ -1,5 +1,7 @@
 //! The runner in virtual time: pacing, speed, silence, and that cuts do not matter.
 
+use std::sync::{Arc, Mutex};
+
 use magician_protocol::{Ctrl, FrameBuf};
 use magician_sim::{Controller, Line, LinkId, Micros, Observer, Profile, Runner, Speed};
 use proptest::prelude::*;
@@ -332,6 +334,87 @@ fn room_shrinks_by_what_is_under_way() {
 }
 
 #[test]
+fn what_is_on_its_way_when_the_cable_is_pulled_is_lost() {
+    for line in [Line::default(), paced(2_000)] {
+        let mut runner = runner(Speed::default(), line);
+        // Two replies that nobody took, a request and a half on the line.
+        runner.receive(0, USB, &[get_pose(), get_pose()].concat());
+        runner.receive(0, WIFI, &[get_pose(), get_pose()[..4].to_vec()].concat());
+        runner.unplug();
+        assert!(!runner.plugged());
+        assert_eq!(runner.poll_timeout(), None, "{line:?}");
+        runner.plug();
+        // The other half does not make a request, and is forgotten before the next.
+        runner.receive(10, WIFI, &get_pose()[4..]);
+        let mut now = 10;
+        runner.receive(now, USB, &current_index());
+        runner.receive(now, WIFI, &current_index());
+        for link in [USB, WIFI] {
+            assert_eq!(reply(&mut runner, &mut now, link).frame().id(), 246);
+        }
+    }
+}
+
+#[test]
+fn without_the_cable_the_arm_goes_on_and_hears_nothing() {
+    let mut runner = runner(Speed::default(), Line::default());
+    runner.receive(0, USB, &[start(), wait(3_000)].concat());
+    runner.unplug();
+    runner.receive(1_000, USB, &[wait(1), get_pose()].concat());
+    assert_eq!(runner.room(USB), 4096);
+    assert_eq!(runner.poll_timeout(), Some(3_000_000));
+    runner.handle_timeout(4_000_000);
+    assert_eq!(runner.poll_transmit(4_000_000, USB), None);
+    runner.plug();
+    let mut now = 4_000_000;
+    runner.receive(now, USB, &current_index());
+    assert_eq!(number(&reply(&mut runner, &mut now, USB)), 1);
+    assert_eq!(runner.controller().state().queue.waiting, 0);
+}
+
+#[test]
+fn every_pull_is_counted_once() {
+    let mut runner = runner(Speed::default(), Line::default());
+    assert_eq!((runner.plugged(), runner.pulls()), (true, 0));
+    for pulls in [1, 2] {
+        runner.unplug();
+        runner.unplug();
+        assert_eq!((runner.plugged(), runner.pulls()), (false, pulls));
+        runner.plug();
+        runner.plug();
+        assert_eq!((runner.plugged(), runner.pulls()), (true, pulls));
+    }
+}
+
+#[test]
+fn a_slow_arm_answers_later_and_in_order() {
+    for (line, quick) in [(Line::default(), 0), (paced(2_000), 5_820)] {
+        let mut runner = runner(Speed::Max, line);
+        let mut now = 0;
+        runner.set_delay(300_000);
+        runner.receive(0, USB, &get_pose());
+        reply(&mut runner, &mut now, USB);
+        assert_eq!(now, 300_000 + quick);
+
+        // The quick answer waits for the slow one before it.
+        let begin = now;
+        runner.receive(now, USB, &get_pose());
+        runner.handle_timeout(now + 1_000);
+        runner.set_delay(0);
+        runner.receive(now + 1_000, USB, &current_index());
+        assert_eq!(reply(&mut runner, &mut now, USB).frame().id(), 10);
+        assert_eq!(now - begin, 300_000 + quick);
+        assert_eq!(reply(&mut runner, &mut now, USB).frame().id(), 246);
+
+        let begin = now + 100_000;
+        runner.receive(begin, USB, &get_pose());
+        now = begin;
+        reply(&mut runner, &mut now, USB);
+        assert_eq!(now - begin, quick);
+    }
+}
+
+#[test]
 fn the_wall_clock_does_not_run_back() {
     let mut runner = runner(Speed::default(), Line::default());
     runner.handle_timeout(5_000_000);
@@ -465,24 +548,30 @@ impl Observer for Counting {
     }
 }
 
+fn watched(speed: Speed) -> (Runner, Arc<Mutex<Counting>>) {
+    let mut runner = Runner::new(Controller::default(), speed, Line::default());
+    let counting = Arc::new(Mutex::new(Counting::default()));
+    runner.observe(Arc::clone(&counting));
+    (runner, counting)
+}
+
 #[test]
 fn an_observer_of_a_leap_over_weeks_does_not_keep_everybody_waiting() {
     let weeks = [start(), wait(u32::MAX)].concat();
     for speed in [Speed::Max, Speed::Times(1e9)] {
-        let watching = Counting::default();
-        let mut runner = Runner::observed(Controller::default(), speed, Line::default(), watching);
+        let (mut runner, counting) = watched(speed);
         runner.receive(0, USB, &weeks);
         let (mut wall, mut most) = (0, 0);
         for _ in 0..10 {
-            let before = runner.observer().seen;
+            let before = counting.lock().unwrap().seen;
             wall = runner.poll_timeout().unwrap().max(wall);
             runner.handle_timeout(wall);
-            most = most.max(runner.observer().seen - before);
+            most = most.max(counting.lock().unwrap().seen - before);
             while runner.poll_transmit(wall, USB).is_some() {}
         }
         // What a caller does at full speed is a pass and a jump.
         assert!((1..=200_000).contains(&most), "{speed}: {most}");
-        let seen = runner.observer().seen;
+        let seen = counting.lock().unwrap().seen;
         assert_eq!(runner.controller().now() / 20_000, seen - 1, "{speed}");
         runner.receive(wall, WIFI, &device_time());
         assert!(runner.poll_transmit(wall, WIFI).is_some());
@@ -497,8 +586,7 @@ fn an_observer_is_shown_the_arm_in_good_time() {
         (Speed::Times(100.0), 10_000),
         (Speed::Max, 20_000),
     ] {
-        let watching = Counting::default();
-        let mut runner = Runner::observed(Controller::default(), speed, Line::default(), watching);
+        let (mut runner, counting) = watched(speed);
         let mut wall = 0;
         for _ in 0..100 {
             let due = runner.poll_timeout().unwrap();
@@ -507,10 +595,8 @@ fn an_observer_is_shown_the_arm_in_good_time() {
             runner.handle_timeout(wall);
         }
         let now = runner.controller().now();
-        assert_eq!(runner.observer().seen, now / 20_000 + 1, "{speed}");
+        assert_eq!(counting.lock().unwrap().seen, now / 20_000 + 1, "{speed}");
     }
-    let watching = Counting::default();
-    let stopped = Speed::Times(0.0);
-    let runner = Runner::observed(Controller::default(), stopped, Line::default(), watching);
+    let (runner, _) = watched(Speed::Times(0.0));
     assert_eq!(runner.poll_timeout(), None);
 }

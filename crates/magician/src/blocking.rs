@@ -64,8 +64,8 @@ impl Arm {
     /// # Errors
     /// As [`connect`](Self::connect).
     #[cfg(feature = "sim")]
-    pub fn simulated(runner: magician_sim::Runner, options: Options) -> Result<Self> {
-        Self::begin(crate::Arm::simulated(runner, options))
+    pub fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
+        Self::begin(crate::Arm::simulated(arm, options))
     }
 
     fn begin(connecting: impl Future<Output = Result<crate::Arm>>) -> Result<Self> {

@@ -35,8 +35,11 @@ pub mod connection;
 mod error;
 mod ports;
 mod preflight;
+mod raw;
 mod target;
 mod transport;
+#[cfg(feature = "sim")]
+mod virtual_arm;
 pub mod words;
 
 pub use arm::{Arm, Options, Progress, Ran, RunOptions};
@@ -48,7 +51,10 @@ pub use magician_protocol::{
 #[cfg(feature = "sim")]
 pub use magician_sim as sim;
 pub use ports::{Port, Usb, ports};
+pub use raw::RawLine;
 pub use target::{SimSpeed, Target};
+#[cfg(feature = "sim")]
+pub use virtual_arm::VirtualArm;
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

@@ -2,8 +2,8 @@
 #![allow(dead_code)]
 
 use magician_motion::{
-    ArmState, Geometry, JointAngles, Limits, Move, MoveKind, Planner, Pose, Range, Speeds, Target,
-    ToolBias,
+    ArmState, Bound, Geometry, JointAngles, LIMIT_TOLERANCE, Limits, MotionError, Move, MoveKind,
+    Plan, Planner, Pose, Range, Speeds, Target, ToolBias,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -107,5 +107,93 @@ pub(crate) fn cases(count: u32) -> ProptestConfig {
             fixed => fixed,
         },
         ..config
+    }
+}
+
+/// The excess over the worst bound, degrees; infinite out of reach.
+fn excess(planner: &Planner, limits: &Limits, state: &ArmState, straight: bool) -> f64 {
+    let joints = if straight {
+        match planner.geometry.inverse(&state.pose) {
+            Ok(joints) => joints,
+            Err(_) => return f64::INFINITY,
+        }
+    } else {
+        state.joints
+    };
+    let over = |bound: Bound| {
+        let beyond = bound.value(&joints) - limits.at(bound);
+        if bound.is_upper() { beyond } else { -beyond }
+    };
+    Bound::ALL
+        .into_iter()
+        .map(over)
+        .fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Looks along the same motion without limits, sample by sample, and compares.
+pub(crate) fn agrees_with_sampling(
+    planner: &Planner,
+    straight: bool,
+    plan: impl Fn(&Planner) -> Result<Plan, MotionError>,
+) -> Result<bool, TestCaseError> {
+    const SAMPLES: u64 = 4_000;
+    let unlimited = Planner {
+        limits: WITHOUT_LIMITS,
+        ..*planner
+    };
+    let unlimited = plan(&unlimited).expect("planned");
+    let whole = unlimited.trajectory;
+    let crossing = match plan(planner) {
+        Ok(plan) => plan.crossing,
+        Err(error) => return Err(TestCaseError::fail(error.to_string())),
+    };
+    let at = |t: u64| excess(planner, &planner.limits, &whole.sample(t), straight);
+    let time = |sample: u64| {
+        (u128::from(whole.duration_us()) * u128::from(sample) / u128::from(SAMPLES)) as u64
+    };
+    let seen = (1..SAMPLES).map(time).find(|t| at(*t) > LIMIT_TOLERANCE);
+    match (seen, crossing) {
+        (None, None) => {}
+        (Some(t), None) => prop_assert!(false, "outside by {} at {t}, not found", at(t)),
+        // The end of reach, where the motion without limits ends too.
+        (None, Some(found)) if Some(found) == unlimited.crossing => {}
+        (seen, Some(found)) => {
+            // Before it nothing was seen, and just after it there is something to see.
+            if let Some(t) = seen {
+                prop_assert!(found.at_us <= t + 1, "seen {t}, found {found:?}");
+            }
+            let gap = whole.duration_us() / SAMPLES + 2;
+            let before = found.at_us.saturating_sub(2);
+            prop_assert!(at(before) < 1e-6, "{} before {found:?}", at(before));
+            let just_after = (1..=400).map(|part| at(found.at_us + (gap * part / 400).max(1)));
+            // An excursion shorter than the samples' distance has its top near by.
+            prop_assert!(
+                just_after.fold(f64::NEG_INFINITY, f64::max) > 0.0,
+                "nothing after {found:?} of {}",
+                whole.duration_us()
+            );
+        }
+    }
+    Ok(crossing.is_some())
+}
+
+/// Limits drawn in to what some places need, and a little more: many paths between them then touch the limits.
+pub(crate) fn drawn_in(limits: &Limits, places: &[JointAngles], closer: f64) -> Limits {
+    let draw = |bound: Bound| {
+        let needed = places.iter().map(|joints| bound.value(joints));
+        let ends = if bound.is_upper() {
+            needed.fold(f64::NEG_INFINITY, f64::max)
+        } else {
+            needed.fold(f64::INFINITY, f64::min)
+        };
+        ends + (limits.at(bound) - ends) * (1.0 - closer) * 0.2
+    };
+    let range = |min, max| Range::new(draw(min), draw(max));
+    Limits {
+        j1: range(Bound::J1Min, Bound::J1Max),
+        j2: range(Bound::J2Min, Bound::J2Max),
+        j3: range(Bound::J3Min, Bound::J3Max),
+        j4: range(Bound::J4Min, Bound::J4Max),
+        j2_minus_j3: range(Bound::J23Min, Bound::J23Max),
     }
 }

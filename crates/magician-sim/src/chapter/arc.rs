@@ -1,8 +1,29 @@
-//! Arcs and circles (document 1.12).
+//! Arcs and circles (document 1.12, model section 9).
 
+use magician_motion::Pose;
+use magician_protocol::Writable;
 use magician_protocol::commands::*;
 
-use crate::dispatch::{not_simulated, stored};
+use crate::convert::from_wire;
+use crate::core::Core;
+use crate::dispatch::{Apply, Step, Turn, stored};
 
 stored!(ArcParams in arc, ArcCommonParams in arc_common);
-not_simulated!(ArcCmd, CircleCmd);
+
+impl Apply for ArcCmd {
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        let [via, to] = [self.cir_point, self.to_point].map(|point| Pose::from(from_wire(point)));
+        let plan = core.planner(core.arc_speeds()).arc(&core.arm(), &via, &to);
+        core.follow(Self::ROW.id, plan)
+    }
+}
+
+impl Apply for CircleCmd {
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        let [via, to] = [self.cir_point, self.to_point].map(|point| Pose::from(from_wire(point)));
+        let plan = core
+            .planner(core.arc_speeds())
+            .circle(&core.arm(), &via, &to, self.count);
+        core.follow(Self::ROW.id, plan)
+    }
+}

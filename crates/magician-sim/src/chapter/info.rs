@@ -1,7 +1,7 @@
 //! Who the arm is (document 1.3), and the ids outside the document that say so too.
 
 use magician_protocol::commands::*;
-use magician_protocol::{Bytes, NoArgs, Writable};
+use magician_protocol::{Bytes, NoArgs};
 
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn, not_simulated, stored};
@@ -12,28 +12,28 @@ not_simulated!(FirmwareSwitch);
 
 impl Report for DeviceSn {
     fn report(core: &mut Core, _: &NoArgs) -> Self {
-        core.settings.serial
+        core.flash.serial
     }
 }
 
 impl Apply for DeviceSn {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         let device_sn = self.device_sn.truncated(MAX_SERIAL);
-        core.settings.serial = Self { device_sn };
+        core.write_flash(|flash| flash.serial = Self { device_sn });
         Step::Done
     }
 }
 
 impl Report for DeviceName {
     fn report(core: &mut Core, _: &NoArgs) -> Self {
-        core.settings.name
+        core.flash.name
     }
 }
 
 impl Apply for DeviceName {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         let device_name = self.device_name.truncated(MAX_NAME);
-        core.settings.name = Self { device_name };
+        core.write_flash(|flash| flash.name = Self { device_name });
         Step::Done
     }
 }
@@ -59,11 +59,9 @@ impl Report for DeviceWithL {
 }
 
 impl Apply for SetDeviceWithL {
+    /// For the commands that begin from now on; a carriage on its way goes on. The rail's version changes nothing here.
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         core.settings.with_rail = *self;
-        if self.with_l.is_on() {
-            core.not_simulated(Self::ROW);
-        }
         Step::Done
     }
 }
@@ -71,7 +69,7 @@ impl Apply for SetDeviceWithL {
 impl Report for DeviceTime {
     fn report(core: &mut Core, _: &NoArgs) -> Self {
         // Wraps after 49.7 days, as the arm's does.
-        let g_systick = (core.now / 1000) as u32;
+        let g_systick = (core.now.saturating_sub(core.booted) / 1000) as u32;
         Self { g_systick }
     }
 }

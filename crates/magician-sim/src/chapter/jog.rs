@@ -1,8 +1,9 @@
-//! Jogging (document 1.9).
+//! Jogging (document 1.9, model section 10).
 
 use magician_protocol::commands::*;
 
-use crate::dispatch::{not_simulated, stored};
+use crate::core::Core;
+use crate::dispatch::{Apply, Step, Turn, stored};
 
 stored!(
     JogJointParams in jog_joint,
@@ -10,4 +11,10 @@ stored!(
     JogCommonParams in jog_common,
     JogLParams in jog_rail,
 );
-not_simulated!(JogCmd);
+
+impl Apply for JogCmd {
+    /// In the queue too it has finished at once, and the arm goes on (model section 10).
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        core.jog(self.is_joint.is_on(), self.cmd)
+    }
+}

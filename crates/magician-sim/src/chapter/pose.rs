@@ -3,7 +3,7 @@
 use magician_protocol::commands::*;
 use magician_protocol::{NoArgs, Writable};
 
-use crate::convert::{from_wire, pose_to_wire};
+use crate::convert::{from_wire, pose_to_wire, to_wire};
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn, stored};
 use crate::event::Refusal;
@@ -20,8 +20,10 @@ impl Report for Pose {
 }
 
 impl Report for PoseL {
-    fn report(_: &mut Core, _: &NoArgs) -> Self {
-        Self { pose_l: 0.0 }
+    /// Where the carriage is commanded to be; without a rail where it was last.
+    fn report(core: &mut Core, _: &NoArgs) -> Self {
+        let [pose_l] = to_wire([core.rail()]);
+        Self { pose_l }
     }
 }
 
@@ -35,18 +37,20 @@ impl Report for Kinematics {
 }
 
 impl Apply for ResetPose {
-    /// With manual 0 the angles come from the sensors, which read what is commanded: no step has been lost.
+    /// What the controller believes of J2 and J3: with manual 0 what their sensors read. The arm does not move.
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
-        if !self.manual.is_on() {
-            return Step::Done;
-        }
-        let [j2, j3] = from_wire([self.rear_arm_angle, self.front_arm_angle]);
+        let read = core.posture().joints;
+        let [j2, j3] = if self.manual.is_on() {
+            from_wire([self.rear_arm_angle, self.front_arm_angle])
+        } else {
+            [read.j2, read.j3]
+        };
         let sensible = SENSIBLE.contains(&j2) && SENSIBLE.contains(&j3);
         if core.motion.is_moving() || !sensible {
             return core.refuse(Self::ROW.id, Refusal::Pose);
         }
         let joints = core.arm().joints;
-        core.place_at(magician_motion::JointAngles { j2, j3, ..joints });
+        core.believe(magician_motion::JointAngles { j2, j3, ..joints });
         Step::Done
     }
 }

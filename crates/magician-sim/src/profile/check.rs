@@ -1,7 +1,8 @@
 //! Whether the values of a profile make sense.
 
 use super::{
-    Ceilings, Defaults, LimitSet, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError, QueueRules,
+    Ceilings, Defaults, LimitSet, MAX_LINES, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError,
+    QueueRules,
 };
 
 /// Deepest queue that a profile may ask for; it bounds the controller's memory.
@@ -20,9 +21,9 @@ impl Profile {
         self.limits.guaranteed.check("limits.guaranteed")?;
         finite("power_up.joints", &self.power_up.joints)?;
         finite("home.joints", &self.home.joints)?;
+        turn("home.switch", self.home.switch)?;
         self.check_speeds()?;
         self.check_numbers()?;
-        duration("home.search", self.home.search)?;
         duration("tools.vacuum_delay", self.tools.vacuum_delay)?;
         duration("tools.gripper_delay", self.tools.gripper_delay)?;
         let pins = self.io.pins.len();
@@ -98,7 +99,21 @@ impl Profile {
         positive("ceilings.rotation_acceleration", &[rotation_acceleration])?;
         positive("home.velocity", &self.home.velocity)?;
         positive("home.acceleration", &self.home.acceleration)?;
+        positive("home.search", &[self.home.search])?;
+        positive("home.back_off", &[self.home.back_off])?;
+        positive("home.creep", &self.home.creep)?;
+        positive("teach.period", &[self.teach.period])?;
+        rule(
+            (1..=MAX_LINES).contains(&self.offline.capacity),
+            "offline.capacity",
+            self.offline.capacity,
+            "1 to 65536",
+        )?;
+        positive("path.period", &[self.path.period])?;
         positive("stop.force_factor", &[self.stop.force_factor])?;
+        positive("rail.length", &[self.rail.length])?;
+        positive("rail.home_velocity", &[self.rail.home_velocity])?;
+        positive("rail.home_acceleration", &[self.rail.home_acceleration])?;
         let Defaults { jog, ptp, .. } = &self.defaults;
         positive32("defaults.jog.joint_velocity", &jog.joint_velocity)?;
         positive32("defaults.jog.joint_acceleration", &jog.joint_acceleration)?;
@@ -224,5 +239,14 @@ fn duration(name: &'static str, seconds: f64) -> Result<(), ProfileError> {
         name,
         seconds,
         "0 to 3600 seconds",
+    )
+}
+
+fn turn(name: &'static str, degrees: f64) -> Result<(), ProfileError> {
+    rule(
+        (-360.0..=360.0).contains(&degrees),
+        name,
+        degrees,
+        "-360 to 360 degrees",
     )
 }

@@ -1,10 +1,12 @@
 //! The messages. Their schemas stand in `schema/`.
 
-use magician_motion::{JointAngles, Pose};
-use magician_protocol::{Alarm, AlarmSet};
+use std::fmt;
+
+use magician_motion::{Pose, ToolBias};
+use magician_protocol::{Alarm, AlarmSet, IoFunction};
 use serde::Serialize;
 
-use crate::{Event, Output, QueueState, State};
+use crate::{Controller, Event, Output, PinState, QueueState, State, StepperState};
 
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
 /// The frame in which poses stand: that of the arm's own coordinates.
@@ -47,11 +49,18 @@ struct Placed {
     orientation: Quaternion,
 }
 
-#[derive(Serialize)]
+#[derive(Clone, PartialEq, Serialize)]
 struct Vector3 {
     x: f64,
     y: f64,
     z: f64,
+}
+
+impl From<ToolBias> for Vector3 {
+    fn from(bias: ToolBias) -> Self {
+        let ToolBias { x, y, z } = bias;
+        Self { x, y, z }
+    }
 }
 
 #[derive(Serialize)]
@@ -90,7 +99,7 @@ impl PoseInFrame {
 #[derive(Serialize)]
 pub(super) struct Joints {
     timestamp: Time,
-    joints: [Joint; 4],
+    joints: Vec<Joint>,
 }
 
 #[derive(Serialize)]
@@ -100,17 +109,17 @@ struct Joint {
 }
 
 impl Joints {
-    pub(super) fn new(timestamp: Time, joints: &JointAngles) -> Self {
-        let [j1, j2, j3, j4] = joints.to_array().map(f64::to_radians);
-        let joint = |name, position| Joint { name, position };
+    pub(super) fn new(timestamp: Time, state: &State) -> Self {
+        let angles = state.joints.to_array().map(f64::to_radians);
+        let rail = state.rail.map(|mm| mm / 1000.0);
+        let named = ["J1", "J2", "J3", "J4", "L"]
+            .into_iter()
+            .zip(angles.into_iter().chain(rail));
         Self {
             timestamp,
-            joints: [
-                joint("J1", j1),
-                joint("J2", j2),
-                joint("J3", j3),
-                joint("J4", j4),
-            ],
+            joints: (named)
+                .map(|(name, position)| Joint { name, position })
+                .collect(),
         }
     }
 }
@@ -121,6 +130,7 @@ pub(super) struct Queue {
     capacity: usize,
     waiting: usize,
     running: Option<u64>,
+    running_id: Option<u8>,
     current_index: u64,
     started: bool,
     held: bool,
@@ -134,6 +144,7 @@ impl Queue {
             capacity: queue.capacity,
             waiting: queue.waiting,
             running: queue.running,
+            running_id: queue.running_id,
             current_index: queue.current_index,
             started: queue.started,
             held: queue.held,
@@ -142,13 +153,56 @@ impl Queue {
     }
 }
 
-/// Tools and pins.
+/// Tools, pins and stepper outputs.
 #[derive(Clone, PartialEq, Serialize)]
 pub(super) struct Io {
     suction: Switch,
     gripper: Switch,
     holding: bool,
     laser: bool,
+    laser_power: f64,
+    /// Those that were told anything.
+    pins: Vec<Pin>,
+    /// Pulses a second.
+    steppers: [f64; 2],
+}
+
+#[derive(Clone, PartialEq, Serialize)]
+struct Pin {
+    address: u8,
+    function: u8,
+    able: bool,
+    level: bool,
+    frequency: f32,
+    duty_cycle: f32,
+    high: Option<f64>,
+    input: bool,
+    analog: u16,
+}
+
+impl Pin {
+    fn of(pin: &PinState) -> Option<Self> {
+        let told = pin.function != IoFunction::None
+            || pin.level
+            || pin.frequency != 0.0
+            || pin.duty_cycle != 0.0;
+        told.then(|| Self {
+            address: pin.address,
+            function: pin.function.into(),
+            able: pin.able,
+            level: pin.level,
+            frequency: finite(pin.frequency),
+            duty_cycle: finite(pin.duty_cycle),
+            high: pin.signal.share(),
+            input: pin.input,
+            analog: pin.analog,
+        })
+    }
+}
+
+/// What JSON has no number for counts as the 0 that it is good for.
+fn finite(value: f32) -> f32 {
+    if value.is_finite() { value } else { 0.0 }
 }
 
 #[derive(Clone, Copy, PartialEq, Serialize)]
@@ -167,12 +221,16 @@ impl From<Output> for Switch {
 }
 
 impl Io {
-    pub(super) fn of(state: &State) -> Self {
+    pub(super) fn of(arm: &Controller, state: &State) -> Self {
+        let rate = |stepper: StepperState| stepper.pulses_per_second;
         Self {
             suction: state.suction.into(),
             gripper: state.gripper.into(),
             holding: state.holding,
             laser: state.laser,
+            laser_power: state.laser_power,
+            pins: arm.pins().iter().filter_map(Pin::of).collect(),
+            steppers: arm.steppers().map(rate),
         }
     }
 
@@ -189,6 +247,11 @@ impl Io {
 pub(super) struct Status {
     moving: bool,
     homed: bool,
+    unlocked: bool,
+    program: bool,
+    awaits_input: Option<u8>,
+    plugged: bool,
+    tool: Vector3,
     not_simulated: u64,
     events_lost: u64,
 }
@@ -198,6 +261,11 @@ impl Status {
         Self {
             moving: state.moving,
             homed: state.homed,
+            unlocked: state.unlocked,
+            program: state.program,
+            awaits_input: state.awaits_input,
+            plugged: state.line.plugged,
+            tool: state.tool.into(),
             not_simulated: state.not_simulated,
             events_lost: state.events_lost,
         }
@@ -266,15 +334,22 @@ impl Log {
         }
     }
 
-    pub(super) fn event(timestamp: Time, event: &Event) -> Self {
+    pub(super) fn event(timestamp: Time, event: &Event, words: impl fmt::Display) -> Self {
         let level = match event {
             Event::Accepted { .. } | Event::Started { .. } => Self::DEBUG,
-            Event::Finished { .. } | Event::Dropped { .. } | Event::AlarmCleared { .. } => {
-                Self::INFO
-            }
-            _ => Self::WARNING,
+            Event::QueueFull { .. }
+            | Event::Refused { .. }
+            | Event::AlarmRaised { .. }
+            | Event::Slipped { .. }
+            | Event::Reset
+            | Event::Cable { plugged: false }
+            | Event::NotSimulated { .. }
+            | Event::BadFrame { .. }
+            | Event::UnknownId { .. }
+            | Event::Overrun { .. } => Self::WARNING,
+            _ => Self::INFO,
         };
-        Self::new(timestamp, level, event.to_string())
+        Self::new(timestamp, level, words.to_string())
     }
 
     pub(super) fn missed(timestamp: Time, count: u64) -> Self {

@@ -150,13 +150,13 @@ impl<W: Write> Recorder<W> {
             self.file
                 .write(Topic::Pose, now, |t| PoseInFrame::new(t, &state.pose))?;
             self.file
-                .write(Topic::Joints, now, |t| Joints::new(t, &state.joints))?;
+                .write(Topic::Joints, now, |t| Joints::new(t, &state))?;
         }
         if now >= self.next {
             self.next = (now / PERIOD + 1).saturating_mul(PERIOD);
         }
         let full_second = sample && now.is_multiple_of(SECOND);
-        self.see_changes(&state, full_second)?;
+        self.see_changes(arm, &state, full_second)?;
         if full_second {
             self.file.flush()?;
         }
@@ -164,11 +164,11 @@ impl<W: Write> Recorder<W> {
     }
 
     /// Writes what is not as it was; all of it if `again`.
-    fn see_changes(&mut self, state: &State, again: bool) -> io::Result<()> {
+    fn see_changes(&mut self, arm: &Controller, state: &State, again: bool) -> io::Result<()> {
         let now = state.now;
         let seen = Last {
             queue: state.queue,
-            io: Io::of(state),
+            io: Io::of(arm, state),
             alarms: state.alarms,
             status: Status::of(state),
         };
@@ -198,8 +198,9 @@ impl<W: Write> Recorder<W> {
                     .write(Topic::Events, now, |t| Log::missed(t, missed))?;
             }
             if number >= self.next_event {
+                let words = event.in_words(arm.world().scenario());
                 self.file
-                    .write(Topic::Events, now, |t| Log::event(t, &event))?;
+                    .write(Topic::Events, now, |t| Log::event(t, &event, words))?;
                 self.next_event = number + 1;
             }
         }

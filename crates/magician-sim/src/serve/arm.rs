@@ -3,11 +3,10 @@ use std::task::{Context, Waker};
 
 use super::bell::{Bell, House};
 use super::door::{self, Ports};
+use super::handle::Orders;
 use super::hub::Hub;
 use super::timer::Timer;
-#[cfg(feature = "record")]
-use super::watch;
-use super::{Endpoint, OnReady, ServeError, Server};
+use super::{Endpoint, Notice, OnReady, ServeError, Server};
 use crate::Runner;
 
 /// An arm that is being served: all its endpoints are open.
@@ -19,24 +18,26 @@ pub(super) struct Arm {
     bell: Arc<Bell>,
     waker: Waker,
     on_ready: Option<OnReady>,
+    orders: Orders,
+    /// The cable as the endpoints know it.
+    plugged: bool,
+    pulls: u64,
 }
 
 impl Arm {
     pub(super) fn open(server: Server, house: House) -> Result<Self, ServeError> {
-        #[cfg(feature = "record")]
-        let watch = match server.recording {
-            Some(writer) => watch::begin(writer, server.controller.now(), server.speed),
-            None => Ok(None),
-        };
-        #[cfg(feature = "record")]
-        let watch = watch.map_err(ServeError::Record)?;
-        #[cfg(not(feature = "record"))]
-        let watch = ();
-        let runner = Runner::observed(server.controller, server.speed, server.line, watch);
+        let runner = Runner::new(server.controller, server.speed, server.line);
         let mut hub = Hub::new(runner, server.on_notice);
         #[cfg(feature = "trace")]
         if let Some(writer) = server.trace {
             hub.trace(writer).map_err(ServeError::Trace)?;
+        }
+        if let Some(path) = server.flash {
+            hub.keep_flash(path);
+        }
+        #[cfg(feature = "record")]
+        if let Some(writer) = server.recording {
+            hub.record(writer, server.speed)?;
         }
         let bell = Bell::new(house);
         Ok(Self {
@@ -46,15 +47,21 @@ impl Arm {
             waker: Waker::from(Arc::clone(&bell)),
             bell,
             on_ready: Some(server.on_ready),
+            orders: server.orders,
+            plugged: true,
+            pulls: 0,
         })
     }
 
     /// Every endpoint of every arm accepts.
     pub(super) fn ready(&mut self) {
         if let Some(call) = self.on_ready.take() {
-            let endpoints: Vec<Endpoint> = self.ports.iter().map(|port| port.endpoint()).collect();
-            call(&endpoints);
+            call(&self.endpoints());
         }
+    }
+
+    fn endpoints(&self) -> Vec<Endpoint> {
+        self.ports.iter().map(|port| port.endpoint()).collect()
     }
 
     /// Nobody comes any more: closes the endpoints and completes what is being written.
@@ -75,16 +82,46 @@ impl Arm {
     /// Does all that can be done now and sees to being woken for the rest.
     fn turn(&mut self, cx: &mut Context<'_>) -> Result<(), ServeError> {
         self.hub.tick();
+        let done = self.orders.carry_out_one(cx, self.hub.runner_mut());
+        self.follow_cable()?;
         for port in &mut self.ports {
             if let Err(source) = port.turn(cx, &mut self.hub) {
                 return Err(ServeError::at(port.endpoint(), "go on", source));
             }
         }
         self.hub.report();
+        if let Some(done) = done {
+            done();
+        }
+        if self.hub.runner().pulls() != self.pulls {
+            // It was pulled meanwhile; the endpoints follow in the next turn.
+            cx.waker().wake_by_ref();
+        }
         if let Some(wait) = self.hub.wait()
             && self.timer.poll(cx, wait).is_ready()
         {
             cx.waker().wake_by_ref();
+        }
+        Ok(())
+    }
+
+    /// Has the endpoints vanish and come back as the cable is pulled and put back.
+    fn follow_cable(&mut self) -> Result<(), ServeError> {
+        let (pulls, plugged) = (self.hub.runner().pulls(), self.hub.runner().plugged());
+        if pulls != self.pulls {
+            (self.pulls, self.plugged) = (pulls, false);
+            for port in &mut self.ports {
+                port.unplug(&mut self.hub);
+            }
+            self.hub.notice(Notice::Unplugged);
+        }
+        if plugged && !self.plugged {
+            self.plugged = true;
+            for port in &mut self.ports {
+                port.plug(&mut self.hub)?;
+            }
+            let endpoints = self.endpoints();
+            self.hub.notice(Notice::Plugged(endpoints));
         }
         Ok(())
     }

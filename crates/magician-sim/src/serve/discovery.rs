@@ -87,12 +87,16 @@ impl Port for Answerer {
         Endpoint::Discovery(self.address)
     }
 
-    fn turn(&mut self, cx: &mut Context<'_>, _: &mut Hub) -> io::Result<()> {
+    fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+        // The module has its power from the arm's connector.
+        let plugged = hub.runner().plugged();
         for _ in 0..READS_PER_TURN {
             let mut buffer = ReadBuf::new(&mut self.question);
             match self.socket.poll_recv_from(cx, &mut buffer) {
                 Poll::Pending => return Ok(()),
-                Poll::Ready(Ok(asker)) if asks(buffer.filled()) => self.answer(cx, asker),
+                Poll::Ready(Ok(asker)) if plugged && asks(buffer.filled()) => {
+                    self.answer(cx, asker);
+                }
                 Poll::Ready(Ok(_)) => {}
                 Poll::Ready(Err(error)) if refused(&error) => {}
                 Poll::Ready(Err(error)) => return Err(error),
@@ -101,6 +105,8 @@ impl Port for Answerer {
         cx.waker().wake_by_ref();
         Ok(())
     }
+
+    fn unplug(&mut self, _: &mut Hub) {}
 }
 
 /// Whether a datagram is the question, with or without an end of line or of string.

@@ -33,7 +33,7 @@ impl Door {
     pub(super) fn check(&self, number: Number) -> Result<(), ServeError> {
         match self {
             #[cfg(unix)]
-            Self::Pty(path) => pty::check(&of_arm(path, number)).map(drop),
+            Self::Pty(path) => pty::check(&of_arm(path, number)),
             Self::Udp(address) => Place::find(address, Some(UDP_PORT), number).map(drop),
             Self::Tcp(address) => Place::find(address, None, number).map(drop),
         }

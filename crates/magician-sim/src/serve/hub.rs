@@ -1,22 +1,23 @@
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use magician_protocol::commands::DeviceId;
 use magician_protocol::{Direction, FrameBuf, NoArgs, Readable};
 
-use super::watch::Watch;
+use super::keep::Keeper;
+use super::recording::Recording;
 use super::{Notice, OnNotice, ServeError};
-use crate::{LinkId, Micros, Runner};
+use crate::{FlashError, LinkId, Micros, Runner};
 
 /// What all endpoints share: the arm on the wall clock, the log and the trace.
 pub(super) struct Hub {
-    runner: Runner<Watch>,
+    runner: Runner,
     start: Instant,
     links: u32,
     on_notice: OnNotice,
     tape: tape::Tape,
-    /// Why the recording is not whole.
-    #[cfg(feature = "record")]
-    incomplete: Option<String>,
+    keeper: Option<Keeper>,
+    recording: Recording,
 }
 
 /// A client: its link to the arm and its place in the trace.
@@ -27,22 +28,45 @@ pub(super) struct Peer {
 }
 
 impl Hub {
-    pub(super) fn new(runner: Runner<Watch>, on_notice: OnNotice) -> Self {
+    pub(super) fn new(runner: Runner, on_notice: OnNotice) -> Self {
         Self {
             runner,
             start: Instant::now(),
             links: 0,
             on_notice,
             tape: tape::Tape::OFF,
-            #[cfg(feature = "record")]
-            incomplete: None,
+            keeper: None,
+            recording: Recording::default(),
         }
+    }
+
+    /// Keeps the flash in a file.
+    pub(super) fn keep_flash(&mut self, path: PathBuf) {
+        self.keeper = Some(Keeper::new(path, self.runner.controller()));
+    }
+
+    #[cfg(feature = "record")]
+    pub(super) fn record(
+        &mut self,
+        out: Box<dyn std::io::Write + Send>,
+        speed: crate::Speed,
+    ) -> Result<(), ServeError> {
+        self.recording = Recording::begin(out, &mut self.runner, speed)?;
+        Ok(())
     }
 
     #[cfg(feature = "trace")]
     pub(super) fn trace(&mut self, out: Box<dyn std::io::Write + Send>) -> std::io::Result<()> {
         self.tape = tape::Tape::new(out)?;
         Ok(())
+    }
+
+    pub(super) fn runner(&self) -> &Runner {
+        &self.runner
+    }
+
+    pub(super) fn runner_mut(&mut self) -> &mut Runner {
+        &mut self.runner
     }
 
     /// A client came, or may come.
@@ -59,16 +83,20 @@ impl Hub {
     /// A client left, and the next will be known by the same name.
     #[cfg(unix)]
     pub(super) fn renew(&mut self, peer: &mut Peer) {
-        self.runner.close(peer.link);
-        let written = self.tape.close(&peer.tape);
-        self.taped(written);
+        self.forget(peer);
         peer.link = self.next_link(&peer.name);
     }
 
-    pub(super) fn close(&mut self, peer: Peer) {
+    /// A client that may have come did not, and will not.
+    pub(super) fn forget(&mut self, peer: &Peer) {
         self.runner.close(peer.link);
         let written = self.tape.close(&peer.tape);
         self.taped(written);
+    }
+
+    /// A client left.
+    pub(super) fn close(&mut self, peer: Peer) {
+        self.forget(&peer);
         self.notice(Notice::Left(peer.name));
     }
 
@@ -122,40 +150,37 @@ impl Hub {
         while let Some(event) = self.runner.controller_mut().poll_event() {
             self.notice(Notice::Arm(event));
         }
-        #[cfg(feature = "record")]
-        self.check_recording();
+        if let Some(error) = self.recording.ended() {
+            self.notice(Notice::RecordingEnded(error));
+        }
+        let now = self.now();
+        if let Some(keeper) = &mut self.keeper {
+            let kept = keeper.keep(now, self.runner.controller());
+            self.kept(kept);
+        }
     }
 
-    /// A recording that cannot be written ends; the arm does not.
-    #[cfg(feature = "record")]
-    fn check_recording(&mut self) {
-        let watch = self.runner.observer_mut();
-        let ended = watch.take_if(|recorder| recorder.error().is_some());
-        if let Some(error) = ended.and_then(|recorder| recorder.finish().err()) {
-            self.incomplete = Some(error.to_string());
-            self.notice(Notice::RecordingEnded(error));
+    /// A flash that cannot be written is no reason to stop serving.
+    fn kept(&mut self, kept: Result<(), FlashError>) {
+        if let Err(error) = kept {
+            self.notice(Notice::FlashNotKept(error));
         }
     }
 
     /// Completes what is being written.
     pub(super) fn end(mut self) -> Result<(), ServeError> {
         self.tick();
-        #[cfg(feature = "record")]
-        {
-            if let Some(recorder) = self.runner.observer_mut().take() {
-                let finished = recorder.finish().and_then(|behind| behind.finish());
-                return finished.map_err(ServeError::Record);
-            }
-            if let Some(reason) = self.incomplete {
-                return Err(ServeError::Record(std::io::Error::other(reason)));
-            }
-        }
-        Ok(())
+        self.recording.end(&mut self.runner)
     }
 
     /// How long nothing is due.
     pub(super) fn wait(&self) -> Option<Duration> {
-        let at = self.runner.poll_timeout()?;
+        let keeper = self.keeper.as_ref();
+        let due = [
+            self.runner.poll_timeout(),
+            keeper.and_then(|keeper| keeper.due()),
+        ];
+        let at = due.into_iter().flatten().min()?;
         Some(Duration::from_micros(at.saturating_sub(self.now())))
     }
 
@@ -164,17 +189,10 @@ impl Hub {
     }
 
     /// The link of a client that is known by this name.
-    #[cfg_attr(
-        not(feature = "record"),
-        expect(unused_variables, reason = "only a recording names links")
-    )]
     fn next_link(&mut self, name: &str) -> LinkId {
         let link = LinkId(self.links);
         self.links = self.links.wrapping_add(1);
-        #[cfg(feature = "record")]
-        if let Some(recorder) = self.runner.observer_mut() {
-            recorder.name(link, name);
-        }
+        self.recording.name(link, name);
         link
     }
 
@@ -183,6 +201,15 @@ impl Hub {
         if let Err(error) = written {
             self.tape = tape::Tape::OFF;
             self.notice(Notice::TraceEnded(error));
+        }
+    }
+}
+
+impl Drop for Hub {
+    fn drop(&mut self) {
+        if let Some(mut keeper) = self.keeper.take() {
+            let kept = keeper.finish(self.runner.controller());
+            self.kept(kept);
         }
     }
 }

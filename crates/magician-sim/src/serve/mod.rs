@@ -14,33 +14,36 @@ use std::fmt;
 use std::future::Future;
 use std::io;
 use std::net::SocketAddr;
-#[cfg(unix)]
 use std::path::PathBuf;
 use std::task::Context;
 
-use crate::{Controller, Event, Line, Speed};
+use crate::{Controller, Event, FlashError, Line, Speed};
 
 mod address;
 mod arm;
 mod bell;
 mod discovery;
 mod door;
+mod handle;
 mod hub;
+mod keep;
 mod outbox;
 #[cfg(unix)]
 mod pty;
 #[cfg(unix)]
 mod reactor;
+mod recording;
 mod several;
 mod tcp;
 mod timer;
 mod udp;
-mod watch;
 
 pub use discovery::Discovery;
+pub use handle::{Answer, Ended, Handle};
 pub use several::{numbered, serve_all};
 
 use door::{Door, Number};
+use handle::Orders;
 use hub::Hub;
 
 /// Reads on one endpoint before the others get their turn.
@@ -69,6 +72,8 @@ pub struct Server {
     number: Number,
     on_ready: OnReady,
     on_notice: OnNotice,
+    orders: Orders,
+    flash: Option<PathBuf>,
     #[cfg(feature = "trace")]
     trace: Option<Box<dyn io::Write + Send>>,
     #[cfg(feature = "record")]
@@ -121,6 +126,10 @@ pub enum Notice {
     Left(String),
     /// A connection was refused because as many as the server keeps are open.
     Refused(String),
+    /// The cable was pulled ([`Runner::unplug`](crate::Runner::unplug)) and the endpoints are gone.
+    Unplugged,
+    /// The cable is back, and so are the endpoints: a pseudo-terminal is another device now.
+    Plugged(Vec<Endpoint>),
     /// Hosts that look for an arm will not find this one: nobody asked for discovery by name
     /// ([`Discovery::Auto`]), and its port cannot be had. Comes before all is ready.
     Undiscoverable {
@@ -129,6 +138,8 @@ pub enum Notice {
         /// What the system said.
         error: io::Error,
     },
+    /// The file of the flash cannot be written and is as it was; it is tried again with the next change and at the end.
+    FlashNotKept(FlashError),
     /// The trace cannot be written and ends here; the arm is served on.
     TraceEnded(io::Error),
     /// The recording cannot be written and ends here; the arm is served on, and
@@ -200,6 +211,8 @@ impl Server {
             number: None,
             on_ready: Box::new(|_| ()),
             on_notice: Box::new(|_| ()),
+            orders: Orders::new(),
+            flash: None,
             #[cfg(feature = "trace")]
             trace: None,
             #[cfg(feature = "record")]
@@ -270,6 +283,15 @@ impl Server {
         self
     }
 
+    /// Keeps what the arm keeps without power in a file: it is written half a second after a change, and at the end.
+    /// Reading it is the caller's, before the arm is switched on ([`Flash::load`](crate::Flash::load),
+    /// [`Controller::with_flash`]).
+    #[must_use]
+    pub fn flash(mut self, path: impl Into<PathBuf>) -> Self {
+        self.flash = Some(path.into());
+        self
+    }
+
     /// Writes all that passes to a trace file ([`trace`](crate::trace)).
     #[cfg(feature = "trace")]
     #[must_use]
@@ -302,6 +324,12 @@ impl Server {
         self
     }
 
+    /// A hand on the arm, to look at it and change it while it is served.
+    #[must_use]
+    pub fn handle(&self) -> Handle {
+        self.orders.handle()
+    }
+
     /// Opens every endpoint and serves until `end` is ready. What it made (symlinks, sockets) is
     /// gone when this returns or the future is dropped.
     ///
@@ -324,6 +352,13 @@ impl Server {
 trait Port {
     /// What it is called outside.
     fn endpoint(&self) -> Endpoint;
-    /// Reads what is there, writes what is due, and registers to be woken for more.
+    /// Reads what is there, writes what is due, and registers to be woken for more. While the arm
+    /// is unplugged, what is read goes nowhere.
     fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()>;
+    /// The arm's cable was pulled, perhaps once more: no client is a client any longer.
+    fn unplug(&mut self, hub: &mut Hub);
+    /// The cable is back.
+    fn plug(&mut self, _: &mut Hub) -> Result<(), ServeError> {
+        Ok(())
+    }
 }

@@ -45,6 +45,7 @@ impl Tcp {
                 // The connection was gone before it was taken, or the system is short of
                 // descriptors; neither is a reason to leave the others alone.
                 Poll::Ready(Err(_)) => return,
+                Poll::Ready(Ok(_)) if !hub.runner().plugged() => {}
                 Poll::Ready(Ok((stream, from))) => {
                     let name = format!("tcp:{from}");
                     if self.connections.len() >= CONNECTIONS {
@@ -79,6 +80,12 @@ impl Port for Tcp {
             hub.close(connection.peer);
         }
         Ok(())
+    }
+
+    fn unplug(&mut self, hub: &mut Hub) {
+        for connection in self.connections.drain(..) {
+            hub.close(connection.peer);
+        }
     }
 }
 

@@ -79,6 +79,9 @@ impl Port for Udp {
                 Poll::Ready(Err(error)) => return Err(error),
             };
             let count = buffer.filled().len();
+            if !hub.runner().plugged() {
+                continue;
+            }
             self.hear(from, hub);
             if let Some((_, peer)) = self.peers.back()
                 && hub.room(peer) > 0
@@ -89,6 +92,12 @@ impl Port for Udp {
         }
         cx.waker().wake_by_ref();
         Ok(())
+    }
+
+    fn unplug(&mut self, hub: &mut Hub) {
+        for (_, peer) in self.peers.drain(..) {
+            hub.close(peer);
+        }
     }
 }
 

@@ -4,18 +4,52 @@
 //! costs what happens in it, not what its milliseconds cost: it is told when a motion begins and ends, and it says when
 //! something is due.
 
+mod agenda;
+mod belt;
 mod course;
+mod drawing;
+mod forecast;
+mod incident;
+mod ink;
+mod look;
+mod looks;
+#[cfg(feature = "picture")]
+mod picture;
+mod place;
+mod scene;
+mod sight;
+mod state;
+mod svg;
+#[cfg(test)]
+mod tests;
+mod touch;
+mod traffic;
 
 use magician_protocol::Port;
 
 use crate::Micros;
+use crate::scenario::{Action, Scenario};
 
 pub use course::{Course, Posture};
+pub use drawing::{Drawing, Stroke, StrokeKind};
+pub use incident::{Incident, What};
+pub use look::{Look, ObjectView};
+#[cfg(feature = "picture")]
+pub use picture::PictureError;
+pub use place::Place;
+pub(crate) use place::{Footprint, rotate};
+pub use scene::Rest;
+
+use state::State;
 
 /// The world around one arm. Lengths are mm and angles deg in the frame of the arm's base; a height is the z that the
 /// arm reports when its tool touches it (model section 1).
+///
+/// The default is empty: nothing to touch, nothing connected. It costs nothing.
 #[derive(Clone, Debug, Default)]
-pub struct World {}
+pub struct World {
+    state: Option<Box<State>>,
+}
 
 /// The tool as the world feels it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -84,58 +118,155 @@ pub enum Happening {
     Key(Press),
     /// The unlock key on the forearm is pressed or released.
     Unlock(bool),
-    /// A hand moves the arm there while the unlock key is held, deg.
+    /// A hand moves the arm while the unlock key is held: this is where the joints really come to, deg.
     Guide(magician_motion::JointAngles),
 }
 
 impl World {
-    /// Level of a digital input, address 1 to 20 (model section 13).
-    pub(crate) fn digital(&self, _now: Micros, _address: u8) -> bool {
-        false
+    /// The world of a scenario at power-up.
+    #[must_use]
+    pub fn from_scenario(scenario: &Scenario) -> Self {
+        Self {
+            state: Some(Box::new(State::new(scenario.clone()))),
+        }
     }
 
-    /// Value of an analog input, 0 to 4095 for 0 to 3.3 V.
-    pub(crate) fn analog(&self, _now: Micros, _address: u8) -> u16 {
-        0
+    /// The scenario that it comes from, if it is not empty.
+    #[must_use]
+    pub fn scenario(&self) -> Option<&Scenario> {
+        self.state.as_ref().map(|state| state.scenario())
+    }
+
+    /// Changes a digital input, address 1 to 20, from the present instant until the scenario or another call changes
+    /// it; `false` if there is no such address.
+    pub fn set_input(&mut self, address: u8, level: bool) -> bool {
+        let action = Action::Digital { address, level };
+        self.state_mut().override_input(action)
+    }
+
+    /// Changes an analog input, address 1 to 20, to a value from 0 to 4095 (more counts as 4095), as
+    /// [`set_input`](Self::set_input).
+    pub fn set_analog(&mut self, address: u8, value: u16) -> bool {
+        let value = value.min(4095);
+        self.state_mut()
+            .override_input(Action::Analog { address, value })
+    }
+
+    /// The world at an instant at which the arm stands so.
+    #[must_use]
+    pub fn look(&self, now: Micros, posture: &Posture) -> Look<'_> {
+        let state = self.state.as_deref();
+        Look {
+            state: state.map(|state| (state, state.frames(now, posture))),
+            now,
+        }
+    }
+
+    /// What pen and laser have left, up to the beginning of the motion under way.
+    #[must_use]
+    pub fn drawing(&self) -> Option<&Drawing> {
+        self.state.as_ref().map(|state| state.drawing())
+    }
+
+    /// What pen and laser have left up to now, what the motion under way has added included.
+    #[must_use]
+    pub fn drawing_at(&self, now: Micros, under_way: Option<&Course<'_>>) -> Drawing {
+        match (&self.state, under_way) {
+            (Some(state), Some(course)) => state.drawing_with(now, course),
+            (Some(state), None) => state.drawing().clone(),
+            (None, _) => Drawing::default(),
+        }
+    }
+
+    /// The next thing that has happened in the world, oldest first; the latest 256 are kept.
+    pub fn poll_incident(&mut self) -> Option<Incident> {
+        self.state.as_mut()?.incident()
+    }
+
+    fn state_mut(&mut self) -> &mut State {
+        self.state
+            .get_or_insert_with(|| Box::new(State::new(Scenario::default())))
+    }
+}
+
+/// What the controller asks and tells.
+///
+/// A course is foretold when it begins and forgotten when the tool takes or lets go of something, and it is foretold
+/// with the belt as it runs then. So a grip or a stepper that changes while the arm moves, and a joint that slips or
+/// stalls, is told between the [`end`](World::end) of what has been gone and the [`begin`](World::begin) of the rest.
+/// Power of the laser is not: it may change on the way.
+impl World {
+    /// Level that something puts on an input, address 1 to 20 (model section 13); `None` where nothing is connected.
+    pub(crate) fn digital(&self, _now: Micros, address: u8) -> Option<bool> {
+        self.state.as_ref()?.digital(address)
+    }
+
+    /// Voltage that something puts on an input, 0 to 4095 for 0 to 3.3 V; `None` where nothing is connected.
+    pub(crate) fn analog(&self, _now: Micros, address: u8) -> Option<u16> {
+        self.state.as_ref()?.analog(address)
     }
 
     /// Red, green and blue under the colour sensor of a connector.
-    pub(crate) fn color(&self, _now: Micros, _port: Port) -> [u8; 3] {
-        [0; 3]
+    pub(crate) fn color(&self, now: Micros, port: Port) -> [u8; 3] {
+        let color = self.state.as_ref().and_then(|state| state.color(now, port));
+        color.unwrap_or_default()
     }
 
     /// Whether something is in front of the infrared sensor of a connector.
-    pub(crate) fn infrared(&self, _now: Micros, _port: Port) -> bool {
-        false
+    pub(crate) fn infrared(&self, now: Micros, port: Port) -> bool {
+        let state = self.state.as_ref();
+        state.is_some_and(|state| state.infrared(now, port))
     }
 
     /// Whether the tool holds an object.
     pub(crate) fn holding(&self) -> bool {
-        false
+        let state = self.state.as_ref();
+        state.is_some_and(|state| state.scene().held().is_some())
     }
 
-    /// The arm has begun a motion; unless it is told otherwise it follows the course to its end.
-    pub(crate) fn begin(&mut self, _course: &Course<'_>) {}
+    /// The arm has begun a motion; unless it is told otherwise it follows the course to its end. May be told again
+    /// with the rest of a course.
+    pub(crate) fn begin(&mut self, course: &Course<'_>) {
+        if let Some(state) = &mut self.state {
+            state.begin(course);
+        }
+    }
 
     /// The arm has followed the course until the course's end, which may lie before the one told at its beginning.
-    pub(crate) fn end(&mut self, _course: &Course<'_>) {}
+    pub(crate) fn end(&mut self, course: &Course<'_>) {
+        if let Some(state) = &mut self.state {
+            state.end(course);
+        }
+    }
 
     /// The tool has come to another state, at rest or on its way.
-    pub(crate) fn grip(&mut self, _now: Micros, _grip: Grip, _at: &Posture) {}
+    pub(crate) fn grip(&mut self, now: Micros, grip: Grip, at: &Posture) {
+        if let Some(state) = &mut self.state {
+            state.grip(now, grip, at);
+        }
+    }
 
     /// A stepper output (0 or 1) turns at so many pulses a second from now on, 0 for rest.
-    pub(crate) fn stepper(&mut self, _now: Micros, _index: usize, _pulses_per_second: f64) {}
+    pub(crate) fn stepper(&mut self, now: Micros, index: usize, pulses_per_second: f64) {
+        if let Some(state) = &mut self.state {
+            state.stepper(now, index, pulses_per_second);
+        }
+    }
 
     /// A queued command comes to its turn.
-    pub(crate) fn index_started(&mut self, _now: Micros, _index: u64) {}
+    pub(crate) fn index_started(&mut self, now: Micros, index: u64) {
+        if let Some(state) = &mut self.state {
+            state.index_started(now, index);
+        }
+    }
 
     /// When something next happens.
     pub(crate) fn next_event(&self) -> Option<Micros> {
-        None
+        self.state.as_ref()?.next_event()
     }
 
     /// What happens at the present instant: call again until there is nothing.
-    pub(crate) fn happen(&mut self, _now: Micros) -> Option<Happening> {
-        None
+    pub(crate) fn happen(&mut self, now: Micros) -> Option<Happening> {
+        self.state.as_mut()?.happen(now)
     }
 }

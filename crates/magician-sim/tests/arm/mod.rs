@@ -3,9 +3,10 @@
 
 use magician_protocol::commands::*;
 use magician_protocol::{
-    Ctrl, Flag, FrameBuf, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Writable,
+    Ctrl, Flag, FrameBuf, IoFunction, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Writable,
 };
-use magician_sim::{Controller, Event, LinkId, Micros, Profile, State};
+use magician_sim::scenario::Scenario;
+use magician_sim::{Controller, Event, LinkId, Micros, Profile, State, World};
 
 /// The link that most tests talk over.
 pub const USB: LinkId = LinkId(0);
@@ -31,6 +32,18 @@ pub fn arm_with(change: impl FnOnce(&mut Profile)) -> Bench {
         arm: Controller::new(profile),
     };
     bench.set(&ClearAlarmsState {});
+    bench
+}
+
+/// The same in the world of a scenario, the queue started.
+pub fn arm_in(scenario: &str) -> Bench {
+    let scenario = Scenario::from_toml(scenario).expect("a scenario");
+    let world = World::from_scenario(&scenario);
+    let mut bench = Bench {
+        arm: Controller::in_world(Profile::default(), world),
+    };
+    bench.set(&ClearAlarmsState {});
+    bench.start();
     bench
 }
 
@@ -208,4 +221,44 @@ pub fn suck(on: bool) -> SetEndEffectorSuctionCup {
         enable_ctrl: Flag::ON,
         suck: Flag::from(on),
     }
+}
+
+pub fn grip(on: bool) -> SetEndEffectorGripper {
+    SetEndEffectorGripper {
+        enable_ctrl: Flag::ON,
+        grip: Flag::from(on),
+    }
+}
+
+/// A pin's function, set at once.
+pub fn multiplex(bench: &mut Bench, address: u8, multiplex: IoFunction) {
+    bench.set(&IoMultiplexing { address, multiplex });
+}
+
+/// An output's level, set at once.
+pub fn output(bench: &mut Bench, address: u8, on: bool) {
+    let level = Flag::from(on);
+    bench.set(&IoDo { address, level });
+}
+
+/// How long an axis takes for a way at a speed and an acceleration, from rest to rest, s (model section 7).
+pub fn trapezoid(way: f64, velocity: f64, acceleration: f64) -> f64 {
+    if way > velocity * velocity / acceleration {
+        way / velocity + velocity / acceleration
+    } else {
+        2.0 * (way / acceleration).sqrt()
+    }
+}
+
+/// How long the base takes from an angle until its switch has set it, s (model section 11).
+pub fn search_lasts(j1: f64) -> f64 {
+    trapezoid(j1 + 135.0, 20.0, 30.0)
+        + trapezoid(0.5, 20.0, 30.0)
+        + trapezoid(0.25, 1.0, 30.0)
+        + trapezoid(0.25, 0.5, 30.0)
+}
+
+/// How long homing takes from an angle of the base to the usual home point, s.
+pub fn homing_lasts(j1: f64) -> f64 {
+    search_lasts(j1) + trapezoid(135.0, 30.0, 30.0)
 }

@@ -116,7 +116,7 @@ impl Life {
     }
 
     fn step(&mut self, script: &mut Script<'_>) {
-        match script.byte() % 16 {
+        match script.byte() % 20 {
             0 => {
                 let (link, count) = (script.link(), usize::from(script.byte() % 64));
                 let (bytes, rest) = script.0.split_at(count.min(script.0.len()));
@@ -167,6 +167,40 @@ impl Life {
                 let ctrl = [Ctrl::QUEUED, Ctrl::SET][usize::from(script.byte() % 2)];
                 let params = script.numbers::<36>();
                 self.send(LinkId(2), row.id, ctrl, &params[..size]);
+            }
+            15 | 16 => {
+                // A segment of a path: most of them short.
+                let mut params = [0; 17];
+                params[0] = script.byte() % 3;
+                params[1..].copy_from_slice(&script.numbers::<16>());
+                if params[0] == 0 {
+                    for (at, step) in params[1..13].chunks_mut(4).enumerate() {
+                        let step_by = f32::from(script.byte() as i8) / [8.0, 8.0, 16.0][at];
+                        step.copy_from_slice(&step_by.to_le_bytes());
+                    }
+                }
+                let (id, ctrl) = (91 + script.byte() % 2, script.byte());
+                let ctrl = if ctrl < 32 { Ctrl::SET } else { Ctrl::QUEUED };
+                self.send(LinkId(0), id, ctrl, &params);
+            }
+            17 => {
+                let places = [200.0, 0.0, 0.0, 0.0, 200.0, 0.0, 0.0, 0.0];
+                let mut params = [0; 36];
+                for (four, place) in params.chunks_mut(4).zip(places) {
+                    let place: f32 = place + f32::from(script.byte() as i8) / 2.0;
+                    four.copy_from_slice(&place.to_le_bytes());
+                }
+                params[32] = script.byte() % 4;
+                let ctrl = [Ctrl::QUEUED, Ctrl::SET][usize::from(script.byte() % 2)];
+                match script.byte() % 2 {
+                    0 => self.send(LinkId(0), 101, ctrl, &params[..32]),
+                    _ => self.send(LinkId(0), 102, ctrl, &params),
+                }
+            }
+            18 => {
+                let ctrl = [Ctrl::QUEUED, Ctrl::SET][usize::from(script.byte() % 2)];
+                let params = [script.byte() % 2, script.byte() % 12];
+                self.send(script.link(), 73, ctrl, &params);
             }
             _ => {
                 let [id, ctrl, count] = script.bytes();
@@ -243,8 +277,9 @@ impl Life {
         bits.into_iter().for_each(|bits| self.tell(bits));
         assert!(queue.running.is_none_or(|index| index > self.current));
         assert!(
-            due.is_some() || !state.moving && queue.running.is_none(),
-            "what runs ends: {state:?}"
+            due.is_some()
+                || !state.moving && (queue.running.is_none() || state.awaits_input.is_some()),
+            "what runs ends, but for a trigger: {state:?}"
         );
     }
 
@@ -263,11 +298,11 @@ impl Life {
         }
         assert!((0..=256).contains(&std::iter::from_fn(|| self.arm.poll_event()).count()));
         let link = LinkId(u32::MAX);
-        for id in [245, 247] {
-            self.send(link, id, Ctrl(u8::from(id == 245)), &[]);
+        for id in [241, 245, 247] {
+            self.send(link, id, Ctrl(u8::from(id != 247)), &[]);
         }
         let replies: Vec<FrameBuf> = std::iter::from_fn(|| self.arm.poll_transmit(link)).collect();
-        let [clear, left] = &replies[..] else {
+        let [_, clear, left] = &replies[..] else {
             panic!("a reply each, not {replies:?}")
         };
         assert_eq!(clear.frame().params(), [0u8; 0]);

@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::serve::{Endpoint, Notice, ServeError, Server, serve_all};
+use magician_sim::serve::{Endpoint, Handle, Notice, ServeError, Server, serve_all};
 use magician_sim::{Controller, Profile, Speed};
 use tokio::sync::oneshot;
 
@@ -17,6 +17,8 @@ pub(crate) const DEADLINE: Duration = Duration::from_secs(20);
 
 pub(crate) struct Served {
     pub(crate) endpoints: Vec<Endpoint>,
+    /// One for each arm.
+    pub(crate) handles: Vec<Handle>,
     notices: Receiver<Notice>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<Result<(), ServeError>>>,
@@ -62,7 +64,7 @@ fn start(servers: impl IntoIterator<Item = Server>) -> Result<Served, ServeError
             .on_notice(move |seen| drop(notice.send(seen)))
     };
     let servers: Vec<Server> = servers.into_iter().map(watch).collect();
-    let count = servers.len();
+    let handles: Vec<Handle> = servers.iter().map(Server::handle).collect();
     drop(ready);
     let thread = std::thread::spawn(move || {
         let runtime = tokio::runtime::Builder::new_current_thread()
@@ -74,7 +76,7 @@ fn start(servers: impl IntoIterator<Item = Server>) -> Result<Served, ServeError
         }))
     });
     let mut endpoints = Vec::new();
-    for _ in 0..count {
+    for _ in &handles {
         match is_ready.recv_timeout(DEADLINE) {
             Ok(of_one) => endpoints.extend(of_one),
             Err(_) => return Err(thread.join().unwrap().unwrap_err()),
@@ -82,6 +84,7 @@ fn start(servers: impl IntoIterator<Item = Server>) -> Result<Served, ServeError
     }
     Ok(Served {
         endpoints,
+        handles,
         notices,
         stop: Some(stop),
         thread: Some(thread),

@@ -49,14 +49,14 @@ impl Arm {
         Self::greet(line, options).await
     }
 
-    /// Talks to a virtual arm of the caller's making.
+    /// Talks to a virtual arm of the caller's making: a [`VirtualArm`](crate::VirtualArm), or what becomes one.
     ///
     /// # Errors
     /// As [`connect`](Self::connect).
     #[cfg(feature = "sim")]
-    pub async fn simulated(runner: magician_sim::Runner, options: Options) -> Result<Self> {
+    pub async fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
         let line = Line {
-            transport: Box::new(transport::Sim::new(runner)),
+            transport: Box::new(transport::Sim::new(arm.into())),
             settings: Settings::ORDERED,
             name: "sim".to_owned(),
             tried: "a virtual arm",

@@ -47,7 +47,7 @@ pub(crate) async fn open(target: &Target) -> Result<Line> {
     match target {
         #[cfg(feature = "sim")]
         Target::Sim(speed) => {
-            let sim = Box::new(Sim::powered_up(*speed));
+            let sim = Box::new(Sim::new(crate::VirtualArm::powered_up(*speed)));
             Ok(line(sim, Settings::ORDERED, "a virtual arm"))
         }
         #[cfg(not(feature = "sim"))]

@@ -1,9 +1,10 @@
 //! What the virtual arm does, in lines on stderr.
 
 use std::io::{self, Write};
+use std::sync::Arc;
 
 use magician_sim::serve::{Endpoint, Notice};
-use magician_sim::{Event, Identity, Speed};
+use magician_sim::{Event, Identity, Scenario, Speed};
 
 /// What kind of arm is served.
 pub(super) fn title(identity: &Identity, speed: Speed) -> String {
@@ -20,20 +21,25 @@ pub(super) fn title(identity: &Identity, speed: Speed) -> String {
 #[derive(Clone)]
 pub(super) struct Log {
     verbose: u8,
+    /// The arm's world, where objects have names.
+    scenario: Arc<Scenario>,
     /// What a line begins with, where several arms write lines.
     arm: String,
 }
 
 impl Log {
-    pub(super) fn new(verbose: u8) -> Self {
-        let arm = String::new();
-        Self { verbose, arm }
+    pub(super) fn new(verbose: u8, scenario: &Scenario) -> Self {
+        Self {
+            verbose,
+            scenario: Arc::new(scenario.clone()),
+            arm: String::new(),
+        }
     }
 
-    /// The log of one arm of several.
-    pub(super) fn numbered(verbose: u8, number: u32) -> Self {
+    /// The same for one arm of several.
+    pub(super) fn numbered(self, number: u32) -> Self {
         let arm = format!("arm {number}: ");
-        Self { verbose, arm }
+        Self { arm, ..self }
     }
 
     /// Says what is served where.
@@ -62,6 +68,12 @@ impl Log {
                 "note: programs that look for an arm will not find this one: {address}: {error}; \
                  perhaps another arm answers there (--discovery off says it need not be found)"
             )),
+            Notice::Unplugged => Some("the cable was pulled".to_owned()),
+            Notice::Plugged(endpoints) => {
+                self.doors("the cable is back", &endpoints);
+                None
+            }
+            Notice::FlashNotKept(error) => Some(format!("the flash is not kept: {error}")),
             Notice::TraceEnded(error) => Some(format!("the trace ends here: {error}")),
             Notice::RecordingEnded(error) => Some(format!("the recording ends here: {error}")),
         };
@@ -80,8 +92,10 @@ impl Log {
         let quiet = match event {
             Event::Accepted { .. } | Event::Started { .. } => self.verbose < 2,
             Event::Finished { .. } => self.verbose < 1,
+            // Told when the endpoints have followed.
+            Event::Cable { .. } => true,
             _ => false,
         };
-        (!quiet).then(|| event.to_string())
+        (!quiet).then(|| event.in_words(Some(&self.scenario)).to_string())
     }
 }

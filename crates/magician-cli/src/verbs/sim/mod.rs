@@ -1,16 +1,19 @@
 //! `sim`: a virtual arm for other programs.
 
 mod log;
+mod picture;
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use clap::builder::{NonEmptyStringValueParser, TypedValueParser};
+use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
 use magician::ErrorKind;
 use magician_sim::serve::{self, Discovery, ServeError, Server, serve_all};
-use magician_sim::{Controller, Identity, Line, Profile, Speed};
+use magician_sim::{
+    Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World,
+};
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
@@ -34,13 +37,14 @@ address in the answer. So an arm on UDP port 8899 answers them, on the same HOST
 another arm, it says so on stderr and serves without. A broadcast reaches only a HOST of all addresses (0.0.0.0).
 
 --arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and at N ports in a row; \
-a port of 0 is any free one for each, and a trace or recording is N files, FILE.1 to FILE.N. Programs that look for an arm find the \
+a port of 0 is any free one for each, and a trace, a recording or a flash is N files, FILE.1 to FILE.N. Programs that look for an arm find the \
 one on port 8899.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
 before the next request is read.
 
-A recording is on the arm's clock: samples every 20 ms of it, whatever the speed, about 90 MB an hour. Foxglove and every other program for MCAP opens it. If it cannot be written any more, the arm is served on, and the exit status is 4.")]
+A recording is on the arm's clock: samples every 20 ms of it, whatever the speed, about 110 MB an hour. Foxglove and every \
+other program for MCAP opens it. If it cannot be written any more, the arm is served on, and the exit status is 4.")]
 pub(crate) struct Sim {
     /// Serve a new pseudo-terminal and make PATH a symlink to it
     #[cfg(unix)]
@@ -76,6 +80,15 @@ pub(crate) struct Sim {
     /// Record what the arm does to an MCAP file: pose at 50 Hz, queue, IO, alarms, frames
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Keep in FILE what the arm keeps without power: name, serial number, Wi-Fi, calibration, program
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
+    /// The world around the arm, in TOML: a table, objects, a conveyor, sensors, inputs, faults
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// At the end, what pen and laser have drawn: .svg in true size, or .png
+    #[arg(long, value_name = "FILE", requires = "scenario", value_parser = PathBufValueParser::new().try_map(picture::Picture::at))]
+    picture: Option<picture::Picture>,
     /// Firmware profile in TOML; `--profile -` prints the built-in one as a pattern
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
@@ -107,15 +120,23 @@ impl Sim {
             let hint = "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT";
             return Err(Failure::usage("the virtual arm would have no door").hint(hint));
         }
-        let profile = self.read_profile()?;
+        let (profile, scenario) = (self.read_profile()?, self.read_scenario()?);
         let verbose = (!context.global.json).then_some(context.global.verbose);
-        let servers = self.servers(&profile, verbose)?;
+        let servers = self.servers(&profile, &scenario, verbose)?;
+        let handles: Vec<_> = servers.iter().map(Server::handle).collect();
         let runtime = context.runtime()?;
         let signal = runtime.block_on(async {
             let mut signals = interrupt::Signals::listen()?;
             let mut seen = None;
-            let end = async { seen = Some(signals.next().await) };
+            let mut drawn = Ok(());
+            let end = async {
+                seen = Some(signals.next().await);
+                if let Some(picture) = &self.picture {
+                    drawn = picture.write(&handles, self.arms.is_some()).await;
+                }
+            };
             serve_all(servers, end).await.map_err(Failure::from)?;
+            drawn?;
             Ok::<_, Failure>(seen)
         })?;
         match signal {
@@ -142,11 +163,28 @@ impl Sim {
         Profile::from_toml(&text).map_err(|error| wrong(&error))
     }
 
-    /// One server for each arm; `verbose` is how much they log, if at all.
-    fn servers(&self, profile: &Profile, verbose: Option<u8>) -> Result<Vec<Server>, Failure> {
+    fn read_scenario(&self) -> Result<Scenario, Failure> {
+        let Some(path) = &self.scenario else {
+            return Ok(Scenario::default());
+        };
+        let wrong = |error: &dyn std::fmt::Display| {
+            Failure::invalid(format!("{}: {error}", path.display()))
+        };
+        let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+        Scenario::from_toml(&text).map_err(|error| wrong(&error))
+    }
+
+    /// One server for each arm, each in a world of its own; `verbose` is how much they log, if at all.
+    fn servers(
+        &self,
+        profile: &Profile,
+        scenario: &Scenario,
+        verbose: Option<u8>,
+    ) -> Result<Vec<Server>, Failure> {
+        let log = |verbose| Log::new(verbose, scenario);
         let Some(count) = self.arms else {
-            let log = verbose.map(Log::new);
-            let server = self.server(profile.clone(), Path::to_owned)?;
+            let log = verbose.map(log);
+            let server = self.server(profile.clone(), scenario, Path::to_owned)?;
             return Ok(vec![self.reporting(server, &profile.identity, log, true)]);
         };
         let numbered = |number| {
@@ -154,20 +192,34 @@ impl Sim {
             profile.identity = profile.identity.numbered(number);
             let identity = profile.identity.clone();
             let own = |path: &Path| serve::numbered(path, number);
-            let server = self.server(profile, own)?.number(number);
-            let log = verbose.map(|verbose| Log::numbered(verbose, number));
+            let server = self.server(profile, scenario, own)?.number(number);
+            let log = verbose.map(|verbose| log(verbose).numbered(number));
             Ok(self.reporting(server, &identity, log, number == count))
         };
         (1..=count).map(numbered).collect()
     }
 
-    /// The server of one arm, whose files have its `own` paths.
-    fn server(&self, profile: Profile, own: impl Fn(&Path) -> PathBuf) -> Result<Server, Failure> {
+    /// The server of an arm, whose files have its `own` paths.
+    fn server(
+        &self,
+        profile: Profile,
+        scenario: &Scenario,
+        own: impl Fn(&Path) -> PathBuf,
+    ) -> Result<Server, Failure> {
         let line = Line {
             baud: self.baud,
             turnaround: (self.turnaround * 1000.0) as u64,
         };
-        let mut server = Server::new(Controller::new(profile))
+        let world = match self.scenario {
+            Some(_) => World::from_scenario(scenario),
+            None => World::default(),
+        };
+        let flash = self.flash.as_deref().map(&own);
+        let controller = match &flash {
+            Some(path) => Controller::with_flash(profile.clone(), world, flash_of(&profile, path)?),
+            None => Controller::in_world(profile, world),
+        };
+        let mut server = Server::new(controller)
             .speed(self.speed)
             .line(line)
             .discovery(self.discovery.clone());
@@ -180,6 +232,9 @@ impl Sim {
         }
         if let Some(address) = &self.tcp {
             server = server.tcp(address);
+        }
+        if let Some(path) = flash {
+            server = server.flash(path);
         }
         if let Some(path) = &self.trace {
             server = server.trace(BufWriter::new(create(&own(path))?));
@@ -213,6 +268,17 @@ impl Sim {
             None => server,
         }
     }
+}
+
+/// What a file keeps; it is made if it is not there.
+fn flash_of(profile: &Profile, path: &Path) -> Result<Flash, Failure> {
+    let wrong = |error: FlashError| Failure::invalid(error.to_string());
+    if let Some(flash) = Flash::load(path).map_err(wrong)? {
+        return Ok(flash);
+    }
+    let flash = Flash::new(profile);
+    flash.save(path).map_err(wrong)?;
+    Ok(flash)
 }
 
 fn create(path: &Path) -> Result<File, Failure> {

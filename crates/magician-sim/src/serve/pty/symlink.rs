@@ -3,62 +3,91 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::ServeError;
+use super::super::ServeError;
 
-/// The path under which clients find the terminal; gone when dropped.
-pub(super) struct Symlink {
+/// The path under which clients are to find the terminal.
+#[derive(Clone)]
+pub(super) struct Way {
     /// As it was given.
-    path: PathBuf,
+    given: PathBuf,
     /// The same, whatever the working directory becomes.
     absolute: PathBuf,
+}
+
+impl Way {
+    pub(super) fn new(path: &Path) -> Result<Self, ServeError> {
+        let absolute = std::path::absolute(path);
+        let absolute = absolute.map_err(|source| ServeError::at(path.display(), LOOK, source))?;
+        Ok(Self {
+            given: path.to_owned(),
+            absolute,
+        })
+    }
+
+    pub(super) fn given(&self) -> &Path {
+        &self.given
+    }
+
+    /// Whether a symlink stands there; an error if something else does.
+    pub(super) fn check(&self) -> Result<bool, ServeError> {
+        match fs::symlink_metadata(&self.absolute) {
+            Ok(found) if found.is_symlink() => Ok(true),
+            Ok(_) => Err(ServeError::Occupied {
+                path: self.given.clone(),
+            }),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+            Err(error) => Err(ServeError::at(self, LOOK, error)),
+        }
+    }
+}
+
+impl fmt::Display for Way {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.given.display().fmt(f)
+    }
+}
+
+const LOOK: &str = "look at the path";
+
+/// Whether there is no hope of making a symlink at `path`.
+pub(in super::super) fn check(path: &Path) -> Result<(), ServeError> {
+    Way::new(path)?.check().map(drop)
+}
+
+/// What makes the way lead to the terminal; gone when dropped.
+pub(super) struct Symlink {
+    way: Way,
     device: PathBuf,
 }
 
 impl Symlink {
-    /// Makes `path` a symlink to `device`, in the place of a symlink that is there.
-    pub(super) fn announce(path: &Path, device: &Path) -> Result<Self, ServeError> {
-        let failed = |source| ServeError::at(path.display(), "make the symlink", source);
-        if check(path)? {
-            fs::remove_file(path).map_err(failed)?;
+    /// Makes a symlink to `device`, in the place of a symlink that is there.
+    pub(super) fn announce(way: &Way, device: &Path) -> Result<Self, ServeError> {
+        let failed = |source| ServeError::at(way, "make the symlink", source);
+        if way.check()? {
+            fs::remove_file(&way.absolute).map_err(failed)?;
         }
         // Not by renaming over it: what has come there since is not ours to replace.
-        std::os::unix::fs::symlink(device, path).map_err(failed)?;
+        std::os::unix::fs::symlink(device, &way.absolute).map_err(failed)?;
         Ok(Self {
-            path: path.to_owned(),
-            absolute: std::path::absolute(path).map_err(failed)?,
+            way: way.clone(),
             device: device.to_owned(),
         })
-    }
-
-    /// The path as it was given.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
     }
 }
 
 impl fmt::Display for Symlink {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.path.display().fmt(f)
+        self.way.fmt(f)
     }
 }
 
 impl Drop for Symlink {
     fn drop(&mut self) {
-        if fs::read_link(&self.absolute).is_ok_and(|target| target == self.device) {
+        let path = &self.way.absolute;
+        if fs::read_link(path).is_ok_and(|target| target == self.device) {
             // If it cannot be removed, it dangles; the next server replaces it.
-            let _ = fs::remove_file(&self.absolute);
+            let _ = fs::remove_file(path);
         }
-    }
-}
-
-/// Whether a symlink stands at `path`; an error if something else does.
-pub(in super::super) fn check(path: &Path) -> Result<bool, ServeError> {
-    match fs::symlink_metadata(path) {
-        Ok(found) if found.is_symlink() => Ok(true),
-        Ok(_) => Err(ServeError::Occupied {
-            path: path.to_owned(),
-        }),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(ServeError::at(path.display(), "look at the path", error)),
     }
 }

@@ -1,0 +1,40 @@
+//! What an arm lies on while it is examined.
+
+mod line;
+mod sim;
+
+use std::future::Future;
+use std::time::Duration;
+
+use magician::Result;
+use magician_sim::{Happening, Micros, World};
+
+pub use line::LineBench;
+pub use sim::SimBench;
+
+/// An arm and a clock, whatever they are. Bytes go to the arm and come back, and time passes.
+///
+/// A bench is *stepped* when its clock stands still until it is told to go on, as that of a virtual arm inside this
+/// program; otherwise the clock is the wall's and the bytes take their time.
+pub trait Bench {
+    /// Sends bytes to the arm.
+    fn send(&mut self, bytes: &[u8]) -> impl Future<Output = Result<()>>;
+
+    /// The bytes that have come, as soon as there are any; nothing when none came within that time.
+    fn receive(&mut self, within: Duration) -> impl Future<Output = Result<Vec<u8>>>;
+
+    /// Lets time pass.
+    fn pass(&mut self, span: Duration) -> impl Future<Output = Result<()>>;
+
+    /// Lets time pass until something may have changed, at most that long. A stepped clock jumps to the next event.
+    fn go_on(&mut self, at_most: Duration) -> impl Future<Output = Result<()>>;
+
+    /// The arm's clock in microseconds since power-up, if this bench steps it.
+    fn stepped(&self) -> Option<Micros>;
+
+    /// Puts an arm there that has just been switched on, in this world; whether that can be done.
+    fn power_up(&mut self, world: World) -> bool;
+
+    /// Lets something happen to the arm from outside its protocol; whether that can be done.
+    fn happens(&mut self, happening: Happening) -> bool;
+}

@@ -1,0 +1,170 @@
+//! Cases done on an arm, one after the other, each from the same beginning.
+
+use std::time::Duration;
+
+use magician::commands::TABLE;
+use magician::{Ctrl, Error, FrameBuf, Result};
+use magician_protocol::{Chapter, Direction, Row};
+use magician_sim::World;
+
+use crate::bench::Bench;
+use crate::report::{Outcome, in_words};
+use crate::session::{Session, Stopped};
+use crate::step::{self, Action, Step};
+use crate::suite::{Begin, Case, SuiteError};
+
+const BEGIN: &str = include_str!("../cases/begin.steps");
+const BEGIN_MOVES: &str = include_str!("../cases/begin_moves.steps");
+
+/// An arm under examination.
+///
+/// [`begin`](Self::begin) notes the arm's parameters, [`examine`](Self::examine) does a case, [`end`](Self::end) gives
+/// the parameters back. If the work is given up in between, `end` still leaves the arm at rest and as it was.
+pub struct Examination<B> {
+    session: Session<B>,
+    ready: Vec<Step>,
+    ready_to_move: Vec<Step>,
+    /// The sets that give an arm back what it had.
+    owed: Vec<FrameBuf>,
+}
+
+impl<B: Bench> Examination<B> {
+    /// An examination of the arm on this bench; an answer may take as long as `patience`.
+    ///
+    /// # Errors
+    /// [`SuiteError`] never in a build whose tests pass.
+    pub fn new(bench: B, patience: Duration) -> std::result::Result<Self, SuiteError> {
+        let read = |file: &str, text| {
+            step::read_all(text, 1).map_err(|(line, message)| SuiteError {
+                file: file.to_owned(),
+                line,
+                message,
+            })
+        };
+        Ok(Self {
+            session: Session::new(bench, patience),
+            ready: read("begin.steps", BEGIN)?,
+            ready_to_move: read("begin_moves.steps", BEGIN_MOVES)?,
+            owed: Vec::new(),
+        })
+    }
+
+    /// Makes sure that an arm answers, and notes its parameters. Changes nothing.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Timeout`](magician::ErrorKind::Timeout) when nothing answers, what the line says when it is gone.
+    pub async fn begin(&mut self) -> Result<()> {
+        self.session.begin().await?;
+        if self.session.bench.stepped().is_some() {
+            return Ok(());
+        }
+        if self.session.value(2).await?.is_none() {
+            let message = "nothing answers GetDeviceVersion; is the arm switched on?";
+            return Err(Error::new(magician::ErrorKind::Timeout, message));
+        }
+        for row in TABLE.iter().filter(|row| is_kept(row)) {
+            // What this firmware does not know is not changed by the cases in a way that lasts.
+            if let Some(params) = self.session.value(row.id).await? {
+                self.owed.push(FrameBuf::new(row.id, Ctrl::SET, &params)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Does a case.
+    ///
+    /// # Errors
+    /// What the line says when it is gone.
+    pub async fn examine(&mut self, case: &Case) -> Result<Outcome> {
+        if let Some(reason) = self.unfit(case) {
+            return Ok(Outcome::Skipped(reason));
+        }
+        let done = match self.prepare(case).await {
+            Ok(()) => self.session.perform(&case.steps).await,
+            stopped => stopped,
+        };
+        match done {
+            Ok(()) => Ok(Outcome::Passed),
+            Err(Stopped::Otherwise(mismatch)) => Ok(Outcome::Failed(mismatch)),
+            Err(Stopped::Line(error)) => Err(error),
+        }
+    }
+
+    /// Why a case cannot be done on this bench.
+    fn unfit(&self, case: &Case) -> Option<String> {
+        if self.session.bench.stepped().is_some() {
+            return None;
+        }
+        let happens = |step: &Step| matches!(step.action, Action::Happens(_));
+        if let Some(reason) = &case.hurts {
+            return Some(format!("not on a real arm: {reason}"));
+        }
+        if let Some(reason) = &case.sim_only {
+            return Some(format!("only inside this program: {reason}"));
+        }
+        match case {
+            case if case.begin == Begin::PowerUp => Some("it begins with a power-up".to_owned()),
+            case if case.world.is_some() => Some("it needs a world around the arm".to_owned()),
+            case if case.exact => Some("it needs a clock that can be stepped".to_owned()),
+            case if case.steps.iter().any(happens) => Some("it needs a hand at the arm".to_owned()),
+            _ => None,
+        }
+    }
+
+    async fn prepare(&mut self, case: &Case) -> std::result::Result<(), Stopped> {
+        let world = case.world.as_ref().map(World::from_scenario);
+        self.session.bench.power_up(world.unwrap_or_default());
+        self.session.begin().await?;
+        if case.begin == Begin::PowerUp {
+            return Ok(());
+        }
+        self.session.prepare(&self.ready).await?;
+        if case.moves {
+            self.session.prepare(&self.ready_to_move).await?;
+        }
+        Ok(())
+    }
+
+    /// Leaves the arm at rest, its queue empty and stopped, its tools off, and with the parameters that it had.
+    ///
+    /// # Errors
+    /// What the line says when it is gone; [`ErrorKind::Unexpected`](magician::ErrorKind::Unexpected) when the arm does
+    /// not take its parameters back.
+    pub async fn end(&mut self) -> Result<()> {
+        if self.session.bench.stepped().is_some() {
+            return Ok(());
+        }
+        self.session.begin().await?;
+        let quiet = Duration::from_millis(300);
+        while !self.session.bench.receive(quiet).await?.is_empty() {}
+        let rested = self.session.prepare(&self.ready).await;
+        for frame in std::mem::take(&mut self.owed) {
+            if !self.session.acknowledged(&frame).await? {
+                let name = in_words(&frame, Direction::Request);
+                let message = format!("the arm did not take a parameter back: {name}");
+                return Err(Error::new(magician::ErrorKind::Unexpected, message));
+            }
+        }
+        match rested {
+            Ok(()) => Ok(()),
+            Err(Stopped::Line(error)) => Err(error),
+            Err(Stopped::Otherwise(mismatch)) => {
+                let message = format!(
+                    "the arm could not be left as it was: {}: {}",
+                    mismatch.step, mismatch.got
+                );
+                Err(Error::new(magician::ErrorKind::Unexpected, message))
+            }
+        }
+    }
+}
+
+/// Whether the value of a row is noted before and set again after: what is set as it is read, without harm.
+fn is_kept(row: &Row) -> bool {
+    let same = row
+        .value
+        .zip(row.set)
+        .is_some_and(|(value, set)| value.name == set.name);
+    let asked = row.query.is_some_and(|query| !query.fields.is_empty());
+    same && !asked && !row.dangerous && row.chapter != Chapter::Io
+}

@@ -1,0 +1,132 @@
+//! The tool of a motion on a circular arc, r alongside.
+
+use crate::angle::atan2;
+use crate::arc::Arc;
+use crate::arc_reach::{Outline, spatial_cuts};
+use crate::profile::Profile;
+use crate::tool_path::ToolPath;
+use crate::wrist::Span;
+use crate::{ArmState, Geometry, Limits, Pose};
+
+/// The tool along a circular arc, perhaps several times round, r alongside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ArcLeg {
+    pub(crate) from: ArmState,
+    pub(crate) to: ArmState,
+    pub(crate) arc: Arc,
+    pub(crate) along: Profile,
+    pub(crate) turning: Profile,
+}
+
+impl ArcLeg {
+    fn turn_sign(&self) -> f64 {
+        libm::copysign(1.0, self.to.pose.r - self.from.pose.r)
+    }
+
+    /// The rate of r at `t`, deg/s.
+    fn turn_rate(&self, t: f64) -> f64 {
+        self.turn_sign() * self.turning.velocity(t)
+    }
+
+    /// The tool's velocity at `t`, mm/s and deg/s.
+    pub(crate) fn tool_rate_at(&self, t: f64) -> Pose {
+        let velocity = self.along.velocity(t);
+        let [x, y, z] = self.arc.place(self.along.position(t)).along;
+        Pose {
+            x: x * velocity,
+            y: y * velocity,
+            z: z * velocity,
+            r: self.turn_rate(t),
+        }
+    }
+
+    /// The way until the end, or until it repeats itself, mm.
+    fn lap(&self) -> f64 {
+        self.along.length().min(self.arc.turn())
+    }
+
+    /// Bounds of J1 on the whole path: the tool keeps within a ball round the middle of it, and the ball within an
+    /// angle as seen from the base axis.
+    fn j1_bounds(&self, geometry: &Geometry) -> Option<Span> {
+        let way = 0.5 * self.lap();
+        let [x, y, _] = self.arc.place(way).at;
+        let (ball, distance) = (self.arc.widest(way), libm::sqrt(x * x + y * y));
+        let across = geometry.tool.y;
+        let near = distance - ball;
+        if near <= libm::fabs(across) {
+            return None;
+        }
+        // The angle at the base axis of a right triangle, given the sides opposite and longest.
+        let angle = |opposite: f64, longest: f64| {
+            atan2(
+                opposite,
+                libm::sqrt(longest * longest - opposite * opposite),
+            )
+        };
+        let cone = angle(ball, distance);
+        let bias = Span::over(angle(across, near), angle(across, distance + ball));
+        let heading = atan2(y, x);
+        let j1 = Span(heading - cone - bias.1, heading + cone - bias.0);
+        // Further round the azimuth may jump by a turn.
+        (libm::fabs(heading) + cone < 180.0).then_some(j1)
+    }
+}
+
+impl ToolPath for ArcLeg {
+    fn start(&self) -> &ArmState {
+        &self.from
+    }
+
+    fn pose_at(&self, t: f64) -> Pose {
+        let [x, y, z] = self.arc.place(self.along.position(t)).at;
+        let r = self.from.pose.r + self.turn_sign() * self.turning.position(t);
+        Pose { x, y, z, r }
+    }
+
+    /// Only a circle repeats itself; r, which an arc turns, stays what it is there.
+    fn horizon(&self) -> f64 {
+        self.along.time_at(self.lap())
+    }
+
+    fn spatial_cuts(
+        &self,
+        geometry: &Geometry,
+        strict: &Limits,
+        wide: &Limits,
+        report: &mut impl FnMut(f64),
+    ) {
+        let lap = self.lap();
+        spatial_cuts(&self.arc, lap, geometry, (strict, wide), &mut |way| {
+            if way > 0.0 && way < lap {
+                report(self.along.time_at(way));
+            }
+        });
+    }
+
+    fn j4_extremes(&self, geometry: &Geometry) -> (Option<f64>, Option<f64>) {
+        let Some(j1) = self.j1_bounds(geometry) else {
+            return (None, None);
+        };
+        let (from, to) = (self.from.pose.r, self.to.pose.r);
+        (Some(from.max(to) - j1.0), Some(from.min(to) - j1.1))
+    }
+
+    fn corners(&self, _: &Geometry) -> [f64; 5] {
+        let [a, b] = self.along.corners();
+        let [c, d] = self.turning.corners();
+        [a, b, c, d, f64::NAN]
+    }
+
+    fn j4_rates(&self, geometry: &Geometry, a: f64, b: f64) -> (f64, f64) {
+        let (from, to) = (self.along.position(a), self.along.position(b));
+        let middle = 0.5 * (from + to);
+        let place = self.arc.place(middle);
+        let outline = Outline::new(&self.arc, geometry, &place, 0.5 * (to - from));
+        let Some(turning) = outline.turning(&place, geometry.tool.y) else {
+            return (f64::NEG_INFINITY, f64::INFINITY);
+        };
+        let speed = Span::over(self.along.velocity(a), self.along.velocity(b));
+        let r = Span::over(self.turn_rate(a), self.turn_rate(b));
+        Span::j4(&r, &turning.times(&speed))
+    }
+}

@@ -1,0 +1,331 @@
+//! Where a circular arc cuts the boundaries of the workspace (model section 5).
+//!
+//! A bound of J1 is a plane through the base axis, and an arc cuts a plane in closed form. Every other boundary is a
+//! circle in the arm's vertical plane, in space a torus or a sphere, on which a function of the way along the arc is
+//! zero: the square of the wrist's distance from the circle's centre, less the square of the radius. On an arc in
+//! any plane that leads to polynomials of the eighth degree with spurious roots, so the zeros are enclosed instead:
+//! from the middle of a span the function is known with two derivatives, and a bound of the third holds on all of
+//! the span, as the arc's curvature bounds how fast anything can change. By Taylor's formula a span may prove free of
+//! zeros, or prove monotone, and then its ends tell; any other is halved. Nothing between samples is passed over.
+//! Near a touch the spans shrink fast, so that few are needed. Only an arc that hugs a boundary all along needs many,
+//! and is followed at a coarser resolution when it gets too many: what may then be missed is shallower than 0.001 mm.
+
+use crate::angle::sin_cos;
+use crate::arc::{Arc, Place};
+use crate::boundary::{Circle, SPATIAL};
+use crate::roots::between;
+use crate::wrist::Span;
+use crate::{Bound, Geometry, Limits};
+
+/// A boundary nearer than this counts as touched, in the unit of the functions, mm2: far above rounding errors, and on
+/// a boundary less than [`LIMIT_TOLERANCE`](crate::LIMIT_TOLERANCE).
+const TOUCH: f64 = 1e-7;
+/// No span shorter than this is halved, mm.
+const SHORTEST_SPAN: f64 = 1e-7;
+/// When so many spans have been looked at, only those are halved that are longer than the following share of the way.
+const MANY_SPANS: u32 = 30_000;
+const COARSE_SHARE: f64 = 1.0 / 8192.0;
+
+/// What the wrist does over a span of the way, seen in the arm's vertical plane: values and derivatives by the way at
+/// the middle of the span, and bounds that hold on all of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outline {
+    half: f64,
+    curvature: f64,
+    /// Distances from the base axis that the tool keeps between.
+    near: f64,
+    far: f64,
+    /// The square of the tool's distance from the base axis, less that of the sideways bias.
+    square: [f64; 3],
+    /// Its root: how far the tool is out in the vertical plane.
+    out: [f64; 3],
+    /// Between which values that is on all of the span.
+    out_range: Span,
+    /// Bounds of the first three derivatives of `out`, infinite where the root may vanish.
+    out_rates: [f64; 3],
+    /// The height of the wrist.
+    up: [f64; 3],
+    /// No point is further from the middle.
+    ball: f64,
+}
+
+impl Outline {
+    /// The span of `half` the way before and behind a place.
+    pub(crate) fn new(arc: &Arc, geometry: &Geometry, place: &Place, half: f64) -> Self {
+        let Place {
+            at: [x, y, z],
+            along: [dx, dy, dz],
+            bend: [ddx, ddy, ddz],
+        } = *place;
+        let across = geometry.tool.y * geometry.tool.y;
+        let curvature = arc.curvature();
+        let ball = arc.widest(half);
+        let whole = x * x + y * y;
+        let distance = libm::sqrt(whole);
+        let (near, far) = ((distance - ball).max(0.0), distance + ball);
+        let slope = x * dx + y * dy;
+        let bend = dx * dx + dy * dy + x * ddx + y * ddy;
+        let root = libm::sqrt((whole - across).max(0.0));
+        let root_rate = slope / root;
+        let nearest_out = libm::sqrt((near * near - across).max(0.0));
+        // The root's slope is the tool's speed outwards times at most `tilt`.
+        let tilt = far / nearest_out;
+        let second = tilt * tilt / nearest_out + tilt * curvature;
+        let third =
+            (3.0 * curvature + far * curvature * curvature + 3.0 * tilt * second) / nearest_out;
+        let out_rates = if nearest_out > 0.0 {
+            [tilt, second, third]
+        } else {
+            [f64::INFINITY; 3]
+        };
+        Self {
+            half,
+            curvature,
+            near,
+            far,
+            square: [whole - across, 2.0 * slope, 2.0 * bend],
+            out: [root, root_rate, (bend - root_rate * root_rate) / root],
+            out_range: Span(nearest_out, libm::sqrt((far * far - across).max(0.0))),
+            out_rates,
+            up: [z + geometry.tool.z, dz, ddz],
+            ball,
+        }
+    }
+
+    /// Bounds of the rate of J1 by the way on the span, rad/mm, if the tool keeps clear of the base axis; `place` is
+    /// the middle.
+    pub(crate) fn turning(&self, place: &Place, across: f64) -> Option<Span> {
+        let [x, y, _] = place.at;
+        let [dx, dy, _] = place.along;
+        let [_, out_rate, _] = self.out;
+        let [_, second, _] = self.out_rates;
+        if !second.is_finite() {
+            return None;
+        }
+        let swept = x * dy - y * dx + across * out_rate;
+        let change = (self.far * self.curvature + libm::fabs(across) * second) * self.half;
+        let swept = Span(swept - change, swept + change);
+        Some(swept.over_positive(&Span(self.near * self.near, self.far * self.far)))
+    }
+}
+
+/// A boundary as the zeros of a function of the way.
+#[derive(Clone, Copy, Debug)]
+enum Surface {
+    /// The wrist is on a circle in the vertical plane, its centre given as the tool's place.
+    Circle(Circle),
+    /// The tool is as near to the base axis as a sideways bias lets it.
+    Axis,
+}
+
+/// What a span is known to hold of a surface.
+enum Verdict {
+    Clear,
+    Monotone,
+    Open,
+}
+
+impl Surface {
+    /// The function at the middle of a span, two derivatives, and a bound of the third on all of it.
+    fn taylor(&self, outline: &Outline) -> [f64; 4] {
+        let Outline {
+            curvature: bend, ..
+        } = *outline;
+        match self {
+            Self::Circle(circle) => {
+                let ([out, out1, out2], [up, up1, up2]) = (outline.out, outline.up);
+                let [most1, most2, most3] = outline.out_rates;
+                let (aside, above) = (out - circle.outwards, up - circle.up);
+                let Span(least_out, most_out) = outline.out_range;
+                let most_aside = libm::fabs(least_out - circle.outwards)
+                    .max(libm::fabs(most_out - circle.outwards));
+                let most_above = libm::fabs(above) + outline.ball;
+                [
+                    aside * aside + above * above - circle.radius * circle.radius,
+                    2.0 * (aside * out1 + above * up1),
+                    2.0 * (out1 * out1 + aside * out2 + up1 * up1 + above * up2),
+                    6.0 * (most1 * most2 + bend)
+                        + 2.0 * (most_aside * most3 + most_above * bend * bend),
+                ]
+            }
+            Self::Axis => {
+                let [value, slope, second] = outline.square;
+                [
+                    value,
+                    slope,
+                    second,
+                    6.0 * bend + 2.0 * outline.far * bend * bend,
+                ]
+            }
+        }
+    }
+
+    fn value(&self, outline: &Outline) -> f64 {
+        let [value, ..] = self.taylor(outline);
+        value
+    }
+
+    fn verdict(&self, outline: &Outline) -> Verdict {
+        let half = outline.half;
+        let [value, slope, second, third] = self.taylor(outline);
+        let bulge = half * half * (0.5 * libm::fabs(second) + half * third / 6.0);
+        let change = half * libm::fabs(slope) + bulge;
+        let size = libm::fabs(value);
+        if size - change > TOUCH || size + change <= TOUCH {
+            Verdict::Clear
+        } else if libm::fabs(slope) > half * (libm::fabs(second) + 0.5 * half * third) {
+            Verdict::Monotone
+        } else {
+            Verdict::Open
+        }
+    }
+}
+
+/// Reports the ways from the start, up to `lap` and beyond, at which the arc may pass a bound of the strict limits, or
+/// one of the wide limits where that differs, or leave the reach.
+pub(crate) fn spatial_cuts(
+    arc: &Arc,
+    lap: f64,
+    geometry: &Geometry,
+    (strict, wide): (&Limits, &Limits),
+    report: &mut impl FnMut(f64),
+) {
+    let mut search = Search {
+        arc,
+        geometry,
+        surfaces: [Surface::Axis; Search::<fn(f64)>::MOST_SURFACES],
+        count: 1,
+        coarse: COARSE_SHARE * lap,
+        spans_left: MANY_SPANS,
+        report,
+    };
+    for circle in Circle::reach(geometry) {
+        search.add(circle);
+    }
+    for bound in SPATIAL {
+        let (set, let_out) = (strict.at(bound), wide.at(bound));
+        search.look_for(bound, set);
+        if let_out != set {
+            search.look_for(bound, let_out);
+        }
+    }
+    search.run(lap);
+}
+
+struct Search<'a, R> {
+    arc: &'a Arc,
+    geometry: &'a Geometry,
+    surfaces: [Surface; 15],
+    count: usize,
+    coarse: f64,
+    spans_left: u32,
+    report: &'a mut R,
+}
+
+impl<R: FnMut(f64)> Search<'_, R> {
+    /// Six bounds, set and let out, two edges of reach, and the axis.
+    const MOST_SURFACES: usize = 15;
+
+    fn add(&mut self, circle: Circle) {
+        let seen_from_tool = Circle {
+            outwards: circle.outwards + self.geometry.tool.x,
+            ..circle
+        };
+        if let Some(slot) = self.surfaces.get_mut(self.count) {
+            *slot = Surface::Circle(seen_from_tool);
+            self.count += 1;
+        }
+    }
+
+    /// Takes a bound that stands at `angle` on the list, or reports at once where the arc may pass it.
+    fn look_for(&mut self, bound: Bound, angle: f64) {
+        if !angle.is_finite() {
+            return;
+        }
+        if let Some(circle) = Circle::of(self.geometry, bound, angle) {
+            self.add(circle);
+        } else if matches!(bound, Bound::J1Min | Bound::J1Max) {
+            // The tool stands sideways of the vertical plane at J1 = angle by exactly the bias.
+            let (sin, cos) = sin_cos(angle);
+            let across = self.geometry.tool.y;
+            self.arc.plane_cuts([-sin, cos, 0.0], across, self.report);
+        }
+    }
+
+    fn run(&mut self, lap: f64) {
+        let all = (1 << self.count) - 1;
+        self.halve(0.0, lap, all);
+    }
+
+    fn outline(&self, from: f64, to: f64) -> Outline {
+        let place = self.arc.place(0.5 * (from + to));
+        Outline::new(self.arc, self.geometry, &place, 0.5 * (to - from))
+    }
+
+    /// Looks for zeros of the surfaces whose bits are set on the span.
+    fn halve(&mut self, from: f64, to: f64, pending: u32) {
+        let outline = self.outline(from, to);
+        let across = libm::fabs(self.geometry.tool.y);
+        let mut open = 0;
+        let mut monotone = 0;
+        for (index, surface) in self.surfaces.iter().enumerate() {
+            let bit = 1 << index;
+            // No wrist is anywhere while the tool is nearer to the axis than its bias.
+            let nowhere = outline.far < across && matches!(surface, Surface::Circle(_));
+            if pending & bit == 0 || nowhere {
+                continue;
+            }
+            match surface.verdict(&outline) {
+                Verdict::Clear => {}
+                Verdict::Monotone => monotone |= bit,
+                Verdict::Open => open |= bit,
+            }
+        }
+        let middle = 0.5 * (from + to);
+        let shortest = if self.spans_left > 0 {
+            SHORTEST_SPAN
+        } else {
+            self.coarse.max(SHORTEST_SPAN)
+        };
+        if to - from <= shortest || middle <= from || middle >= to {
+            (monotone, open) = (monotone | open, 0);
+        }
+        self.settle(from, to, monotone);
+        if open != 0 {
+            self.spans_left = self.spans_left.saturating_sub(1);
+            self.halve(from, middle, open);
+            self.halve(middle, to, open);
+        }
+    }
+
+    /// Reports the zeros of monotone functions on a span. A function that goes on to touch zero, or comes from there,
+    /// is reported at that end, so that nothing is lost between spans that are on a boundary as a whole.
+    fn settle(&mut self, from: f64, to: f64, pending: u32) {
+        if pending == 0 {
+            return;
+        }
+        let (first, last) = (self.outline(from, from), self.outline(to, to));
+        for index in 0..self.count {
+            let Some(surface) = self
+                .surfaces
+                .get(index)
+                .filter(|_| pending & (1 << index) != 0)
+            else {
+                continue;
+            };
+            let (a, b) = (surface.value(&first), surface.value(&last));
+            let side = |value: f64| i8::from(value > TOUCH) - i8::from(value < -TOUCH);
+            if side(a) == side(b) {
+                continue;
+            }
+            let at = if (a > 0.0) != (b > 0.0) {
+                between(from, to, |way| surface.value(&self.outline(way, way)))
+            } else if side(a) == 0 {
+                from
+            } else {
+                to
+            };
+            (self.report)(at);
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! Jogging: one axis at a time, until told to stop or a limit does (model section 10).
+
+use crate::joint_leg::{Axis, JointLeg};
+use crate::law::Law;
+use crate::leg::Leg;
+use crate::line_leg::LineLeg;
+use crate::profile::{Profile, Rates};
+use crate::{
+    ArmState, Crossing, MotionError, Plan, Planner, Pose, Range, SpeedQuantity, Speeds, Trajectory,
+};
+
+/// What a jog moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum JogAxis {
+    /// The base.
+    J1,
+    /// The rear arm.
+    J2,
+    /// The forearm.
+    J3,
+    /// The end servo.
+    J4,
+    /// The tool along x, r kept.
+    X,
+    /// The tool along y, r kept.
+    Y,
+    /// The tool along z, r kept.
+    Z,
+    /// The tool's rotation: joint 4 alone.
+    R,
+}
+
+/// A jog: which axis, and which way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Jog {
+    /// What moves.
+    pub axis: JogAxis,
+    /// Whether its value grows.
+    pub positive: bool,
+}
+
+/// Joint angles with nothing in their way are run through this far, degrees.
+const UNLIMITED: f64 = 1e9;
+/// Nothing of the arm moves faster than this, mm/s or deg/s.
+const FASTEST: f64 = 1e6;
+/// How far beyond a limit the way is laid that the limit then cuts, mm or degrees.
+const BEYOND: f64 = 1.0;
+/// A limit nearer than this is where the arm stands, mm or degrees.
+const AT_LIMIT: f64 = 1e-6;
+
+impl JogAxis {
+    /// The joint that moves alone, its index from 0; nothing for a straight line.
+    fn joint(self) -> Option<usize> {
+        match self {
+            Self::J1 => Some(0),
+            Self::J2 => Some(1),
+            Self::J3 => Some(2),
+            Self::J4 | Self::R => Some(3),
+            Self::X | Self::Y | Self::Z => None,
+        }
+    }
+
+    /// The pose that is `by` mm further along a straight axis.
+    fn moved(self, pose: &Pose, by: f64) -> Pose {
+        let mut moved = *pose;
+        match self {
+            Self::X => moved.x += by,
+            Self::Y => moved.y += by,
+            Self::Z => moved.z += by,
+            Self::J1 | Self::J2 | Self::J3 | Self::J4 | Self::R => {}
+        }
+        moved
+    }
+
+    fn velocity_quantity(self) -> SpeedQuantity {
+        match self {
+            Self::J1 => SpeedQuantity::JointVelocity(1),
+            Self::J2 => SpeedQuantity::JointVelocity(2),
+            Self::J3 => SpeedQuantity::JointVelocity(3),
+            Self::J4 => SpeedQuantity::JointVelocity(4),
+            Self::X | Self::Y | Self::Z => SpeedQuantity::LinearVelocity,
+            Self::R => SpeedQuantity::RotationVelocity,
+        }
+    }
+}
+
+impl Speeds {
+    /// How fast these settings let an axis jog: each value up to the arm's ceiling, times its ratio up to 100 %
+    /// (model section 6). The ratio of the acceleration is to be 100, which is how the arm jogs.
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError::Speed`] for a value that is NaN, zero or negative.
+    pub fn jog(&self, axis: JogAxis) -> Result<Rates, MotionError> {
+        match axis {
+            JogAxis::J1 => self.joint(0),
+            JogAxis::J2 => self.joint(1),
+            JogAxis::J3 => self.joint(2),
+            JogAxis::J4 => self.joint(3),
+            JogAxis::X | JogAxis::Y | JogAxis::Z => self.linear(),
+            JogAxis::R => self.rotation(),
+        }
+    }
+}
+
+impl Planner {
+    /// Plans a jog that begins with the velocity `entry` of its axis (0 at rest; mm/s or deg/s, with the sign of the
+    /// axis), ramps to `rates.velocity` and runs until a limit stops it, which the plan tells as its
+    /// [`crossing`](Plan::crossing). Against the direction of the entry it first comes to rest.
+    ///
+    /// At a limit, or beyond, a jog that leads further out takes no time. Without any limit on a joint it turns for a
+    /// thousand million degrees. The rates count up to the arm's ceilings; [`Speeds::jog`] makes them from settings.
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError::Speed`] for rates that are NaN, zero or negative, and an entry that is none of an arm's.
+    pub fn jog(
+        &self,
+        from: &ArmState,
+        jog: Jog,
+        rates: Rates,
+        entry: f64,
+    ) -> Result<Plan, MotionError> {
+        let rates = Speeds::unscaled(rates).jog(jog.axis)?;
+        if libm::fabs(entry) > FASTEST || entry.is_nan() {
+            return Err(MotionError::Speed {
+                quantity: jog.axis.velocity_quantity(),
+                value: entry,
+            });
+        }
+        let sign = if jog.positive { 1.0 } else { -1.0 };
+        let forwards = sign * entry;
+        let braking = (forwards < 0.0).then(|| {
+            let law = Law::stopping(-forwards, rates.acceleration);
+            self.jog_leg(from, jog.axis, -sign, law)
+        });
+        let start = braking.map_or(*from, |leg| leg.end());
+        let forwards = forwards.max(0.0);
+        // A jog that is too fast slows down first, and must not be made to do so by the end of the way.
+        let slowing = 0.5 * forwards * forwards / rates.acceleration;
+        let length = self.way(&start, jog.axis, sign) + slowing;
+        let law = Law::between(length, forwards, rates.velocity, &rates);
+        let running = self.jog_leg(&start, jog.axis, sign, law);
+        let legs = braking.into_iter().chain([running]);
+        let whole = Trajectory::of_legs(&self.geometry, from, legs);
+        let plan = Plan::within(whole, &self.limits);
+        Ok(match plan.crossing {
+            Some(crossing) if entry == 0.0 && crossing.progress * length < AT_LIMIT => Plan {
+                trajectory: Trajectory::at_rest(&self.geometry, from),
+                crossing: Some(Crossing {
+                    at_us: 0,
+                    progress: 0.0,
+                    ..crossing
+                }),
+            },
+            _ => plan,
+        })
+    }
+
+    /// Plans the end of a jog from a time within it: it comes to rest along its own path at `deceleration` (mm/s2 or
+    /// deg/s2), unless a limit stops it before. Without a positive deceleration it stops dead; a motion that is no
+    /// jog stops like [`brake`](Self::brake), at this deceleration of every joint.
+    #[must_use]
+    pub fn jog_stop(&self, jog: &Trajectory, at_us: u64, deceleration: f64) -> Plan {
+        let from = jog.sample(at_us);
+        let trajectory = match jog.under_way(at_us) {
+            Some((leg, t)) if deceleration > 0.0 => match leg {
+                Leg::Joints(leg) => {
+                    let axes = leg
+                        .axes
+                        .map(|axis| stopping(axis.velocity(t), deceleration));
+                    let leg = JointLeg::following(&self.geometry, &from, axes);
+                    Trajectory::of_legs(&self.geometry, &from, [Leg::Joints(leg)])
+                }
+                Leg::Line(leg) if leg.turning.length() == 0.0 => {
+                    let rate = leg.tool_rate_at(t);
+                    self.line_stop(&from, &rate, deceleration)
+                }
+                _ => jog.braked(at_us, [deceleration; 3]),
+            },
+            _ => Trajectory::at_rest(&self.geometry, &from),
+        };
+        Plan::within(trajectory, &self.limits)
+    }
+
+    fn line_stop(&self, from: &ArmState, rate: &Pose, deceleration: f64) -> Trajectory {
+        let speed = rate.distance_to(&Pose {
+            r: rate.r,
+            ..Pose::default()
+        });
+        let law = Law::stopping(speed, deceleration);
+        if law.length() <= 0.0 {
+            return Trajectory::at_rest(&self.geometry, from);
+        }
+        let along = |place: f64, rate: f64| place + rate / speed * law.length();
+        let to = Pose {
+            x: along(from.pose.x, rate.x),
+            y: along(from.pose.y, rate.y),
+            z: along(from.pose.z, rate.z),
+            r: from.pose.r,
+        };
+        let leg = self.straight(from, to, law);
+        Trajectory::of_legs(&self.geometry, from, [leg])
+    }
+
+    fn jog_leg(&self, from: &ArmState, axis: JogAxis, sign: f64, law: Law) -> Leg {
+        let Some(joint) = axis.joint() else {
+            let to = axis.moved(&from.pose, sign * law.length());
+            return self.straight(from, to, law);
+        };
+        let mut axes = [Axis::Travelling(1.0, Profile::default()); 4];
+        if let Some(moving) = axes.get_mut(joint) {
+            *moving = Axis::Running(sign, law);
+        }
+        Leg::Joints(JointLeg::following(&self.geometry, from, axes))
+    }
+
+    /// A line that may lead out of reach: where it does, it is cut.
+    fn straight(&self, from: &ArmState, to: Pose, along: Law) -> Leg {
+        let joints = self.geometry.inverse(&to).unwrap_or(from.joints);
+        Leg::Line(LineLeg {
+            from: *from,
+            to: ArmState { joints, pose: to },
+            along,
+            turning: Profile::default(),
+        })
+    }
+
+    /// A way along the axis that leads beyond what limits and links allow.
+    fn way(&self, from: &ArmState, axis: JogAxis, sign: f64) -> f64 {
+        let limits = &self.limits;
+        let (angle, Range { min, max }) = match axis {
+            JogAxis::J1 => (from.joints.j1, limits.j1),
+            JogAxis::J2 => (from.joints.j2, limits.j2),
+            JogAxis::J3 => (from.joints.j3, limits.j3),
+            JogAxis::J4 | JogAxis::R => (from.joints.j4, limits.j4),
+            JogAxis::X | JogAxis::Y | JogAxis::Z => return self.reach(&from.pose) + BEYOND,
+        };
+        let room = if sign > 0.0 { max - angle } else { angle - min };
+        // A limit or an angle that is no number leaves no room.
+        let room = if room > 0.0 { room.min(UNLIMITED) } else { 0.0 };
+        room + BEYOND
+    }
+
+    /// No point is in reach that is further away than this.
+    fn reach(&self, from: &Pose) -> f64 {
+        let tool = self.geometry.tool;
+        let bias = Pose::new(tool.x, tool.y, tool.z, 0.0);
+        let origin = Pose::default();
+        let arm = self.geometry.rear_arm + self.geometry.forearm + bias.distance_to(&origin);
+        arm + from.distance_to(&origin)
+    }
+}
+
+fn stopping(velocity: f64, deceleration: f64) -> Axis {
+    let law = Law::stopping(libm::fabs(velocity), deceleration);
+    Axis::Running(libm::copysign(1.0, velocity), law)
+}
+
+impl Trajectory {
+    /// The velocity of a jog axis at a time, with its sign, mm/s or deg/s: what a jog that takes over at that time
+    /// begins with. Zero from the end of the motion on.
+    #[must_use]
+    pub fn velocity_along(&self, axis: JogAxis, t_us: u64) -> f64 {
+        let [j1, j2, j3, j4] = self.joint_velocities(t_us);
+        match axis {
+            JogAxis::J1 => j1,
+            JogAxis::J2 => j2,
+            JogAxis::J3 => j3,
+            JogAxis::J4 | JogAxis::R => j4,
+            JogAxis::X => self.tool_velocity(t_us).x,
+            JogAxis::Y => self.tool_velocity(t_us).y,
+            JogAxis::Z => self.tool_velocity(t_us).z,
+        }
+    }
+
+    /// The tool's velocity at a time, mm/s, and that of r, deg/s; zero from the end of the motion on.
+    #[must_use]
+    pub fn tool_velocity(&self, t_us: u64) -> Pose {
+        match self.under_way(t_us) {
+            Some((leg, t)) => leg.tool_rate(self.geometry(), t),
+            None => Pose::default(),
+        }
+    }
+}

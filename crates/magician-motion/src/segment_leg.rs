@@ -1,0 +1,140 @@
+//! The tool of a continuous path on one straight segment, or on the rest of one: joint 4 stands still, so that r goes
+//! along with joint 1 (model section 8).
+
+use crate::angle::DEGREES_PER_RADIAN;
+use crate::boundary::{Section, spatial_cuts};
+use crate::law::Law;
+use crate::tool_path::spatial_crossing;
+use crate::{ArmState, Geometry, Limits, MotionError, Pose, Range};
+
+/// The tool along a straight segment from some place on it to its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SegmentLeg {
+    /// Both ends of the whole segment, wherever on it this leg begins.
+    pub(crate) from: ArmState,
+    pub(crate) to: ArmState,
+    /// The length of the whole segment, mm.
+    pub(crate) length: f64,
+    /// What of it was done before, mm.
+    pub(crate) done: f64,
+    /// The law of the rest.
+    pub(crate) along: Law,
+}
+
+impl SegmentLeg {
+    /// The rest of the segment from `t` on, by a new law from the present speed.
+    pub(crate) fn rest(&self, t: f64, law: impl FnOnce(f64, f64) -> Law) -> Self {
+        let done = self.done + self.along.position(t);
+        Self {
+            done,
+            along: law(self.length - done, self.along.velocity(t)),
+            ..*self
+        }
+    }
+
+    /// The tool at `t`; r follows from the joints.
+    fn place_at(&self, t: f64) -> Pose {
+        let (from, to) = (self.from.pose, self.to.pose);
+        let share = (self.done + self.along.position(t)) / self.length;
+        Pose {
+            x: from.x + (to.x - from.x) * share,
+            y: from.y + (to.y - from.y) * share,
+            z: from.z + (to.z - from.z) * share,
+            r: from.r,
+        }
+    }
+
+    /// The state at `t`. On the segment all of which is known to be in reach the joints follow from the place.
+    pub(crate) fn state_at(&self, geometry: &Geometry, t: f64) -> ArmState {
+        if t <= 0.0 && self.done <= 0.0 {
+            return self.from;
+        }
+        let place = self.place_at(t);
+        let mut joints = geometry.inverse_at_edge(&place).unwrap_or(self.from.joints);
+        joints.j4 = self.from.joints.j4;
+        let r = joints.j1 + joints.j4;
+        ArmState {
+            joints,
+            pose: Pose { r, ..place },
+        }
+    }
+
+    /// The tool's velocity at `t`, but for r.
+    fn place_rate_at(&self, t: f64) -> Pose {
+        let (from, to) = (self.from.pose, self.to.pose);
+        let rate = self.along.velocity(t) / self.length;
+        Pose {
+            x: (to.x - from.x) * rate,
+            y: (to.y - from.y) * rate,
+            z: (to.z - from.z) * rate,
+            r: 0.0,
+        }
+    }
+
+    pub(crate) fn joint_velocities(&self, geometry: &Geometry, t: f64) -> [f64; 4] {
+        let state = self.state_at(geometry, t);
+        let rate = self.place_rate_at(t);
+        let [j1, j2, j3, _] = geometry.joint_velocities(&state.joints, &state.pose, &rate);
+        [j1, j2, j3, 0.0]
+    }
+
+    pub(crate) fn tool_rate_at(&self, geometry: &Geometry, t: f64) -> Pose {
+        let [r, ..] = self.joint_velocities(geometry, t);
+        Pose {
+            r,
+            ..self.place_rate_at(t)
+        }
+    }
+
+    pub(crate) fn first_crossing(
+        &self,
+        geometry: &Geometry,
+        limits: &Limits,
+    ) -> Option<(f64, MotionError)> {
+        if self.is_clearly_within(geometry, limits) {
+            return None;
+        }
+        // Joint 4 stands still: it leads no further out of a limit.
+        let spatial = limits.in_space();
+        let section = Section::new(geometry, &self.from.pose, &self.to.pose);
+        spatial_crossing(
+            geometry,
+            &spatial,
+            self.along.duration(),
+            |t| self.place_at(t),
+            |wide, report| {
+                spatial_cuts(&section, &spatial, wide, &mut |share| {
+                    if share > 0.0 && share < 1.0 {
+                        report(self.along.time_at(share * self.length - self.done));
+                    }
+                });
+            },
+        )
+    }
+
+    /// Whether the ends are so far within the limits that no point between them can be beyond.
+    ///
+    /// A joint of a link turns by at most the way over the link times the cosine of J2 - J3, and no point is further
+    /// than half the length from an end. While J2 - J3 is within its limits the cosine is above its chord, so that
+    /// the margins kept for it keep it there. J1 turns one way only.
+    fn is_clearly_within(&self, geometry: &Geometry, limits: &Limits) -> bool {
+        let coupling = limits.j2_minus_j3;
+        let chord = 1.0 - coupling.max.max(-coupling.min) / 90.0;
+        let Pose { x, y, .. } = self.from.pose;
+        let turns_little = x * x + y * y > 4.0 * self.length * self.length;
+        if geometry.tool.y != 0.0 || chord <= 0.0 || !turns_little {
+            return false;
+        }
+        let turn = 0.5 * self.length * DEGREES_PER_RADIAN / chord;
+        let (rear, fore) = (turn / geometry.rear_arm, turn / geometry.forearm);
+        let within = |angle: f64, range: Range, margin: f64| {
+            angle >= range.min + margin && angle <= range.max - margin
+        };
+        [self.from.joints, self.to.joints].iter().all(|joints| {
+            within(joints.j1, limits.j1, 0.0)
+                && within(joints.j2, limits.j2, rear)
+                && within(joints.j3, limits.j3, fore)
+                && within(joints.j2 - joints.j3, coupling, rear + fore)
+        })
+    }
+}

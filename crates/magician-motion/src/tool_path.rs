@@ -1,0 +1,124 @@
+//! Motions whose tool follows a path in space, r by a law of its own: where they leave the limits.
+
+use crate::crossing::{Moments, first_violation};
+use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError, Pose, wrist};
+
+/// What it takes to look for limits along the path of a tool.
+pub(crate) trait ToolPath {
+    fn start(&self) -> &ArmState;
+
+    fn pose_at(&self, t: f64) -> Pose;
+
+    /// How long it must be followed, seconds: to its end, or until it repeats itself.
+    fn horizon(&self) -> f64;
+
+    /// Reports every moment at which the path may pass a bound of `strict`, or one of `wide` where that differs, or
+    /// leave the reach.
+    fn spatial_cuts(
+        &self,
+        geometry: &Geometry,
+        strict: &Limits,
+        wide: &Limits,
+        report: &mut impl FnMut(f64),
+    );
+
+    /// Numbers that J4 stays below and above on the whole path, if known at once.
+    fn j4_extremes(&self, geometry: &Geometry) -> (Option<f64>, Option<f64>);
+
+    /// Moments between which [`j4_rates`](Self::j4_rates) may be asked for, in any order.
+    fn corners(&self, geometry: &Geometry) -> [f64; 5];
+
+    /// Bounds of J4's rate between two moments without a corner in between, deg/s.
+    fn j4_rates(&self, geometry: &Geometry, a: f64, b: f64) -> (f64, f64);
+
+    /// The state at `t`. On a path all of which is known to be in reach the joints follow from the pose.
+    fn state_at(&self, geometry: &Geometry, t: f64) -> ArmState {
+        let pose = self.pose_at(t);
+        let joints = geometry.inverse_at_edge(&pose);
+        ArmState {
+            pose,
+            joints: joints.unwrap_or(self.start().joints),
+        }
+    }
+
+    /// When the path first leaves limits or reach, seconds, and how.
+    fn first_crossing(&self, geometry: &Geometry, limits: &Limits) -> Option<(f64, MotionError)>
+    where
+        Self: Sized,
+    {
+        let spatial = limits.in_space();
+        let horizon = self.horizon();
+        let found = spatial_crossing(
+            geometry,
+            &spatial,
+            horizon,
+            |t| self.pose_at(t),
+            |wide, report| self.spatial_cuts(geometry, &spatial, wide, &mut |t| report(t)),
+        );
+        let end = found.map_or(horizon, |(t, _)| t);
+        let whole = found.is_none();
+        wrist::first_crossing(self, geometry, limits, end, whole)
+            .map(|t| (t, self.j4_violation(geometry, limits, t)))
+            .or(found)
+    }
+
+    fn j4_violation(&self, geometry: &Geometry, limits: &Limits, t: f64) -> MotionError {
+        let value = self.state_at(geometry, t).joints.j4;
+        if value - limits.j4.min < limits.j4.max - value {
+            limits.violation(Bound::J4Min, value)
+        } else {
+            limits.violation(Bound::J4Max, value)
+        }
+    }
+}
+
+/// When a path first leaves the reach or one of `spatial` limits, which are to leave J4 free.
+///
+/// `pose_at` tells where the tool is, and `cuts` reports every moment at which the path may pass a bound, given the
+/// limits let out to where the path begins.
+pub(crate) fn spatial_crossing(
+    geometry: &Geometry,
+    spatial: &Limits,
+    horizon: f64,
+    pose_at: impl Fn(f64) -> Pose,
+    cuts: impl FnOnce(&Limits, &mut dyn FnMut(f64)),
+) -> Option<(f64, MotionError)> {
+    let start = match geometry.inverse(&pose_at(0.0)) {
+        Ok(joints) => joints,
+        Err(error) => return Some((0.0, error)),
+    };
+    let mut moments = Moments::new();
+    cuts(&spatial.widened_to(&start), &mut |t| moments.add(t));
+    let (t, error) = first_violation(spatial, &start, moments, horizon, |t| {
+        geometry.inverse(&pose_at(t))
+    })?;
+    let passed = geometry.inverse_at_edge(&pose_at(t));
+    Some((
+        t,
+        passed.map_or(error, |at| on_its_side(spatial, &at, error)),
+    ))
+}
+
+/// A violation of a bound of J1, told of the side on which the base passed it: behind the arm J1 is half a turn to
+/// either side, and a point there speaks for neither.
+fn on_its_side(limits: &Limits, passing: &JointAngles, error: MotionError) -> MotionError {
+    let (other, turn) = match error {
+        MotionError::Limit {
+            bound: Bound::J1Min,
+            ..
+        } => (Bound::J1Max, 360.0),
+        MotionError::Limit {
+            bound: Bound::J1Max,
+            ..
+        } => (Bound::J1Min, -360.0),
+        _ => return error,
+    };
+    match error {
+        MotionError::Limit { value, limit, .. }
+            if libm::fabs(passing.j1 - limits.at(other)) < libm::fabs(passing.j1 - limit) =>
+        {
+            limits.violation(other, value + turn)
+        }
+        error => error,
+    }
+}

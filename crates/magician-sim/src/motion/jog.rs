@@ -1,0 +1,167 @@
+//! Jogging: one axis at a time, until it is told to stop or a limit stops it (model section 10).
+
+use magician_motion::{Jog, JogAxis, MotionError, Plan, Rates};
+use magician_protocol::commands::JogCmd;
+use magician_protocol::{JogCommand, Writable};
+
+use super::plan::{alarm_at_limit, alarm_on_a_path};
+use super::{Outputs, Purpose};
+use crate::convert::capped;
+use crate::core::Core;
+use crate::dispatch::Step;
+
+/// What a jog moves, and which way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Jogged {
+    /// An axis of the arm.
+    Arm(Jog),
+    /// The carriage on the rail.
+    Rail {
+        /// Whether its place grows.
+        positive: bool,
+    },
+}
+
+/// The axis and direction of a command; `None` for what is no axis of the arm.
+fn jog_of(is_joint: bool, command: JogCommand) -> Option<Jog> {
+    let (number, positive) = match command {
+        JogCommand::Axis1Plus => (0, true),
+        JogCommand::Axis1Minus => (0, false),
+        JogCommand::Axis2Plus => (1, true),
+        JogCommand::Axis2Minus => (1, false),
+        JogCommand::Axis3Plus => (2, true),
+        JogCommand::Axis3Minus => (2, false),
+        JogCommand::Axis4Plus => (3, true),
+        JogCommand::Axis4Minus => (3, false),
+        _ => return None,
+    };
+    const JOINTS: [JogAxis; 4] = [JogAxis::J1, JogAxis::J2, JogAxis::J3, JogAxis::J4];
+    const COORDINATES: [JogAxis; 4] = [JogAxis::X, JogAxis::Y, JogAxis::Z, JogAxis::R];
+    let axes = if is_joint { JOINTS } else { COORDINATES };
+    let axis = *axes.get(number)?;
+    Some(Jog { axis, positive })
+}
+
+impl Core {
+    /// Begins to jog, or turns a jog round, or slows it down to a stop. Without a rail its jogs are ignored.
+    pub(crate) fn jog(&mut self, is_joint: bool, command: JogCommand) -> Step {
+        let on_rail = |positive| Some(Jogged::Rail { positive });
+        let jogged = match command {
+            JogCommand::RailPlus | JogCommand::RailMinus if !self.has_rail() => return Step::Done,
+            JogCommand::RailPlus => on_rail(true),
+            JogCommand::RailMinus => on_rail(false),
+            _ => jog_of(is_joint, command).map(Jogged::Arm),
+        };
+        match jogged {
+            Some(jogged) => self.jog_along(jogged),
+            None => self.stop_jog(None),
+        }
+    }
+
+    /// A jog of another axis slows down to a stop first; on the same axis the speed passes through zero.
+    fn jog_along(&mut self, jogged: Jogged) -> Step {
+        let purpose = self.motion.under_way().map(|motion| motion.purpose);
+        match (jogged, purpose) {
+            (Jogged::Arm(jog), Some(Purpose::Jog(running))) if running.axis == jog.axis => {
+                let entry = self.jog_velocity(jog.axis);
+                self.begin_jog(jog, entry)
+            }
+            (Jogged::Rail { positive }, Some(Purpose::RailJog { .. })) => self.rail_jog(positive),
+            (_, Some(Purpose::Jog(_) | Purpose::JogStop { .. } | Purpose::RailJog { .. })) => {
+                self.stop_jog(Some(jogged))
+            }
+            _ => {
+                self.halt();
+                self.begin_jogged(jogged)
+            }
+        }
+    }
+
+    /// Jogs from rest.
+    pub(super) fn begin_jogged(&mut self, jogged: Jogged) -> Step {
+        match jogged {
+            Jogged::Arm(jog) => self.begin_jog(jog, 0.0),
+            Jogged::Rail { positive } => self.rail_jog(positive),
+        }
+    }
+
+    fn jog_velocity(&self, axis: JogAxis) -> f64 {
+        let motion = self.motion.under_way();
+        motion.map_or(0.0, |motion| {
+            motion
+                .trajectory
+                .velocity_along(axis, motion.elapsed(self.now))
+        })
+    }
+
+    /// Jogs from a speed on the same axis.
+    fn begin_jog(&mut self, jog: Jog, entry: f64) -> Step {
+        let planner = self.planner(self.ptp_speeds());
+        let rates = self.jog_rates(jog.axis);
+        match planner.jog(&self.arm(), jog, rates, entry) {
+            Ok(plan) => {
+                self.rest_here();
+                self.drive(Purpose::Jog(jog), &plan, jog.axis)
+            }
+            Err(error) => self.unplannable(JogCmd::ROW.id, &error),
+        }
+    }
+
+    /// Slows a jog down with the acceleration of jogging; `then` follows when it stands.
+    fn stop_jog(&mut self, then: Option<Jogged>) -> Step {
+        let (axis, trajectory, elapsed) = match self.motion.under_way() {
+            Some(motion) => match motion.purpose {
+                Purpose::Jog(jog) => (jog.axis, motion.trajectory, motion.elapsed(self.now)),
+                // It slows down already: only what follows may change.
+                Purpose::JogStop { axis, .. } => {
+                    self.motion.repurpose(Purpose::JogStop { axis, then });
+                    return Step::Done;
+                }
+                Purpose::RailJog { .. } => return self.rail_jog_stop(then),
+                _ => return Step::Done,
+            },
+            None => return Step::Done,
+        };
+        let planner = self.planner(self.ptp_speeds());
+        let plan = planner.jog_stop(&trajectory, elapsed, self.jog_rates(axis).acceleration);
+        self.rest_here();
+        self.drive(Purpose::JogStop { axis, then }, &plan, axis)
+    }
+
+    /// Whatever happens on the way, the command has finished: the queue does not wait for a jog.
+    fn drive(&mut self, purpose: Purpose, plan: &Plan, axis: JogAxis) -> Step {
+        let alarm = plan.crossing.map(|crossing| {
+            if matches!(axis, JogAxis::X | JogAxis::Y | JogAxis::Z)
+                || !matches!(crossing.cause, MotionError::Limit { .. })
+            {
+                alarm_on_a_path(&crossing)
+            } else {
+                alarm_at_limit(&crossing)
+            }
+        });
+        self.begin(purpose, plan.trajectory, alarm, Outputs::default());
+        Step::Done
+    }
+
+    /// The speeds of jogging an axis: the ratio scales the velocity and not the acceleration.
+    fn jog_rates(&self, axis: JogAxis) -> Rates {
+        let (joint, space) = (&self.settings.jog_joint, &self.settings.jog_coordinate);
+        let ([v1, v2, v3, v4], [a1, a2, a3, a4]) = (joint.velocity, joint.acceleration);
+        let ([vx, vy, vz, vr], [ax, ay, az, ar]) = (space.velocity, space.acceleration);
+        let (velocity, acceleration) = match axis {
+            JogAxis::J1 => (v1, a1),
+            JogAxis::J2 => (v2, a2),
+            JogAxis::J3 => (v3, a3),
+            JogAxis::J4 => (v4, a4),
+            JogAxis::X => (vx, ax),
+            JogAxis::Y => (vy, ay),
+            JogAxis::Z => (vz, az),
+            JogAxis::R => (vr, ar),
+        };
+        let ratio = capped(self.settings.jog_common.velocity_ratio.into(), 100.0);
+        Rates {
+            velocity: f64::from(velocity) * ratio / 100.0,
+            acceleration: acceleration.into(),
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! What is planned when a command asks for motion, and the alarms that planning raises.
+
+use magician_motion::{Crossing, MotionError, Move, MoveKind, Plan, Planner, Speeds, Target};
+use magician_protocol::{Alarm, PoList};
+
+use super::homing::ANYWHERE;
+use super::limits::alarm_of;
+use super::{Outputs, Purpose};
+use crate::core::Core;
+use crate::dispatch::Step;
+use crate::event::Refusal;
+
+impl Core {
+    pub(crate) fn planner(&self, speeds: Speeds) -> Planner {
+        Planner {
+            geometry: self.geometry(),
+            limits: self.profile.limits_in_force(),
+            speeds,
+        }
+    }
+
+    /// What the arm would do about a move from where it is, at the speeds set now.
+    pub(crate) fn plan(&self, request: &Move) -> Result<Plan, MotionError> {
+        self.planner(self.ptp_speeds()).plan(&self.arm(), request)
+    }
+
+    /// Begins a move. One that is under way is replaced: if it was the queue's, its command has finished. A move
+    /// that cannot be planned is refused with an alarm and changes nothing. If the carriage on the rail has somewhere to
+    /// go, both begin and end together (model section 7).
+    pub(crate) fn move_arm(
+        &mut self,
+        id: u8,
+        request: &Move,
+        rail_to: Option<f64>,
+        outputs: PoList,
+    ) -> Step {
+        let rail = match self.plan_rail(rail_to.unwrap_or(self.rail())) {
+            Ok(course) => course,
+            Err(alarm) => {
+                self.raise(alarm);
+                return self.refuse(id, Refusal::Unplannable);
+            }
+        };
+        let planner = self.planner(self.ptp_speeds());
+        match planner.plan_lasting(&self.arm(), request, rail.duration()) {
+            Ok(plan) => {
+                self.halt();
+                let Plan {
+                    trajectory,
+                    crossing,
+                } = plan;
+                let alarm = alarm_on_the_way(request, crossing);
+                let rail = rail
+                    .along(trajectory.duration_us(), self)
+                    .stopped_with(crossing.map(|crossing| crossing.at_us));
+                let outputs = Outputs::new(outputs, (&trajectory, &rail));
+                self.begin_with_rail(Purpose::Move, trajectory, rail, alarm, outputs)
+            }
+            Err(error) => self.unplannable(id, &error),
+        }
+    }
+
+    /// Begins a path in space that has been planned, as [`move_arm`](Self::move_arm) does.
+    pub(crate) fn follow(&mut self, id: u8, plan: Result<Plan, MotionError>) -> Step {
+        match plan {
+            Ok(plan) => {
+                self.halt();
+                let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
+                self.begin(Purpose::Move, plan.trajectory, alarm, Outputs::default())
+            }
+            Err(error) => self.unplannable(id, &error),
+        }
+    }
+
+    /// A motion that cannot be planned.
+    pub(crate) fn unplannable(&mut self, id: u8, error: &MotionError) -> Step {
+        self.raise(alarm_in_planning(error));
+        self.refuse(id, Refusal::Unplannable)
+    }
+
+    /// Brakes what moves; a motion that brakes already goes on doing so.
+    pub(crate) fn brake(&mut self) {
+        let Some(motion) = self.motion.under_way() else {
+            return;
+        };
+        match motion.purpose {
+            Purpose::Brake => {}
+            purpose => {
+                let (elapsed, factor) = (motion.elapsed(self.now), self.profile.stop.force_factor);
+                let mut planner = self.planner(self.ptp_speeds());
+                if let Purpose::Search(_) = purpose {
+                    planner.limits = ANYWHERE;
+                }
+                let plan = planner.brake(&motion.trajectory, elapsed, factor);
+                let rail = self.brake_rail(&motion.rail, elapsed);
+                let alarm = plan.crossing.map(|crossing| alarm_at_limit(&crossing));
+                // Its command finishes when the arm stands; the laser of a path is off at once.
+                self.rest_here();
+                self.actuators.burn(0.0);
+                let none = Outputs::default();
+                self.begin_with_rail(Purpose::Brake, plan.trajectory, rail, alarm, none);
+            }
+        }
+    }
+}
+
+/// The alarm for a motion that is not begun.
+pub(crate) fn alarm_in_planning(error: &MotionError) -> u8 {
+    match error {
+        MotionError::Limit { .. } => Alarm::PlanInvLimit,
+        MotionError::Speed { .. } => Alarm::PlanSpeedInputParam,
+        MotionError::Coincident => Alarm::PlanPushDataRepeat,
+        MotionError::Collinear => Alarm::PlanArcInputParam,
+        // Out of reach, and whatever else cannot be calculated.
+        _ => Alarm::PlanInvCalc,
+    }
+}
+
+/// The alarm for what stops a motion on its way: a move of joints runs into a limit, a path in space leaves the limits
+/// or the reach (model section 15a).
+pub(super) fn alarm_on_the_way(request: &Move, crossing: Option<Crossing>) -> Option<u8> {
+    let crossing = crossing?;
+    let of_joints = matches!(
+        request.target,
+        Target::Joints(_) | Target::JointIncrement(_)
+    ) && request.kind == MoveKind::Joint;
+    Some(if of_joints {
+        alarm_at_limit(&crossing)
+    } else {
+        alarm_on_a_path(&crossing)
+    })
+}
+
+/// The alarm for what stops a path in space.
+pub(crate) fn alarm_on_a_path(crossing: &Crossing) -> u8 {
+    match crossing.cause {
+        MotionError::Limit { .. } => Alarm::MoveInvLimit,
+        _ => Alarm::MoveInvCalc,
+    }
+}
+
+/// The alarm for what stops a motion of joints.
+pub(crate) fn alarm_at_limit(crossing: &Crossing) -> u8 {
+    match crossing.cause {
+        MotionError::Limit { bound, .. } => alarm_of(bound),
+        _ => Alarm::MoveInvCalc,
+    }
+}

@@ -1,0 +1,144 @@
+use std::collections::VecDeque;
+
+use magician_protocol::{Deframer, Event, FrameBuf};
+
+use crate::pace::{Line, Wire};
+use crate::{Controller, LinkId, Micros, Observer};
+
+/// A peer's line: what is on its way to the arm, and the replies.
+pub(super) struct Link {
+    input: Wire,
+    /// Looks ahead along a paced line for the bytes that complete a frame.
+    scout: Option<Box<Deframer>>,
+    /// Stream position up to which bytes stand in `pieces`.
+    cut: u64,
+    pub(super) pieces: VecDeque<Piece>,
+    /// The bytes of all pieces.
+    pub(super) bytes: VecDeque<u8>,
+    /// When the line will have been silent for too long to go on with a frame.
+    pub(super) silent: Option<Micros>,
+    pub(super) replies: Replies,
+}
+
+/// Replies on their way to a peer.
+pub(super) struct Replies {
+    output: Wire,
+    /// With the time by which the last byte has passed.
+    queue: VecDeque<(Micros, FrameBuf)>,
+    /// Nobody waits for them.
+    pub(super) hung_up: bool,
+}
+
+/// Bytes that can be handed to the controller in one go: none but the last can complete a frame.
+pub(super) struct Piece {
+    /// When the last of them has arrived.
+    pub(super) at: Micros,
+    pub(super) count: usize,
+}
+
+impl Link {
+    pub(super) fn new(line: Line) -> Self {
+        let paced = line.baud.is_some_and(|baud| baud > 0);
+        Self {
+            input: Wire::new(line),
+            scout: paced.then(Box::default),
+            cut: 0,
+            pieces: VecDeque::new(),
+            bytes: VecDeque::new(),
+            silent: None,
+            replies: Replies {
+                output: Wire::new(line),
+                queue: VecDeque::new(),
+                hung_up: false,
+            },
+        }
+    }
+
+    pub(super) fn put(&mut self, now: Micros, bytes: &[u8]) {
+        self.replies.hung_up = false;
+        self.bytes.extend(bytes);
+        let end = self.cut + bytes.len() as u64;
+        if let Some(mut scout) = self.scout.take() {
+            let mut input = bytes;
+            while let Some(event) = scout.next(&mut input) {
+                if let Some(end) = decided_at(&event) {
+                    self.cut_at(now, end);
+                }
+            }
+            self.scout = Some(scout);
+        }
+        self.cut_at(now, end);
+    }
+
+    /// Ends a piece before stream position `end`, unless one ends there or later.
+    fn cut_at(&mut self, now: Micros, end: u64) {
+        let count = end.saturating_sub(self.cut) as usize;
+        if count > 0 {
+            let at = self.input.carry(now, count);
+            self.pieces.push_back(Piece { at, count });
+            self.cut = end;
+        }
+    }
+
+    pub(super) fn fall_silent(&mut self) {
+        self.silent = None;
+        if let Some(scout) = &mut self.scout {
+            scout.expire();
+            while scout.next(&mut &[][..]).is_some() {}
+        }
+    }
+
+    pub(super) fn input_due(&self) -> Option<Micros> {
+        let arrival = self.pieces.front().map(|piece| piece.at);
+        arrival.or(self.silent)
+    }
+
+    pub(super) fn under_way(&self) -> usize {
+        let replies = self.replies.queue.iter();
+        self.bytes.len() + replies.map(|(_, frame)| frame.bytes().len()).sum::<usize>()
+    }
+}
+
+impl Replies {
+    /// Puts the controller's replies on the line, not before `from`.
+    pub(super) fn take_from(
+        &mut self,
+        controller: &mut Controller,
+        observer: &mut impl Observer,
+        link: LinkId,
+        from: Micros,
+    ) {
+        while let Some(frame) = controller.poll_transmit(link) {
+            if !self.hung_up {
+                observer.reply(controller.now(), link, &frame);
+                let at = self.output.carry(from, frame.bytes().len());
+                self.queue.push_back((at, frame));
+            }
+        }
+    }
+
+    pub(super) fn due(&self) -> Option<Micros> {
+        self.queue.front().map(|(at, _)| *at)
+    }
+
+    pub(super) fn pop(&mut self, now: Micros) -> Option<FrameBuf> {
+        let due = self.due().is_some_and(|at| at <= now);
+        let (_, frame) = due.then(|| self.queue.pop_front())??;
+        Some(frame)
+    }
+
+    pub(super) fn hang_up(&mut self) {
+        self.hung_up = true;
+        self.queue.clear();
+    }
+}
+
+/// Stream position just after the byte that decided this: a frame's last, or the one that showed
+/// a candidate to be none, which may bring frames inside it to light.
+fn decided_at(event: &Event<'_>) -> Option<u64> {
+    match event {
+        Event::Frame { offset, frame } => Some(offset + frame.bytes().len() as u64),
+        Event::Rejected { offset, bytes, .. } => Some(offset + bytes.len() as u64),
+        Event::Noise { .. } => None,
+    }
+}

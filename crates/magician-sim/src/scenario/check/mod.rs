@@ -1,0 +1,232 @@
+//! From what is written to what it means.
+
+use magician_protocol::Port;
+
+use super::error::{Flaw, Key};
+use super::file::{self, Facing, File};
+use super::setting::{Arm, Beam, Conveyor, Sensor, SensorKind, Table, Tool, ToolKind};
+use super::{Scenario, Script};
+
+mod objects;
+mod rules;
+mod script;
+
+use rules::{At, Checked};
+
+/// Farther than this from the base nothing can be placed, mm.
+const FAR: f64 = 2000.0;
+
+/// The meaning of a file.
+pub(super) fn scenario(file: File) -> Checked<Scenario> {
+    let table = file.table.as_ref().map(table).transpose()?;
+    let conveyor = file.conveyor.as_ref().map(conveyor).transpose()?;
+    let objects = objects::objects(&file.object, table.as_ref(), conveyor.as_ref())?;
+    let mut script = Script::default();
+    script::inputs(&file.input, &mut script)?;
+    script::hands(&file.hand, &mut script)?;
+    script::keys(&file.key, &mut script)?;
+    script::faults(&file.fault, &mut script)?;
+    script.timed.sort_by_key(|(at, _)| *at);
+    Ok(Scenario {
+        title: file.title,
+        arm: file.arm.as_ref().map(arm).transpose()?.unwrap_or_default(),
+        tool: file
+            .tool
+            .as_ref()
+            .map(tool)
+            .transpose()?
+            .unwrap_or_default(),
+        sensors: sensors(&file.sensor, conveyor.as_ref())?,
+        table,
+        conveyor,
+        objects,
+        script,
+    })
+}
+
+fn arm(arm: &file::Arm) -> Checked<Arm> {
+    let at = At::section("arm");
+    let base_angle = arm.base_angle.unwrap_or_default();
+    at.number("base_angle", base_angle, -180.0..=180.0, "deg")?;
+    let homed = arm.homed.unwrap_or_default();
+    if homed && base_angle != 0.0 {
+        return at.flaw(
+            "base_angle",
+            "a homed arm knows where its base stands: leave out base_angle, or set homed = false",
+        );
+    }
+    Ok(Arm { base_angle, homed })
+}
+
+fn tool(tool: &file::Tool) -> Checked<Tool> {
+    let at = At::section("tool");
+    let kind = match tool.kind {
+        file::ToolKind::None => ToolKind::None,
+        file::ToolKind::Suction => ToolKind::Suction,
+        file::ToolKind::Gripper => ToolKind::Gripper,
+        file::ToolKind::Pen => ToolKind::Pen,
+        file::ToolKind::Laser => ToolKind::Laser,
+    };
+    let mut checked = Tool::new(kind);
+    if let Some(give) = tool.give {
+        checked.give = at.number("give", give, 0.0..=100.0, "mm")?;
+    }
+    if let Some(opening) = tool.opening {
+        if kind != ToolKind::Gripper {
+            return at.flaw(
+                "opening",
+                "only a gripper opens: leave opening out, or set kind = \"gripper\"",
+            );
+        }
+        checked.opening = at.length("opening", opening, 200.0)?;
+    }
+    Ok(checked)
+}
+
+fn table(table: &file::Table) -> Checked<Table> {
+    let at = At::section("table");
+    let extent = |name: &'static str, range: Option<[f64; 2]>| {
+        let [from, to] = range.unwrap_or([-FAR, FAR]);
+        at.numbers(name, &[from, to], -FAR..=FAR, "mm")?;
+        if from >= to {
+            let message =
+                format!("{name} is [{from}, {to}], it must go from the smaller to the larger");
+            return at.flaw(name, message);
+        }
+        Ok([from, to])
+    };
+    Ok(Table {
+        height: at.number("height", table.height, -500.0..=500.0, "mm")?,
+        x: extent("x", table.x)?,
+        y: extent("y", table.y)?,
+    })
+}
+
+fn conveyor(conveyor: &file::Conveyor) -> Checked<Conveyor> {
+    let at = At::section("conveyor");
+    at.numbers("start", &conveyor.start, -FAR..=FAR, "mm")?;
+    if conveyor.stepper > 1 {
+        let message = format!(
+            "stepper is {}, the arm has stepper outputs 0 and 1",
+            conveyor.stepper
+        );
+        return at.flaw("stepper", message);
+    }
+    let roller = conveyor.roller_diameter.unwrap_or(34.0);
+    let pulses = conveyor.pulses_per_turn.unwrap_or(16_000.0);
+    Ok(Conveyor {
+        start: conveyor.start,
+        direction: at.number("direction", conveyor.direction, -360.0..=360.0, "deg")?,
+        length: at.length("length", conveyor.length, FAR)?,
+        width: at.length("width", conveyor.width, FAR)?,
+        height: at.number("height", conveyor.height, -500.0..=500.0, "mm")?,
+        stepper: conveyor.stepper,
+        roller_diameter: at.length("roller_diameter", roller, 500.0)?,
+        pulses_per_turn: at.number("pulses_per_turn", pulses, 1.0..=1e9, "")?,
+    })
+}
+
+fn sensors(sensors: &[file::Sensor], conveyor: Option<&Conveyor>) -> Checked<Vec<Sensor>> {
+    let mut checked: Vec<Sensor> = Vec::new();
+    for (nth, sensor) in sensors.iter().enumerate() {
+        let at = At::entry("sensor", nth);
+        let port = match sensor.port {
+            file::Port::Gp1 => Port::Gp1,
+            file::Port::Gp2 => Port::Gp2,
+            file::Port::Gp4 => Port::Gp4,
+            file::Port::Gp5 => Port::Gp5,
+        };
+        if checked.iter().any(|other| other.port == port) {
+            return at.flaw(
+                "port",
+                "another sensor is at this port: choose GP1, GP2, GP4 or GP5",
+            );
+        }
+        let kind = match sensor.kind {
+            file::SensorKind::Color => SensorKind::Color,
+            file::SensorKind::Infrared => SensorKind::Infrared,
+        };
+        let beam = beam(&at, sensor, conveyor)?;
+        checked.push(Sensor { kind, port, beam });
+    }
+    Ok(checked)
+}
+
+fn beam(at: &At, sensor: &file::Sensor, conveyor: Option<&Conveyor>) -> Checked<Beam> {
+    match (sensor.at, sensor.belt_at) {
+        (Some(from), None) => free_beam(at, sensor, from),
+        (None, Some(along)) => belt_beam(at, sensor, along, conveyor),
+        (Some(_), Some(_)) => at.flaw("belt_at", "a sensor has one place: give at or belt_at"),
+        (None, None) => at.flaw(
+            "",
+            "where is the sensor? Give at = [x, y, z], or belt_at = mm along the belt",
+        ),
+    }
+}
+
+/// A sensor with a place of its own.
+fn free_beam(at: &At, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
+    at.numbers("at", &from, -FAR..=FAR, "mm")?;
+    at.absent("above", sensor.above.is_some(), "above goes with belt_at")?;
+    let range = at.length("range", sensor.range.unwrap_or(50.0), FAR)?;
+    Ok(match sensor.facing.unwrap_or(Facing::Down) {
+        Facing::Up => Beam::upright(from, range),
+        Facing::Down => Beam::upright(from, -range),
+        Facing::Level(degrees) => {
+            at.number("facing", degrees, -360.0..=360.0, "deg")?;
+            Beam::level(from, degrees, range)
+        }
+    })
+}
+
+/// A sensor at the belt: infrared looks across it, colour down on its middle.
+fn belt_beam(
+    at: &At,
+    sensor: &file::Sensor,
+    along: f64,
+    conveyor: Option<&Conveyor>,
+) -> Checked<Beam> {
+    let Some(belt) = conveyor else {
+        return at.flaw(
+            "belt_at",
+            "there is no belt: add [conveyor], or give at = [x, y, z]",
+        );
+    };
+    at.absent("facing", sensor.facing.is_some(), "facing goes with at")?;
+    at.number("belt_at", along, 0.0..=belt.length, "mm")?;
+    let place = |across: f64, above: f64| {
+        let inner = crate::world::Place {
+            x: along,
+            y: across,
+            z: above,
+            yaw: 0.0,
+        };
+        let place = belt.frame().then(&inner);
+        [place.x, place.y, place.z]
+    };
+    match sensor.kind {
+        file::SensorKind::Infrared => {
+            let above = at.length("above", sensor.above.unwrap_or(5.0), 500.0)?;
+            let range = at.length("range", sensor.range.unwrap_or(belt.width), FAR)?;
+            let side = belt.width / 2.0;
+            Ok(Beam {
+                from: place(-side, above),
+                to: place(range - side, above),
+            })
+        }
+        file::SensorKind::Color => {
+            let above = at.length("above", sensor.above.unwrap_or(50.0), 500.0)?;
+            let range = at.length("range", sensor.range.unwrap_or(above), FAR)?;
+            Ok(Beam {
+                from: place(0.0, above),
+                to: place(0.0, above - range),
+            })
+        }
+    }
+}
+
+/// The flaw of a value, by the way to it.
+fn flaw<T>(path: Vec<Key>, message: impl Into<String>) -> Checked<T> {
+    let message = message.into();
+    Err(Flaw { path, message })
+}

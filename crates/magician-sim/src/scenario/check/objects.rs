@@ -1,0 +1,171 @@
+//! The objects: each stands on something, none in another.
+
+use super::rules::{At, Checked};
+use super::{FAR, file};
+use crate::scenario::{Color, Conveyor, Object, On, Table};
+use crate::world::{Footprint, Place};
+
+/// Longest side of an object, mm.
+const LONGEST: f64 = 1000.0;
+/// As many objects there can be: each is looked at again and again while the arm moves.
+const MOST: usize = 1000;
+/// Objects that stand in one another by less than this stand on or beside one another, mm.
+const CLEARANCE: f64 = 1e-6;
+
+pub(super) fn objects(
+    objects: &[file::Object],
+    table: Option<&Table>,
+    belt: Option<&Conveyor>,
+) -> Checked<Vec<Object>> {
+    let mut checked: Vec<Object> = Vec::with_capacity(objects.len().min(MOST));
+    for (nth, object) in objects.iter().enumerate() {
+        let at = At::entry("object", nth);
+        if nth >= MOST {
+            return at.flaw("", format!("more than {MOST} objects: take some away"));
+        }
+        let stage = Stage {
+            table,
+            belt,
+            others: &checked,
+        };
+        let next = stage.object(&at, object)?;
+        checked.push(next);
+    }
+    Ok(checked)
+}
+
+/// What an object can be put on.
+struct Stage<'a> {
+    table: Option<&'a Table>,
+    belt: Option<&'a Conveyor>,
+    others: &'a [Object],
+}
+
+impl Stage<'_> {
+    fn object(&self, at: &At, object: &file::Object) -> Checked<Object> {
+        let name = self.name(at, &object.name)?;
+        if let Some(side) = object
+            .size
+            .iter()
+            .find(|side| !(**side > 0.0 && **side <= LONGEST))
+        {
+            let message = format!(
+                "a side of object `{name}` is {side}, it must be above 0 and at most {LONGEST} mm"
+            );
+            return at.flaw("size", message);
+        }
+        at.numbers("at", &object.at, -FAR..=FAR, "mm")?;
+        let yaw = at.number("yaw", object.yaw.unwrap_or(0.0), -360.0..=360.0, "deg")?;
+        let on = self.on(at, object)?;
+        let [x, y] = object.at;
+        let checked = Object {
+            name: name.to_owned(),
+            size: object.size,
+            color: object.color.unwrap_or(Color::GREY),
+            place: Place {
+                x,
+                y,
+                z: self.height(at, object, on)?,
+                yaw,
+            },
+            on,
+        };
+        self.stands(at, &checked)?;
+        Ok(checked)
+    }
+
+    fn name<'n>(&self, at: &At, name: &'n str) -> Checked<&'n str> {
+        if name.trim().is_empty() {
+            return at.flaw("name", "an object needs a name");
+        }
+        if name == "table" || name == "belt" {
+            let message = format!("`{name}` is the {name}'s own name: choose another");
+            return at.flaw("name", message);
+        }
+        if self.others.iter().any(|other| other.name == name) {
+            let message = format!("another object is called `{name}`: choose another name");
+            return at.flaw("name", message);
+        }
+        Ok(name)
+    }
+
+    fn on(&self, at: &At, object: &file::Object) -> Checked<On> {
+        if object.z.is_some() {
+            at.absent("on", object.on.is_some(), "z says where the object is")?;
+            return Ok(On::Shelf);
+        }
+        match object.on.as_deref() {
+            None | Some("table") => Ok(On::Table),
+            Some("belt") => Ok(On::Belt),
+            Some(name) => {
+                let place = self.others.iter().position(|other| other.name == name);
+                match place.and_then(|place| u16::try_from(place).ok()) {
+                    Some(place) => Ok(On::Object(place)),
+                    None => {
+                        let message = format!(
+                            "there is no `{name}` above this object: on is \"table\", \"belt\" or the name of an object \
+                             that comes before"
+                        );
+                        at.flaw("on", message)
+                    }
+                }
+            }
+        }
+    }
+
+    /// The height of what the object stands on.
+    fn height(&self, at: &At, object: &file::Object, on: On) -> Checked<f64> {
+        match on {
+            On::Shelf => at.number("z", object.z.unwrap_or_default(), -500.0..=500.0, "mm"),
+            On::Table => match self.table {
+                Some(table) => Ok(table.height),
+                None => at.flaw("on", "there is no table: add [table], or give z"),
+            },
+            On::Belt => match self.belt {
+                Some(belt) => Ok(belt.height),
+                None => at.flaw("on", "there is no belt: add [conveyor]"),
+            },
+            On::Object(place) => Ok(self
+                .others
+                .get(usize::from(place))
+                .map_or(0.0, |below| below.place.z + below.size[2])),
+        }
+    }
+
+    /// Whether the middle of the object is above what it stands on, and the object in no other.
+    fn stands(&self, at: &At, object: &Object) -> Checked<()> {
+        let (name, [x, y]) = (&object.name, object.place.xy());
+        let (ground, called): (Option<Footprint>, &str) = match object.on {
+            On::Shelf => (None, ""),
+            On::Table => (self.table.map(Table::footprint), "the table"),
+            On::Belt => (self.belt.map(Conveyor::footprint), "the belt"),
+            On::Object(place) => match self.others.get(usize::from(place)) {
+                Some(below) => (Some(below.footprint()), below.name.as_str()),
+                None => (None, ""),
+            },
+        };
+        if ground.is_some_and(|ground| !ground.contains([x, y])) {
+            let message = format!(
+                "object `{name}` at [{x}, {y}] lies outside {called}: move it, or enlarge {called}"
+            );
+            return at.flaw("at", message);
+        }
+        match self.others.iter().find(|other| intersect(object, other)) {
+            None => Ok(()),
+            Some(other) => {
+                let message = format!("object `{name}` stands in `{}`: move it", other.name);
+                at.flaw("at", message)
+            }
+        }
+    }
+}
+
+fn intersect(one: &Object, other: &Object) -> bool {
+    let above = |low: &Object, high: &Object| high.place.z >= low.place.z + low.size[2] - CLEARANCE;
+    let shrunk = |object: &Object| {
+        let mut footprint = object.footprint();
+        footprint.half = footprint.half.map(|half| half - CLEARANCE);
+        footprint
+    };
+    !above(one, other) && !above(other, one) && shrunk(one).overlaps(&shrunk(other))
+}

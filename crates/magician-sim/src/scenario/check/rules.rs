@@ -1,0 +1,107 @@
+//! What every value must keep to.
+
+use std::ops::RangeInclusive;
+
+use super::{Flaw, Key, flaw};
+use crate::Micros;
+
+/// A value that makes sense, or why it does not.
+pub(super) type Checked<T> = Result<T, Flaw>;
+
+/// The longest that a scenario runs, s: about four months.
+const LATEST: f64 = 1e7;
+
+/// A section of the file, to name its values in flaws.
+pub(super) struct At {
+    path: Vec<Key>,
+}
+
+impl At {
+    pub(super) fn section(name: &'static str) -> Self {
+        let path = vec![Key::Name(name)];
+        Self { path }
+    }
+
+    /// The `nth` of the sections of that name, from 0.
+    pub(super) fn entry(name: &'static str, nth: usize) -> Self {
+        let path = vec![Key::Name(name), Key::Nth(nth)];
+        Self { path }
+    }
+
+    /// A flaw of a value in the section; of the section as a whole if the name is empty.
+    pub(super) fn flaw<T>(&self, name: &'static str, message: impl Into<String>) -> Checked<T> {
+        let mut path = self.path.clone();
+        if !name.is_empty() {
+            path.push(Key::Name(name));
+        }
+        flaw(path, message)
+    }
+
+    pub(super) fn number(
+        &self,
+        name: &'static str,
+        value: f64,
+        range: RangeInclusive<f64>,
+        unit: &str,
+    ) -> Checked<f64> {
+        self.numbers(name, &[value], range, unit)?;
+        Ok(value)
+    }
+
+    /// Every one of them is a number in the range; NaN is in none.
+    pub(super) fn numbers(
+        &self,
+        name: &'static str,
+        values: &[f64],
+        range: RangeInclusive<f64>,
+        unit: &str,
+    ) -> Checked<()> {
+        match values.iter().find(|value| !range.contains(value)) {
+            None => Ok(()),
+            Some(value) => {
+                let (from, to) = range.into_inner();
+                let message = format!("{name} is {value}, it must be {from} to {to} {unit}");
+                self.flaw(name, message.trim_end())
+            }
+        }
+    }
+
+    /// A length above 0.
+    pub(super) fn length(&self, name: &'static str, value: f64, most: f64) -> Checked<f64> {
+        if value > 0.0 && value <= most {
+            return Ok(value);
+        }
+        let message = format!("{name} is {value}, it must be above 0 and at most {most} mm");
+        self.flaw(name, message)
+    }
+
+    /// A time in seconds as microseconds.
+    pub(super) fn time(&self, name: &'static str, seconds: f64) -> Checked<Micros> {
+        self.number(name, seconds, 0.0..=LATEST, "s")?;
+        Ok((seconds * 1e6).round() as Micros)
+    }
+
+    /// A span of time, not empty.
+    pub(super) fn span(&self, name: &'static str, seconds: f64) -> Checked<Micros> {
+        match self.time(name, seconds)? {
+            0 => self.flaw(name, format!("{name} is {seconds}, it must be above 0 s")),
+            span => Ok(span),
+        }
+    }
+
+    /// A value that must be there.
+    pub(super) fn needed<T>(&self, name: &'static str, value: Option<T>, hint: &str) -> Checked<T> {
+        match value {
+            Some(value) => Ok(value),
+            None => self.flaw("", format!("{name} is missing: {hint}")),
+        }
+    }
+
+    /// A value that has no meaning here.
+    pub(super) fn absent(&self, name: &'static str, there: bool, why: &str) -> Checked<()> {
+        if there {
+            return self.flaw(name, format!("{name} has no meaning here: {why}"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,302 @@
+//! What happens by itself.
+
+use magician_motion::JointAngles;
+
+use super::file::{self, FaultKind, HandKind};
+use super::rules::{At, Checked};
+use crate::Micros;
+use crate::profile::PINS;
+use crate::scenario::{Action, Script};
+use crate::world::{Happening, Press};
+
+/// Greatest value of an analog input (model section 13).
+const ANALOG: i64 = 4095;
+
+pub(super) fn inputs(inputs: &[file::Input], script: &mut Script) -> Checked<()> {
+    for (nth, input) in inputs.iter().enumerate() {
+        let at = At::entry("input", nth);
+        let address = address(&at, input.address)?;
+        let action = match (input.level, input.value) {
+            (Some(level @ 0..=1), None) => Action::Digital {
+                address,
+                level: level == 1,
+            },
+            (Some(level), None) => {
+                return at.flaw("level", format!("level is {level}, it must be 0 or 1"));
+            }
+            (None, Some(value)) => Action::Analog {
+                address,
+                value: analog(&at, value)?,
+            },
+            (Some(_), Some(_)) => {
+                return at.flaw("value", "an input has a level or a value: give one of them");
+            }
+            (None, None) => {
+                let message = "what does the input read? Give level = 0 or 1, or value = 0 to 4095";
+                return at.flaw("", message);
+            }
+        };
+        script
+            .timed
+            .push((at.time("at", input.at.unwrap_or(0.0))?, action));
+    }
+    Ok(())
+}
+
+fn address(at: &At, address: i64) -> Checked<u8> {
+    match u8::try_from(address) {
+        Ok(pin) if (1..=PINS).contains(&usize::from(pin)) => Ok(pin),
+        _ => at.flaw(
+            "address",
+            format!("address is {address}, it must be 1 to {PINS}"),
+        ),
+    }
+}
+
+fn analog(at: &At, value: i64) -> Checked<u16> {
+    match u16::try_from(value) {
+        Ok(raw) if value <= ANALOG => Ok(raw),
+        _ => at.flaw(
+            "value",
+            format!("value is {value}, it must be 0 to {ANALOG}"),
+        ),
+    }
+}
+
+pub(super) fn hands(hands: &[file::Hand], script: &mut Script) -> Checked<()> {
+    let mut state = HandState::default();
+    for (nth, hand) in hands.iter().enumerate() {
+        let at = At::entry("hand", nth);
+        let start = at.time("at", hand.at)?;
+        if start < state.busy_until {
+            let message = "the hands are in order of time, each after the one before has ended";
+            return at.flaw("at", message);
+        }
+        state.busy_until = start;
+        if hand.kind != HandKind::Guide {
+            at.absent(
+                "joints",
+                hand.joints.is_some(),
+                "they go with kind = \"guide\"",
+            )?;
+            at.absent("over", hand.over.is_some(), "it goes with kind = \"guide\"")?;
+        }
+        let action = match hand.kind {
+            HandKind::Unlock | HandKind::Release => state.key(&at, hand.kind)?,
+            HandKind::Guide => state.guide(&at, hand)?,
+        };
+        script.timed.push((start, action));
+    }
+    Ok(())
+}
+
+/// What the hand on the forearm has done so far.
+#[derive(Default)]
+struct HandState {
+    unlocked: bool,
+    last: Option<JointAngles>,
+    busy_until: Micros,
+}
+
+impl HandState {
+    fn key(&mut self, at: &At, kind: HandKind) -> Checked<Action> {
+        let unlock = kind == HandKind::Unlock;
+        if unlock == self.unlocked {
+            let message = if unlock {
+                "the unlock key is held already: release it first"
+            } else {
+                "the unlock key is not held: unlock first"
+            };
+            return at.flaw("kind", message);
+        }
+        (self.unlocked, self.last) = (unlock, None);
+        Ok(Action::Do(Happening::Unlock(unlock)))
+    }
+
+    fn guide(&mut self, at: &At, hand: &file::Hand) -> Checked<Action> {
+        if !self.unlocked {
+            return at.flaw("kind", "a hand cannot move a locked arm: unlock first");
+        }
+        let joints = at.needed(
+            "joints",
+            hand.joints,
+            "a hand guides the arm to joints = [j1, j2, j3, j4]",
+        )?;
+        at.numbers("joints", &joints, -360.0..=360.0, "deg")?;
+        let to = JointAngles::from(joints);
+        let from = self.last.replace(to);
+        let Some(seconds) = hand.over else {
+            return Ok(Action::Do(Happening::Guide(to)));
+        };
+        let over = at.span("over", seconds)?;
+        let Some(from) = from else {
+            let message = "from where? Before a guide that takes time comes one without over, where the hand takes hold";
+            return at.flaw("over", message);
+        };
+        self.busy_until = self.busy_until.saturating_add(over);
+        Ok(Action::Guide { from, to, over })
+    }
+}
+
+pub(super) fn keys(keys: &[file::Key], script: &mut Script) -> Checked<()> {
+    for (nth, key) in keys.iter().enumerate() {
+        let press = match key.press {
+            file::Press::Short => Press::Short,
+            file::Press::Long => Press::Long,
+        };
+        let at = At::entry("key", nth).time("at", key.at)?;
+        script.timed.push((at, Action::Do(Happening::Key(press))));
+    }
+    Ok(())
+}
+
+/// When a fault comes.
+enum Moment {
+    At(Micros),
+    Index(u64),
+}
+
+impl Moment {
+    fn of(at: &At, fault: &file::Fault) -> Checked<Self> {
+        match (fault.at, fault.index) {
+            (Some(seconds), None) => Ok(Self::At(at.time("at", seconds)?)),
+            (None, Some(index)) => match u64::try_from(index) {
+                Ok(index) if index > 0 => Ok(Self::Index(index)),
+                _ => at.flaw(
+                    "index",
+                    format!("index is {index}, the queue counts from 1"),
+                ),
+            },
+            (Some(_), Some(_)) => at.flaw("index", "a fault comes once: give at or index"),
+            (None, None) => at.flaw(
+                "",
+                "when? Give at = seconds, or index = the queued command that meets it",
+            ),
+        }
+    }
+
+    fn then(&self, delay: Micros, happening: Happening, script: &mut Script) {
+        let action = Action::Do(happening);
+        match self {
+            Self::At(at) => script.timed.push((at.saturating_add(delay), action)),
+            Self::Index(index) => script.at_index.push((*index, delay, action)),
+        }
+    }
+}
+
+pub(super) fn faults(faults: &[file::Fault], script: &mut Script) -> Checked<()> {
+    for (nth, fault) in faults.iter().enumerate() {
+        let at = At::entry("fault", nth);
+        strangers(&at, fault)?;
+        let moment = Moment::of(&at, fault)?;
+        match fault.kind {
+            FaultKind::Slip => moment.then(0, slip(&at, fault)?, script),
+            FaultKind::Reset => moment.then(0, Happening::Reset, script),
+            FaultKind::Alarm => moment.then(0, Happening::Alarm(alarm(&at, fault)?), script),
+            FaultKind::Cable => {
+                let lasting = lasting(&at, fault)?;
+                moment.then(0, Happening::Cable { plugged: false }, script);
+                moment.then(lasting, Happening::Cable { plugged: true }, script);
+            }
+            FaultKind::Slow => {
+                let lasting = lasting(&at, fault)?;
+                let delay = at.needed(
+                    "delay",
+                    fault.delay,
+                    "by how many seconds each answer is late",
+                )?;
+                let delay = at.span("delay", delay)?;
+                moment.then(0, Happening::Delay(delay), script);
+                moment.then(lasting, Happening::Delay(0), script);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Values that belong to another kind of fault.
+fn strangers(at: &At, fault: &file::Fault) -> Checked<()> {
+    use FaultKind::{Alarm, Cable, Slip, Slow};
+    let owned: [(&'static str, bool, &[FaultKind], &str); 5] = [
+        (
+            "joint",
+            fault.joint.is_some(),
+            &[Slip],
+            "it goes with kind = \"slip\"",
+        ),
+        (
+            "degrees",
+            fault.degrees.is_some(),
+            &[Slip],
+            "they go with kind = \"slip\"",
+        ),
+        (
+            "for",
+            fault.lasting.is_some(),
+            &[Cable, Slow],
+            "it goes with kind = \"cable\" and \"slow\"",
+        ),
+        (
+            "delay",
+            fault.delay.is_some(),
+            &[Slow],
+            "it goes with kind = \"slow\"",
+        ),
+        (
+            "alarm",
+            fault.alarm.is_some(),
+            &[Alarm],
+            "it goes with kind = \"alarm\"",
+        ),
+    ];
+    owned.into_iter().try_for_each(|(name, there, kinds, why)| {
+        at.absent(name, there && !kinds.contains(&fault.kind), why)
+    })
+}
+
+fn lasting(at: &At, fault: &file::Fault) -> Checked<Micros> {
+    at.span(
+        "for",
+        at.needed("for", fault.lasting, "how many seconds it lasts")?,
+    )
+}
+
+fn slip(at: &At, fault: &file::Fault) -> Checked<Happening> {
+    let joint = at.needed("joint", fault.joint, "which joint slips, 1 to 4")?;
+    let degrees = at.needed("degrees", fault.degrees, "by how much the joint slips")?;
+    let joint = match u8::try_from(joint) {
+        Ok(joint @ 1..=4) => joint,
+        _ => return at.flaw("joint", format!("joint is {joint}, it must be 1 to 4")),
+    };
+    at.number("degrees", degrees, -360.0..=360.0, "deg")?;
+    Ok(Happening::Slip { joint, degrees })
+}
+
+fn alarm(at: &At, fault: &file::Fault) -> Checked<u8> {
+    use magician_protocol::Alarm;
+    match at.needed(
+        "alarm",
+        fault.alarm.as_ref(),
+        "its code, as 0x40, or its name",
+    )? {
+        file::Alarm::Code(code) => match u8::try_from(*code) {
+            Ok(code) if Alarm::with_code(code).is_some() => Ok(code),
+            _ => at.flaw(
+                "alarm",
+                format!("there is no alarm {code:#04x}: see `magician alarms`"),
+            ),
+        },
+        file::Alarm::Name(name) => {
+            match Alarm::TABLE
+                .iter()
+                .find(|alarm| alarm.name.eq_ignore_ascii_case(name))
+            {
+                Some(alarm) => Ok(alarm.code),
+                None => at.flaw(
+                    "alarm",
+                    format!("there is no alarm `{name}`: see `magician alarms`"),
+                ),
+            }
+        }
+    }
+}

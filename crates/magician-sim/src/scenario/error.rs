@@ -1,0 +1,92 @@
+//! Where a scenario is wrong.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Why a text is no scenario, and where: the message says what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}, column {column}: {message}")]
+pub struct ScenarioError {
+    /// The line, from 1.
+    pub line: usize,
+    /// The column in characters, from 1.
+    pub column: usize,
+    /// What is wrong there.
+    pub message: String,
+}
+
+/// A step of the way to a value in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Key {
+    Name(&'static str),
+    Nth(usize),
+}
+
+/// Something in the file that makes no sense, by the way to it.
+#[derive(Debug)]
+pub(super) struct Flaw {
+    pub(super) path: Vec<Key>,
+    pub(super) message: String,
+}
+
+impl ScenarioError {
+    pub(super) fn syntax(text: &str, error: &toml::de::Error) -> Self {
+        let at = error.span().map_or(0, |span| span.start);
+        // Some of the parser's messages have a second line.
+        let message = error.message().trim().replace('\n', "; ");
+        Self::at(text, at, message)
+    }
+
+    /// The flaw at its value; one that is not there is told where it ought to be.
+    pub(super) fn locate(text: &str, flaw: Flaw) -> Self {
+        let span = DeTable::parse(text)
+            .map(|file| find(&file, &flaw.path))
+            .unwrap_or_default();
+        Self::at(text, span.start, flaw.message)
+    }
+
+    fn at(text: &str, offset: usize, message: String) -> Self {
+        let before = text
+            .char_indices()
+            .take_while(|(at, _)| *at < offset)
+            .map(|(_, char)| char);
+        let (mut line, mut column) = (1, 1);
+        for char in before {
+            if char == '\n' {
+                (line, column) = (line + 1, 1);
+            } else {
+                column += 1;
+            }
+        }
+        Self {
+            line,
+            column,
+            message,
+        }
+    }
+}
+
+/// The span of the deepest value on the way that is there.
+fn find(file: &Spanned<DeTable<'_>>, path: &[Key]) -> Range<usize> {
+    let mut steps = path.iter();
+    let Some(Key::Name(name)) = steps.next() else {
+        return 0..0;
+    };
+    let Some(mut value) = file.get_ref().get(*name) else {
+        return 0..0;
+    };
+    for step in steps {
+        let next = match (step, value.get_ref()) {
+            (Key::Name(name), DeValue::Table(table)) => table.get(*name),
+            (Key::Nth(at), DeValue::Array(array)) => array.get(*at),
+            _ => None,
+        };
+        match next {
+            Some(next) => value = next,
+            None => break,
+        }
+    }
+    value.span()
+}

@@ -1,0 +1,32 @@
+//! What happens by itself, and when.
+
+use magician_motion::JointAngles;
+
+use crate::Micros;
+use crate::world::Happening;
+
+/// Something that is done at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Action {
+    /// It happens to the arm.
+    Do(Happening),
+    /// A digital input changes.
+    Digital { address: u8, level: bool },
+    /// An analog input changes.
+    Analog { address: u8, value: u16 },
+    /// A hand begins to move the arm from one posture to another.
+    Guide {
+        from: JointAngles,
+        to: JointAngles,
+        over: Micros,
+    },
+}
+
+/// Everything that happens by itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Script {
+    /// By the arm's clock, in order.
+    pub(crate) timed: Vec<(Micros, Action)>,
+    /// So long after the queued command of an index has come to its turn.
+    pub(crate) at_index: Vec<(u64, Micros, Action)>,
+}

@@ -1,0 +1,194 @@
+//! What happens by itself: inputs over time, faults, keys and hands.
+
+use magician_motion::JointAngles;
+
+use super::Happening;
+use crate::Micros;
+use crate::pins::place_of;
+use crate::profile::PINS;
+use crate::scenario::{Action, Script};
+
+/// A hand that moves the arm is told every so often.
+const HAND_PERIOD: Micros = 20_000;
+
+/// How far the script has come, and what the inputs read.
+#[derive(Clone, Debug)]
+pub(super) struct Agenda {
+    /// The next of the script's timed actions.
+    cursor: usize,
+    /// Which of the actions that wait for an index have been set off.
+    set_off: Vec<bool>,
+    /// Actions that were set off, in order of time.
+    soon: Vec<(Micros, Action)>,
+    hand: Option<Hand>,
+    /// What drives the inputs; `None` where nothing does.
+    digital: [Option<bool>; PINS],
+    analog: [Option<u16>; PINS],
+}
+
+/// A hand on its way.
+#[derive(Clone, Copy, Debug)]
+struct Hand {
+    from: JointAngles,
+    to: JointAngles,
+    start: Micros,
+    over: Micros,
+    /// How much of the way has been told.
+    told: Micros,
+}
+
+impl Hand {
+    fn next(&self) -> Micros {
+        self.start.saturating_add(self.told_next())
+    }
+
+    fn told_next(&self) -> Micros {
+        self.over.min(self.told.saturating_add(HAND_PERIOD))
+    }
+
+    fn at(&self, elapsed: Micros) -> JointAngles {
+        let share = elapsed as f64 / self.over as f64;
+        let (from, to) = (self.from.to_array(), self.to.to_array());
+        let joints = std::array::from_fn(|joint| {
+            let (from, to): (f64, f64) = (from[joint], to[joint]);
+            if elapsed >= self.over {
+                to
+            } else {
+                from + (to - from) * share
+            }
+        });
+        JointAngles::from(joints)
+    }
+}
+
+impl Agenda {
+    pub(super) fn new(script: &Script) -> Self {
+        let mut agenda = Self {
+            cursor: 0,
+            set_off: vec![false; script.at_index.len()],
+            soon: Vec::new(),
+            hand: None,
+            digital: [None; PINS],
+            analog: [None; PINS],
+        };
+        // What the inputs read at power-up is not a change.
+        while let Some((0, Action::Digital { .. } | Action::Analog { .. })) =
+            script.timed.get(agenda.cursor)
+        {
+            agenda.step(script);
+        }
+        agenda
+    }
+
+    pub(super) fn digital(&self, address: u8) -> Option<bool> {
+        self.digital[place_of(address)?]
+    }
+
+    pub(super) fn analog(&self, address: u8) -> Option<u16> {
+        self.analog[place_of(address)?]
+    }
+
+    /// Changes an input now; whether there is one of that address.
+    pub(super) fn override_input(&mut self, now: Micros, action: Action) -> bool {
+        let (Action::Digital { address, .. } | Action::Analog { address, .. }) = action else {
+            return false;
+        };
+        if place_of(address).is_none() {
+            return false;
+        }
+        self.act(now, action);
+        self.look_again(now);
+        true
+    }
+
+    /// The inputs may read something else now.
+    pub(super) fn look_again(&mut self, now: Micros) {
+        let look = (now, Action::Do(Happening::Input));
+        // Once an instant will do.
+        if !self.soon.contains(&look) {
+            self.schedule(look.0, look.1);
+        }
+    }
+
+    /// A queued command comes to its turn.
+    pub(super) fn index_started(&mut self, script: &Script, now: Micros, index: u64) {
+        for (nth, (wanted, delay, action)) in script.at_index.iter().enumerate() {
+            let Some(set_off) = self.set_off.get_mut(nth) else {
+                continue;
+            };
+            if *wanted == index && !*set_off {
+                *set_off = true;
+                self.schedule(now.saturating_add(*delay), *action);
+            }
+        }
+    }
+
+    fn schedule(&mut self, at: Micros, action: Action) {
+        let place = self.soon.partition_point(|(other, _)| *other <= at);
+        self.soon.insert(place, (at, action));
+    }
+
+    pub(super) fn next_event(&self, script: &Script) -> Option<Micros> {
+        let timed = script.timed.get(self.cursor).map(|(at, _)| *at);
+        let soon = self.soon.first().map(|(at, _)| *at);
+        let hand = self.hand.map(|hand| hand.next());
+        [timed, soon, hand].into_iter().flatten().min()
+    }
+
+    /// Does what is due, the earliest first.
+    pub(super) fn happen(&mut self, script: &Script, now: Micros) -> Option<Happening> {
+        let at = self.next_event(script).filter(|at| *at <= now)?;
+        if self.hand.is_some_and(|hand| hand.next() == at) {
+            return self.move_hand();
+        }
+        if self.soon.first().is_some_and(|(soon, _)| *soon == at) {
+            let (at, action) = self.soon.remove(0);
+            return Some(self.act(at, action));
+        }
+        self.step(script)
+    }
+
+    fn step(&mut self, script: &Script) -> Option<Happening> {
+        let (at, action) = *script.timed.get(self.cursor)?;
+        self.cursor += 1;
+        Some(self.act(at, action))
+    }
+
+    fn act(&mut self, at: Micros, action: Action) -> Happening {
+        match action {
+            Action::Do(happening) => happening,
+            Action::Digital { address, level } => {
+                if let Some(pin) = place_of(address) {
+                    self.digital[pin] = Some(level);
+                }
+                Happening::Input
+            }
+            Action::Analog { address, value } => {
+                if let Some(pin) = place_of(address) {
+                    self.analog[pin] = Some(value);
+                }
+                Happening::Input
+            }
+            Action::Guide { from, to, over } => {
+                self.hand = Some(Hand {
+                    from,
+                    to,
+                    start: at,
+                    over,
+                    told: 0,
+                });
+                Happening::Guide(from)
+            }
+        }
+    }
+
+    fn move_hand(&mut self) -> Option<Happening> {
+        let hand = self.hand.as_mut()?;
+        hand.told = hand.told_next();
+        let joints = hand.at(hand.told);
+        if hand.told >= hand.over {
+            self.hand = None;
+        }
+        Some(Happening::Guide(joints))
+    }
+}

@@ -1,0 +1,56 @@
+//! The conveyor's belt: how far it has run, and when it will have run so far.
+
+use super::Place;
+use crate::Micros;
+use crate::scenario::Conveyor;
+
+/// How far a belt has run: linear in time between two changes of its stepper.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Belt {
+    since: Micros,
+    /// At `since`, mm.
+    travel: f64,
+    /// Since then, mm/s.
+    rate: f64,
+}
+
+impl Belt {
+    pub(super) fn travel(&self, now: Micros) -> f64 {
+        let elapsed = now.saturating_sub(self.since) as f64;
+        self.travel + self.rate * elapsed * 1e-6
+    }
+
+    pub(super) fn run(&mut self, now: Micros, rate: f64) {
+        *self = Self {
+            since: now,
+            travel: self.travel(now),
+            rate,
+        };
+    }
+
+    pub(super) fn runs(&self) -> bool {
+        self.rate != 0.0
+    }
+
+    /// The first whole microsecond at which it has run so far, if it gets there after `now`.
+    pub(super) fn time_at(&self, travel: f64, now: Micros) -> Option<Micros> {
+        let elapsed = (travel - self.travel) / self.rate * 1e6;
+        // Farther off than any run lasts; NaN too.
+        if !(0.0..1e15).contains(&elapsed) {
+            return None;
+        }
+        let at = self.since.saturating_add(elapsed.ceil() as Micros);
+        Some(at).filter(|at| *at > now)
+    }
+}
+
+impl Conveyor {
+    /// The frame that moves with the belt: X along it.
+    pub(super) fn frame_after(&self, travel: f64) -> Place {
+        let along = Place {
+            x: travel,
+            ..Place::default()
+        };
+        self.frame().then(&along)
+    }
+}

@@ -1,0 +1,217 @@
+//! The pen leaves a line where its tip is at the paper, the laser burns wherever it is on.
+
+use super::drawing::{Drawing, StrokeKind};
+use super::looks::{Looks, first};
+use super::{Course, Place};
+use crate::Micros;
+use crate::scenario::{Scenario, ToolKind};
+
+/// A drawn line is never farther from the tool's way than this, mm.
+const FLATNESS: f64 = 0.02;
+/// So much above the paper is at the paper: a rounding error, mm.
+const AT_PAPER: f64 = 1e-3;
+/// A line goes on that begins so near to where the last one ended, mm.
+const JOINED: f64 = 1e-3;
+/// Where a stretch is compared with its chord, as shares of its time. They are in no simple ratio, so that a tool that
+/// goes round and round is not found where it was each time.
+const CHECKS: [f64; 5] = [0.2137, 0.3791, 0.5, 0.6173, 0.7919];
+/// As often a stretch is halved.
+const HALVINGS: u32 = 20;
+
+/// Pen or laser at work.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Ink {
+    drawing: Drawing,
+    /// Until when the drawing is complete.
+    until: Micros,
+    /// The laser's power at `until`, percent.
+    power: f64,
+    /// The power from instants on that a course under way has yet to pass.
+    powers: Vec<(Micros, f64)>,
+    /// What the last stroke can go on as.
+    open: Option<(StrokeKind, f64)>,
+}
+
+impl Ink {
+    pub(super) fn drawing(&self) -> &Drawing {
+        &self.drawing
+    }
+
+    pub(super) fn into_drawing(self) -> Drawing {
+        self.drawing
+    }
+
+    /// The laser has another power from now on; `resting` is where an arm stands that does not move.
+    pub(super) fn power(&mut self, now: Micros, power: f64, resting: Option<[f64; 2]>) {
+        let power = if power > 0.0 { power.min(100.0) } else { 0.0 };
+        let Some(at) = resting else {
+            self.powers.push((now, power));
+            return;
+        };
+        if self.power > 0.0 && now > self.until {
+            self.start(StrokeKind::Burn, self.power, at);
+        }
+        self.power = power;
+        self.until = self.until.max(now);
+    }
+
+    /// Draws what the course adds.
+    pub(super) fn follow(
+        &mut self,
+        scenario: &Scenario,
+        course: &Course<'_>,
+        tip: impl Fn(Micros) -> Place,
+    ) {
+        let from = course.from.max(self.until);
+        if from > course.to {
+            return;
+        }
+        match scenario.tool().kind {
+            ToolKind::Pen => self.write(scenario, from, course.to, &tip),
+            ToolKind::Laser => self.burn(from, course.to, &tip),
+            ToolKind::None | ToolKind::Suction | ToolKind::Gripper => return,
+        }
+        self.until = course.to;
+    }
+
+    fn write(
+        &mut self,
+        scenario: &Scenario,
+        from: Micros,
+        to: Micros,
+        tip: &impl Fn(Micros) -> Place,
+    ) {
+        let Some(paper) = scenario.table() else {
+            return;
+        };
+        let sheet = paper.footprint();
+        let writes = |at| {
+            let tip = tip(at);
+            tip.z <= paper.height + AT_PAPER && sheet.contains(tip.xy())
+        };
+        let looks = Looks::along(from, to, tip);
+        let mut since = writes(from).then_some(from);
+        let mut last = from;
+        for nth in 1..=looks.count {
+            let next = looks.at(nth);
+            match (since, writes(next)) {
+                (None, true) => since = Some(first(last, next, writes)),
+                (Some(start), false) => {
+                    let lifts = first(last, next, |at| !writes(at));
+                    self.stretch(
+                        StrokeKind::Ink,
+                        100.0,
+                        start,
+                        lifts.saturating_sub(1).max(start),
+                        tip,
+                    );
+                    (since, self.open) = (None, None);
+                }
+                _ => {}
+            }
+            last = next;
+        }
+        match since {
+            Some(start) => self.stretch(StrokeKind::Ink, 100.0, start, to, tip),
+            None => self.open = None,
+        }
+    }
+
+    fn burn(&mut self, from: Micros, to: Micros, tip: &impl Fn(Micros) -> Place) {
+        let mut start = from;
+        let mut later = std::mem::take(&mut self.powers);
+        later.retain(|(at, power)| {
+            if *at > to {
+                return true;
+            }
+            let end = (*at).max(start);
+            self.burn_stretch(start, end, tip);
+            (self.power, start) = (*power, end);
+            false
+        });
+        self.powers = later;
+        self.burn_stretch(start, to, tip);
+    }
+
+    fn burn_stretch(&mut self, from: Micros, to: Micros, tip: &impl Fn(Micros) -> Place) {
+        if from >= to {
+            return;
+        }
+        if self.power > 0.0 {
+            self.stretch(StrokeKind::Burn, self.power, from, to, tip);
+        } else {
+            self.open = None;
+        }
+    }
+
+    /// One stroke along the tool's way, or more of the last one.
+    fn stretch(
+        &mut self,
+        kind: StrokeKind,
+        power: f64,
+        from: Micros,
+        to: Micros,
+        tip: &impl Fn(Micros) -> Place,
+    ) {
+        let start = (from, tip(from).xy());
+        self.start(kind, power, start.1);
+        if from < to {
+            self.flatten(start, (to, tip(to).xy()), tip, HALVINGS);
+        }
+    }
+
+    fn start(&mut self, kind: StrokeKind, power: f64, at: [f64; 2]) {
+        let goes_on = self.open == Some((kind, power))
+            && self
+                .drawing
+                .last()
+                .is_some_and(|last| distance(last, at) <= JOINED);
+        if !goes_on {
+            self.drawing.begin(kind, power, at);
+        }
+        self.open = Some((kind, power));
+    }
+
+    /// A polyline for a stretch: halved until every piece is as good as its chord.
+    fn flatten(
+        &mut self,
+        from: (Micros, [f64; 2]),
+        to: (Micros, [f64; 2]),
+        tip: &impl Fn(Micros) -> Place,
+        halvings: u32,
+    ) {
+        let span = to.0 - from.0;
+        let strays = |share: &f64| {
+            let at = from.0 + (span as f64 * share) as Micros;
+            off_chord(tip(at).xy(), from.1, to.1) > FLATNESS
+        };
+        if halvings == 0 || span < 2 || !CHECKS.iter().any(strays) {
+            self.drawing.line_to(to.1);
+            return;
+        }
+        let middle = from.0 + span / 2;
+        let middle = (middle, tip(middle).xy());
+        self.flatten(from, middle, tip, halvings - 1);
+        self.flatten(middle, to, tip, halvings - 1);
+    }
+}
+
+fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
+    let [x, y] = [other[0] - one[0], other[1] - one[1]];
+    libm::sqrt(x * x + y * y)
+}
+
+/// How far a point is from a line between two.
+fn off_chord(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
+    let chord = [to[0] - from[0], to[1] - from[1]];
+    let way = [point[0] - from[0], point[1] - from[1]];
+    let square = chord[0] * chord[0] + chord[1] * chord[1];
+    let along = way[0] * chord[0] + way[1] * chord[1];
+    let share = if square > 0.0 {
+        (along / square).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    let nearest = [from[0] + chord[0] * share, from[1] + chord[1] * share];
+    distance(point, nearest)
+}

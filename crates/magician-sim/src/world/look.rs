@@ -1,0 +1,148 @@
+//! Questions about the world at an instant.
+
+use magician_protocol::Port;
+
+use super::scene::Frames;
+use super::state::State;
+use super::{Place, Rest};
+use crate::Micros;
+use crate::scenario::{Color, Object};
+
+/// The world at an instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Look<'a> {
+    pub(super) state: Option<(&'a State, Frames)>,
+    pub(super) now: Micros,
+}
+
+impl<'a> Look<'a> {
+    /// The object of that name.
+    #[must_use]
+    pub fn object(&self, name: &str) -> Option<ObjectView<'a>> {
+        self.objects().find(|object| object.name() == name)
+    }
+
+    /// Every object, in the order of the scenario.
+    pub fn objects(&self) -> impl Iterator<Item = ObjectView<'a>> + use<'a> {
+        let state = self.state;
+        state.into_iter().flat_map(|(state, frames)| {
+            let ids = state.scene().ids();
+            ids.filter_map(move |id| ObjectView::of(state, &frames, id))
+        })
+    }
+
+    /// The object that the tool holds.
+    #[must_use]
+    pub fn held(&self) -> Option<ObjectView<'a>> {
+        self.objects().find(ObjectView::is_held)
+    }
+
+    /// Where the tool's tip really is, and how it is turned.
+    #[must_use]
+    pub fn tip(&self) -> Option<Place> {
+        self.state.map(|(_, frames)| frames.tool)
+    }
+
+    /// How far the belt has run in its direction, mm.
+    #[must_use]
+    pub fn belt_travel(&self) -> f64 {
+        self.state
+            .map_or(0.0, |(state, _)| state.belt_travel(self.now))
+    }
+}
+
+/// An object at an instant.
+#[derive(Clone, Copy, Debug)]
+pub struct ObjectView<'a> {
+    state: &'a State,
+    id: u16,
+    object: &'a Object,
+    place: Place,
+}
+
+impl<'a> ObjectView<'a> {
+    fn of(state: &'a State, frames: &Frames, id: u16) -> Option<Self> {
+        let object = state.scenario().objects().get(usize::from(id))?;
+        let place = state.scene().place(id, frames);
+        Some(Self {
+            state,
+            id,
+            object,
+            place,
+        })
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &'a str {
+        &self.object.name
+    }
+
+    /// Length, width and height, mm.
+    #[must_use]
+    pub fn size(&self) -> [f64; 3] {
+        self.object.size
+    }
+
+    /// Its colour.
+    #[must_use]
+    pub fn color(&self) -> Color {
+        self.object.color
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn place(&self) -> Place {
+        self.place
+    }
+
+    /// What it rests on.
+    #[must_use]
+    pub fn rest(&self) -> Rest {
+        self.state.rest(self.id)
+    }
+
+    /// Whether it stands on the conveyor's belt itself.
+    #[must_use]
+    pub fn on_belt(&self) -> bool {
+        self.rest() == Rest::Belt
+    }
+
+    /// Whether it stands on the table itself.
+    #[must_use]
+    pub fn on_table(&self) -> bool {
+        self.rest() == Rest::Table
+    }
+
+    /// Whether it stands on the object of that name itself.
+    #[must_use]
+    pub fn on(&self, name: &str) -> bool {
+        let Rest::Object(below) = self.rest() else {
+            return false;
+        };
+        let below = self.state.scenario().objects().get(usize::from(below));
+        below.is_some_and(|below| below.name == name)
+    }
+
+    /// Whether the tool holds it; what stands on a held object is carried, not held.
+    #[must_use]
+    pub fn is_held(&self) -> bool {
+        self.rest() == Rest::Tool
+    }
+
+    /// Whether it has fallen off everything.
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.rest() == Rest::Floor
+    }
+
+    /// Whether the sensor of a connector has seen it since power-up. One behind another was not seen.
+    #[must_use]
+    pub fn seen_by(&self, port: Port) -> bool {
+        let sensors = self.state.scenario().sensors().iter().enumerate();
+        let seen_by = self.state.seen_by(self.id);
+        sensors
+            .filter(|(_, sensor)| sensor.port == port)
+            .any(|(nth, _)| seen_by & (1 << nth) != 0)
+    }
+}

@@ -1,0 +1,136 @@
+//! A drawing as PNG.
+
+use tiny_skia::{Color, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Transform};
+
+use super::drawing::{Drawing, Stroke, StrokeKind};
+use super::svg::{BURN_WIDTH, INK_WIDTH, MARK};
+
+/// Why a picture cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PictureError {
+    /// The scale is no number above 0.
+    #[error("a picture needs more than 0 pixels a millimetre, not {0}")]
+    Scale(f64),
+    /// It would have too many pixels.
+    #[error(
+        "the picture would be {width:.0} by {height:.0} pixels, at most {most} are made: take fewer pixels a millimetre"
+    )]
+    Size {
+        /// Pixels across.
+        width: f64,
+        /// Pixels down.
+        height: f64,
+        /// The most pixels that a picture has.
+        most: f64,
+    },
+    /// The encoder failed.
+    #[error("the picture cannot be encoded: {0}")]
+    Encode(String),
+}
+
+impl Drawing {
+    /// As many pixels has the largest picture.
+    pub const MOST_PIXELS: f64 = 64e6;
+
+    /// The drawing as PNG: what [`to_svg`](Self::to_svg) shows, on white.
+    ///
+    /// # Errors
+    /// [`PictureError`] if the scale makes no sense, or the picture would have more than
+    /// [`MOST_PIXELS`](Self::MOST_PIXELS).
+    pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+        if !(pixels_per_mm > 0.0 && pixels_per_mm.is_finite()) {
+            return Err(PictureError::Scale(pixels_per_mm));
+        }
+        let [[left, bottom], [right, top]] = self.frame();
+        let width = ((right - left) * pixels_per_mm).ceil();
+        let height = ((top - bottom) * pixels_per_mm).ceil();
+        let most = Self::MOST_PIXELS;
+        let size = PictureError::Size {
+            width,
+            height,
+            most,
+        };
+        if width * height > most {
+            return Err(size);
+        }
+        let mut picture = Pixmap::new(width as u32, height as u32).ok_or(size)?;
+        picture.fill(Color::WHITE);
+        let scale = pixels_per_mm as f32;
+        let onto = Transform::from_row(
+            scale,
+            0.0,
+            0.0,
+            -scale,
+            (-left * pixels_per_mm) as f32,
+            (top * pixels_per_mm) as f32,
+        );
+        if let Some(path) = mark() {
+            line(&mut picture, &path, [153, 153, 153, 255], 0.3, onto);
+        }
+        for stroke in self.strokes() {
+            draw(&mut picture, stroke, onto);
+        }
+        picture
+            .encode_png()
+            .map_err(|error| PictureError::Encode(error.to_string()))
+    }
+}
+
+fn draw(picture: &mut Pixmap, stroke: &Stroke, onto: Transform) {
+    let (color, width) = match stroke.kind {
+        StrokeKind::Ink => ([26, 26, 26, 255], INK_WIDTH),
+        // A conversion of a float saturates.
+        StrokeKind::Burn => ([74, 37, 8, (stroke.power * 2.55) as u8], BURN_WIDTH),
+    };
+    if let [point] = stroke.points.as_slice() {
+        let [x, y] = point.map(|value| value as f32);
+        if let Some(dot) = PathBuilder::from_circle(x, y, width as f32 / 2.0) {
+            let paint = paint(color);
+            picture.fill_path(&dot, &paint, tiny_skia::FillRule::Winding, onto, None);
+        }
+        return;
+    }
+    let mut path = PathBuilder::new();
+    for (nth, point) in stroke.points.iter().enumerate() {
+        let [x, y] = point.map(|value| value as f32);
+        if nth == 0 {
+            path.move_to(x, y);
+        } else {
+            path.line_to(x, y);
+        }
+    }
+    if let Some(path) = path.finish() {
+        line(picture, &path, color, width, onto);
+    }
+}
+
+fn mark() -> Option<Path> {
+    let radius = MARK as f32;
+    let mut path = PathBuilder::new();
+    path.push_circle(0.0, 0.0, radius);
+    path.move_to(-radius, 0.0);
+    path.line_to(radius, 0.0);
+    path.move_to(0.0, -radius);
+    path.line_to(0.0, radius);
+    path.finish()
+}
+
+fn line(picture: &mut Pixmap, path: &Path, color: [u8; 4], width: f64, onto: Transform) {
+    let stroke = tiny_skia::Stroke {
+        width: width as f32,
+        line_cap: LineCap::Round,
+        line_join: LineJoin::Round,
+        ..tiny_skia::Stroke::default()
+    };
+    picture.stroke_path(path, &paint(color), &stroke, onto, None);
+}
+
+fn paint([red, green, blue, opacity]: [u8; 4]) -> Paint<'static> {
+    let mut paint = Paint {
+        anti_alias: true,
+        ..Paint::default()
+    };
+    paint.set_color_rgba8(red, green, blue, opacity);
+    paint
+}

@@ -1,0 +1,101 @@
+//! Where boxes stand: places that carry one another, and footprints.
+
+/// Where something stands in the frame of the arm's base: the middle of its underside, and how it is turned.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Place {
+    /// Forward, mm.
+    pub x: f64,
+    /// To the arm's left, mm.
+    pub y: f64,
+    /// Of the underside, up, mm; as a z that the arm reports (model section 1).
+    pub z: f64,
+    /// Counter-clockwise seen from above, deg.
+    pub yaw: f64,
+}
+
+impl Place {
+    /// The place of something that stands at `inner` on something that stands here.
+    pub(crate) fn then(&self, inner: &Self) -> Self {
+        let [x, y] = rotate([inner.x, inner.y], self.yaw);
+        Self {
+            x: self.x + x,
+            y: self.y + y,
+            z: self.z + inner.z,
+            yaw: self.yaw + inner.yaw,
+        }
+    }
+
+    /// What [`then`](Self::then) takes from here to `outer`.
+    pub(crate) fn to(&self, outer: &Self) -> Self {
+        let [x, y] = rotate([outer.x - self.x, outer.y - self.y], -self.yaw);
+        Self {
+            x,
+            y,
+            z: outer.z - self.z,
+            yaw: outer.yaw - self.yaw,
+        }
+    }
+
+    /// A point as seen from here.
+    pub(crate) fn local(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        rotate([x - self.x, y - self.y], -self.yaw)
+    }
+
+    pub(crate) fn xy(&self) -> [f64; 2] {
+        [self.x, self.y]
+    }
+}
+
+/// Turns a vector by an angle in degrees; by quarter turns without an error of rounding.
+pub(crate) fn rotate([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
+    let (sin, cos) = sin_cos(degrees);
+    [x * cos - y * sin, x * sin + y * cos]
+}
+
+fn sin_cos(degrees: f64) -> (f64, f64) {
+    let quarters = libm::round(degrees / 90.0);
+    let rest = (degrees - quarters * 90.0).to_radians();
+    let (sin, cos) = (libm::sin(rest), libm::cos(rest));
+    match quarters.rem_euclid(4.0) {
+        1.0 => (cos, -sin),
+        2.0 => (-sin, -cos),
+        3.0 => (-cos, sin),
+        _ => (sin, cos),
+    }
+}
+
+/// A rectangle in the plane, seen from above.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Footprint {
+    /// Its middle and how it is turned; the height has no part in it.
+    pub(crate) place: Place,
+    /// Half its length and width.
+    pub(crate) half: [f64; 2],
+}
+
+impl Footprint {
+    pub(crate) fn contains(&self, point: [f64; 2]) -> bool {
+        let [x, y] = self.place.local(point);
+        let [half_x, half_y] = self.half;
+        x.abs() <= half_x && y.abs() <= half_y
+    }
+
+    /// How far it reaches from its middle along a direction, mm.
+    pub(crate) fn reach(&self, degrees: f64) -> f64 {
+        let [x, y] = rotate([1.0, 0.0], degrees - self.place.yaw);
+        x.abs() * self.half[0] + y.abs() * self.half[1]
+    }
+
+    /// Whether the insides of two rectangles have a point in common: edges that only touch do not count. Two convex
+    /// shapes are apart if and only if they are so along a normal of one of their sides.
+    pub(crate) fn overlaps(&self, other: &Self) -> bool {
+        let between = [other.place.x - self.place.x, other.place.y - self.place.y];
+        [self.place.yaw, other.place.yaw]
+            .into_iter()
+            .flat_map(|yaw| [yaw, yaw + 90.0])
+            .all(|normal| {
+                let [apart, _] = rotate(between, -normal);
+                apart.abs() < self.reach(normal) + other.reach(normal)
+            })
+    }
+}

@@ -1,0 +1,195 @@
+//! Everything that a world which is not empty knows.
+
+use std::sync::Arc;
+
+use magician_motion::Geometry;
+use magician_protocol::Port;
+
+use super::agenda::Agenda;
+use super::belt::Belt;
+use super::forecast::Changes;
+use super::incident::{Incident, Incidents};
+use super::ink::Ink;
+use super::scene::{Frames, Rest, Scene};
+use super::touch::{Contact, Reach};
+use super::traffic::{self, Traffic};
+use super::{Grip, Happening, Place, Posture, Thing};
+use crate::Micros;
+use crate::scenario::{Action, Scenario, SensorKind};
+
+mod arm;
+mod events;
+
+/// A world that is not empty.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    scenario: Arc<Scenario>,
+    /// The latest instant that the world was told.
+    now: Micros,
+    agenda: Agenda,
+    scene: Scene,
+    belt: Belt,
+    /// What the belt does next by itself.
+    traffic: Option<Traffic>,
+    grip: Grip,
+    /// What the tool touches.
+    contacts: Vec<(Thing, Contact)>,
+    /// The carried object that each sensor sees.
+    carried: Vec<Option<u16>>,
+    /// What the course under way will bring.
+    changes: Changes,
+    /// For each object a bit for each sensor that has seen it.
+    seen_by: Vec<u8>,
+    /// The second of two things that happen at once.
+    pending: Option<Happening>,
+    ink: Ink,
+    /// Whether a course is under way.
+    moves: bool,
+    incidents: Incidents,
+}
+
+impl State {
+    pub(super) fn new(scenario: Scenario) -> Self {
+        let belt = Belt::default();
+        let start = frame_of_belt(&scenario, &belt, 0);
+        let mut state = Self {
+            now: 0,
+            agenda: Agenda::new(scenario.script()),
+            scene: Scene::new(&scenario, &start),
+            belt,
+            traffic: None,
+            grip: Grip::default(),
+            contacts: Vec::new(),
+            carried: vec![None; scenario.sensors().len()],
+            changes: Changes::new(),
+            seen_by: vec![0; scenario.objects().len()],
+            pending: None,
+            ink: Ink::default(),
+            moves: false,
+            incidents: Incidents::default(),
+            scenario: Arc::new(scenario),
+        };
+        state.mark_seen(0);
+        state
+    }
+
+    pub(super) fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    pub(super) fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    pub(super) fn rest(&self, object: u16) -> Rest {
+        self.scene.rest(object)
+    }
+
+    pub(super) fn incident(&mut self) -> Option<Incident> {
+        self.incidents.pop()
+    }
+
+    pub(super) fn seen_by(&self, object: u16) -> u8 {
+        self.seen_by.get(usize::from(object)).copied().unwrap_or(0)
+    }
+
+    pub(super) fn belt_travel(&self, now: Micros) -> f64 {
+        self.belt.travel(now)
+    }
+}
+
+/// Frames.
+impl State {
+    /// The tool's tip on an arm that stands so.
+    fn tip(&self, posture: &Posture) -> Place {
+        let geometry = Geometry::magician(self.scenario.tool().bias());
+        let pose = geometry.forward(&posture.joints);
+        Place {
+            x: pose.x,
+            y: pose.y + posture.rail,
+            z: pose.z,
+            yaw: pose.r,
+        }
+    }
+
+    pub(super) fn frames(&self, now: Micros, posture: &Posture) -> Frames {
+        Frames {
+            belt: frame_of_belt(&self.scenario, &self.belt, now),
+            tool: self.tip(posture),
+        }
+    }
+
+    /// The frames for what the tool has no part in.
+    fn frames_of_ground(&self, now: Micros) -> Frames {
+        Frames {
+            belt: frame_of_belt(&self.scenario, &self.belt, now),
+            tool: Place::default(),
+        }
+    }
+
+    fn reach(&self, frames: Frames) -> Reach<'_> {
+        Reach {
+            scenario: &self.scenario,
+            scene: &self.scene,
+            grip: self.grip,
+            frames,
+        }
+    }
+}
+
+fn frame_of_belt(scenario: &Scenario, belt: &Belt, now: Micros) -> Place {
+    scenario.conveyor().map_or_else(Place::default, |conveyor| {
+        conveyor.frame_after(belt.travel(now))
+    })
+}
+
+/// Inputs and sensors.
+impl State {
+    pub(super) fn digital(&self, address: u8) -> Option<bool> {
+        self.agenda.digital(address)
+    }
+
+    pub(super) fn analog(&self, address: u8) -> Option<u16> {
+        self.agenda.analog(address)
+    }
+
+    pub(super) fn override_input(&mut self, action: Action) -> bool {
+        self.agenda.override_input(self.now, action)
+    }
+
+    pub(super) fn color(&self, now: Micros, port: Port) -> Option<[u8; 3]> {
+        let object = self.at_port(now, SensorKind::Color, port)?;
+        let object = self.scenario.objects().get(usize::from(object))?;
+        Some(object.color.0)
+    }
+
+    pub(super) fn infrared(&self, now: Micros, port: Port) -> bool {
+        self.at_port(now, SensorKind::Infrared, port).is_some()
+    }
+
+    /// The object that the sensor of a connector sees.
+    fn at_port(&self, now: Micros, kind: SensorKind, port: Port) -> Option<u16> {
+        let sensors = self.scenario.sensors();
+        let nth = sensors
+            .iter()
+            .position(|sensor| sensor.kind == kind && sensor.port == port)?;
+        self.carried.get(nth).copied().flatten().or_else(|| {
+            let frames = self.frames_of_ground(now);
+            traffic::before(&self.scenario, &self.scene, &frames, nth)
+        })
+    }
+
+    /// Remembers what the sensors see.
+    fn mark_seen(&mut self, now: Micros) {
+        let frames = self.frames_of_ground(now);
+        for nth in 0..self.scenario.sensors().len() {
+            let lying = traffic::before(&self.scenario, &self.scene, &frames, nth);
+            let carried = self.carried.get(nth).copied().flatten();
+            for object in [lying, carried].into_iter().flatten() {
+                if let Some(seen_by) = self.seen_by.get_mut(usize::from(object)) {
+                    *seen_by |= 1 << nth;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! What the world is told: the arm moves and grips, the belt runs, a command comes to its turn.
+
+use super::State;
+use crate::Micros;
+use crate::scenario::ToolKind;
+use crate::world::forecast::{Changes, Forecast, carried_before};
+use crate::world::incident::What;
+use crate::world::scene::Frames;
+use crate::world::traffic;
+use crate::world::{Course, Drawing, Grip, Posture, Thing};
+
+impl State {
+    pub(in crate::world) fn begin(&mut self, course: &Course<'_>) {
+        self.now = self.now.max(course.from);
+        self.changes = self.forecast(course);
+        self.moves = true;
+    }
+
+    fn forecast(&self, course: &Course<'_>) -> Changes {
+        let frames = |at| self.frames(at, &course.at(at));
+        let forecast = Forecast {
+            reach: self.reach(frames(course.from)),
+            frames,
+        };
+        forecast.changes(course, &self.contacts, &self.carried)
+    }
+
+    pub(in crate::world) fn end(&mut self, course: &Course<'_>) {
+        self.now = self.now.max(course.to);
+        let end = course.to;
+        self.draw(course);
+        self.moves = false;
+        // What was due until now is still told; the rest will not come.
+        self.changes.retain(|(at, _)| *at <= end);
+        self.take_if_sucking(end, &course.at(end));
+    }
+
+    fn draw(&mut self, course: &Course<'_>) {
+        let mut ink = std::mem::take(&mut self.ink);
+        ink.follow(&self.scenario, course, |at| self.tip(&course.at(at)));
+        self.ink = ink;
+    }
+
+    pub(in crate::world) fn drawing(&self) -> &Drawing {
+        self.ink.drawing()
+    }
+
+    pub(in crate::world) fn drawing_with(&self, now: Micros, course: &Course<'_>) -> Drawing {
+        let mut ink = self.ink.clone();
+        let at = |at| course.at(at);
+        let so_far = Course::new(course.from, course.to.min(now), &at);
+        ink.follow(&self.scenario, &so_far, |at| self.tip(&course.at(at)));
+        ink.into_drawing()
+    }
+
+    pub(in crate::world) fn grip(&mut self, now: Micros, grip: Grip, posture: &Posture) {
+        self.now = self.now.max(now);
+        if self.scenario.tool().kind == ToolKind::Laser && grip.laser != self.grip.laser {
+            let tip = self.tip(posture);
+            let resting = (!self.moves).then(|| tip.xy());
+            self.ink.power(now, grip.laser, resting);
+        }
+        let (before, after) = (self.grips(&self.grip), self.grips(&grip));
+        let frames = self.frames(now, posture);
+        let reached_for = (after && !before && self.scene.held().is_none())
+            .then(|| self.reach(frames).within_grasp())
+            .flatten();
+        self.grip = grip;
+        if let Some(object) = reached_for {
+            self.take(now, object, &frames);
+        } else if before && !after {
+            self.release(now, &frames);
+        } else {
+            return;
+        }
+        self.settle(now, &frames);
+    }
+
+    /// Whether a tool in that state holds what it has.
+    fn grips(&self, grip: &Grip) -> bool {
+        match self.scenario.tool().kind {
+            ToolKind::Suction => grip.sucking,
+            ToolKind::Gripper => grip.closed,
+            ToolKind::None | ToolKind::Pen | ToolKind::Laser => false,
+        }
+    }
+
+    /// A cup that sucks already takes what it is put on.
+    fn take_if_sucking(&mut self, now: Micros, posture: &Posture) {
+        let sucks = self.scenario.tool().kind == ToolKind::Suction && self.grip.sucking;
+        if !sucks || self.scene.held().is_some() {
+            return;
+        }
+        let frames = self.frames(now, posture);
+        if let Some(object) = self.reach(frames).within_grasp() {
+            self.take(now, object, &frames);
+            self.settle(now, &frames);
+        }
+    }
+
+    fn take(&mut self, now: Micros, object: u16, frames: &Frames) {
+        self.scene.take(object, frames);
+        self.incidents.push(now, What::Picked(object));
+    }
+
+    fn release(&mut self, now: Micros, frames: &Frames) {
+        let slack = self.scenario.tool().give + 1.0;
+        if let Some((object, rest)) = self.scene.drop_held(&self.scenario, frames, slack) {
+            self.incidents.push(now, What::Released(object, rest));
+        }
+    }
+
+    /// The tool has taken or let go of something: what it touches and carries is another thing, and so is what was
+    /// foretold. What it touches now is no news.
+    fn settle(&mut self, now: Micros, frames: &Frames) {
+        self.changes.clear();
+        let reach = self.reach(*frames);
+        let things = [Thing::Table, Thing::Belt]
+            .into_iter()
+            .chain(self.scene.ids().map(Thing::Object));
+        let contacts = things
+            .filter_map(|thing| Some((thing, reach.at_start(thing, None).0?)))
+            .collect();
+        let carried = (0..self.carried.len())
+            .map(|sensor| carried_before(&reach, sensor))
+            .collect();
+        self.contacts = contacts;
+        self.carried = carried;
+        self.mark_seen(now);
+        self.watch_belt(now);
+        self.agenda.look_again(now);
+    }
+
+    pub(in crate::world) fn stepper(&mut self, now: Micros, index: usize, pulses_per_second: f64) {
+        self.now = self.now.max(now);
+        let Some(conveyor) = self.scenario.conveyor() else {
+            return;
+        };
+        if usize::from(conveyor.stepper) != index || !pulses_per_second.is_finite() {
+            return;
+        }
+        let rate = pulses_per_second * conveyor.mm_per_pulse();
+        self.belt.run(now, rate);
+        self.watch_belt(now);
+    }
+
+    pub(super) fn watch_belt(&mut self, now: Micros) {
+        self.traffic = traffic::next(&self.scenario, &self.scene, &self.belt, now);
+    }
+
+    pub(in crate::world) fn index_started(&mut self, now: Micros, index: u64) {
+        self.now = self.now.max(now);
+        self.agenda
+            .index_started(self.scenario.script(), now, index);
+    }
+}

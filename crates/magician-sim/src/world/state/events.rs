@@ -1,0 +1,106 @@
+//! What happens by itself, each thing at its instant.
+
+use super::State;
+use crate::Micros;
+use crate::world::forecast::Change;
+use crate::world::incident::What;
+use crate::world::touch::Contact;
+use crate::world::traffic;
+use crate::world::{Happening, Thing};
+
+impl State {
+    pub(in crate::world) fn next_event(&self) -> Option<Micros> {
+        let pending = self.pending.map(|_| self.now);
+        let change = self.changes.front().map(|(at, _)| *at);
+        let traffic = self.traffic.map(|traffic| traffic.at);
+        let agenda = self.agenda.next_event(self.scenario.script());
+        [pending, change, traffic, agenda]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+
+    pub(in crate::world) fn happen(&mut self, now: Micros) -> Option<Happening> {
+        self.now = self.now.max(now);
+        if let Some(happening) = self.pending.take() {
+            return Some(happening);
+        }
+        loop {
+            let at = self.next_event().filter(|at| *at <= now)?;
+            let happening = if self
+                .changes
+                .front()
+                .is_some_and(|(change, _)| *change == at)
+            {
+                self.change()
+            } else if self.traffic.is_some_and(|traffic| traffic.at == at) {
+                self.belt_event()
+            } else {
+                self.agenda.happen(self.scenario.script(), now)
+            };
+            if happening.is_some() {
+                return happening;
+            }
+        }
+    }
+
+    fn change(&mut self) -> Option<Happening> {
+        let (at, change) = self.changes.pop_front()?;
+        match change {
+            Change::Contact(thing, contact) => self.touch(at, thing, contact),
+            Change::Carried(sensor, object) => {
+                if let Some(carried) = self.carried.get_mut(sensor) {
+                    *carried = object;
+                }
+                self.mark_seen(at);
+                Some(Happening::Input)
+            }
+        }
+    }
+
+    /// The tool comes to a thing, or to press it, or away from it: what of it the arm feels.
+    fn touch(&mut self, at: Micros, thing: Thing, contact: Option<Contact>) -> Option<Happening> {
+        let place = self.contacts.iter().position(|(other, _)| *other == thing);
+        let before = place.map(|place| self.contacts.swap_remove(place).1);
+        self.contacts
+            .extend(contact.map(|contact| (thing, contact)));
+        let contact = contact?;
+        let touches = Happening::Touch {
+            thing,
+            stalls: false,
+        };
+        let stalls = Happening::Touch {
+            thing,
+            stalls: true,
+        };
+        let first = match (before, contact, thing) {
+            (None, Contact::Knock, Thing::Object(object)) => What::Knocked(object),
+            (None, ..) => What::Touched(thing),
+            (Some(_), Contact::Stall, _) => What::Pressed(thing),
+            _ => return None,
+        };
+        self.incidents.push(at, first);
+        if before.is_some() {
+            return Some(stalls);
+        }
+        if contact == Contact::Stall {
+            self.incidents.push(at, What::Pressed(thing));
+            self.pending = Some(stalls);
+        }
+        Some(touches)
+    }
+
+    /// The belt has brought an object before a sensor, past it, or to its own end.
+    fn belt_event(&mut self) -> Option<Happening> {
+        let traffic = self.traffic.take()?;
+        if let Some(object) = traffic.falls {
+            let frames = self.frames_of_ground(traffic.at);
+            let rest = traffic::run_off(&self.scenario, &mut self.scene, &frames, object);
+            self.incidents
+                .push(traffic.at, What::FellOffBelt(object, rest));
+        }
+        self.mark_seen(traffic.at);
+        self.watch_belt(traffic.at);
+        Some(Happening::Input)
+    }
+}

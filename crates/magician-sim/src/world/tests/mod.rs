@@ -1,0 +1,164 @@
+//! The world told by hand: courses are closures here, and time goes from event to event.
+
+mod contact;
+mod conveyor;
+mod drawing;
+mod example;
+mod fuzz;
+mod grasp;
+mod plane;
+mod script;
+
+use magician_motion::{Geometry, Pose};
+
+use super::{Course, Grip, Happening, Look, Posture, World};
+use crate::Micros;
+use crate::scenario::Scenario;
+
+const SECOND: Micros = 1_000_000;
+
+fn world(text: &str) -> World {
+    match Scenario::from_toml(text) {
+        Ok(scenario) => World::from_scenario(&scenario),
+        Err(error) => panic!("{error}\n{text}"),
+    }
+}
+
+/// An arm without a controller: it goes where it is told, in straight lines, and notes what happens.
+struct Arm {
+    world: World,
+    geometry: Geometry,
+    now: Micros,
+    at: Pose,
+    grip: Grip,
+    happened: Vec<(Micros, Happening)>,
+}
+
+impl Arm {
+    fn new(text: &str, at: [f64; 4]) -> Self {
+        let world = world(text);
+        let tool = world.scenario().expect("not empty").tool().bias();
+        Self {
+            world,
+            geometry: Geometry::magician(tool),
+            now: 0,
+            at: at.into(),
+            grip: Grip::default(),
+            happened: Vec::new(),
+        }
+    }
+
+    fn posture(&self, pose: &Pose) -> Posture {
+        posture(&self.geometry, pose)
+    }
+
+    /// Lets time pass up to an instant.
+    fn wait_until(&mut self, to: Micros) {
+        let mut told = 0;
+        while let Some(at) = self.world.next_event().filter(|at| *at <= to) {
+            self.now = self.now.max(at);
+            while let Some(happening) = self.world.happen(self.now) {
+                self.happened.push((self.now, happening));
+                told += 1;
+                assert!(told < 10_000, "{:?}", self.happened.last());
+            }
+        }
+        self.now = to;
+    }
+
+    /// Goes to a pose, at an even speed, and stands there.
+    fn go(&mut self, to: [f64; 4], lasting: Micros) {
+        self.go_until(to, lasting, lasting);
+    }
+
+    /// Sets out for a pose, but is stopped on the spot after a while.
+    fn go_until(&mut self, to: [f64; 4], lasting: Micros, stopped: Micros) {
+        let way = Way {
+            geometry: self.geometry,
+            from: self.at,
+            to: to.into(),
+            start: self.now,
+            lasting,
+        };
+        let at = |now| way.posture(now);
+        self.world
+            .begin(&Course::new(way.start, way.start + lasting, &at));
+        let end = way.start + stopped;
+        self.wait_until(end);
+        self.world.end(&Course::new(way.start, end, &at));
+        self.wait_until(end);
+        self.at = way.pose(end);
+    }
+
+    fn grip(&mut self, grip: Grip) {
+        self.grip = grip;
+        self.world.grip(self.now, grip, &self.posture(&self.at));
+        self.wait_until(self.now);
+    }
+
+    fn suck(&mut self, sucking: bool) {
+        self.grip(Grip {
+            sucking,
+            ..self.grip
+        });
+    }
+
+    fn close(&mut self, closed: bool) {
+        self.grip(Grip {
+            closed,
+            ..self.grip
+        });
+    }
+
+    fn laser(&mut self, laser: f64) {
+        self.grip(Grip { laser, ..self.grip });
+    }
+
+    fn look(&self) -> Look<'_> {
+        self.world.look(self.now, &self.posture(&self.at))
+    }
+
+    /// Touches and stalls, and when.
+    fn touches(&self) -> Vec<(Micros, Happening)> {
+        let touch = |happening: &Happening| matches!(happening, Happening::Touch { .. });
+        self.happened
+            .iter()
+            .filter(|(_, happening)| touch(happening))
+            .copied()
+            .collect()
+    }
+}
+
+/// A straight way at an even speed.
+struct Way {
+    geometry: Geometry,
+    from: Pose,
+    to: Pose,
+    start: Micros,
+    lasting: Micros,
+}
+
+impl Way {
+    fn pose(&self, now: Micros) -> Pose {
+        let share = (now - self.start) as f64 / self.lasting as f64;
+        let (from, to) = (self.from.to_array(), self.to.to_array());
+        Pose::from(std::array::from_fn(|axis| {
+            from[axis] + (to[axis] - from[axis]) * share
+        }))
+    }
+
+    fn posture(&self, now: Micros) -> Posture {
+        posture(&self.geometry, &self.pose(now))
+    }
+}
+
+fn posture(geometry: &Geometry, pose: &Pose) -> Posture {
+    Posture {
+        joints: geometry.inverse(pose).expect("within reach"),
+        rail: 0.0,
+    }
+}
+
+fn near(one: f64, other: f64) -> bool {
+    (one - other).abs() < 1e-6
+}

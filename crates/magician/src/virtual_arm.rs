@@ -1,0 +1,146 @@
+//! A virtual arm that a program talks to like any other, and can also look at from outside.
+
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::Waker;
+
+use magician_sim::{Controller, Line, Micros, Profile, Runner, Scenario, Speed, State, World};
+use tokio::time::Instant;
+
+use crate::SimSpeed;
+
+/// A virtual arm in this process, for tests and simulations: [`Arm::simulated`](crate::Arm::simulated) connects to it,
+/// and this handle shows what the connection cannot: where the arm really is, what it holds, what its world looks like.
+///
+/// Handles are cheap to clone; all are of the same arm.
+///
+/// A cell with a cube and a belt, and a program that puts one on the other:
+///
+/// ```
+/// use magician::{Options, ToolBias, VirtualArm, blocking::Arm, sim::Scenario, words};
+///
+/// let scenario = Scenario::from_toml(r#"
+///     tool = { kind = "suction" }
+///     table = { height = -60 }
+///     object = [{ name = "red cube", size = [20, 20, 20], at = [220, 80], color = "red" }]
+///     conveyor = { start = [200, -200], direction = 90, length = 200, width = 60, height = -40, stepper = 0 }
+/// "#)?;
+/// let cell = VirtualArm::in_scenario(&scenario);
+/// let arm = Arm::simulated(cell.clone(), Options::default())?;
+/// arm.perform(&[
+///     words::tool(ToolBias::SUCTION),
+///     words::jump_to(220.0, 80.0, -40.0, 0.0),
+///     words::suction(true),
+///     words::wait(std::time::Duration::from_millis(500)),
+///     words::jump_to(200.0, -100.0, -20.0, 0.0),
+///     words::suction(false),
+///     words::wait(std::time::Duration::from_millis(500)),
+/// ])?;
+/// assert!(cell.with(|arm| arm.look().object("red cube").unwrap().on_belt()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone)]
+pub struct VirtualArm {
+    cell: Arc<Mutex<Cell>>,
+}
+
+/// The arm, and who waits for it.
+pub(crate) struct Cell {
+    pub(crate) runner: Runner,
+    pub(crate) begun: Instant,
+    /// The connection, which must hear when the arm has been touched from outside.
+    pub(crate) waker: Option<Waker>,
+}
+
+impl Cell {
+    /// The wall clock in microseconds since the arm was made.
+    pub(crate) fn now(&self) -> Micros {
+        Micros::try_from(self.begun.elapsed().as_micros()).unwrap_or(Micros::MAX)
+    }
+}
+
+impl Default for VirtualArm {
+    /// An arm that has just been switched on, in an empty world, at full speed.
+    fn default() -> Self {
+        Self::new(Controller::default(), SimSpeed::Max)
+    }
+}
+
+impl From<Runner> for VirtualArm {
+    fn from(runner: Runner) -> Self {
+        let cell = Cell {
+            runner,
+            begun: Instant::now(),
+            waker: None,
+        };
+        Self {
+            cell: Arc::new(Mutex::new(cell)),
+        }
+    }
+}
+
+impl From<Controller> for VirtualArm {
+    /// At full speed.
+    fn from(controller: Controller) -> Self {
+        Self::new(controller, SimSpeed::Max)
+    }
+}
+
+impl fmt::Debug for VirtualArm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("VirtualArm")
+            .field("state", &self.state())
+            .finish()
+    }
+}
+
+impl VirtualArm {
+    /// An arm at the end of a line that takes no time.
+    #[must_use]
+    pub fn new(controller: Controller, speed: SimSpeed) -> Self {
+        let speed = match speed {
+            SimSpeed::Max => Speed::Max,
+            SimSpeed::Times(times) => Speed::Times(times),
+        };
+        let line = Line {
+            baud: None,
+            turnaround: 0,
+        };
+        Runner::new(controller, speed, line).into()
+    }
+
+    /// An arm that has just been switched on in the world of a scenario, at full speed.
+    #[must_use]
+    pub fn in_scenario(scenario: &Scenario) -> Self {
+        Controller::in_world(Profile::default(), World::from_scenario(scenario)).into()
+    }
+
+    pub(crate) fn powered_up(speed: SimSpeed) -> Self {
+        Self::new(Controller::new(Profile::default()), speed)
+    }
+
+    /// Looks at the arm, or does something to it from outside: presses its key, drives an input, lets it slip. Its
+    /// clock has come to the present. The connection waits meanwhile.
+    pub fn with<T>(&self, act: impl FnOnce(&mut Controller) -> T) -> T {
+        let mut cell = self.lock();
+        let now = cell.now();
+        cell.runner.handle_timeout(now);
+        let outcome = act(cell.runner.controller_mut());
+        cell.runner.handle_timeout(now);
+        if let Some(waker) = cell.waker.take() {
+            waker.wake();
+        }
+        outcome
+    }
+
+    /// Everything about the arm at the present instant.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.with(|controller| controller.state())
+    }
+
+    /// An `act` that has panicked leaves the arm as a step of its own did: whole.
+    pub(crate) fn lock(&self) -> MutexGuard<'_, Cell> {
+        self.cell.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

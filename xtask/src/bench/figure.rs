@@ -1,0 +1,146 @@
+//! A figure, and how it is told.
+
+use std::time::Instant;
+
+/// One measured number.
+pub(super) struct Figure {
+    /// Short and stable: what programs look for.
+    name: String,
+    value: f64,
+    unit: &'static str,
+    /// What was also seen.
+    more: Vec<(&'static str, f64)>,
+    goal: Option<Goal>,
+}
+
+/// What the figure is to be.
+enum Goal {
+    AtLeast(f64),
+    AtMost(f64),
+}
+
+impl Figure {
+    pub(super) fn new(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
+        Self {
+            name: name.into(),
+            value,
+            unit,
+            more: Vec::new(),
+            goal: None,
+        }
+    }
+
+    pub(super) fn with(mut self, name: &'static str, value: f64) -> Self {
+        self.more.push((name, value));
+        self
+    }
+
+    pub(super) fn at_least(mut self, goal: f64) -> Self {
+        self.goal = Some(Goal::AtLeast(goal));
+        self
+    }
+
+    pub(super) fn at_most(mut self, goal: f64) -> Self {
+        self.goal = Some(Goal::AtMost(goal));
+        self
+    }
+
+    fn goal(&self) -> Option<(&'static str, f64, bool)> {
+        match self.goal.as_ref()? {
+            Goal::AtLeast(goal) => Some(("at least", *goal, self.value >= *goal)),
+            Goal::AtMost(goal) => Some(("at most", *goal, self.value <= *goal)),
+        }
+    }
+
+    fn line(&self) -> String {
+        let mut line = format!("  {:<34}{:>12} {}", self.name, shown(self.value), self.unit);
+        for (name, value) in &self.more {
+            line += &format!(", {name} {}", shown(*value));
+        }
+        if let Some((word, goal, met)) = self.goal() {
+            let met = if met { "met" } else { "MISSED" };
+            line += &format!(" (goal {word} {}: {met})", shown(goal));
+        }
+        line
+    }
+
+    fn json(&self) -> String {
+        let Self {
+            name, value, unit, ..
+        } = self;
+        let mut text = format!("{{\"name\":\"{name}\",\"value\":{value},\"unit\":\"{unit}\"");
+        for (name, value) in &self.more {
+            text += &format!(",\"{name}\":{value}");
+        }
+        if let Some((word, goal, met)) = self.goal() {
+            text += &format!(",\"goal\":\"{word} {goal}\",\"met\":{met}");
+        }
+        text + "}"
+    }
+}
+
+/// Digits that mean something, thousands set apart.
+fn shown(value: f64) -> String {
+    let decimals = match value.abs() {
+        100.0.. => 0,
+        10.0.. => 1,
+        1.0.. => 2,
+        _ => 4,
+    };
+    let text = format!("{value:.decimals$}");
+    let (whole, part) = text.split_at(text.find('.').unwrap_or(text.len()));
+    let (sign, digits) = whole.split_at(usize::from(whole.starts_with('-')));
+    let mut apart = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            apart.push(',');
+        }
+        apart.push(digit);
+    }
+    format!("{sign}{apart}{part}")
+}
+
+/// Where figures go.
+pub(super) struct Report {
+    json: bool,
+}
+
+impl Report {
+    pub(super) fn new(json: bool) -> Self {
+        Self { json }
+    }
+
+    pub(super) fn title(&self, says: &str) {
+        if !self.json {
+            println!("{says}");
+        }
+    }
+
+    pub(super) fn print(&self, figure: &Figure) {
+        println!(
+            "{}",
+            if self.json {
+                figure.json()
+            } else {
+                figure.line()
+            }
+        );
+    }
+}
+
+/// How often a rate is taken, beside one time for nothing: to warm up.
+const ROUNDS: usize = 9;
+
+/// What `work` does a second: it says how much it did each time. The median of several rounds, and the best.
+pub(super) fn rate(mut work: impl FnMut() -> f64) -> (f64, f64) {
+    work();
+    let mut rates: Vec<f64> = (0..ROUNDS)
+        .map(|_| {
+            let began = Instant::now();
+            let done = work();
+            done / began.elapsed().as_secs_f64()
+        })
+        .collect();
+    rates.sort_by(f64::total_cmp);
+    (rates[ROUNDS / 2], rates[ROUNDS - 1])
+}

@@ -1,0 +1,105 @@
+//! S1 and S2: how many arm-seconds one core simulates a second, bytes in and bytes out.
+
+use std::error::Error;
+
+use magician_protocol::{Ctrl, FrameBuf, Writable};
+use magician_sim::{Controller, Micros};
+
+use super::figure::{Figure, rate};
+use super::program::{arm, frame, hatching, pick_and_place, plotter, ring, stream};
+
+/// Commands that one round takes.
+const COMMANDS: usize = 100_000;
+/// And one in which the pose is looked at every millisecond.
+const COMMANDS_LOOKED_AT: usize = 1_000;
+
+const LOOK: Micros = 1_000;
+
+/// So many frames, the commands over and over.
+fn queued<T: Writable>(commands: &[T], count: usize) -> Vec<FrameBuf> {
+    let frames = commands.iter().map(|command| frame(Ctrl::QUEUED, command));
+    let once: Vec<FrameBuf> = frames.collect();
+    once.into_iter().cycle().take(count).collect()
+}
+
+/// Arm-seconds that the frames take, by events alone.
+fn events(arm: &mut Controller, frames: &[FrameBuf]) -> f64 {
+    let began = arm.now();
+    stream(arm, frames, |_, _| ());
+    (arm.now() - began) as f64 / 1e6
+}
+
+/// Arm-seconds that the frames take, with a look at the arm every millisecond.
+fn looked_at(arm: &mut Controller, frames: &[FrameBuf]) -> f64 {
+    let began = arm.now();
+    stream(arm, frames, |arm, at| {
+        let mut look = arm.now() / LOOK * LOOK + LOOK;
+        while look < at {
+            arm.advance(look);
+            std::hint::black_box(arm.state());
+            look += LOOK;
+        }
+    });
+    (arm.now() - began) as f64 / 1e6
+}
+
+/// A way to work the arm through frames; the seconds that it took by the arm's clock.
+type Work = fn(&mut Controller, &[FrameBuf]) -> f64;
+
+fn figure(name: &str, mut arm: Controller, frames: &[FrameBuf], work: Work) -> Figure {
+    let mut lasted = 0.0;
+    let (median, best) = rate(|| {
+        lasted = work(&mut arm, frames);
+        lasted
+    });
+    assert!(arm.state().alarms.is_empty(), "{name}: {:?}", arm.state());
+    let commands = frames.len() as f64;
+    Figure::new(name, median, "arm-seconds/s")
+        .with("best", best)
+        .with("commands/s", commands * median / lasted)
+        .with("ms of arm time a command", lasted / commands * 1e3)
+}
+
+/// S1, point to point.
+pub(super) fn ptp() -> Result<Vec<Figure>, Box<dyn Error>> {
+    let frames = queued(&pick_and_place(), COMMANDS);
+    let figure = figure("S1 ptp", arm(), &frames, events);
+    Ok(vec![figure.at_least(1e6)])
+}
+
+/// S1, continuous path: at the settings of power-up, and at those of a drawing.
+pub(super) fn cp() -> Result<Vec<Figure>, Box<dyn Error>> {
+    let mut figures = Vec::new();
+    for (name, commands) in [("ring", ring()), ("hatching", hatching())] {
+        let frames = queued(&commands, COMMANDS);
+        for speed in [100.0, 200.0] {
+            let name = format!("S1 cp 1 mm {name} {speed}/{speed}");
+            let figure = figure(&name, plotter(speed, speed), &frames, events);
+            figures.push(figure.at_least(1e4));
+        }
+    }
+    Ok(figures)
+}
+
+/// S2.
+pub(super) fn traced() -> Result<Vec<Figure>, Box<dyn Error>> {
+    let moves = queued(&pick_and_place(), COMMANDS_LOOKED_AT);
+    let segments = queued(&ring(), 20 * COMMANDS_LOOKED_AT);
+    let plotter = plotter(100.0, 100.0);
+    Ok(vec![
+        figure("S2 ptp at 1 kHz", arm(), &moves, looked_at).at_least(1e3),
+        figure("S2 cp 1 mm ring at 1 kHz", plotter, &segments, looked_at).at_least(1e3),
+    ])
+}
+
+/// The most arm-seconds a second, point to point: for comparisons.
+pub(super) fn points() -> f64 {
+    let (mut arm, frames) = (arm(), queued(&pick_and_place(), COMMANDS));
+    rate(|| events(&mut arm, &frames)).1
+}
+
+/// The same on a path at the settings of power-up.
+pub(super) fn path() -> f64 {
+    let (mut arm, frames) = (plotter(100.0, 100.0), queued(&ring(), COMMANDS));
+    rate(|| events(&mut arm, &frames)).1
+}

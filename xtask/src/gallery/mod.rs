@@ -1,0 +1,45 @@
+//! A picture of each motion mode: what the virtual arm does when it is told so over the wire.
+
+mod modes;
+mod plot;
+mod run;
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use modes::MODES;
+
+const INTRODUCTION: &str = "\
+# How the arm moves
+
+Each picture is one run of the virtual arm: the commands below it were sent as frames, and the pose was read every
+2 ms. Left: the tool from above, J1's axis at the origin. Middle: the tool from the side, distance from that axis
+against height. Right: the speeds of the four joints over time. A dot is the start, a ring the end; grey is what the
+arm can reach.
+
+`cargo xtask gallery` draws them all again.
+";
+
+/// Draws every mode into `docs/gallery` and lists them in `docs/GALLERY.md`.
+pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
+    let pictures = docs.join("gallery");
+    fs::create_dir_all(&pictures)?;
+    let mut page = INTRODUCTION.to_owned();
+    for mode in MODES {
+        let run = run::run(mode);
+        let name = format!("{}.svg", mode.name);
+        let picture = plot::draw(mode, &run)?;
+        fs::write(pictures.join(&name), picture)?;
+        let seconds = run.seconds();
+        write!(
+            page,
+            "\n## {}\n\n{} It took {seconds:.3} s.\n\n![{}](gallery/{name})\n",
+            mode.title, mode.says, mode.title
+        )?;
+        println!("docs/gallery/{name}: {seconds:.3} s");
+    }
+    fs::write(docs.join("GALLERY.md"), page)?;
+    Ok(())
+}

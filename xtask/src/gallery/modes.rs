@@ -1,0 +1,428 @@
+//! The motion modes that have a picture.
+
+use magician_protocol::commands::*;
+use magician_protocol::{CpMode, Flag, JogCommand, PtpMode, Set};
+use magician_sim::Micros;
+
+/// One picture.
+pub(super) struct Mode {
+    /// Name of the file.
+    pub(super) name: &'static str,
+    pub(super) title: &'static str,
+    /// What was sent, in words.
+    pub(super) says: &'static str,
+    /// Queued before the picture begins.
+    pub(super) before: fn() -> Vec<Set>,
+    /// What the picture shows.
+    pub(super) acts: fn() -> Vec<Act>,
+}
+
+/// A step of a run.
+pub(super) enum Act {
+    Queue(Set),
+    Now(Set),
+    Pass(Micros),
+}
+
+const SECOND: Micros = 1_000_000;
+
+pub(super) const MODES: &[Mode] = &[
+    Mode {
+        name: "movj",
+        title: "MOVJ_XYZ: joints together",
+        says: "PTP mode 1 to (120, 180, 60) and on to (230, -90, -20) at ratio 100.",
+        before: full_ratio,
+        acts: || {
+            points(
+                PtpMode::MovjXyz,
+                &[[120.0, 180.0, 60.0, 0.0], [230.0, -90.0, -20.0, 0.0]],
+            )
+        },
+    },
+    Mode {
+        name: "movl",
+        title: "MOVL_XYZ: a straight line",
+        says: "PTP mode 2 through the same two points: straight in space, crooked in the joints.",
+        before: full_ratio,
+        acts: || {
+            points(
+                PtpMode::MovlXyz,
+                &[[120.0, 180.0, 60.0, 0.0], [230.0, -90.0, -20.0, 0.0]],
+            )
+        },
+    },
+    Mode {
+        name: "jump",
+        title: "JUMP_XYZ: up, across by the joints, down",
+        says: "PTP mode 0 from (200, 120, -40) to (220, -110, -20), jump height 60 mm, limit 100 mm.",
+        before: || jump_from([200.0, 120.0, -40.0, 0.0]),
+        acts: || points(PtpMode::JumpXyz, &[[220.0, -110.0, -20.0, 0.0]]),
+    },
+    Mode {
+        name: "jump-uneven",
+        title: "JUMP_XYZ with unequal heights",
+        says: "PTPJump2Params 80 mm at the start and 30 mm at the end: the transfer descends on its way.",
+        before: || {
+            let heights = Set::PtpJump2Params(PtpJump2Params {
+                start_jump_height: 80.0,
+                end_jump_height: 30.0,
+                z_limit: 100.0,
+            });
+            [jump_from([200.0, 120.0, -40.0, 0.0]), vec![heights]].concat()
+        },
+        acts: || points(PtpMode::JumpXyz, &[[220.0, -110.0, -20.0, 0.0]]),
+    },
+    Mode {
+        name: "jump-angle",
+        title: "JUMP_ANGLE: a jump to joint angles",
+        says: "PTP mode 3 to (-30, 40, 50, 20) deg.",
+        before: || jump_from([200.0, 120.0, -40.0, 0.0]),
+        acts: || points(PtpMode::JumpAngle, &[[-30.0, 40.0, 50.0, 20.0]]),
+    },
+    Mode {
+        name: "jump-movl",
+        title: "JUMP_MOVL_XYZ: up, straight across, down",
+        says: "PTP mode 9 between the same points.",
+        before: || jump_from([200.0, 120.0, -40.0, 0.0]),
+        acts: || points(PtpMode::JumpMovlXyz, &[[220.0, -110.0, -20.0, 0.0]]),
+    },
+    Mode {
+        name: "movj-angle",
+        title: "MOVJ_ANGLE: joints to angles",
+        says: "PTP mode 4 to (60, 20, 30, -40) and (-45, 60, 50, 30) deg: a law for each joint, all end together.",
+        before: full_ratio,
+        acts: || {
+            points(
+                PtpMode::MovjAngle,
+                &[[60.0, 20.0, 30.0, -40.0], [-45.0, 60.0, 50.0, 30.0]],
+            )
+        },
+    },
+    Mode {
+        name: "movl-angle",
+        title: "MOVL_ANGLE: a straight line to joint angles",
+        says: "PTP mode 5 to (40, 30, 30, 0) deg.",
+        before: full_ratio,
+        acts: || points(PtpMode::MovlAngle, &[[40.0, 30.0, 30.0, 0.0]]),
+    },
+    Mode {
+        name: "movj-inc",
+        title: "MOVJ_INC: increments of the joints",
+        says: "PTP mode 6 by (60, -20, -10, 45) deg, and by (-90, 10, 20, 0).",
+        before: full_ratio,
+        acts: || {
+            points(
+                PtpMode::MovjAngleInc,
+                &[[60.0, -20.0, -10.0, 45.0], [-90.0, 10.0, 20.0, 0.0]],
+            )
+        },
+    },
+    Mode {
+        name: "movj-xyz-inc",
+        title: "MOVJ_XYZ_INC: increments along the axes, by the joints",
+        says: "PTP mode 8 by (30, 100, 60, 0) and by (-40, -180, -60, 0).",
+        before: full_ratio,
+        acts: || {
+            points(
+                PtpMode::MovjXyzInc,
+                &[[30.0, 100.0, 60.0, 0.0], [-40.0, -180.0, -60.0, 0.0]],
+            )
+        },
+    },
+    Mode {
+        name: "rail",
+        title: "MOVL_XYZ with the rail",
+        says: "PTPWithLCmd to (230, -60, 20) and 120 mm along the rail: both begin and end together, the slower one sets the time. The base of the pictures travels with the arm.",
+        before: || {
+            let rail = Set::SetDeviceWithL(SetDeviceWithL {
+                with_l: Flag::ON,
+                version: None,
+            });
+            [full_ratio(), vec![rail]].concat()
+        },
+        acts: || {
+            vec![Act::Queue(Set::PtpWithLCmd(PtpWithLCmd {
+                ptp_mode: PtpMode::MovlXyz,
+                x: 230.0,
+                y: -60.0,
+                z: 20.0,
+                r: 0.0,
+                l: 120.0,
+            }))]
+        },
+    },
+    Mode {
+        name: "movl-inc",
+        title: "MOVL_XYZ_INC: increments along the axes",
+        says: "PTP mode 7 four times: a square of 80 mm, each side counted from where the one before ended.",
+        before: full_ratio,
+        acts: || {
+            let sides = [[0.0, 80.0], [60.0, 0.0], [0.0, -80.0], [-60.0, 0.0]];
+            points(PtpMode::MovlXyzInc, &sides.map(|[x, y]| [x, y, 0.0, 0.0]))
+        },
+    },
+    Mode {
+        name: "limit",
+        title: "MOVL_XYZ into a limit",
+        says: "PTP mode 2 from (60, 170, -90) to (60, -170, -90): both ends can be reached, the middle cannot. The arm stops there and raises an alarm.",
+        before: || {
+            [
+                full_ratio(),
+                vec![ptp(PtpMode::MovjXyz, [60.0, 170.0, -90.0, 0.0])],
+            ]
+            .concat()
+        },
+        acts: || points(PtpMode::MovlXyz, &[[60.0, -170.0, -90.0, 0.0]]),
+    },
+    Mode {
+        name: "force-stop",
+        title: "ForceStop in a MOVJ",
+        says: "A long MOVJ, stopped after 0.6 s: the joints brake together at twice the acceleration.",
+        before: full_ratio,
+        acts: || {
+            let stop = Set::QueuedCmdForceStopExec(QueuedCmdForceStopExec {});
+            vec![
+                Act::Queue(ptp(PtpMode::MovjAngle, [100.0, 20.0, 10.0, 0.0])),
+                Act::Pass(6 * SECOND / 10),
+                Act::Now(stop),
+            ]
+        },
+    },
+    Mode {
+        name: "arc",
+        title: "ARC: through one point to another",
+        says: "ARCCmd from (200, -100, 0) through (260, 0, 40) to (200, 100, 0): round in a tilted plane.",
+        before: || {
+            [
+                full_ratio(),
+                vec![ptp(PtpMode::MovjXyz, [200.0, -100.0, 0.0, 0.0])],
+            ]
+            .concat()
+        },
+        acts: || {
+            vec![Act::Queue(Set::ArcCmd(ArcCmd {
+                cir_point: [260.0, 0.0, 40.0, 0.0],
+                to_point: [200.0, 100.0, 0.0, 0.0],
+            }))]
+        },
+    },
+    Mode {
+        name: "circle",
+        title: "CIRCLE: a full turn",
+        says: "CircleCmd through (240, 40, 0) and (200, 80, 0), one turn, back to where it began.",
+        before: || {
+            [
+                full_ratio(),
+                vec![ptp(PtpMode::MovjXyz, [200.0, 0.0, 0.0, 0.0])],
+            ]
+            .concat()
+        },
+        acts: || {
+            vec![Act::Queue(Set::CircleCmd(CircleCmd {
+                cir_point: [240.0, 40.0, 0.0, 0.0],
+                to_point: [200.0, 80.0, 0.0, 0.0],
+                count: 1,
+            }))]
+        },
+    },
+    Mode {
+        name: "cp",
+        title: "CP: a continuous path",
+        says: "CPCmd, 30 segments round a rosette at planAcc 400, junctionVel 100: it slows where the path turns and never stops on the way.",
+        before: || {
+            let cp = Set::CpParams(CpParams {
+                plan_acc: 400.0,
+                junction_vel: 100.0,
+                acc_or_period: 400.0,
+                real_time_track: Flag::OFF,
+            });
+            [
+                full_ratio(),
+                vec![cp, ptp(PtpMode::MovjXyz, [250.0, 0.0, -30.0, 0.0])],
+            ]
+            .concat()
+        },
+        acts: rosette,
+    },
+    Mode {
+        name: "cp-corner",
+        title: "CP: corners",
+        says: "CPCmd round a square, seven segments a side: full speed along a side, nearly none at a corner.",
+        before: || {
+            let cp = Set::CpParams(CpParams {
+                plan_acc: 400.0,
+                junction_vel: 100.0,
+                acc_or_period: 400.0,
+                real_time_track: Flag::OFF,
+            });
+            [
+                full_ratio(),
+                vec![cp, ptp(PtpMode::MovjXyz, [200.0, -40.0, -30.0, 0.0])],
+            ]
+            .concat()
+        },
+        acts: square,
+    },
+    Mode {
+        name: "cp-real-time",
+        title: "CP in real time",
+        says: "The same square with realTimeTrack and a period of 100 ms: a segment of 8.6 mm a period, without regard to corners.",
+        before: || {
+            let cp = Set::CpParams(CpParams {
+                plan_acc: 400.0,
+                junction_vel: 100.0,
+                acc_or_period: 100.0,
+                real_time_track: Flag::ON,
+            });
+            [
+                full_ratio(),
+                vec![cp, ptp(PtpMode::MovjXyz, [200.0, -40.0, -30.0, 0.0])],
+            ]
+            .concat()
+        },
+        acts: square,
+    },
+    Mode {
+        name: "jog-change",
+        title: "JOG of another axis",
+        says: "JOGCmd Z+ for 1 s, then X+ for 1 s: the first comes to rest before the second begins.",
+        before: jog_ratio,
+        acts: || {
+            vec![
+                Act::Now(jog(false, JogCommand::Axis3Plus)),
+                Act::Pass(SECOND),
+                Act::Now(jog(false, JogCommand::Axis1Plus)),
+                Act::Pass(SECOND),
+                Act::Now(jog(false, JogCommand::Stop)),
+            ]
+        },
+    },
+    Mode {
+        name: "jog-limit",
+        title: "JOG into a limit",
+        says: "JOGCmd J2+ until J2 or its coupling with J3 stands at a limit: the jog ends there with an alarm.",
+        before: jog_ratio,
+        acts: || vec![Act::Now(jog(true, JogCommand::Axis2Plus))],
+    },
+    Mode {
+        name: "jog-joint",
+        title: "JOG of a joint, there and back",
+        says: "JOGCmd J1+ for 1.5 s, then J1-, which passes through zero, then stop; ratio 100.",
+        before: jog_ratio,
+        acts: || {
+            vec![
+                Act::Now(jog(true, JogCommand::Axis1Plus)),
+                Act::Pass(3 * SECOND / 2),
+                Act::Now(jog(true, JogCommand::Axis1Minus)),
+                Act::Pass(2 * SECOND),
+                Act::Now(jog(true, JogCommand::Stop)),
+            ]
+        },
+    },
+    Mode {
+        name: "jog-line",
+        title: "JOG along Y",
+        says: "JOGCmd Y+ for 2 s, then stop: the tool goes straight and keeps r, so J4 turns against J1.",
+        before: jog_ratio,
+        acts: || {
+            vec![
+                Act::Now(jog(false, JogCommand::Axis2Plus)),
+                Act::Pass(2 * SECOND),
+                Act::Now(jog(false, JogCommand::Stop)),
+            ]
+        },
+    },
+    Mode {
+        name: "home",
+        title: "HOME: the search for the switch, then the home point",
+        says: "HOMECmd: J1 goes negative to its switch, backs off, creeps on, is set; then all joints go home.",
+        before: Vec::new,
+        acts: || vec![Act::Queue(Set::HomeCmd(HomeCmd { reserved: 0 }))],
+    },
+];
+
+fn ptp(ptp_mode: PtpMode, [x, y, z, r]: [f32; 4]) -> Set {
+    Set::PtpCmd(PtpCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+    })
+}
+
+fn points(mode: PtpMode, points: &[[f32; 4]]) -> Vec<Act> {
+    points
+        .iter()
+        .map(|point| Act::Queue(ptp(mode, *point)))
+        .collect()
+}
+
+fn full_ratio() -> Vec<Set> {
+    vec![Set::PtpCommonParams(PtpCommonParams {
+        velocity_ratio: 100.0,
+        acceleration_ratio: 100.0,
+    })]
+}
+
+fn jog_ratio() -> Vec<Set> {
+    vec![Set::JogCommonParams(JogCommonParams {
+        velocity_ratio: 100.0,
+        acceleration_ratio: 100.0,
+    })]
+}
+
+fn jump_from(start: [f32; 4]) -> Vec<Set> {
+    let heights = Set::PtpJumpParams(PtpJumpParams {
+        jump_height: 60.0,
+        z_limit: 100.0,
+    });
+    [full_ratio(), vec![heights, ptp(PtpMode::MovjXyz, start)]].concat()
+}
+
+fn jog(is_joint: bool, cmd: JogCommand) -> Set {
+    Set::JogCmd(JogCmd {
+        is_joint: Flag::from(is_joint),
+        cmd,
+    })
+}
+
+fn segment(x: f64, y: f64) -> Act {
+    Act::Queue(Set::CpCmd(CpCmd {
+        cp_mode: CpMode::Absolute,
+        x: x as f32,
+        y: y as f32,
+        z: -30.0,
+        velocity_or_power: 0.0,
+    }))
+}
+
+fn rosette() -> Vec<Act> {
+    (1..=30)
+        .map(|step| {
+            let turn = f64::from(step) / 30.0 * std::f64::consts::TAU;
+            let radius = 40.0 + 10.0 * (3.0 * turn).cos();
+            segment(200.0 + radius * turn.cos(), radius * turn.sin())
+        })
+        .collect()
+}
+
+fn square() -> Vec<Act> {
+    let corners = [
+        (200.0, -40.0),
+        (260.0, -40.0),
+        (260.0, 20.0),
+        (200.0, 20.0),
+        (200.0, -40.0),
+    ];
+    let sides = corners.windows(2).flat_map(|side| match side {
+        [(x0, y0), (x1, y1)] => (1..=7)
+            .map(|step| {
+                let share = f64::from(step) / 7.0;
+                segment(x0 + (x1 - x0) * share, y0 + (y1 - y0) * share)
+            })
+            .collect::<Vec<_>>(),
+        _ => Vec::new(),
+    });
+    sides.collect()
+}

@@ -1,0 +1,35 @@
+//! Chores of this repository. `cargo xtask` lists them.
+
+mod bench;
+mod gallery;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+Usage: cargo xtask CHORE
+
+  gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
+  bench [WHAT...] [--json]
+             measure what the virtual arm costs";
+
+fn main() -> ExitCode {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let docs = root.join("docs");
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let done = match words.split_first() {
+        Some((chore, [])) if chore == "gallery" => gallery::write(&docs),
+        Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
+        _ => {
+            eprintln!("{USAGE}");
+            return ExitCode::from(2);
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("xtask: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
