@@ -2,6 +2,7 @@
 //! far as it got.
 
 mod arm;
+mod recording;
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -12,107 +13,20 @@ use magician_motion::Pose;
 use magician_protocol::commands;
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable};
 use magician_sim::record::Recorder;
-use magician_sim::{Controller, Line, LinkId, Micros, Observer, Profile, Runner, Speed};
+use magician_sim::{
+    Controller, Line, LinkId, Micros, Observer, Profile, Runner, Scenario, Speed, World,
+};
 use proptest::prelude::*;
+use recording::{EPOCH, Read, of, read};
 use serde_json::{Value, json};
 
 const PERIOD: Micros = 20_000;
-/// An epoch whose nanoseconds are not round.
-const EPOCH: u64 = 1_800_000_000_123_000_000;
 const RUNNER_SPEEDS: [Speed; 4] = [
     Speed::Times(1.0),
     Speed::Times(20.0),
     Speed::Times(0.3),
     Speed::Max,
 ];
-
-/// A message that was read back.
-#[derive(Clone, Debug, PartialEq)]
-struct Read {
-    topic: String,
-    at: Micros,
-    value: Value,
-}
-
-/// The messages of a file, in the order in which they were written, and whether they end before the file does.
-fn read(file: &[u8]) -> (Vec<Read>, bool) {
-    let (mut all, mut schemas) = (Vec::new(), BTreeMap::new());
-    let options = mcap::read::Options::IgnoreEndMagic.into();
-    for message in mcap::MessageStream::new_with_options(file, options).expect("a recording") {
-        let Ok(message) = message else {
-            return (all, true);
-        };
-        assert_eq!(message.log_time, message.publish_time);
-        let since = message.log_time - EPOCH;
-        assert!(since.is_multiple_of(1000));
-        let value: Value = serde_json::from_slice(&message.data).expect("JSON");
-        let schema = message.channel.schema.as_ref().expect("a schema");
-        assert_eq!(
-            (&*schema.encoding, &*message.channel.message_encoding),
-            ("jsonschema", "json")
-        );
-        let schema = schemas
-            .entry(schema.name.clone())
-            .or_insert_with(|| serde_json::from_slice::<Value>(&schema.data).expect("JSON"));
-        assert_eq!(
-            value["timestamp"],
-            json!({"sec": message.log_time / 1_000_000_000, "nsec": message.log_time % 1_000_000_000})
-        );
-        check(schema, &value);
-        all.push(Read {
-            topic: message.channel.topic.clone(),
-            at: since / 1000,
-            value,
-        });
-    }
-    (all, false)
-}
-
-/// As much of JSON Schema as ours use, and nothing that they do not tell of.
-fn check(schema: &Value, value: &Value) {
-    if let Some(choices) = schema.get("oneOf") {
-        let choices = choices.as_array().expect("a list");
-        assert!(choices.iter().any(|choice| choice["const"] == *value));
-        return;
-    }
-    let kinds = match &schema["type"] {
-        Value::Array(kinds) => kinds.clone(),
-        kind => vec![kind.clone()],
-    };
-    let fits = |kind: &Value| match kind.as_str().expect("a type") {
-        "object" => value.is_object(),
-        "array" => value.is_array(),
-        "string" => value.is_string(),
-        "number" => value.is_number(),
-        "integer" => value.is_u64(),
-        "boolean" => value.is_boolean(),
-        "null" => value.is_null(),
-        other => panic!("{other}"),
-    };
-    assert!(kinds.iter().any(fits), "{value} is not {kinds:?}");
-    if let Some(choices) = schema.get("enum") {
-        assert!(choices.as_array().expect("a list").contains(value));
-    }
-    if let (Some(most), Some(number)) = (schema["maximum"].as_u64(), value.as_u64()) {
-        assert!(number <= most);
-    }
-    for item in value.as_array().into_iter().flatten() {
-        check(&schema["items"], item);
-    }
-    if let (Some(object), Some(properties)) = (value.as_object(), schema["properties"].as_object())
-    {
-        for (name, member) in object {
-            check(properties.get(name).expect(name), member);
-        }
-        for name in schema["required"].as_array().expect("a list") {
-            assert!(object.contains_key(name.as_str().expect("a name")));
-        }
-    }
-}
-
-fn of<'a>(all: &'a [Read], topic: &str) -> Vec<&'a Read> {
-    all.iter().filter(|read| read.topic == topic).collect()
-}
 
 fn request(id: u8, ctrl: Ctrl, params: &[u8]) -> Vec<u8> {
     FrameBuf::new(id, ctrl, params).unwrap().bytes().to_vec()
@@ -276,6 +190,72 @@ fn alarms_and_events_have_the_instant_at_which_they_came() {
     let name = raised.value["standing"][0]["name"].as_str().unwrap();
     let code = raised.value["standing"][0]["code"].as_u64().unwrap();
     assert_eq!(told(&format!("alarm {code:#04x} {name} raised")), 333_000);
+}
+
+#[test]
+fn rail_and_pins_are_there_once_the_arm_knows_of_them() {
+    let programme = [
+        start(),
+        request(3, Ctrl::SET, &[1, 0]),
+        request(130, Ctrl::SET, &[4, 1]),
+        request(131, Ctrl::SET, &[4, 1]),
+    ]
+    .concat();
+    let (all, _) = read(&recorded(&programme, PERIOD, &[]));
+    let names = |read: &Read| -> Vec<String> {
+        let joints = read.value["joints"].as_array().unwrap();
+        let names = joints.iter().map(|joint| joint["name"].as_str().unwrap());
+        names.map(str::to_owned).collect()
+    };
+    let joints = of(&all, "/joints");
+    assert_eq!(names(joints[0]), ["J1", "J2", "J3", "J4"]);
+    assert_eq!(names(joints[1]), ["J1", "J2", "J3", "J4", "L"]);
+    let io = of(&all, "/io");
+    assert_eq!(io[0].value["pins"], json!([]));
+    assert_eq!(
+        io[1].value["pins"],
+        json!([{"address": 4, "function": 1, "able": true, "level": true, "frequency": 0.0,
+            "duty_cycle": 0.0, "high": 100.0, "input": false, "analog": 0}])
+    );
+}
+
+const BRICK: &str = r#"
+[tool]
+kind = "suction"
+[table]
+height = -70
+[[object]]
+name = "brick"
+size = [20, 20, 20]
+at = [220, 0]
+"#;
+
+#[test]
+fn what_happens_in_the_world_is_told_by_name() {
+    let scenario = Scenario::from_toml(BRICK).unwrap();
+    let mut arm = Controller::in_world(Profile::default(), World::from_scenario(&scenario));
+    let mut recorder = Recorder::new(Vec::new(), EPOCH).unwrap();
+    recorder.look(&arm);
+    let programme = [
+        start(),
+        request(
+            60,
+            Ctrl::QUEUED,
+            &[59.7f32, 0.0, 0.0].map(f32::to_le_bytes).concat(),
+        ),
+        ptp(0, [220.0, 0.0, -50.0, 0.0]),
+        request(62, Ctrl::QUEUED, &[1, 1]),
+        wait(1000),
+        ptp(0, [220.0, 60.0, 80.0, 0.0]),
+    ]
+    .concat();
+    arm.receive(USB, &programme);
+    arm.advance_observed(8 * SECOND, &mut recorder);
+    let (all, _) = read(&recorder.finish().unwrap());
+    let events = of(&all, "/events");
+    let told = |text| events.iter().any(|read| read.value["message"] == text);
+    assert!(told("the tool takes brick"), "{events:#?}");
+    assert_eq!(of(&all, "/io").last().unwrap().value["holding"], true);
 }
 
 /// Drives a runner from a list of (wall time, link, bytes) until a wall time, waking as it asks and at `extra` times.
@@ -573,6 +553,8 @@ fn a_finished_file_has_index_statistics_and_metadata() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
     #[test]
     fn cuts_of_time_do_not_change_the_file(
         mut cuts in prop::collection::vec(0u64..4 * SECOND, 0..12),

@@ -21,9 +21,9 @@
 //!
 //! **Units.** The two Foxglove schemas of the pose want metres and radians and have them; [`Pose`](magician_motion::Pose)
 //! in mm is `position` times 1000, r is the angle of `orientation` about z and keeps its turns (-360 to 360 deg), and the
-//! joints are those of GetPose. `params` of a frame are in the units of the protocol.
+//! joints are those of GetPose, and `L` for the rail if there is one. The tool bias is in mm. `params` of a frame are in the units of the protocol.
 //!
-//! **Size.** Nothing is compressed. A still arm takes about 90 MB an hour of its clock, of which about a megabyte stays in
+//! **Size.** Nothing is compressed. An arm takes about 110 MB an hour of its clock, of which about a megabyte stays in
 //! memory: the index that is written at the end.
 //!
 //! **Ends.** A recording that is [finished](Recorder::finish) has a summary and an index. One whose program was killed
