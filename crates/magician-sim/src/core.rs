@@ -47,6 +47,8 @@ pub(crate) struct Core {
     pub(crate) line: LineState,
     /// When the controller was switched on or reset last.
     pub(crate) booted: Micros,
+    /// Since when the Wi-Fi module has been looking for its network, if not since then.
+    pub(crate) wifi_begun: Micros,
     /// The controller has reset and its links do not know yet.
     pub(crate) restarted: bool,
     pub(crate) log: Log,
@@ -80,6 +82,7 @@ impl Core {
             grip: Grip::default(),
             line: LineState::default(),
             booted: 0,
+            wifi_begun: 0,
             restarted: false,
             log: Log::default(),
             profile,

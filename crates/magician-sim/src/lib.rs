@@ -59,7 +59,7 @@ pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, HandTeaching, Homing, Identity, JogDefaults,
     LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions, Pins,
     PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Sliding, Stopping, ToolDefaults,
-    Tools, WifiDefaults,
+    Tools, Wifi, WifiDefaults,
 };
 pub use runner::Runner;
 pub use scenario::{Scenario, ScenarioError};
