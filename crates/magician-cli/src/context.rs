@@ -246,6 +246,13 @@ impl Context {
         Failure::new(Kind::Interrupted, message)
     }
 
+    /// Gives up the line to the arm, for a verb that opens it in its own way.
+    pub(crate) fn let_go(&mut self) -> Result<(), Failure> {
+        let runtime = self.runtime()?;
+        runtime.block_on(self.disconnect());
+        Ok(())
+    }
+
     /// Ends the connection; the arm stops what was set going over it.
     async fn disconnect(&mut self) {
         if let Some(connected) = self.arm.take() {

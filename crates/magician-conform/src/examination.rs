@@ -146,7 +146,10 @@ impl<B: Bench> Examination<B> {
             Ok(()) => Ok(()),
             Err(Stopped::Line(error)) => Err(error),
             Err(Stopped::Otherwise(mismatch)) => {
-                let message = format!("the arm could not be left as it was: {}: {}", mismatch.step, mismatch.got);
+                let message = format!(
+                    "the arm could not be left as it was: {}: {}",
+                    mismatch.step, mismatch.got
+                );
                 Err(Error::new(magician::ErrorKind::Unexpected, message))
             }
         }
@@ -155,7 +158,10 @@ impl<B: Bench> Examination<B> {
 
 /// Whether the value of a row is noted before and set again after: what is set as it is read, without harm.
 fn is_kept(row: &Row) -> bool {
-    let same = row.value.zip(row.set).is_some_and(|(value, set)| value.name == set.name);
+    let same = row
+        .value
+        .zip(row.set)
+        .is_some_and(|(value, set)| value.name == set.name);
     let asked = row.query.is_some_and(|query| !query.fields.is_empty());
     same && !asked && !row.dangerous && row.chapter != Chapter::Io
 }

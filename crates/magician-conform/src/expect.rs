@@ -53,8 +53,9 @@ impl fmt::Display for Check {
 impl Check {
     /// Reads `field=value`, `field=value+-tolerance`, `field!=value`, `field>value` and the like.
     pub(crate) fn read(layout: &LayoutInfo, word: &str) -> Result<Self, String> {
-        let (name, relation, value) = split(word)
-            .ok_or_else(|| format!("`{word}` is no expectation: write field=value, or field>value"))?;
+        let (name, relation, value) = split(word).ok_or_else(|| {
+            format!("`{word}` is no expectation: write field=value, or field>value")
+        })?;
         let field = layout
             .field(name)
             .ok_or_else(|| format!("no field `{name}` in {}", layout.name))?;
@@ -94,7 +95,9 @@ impl Check {
 
     fn compare(&self, found: &[f64], wanted: &[Option<f64>]) -> bool {
         let near = |found: f64, wanted: f64| {
-            found == wanted || (found - wanted).abs() <= self.tolerance || found.is_nan() && wanted.is_nan()
+            found == wanted
+                || (found - wanted).abs() <= self.tolerance
+                || found.is_nan() && wanted.is_nan()
         };
         let mut pairs = found
             .iter()
@@ -200,19 +203,41 @@ mod tests {
             joint_angle: [0.0, 45.0, 45.0, 0.0],
         };
         for word in [
-            "x=200.125", "y=0.1", "x=200+-0.2", "x>200", "x>=200.125", "x<200.2", "x<=200.125", "x!=200",
-            "joint_angle=0,45,_,0", "joint_angle=0.1,45,45.1,0+-0.11", "jointAngle!=0,45,45,1",
+            "x=200.125",
+            "y=0.1",
+            "x=200+-0.2",
+            "x>200",
+            "x>=200.125",
+            "x<200.2",
+            "x<=200.125",
+            "x!=200",
+            "joint_angle=0,45,_,0",
+            "joint_angle=0.1,45,45.1,0+-0.11",
+            "jointAngle!=0,45,45,1",
         ] {
             assert!(holds(&pose, word), "{word}");
         }
         for word in [
-            "x=200", "y=0.10001", "x=200+-0.1", "x>200.125", "x!=200.125", "x<200.125",
-            "joint_angle=0,45,_,1", "joint_angle=0,45,46,0+-0.9", "joint_angle!=0,45,45,0",
+            "x=200",
+            "y=0.10001",
+            "x=200+-0.1",
+            "x>200.125",
+            "x!=200.125",
+            "x<200.125",
+            "joint_angle=0,45,_,1",
+            "joint_angle=0,45,46,0+-0.9",
+            "joint_angle!=0,45,45,0",
         ] {
             assert!(!holds(&pose, word), "{word}");
         }
-        assert!(holds(&QueuedCmdLeftSpace { left_space: 32 }, "left_space=32"));
-        assert!(!holds(&QueuedCmdLeftSpace { left_space: 31 }, "left_space=32"));
+        assert!(holds(
+            &QueuedCmdLeftSpace { left_space: 32 },
+            "left_space=32"
+        ));
+        assert!(!holds(
+            &QueuedCmdLeftSpace { left_space: 31 },
+            "left_space=32"
+        ));
     }
 
     #[test]

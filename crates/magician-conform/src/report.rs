@@ -50,7 +50,12 @@ pub fn in_words(frame: &FrameBuf, direction: Direction) -> String {
     let frame = frame.frame();
     let known = describe(&frame, direction);
     let Ok(description) = known else {
-        return format!("id {}, Ctrl {:#04x}, {} parameter bytes", frame.id(), frame.ctrl().0, frame.params().len());
+        return format!(
+            "id {}, Ctrl {:#04x}, {} parameter bytes",
+            frame.id(),
+            frame.ctrl().0,
+            frame.params().len()
+        );
     };
     let mut text = description.name.to_owned();
     if description.queued {

@@ -3,9 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use magician_protocol::commands::{
-    AlarmsState, DeviceTime, Pose, QueuedCmdCurrentIndex,
-};
+use magician_protocol::commands::{AlarmsState, DeviceTime, Pose, QueuedCmdCurrentIndex};
 use magician_protocol::{
     AlarmSet, Ctrl, Deframer, Direction, Event, Frame, FrameBuf, NoArgs, Readable, Row,
 };
@@ -60,7 +58,11 @@ impl From<magician::Error> for Trouble {
 
 type Done = Result<(), Trouble>;
 
-fn wrong<T>(expected: impl Into<String>, got: impl Into<String>, received: &[u8]) -> Result<T, Trouble> {
+fn wrong<T>(
+    expected: impl Into<String>,
+    got: impl Into<String>,
+    received: &[u8],
+) -> Result<T, Trouble> {
     Err(Trouble::Wrong(Wrong {
         expected: expected.into(),
         got: got.into(),
@@ -139,7 +141,11 @@ impl<B: Bench> Session<B> {
     fn told(&self, done: Done, line: usize, step: &str) -> Result<(), Stopped> {
         done.map_err(|trouble| match trouble {
             Trouble::Line(error) => Stopped::Line(error),
-            Trouble::Wrong(Wrong { expected, got, received }) => Stopped::Otherwise(Box::new(Mismatch {
+            Trouble::Wrong(Wrong {
+                expected,
+                got,
+                received,
+            }) => Stopped::Otherwise(Box::new(Mismatch {
                 line,
                 step: step.to_owned(),
                 sent: self.sent.clone(),
@@ -180,7 +186,11 @@ impl<B: Bench> Session<B> {
             Action::Alarms(alarms) => self.alarms(alarms).await,
             Action::Happens(happening) => match self.bench.happens(*happening) {
                 true => self.order().await,
-                false => wrong("that this can be made to happen", "only a virtual arm inside this program can", &[]),
+                false => wrong(
+                    "that this can be made to happen",
+                    "only a virtual arm inside this program can",
+                    &[],
+                ),
             },
         }
     }
@@ -216,7 +226,11 @@ impl<B: Bench> Session<B> {
     async fn nothing(&mut self, within: Duration) -> Done {
         match self.next(within).await? {
             None => Ok(()),
-            Some(frame) => wrong("nothing from the arm", in_words(&frame, Direction::Reply), frame.bytes()),
+            Some(frame) => wrong(
+                "nothing from the arm",
+                in_words(&frame, Direction::Reply),
+                frame.bytes(),
+            ),
         }
     }
 
@@ -231,7 +245,10 @@ impl<B: Bench> Session<B> {
         };
         let found = frame.bytes();
         let same = found.len() == bytes.len()
-            && found.iter().zip(bytes).all(|(found, byte)| byte.is_none_or(|byte| byte == *found));
+            && found
+                .iter()
+                .zip(bytes)
+                .all(|(found, byte)| byte.is_none_or(|byte| byte == *found));
         match same {
             true => self.note_index(&frame).await,
             false => wrong(expected, in_words(&frame, Direction::Reply), found),
@@ -241,11 +258,19 @@ impl<B: Bench> Session<B> {
     /// The answer to the frame sent last: id and Ctrl as they were, the parameters of its form and no more.
     async fn answered(&mut self, answer: &Answer) -> Done {
         let Some(request) = Frame::new(&self.sent).map(FrameBuf::from) else {
-            return wrong("a frame that can be answered", "damaged bytes were sent", &[]);
+            return wrong(
+                "a frame that can be answered",
+                "damaged bytes were sent",
+                &[],
+            );
         };
         let (id, ctrl) = (request.frame().id(), request.frame().ctrl());
         let Some(row) = Row::with_id(id) else {
-            return wrong("a command that can be answered", format!("id {id} was sent"), &[]);
+            return wrong(
+                "a command that can be answered",
+                format!("id {id} was sent"),
+                &[],
+            );
         };
         let ctrl = if answer.full { ctrl.with_error() } else { ctrl };
         let layout = reply_layout(row, ctrl);
@@ -254,15 +279,24 @@ impl<B: Bench> Session<B> {
             return wrong(expected(), "nothing", &[]);
         };
         let view = frame.frame();
-        let fits = layout.normalise(view.params().len()).is_ok_and(|fit| fit.note.is_none());
+        let fits = layout
+            .normalise(view.params().len())
+            .is_ok_and(|fit| fit.note.is_none());
         let right = view.id() == id
             && view.ctrl() == ctrl
             && fits
-            && answer.checks.iter().all(|check| check.holds(layout, view.params()))
+            && answer
+                .checks
+                .iter()
+                .all(|check| check.holds(layout, view.params()))
             && self.indexed(row, ctrl, &frame, answer.full);
         match right {
             true => self.note_index(&frame).await,
-            false => wrong(expected(), in_words(&frame, Direction::Reply), frame.bytes()),
+            false => wrong(
+                expected(),
+                in_words(&frame, Direction::Reply),
+                frame.bytes(),
+            ),
         }
     }
 
@@ -299,7 +333,9 @@ impl<B: Bench> Session<B> {
             return wrong(format!("an answer to {name}"), "nothing", &[]);
         };
         let view = reply.frame();
-        let value = (view.id() == T::ROW.id).then(|| view.read::<T>().ok()).flatten();
+        let value = (view.id() == T::ROW.id)
+            .then(|| view.read::<T>().ok())
+            .flatten();
         let Some(value) = value else {
             let got = in_words(&reply, Direction::Reply);
             return wrong(format!("an answer to {name}"), got, reply.bytes());
@@ -318,7 +354,11 @@ fn index_of(row: &Row, ctrl: Ctrl, frame: &FrameBuf) -> Option<u64> {
 fn expectation(row: &Row, ctrl: Ctrl, answer: &Answer) -> String {
     let mut text = format!("{} with Ctrl {:#04x}", row.form_name(ctrl), ctrl.0);
     if row.sets(ctrl) && ctrl.queued() && !row.steers_queue() {
-        text += if answer.full { " and index 0" } else { " and the next index" };
+        text += if answer.full {
+            " and index 0"
+        } else {
+            " and the next index"
+        };
     }
     for check in &answer.checks {
         text += &format!(" {check}");
@@ -347,7 +387,11 @@ impl<B: Bench> Session<B> {
     async fn elapsed(&mut self) -> Result<Duration, Trouble> {
         let wrap = 1000 << 32;
         let (now, then) = (self.clock().await?, self.ordered);
-        let span = if now < then { now + wrap - then } else { now - then };
+        let span = if now < then {
+            now + wrap - then
+        } else {
+            now - then
+        };
         Ok(Duration::from_micros(span))
     }
 
@@ -364,7 +408,10 @@ impl<B: Bench> Session<B> {
     }
 
     async fn current(&mut self) -> Result<u64, Trouble> {
-        Ok(self.ask::<QueuedCmdCurrentIndex>().await?.queued_cmd_current_index)
+        Ok(self
+            .ask::<QueuedCmdCurrentIndex>()
+            .await?
+            .queued_cmd_current_index)
     }
 
     /// Lets a little time pass; at most that long.
@@ -381,7 +428,11 @@ impl<B: Bench> Session<B> {
         let Some(last) = self.last else {
             return wrong("a queued command to wait for", "none was queued", &[]);
         };
-        let slack = if self.bench.stepped().is_some() { Duration::ZERO } else { SLACK };
+        let slack = if self.bench.stepped().is_some() {
+            Duration::ZERO
+        } else {
+            SLACK
+        };
         let latest = when.map_or(LONGEST, |(at, tolerance)| at + tolerance.max(slack));
         let mut waited = Duration::ZERO;
         loop {
@@ -394,7 +445,11 @@ impl<B: Bench> Session<B> {
                 let early = when.is_some_and(|(at, tolerance)| elapsed + tolerance.max(slack) < at);
                 return match (early, elapsed > latest) {
                     (false, false) => Ok(()),
-                    _ => wrong(finish_by(last, when), format!("it finished after {}", seconds(elapsed)), &[]),
+                    _ => wrong(
+                        finish_by(last, when),
+                        format!("it finished after {}", seconds(elapsed)),
+                        &[],
+                    ),
                 };
             }
             if elapsed > latest {
@@ -419,7 +474,11 @@ impl<B: Bench> Session<B> {
             }
             pose = now;
         }
-        wrong("the arm to come to rest", format!("it still moves after {}", seconds(waited)), &[])
+        wrong(
+            "the arm to come to rest",
+            format!("it still moves after {}", seconds(waited)),
+            &[],
+        )
     }
 
     async fn finished(&mut self, finished: Finished) -> Done {
@@ -444,7 +503,10 @@ impl<B: Bench> Session<B> {
     async fn alarms(&mut self, wanted: &Alarms) -> Done {
         let standing = self.ask::<AlarmsState>().await?.alarms_state;
         let (right, expected) = match wanted {
-            Alarms::Are(codes) => (standing.codes().eq(sorted(codes)), format!("alarms {}", named(codes))),
+            Alarms::Are(codes) => (
+                standing.codes().eq(sorted(codes)),
+                format!("alarms {}", named(codes)),
+            ),
             Alarms::With(codes) => (
                 codes.iter().all(|code| standing.contains(*code)),
                 format!("alarms with {}", named(codes)),

@@ -94,7 +94,11 @@ const MOST: u32 = 10_000;
 pub(crate) fn read_all(text: &str, first: usize) -> Result<Vec<Step>, (usize, String)> {
     let mut steps = Vec::new();
     let mut sent = None;
-    for (line, text) in text.lines().enumerate().map(|(at, text)| (first + at, text)) {
+    for (line, text) in text
+        .lines()
+        .enumerate()
+        .map(|(at, text)| (first + at, text))
+    {
         let words = words::split(text).map_err(|error| (line, error))?;
         if words.is_empty() {
             continue;
@@ -120,11 +124,15 @@ fn repetitions(words: &[String]) -> Result<(u32, &[String]), String> {
     let Some((head, rest)) = words.split_first() else {
         return Ok((1, words));
     };
-    let count = head.strip_suffix('x').and_then(|number| number.parse().ok());
+    let count = head
+        .strip_suffix('x')
+        .and_then(|number| number.parse().ok());
     match count {
         None => Ok((1, words)),
         Some(count) if (1..=MOST).contains(&count) && !rest.is_empty() => Ok((count, rest)),
-        Some(_) => Err(format!("`{head}` is 1x to {MOST}x and stands before a step")),
+        Some(_) => Err(format!(
+            "`{head}` is 1x to {MOST}x and stands before a step"
+        )),
     }
 }
 
@@ -140,7 +148,11 @@ fn read(all: &[String], sent: Option<&FrameBuf>) -> Result<Action, String> {
         "queue" => ask(Row::find_writable, Ctrl::QUEUED, rest),
         "send" => words::bytes(rest).map(Action::Send),
         "frame" => frame(rest).map(|frame| Action::Send(frame.bytes().to_vec())),
-        "reply" => rest.iter().map(|word| any_byte(word)).collect::<Result<_, _>>().map(Action::Reply),
+        "reply" => rest
+            .iter()
+            .map(|word| any_byte(word))
+            .collect::<Result<_, _>>()
+            .map(Action::Reply),
         "answered" => answered(rest, sent).map(Action::Answered),
         "silence" if rest.is_empty() => Ok(Action::Silence),
         "wait" => words::span(rest).map(Action::Wait),
@@ -184,7 +196,10 @@ fn params(layout: &LayoutInfo, fields: &[String]) -> Result<Vec<u8>, String> {
         Ok((key.to_owned(), value.to_owned()))
     };
     let pairs = fields.iter().map(pair).collect::<Result<Vec<_>, _>>()?;
-    let pairs: Vec<_> = pairs.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
+    let pairs: Vec<_> = pairs
+        .iter()
+        .map(|(key, value)| (key.as_str(), value.as_str()))
+        .collect();
     let mut bytes = [0; MAX_PARAMS];
     let mut writer = Writer::new(&mut bytes);
     encode_text(layout, &pairs, &mut writer).map_err(|error| error.to_string())?;
@@ -210,7 +225,11 @@ fn frame(words: &[String]) -> Result<FrameBuf, String> {
     };
     let id = match name.parse::<u8>() {
         Ok(id) => id,
-        Err(_) => Row::find(name).map_err(|_| format!("no command `{name}`"))?.id,
+        Err(_) => {
+            Row::find(name)
+                .map_err(|_| format!("no command `{name}`"))?
+                .id
+        }
     };
     let (ctrl, params) = (Ctrl(words::byte(ctrl)?), words::bytes(params)?);
     FrameBuf::new(id, ctrl, &params).map_err(|error| error.to_string())
@@ -224,7 +243,9 @@ fn any_byte(word: &str) -> Result<Option<u8>, String> {
 }
 
 fn answered(rest: &[String], sent: Option<&FrameBuf>) -> Result<Answer, String> {
-    let frame = sent.ok_or("nothing was sent that could be answered")?.frame();
+    let frame = sent
+        .ok_or("nothing was sent that could be answered")?
+        .frame();
     let row = Row::with_id(frame.id()).ok_or("the frame sent last has no command")?;
     let words = match rest {
         [] => rest,
@@ -265,16 +286,25 @@ fn finished(word: &str) -> Result<Finished, String> {
         "last" => return Ok(Finished::Last(0)),
         _ => {}
     }
-    let before = word.strip_prefix("last-").and_then(|number| number.parse().ok());
+    let before = word
+        .strip_prefix("last-")
+        .and_then(|number| number.parse().ok());
     before
         .map(Finished::Last)
         .ok_or_else(|| "write finished last, finished last-1 or finished nothing".to_owned())
 }
 
 fn alarms(words: &[String]) -> Result<Alarms, String> {
-    let codes = |words: &[String]| words.iter().map(|word| words::code(word)).collect::<Result<Vec<_>, _>>();
+    let codes = |words: &[String]| {
+        words
+            .iter()
+            .map(|word| words::code(word))
+            .collect::<Result<Vec<_>, _>>()
+    };
     match words {
-        [] => Err("write alarms none, alarms 0x11, alarms with 0x11 or alarms without 0x11".to_owned()),
+        [] => Err(
+            "write alarms none, alarms 0x11, alarms with 0x11 or alarms without 0x11".to_owned(),
+        ),
         [none] if none == "none" => Ok(Alarms::Are(Vec::new())),
         [with, rest @ ..] if with == "with" => codes(rest).map(Alarms::With),
         [without, rest @ ..] if without == "without" => codes(rest).map(Alarms::Without),
@@ -284,7 +314,10 @@ fn alarms(words: &[String]) -> Result<Alarms, String> {
 
 fn happening(words: &[String]) -> Result<Happening, String> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    let number = |text: &str| text.parse::<f64>().map_err(|_| format!("`{text}` is no number"));
+    let number = |text: &str| {
+        text.parse::<f64>()
+            .map_err(|_| format!("`{text}` is no number"))
+    };
     Ok(match words.as_slice() {
         ["key", "short"] => Happening::Key(Press::Short),
         ["key", "long"] => Happening::Key(Press::Long),

@@ -99,7 +99,10 @@ impl Case {
             (self.pending, "pending"),
             (self.begin == Begin::PowerUp, "power-up"),
         ];
-        tags.into_iter().filter(|(has, _)| *has).map(|(_, tag)| tag).collect()
+        tags.into_iter()
+            .filter(|(has, _)| *has)
+            .map(|(_, tag)| tag)
+            .collect()
     }
 
     /// Whether a pattern means it: its chapter, a tag, or a pattern of its name in which `*` stands for anything.
@@ -137,7 +140,10 @@ impl Case {
                 return Some(format!("{} is dangerous: say why it `hurts`", row.set_name));
             }
             if moves(row) && !self.moves {
-                return Some(format!("{} moves the arm: say `moves = true`", row.set_name));
+                return Some(format!(
+                    "{} moves the arm: say `moves = true`",
+                    row.set_name
+                ));
             }
         }
         None
@@ -146,7 +152,13 @@ impl Case {
 
 /// Whether a command sets something in motion.
 fn moves(row: &Row) -> bool {
-    let chapters = [Chapter::Home, Chapter::Jog, Chapter::Ptp, Chapter::Cp, Chapter::Arc];
+    let chapters = [
+        Chapter::Home,
+        Chapter::Jog,
+        Chapter::Ptp,
+        Chapter::Cp,
+        Chapter::Arc,
+    ];
     let motors = ["EMotor", "EMotorS", "AutoLeveling"];
     row.value.is_none() && chapters.contains(&row.chapter) || motors.contains(&row.name)
 }
@@ -260,7 +272,9 @@ impl Suite {
             let flaw = match case.chapter() {
                 _ if known => Some(format!("there are two cases `{}`", case.id)),
                 _ if case.steps.is_empty() => Some("the case has no steps".to_owned()),
-                other if other != chapter => Some(format!("`{}` does not begin with `{chapter}.`", case.id)),
+                other if other != chapter => {
+                    Some(format!("`{}` does not begin with `{chapter}.`", case.id))
+                }
                 _ => case.flaw(),
             };
             if let Some(flaw) = flaw {
@@ -281,7 +295,8 @@ impl Suite {
     /// means.
     #[must_use]
     pub fn select(&self, only: &[String], skip: &[String]) -> Vec<&Case> {
-        let means = |case: &Case, patterns: &[String]| patterns.iter().any(|pattern| case.matches(pattern));
+        let means =
+            |case: &Case, patterns: &[String]| patterns.iter().any(|pattern| case.matches(pattern));
         self.cases
             .iter()
             .filter(|case| only.is_empty() || means(case, only))
@@ -342,9 +357,18 @@ mod tests {
         let (_, message) = error(&case("", "set WIFISSID ssid=home"));
         assert!(message.contains("hurts"), "{message}");
         let mut suite = Suite::default();
-        let right = case("hurts = \"it forgets its network\"", "set WIFISSID ssid=home");
+        let right = case(
+            "hurts = \"it forgets its network\"",
+            "set WIFISSID ssid=home",
+        );
         suite.read("x", &right).unwrap();
-        assert!(suite.read("x", &right).unwrap_err().message.contains("two cases"));
+        assert!(
+            suite
+                .read("x", &right)
+                .unwrap_err()
+                .message
+                .contains("two cases")
+        );
     }
 
     #[test]
@@ -360,11 +384,23 @@ mod tests {
         let mut suite = Suite::default();
         suite.read("x", &case("moves = true", "silence")).unwrap();
         for pattern in ["x", "x.a", "x.*", "*a", "*", "moves", "G"] {
-            assert_eq!(suite.select(&[pattern.to_owned()], &[]).len(), 1, "{pattern}");
-            assert_eq!(suite.select(&[], &[pattern.to_owned()]).len(), 0, "{pattern}");
+            assert_eq!(
+                suite.select(&[pattern.to_owned()], &[]).len(),
+                1,
+                "{pattern}"
+            );
+            assert_eq!(
+                suite.select(&[], &[pattern.to_owned()]).len(),
+                0,
+                "{pattern}"
+            );
         }
         for pattern in ["y", "x.b", "y*", "exact", "x.a.*", ""] {
-            assert_eq!(suite.select(&[pattern.to_owned()], &[]).len(), 0, "{pattern}");
+            assert_eq!(
+                suite.select(&[pattern.to_owned()], &[]).len(),
+                0,
+                "{pattern}"
+            );
         }
     }
 }

@@ -12,8 +12,11 @@ fn suite() -> Suite {
 /// The outcomes of cases on virtual arms with this profile.
 fn examine<'c>(profile: Profile, cases: &[&'c Case]) -> Vec<(&'c Case, Outcome)> {
     let bench = SimBench::new(profile);
-    let mut examination = Examination::new(bench, Duration::from_secs(1)).expect("the beginnings are read");
-    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+    let mut examination =
+        Examination::new(bench, Duration::from_secs(1)).expect("the beginnings are read");
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .build()
+        .expect("a runtime");
     runtime.block_on(async {
         examination.begin().await.expect("a virtual arm answers");
         let mut outcomes = Vec::new();
@@ -54,12 +57,170 @@ fn the_virtual_arm_passes_every_case() {
         .map(|(case, outcome)| (case.pending, told(case, outcome)))
         .collect();
     let list = |pending| {
-        let told: Vec<_> = bad.iter().filter(|(is, _)| *is == pending).map(|(_, text)| text.as_str()).collect();
+        let told: Vec<_> = bad
+            .iter()
+            .filter(|(is, _)| *is == pending)
+            .map(|(_, text)| text.as_str())
+            .collect();
         told.join("\n")
     };
-    let ripe = outcomes.iter().filter(|(case, outcome)| case.pending && *outcome == Outcome::Passed);
+    let ripe = outcomes
+        .iter()
+        .filter(|(case, outcome)| case.pending && *outcome == Outcome::Passed);
     println!("pending and red:\n{}", list(true));
-    println!("pending and green: {:?}", ripe.map(|(case, _)| case.id.as_str()).collect::<Vec<_>>());
+    println!(
+        "pending and green: {:?}",
+        ripe.map(|(case, _)| case.id.as_str()).collect::<Vec<_>>()
+    );
     println!("{} cases", cases.len());
     assert!(list(false).is_empty(), "\n{}", list(false));
+}
+
+/// The cases that an arm with another profile fails.
+fn failed_with(change: impl FnOnce(&mut Profile)) -> Vec<String> {
+    let mut profile = Profile::default();
+    change(&mut profile);
+    profile.check().expect("a sensible profile");
+    let suite = suite();
+    let cases: Vec<_> = suite.cases().iter().filter(|case| !case.pending).collect();
+    let outcomes = examine(profile, &cases);
+    let failed = outcomes
+        .iter()
+        .filter(|(_, outcome)| matches!(outcome, Outcome::Failed(_)));
+    failed.map(|(case, _)| case.id.clone()).collect()
+}
+
+#[track_caller]
+fn fails(change: impl FnOnce(&mut Profile), named: &[&str]) {
+    let failed = failed_with(change);
+    for name in named {
+        assert!(
+            failed.iter().any(|id| id == name),
+            "{name} passes; failed: {failed:?}"
+        );
+    }
+    assert!(failed.len() < 150, "everything fails: {failed:?}");
+}
+
+#[test]
+fn another_queue_depth_is_found() {
+    fails(
+        |profile| profile.queue.depth = 16,
+        &[
+            "queue.depth",
+            "queue.full",
+            "queue.left-space-is-four-bytes",
+        ],
+    );
+}
+
+#[test]
+fn another_first_index_is_found_where_it_counts_only() {
+    let failed = failed_with(|profile| profile.queue.first_index = 2);
+    assert_eq!(failed, ["queue.at-power-up"]);
+}
+
+#[test]
+fn a_queue_that_alarms_do_not_hold_is_found() {
+    fails(
+        |profile| profile.queue.alarms_hold = false,
+        &[
+            "alarm.holds-the-queue",
+            "alarm.hold-outlives-the-limit",
+            "home.behind-a-held-command",
+        ],
+    );
+}
+
+#[test]
+fn a_clear_that_ends_the_motion_is_found() {
+    fails(
+        |profile| profile.queue.clear_ends_motion = true,
+        &["queue.clear-lets-the-motion-finish"],
+    );
+}
+
+#[test]
+fn a_queue_that_runs_unasked_is_found() {
+    fails(
+        |profile| profile.power_up.queue_started = true,
+        &["queue.at-power-up"],
+    );
+}
+
+#[test]
+fn a_missing_reset_alarm_is_found() {
+    fails(
+        |profile| profile.power_up.reset_alarm = false,
+        &["alarm.reset-at-power-up", "alarm.cleared-under-id-20"],
+    );
+}
+
+#[test]
+fn other_speeds_at_power_up_are_found() {
+    fails(
+        |profile| {
+            profile.defaults.ptp.joint_velocity[2] = 201.0;
+            profile.defaults.jog.coordinate_velocity[0] = 61.0;
+            profile.defaults.cp.junction_velocity = 99.0;
+        },
+        &[
+            "ptp.parameters-at-power-up",
+            "jog.coordinate-params-capture",
+            "cp.params-at-power-up",
+        ],
+    );
+}
+
+#[test]
+fn another_limit_is_found_on_its_joint_only() {
+    let failed = failed_with(|profile| profile.limits.controller.j3[0] = -14.0);
+    for id in &failed {
+        assert!(
+            [
+                "ptp.j3-minus-limit",
+                "pose.forward-pk03",
+                "pose.inverse-pk03"
+            ]
+            .contains(&id.as_str()),
+            "{id}"
+        );
+    }
+    assert_eq!(failed.len(), 3, "{failed:?}");
+}
+
+#[test]
+fn a_weaker_brake_is_found() {
+    fails(
+        |profile| profile.stop.force_factor = 1.5,
+        &["queue.force-stop-brakes-twice-as-hard"],
+    );
+}
+
+#[test]
+fn lower_ceilings_are_found() {
+    fails(
+        |profile| profile.ceilings.linear_velocity = 90.0,
+        &["ptp.movl-100-mm", "ptp.movl-on-the-way", "ptp.ceilings"],
+    );
+}
+
+#[test]
+fn another_home_is_found() {
+    fails(
+        |profile| profile.home.joints = [0.0, 44.0, 45.0, 0.0],
+        &[
+            "home.params-at-power-up",
+            "home.params-with-tool",
+            "home.default-home-point",
+        ],
+    );
+}
+
+#[test]
+fn another_version_is_found() {
+    assert_eq!(
+        failed_with(|profile| profile.identity.version[2] = 15),
+        ["info.version-3-6-14"]
+    );
 }

@@ -6,7 +6,7 @@ use magician_protocol::{Event as Found, FrameBuf, Row};
 use crate::core::Core;
 use crate::event::Event;
 use crate::link::{Link, Links};
-use crate::{LinkId, Micros, Profile, State, World};
+use crate::{Flash, LinkId, Micros, Profile, State, World};
 
 /// A Dobot Magician's controller, without a clock and without a wire.
 ///
@@ -62,10 +62,8 @@ impl Controller {
     /// it has been homed.
     #[must_use]
     pub fn in_world(profile: Profile, world: World) -> Self {
-        Self {
-            links: Links::default(),
-            core: Core::switched_on(profile, world),
-        }
+        let flash = Flash::new(&profile);
+        Self::with_flash(profile, world, flash)
     }
 
     /// The same arm, but switched on while it really stood there, deg: J1 reads what it reads at power-up wherever the

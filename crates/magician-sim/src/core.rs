@@ -5,11 +5,13 @@ use magician_protocol::{
 };
 
 use crate::alarms::Alarms;
-use crate::chapter::{io::Connectors, tool::Actuators};
+use crate::chapter::{io::Connectors, teach::Teaching, tool::Actuators};
 use crate::dispatch::{self, Step, Turn};
 use crate::event::{Event, Log, Refusal};
+use crate::flash::Flash;
 use crate::motion::Motion;
-use crate::queue::{Order, Queue};
+use crate::program::{Download, Run};
+use crate::queue::{Order, Queue, moves};
 use crate::settings::Settings;
 use crate::world::Grip;
 use crate::{LineState, LinkId, Micros, Profile, World};
@@ -26,6 +28,13 @@ pub(crate) struct Core {
     pub(crate) actuators: Actuators,
     pub(crate) connectors: Connectors,
     pub(crate) homed: bool,
+    pub(crate) teaching: Teaching,
+    pub(crate) flash: Flash,
+    /// How often the flash has been written since power-up.
+    pub(crate) flash_writes: u64,
+    /// The program that is being stored.
+    pub(crate) download: Option<Download>,
+    pub(crate) run: Run,
     pub(crate) world: World,
     /// The tool as the world was told last.
     pub(crate) grip: Grip,
@@ -38,7 +47,7 @@ pub(crate) struct Core {
 }
 
 impl Core {
-    pub(crate) fn new(profile: Profile, world: World) -> Self {
+    pub(crate) fn new(profile: Profile, world: World, flash: Flash) -> Self {
         let rules = &profile.queue;
         let mut core = Self {
             now: 0,
@@ -53,6 +62,11 @@ impl Core {
             actuators: Actuators::default(),
             connectors: Connectors::default(),
             homed: false,
+            teaching: Teaching::default(),
+            flash,
+            flash_writes: 0,
+            download: None,
+            run: Run::Off,
             world,
             grip: Grip::default(),
             line: LineState::default(),
@@ -92,6 +106,11 @@ impl Core {
     }
 
     fn act_at_once(&mut self, set: &Set) {
+        if self.teaching.held() && (moves(set) || matches!(set, Set::JogCmd(_))) {
+            // The motors are released.
+            let _: Step = self.refuse(set.row().id, Refusal::Busy);
+            return;
+        }
         // The step of an immediate command is of no concern: nothing waits for it.
         let _: Step = dispatch::apply(self, set, Turn::Immediate);
         self.feel_grip();
@@ -99,13 +118,18 @@ impl Core {
     }
 
     fn enqueue(&mut self, id: u8, ctrl: Ctrl, order: Order) -> Result<FrameBuf, EncodeError> {
-        let Some(index) = self.queue.push(id, order) else {
+        let stored = self.store_line(id, &order);
+        let Some(index) = stored.unwrap_or_else(|| self.hosts_mut().push(id, order)) else {
             self.log.push(Event::QueueFull { id });
             return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
         };
-        self.log.push(Event::Accepted { index, id });
-        self.path_grows();
-        self.settle();
+        if stored.is_none() {
+            self.log.push(Event::Accepted { index, id });
+            if !self.runs_program() {
+                self.path_grows();
+            }
+            self.settle();
+        }
         FrameBuf::encode(id, ctrl, &QueuedCmdIndex(index))
     }
 

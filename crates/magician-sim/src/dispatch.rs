@@ -90,6 +90,28 @@ macro_rules! stored {
     )+};
 }
 
+/// Parameter sets as [`stored`], but kept in the flash.
+macro_rules! kept {
+    ($($layout:ident in $field:ident),+ $(,)?) => {$(
+        impl $crate::dispatch::Report for $layout {
+            fn report(core: &mut $crate::core::Core, _: &magician_protocol::NoArgs) -> Self {
+                core.flash.$field
+            }
+        }
+
+        impl $crate::dispatch::Apply for $layout {
+            fn apply(
+                &self,
+                core: &mut $crate::core::Core,
+                _: $crate::dispatch::Turn,
+            ) -> $crate::dispatch::Step {
+                core.write_flash(|flash| flash.$field = *self);
+                $crate::dispatch::Step::Done
+            }
+        }
+    )+};
+}
+
 /// Commands that this simulation accepts, answers and finishes, and does not act on.
 macro_rules! not_simulated {
     ($($layout:ident),+ $(,)?) => {$(
@@ -105,4 +127,4 @@ macro_rules! not_simulated {
     )+};
 }
 
-pub(crate) use {not_simulated, stored};
+pub(crate) use {kept, not_simulated, stored};

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use magician_protocol::Row;
 
 use crate::LinkId;
-use crate::world::{Press, Thing};
+use crate::world::{Incident, Press};
 
 /// Something that happened inside the controller. None of it goes over the wire.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +42,25 @@ pub enum Event {
         /// Its id.
         id: u8,
     },
+    /// A queued command was stored as a line of the program and given this index, at which nothing will run.
+    Stored {
+        /// Its index in the queue's numbering.
+        index: u64,
+        /// Its id.
+        id: u8,
+    },
+    /// A program has been stored in the flash.
+    Downloaded {
+        /// Its commands.
+        stored: u32,
+        /// How many it was said to have.
+        announced: u32,
+    },
+    /// The program in the flash begins or ends.
+    Program {
+        /// Whether it runs from now on.
+        runs: bool,
+    },
     /// A command was understood and not carried out.
     Refused {
         /// Its id.
@@ -59,13 +78,8 @@ pub enum Event {
         /// Its code.
         code: u8,
     },
-    /// The tool, or what it holds, touches something.
-    Touched {
-        /// What.
-        thing: Thing,
-        /// Whether J2 and J3 lose steps.
-        stalls: bool,
-    },
+    /// Something has happened in the world: the tool has taken an object, or touches the table.
+    World(Incident),
     /// A joint has slipped: it stands elsewhere than commanded.
     Slipped {
         /// J1 to J4 as 1 to 4.
@@ -128,6 +142,8 @@ pub enum Refusal {
     UnknownMode,
     /// A pin that there is not, or a function that the pin does not have.
     Pin,
+    /// It moves the arm while a hand does, or stores a program while one runs.
+    Busy,
     /// It sets the pose while the arm moves, or to angles that make no sense.
     Pose,
 }

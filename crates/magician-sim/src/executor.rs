@@ -4,6 +4,7 @@ use crate::Micros;
 use crate::core::Core;
 use crate::dispatch::{self, Step, Turn};
 use crate::event::Event;
+use crate::program::Run;
 use crate::queue::{Busy, Entry, Order, Running};
 use magician_protocol::{AlarmSet, Set};
 
@@ -58,15 +59,19 @@ impl Core {
         }
         self.run_queue();
         self.come_to_rest();
+        self.tell_incidents();
     }
 
     /// Takes commands from the queue as long as it may and they finish on the spot.
     fn run_queue(&mut self) {
+        self.change_queue();
         while self.may_take() {
             let Some(entry) = self.queue.pop() else {
                 return;
             };
+            self.read_ahead();
             self.start(entry);
+            self.change_queue();
         }
     }
 
@@ -79,10 +84,21 @@ impl Core {
         };
         let homes = matches!(head, Order::Set(Set::HomeCmd(_)));
         let moves_aside = self.motion.is_jogging() && !head.moves();
-        self.queue.started
+        self.is_free()
             && self.queue.running.is_none()
             && (!self.motion.is_moving() || moves_aside)
             && (!self.is_held() || homes)
+    }
+
+    /// Whether the queue may take commands but for alarms: it is started, no hand has unlocked the motors, and the
+    /// program in the flash does not wait for its turn.
+    fn is_free(&self) -> bool {
+        self.queue.started && !self.teaching.held() && !matches!(self.run, Run::Due)
+    }
+
+    /// Whether the queue takes its next command as soon as nothing is under way.
+    pub(crate) fn goes_on(&self) -> bool {
+        self.is_free() && !self.is_held()
     }
 
     /// Whether an alarm holds the queue.
@@ -94,8 +110,13 @@ impl Core {
         let Entry {
             index, id, order, ..
         } = entry;
-        self.log.push(Event::Started { index, id });
-        self.world.index_started(self.now, index);
+        if self.pass_over(index) {
+            return;
+        }
+        if !self.runs_program() {
+            self.log.push(Event::Started { index, id });
+            self.world.index_started(self.now, index);
+        }
         let step = match &order {
             Order::Set(set) => dispatch::apply(self, set, Turn::Queued),
             Order::Nothing => Step::Done,
@@ -125,15 +146,24 @@ impl Core {
 
     fn finished(&mut self, index: u64, id: u8) {
         self.queue.current = index;
-        self.log.push(Event::Finished { index, id });
+        if !self.runs_program() {
+            self.log.push(Event::Finished { index, id });
+        }
     }
 }
 
 impl Core {
-    /// Stops the queue: the running motion goes on to its end, a running wait is cut short (model section 14).
+    /// Stops the queue, and the program if it runs: the running motion goes on to its end, a running wait is cut short
+    /// (model section 14).
     pub(crate) fn stop(&mut self) {
-        self.queue.started = false;
+        self.hosts_mut().started = false;
+        self.stop_program();
         self.replan_segment();
+        self.cut_wait();
+    }
+
+    /// Ends a running wait.
+    pub(crate) fn cut_wait(&mut self) {
         if let Some(Busy::Waiting(_)) = self.queue.running.map(|running| running.busy) {
             self.finish_running();
         }
@@ -145,11 +175,14 @@ impl Core {
         self.brake();
     }
 
-    /// Drops what waits. Numbering goes on and the current index stands.
+    /// Drops what hosts have queued. Numbering goes on and the current index stands.
     pub(crate) fn clear_queue(&mut self) {
-        let count = self.queue.clear();
+        let count = self.hosts_mut().clear();
         if count > 0 {
             self.log.push(Event::Dropped { count });
+        }
+        if self.runs_program() {
+            return;
         }
         self.replan_segment();
         let moving = self

@@ -2,10 +2,13 @@
 
 use magician_motion::{JointAngles, Range};
 
+use crate::chapter::teach::Teaching;
 use crate::core::Core;
+use crate::dispatch::Step;
 use crate::event::Event;
+use crate::flash::Flash;
 use crate::scenario::Arm;
-use crate::world::Happening;
+use crate::world::{Drawing, Happening, Look, Press};
 use crate::{Micros, Profile, World};
 
 /// The cable between the arm and its host, for those who carry the bytes.
@@ -34,8 +37,7 @@ impl Core {
     pub(crate) fn meet(&mut self, happening: Happening) {
         match happening {
             Happening::Input => {}
-            Happening::Touch { thing, stalls } => {
-                self.log.push(Event::Touched { thing, stalls });
+            Happening::Touch { stalls, .. } => {
                 if stalls {
                     self.stall();
                 }
@@ -54,9 +56,39 @@ impl Core {
                 }
             }
             Happening::Delay(delay) => self.line.delay = delay,
-            Happening::Key(press) => self.log.push(Event::Key { press }),
-            Happening::Unlock(held) => self.log.push(Event::Unlocked { held }),
-            Happening::Guide(_) => {}
+            Happening::Key(press) => {
+                self.log.push(Event::Key { press });
+                self.press(press);
+            }
+            Happening::Unlock(held) => {
+                self.log.push(Event::Unlocked { held });
+                self.unlock(held);
+            }
+            Happening::Guide(joints) => self.guide(joints),
+        }
+        self.feel_grip();
+    }
+
+    /// The base key runs the program in the flash or stops it; held, it homes the arm. It has no effect while the
+    /// unlock key is held.
+    fn press(&mut self, press: Press) {
+        if self.teaching.held() {
+            return;
+        }
+        match press {
+            Press::Short => self.toggle_program(),
+            Press::Long => {
+                self.stop_program();
+                // As an immediate command: nothing waits for it.
+                let _: Step = self.home();
+            }
+        }
+    }
+
+    /// What has happened in the world goes into the log.
+    pub(crate) fn tell_incidents(&mut self) {
+        while let Some(incident) = self.world.poll_incident() {
+            self.log.push(Event::World(incident));
         }
     }
 
@@ -65,7 +97,10 @@ impl Core {
     fn reset(&mut self) {
         self.halt();
         let really = self.posture();
-        let mut anew = Self::new(self.profile.clone(), std::mem::take(&mut self.world));
+        let world = std::mem::take(&mut self.world);
+        let mut anew = Self::new(self.profile.clone(), world, self.flash.clone());
+        anew.flash_writes = self.flash_writes;
+        anew.teaching = Teaching::at(self.now, self.teaching.held());
         anew.now = self.now;
         anew.booted = self.now;
         anew.restarted = true;
@@ -88,8 +123,8 @@ impl Core {
     }
 
     /// The controller is switched on in a world, which may know how the arm stands.
-    pub(crate) fn switched_on(profile: Profile, world: World) -> Self {
-        let mut core = Self::new(profile, world);
+    pub(crate) fn switched_on(profile: Profile, world: World, flash: Flash) -> Self {
+        let mut core = Self::new(profile, world, flash);
         let stands = core.world.scenario().map(|scenario| *scenario.arm());
         if let Some(Arm { base_angle, homed }) = stands {
             let joints = core.arm().joints;
@@ -133,6 +168,43 @@ impl crate::Controller {
         self.core.meet(happening);
         self.core.settle();
         self.forget_links();
+    }
+
+    /// The world around the arm at the present instant: where its objects are, and what the tool holds.
+    #[must_use]
+    pub fn look(&self) -> Look<'_> {
+        self.core.world.look(self.core.now, &self.core.posture())
+    }
+
+    /// What pen and laser have left by now.
+    #[must_use]
+    pub fn drawing(&self) -> Drawing {
+        self.core.drawing()
+    }
+
+    /// Presses the base key: short, it runs the program in the flash or stops it; long, it homes the arm.
+    pub fn press(&mut self, press: Press) {
+        self.inject(Happening::Key(press));
+    }
+
+    /// Presses or releases the unlock key on the forearm. While it is held the motors are released: what moves ends,
+    /// the queue waits, immediate motions are refused, and [`guide`](Self::guide) moves the arm.
+    pub fn unlock(&mut self, held: bool) {
+        self.inject(Happening::Unlock(held));
+    }
+
+    /// Moves the arm by hand to where its joints really are to stand, deg, as far as the limits let it; what is not a
+    /// number stays. Without the unlock key the motors hold it where it is.
+    ///
+    /// ```
+    /// let mut arm = magician_sim::Controller::default();
+    /// arm.unlock(true);
+    /// arm.guide([20.0, 30.0, 40.0, 0.0].into());
+    /// arm.unlock(false);
+    /// assert_eq!(arm.state().joints.to_array(), [20.0, 30.0, 40.0, 0.0]);
+    /// ```
+    pub fn guide(&mut self, joints: JointAngles) {
+        self.inject(Happening::Guide(joints));
     }
 
     /// The state of the cable, for those who carry the bytes.

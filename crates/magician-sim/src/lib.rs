@@ -31,11 +31,13 @@ mod core;
 mod dispatch;
 mod event;
 mod executor;
+mod flash;
 mod happening;
 mod link;
 mod motion;
 mod pace;
 mod profile;
+mod program;
 mod queue;
 mod runner;
 pub mod scenario;
@@ -45,15 +47,18 @@ pub mod world;
 
 pub use controller::Controller;
 pub use event::{Event, Refusal};
+pub use flash::{Flash, FlashError};
 pub use happening::LineState;
 pub use link::LinkId;
 pub use pace::{Line, Speed, SpeedError};
 pub use profile::{
-    ArcDefaults, Ceilings, CpDefaults, Defaults, Homing, Identity, JogDefaults, LimitChoice,
-    LimitSet, LimitSets, LostStepDefaults, Paths, PinFunctions, Pins, PowerUp, Profile,
-    ProfileError, PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools, WifiDefaults,
+    ArcDefaults, Ceilings, CpDefaults, Defaults, HandTeaching, Homing, Identity, JogDefaults,
+    LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions, Pins,
+    PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools,
+    WifiDefaults,
 };
 pub use runner::Runner;
+pub use scenario::{Scenario, ScenarioError};
 pub use state::{Output, QueueState, State};
 pub use world::{Happening, World};
 

@@ -15,6 +15,8 @@ const MAGICIAN_3_6_14: &str = include_str!("../profiles/magician-3.6.14.toml");
 pub(crate) const MAX_NAME: usize = 64;
 /// Longest serial number that the arm keeps, bytes (model section 15).
 pub(crate) const MAX_SERIAL: usize = 23;
+/// Longest program that a flash may hold, whatever its profile says.
+pub(crate) const MAX_LINES: usize = 65_536;
 /// EIO addresses run from 1 to this (model section 13).
 pub(crate) const PINS: usize = 20;
 
@@ -59,6 +61,10 @@ pub struct Profile {
     pub path: Paths,
     /// Stopping.
     pub stop: Stopping,
+    /// Hand teaching.
+    pub teach: HandTeaching,
+    /// Programs in the flash.
+    pub offline: Offline,
     /// Suction cup and gripper.
     pub tools: Tools,
     /// The connectors' pins.
@@ -201,6 +207,22 @@ pub struct Paths {
 pub struct Stopping {
     /// ForceStop brakes with this many times the acceleration in force; above 0.
     pub force_factor: f64,
+}
+
+/// Hand teaching (model section 12).
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HandTeaching {
+    /// From point to point while the unlock key is held and points are taught periodically, s; above 0.
+    pub period: f64,
+}
+
+/// Programs in the flash, which the arm runs without a host (model section 12).
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Offline {
+    /// Commands that a program may have, 1 to 65536.
+    pub capacity: usize,
 }
 
 /// Suction cup and gripper (model section 15a).

@@ -21,26 +21,30 @@ pub(crate) enum Order {
 impl Order {
     /// Whether it moves the arm and waits until it has.
     pub(crate) fn moves(&self) -> bool {
-        use Set::{
-            ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, PtpCmd, PtpPoCmd, PtpPoWithLCmd,
-            PtpWithLCmd,
-        };
         let Self::Set(set) = self else {
             return false;
         };
-        matches!(
-            set,
-            PtpCmd(_)
-                | PtpWithLCmd(_)
-                | PtpPoCmd(_)
-                | PtpPoWithLCmd(_)
-                | CpCmd(_)
-                | CpLeCmd(_)
-                | ArcCmd(_)
-                | CircleCmd(_)
-                | HomeCmd(_)
-        )
+        moves(set)
     }
+}
+
+/// Whether a command moves the arm and is done when it has; a jog is done when it begins.
+pub(crate) fn moves(set: &Set) -> bool {
+    use Set::{
+        ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, PtpCmd, PtpPoCmd, PtpPoWithLCmd, PtpWithLCmd,
+    };
+    matches!(
+        set,
+        PtpCmd(_)
+            | PtpWithLCmd(_)
+            | PtpPoCmd(_)
+            | PtpPoWithLCmd(_)
+            | CpCmd(_)
+            | CpLeCmd(_)
+            | ArcCmd(_)
+            | CircleCmd(_)
+            | HomeCmd(_)
+    )
 }
 
 /// A command that waits.
@@ -118,8 +122,7 @@ impl Queue {
             self.overflows = self.overflows.saturating_add(1);
             return None;
         }
-        let index = self.next_index;
-        self.next_index = self.next_index.wrapping_add(1).max(1);
+        let index = self.pass_index();
         self.waiting.push_back(Entry {
             index,
             id,
@@ -127,6 +130,13 @@ impl Queue {
             way: None,
         });
         Some(index)
+    }
+
+    /// The next index, for a command that does not wait here.
+    pub(crate) fn pass_index(&mut self) -> u64 {
+        let index = self.next_index;
+        self.next_index = self.next_index.wrapping_add(1).max(1);
+        index
     }
 
     pub(crate) fn head(&self) -> Option<&Order> {

@@ -1,15 +1,13 @@
-//! What hosts have set: each parameter set of the protocol as it came, bit for bit.
+//! What hosts have set and the flash does not keep: each parameter set of the protocol as it came, bit for bit.
 
 use magician_protocol::commands::*;
-use magician_protocol::{Flag, Handedness, Port, Stepper, TeachTrigger, Text};
+use magician_protocol::{Flag, Handedness, Port, Stepper, TeachTrigger};
 
 use crate::Profile;
 
 /// The parameter sets. They start as the profile says and change only when a host sets them.
 #[derive(Clone, Debug)]
 pub(crate) struct Settings {
-    pub(crate) serial: DeviceSn,
-    pub(crate) name: DeviceName,
     pub(crate) with_rail: SetDeviceWithL,
     /// `None` until a host sets it: then it is the home joints of the profile.
     pub(crate) home: Option<HomeParams>,
@@ -36,24 +34,11 @@ pub(crate) struct Settings {
     pub(crate) steppers: [EMotor; 2],
     pub(crate) color_sensor: SetColorSensor,
     pub(crate) ir_switch: SetIrSwitch,
-    pub(crate) angle_error: AngleSensorStaticError,
-    pub(crate) angle_coef: AngleSensorCoef,
-    pub(crate) base_error: BaseDecoderStaticError,
     pub(crate) wifi_config: WifiConfigMode,
-    pub(crate) wifi_ssid: WifiSsid,
-    pub(crate) wifi_password: WifiPassword,
-    pub(crate) wifi_address: WifiIpAddress,
-    pub(crate) wifi_netmask: WifiNetmask,
-    pub(crate) wifi_gateway: WifiGateway,
-    pub(crate) wifi_dns: WifiDns,
     pub(crate) firmware_mode: FirmwareMode,
     pub(crate) lost_step: LostStepParams,
     pub(crate) uart4: Uart4PeripheralsEnabled,
     pub(crate) pulse_mode: PulseMode,
-}
-
-fn text(from: &str) -> Text {
-    Text::new(from).unwrap_or_default()
 }
 
 impl Settings {
@@ -65,7 +50,7 @@ impl Settings {
             arc,
             tool,
             lost_step,
-            wifi,
+            wifi: _,
         } = &profile.defaults;
         let [x_bias, y_bias, z_bias] = tool.bias;
         let stepper = |index| EMotor {
@@ -74,12 +59,6 @@ impl Settings {
             speed: 0,
         };
         Self {
-            serial: DeviceSn {
-                device_sn: text(&profile.identity.serial),
-            },
-            name: DeviceName {
-                device_name: text(&profile.identity.name),
-            },
             with_rail: SetDeviceWithL {
                 with_l: Flag::OFF,
                 version: None,
@@ -180,31 +159,7 @@ impl Settings {
                 port: Port::Gp1,
                 version: None,
             },
-            angle_error: AngleSensorStaticError {
-                rear_arm_angle_error: 0.0,
-                front_arm_angle_error: 0.0,
-            },
-            angle_coef: AngleSensorCoef {
-                rear_arm_angle_coef: 1.0,
-                front_arm_angle_coef: 1.0,
-            },
-            base_error: BaseDecoderStaticError {
-                base_decoder_error: 0.0,
-            },
             wifi_config: WifiConfigMode { enable: Flag::OFF },
-            wifi_ssid: WifiSsid {
-                ssid: text(&wifi.ssid),
-            },
-            wifi_password: WifiPassword {
-                password: text(&wifi.password),
-            },
-            wifi_address: WifiIpAddress {
-                dhcp: Flag::from(wifi.dhcp),
-                addr: wifi.address,
-            },
-            wifi_netmask: WifiNetmask { addr: wifi.netmask },
-            wifi_gateway: WifiGateway { addr: wifi.gateway },
-            wifi_dns: WifiDns { addr: wifi.dns },
             firmware_mode: FirmwareMode { mode: 0, ctl: 0 },
             lost_step: LostStepParams {
                 value: lost_step.threshold,

@@ -24,8 +24,12 @@ pub struct State {
     pub homed: bool,
     /// The alarms that stand.
     pub alarms: AlarmSet,
-    /// The command queue.
+    /// The command queue that hosts fill.
     pub queue: QueueState,
+    /// Whether the program in the flash runs.
+    pub program: bool,
+    /// Whether the unlock key is held: the motors are released and a hand may move the arm.
+    pub unlocked: bool,
     /// The suction cup: sucking or not.
     pub suction: Output,
     /// The gripper: closed or open.
@@ -75,7 +79,7 @@ pub struct Output {
 
 impl State {
     pub(crate) fn of(core: &Core) -> Self {
-        let (queue, arm) = (&core.queue, core.arm());
+        let (queue, arm) = (core.hosts(), core.arm());
         let suction = core.actuators.suction(core.now);
         let gripper = core.actuators.gripper(core.now);
         Self {
@@ -95,6 +99,8 @@ impl State {
                 held: core.alarms.held() && core.profile.queue.alarms_hold,
                 overflows: queue.overflows,
             },
+            program: core.runs_program(),
+            unlocked: core.teaching.held(),
             suction,
             gripper,
             holding: core.world.holding(),

@@ -3,7 +3,8 @@
 mod host;
 
 use magician_protocol::{Ctrl, FrameBuf, TABLE};
-use magician_sim::{Controller, LinkId, Micros, Profile, State};
+use magician_sim::world::{Press, Thing};
+use magician_sim::{Controller, Flash, Happening, LinkId, Micros, Profile, State};
 use proptest::prelude::*;
 
 /// A number as a host, a bad host or chance sends it.
@@ -81,11 +82,64 @@ fn frame(id: u8, ctrl: u8, params: &[u8]) -> Vec<u8> {
         .to_vec()
 }
 
-/// What a host does: it lets time pass and sends.
-fn life() -> impl Strategy<Value = Vec<(Micros, Vec<u8>)>> {
+/// What happens in a life: a host sends, or the world does something to the arm.
+#[derive(Clone, Debug)]
+enum Deed {
+    Send(Vec<u8>),
+    Happen(Happening),
+}
+
+/// What keys, hands and mishaps do to the arm.
+fn happening() -> impl Strategy<Value = Happening> {
+    let degrees = prop_oneof![4 => -20.0f64..20.0, 1 => number().prop_map(f64::from)];
+    let posture = (
+        -150.0f64..150.0,
+        -20.0f64..100.0,
+        -30.0f64..100.0,
+        -160.0f64..160.0,
+    );
+    prop_oneof![
+        2 => (0..6u8, degrees).prop_map(|(joint, degrees)| Happening::Slip { joint, degrees }),
+        3 => any::<bool>().prop_map(Happening::Unlock),
+        2 => posture.prop_map(|(a, b, c, d)| Happening::Guide([a, b, c, d].into())),
+        1 => any::<bool>().prop_map(|stalls| Happening::Touch { thing: Thing::Table, stalls }),
+        1 => any::<u8>().prop_map(Happening::Alarm),
+        1 => Just(Happening::Reset),
+        3 => Just(Happening::Key(Press::Short)),
+        1 => Just(Happening::Key(Press::Long)),
+    ]
+}
+
+/// A life: time passes, and something is done.
+fn life() -> impl Strategy<Value = Vec<(Micros, Deed)>> {
     let pause =
         prop_oneof![2 => Just(0), 2 => 0..200_000u64, 2 => 0..5_000_000u64, 1 => 0..40_000_000u64];
-    prop::collection::vec((pause, request()), 1..40)
+    let deed = prop_oneof![
+        4 => request().prop_map(Deed::Send),
+        1 => happening().prop_map(Deed::Happen),
+        1 => (0..4u32).prop_map(|loops| {
+            let [a, b] = [loops, 3].map(u32::to_le_bytes);
+            Deed::Send(frame(243, 1, &[a, b].concat()))
+        }),
+        1 => Just(Deed::Send(frame(244, 1, &[]))),
+    ];
+    prop::collection::vec((pause, deed), 1..40)
+}
+
+/// Does something to an arm.
+fn act(arm: &mut Controller, deed: &Deed) {
+    match deed {
+        Deed::Send(bytes) => arm.receive(LinkId(0), bytes),
+        Deed::Happen(happening) => arm.inject(*happening),
+    }
+}
+
+/// The end of everything that a hand or a program may keep going.
+fn let_go(arm: &mut Controller) {
+    if arm.state().program {
+        arm.press(Press::Short);
+    }
+    arm.unlock(false);
 }
 
 /// Everything that can be seen of an arm, bit for bit.
@@ -104,27 +158,36 @@ fn switched_on() -> Controller {
     arm
 }
 
-/// Lives a life; the replies and the states at every send, as one text.
+/// Lives a life; the replies and the states at every deed, as one text.
 fn live(
-    life: &[(Micros, Vec<u8>)],
+    life: &[(Micros, Deed)],
     mut advance: impl FnMut(&mut Controller, Micros),
     mut send: impl FnMut(&mut Controller, &[u8]),
 ) -> String {
     let mut arm = switched_on();
     let mut story = String::new();
-    for (pause, bytes) in life {
+    for (pause, deed) in life {
         let to = arm.now() + pause;
         advance(&mut arm, to);
-        send(&mut arm, bytes);
-        while let Some(reply) = arm.poll_transmit(LinkId(0)) {
-            story.push_str(&format!("{reply:?}\n"));
+        match deed {
+            Deed::Send(bytes) => send(&mut arm, bytes),
+            Deed::Happen(happening) => arm.inject(*happening),
         }
-        story.push_str(&fingerprint(&arm.state()));
-        while let Some(event) = arm.poll_event() {
-            story.push_str(&format!("{event:?}\n"));
-        }
+        tell(&mut arm, &mut story);
     }
     story
+}
+
+/// Adds all that is to be seen of an arm to its story.
+fn tell(arm: &mut Controller, story: &mut String) {
+    while let Some(reply) = arm.poll_transmit(LinkId(0)) {
+        story.push_str(&format!("{reply:?}\n"));
+    }
+    story.push_str(&fingerprint(&arm.state()));
+    story.push_str(&format!("{:?}\n", arm.poll_timeout()));
+    while let Some(event) = arm.poll_event() {
+        story.push_str(&format!("{event:?}\n"));
+    }
 }
 
 proptest! {
@@ -168,11 +231,12 @@ proptest! {
     #[test]
     fn going_from_event_to_event_always_ends(life in life()) {
         let mut arm = switched_on();
-        for (pause, bytes) in &life {
+        for (pause, deed) in &life {
             arm.advance(arm.now() + pause);
-            arm.receive(LinkId(0), bytes);
+            act(&mut arm, deed);
             prop_assert!(arm.poll_timeout().is_none_or(|at| at > arm.now()), "nothing due is left undone");
         }
+        let_go(&mut arm);
         let mut steps = 0;
         while let Some(at) = arm.poll_timeout() {
             prop_assert!(at > arm.now());
@@ -188,15 +252,69 @@ proptest! {
     fn indices_and_places_add_up(life in life()) {
         let mut arm = switched_on();
         let mut last = 0;
-        for (pause, bytes) in &life {
+        for (pause, deed) in &life {
             arm.advance(arm.now() + pause);
-            arm.receive(LinkId(0), bytes);
+            act(&mut arm, deed);
             let state = arm.state();
             let taken = state.queue.waiting + usize::from(state.queue.running.is_some());
             prop_assert!(taken <= state.queue.capacity);
+            if matches!(deed, Deed::Happen(Happening::Reset)) {
+                last = 0;
+            }
             prop_assert!(state.queue.current_index >= last, "the current index never falls");
             last = state.queue.current_index;
-            prop_assert!(state.joints.is_finite());
+            prop_assert!(state.joints.is_finite() && state.true_joints.is_finite());
+        }
+    }
+
+    #[test]
+    fn a_copy_goes_on_as_the_original_does(life in life(), at in any::<prop::sample::Index>(), within in any::<u64>()) {
+        let (before, after) = life.split_at(at.index(life.len()));
+        let mut arm = switched_on();
+        for (pause, deed) in before {
+            arm.advance(arm.now() + pause);
+            act(&mut arm, deed);
+        }
+        // Somewhere on the way to the next deed.
+        let pause = after.first().map_or(0, |(pause, _)| *pause);
+        let to = arm.now() + pause;
+        arm.advance(arm.now() + within % (pause + 1));
+        let mut copy = arm.clone();
+        let mut go_on = |arm: &mut Controller| {
+            let mut story = String::new();
+            arm.advance(to);
+            for (at, (pause, deed)) in after.iter().enumerate() {
+                arm.advance(arm.now() + if at == 0 { 0 } else { *pause });
+                act(arm, deed);
+                tell(arm, &mut story);
+            }
+            let_go(arm);
+            for _ in 0..3000 {
+                let Some(at) = arm.poll_timeout() else { break };
+                arm.advance(at);
+                tell(arm, &mut story);
+            }
+            format!("{story}{:?}", arm.flash())
+        };
+        let told = go_on(&mut arm);
+        prop_assert_eq!(go_on(&mut copy), told, "and what one does is nothing to the other");
+    }
+
+    #[test]
+    fn a_flash_reads_back_as_it_was_written(life in life()) {
+        let mut arm = switched_on();
+        let mut writes = 0;
+        for (pause, deed) in &life {
+            let before = arm.flash().clone();
+            arm.advance(arm.now() + pause);
+            act(&mut arm, deed);
+            let text = format!("{:?}", arm.flash());
+            if arm.flash_writes() == writes {
+                prop_assert_eq!(&text, &format!("{before:?}"));
+            }
+            writes = arm.flash_writes();
+            let read = Flash::from_toml(&arm.flash().to_toml()).unwrap();
+            prop_assert_eq!(format!("{read:?}"), text);
         }
     }
 }

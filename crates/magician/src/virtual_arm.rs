@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Waker;
 
-use magician_sim::{Controller, Line, Micros, Profile, Runner, Speed, State};
+use magician_sim::{Controller, Line, Micros, Profile, Runner, Scenario, Speed, State, World};
 use tokio::time::Instant;
 
 use crate::SimSpeed;
@@ -14,14 +14,30 @@ use crate::SimSpeed;
 ///
 /// Handles are cheap to clone; all are of the same arm.
 ///
-/// ```
-/// use magician::{Options, VirtualArm, blocking::Arm, words};
+/// A cell with a cube and a belt, and a program that puts one on the other:
 ///
-/// let cell = VirtualArm::default();
+/// ```
+/// use magician::{Options, ToolBias, VirtualArm, blocking::Arm, sim::Scenario, words};
+///
+/// let scenario = Scenario::from_toml(r#"
+///     tool = { kind = "suction" }
+///     table = { height = -60 }
+///     object = [{ name = "red cube", size = [20, 20, 20], at = [220, 80], color = "red" }]
+///     conveyor = { start = [200, -200], direction = 90, length = 200, width = 60, height = -40, stepper = 0 }
+/// "#)?;
+/// let cell = VirtualArm::in_scenario(&scenario);
 /// let arm = Arm::simulated(cell.clone(), Options::default())?;
-/// arm.perform(&[words::move_to(200.0, 50.0, 20.0, 0.0).into()])?;
-/// assert_eq!(cell.state().pose.y, 50.0);
-/// # Ok::<(), magician::Error>(())
+/// arm.perform(&[
+///     words::tool(ToolBias::SUCTION),
+///     words::jump_to(220.0, 80.0, -40.0, 0.0),
+///     words::suction(true),
+///     words::wait(std::time::Duration::from_millis(500)),
+///     words::jump_to(200.0, -100.0, -20.0, 0.0),
+///     words::suction(false),
+///     words::wait(std::time::Duration::from_millis(500)),
+/// ])?;
+/// assert!(cell.with(|arm| arm.look().object("red cube").unwrap().on_belt()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
 pub struct VirtualArm {
@@ -91,6 +107,12 @@ impl VirtualArm {
             turnaround: 0,
         };
         Runner::new(controller, speed, line).into()
+    }
+
+    /// An arm that has just been switched on in the world of a scenario, at full speed.
+    #[must_use]
+    pub fn in_scenario(scenario: &Scenario) -> Self {
+        Controller::in_world(Profile::default(), World::from_scenario(scenario)).into()
     }
 
     pub(crate) fn powered_up(speed: SimSpeed) -> Self {

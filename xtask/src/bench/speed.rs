@@ -72,7 +72,8 @@ fn figure(name: &str, mut arm: Controller, frames: &[FrameBuf], work: Work) -> F
 /// S1 and S2.
 pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let (ring, hatching, moves) = (ring(), hatching(), pick_and_place());
-    let mut figures = vec![figure("S1 ptp", arm(), &queued(&moves, COMMANDS), events).at_least(1e6)];
+    let mut figures =
+        vec![figure("S1 ptp", arm(), &queued(&moves, COMMANDS), events).at_least(1e6)];
     for (name, commands) in [("ring", &ring), ("hatching", &hatching)] {
         for speed in [100.0, 200.0] {
             let name = format!("S1 cp 1 mm {name} {speed}/{speed}");
@@ -83,7 +84,12 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let frames = queued(&moves, COMMANDS_LOOKED_AT);
     figures.push(figure("S2 ptp at 1 kHz", arm(), &frames, looked_at).at_least(1e3));
     let frames = queued(&ring, 20 * COMMANDS_LOOKED_AT);
-    let ring = figure("S2 cp 1 mm ring at 1 kHz", plotter(100.0, 100.0), &frames, looked_at);
+    let ring = figure(
+        "S2 cp 1 mm ring at 1 kHz",
+        plotter(100.0, 100.0),
+        &frames,
+        looked_at,
+    );
     figures.push(ring.at_least(1e3));
     Ok(figures)
 }

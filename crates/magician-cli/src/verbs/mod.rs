@@ -3,6 +3,7 @@
 pub(crate) mod alarms;
 pub(crate) mod commands;
 pub(crate) mod completions;
+pub(crate) mod conform;
 pub(crate) mod decode;
 pub(crate) mod demo;
 pub(crate) mod enqueue;

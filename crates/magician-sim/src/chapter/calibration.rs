@@ -4,14 +4,14 @@ use magician_protocol::NoArgs;
 use magician_protocol::commands::*;
 
 use crate::core::Core;
-use crate::dispatch::{Report, not_simulated, stored};
+use crate::dispatch::{Report, kept, not_simulated, stored};
 
-stored!(
+kept!(
     AngleSensorStaticError in angle_error,
     AngleSensorCoef in angle_coef,
     BaseDecoderStaticError in base_error,
-    PulseMode in pulse_mode,
 );
+stored!(PulseMode in pulse_mode);
 not_simulated!(ZdfCalibRequest);
 
 impl Report for ZdfCalibStatus {

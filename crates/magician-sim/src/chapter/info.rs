@@ -12,28 +12,28 @@ not_simulated!(FirmwareSwitch);
 
 impl Report for DeviceSn {
     fn report(core: &mut Core, _: &NoArgs) -> Self {
-        core.settings.serial
+        core.flash.serial
     }
 }
 
 impl Apply for DeviceSn {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         let device_sn = self.device_sn.truncated(MAX_SERIAL);
-        core.settings.serial = Self { device_sn };
+        core.write_flash(|flash| flash.serial = Self { device_sn });
         Step::Done
     }
 }
 
 impl Report for DeviceName {
     fn report(core: &mut Core, _: &NoArgs) -> Self {
-        core.settings.name
+        core.flash.name
     }
 }
 
 impl Apply for DeviceName {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         let device_name = self.device_name.truncated(MAX_NAME);
-        core.settings.name = Self { device_name };
+        core.write_flash(|flash| flash.name = Self { device_name });
         Step::Done
     }
 }

@@ -12,7 +12,7 @@ mod lost_step;
 mod pose;
 mod ptp;
 mod queue;
-mod teach;
+pub(crate) mod teach;
 pub(crate) mod tool;
 mod trigger;
 mod wait;

@@ -1,16 +1,34 @@
 //! The command queue (document 1.19, model section 14).
 
 use magician_protocol::commands::*;
-use magician_protocol::{Flag, NoArgs};
+use magician_protocol::{Flag, NoArgs, Writable};
 
 use crate::core::Core;
-use crate::dispatch::{Apply, Report, Step, Turn, not_simulated};
+use crate::dispatch::{Apply, Report, Step, Turn};
+use crate::event::Refusal;
 
-not_simulated!(QueuedCmdStartDownload, QueuedCmdStopDownload);
+impl Apply for QueuedCmdStartDownload {
+    /// What was said of the length binds nobody. While the program runs there is nothing to store it in (model
+    /// section 12).
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        if core.start_download(self.total_loop, self.line_per_loop) {
+            Step::Done
+        } else {
+            core.refuse(Self::ROW.id, Refusal::Busy)
+        }
+    }
+}
+
+impl Apply for QueuedCmdStopDownload {
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        core.stop_download();
+        Step::Done
+    }
+}
 
 impl Apply for QueuedCmdStartExec {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
-        core.queue.started = true;
+        core.hosts_mut().started = true;
         core.replan_segment();
         Step::Done
     }
@@ -40,14 +58,14 @@ impl Apply for QueuedCmdClear {
 impl Report for QueuedCmdCurrentIndex {
     fn report(core: &mut Core, _: &NoArgs) -> Self {
         Self {
-            queued_cmd_current_index: core.queue.current,
+            queued_cmd_current_index: core.hosts().current,
         }
     }
 }
 
 impl Report for QueuedCmdLeftSpace {
     fn report(core: &mut Core, _: &NoArgs) -> Self {
-        let left_space = u32::try_from(core.queue.left()).unwrap_or(u32::MAX);
+        let left_space = u32::try_from(core.hosts().left()).unwrap_or(u32::MAX);
         Self { left_space }
     }
 }

@@ -105,7 +105,11 @@ impl Core {
         if grip != self.grip {
             self.grip = grip;
             let posture = self.posture();
+            // What is to come of a motion looks different with another tool.
+            self.end_course();
             self.world.grip(self.now, grip, &posture);
+            self.show_course();
+            self.tell_incidents();
         }
     }
 }

@@ -1,13 +1,13 @@
-//! The Wi-Fi module's settings (document 1.17). They are kept; no network is joined.
+//! The Wi-Fi module's settings (document 1.17). The flash keeps them, but for the mode of its command line; no network is joined.
 
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, NoArgs};
 
 use crate::core::Core;
-use crate::dispatch::{Report, stored};
+use crate::dispatch::{Report, kept, stored};
 
-stored!(
-    WifiConfigMode in wifi_config,
+stored!(WifiConfigMode in wifi_config);
+kept!(
     WifiSsid in wifi_ssid,
     WifiPassword in wifi_password,
     WifiIpAddress in wifi_address,

@@ -325,6 +325,28 @@ impl Core {
         self.drop_limit_alarms();
     }
 
+    /// J2 and J3 are commanded to be where their sensors say that they are, and J1 where its encoder does.
+    pub(crate) fn read_sensors(&mut self) {
+        let really = self.posture().joints;
+        self.be_moved(really);
+    }
+
+    /// Something else than its motors has brought the arm somewhere, and encoder and sensors see it. J1 stays as unsure
+    /// as it was.
+    pub(crate) fn be_moved(&mut self, really: JointAngles) {
+        let base = self.motion.base;
+        let j1 = really.j1 - base;
+        self.place_at(JointAngles { j1, ..really });
+        self.motion.forget_base(base);
+        let Self {
+            motion, world, now, ..
+        } = self;
+        let posture = |now| motion.posture(now);
+        let there = Course::new(*now, *now, &posture);
+        world.begin(&there);
+        world.end(&there);
+    }
+
     /// The arm at rest really stands there, whatever is commanded.
     fn stand_at(&mut self, really: JointAngles) {
         let (really, commanded) = (really.to_array(), self.motion.rest.joints.to_array());
@@ -353,6 +375,14 @@ impl Core {
         }
     }
 
+    /// What pen and laser have left, with what the motion under way has added.
+    pub(crate) fn drawing(&self) -> crate::world::Drawing {
+        let posture = |now| self.motion.posture(now);
+        let course = (self.motion.under_way.as_ref())
+            .map(|motion| Course::new(motion.shown, motion.ends, &posture));
+        self.world.drawing_at(self.now, course.as_ref())
+    }
+
     /// Tells the world what the arm has done up to now.
     pub(crate) fn end_course(&mut self) {
         let Self { motion, world, .. } = self;
@@ -366,7 +396,9 @@ impl Core {
 
     /// J2 and J3 stall: until the motion ends they stay where they are and lose their steps.
     pub(crate) fn stall(&mut self) {
+        self.end_course();
         self.motion.stall(self.now);
+        self.show_course();
     }
 
     /// A joint slips: from now on it stands elsewhere than commanded.

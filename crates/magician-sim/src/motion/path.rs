@@ -129,7 +129,7 @@ impl Core {
 
     /// The speed at which a segment may end: none if the queue will not take the next one at once.
     fn exit_speed(&self, segment: &Segment) -> f64 {
-        if !segment.queued || !self.queue.started || self.is_held() {
+        if !segment.queued || !self.goes_on() {
             return 0.0;
         }
         let next = self.queue.entries().map_while(|entry| entry.way.as_ref());

@@ -1,7 +1,8 @@
 //! Whether the values of a profile make sense.
 
 use super::{
-    Ceilings, Defaults, LimitSet, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError, QueueRules,
+    Ceilings, Defaults, LimitSet, MAX_LINES, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError,
+    QueueRules,
 };
 
 /// Deepest queue that a profile may ask for; it bounds the controller's memory.
@@ -101,6 +102,13 @@ impl Profile {
         positive("home.search", &[self.home.search])?;
         positive("home.back_off", &[self.home.back_off])?;
         positive("home.creep", &self.home.creep)?;
+        positive("teach.period", &[self.teach.period])?;
+        rule(
+            (1..=MAX_LINES).contains(&self.offline.capacity),
+            "offline.capacity",
+            self.offline.capacity,
+            "1 to 65536",
+        )?;
         positive("path.period", &[self.path.period])?;
         positive("stop.force_factor", &[self.stop.force_factor])?;
         let Defaults { jog, ptp, .. } = &self.defaults;

@@ -20,7 +20,7 @@
 //! | `[[fault]]` | a slip, a pulled cable, a reset, slow answers, an alarm: at a time or at a command's index |
 //!
 //! What is not simulated: objects do not push, tilt or stop one another, a knock from the side moves nothing, the belt
-//! drives nothing against a tool at rest, and an object falls straight and at once.
+//! drives nothing against a tool at rest, an object falls straight and at once, and the laser is in focus at every height.
 //!
 //! ```
 //! use magician_sim::{World, scenario::Scenario};

@@ -190,6 +190,11 @@ impl World {
 }
 
 /// What the controller asks and tells.
+///
+/// A course is foretold when it begins and forgotten when the tool takes or lets go of something, and it is foretold
+/// with the belt as it runs then. So a grip or a stepper that changes while the arm moves, and a joint that slips or
+/// stalls, is told between the [`end`](World::end) of what has been gone and the [`begin`](World::begin) of the rest.
+/// Power of the laser is not: it may change on the way.
 impl World {
     /// Level of a digital input, address 1 to 20 (model section 13).
     pub(crate) fn digital(&self, _now: Micros, address: u8) -> bool {
@@ -222,7 +227,7 @@ impl World {
     }
 
     /// The arm has begun a motion; unless it is told otherwise it follows the course to its end. May be told again
-    /// with the rest of a course: it has to be when the tool or the belt has changed on the way.
+    /// with the rest of a course.
     pub(crate) fn begin(&mut self, course: &Course<'_>) {
         if let Some(state) = &mut self.state {
             state.begin(course);

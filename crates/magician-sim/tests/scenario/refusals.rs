@@ -1,6 +1,9 @@
 //! What is no scenario: the line, the column and the cure.
 
 use magician_sim::scenario::Scenario;
+use proptest::prelude::*;
+
+use super::EXAMPLES;
 
 /// A file that is good until its last lines.
 const GROUND: &str = "[table]\nheight = -70\nx = [0, 300]\ny = [-200, 200]\n\
@@ -410,4 +413,28 @@ fn an_error_says_where_it_is() {
     let error = Scenario::from_toml("[table]\nheight = 900").unwrap_err();
     let told = "line 2, column 10: height is 900, it must be -500 to 500 mm";
     assert_eq!(error.to_string(), told);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// A file in which somebody has been careless: no panic, and the flaw is told inside it.
+    #[test]
+    fn a_damaged_file_is_refused_inside_it(
+        example in 0..EXAMPLES.len(),
+        cuts in prop::collection::vec((any::<prop::sample::Index>(), 0..6_usize, "[-0-9\\[\\]=\"a-z. \n]{0,6}"), 1..4),
+    ) {
+        let mut text: Vec<char> = EXAMPLES[example].1.chars().collect();
+        for (at, cut, put) in cuts {
+            let at = at.index(text.len());
+            let end = (at + cut).min(text.len());
+            text.splice(at..end, put.chars());
+        }
+        let text: String = text.into_iter().collect();
+        if let Err(error) = Scenario::from_toml(&text) {
+            prop_assert!(error.line >= 1 && error.line <= text.lines().count() + 1, "{error}");
+            let line = text.split('\n').nth(error.line - 1).unwrap_or_default();
+            prop_assert!(error.column >= 1 && error.column <= line.chars().count() + 1, "{error}");
+        }
+    }
 }

@@ -1,10 +1,12 @@
 //! What the virtual arm does, in lines on stderr.
 
 use std::io::{self, Write};
+use std::sync::Arc;
 
 use magician_protocol::{Alarm, Row};
 use magician_sim::serve::{Endpoint, Notice};
-use magician_sim::{Event, Identity, Refusal, Speed};
+use magician_sim::world::{Press, Rest, Thing, What};
+use magician_sim::{Event, Identity, Refusal, Scenario, Speed};
 
 /// What kind of arm is served.
 pub(super) fn title(identity: &Identity, speed: Speed) -> String {
@@ -21,20 +23,26 @@ pub(super) fn title(identity: &Identity, speed: Speed) -> String {
 #[derive(Clone)]
 pub(super) struct Log {
     verbose: u8,
+    /// The names of the objects in the arm's world.
+    objects: Arc<[String]>,
     /// What a line begins with, where several arms write lines.
     arm: String,
 }
 
 impl Log {
-    pub(super) fn new(verbose: u8) -> Self {
-        let arm = String::new();
-        Self { verbose, arm }
+    pub(super) fn new(verbose: u8, scenario: &Scenario) -> Self {
+        let objects = scenario.objects().iter();
+        Self {
+            verbose,
+            objects: objects.map(|object| object.name.clone()).collect(),
+            arm: String::new(),
+        }
     }
 
-    /// The log of one arm of several.
-    pub(super) fn numbered(verbose: u8, number: u32) -> Self {
+    /// The same for one arm of several.
+    pub(super) fn numbered(self, number: u32) -> Self {
         let arm = format!("arm {number}: ");
-        Self { verbose, arm }
+        Self { arm, ..self }
     }
 
     /// Says what is served where.
@@ -108,9 +116,60 @@ impl Log {
             Event::BadFrame { .. } => "a damaged frame was ignored".to_owned(),
             Event::UnknownId { id, .. } => format!("unknown command id {id}: no answer"),
             Event::Overrun { .. } => "a request was dropped: its replies are not read".to_owned(),
+            Event::World(incident) => self.incident(incident.what),
+            Event::Slipped { joint, degrees } => format!("J{joint} slips by {degrees} deg"),
+            Event::Reset => "the controller resets: what was queued and set is gone".to_owned(),
+            // Told when the endpoints have followed.
+            Event::Cable { .. } => return None,
+            Event::Key {
+                press: Press::Short,
+            } => "the base key is pressed".to_owned(),
+            Event::Key { press: Press::Long } => "the base key is held".to_owned(),
+            Event::Unlocked { held: true } => "the unlock key is held".to_owned(),
+            Event::Unlocked { held: false } => "the unlock key is released".to_owned(),
             other => format!("{other:?}"),
         };
         Some(line)
+    }
+
+    /// What has happened in the world, in words.
+    fn incident(&self, what: What) -> String {
+        let object = |number: u16| -> &str {
+            let name = self.objects.get(usize::from(number));
+            name.map_or("an object", String::as_str)
+        };
+        let thing = |thing| match thing {
+            Thing::Table => "the table",
+            Thing::Belt => "the belt",
+            Thing::Object(number) => object(number),
+            _ => "something",
+        };
+        let rest = |rest| match rest {
+            Rest::Table => "on the table".to_owned(),
+            Rest::Belt => "on the belt".to_owned(),
+            Rest::Object(number) => format!("on {}", object(number)),
+            Rest::Floor => "on the floor".to_owned(),
+            _ => "where it was".to_owned(),
+        };
+        match what {
+            What::Picked(number) => format!("the tool takes {}", object(number)),
+            What::Released(number, on) => {
+                format!("{} is let go and lies {}", object(number), rest(on))
+            }
+            What::FellOffBelt(number, on) => {
+                format!(
+                    "{} falls off the belt and lies {}",
+                    object(number),
+                    rest(on)
+                )
+            }
+            What::Touched(what) => format!("the tool touches {}", thing(what)),
+            What::Knocked(number) => format!("the tool knocks against {}", object(number)),
+            What::Pressed(what) => {
+                format!("the tool presses on {}: J2 and J3 lose steps", thing(what))
+            }
+            other => format!("{other:?}"),
+        }
     }
 }
 

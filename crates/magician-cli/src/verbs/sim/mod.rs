@@ -1,16 +1,17 @@
 //! `sim`: a virtual arm for other programs.
 
 mod log;
+mod picture;
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use clap::builder::{NonEmptyStringValueParser, TypedValueParser};
+use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
 use magician::ErrorKind;
 use magician_sim::serve::{self, Discovery, ServeError, Server, serve_all};
-use magician_sim::{Controller, Identity, Line, Profile, Speed};
+use magician_sim::{Controller, Identity, Line, Profile, Scenario, Speed, World};
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
@@ -71,6 +72,12 @@ pub(crate) struct Sim {
     /// Write all that passes to a pcapng file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// The world around the arm, in TOML: a table, objects, a conveyor, sensors, inputs, faults
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// At the end, what pen and laser have drawn: .svg in true size, or .png
+    #[arg(long, value_name = "FILE", requires = "scenario", value_parser = PathBufValueParser::new().try_map(picture::Picture::at))]
+    picture: Option<picture::Picture>,
     /// Firmware profile in TOML; `--profile -` prints the built-in one as a pattern
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
@@ -102,15 +109,23 @@ impl Sim {
             let hint = "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT";
             return Err(Failure::usage("the virtual arm would have no door").hint(hint));
         }
-        let profile = self.read_profile()?;
+        let (profile, scenario) = (self.read_profile()?, self.read_scenario()?);
         let verbose = (!context.global.json).then_some(context.global.verbose);
-        let servers = self.servers(&profile, verbose)?;
+        let servers = self.servers(&profile, &scenario, verbose)?;
+        let handles: Vec<_> = servers.iter().map(Server::handle).collect();
         let runtime = context.runtime()?;
         let signal = runtime.block_on(async {
             let mut signals = interrupt::Signals::listen()?;
             let mut seen = None;
-            let end = async { seen = Some(signals.next().await) };
+            let mut drawn = Ok(());
+            let end = async {
+                seen = Some(signals.next().await);
+                if let Some(picture) = &self.picture {
+                    drawn = picture.write(&handles, self.arms.is_some()).await;
+                }
+            };
             serve_all(servers, end).await.map_err(Failure::from)?;
+            drawn?;
             Ok::<_, Failure>(seen)
         })?;
         match signal {
@@ -137,11 +152,28 @@ impl Sim {
         Profile::from_toml(&text).map_err(|error| wrong(&error))
     }
 
-    /// One server for each arm; `verbose` is how much they log, if at all.
-    fn servers(&self, profile: &Profile, verbose: Option<u8>) -> Result<Vec<Server>, Failure> {
+    fn read_scenario(&self) -> Result<Scenario, Failure> {
+        let Some(path) = &self.scenario else {
+            return Ok(Scenario::default());
+        };
+        let wrong = |error: &dyn std::fmt::Display| {
+            Failure::invalid(format!("{}: {error}", path.display()))
+        };
+        let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+        Scenario::from_toml(&text).map_err(|error| wrong(&error))
+    }
+
+    /// One server for each arm, each in a world of its own; `verbose` is how much they log, if at all.
+    fn servers(
+        &self,
+        profile: &Profile,
+        scenario: &Scenario,
+        verbose: Option<u8>,
+    ) -> Result<Vec<Server>, Failure> {
+        let log = |verbose| Log::new(verbose, scenario);
         let Some(count) = self.arms else {
-            let log = verbose.map(Log::new);
-            let server = self.server(profile.clone(), self.trace.clone())?;
+            let log = verbose.map(log);
+            let server = self.server(profile.clone(), scenario, self.trace.clone())?;
             return Ok(vec![self.reporting(server, &profile.identity, log, true)]);
         };
         let numbered = |number| {
@@ -150,19 +182,28 @@ impl Sim {
             let identity = profile.identity.clone();
             let trace = self.trace.as_deref();
             let trace = trace.map(|path| serve::numbered(path, number));
-            let server = self.server(profile, trace)?.number(number);
-            let log = verbose.map(|verbose| Log::numbered(verbose, number));
+            let server = self.server(profile, scenario, trace)?.number(number);
+            let log = verbose.map(|verbose| log(verbose).numbered(number));
             Ok(self.reporting(server, &identity, log, number == count))
         };
         (1..=count).map(numbered).collect()
     }
 
-    fn server(&self, profile: Profile, trace: Option<PathBuf>) -> Result<Server, Failure> {
+    fn server(
+        &self,
+        profile: Profile,
+        scenario: &Scenario,
+        trace: Option<PathBuf>,
+    ) -> Result<Server, Failure> {
         let line = Line {
             baud: self.baud,
             turnaround: (self.turnaround * 1000.0) as u64,
         };
-        let mut server = Server::new(Controller::new(profile))
+        let world = match self.scenario {
+            Some(_) => World::from_scenario(scenario),
+            None => World::default(),
+        };
+        let mut server = Server::new(Controller::in_world(profile, world))
             .speed(self.speed)
             .line(line)
             .discovery(self.discovery.clone());

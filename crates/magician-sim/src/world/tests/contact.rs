@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 
-use super::{Arm, SECOND, Way};
+use super::{Arm, SECOND, Way, posture};
 use crate::Micros;
-use crate::world::{Happening, Incident, Thing, What};
+use crate::world::{Course, Grip, Happening, Incident, Thing, What};
 
 const TABLE: &str = r#"
 [table]
@@ -246,4 +246,110 @@ proptest! {
         };
         prop_assert!(found.abs_diff(dense) <= lasting / steps + 1 || grazed, "{found} {dense}");
     }
+}
+
+#[test]
+fn a_cube_that_is_pressed_too_hard_stalls_the_arm() {
+    let mut arm = arm("suction", [220.0, 0.0, -40.0, 0.0]);
+    arm.go([220.0, 0.0, -60.0, 0.0], SECOND);
+    let cube = Thing::Object(0);
+    assert_touches(
+        &arm,
+        &[(500_000, touch(cube, false)), (750_000, touch(cube, true))],
+    );
+}
+
+#[test]
+fn an_arm_that_has_lifted_stalls_where_it_first_would() {
+    let mut arm = arm("pen", [220.0, 100.0, -60.0, 0.0]);
+    arm.go([220.0, 100.0, -78.0, 0.0], SECOND);
+    arm.happened.clear();
+    // Up by 20 and down again to 4 mm deep: less than where it stood, more than the pen gives.
+    let (geometry, start) = (arm.geometry, arm.now);
+    let at = |at: Micros| {
+        let z = if at <= start + SECOND / 2 {
+            -78.0
+        } else {
+            -74.0
+        };
+        let lift = 20.0 * (1.0 - ((at - start) as f64 / 5e5 - 1.0).abs());
+        posture(&geometry, &[220.0, 100.0, z + lift, 0.0].into())
+    };
+    arm.world.begin(&Course::new(start, start + SECOND, &at));
+    arm.wait_until(start + SECOND);
+    let told: Vec<_> = arm.touches().into_iter().map(|(_, what)| what).collect();
+    assert_eq!(
+        told,
+        [touch(Thing::Table, false), touch(Thing::Table, true)]
+    );
+}
+
+#[test]
+fn what_was_let_go_on_the_way_touches_nothing() {
+    let mut arm = arm("suction", [220.0, 0.0, -20.0, 0.0]);
+    arm.suck(true);
+    arm.go([220.0, 0.0, -50.0, 0.0], SECOND);
+    arm.go([220.0, 100.0, 0.0, 0.0], SECOND);
+    arm.happened.clear();
+    // The cube would touch the table after 50 of 60 mm; it is let go after 10.
+    let way = Way {
+        geometry: arm.geometry,
+        from: arm.at,
+        to: [220.0, 100.0, -60.0, 0.0].into(),
+        start: arm.now,
+        lasting: SECOND,
+    };
+    let at = |at| way.posture(at);
+    arm.world
+        .begin(&Course::new(way.start, way.start + SECOND, &at));
+    arm.wait_until(way.start + SECOND / 6);
+    arm.at = way.pose(arm.now);
+    let mut forgotten = arm.world.clone();
+    arm.suck(false);
+    // Nothing is known of the rest until it is told.
+    forgotten.grip(arm.now, Grip::default(), &arm.posture(&arm.at));
+    assert_eq!(forgotten.happen(arm.now), Some(Happening::Input));
+    assert_eq!(forgotten.next_event(), None);
+    // Told again with the rest: the cup comes to the cube, which has fallen.
+    arm.world
+        .begin(&Course::new(arm.now, way.start + SECOND, &at));
+    arm.wait_until(way.start + SECOND);
+    assert_touches(
+        &arm,
+        &[
+            (way.start + 833_350, touch(Thing::Object(0), false)),
+            (way.start + 916_667, touch(Thing::Object(0), true)),
+        ],
+    );
+}
+
+#[test]
+fn a_corner_of_a_held_cube_is_enough() {
+    let text = format!(
+        "[tool]\nkind = \"suction\"\n{TABLE}[[object]]\nname = \"other\"\nsize = [20, 20, 20]\nat = [220, 60]\n"
+    );
+    let mut arm = Arm::new(&text, [220.0, 0.0, -50.0, 0.0]);
+    arm.suck(true);
+    arm.go([220.0, 0.0, 0.0, 0.0], SECOND);
+    arm.go([238.0, 42.0, 0.0, 0.0], SECOND);
+    arm.happened.clear();
+    let start = arm.now;
+    arm.go([238.0, 42.0, -32.0, 0.0], SECOND);
+    assert_touches(&arm, &[(start + 937_500, touch(Thing::Object(1), false))]);
+}
+
+#[test]
+fn thin_posts_are_not_missed() {
+    let post = |nth: i32| {
+        let y = 17 * nth - 60;
+        format!("[[object]]\nname = \"{nth}\"\nsize = [2, 2, 30]\nat = [200, {y}]\nz = -60\n")
+    };
+    let text: String = (0..8).map(post).collect();
+    let mut arm = Arm::new(&text, [260.0, 0.0, -40.0, 0.0]);
+    arm.geometry = magician_motion::Geometry::default();
+    arm.at = [200.0, -110.0, -40.0, 0.0].into();
+    arm.go([200.0, 110.0, -40.0, 0.0], SECOND / 2);
+    let told: Vec<_> = arm.touches().into_iter().map(|(_, what)| what).collect();
+    let expected: Vec<_> = (0..8).map(|nth| touch(Thing::Object(nth), false)).collect();
+    assert_eq!(told, expected);
 }

@@ -236,3 +236,23 @@ fn the_barrier_sees_what_is_carried_through_it() {
     arm.go([300.0, 5.0, -28.0, 0.0], SECOND);
     assert!(arm.world.infrared(arm.now, Port::Gp2));
 }
+
+#[test]
+fn what_is_put_on_a_running_belt_goes_with_it() {
+    let mut arm = arm(BELT);
+    arm.go([120.0, 5.0, -30.0, 0.0], SECOND);
+    arm.suck(true);
+    arm.go([120.0, 5.0, 0.0, 0.0], SECOND);
+    arm.world.stepper(arm.now, 1, pulses(40.0));
+    arm.go([160.0, -5.0, -29.0, 0.0], SECOND);
+    arm.suck(false);
+    arm.happened.clear();
+    let put = arm.now;
+    arm.wait_until(put + SECOND);
+    let look = arm.look();
+    let cube = look.object("cube").unwrap();
+    assert!(cube.on_belt() && near(cube.place().x, 200.0) && near(cube.place().y, -5.0));
+    // Its front was 70 along the belt: 30 before the colour sensor.
+    let (first, _) = arm.happened[0];
+    assert!(first.abs_diff(put + 750_000) <= 1, "{first} {put}");
+}

@@ -322,3 +322,17 @@ mod png {
         assert!(drawing.to_png(1.0).is_ok());
     }
 }
+
+#[test]
+fn what_is_told_again_is_not_drawn_again() {
+    let mut arm = pen();
+    let at = circle(&arm, 0.5);
+    for to in [400_000, 700_000, SECOND] {
+        arm.world.end(&Course::new(0, to, &at));
+    }
+    let [stroke] = arm.world.drawing().unwrap().strokes() else {
+        panic!("one stroke")
+    };
+    let left = stroke.points.windows(2).all(|pair| pair[1][0] < pair[0][0]);
+    assert!(left, "half a circle goes one way: {:?}", stroke.points);
+}

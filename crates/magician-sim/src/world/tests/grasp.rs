@@ -202,3 +202,45 @@ fn the_same_is_told_twice_alike() {
     };
     assert_eq!(run(), run());
 }
+
+#[test]
+fn the_palm_keeps_the_gripper_from_reaching_down_too_far() {
+    let text = "[tool]\nkind = \"gripper\"\n[table]\nheight = -70\n\
+        [[object]]\nname = \"tower\"\nsize = [20, 20, 40]\nat = [200, 50]\n";
+    for (z, held) in [(-50.9, true), (-51.1, false)] {
+        let mut arm = Arm::new(text, [200.0, 50.0, z, 0.0]);
+        arm.close(true);
+        assert_eq!(arm.world.holding(), held, "{z}");
+    }
+}
+
+#[test]
+fn a_thin_stack_does_not_fall_on_itself() {
+    let text = "[tool]\nkind = \"suction\"\n[table]\nheight = -70\n\
+        [[object]]\nname = \"plate\"\nsize = [40, 40, 1]\nat = [200, 50]\n\
+        [[object]]\nname = \"sheet\"\nsize = [10, 10, 1]\nat = [200, 50]\non = \"plate\"\n";
+    let mut arm = Arm::new(text, [215.0, 50.0, -69.0, 0.0]);
+    arm.suck(true);
+    arm.go([220.0, 50.0, -40.0, 0.0], SECOND);
+    arm.go([200.0, 60.0, -67.0, 0.0], SECOND);
+    arm.suck(false);
+    let look = arm.look();
+    assert!(look.object("plate").unwrap().on_table());
+    assert!(look.object("sheet").unwrap().on("plate"));
+}
+
+#[test]
+fn a_held_cube_is_seen_where_there_is_nothing_to_touch() {
+    let text = "[tool]\nkind = \"suction\"\n\
+        [[sensor]]\nkind = \"infrared\"\nport = \"GP4\"\nat = [200, 100, -20]\nfacing = 180\nrange = 50\n\
+        [[object]]\nname = \"cube\"\nsize = [20, 20, 20]\nat = [200, 0]\nz = -30\n";
+    let mut arm = Arm::new(text, [200.0, 0.0, -10.0, 0.0]);
+    arm.suck(true);
+    arm.happened.clear();
+    arm.go([200.0, 120.0, -10.0, 0.0], SECOND);
+    let times: Vec<_> = arm.happened.iter().map(|(at, _)| *at).collect();
+    assert!(
+        times.len() == 2 && times[0].abs_diff(750_000) <= 1 && times[1].abs_diff(916_667) <= 1,
+        "{times:?}"
+    );
+}

@@ -6,6 +6,7 @@ mod drawing;
 mod example;
 mod fuzz;
 mod grasp;
+mod plane;
 mod script;
 
 use magician_motion::{Geometry, Pose};

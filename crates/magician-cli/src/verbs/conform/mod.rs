@@ -1,0 +1,251 @@
+//! `conform`: an arm held against cases that say what a Magician does.
+
+mod human;
+mod list;
+mod record;
+
+use std::io::{self, BufRead, IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use magician::{RawLine, SimSpeed, Target};
+use magician_conform::{Bench, Case, Examination, LineBench, Outcome, SimBench, Suite};
+
+use crate::context::Context;
+use crate::failure::{Failure, Kind};
+use crate::interrupt::{Signal, Signals};
+use crate::output::Output;
+use crate::progress::attended;
+
+/// How long an answer may take unless told: the Wi-Fi module takes up to 2 s.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// How long giving an arm its parameters back may take after an interrupt.
+const LEAVING: Duration = Duration::from_secs(20);
+
+/// Hold an arm against cases that say what a Magician does, byte for byte
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician conform --port sim                     all cases on a virtual arm, in no time
+  magician conform --list --only queue            what they are, who says so, how sure that is
+  magician conform --port /dev/ttyUSB0 --skip moves
+
+A PATTERN is a chapter (ptp, queue, framing), a name in which * stands for anything, a tag (moves, exact, hurts, sim-only, \
+power-up, pending), or how sure it is: M measured on real arms, V the vendor's word, VL the vendor's code for the sibling arm, \
+T third parties, G a choice because nobody says.
+
+A real arm moves only when you say so at the terminal, or with --yes: with nothing on it, and nothing within its reach. What \
+could harm it or unlearn something is left out. Its parameters are noted before and given back at the end; it forgets what \
+was in its queue.
+
+Exit status 10 if a case fails.")]
+pub(crate) struct Conform {
+    /// Only cases that a pattern means; may be given several times
+    #[arg(long, value_name = "PATTERN")]
+    only: Vec<String>,
+    /// No cases that a pattern means; may be given several times
+    #[arg(long, value_name = "PATTERN")]
+    skip: Vec<String>,
+    /// Show the cases as a table in Markdown, with -v their steps too, and do none
+    #[arg(long)]
+    list: bool,
+}
+
+/// How many cases came to what.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    passed: usize,
+    failed: usize,
+    skipped: usize,
+    pending: usize,
+}
+
+impl Tally {
+    fn count(&mut self, case: &Case, outcome: &Outcome) {
+        match outcome {
+            _ if case.pending => self.pending += 1,
+            Outcome::Passed => self.passed += 1,
+            Outcome::Failed(_) => self.failed += 1,
+            Outcome::Skipped(_) => self.skipped += 1,
+        }
+    }
+
+    fn add(&mut self, other: Self) {
+        self.passed += other.passed;
+        self.failed += other.failed;
+        self.skipped += other.skipped;
+        self.pending += other.pending;
+    }
+}
+
+/// What becomes of the outcomes.
+trait Printer {
+    fn case(&mut self, case: &Case, outcome: &Outcome) -> Result<(), Failure>;
+    fn end(&mut self, tally: Tally, took: Duration) -> Result<(), Failure>;
+}
+
+impl Conform {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let suite =
+            Suite::built_in().map_err(|error| Failure::new(Kind::Bug, error.to_string()))?;
+        let cases = suite.select(&self.only, &self.skip);
+        for pattern in self.only.iter().chain(&self.skip) {
+            if !suite.cases().iter().any(|case| case.matches(pattern)) {
+                let message = format!("no case is meant by `{pattern}`");
+                return Err(Failure::invalid(message).hint("`magician conform --list` shows them"));
+            }
+        }
+        if self.list {
+            return list::show(&cases, context);
+        }
+        let Some(target) = target(context)? else {
+            return examine(SimBench::default(), &cases, context);
+        };
+        permit(&target, &cases, context)?;
+        context.let_go()?;
+        let line = context.runtime()?.block_on(RawLine::open(&target))?;
+        examine(LineBench::new(line), &cases, context)
+    }
+}
+
+/// Where the arm is, `None` for a virtual arm inside this program.
+fn target(context: &Context) -> Result<Option<Target>, Failure> {
+    match context.target(None)? {
+        Target::Sim(SimSpeed::Max) => Ok(None),
+        Target::Sim(SimSpeed::Times(_)) => {
+            let message = "`conform` steps the clock of a virtual arm itself, so it has no speed";
+            Err(Failure::usage(message).hint("write --port sim"))
+        }
+        target => Ok(Some(target)),
+    }
+}
+
+/// Makes sure that a real arm may move, if it would.
+fn permit(target: &Target, cases: &[&Case], context: &Context) -> Result<(), Failure> {
+    let moving = |case: &&&Case| case.moves && case.hurts.is_none() && case.sim_only.is_none();
+    let count = cases.iter().filter(moving).count();
+    if count == 0 || context.global.yes {
+        return Ok(());
+    }
+    let message = format!("the arm at {target} would move in {count} cases; nothing was sent");
+    let refused = Err(Failure::usage(message)
+        .hint("clear its reach and give --yes, or leave them out with --skip moves"));
+    if context.global.json || !io::stdin().is_terminal() || !io::stderr().is_terminal() {
+        return refused;
+    }
+    let mut stderr = io::stderr();
+    write!(
+        stderr,
+        "The arm at {target} will move through most of its range in {count} cases. Is there nothing on it, and nothing \
+         within its reach? [y/N] "
+    )?;
+    stderr.flush()?;
+    let mut answer = String::new();
+    io::stdin().lock().read_line(&mut answer)?;
+    match answer.trim().to_ascii_lowercase().as_str() {
+        "y" | "yes" => Ok(()),
+        _ => refused,
+    }
+}
+
+/// Does the cases and shows what came of them.
+fn examine<B: Bench>(bench: B, cases: &[&Case], context: &mut Context) -> Result<(), Failure> {
+    let quiet = context.global.json;
+    let patience = context.global.timeout.unwrap_or(PATIENCE);
+    let details = context.global.verbose > 0;
+    let runtime = context.runtime()?;
+    let mut examination = Examination::new(bench, patience)
+        .map_err(|error| Failure::new(Kind::Bug, error.to_string()))?;
+    let out = &mut context.out;
+    let (tally, terminated) = runtime.block_on(async {
+        let mut signals = Signals::listen()?;
+        let work = async {
+            match quiet {
+                true => perform(&mut examination, cases, quiet, record::Records { out }).await,
+                false => {
+                    perform(
+                        &mut examination,
+                        cases,
+                        quiet,
+                        human::Lines::new(out, details),
+                    )
+                    .await
+                }
+            }
+        };
+        let outcome = tokio::select! {
+            outcome = work => Ok(outcome),
+            signal = signals.next() => Err(signal),
+        };
+        // However it ended, the arm is left as it was.
+        let ended = tokio::time::timeout(LEAVING, examination.end()).await;
+        match outcome {
+            Ok(outcome) => {
+                let tally = outcome?;
+                ended.unwrap_or_else(|_| Ok(()))?;
+                Ok::<_, Failure>((Some(tally), false))
+            }
+            Err(signal) => Ok((None, signal == Signal::Terminate)),
+        }
+    })?;
+    context.terminated |= terminated;
+    match tally {
+        None => Err(Failure::interrupted()),
+        Some(Tally { failed: 0, .. }) => Ok(()),
+        Some(Tally { failed, passed, .. }) => {
+            let cases = if failed == 1 { "case" } else { "cases" };
+            let message = format!("{failed} {cases} failed, {passed} passed");
+            Err(Failure::new(Kind::CheckFailed, message))
+        }
+    }
+}
+
+async fn perform<B: Bench>(
+    examination: &mut Examination<B>,
+    cases: &[&Case],
+    quiet: bool,
+    mut printer: impl Printer,
+) -> Result<Tally, Failure> {
+    let begun = Instant::now();
+    let mut tally = Tally::default();
+    attended(quiet, "noting the arm's parameters", examination.begin()).await?;
+    for (at, case) in cases.iter().enumerate() {
+        let what = format!("{} of {}: {}", at + 1, cases.len(), case.id);
+        let outcome = attended(quiet, &what, examination.examine(case)).await?;
+        tally.count(case, &outcome);
+        printer.case(case, &outcome)?;
+    }
+    printer.end(tally, begun.elapsed())?;
+    Ok(tally)
+}
+
+/// A count and what is counted, or nothing for none.
+fn some(count: usize, what: &str) -> Option<String> {
+    (count > 0).then(|| format!("{count} {what}"))
+}
+
+/// The parts of a tally in words.
+fn in_words(tally: Tally) -> String {
+    let Tally {
+        passed,
+        failed,
+        skipped,
+        pending,
+    } = tally;
+    let parts = [
+        some(failed, "failed"),
+        some(passed, "passed"),
+        some(skipped, "skipped"),
+        some(pending, "pending"),
+    ];
+    let parts: Vec<_> = parts.into_iter().flatten().collect();
+    match parts.as_slice() {
+        [] => "nothing to do".to_owned(),
+        parts => parts.join(", "),
+    }
+}
+
+/// How a line is called that fits the output's width.
+fn fitted(text: &str, indent: usize, out: &Output) -> Vec<String> {
+    crate::columns::wrap(text, out.width().saturating_sub(indent))
+}
