@@ -19,8 +19,11 @@ pub(super) enum Arises {
     When { says: String, acts: Vec<Act> },
     /// What causes it is not simulated: it has to be injected.
     Injected(&'static str),
-    /// Nothing here causes it.
-    Never(&'static str),
+    /// Nothing here causes it; not after any of what comes nearest, either.
+    Never {
+        says: &'static str,
+        tried: Vec<Vec<Act>>,
+    },
 }
 
 /// How an alarm goes that has arisen so.
@@ -29,6 +32,8 @@ pub(super) enum Goes {
     Cleared,
     /// No clear drops it before the joint has come back inside; then it drops by itself, and a clear frees the queue.
     Inside { says: String, back: Vec<Act> },
+    /// A clear drops it, and the next look raises it again, until homing has removed the cause.
+    UntilHomed { look: Vec<Act> },
 }
 
 /// What is done to the arm.
@@ -96,10 +101,16 @@ fn plan() -> Vec<Claim> {
     vec![
         claim(
             Alarm::PlanInvSingularity,
-            Arises::Never(
-                "elbow straight and folded lie outside the limit of J2 - J3, and a target on the base axis raises \
-                 0x11 or 0x12",
-            ),
+            Arises::Never {
+                says: "elbow straight and folded lie outside the limit of J2 - J3, and a target on the base axis \
+                    raises 0x11 or 0x12, or is reached where the tool bias allows",
+                tried: vec![
+                    queued(ptp(PtpMode::MovjXyz, [0.0; 4])),
+                    on_the_axis(),
+                    queued(ptp(PtpMode::MovjXyz, [282.0, 0.0, 0.0, 0.0])),
+                    queued(ptp(PtpMode::MovjXyz, [12.0, 0.0, 0.0, 0.0])),
+                ],
+            },
         ),
         when(
             Alarm::PlanInvCalc,
@@ -127,9 +138,17 @@ fn plan() -> Vec<Claim> {
         ),
         claim(
             Alarm::PlanJumpParam,
-            Arises::Never(
-                "a jump that begins or ends above zLimit goes across at the higher of its two ends",
-            ),
+            Arises::Never {
+                says: "a jump that begins or ends above zLimit goes across at the higher of its two ends",
+                tried: vec![vec![
+                    Act::Now(Set::PtpJumpParams(PtpJumpParams {
+                        jump_height: 20.0,
+                        z_limit: -50.0,
+                    })),
+                    Act::Queue(ptp(PtpMode::JumpXyz, [200.0, 40.0, 0.0, 0.0])),
+                    Act::Rest,
+                ]],
+            },
         ),
         when(
             Alarm::PlanSpeedInputParam,
@@ -158,18 +177,30 @@ fn on_the_way() -> Vec<Claim> {
     vec![
         claim(
             Alarm::MoveInvSingularity,
-            Arises::Never(
-                "a straight line would have to pass an elbow straight or folded, outside the limit of J2 - J3, and \
-                 one over the base axis raises 0x21 or 0x22",
-            ),
+            Arises::Never {
+                says: "a straight line to an elbow straight or folded meets the limit of J2 - J3 before, and one \
+                    over the base axis raises 0x21 or 0x22",
+                tried: vec![
+                    from_to(
+                        bias(-150.0, 0.0),
+                        [10.0, -60.0, 0.0, 0.0],
+                        [-10.0, 60.0, 0.0, 0.0],
+                    ),
+                    from_to(
+                        bias(0.0, 0.0),
+                        [30.0, 180.0, 0.0, 0.0],
+                        [30.0, -180.0, 0.0, 0.0],
+                    ),
+                ],
+            },
         ),
         when(
             Alarm::MoveInvCalc,
-            "PTPCmd MOVL_XYZ past the base axis at 5 mm, nearer than a tool bias of 20 mm sideways allows",
+            "PTPCmd MOVL_XYZ past the base axis, nearer than a tool bias of 20 mm sideways allows",
             from_to(
-                bias(-150.0, 20.0),
-                [50.0, 5.0, 0.0, 0.0],
-                [-10.0, 5.0, 0.0, 0.0],
+                bias(-150.0, -20.0),
+                [10.0, -60.0, 0.0, 0.0],
+                [2.0, 60.0, 0.0, 0.0],
             ),
         ),
         when(
@@ -288,24 +319,43 @@ fn lost_steps() -> Vec<Claim> {
         lost_step(Alarm::LoseStepAxis3, 3),
         claim(
             Alarm::LoseStepAxis4,
-            Arises::Never("J4 has no sensor that could tell"),
+            Arises::Never {
+                says: "J4 has no sensor that could tell",
+                tried: vec![slipped(4)],
+            },
         ),
     ]
 }
 
 fn lost_step(code: u8, joint: u8) -> Claim {
-    when(
-        code,
-        format!("J{joint} slips by 6 degrees, and LostStepCmd looks"),
-        vec![
-            Act::Happen(Happening::Slip {
-                joint,
-                degrees: 6.0,
-            }),
-            Act::Queue(Set::LostStepCmd(LostStepCmd {})),
-            Act::Rest,
-        ],
-    )
+    Claim {
+        goes: Goes::UntilHomed { look: look() },
+        ..when(
+            code,
+            format!("J{joint} slips by 6 degrees, and LostStepCmd looks"),
+            slipped(joint),
+        )
+    }
+}
+
+fn slipped(joint: u8) -> Vec<Act> {
+    let degrees = 6.0;
+    let mut acts = vec![Act::Happen(Happening::Slip { joint, degrees })];
+    acts.extend(look());
+    acts
+}
+
+/// A look at whether steps are lost; at once, for an alarm would hold it in the queue.
+fn look() -> Vec<Act> {
+    vec![Act::Now(Set::LostStepCmd(LostStepCmd {}))]
+}
+
+fn on_the_axis() -> Vec<Act> {
+    vec![
+        Act::Now(bias(-150.0, 0.0)),
+        Act::Queue(ptp(PtpMode::MovjXyz, [0.0; 4])),
+        Act::Rest,
+    ]
 }
 
 /// A point-to-point command.

@@ -97,13 +97,13 @@ impl Trial {
     }
 
     fn holds(&mut self, wanted: bool) -> Verdict {
-        expect(!self.runs() == wanted, "the queue does not wait as claimed")
+        expect(self.runs() != wanted, "the queue does not wait as claimed")
     }
 
     fn freed(&mut self) -> Verdict {
         self.clear();
         self.stand(&[], "after a clear")?;
-        self.pass(SECOND);
+        self.rest();
         expect(self.idle(), "the queue does not go on after a clear")
     }
 }
@@ -120,12 +120,19 @@ fn expect(good: bool, otherwise: &str) -> Verdict {
 pub(super) fn try_claim(claim: &Claim) -> Verdict {
     match &claim.arises {
         Arises::When { acts, .. } => arises(claim, acts)?,
-        Arises::Injected(_) | Arises::Never(_) => {}
+        Arises::Injected(_) => {}
+        Arises::Never { tried, .. } => tried.iter().try_for_each(|acts| never(claim.code, acts))?,
     }
-    injected(claim.code, claim.holds)?;
-    while_moving(claim.code, claim.holds)?;
-    homing(claim.code)?;
-    reset(claim.code)
+    try_injected(claim.code, claim.holds)
+}
+
+/// Everything that is said of an alarm that is injected.
+pub(super) fn try_injected(code: u8, holds: bool) -> Verdict {
+    injected(code, holds)?;
+    while_moving(code, holds)?;
+    at_once(code)?;
+    homing(code)?;
+    reset(code)
 }
 
 fn arises(claim: &Claim, acts: &[Act]) -> Verdict {
@@ -136,15 +143,35 @@ fn arises(claim: &Claim, acts: &[Act]) -> Verdict {
     trial.holds(claim.holds)?;
     trial.pass(60 * SECOND);
     trial.stand(&[code], "a minute later")?;
-    if let Goes::Inside { back, .. } = &claim.goes {
-        trial.clear();
-        trial.stand(&[code], "after a clear at the limit")?;
-        expect(!trial.idle(), "a clear at the limit frees the queue")?;
-        trial.acts(back);
-        trial.stand(&[], "back inside")?;
-        expect(!trial.idle(), "the queue goes on without a clear")?;
+    match &claim.goes {
+        Goes::Cleared => trial.freed(),
+        Goes::Inside { back, .. } => {
+            trial.clear();
+            trial.stand(&[code], "after a clear at the limit")?;
+            expect(!trial.idle(), "a clear at the limit frees the queue")?;
+            trial.acts(back);
+            trial.stand(&[], "back inside")?;
+            expect(!trial.idle(), "the queue goes on without a clear")?;
+            trial.freed()
+        }
+        Goes::UntilHomed { look } => {
+            trial.freed()?;
+            trial.acts(look);
+            trial.stand(&[code], "after another look")?;
+            trial.freed()?;
+            trial.send(&Set::HomeCmd(HomeCmd { reserved: 0 }), Ctrl::SET);
+            trial.rest();
+            trial.acts(look);
+            trial.stand(&[], "after homing and another look")
+        }
     }
-    trial.freed()
+}
+
+/// What comes nearest to causing it does not.
+fn never(code: u8, acts: &[Act]) -> Verdict {
+    let mut trial = Trial::new();
+    trial.acts(acts);
+    expect(!trial.alarms().contains(&code), "it arises after all")
 }
 
 /// At rest: the cause does not stand, so the first clear is enough, for a limit too.
@@ -174,6 +201,17 @@ fn while_moving(code: u8, holds: bool) -> Verdict {
         "a motion under way does not end as claimed",
     )?;
     trial.freed()
+}
+
+/// Immediate commands are carried out.
+fn at_once(code: u8) -> Verdict {
+    let mut trial = Trial::new();
+    trial.0.inject(Happening::Alarm(code));
+    let goal = ptp(PtpMode::MovjAngle, [30.0, 45.0, 45.0, 0.0]);
+    trial.send(&goal, Ctrl::SET);
+    trial.rest();
+    let there = trial.0.state().joints.j1 == 30.0;
+    expect(there, "an immediate move is not carried out")
 }
 
 /// Homing runs all the same, and frees nothing.
