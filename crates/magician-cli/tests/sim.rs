@@ -202,3 +202,32 @@ fn the_built_in_profile_can_be_printed_and_used() {
     let name = run(&["--port", &served.door("tcp"), "get", "DeviceName", "--json"]).object();
     assert_eq!(name, json!({"device_name": "Somebody"}));
 }
+
+#[test]
+fn what_an_arm_keeps_without_power_is_in_its_file() {
+    let dir = tempfile::tempdir().expect("directory");
+    let flash = dir.path().join("flash.toml");
+    let path = flash.to_str().expect("UTF-8");
+    let arguments = ["--tcp", "127.0.0.1:0", "--flash", path];
+    let name = |port: &str| {
+        run(&["--port", port, "get", "DeviceName", "--json"]).object()["device_name"].clone()
+    };
+    let served = Served::start(&arguments, 1);
+    assert!(flash.exists(), "it is made at once");
+    let port = served.door("tcp");
+    assert_eq!(name(&port), json!("Dobot 2.0"));
+    let set = ["--port", &port, "set", "DeviceName", "device_name=Ada"];
+    assert_eq!(run(&set).status, 0);
+    let (status, rest) = served.end("-TERM");
+    assert_eq!((status.code(), rest.as_str()), (Some(0), ""));
+
+    let served = Served::start(&arguments, 1);
+    assert_eq!(name(&served.door("tcp")), json!("Ada"));
+    served.end("-TERM");
+
+    std::fs::write(&flash, "version = 1").expect("written");
+    let refused = run(&["sim", "--tcp", "127.0.0.1:0", "--flash", path]);
+    assert_eq!(refused.status, 3, "{refused:?}");
+    let left = std::fs::read_to_string(&flash).expect("left alone");
+    assert_eq!(left, "version = 1");
+}

@@ -41,23 +41,18 @@ impl Leg {
 
     /// The state after `t` seconds: exactly the start's and the end's at either end.
     pub(crate) fn state_at(&self, geometry: &Geometry, t: f64) -> ArmState {
-        let (from, to) = match self {
-            Self::Joints(leg) => (leg.from, leg.to),
-            Self::Line(leg) => (leg.from, leg.to),
-            Self::Arc(leg) => (leg.from, leg.to),
-            Self::Segment(leg) => (leg.state_at(geometry, 0.0), leg.to),
-        };
         if t >= self.duration() {
-            to
-        } else if t <= 0.0 {
-            from
-        } else {
-            match self {
-                Self::Joints(leg) => ArmState::at_joints(geometry, &leg.joints_at(t)),
-                Self::Line(leg) => leg.state_at(geometry, t),
-                Self::Arc(leg) => leg.state_at(geometry, t),
-                Self::Segment(leg) => leg.state_at(geometry, t),
-            }
+            return self.end();
+        }
+        match self {
+            Self::Joints(leg) if t <= 0.0 => leg.from,
+            Self::Line(leg) if t <= 0.0 => leg.from,
+            Self::Arc(leg) if t <= 0.0 => leg.from,
+            Self::Joints(leg) => ArmState::at_joints(geometry, &leg.joints_at(t)),
+            Self::Line(leg) => leg.state_at(geometry, t),
+            Self::Arc(leg) => leg.state_at(geometry, t),
+            // It may begin in the middle of its segment, and knows where.
+            Self::Segment(leg) => leg.state_at(geometry, t),
         }
     }
 

@@ -169,7 +169,7 @@ impl Planner {
             Destination::Pose(_) => self.check(to)?,
         };
         let leg = self.joint_leg(from, &to)?;
-        Ok(Trajectory::of_legs(&self.geometry, from, [leg]))
+        Ok(Trajectory::of_leg(&self.geometry, from, leg))
     }
 
     fn plan_line(&self, from: &ArmState, to: &Destination) -> Result<Trajectory, MotionError> {
@@ -177,7 +177,7 @@ impl Planner {
             return Ok(self.arrival(from, to));
         }
         let leg = self.line_leg(from, &self.check(to)?)?;
-        Ok(Trajectory::of_legs(&self.geometry, from, [leg]))
+        Ok(Trajectory::of_leg(&self.geometry, from, leg))
     }
 
     fn plan_jump(

@@ -45,7 +45,7 @@ impl Planner {
             done: 0.0,
             along: Law::between(length, entry, exit, &rates),
         };
-        let trajectory = Trajectory::of_legs(&self.geometry, from, [Leg::Segment(leg)]);
+        let trajectory = Trajectory::of_leg(&self.geometry, from, Leg::Segment(leg));
         Ok(Plan::within(trajectory, &self.limits))
     }
 
@@ -70,7 +70,7 @@ impl Planner {
         };
         let rest = leg.rest(t, |length, entry| Law::between(length, entry, exit, &rates));
         let from = running.sample(at_us);
-        let trajectory = Trajectory::of_legs(&self.geometry, &from, [Leg::Segment(rest)]);
+        let trajectory = Trajectory::of_leg(&self.geometry, &from, Leg::Segment(rest));
         Ok(Some(Plan::within(trajectory, &self.limits)))
     }
 

@@ -65,6 +65,17 @@ impl Trajectory {
         trajectory
     }
 
+    /// One leg that sets off from `start`.
+    pub(crate) fn of_leg(geometry: &Geometry, start: &ArmState, leg: Leg) -> Self {
+        Self {
+            geometry: *geometry,
+            start: *start,
+            end: leg.end(),
+            duration_us: microseconds(leg.duration()),
+            legs: [Some(TimedLeg { leg, start_us: 0 }), None, None],
+        }
+    }
+
     /// The same motion in `least_us`, if it takes less: every leg longer by the same factor. No motion stays none.
     pub(crate) fn lasting(mut self, least_us: u64) -> Self {
         let total = self.duration_us;

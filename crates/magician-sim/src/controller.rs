@@ -1,11 +1,11 @@
 //! The controller as those who hold it see it.
 
 use magician_motion::JointAngles;
-use magician_protocol::{Event as Found, FrameBuf, Row};
+use magician_protocol::{Event as Found, Frame, FrameBuf, Row};
 
 use crate::core::Core;
 use crate::event::Event;
-use crate::link::{Link, Links};
+use crate::link::{Link, Links, Outbox};
 use crate::{Flash, LinkId, Micros, Profile, State, World};
 
 /// A Dobot Magician's controller, without a clock and without a wire.
@@ -20,6 +20,10 @@ use crate::{Flash, LinkId, Micros, Profile, State, World};
 ///   [`poll_timeout`](Self::poll_timeout) is the next instant at which something happens by itself.
 /// * **Out**: [`poll_transmit`](Self::poll_transmit) gives the replies of a link until `None`,
 ///   [`poll_event`](Self::poll_event) what happened.
+/// * **Hands**: [`press`](Self::press), [`unlock`](Self::unlock) and [`guide`](Self::guide) do what a hand does to the
+///   arm, [`inject`](Self::inject) whatever else may happen to it.
+/// * **Copy**: a clone is a snapshot. It goes on from there as the original does, bit for bit, and neither knows of the
+///   other; putting it back in the original's place goes back in time.
 ///
 /// A driver of it repeats: `receive`, `poll_transmit` until `None`, `advance` to the earlier of the next byte and
 /// `poll_timeout`.
@@ -28,8 +32,8 @@ use crate::{Flash, LinkId, Micros, Profile, State, World};
 ///
 /// The same calls give the same bytes, events and poses, bit for bit. `advance(a); advance(b)` is `advance(b)`. A move
 /// costs the same whether it takes a second or an hour. No bytes and no values make it panic, and its memory is bounded:
-/// the queue by its depth, each of at most 64 links by its decoder and 32 KiB of replies not taken, the log by 256 events.
-/// Once its buffers have grown to what is in use it allocates nothing.
+/// the queue by its depth, the program in the flash by the profile's capacity, each of at most 64 links by its decoder and
+/// 32 KiB of replies not taken, the log by 256 events. Once its buffers have grown to what is in use it allocates nothing.
 #[derive(Clone)]
 pub struct Controller {
     pub(crate) links: Links,
@@ -124,11 +128,11 @@ impl Controller {
             _ => Some(links.heard(link)),
         };
         let Some(peer) = heard else { return false };
-        while let Some(found) = peer.deframer.next(input) {
+        let Link { deframer, outbox } = peer;
+        while let Some(found) = deframer.next(input) {
             match found {
                 Found::Frame { frame, .. } => {
-                    let frame = FrameBuf::from(frame);
-                    handle(core, link, peer, &frame);
+                    handle(core, link, outbox, &frame);
                     return true;
                 }
                 Found::Rejected { .. } => core.log.push(Event::BadFrame { link }),
@@ -178,19 +182,18 @@ impl Controller {
 }
 
 /// Handles one frame: exactly one reply for a request that the controller knows, silence for others (errata E09).
-fn handle(core: &mut Core, link: LinkId, peer: &mut Link, frame: &FrameBuf) {
-    if !peer.outbox.has_room() {
+fn handle(core: &mut Core, link: LinkId, outbox: &mut Outbox, frame: &Frame<'_>) {
+    if !outbox.has_room() {
         core.log.push(Event::Overrun { link });
         return;
     }
-    let frame = frame.frame();
     if Row::with_id(frame.id()).is_none() {
         core.unknown_id(link, frame.id());
         return;
     }
-    let reply = core.answer(&frame);
+    let reply = core.answer(frame);
     // A reply holds what the controller stores, which fits a frame.
     if let Ok(reply) = reply.or_else(|_| FrameBuf::new(frame.id(), frame.ctrl(), &[])) {
-        peer.outbox.push(&reply);
+        outbox.push(&reply);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use magician_protocol::{Deframer, FrameBuf, MAX_FRAME};
+use magician_protocol::{Deframer, Frame, FrameBuf, MAX_FRAME};
 
 /// Names a peer: a pseudo-terminal, the sender of datagrams, a connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -35,22 +35,16 @@ impl Outbox {
     }
 
     pub(crate) fn pop(&mut self) -> Option<FrameBuf> {
-        let [_, _, len, id, ctrl] = self.head()?;
-        let count = usize::from(len).saturating_sub(2);
-        let mut params = [0; MAX_FRAME];
-        for (to, from) in params.iter_mut().zip(self.bytes.iter().skip(5).take(count)) {
-            *to = *from;
-        }
-        self.bytes.drain(..(count + 6).min(self.bytes.len()));
-        FrameBuf::new(id, magician_protocol::Ctrl(ctrl), params.get(..count)?).ok()
-    }
-
-    fn head(&self) -> Option<[u8; 5]> {
-        let mut head = [0; 5];
-        for (at, to) in head.iter_mut().enumerate() {
-            *to = *self.bytes.get(at)?;
-        }
-        Some(head)
+        let length = usize::from(*self.bytes.get(2)?) + 4;
+        let mut whole = [0; MAX_FRAME];
+        let (front, back) = self.bytes.as_slices();
+        let (head, tail) = whole
+            .get_mut(..length)?
+            .split_at_mut(length.min(front.len()));
+        head.copy_from_slice(front.get(..head.len())?);
+        tail.copy_from_slice(back.get(..tail.len())?);
+        self.bytes.drain(..length);
+        Frame::new(whole.get(..length)?).map(FrameBuf::from)
     }
 }
 

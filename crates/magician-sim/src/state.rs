@@ -1,6 +1,6 @@
 //! A look at everything, for tests, demonstrations and pictures.
 
-use magician_motion::{JointAngles, Pose};
+use magician_motion::{JointAngles, Pose, ToolBias};
 use magician_protocol::AlarmSet;
 
 use crate::core::Core;
@@ -14,6 +14,8 @@ pub struct State {
     pub now: Micros,
     /// The commanded tool pose, for the tool bias that is set.
     pub pose: Pose,
+    /// The tool bias that is set.
+    pub tool: ToolBias,
     /// The commanded joints.
     pub joints: JointAngles,
     /// Where the joints really stand: elsewhere than commanded after lost steps, and the base before homing.
@@ -57,6 +59,8 @@ pub struct QueueState {
     pub waiting: usize,
     /// Index of the command at work.
     pub running: Option<u64>,
+    /// Its id.
+    pub running_id: Option<u8>,
     /// Index of the command that finished last, 0 before the first.
     pub current_index: u64,
     /// Whether it takes commands: between start and stop.
@@ -85,6 +89,7 @@ impl State {
         Self {
             now: core.now,
             pose: arm.pose,
+            tool: core.geometry().tool,
             joints: arm.joints,
             true_joints: core.posture().joints,
             moving: core.motion.is_moving(),
@@ -94,6 +99,7 @@ impl State {
                 capacity: queue.depth(),
                 waiting: queue.waiting(),
                 running: queue.running.map(|running| running.index),
+                running_id: queue.running.map(|running| running.id),
                 current_index: queue.current,
                 started: queue.started,
                 held: core.alarms.held() && core.profile.queue.alarms_hold,

@@ -7,8 +7,8 @@ use magician_sim::world::{Press, Thing};
 use magician_sim::{Controller, Flash, Happening, LinkId, Micros, Profile, State};
 use proptest::prelude::*;
 
-/// A number as a host, a bad host or chance sends it.
-fn number() -> impl Strategy<Value = f32> {
+/// A number as a host, a bad host or chance sends it. Boxed: strategies lie on the stack with all that they may become.
+fn number() -> BoxedStrategy<f32> {
     prop_oneof![
         4 => -200.0f32..300.0,
         2 => -5.0f32..5.0,
@@ -18,6 +18,7 @@ fn number() -> impl Strategy<Value = f32> {
         ]),
         1 => any::<u32>().prop_map(f32::from_bits),
     ]
+    .boxed()
 }
 
 /// A frame of a command of the table, its numbers of any kind.
@@ -65,8 +66,68 @@ fn request() -> impl Strategy<Value = Vec<u8>> {
             let params: Vec<u8> = [x, y, z].iter().flat_map(|n| n.to_le_bytes()).collect();
             frame(60, 3, &params)
         }),
+        6 => paths(),
         1 => prop::collection::vec(any::<u8>(), 0..30),
     ]
+}
+
+/// Commands of paths, arcs and jogs, most of them such as a host might send.
+fn paths() -> BoxedStrategy<Vec<u8>> {
+    let queued = || prop::sample::select(vec![1u8, 3, 3, 3, 3]);
+    let near = || prop::array::uniform3(-25.0f32..25.0);
+    let place =
+        || prop::array::uniform4(-60.0f32..60.0).prop_map(|[x, y, z, r]| [200.0 + x, y, z, r]);
+    let speed = || prop_oneof![4 => 1.0f32..500.0, 1 => number()].boxed();
+    prop_oneof![
+        6 => (near(), 91u8..93, queued(), 0.0f32..120.0).prop_map(|([x, y, z], id, ctrl, power)| {
+            frame(id, ctrl, &after(0, &[x, y, z, power]))
+        }),
+        2 => (place(), 91u8..93, queued()).prop_map(|([x, y, z, power], id, ctrl)| {
+            frame(id, ctrl, &after(1, &[x, y, z, power]))
+        }),
+        1 => (0..3u8, prop::array::uniform4(number()), 91u8..93).prop_map(|(mode, numbers, id)| {
+            frame(id, 3, &after(mode, &numbers))
+        }),
+        1 => (speed(), speed(), 1.0f32..100.0, 0..4u8, queued()).prop_map(
+            |(acceleration, velocity, period, real_time, ctrl)| {
+                let mut params = numbers(&[acceleration, velocity, period]);
+                params.push(u8::from(real_time == 0));
+                frame(90, ctrl, &params)
+            }
+        ),
+        3 => (place(), place(), queued(), prop::option::of(0u32..4)).prop_map(|(via, to, ctrl, count)| {
+            let mut params = numbers(&[via, to].concat());
+            match count {
+                None => frame(101, ctrl, &params),
+                Some(count) => {
+                    params.extend(count.to_le_bytes());
+                    frame(102, ctrl, &params)
+                }
+            }
+        }),
+        1 => (prop::array::uniform4(speed()), queued()).prop_map(|(speeds, ctrl)| frame(100, ctrl, &numbers(&speeds))),
+        4 => (0..2u8, 0..10u8, queued()).prop_map(|(is_joint, command, ctrl)| frame(73, ctrl, &[is_joint, command])),
+        1 => (prop::array::uniform8(speed()), 70u8..72, queued()).prop_map(|(speeds, id, ctrl)| {
+            frame(id, ctrl, &numbers(&speeds))
+        }),
+        1 => (speed(), speed(), queued()).prop_map(|(velocity, acceleration, ctrl)| {
+            frame(72, ctrl, &numbers(&[velocity, acceleration]))
+        }),
+    ]
+    .boxed()
+}
+
+fn numbers(numbers: &[f32]) -> Vec<u8> {
+    numbers
+        .iter()
+        .flat_map(|number| number.to_le_bytes())
+        .collect()
+}
+
+fn after(first: u8, rest: &[f32]) -> Vec<u8> {
+    let mut params = vec![first];
+    params.extend(numbers(rest));
+    params
 }
 
 fn ptp_params(mode: u8, numbers: [f32; 4]) -> Vec<u8> {
@@ -80,6 +141,29 @@ fn frame(id: u8, ctrl: u8, params: &[u8]) -> Vec<u8> {
         .unwrap()
         .bytes()
         .to_vec()
+}
+
+/// A path, and what may come between: stop, start, clear, force stop, alarms cleared.
+fn interfered() -> impl Strategy<Value = Vec<u8>> {
+    let near = prop::array::uniform3(-12.0f32..12.0);
+    let place = prop::array::uniform3(-60.0f32..60.0);
+    let steering = prop::sample::select(vec![240u8, 240, 241, 245, 242, 20]);
+    prop_oneof![
+        12 => (near, 91u8..93).prop_map(|([x, y, z], id)| frame(id, 3, &after(0, &[x, y, z, 50.0]))),
+        2 => (place, 91u8..93).prop_map(|([x, y, z], id)| frame(id, 3, &after(1, &[200.0 + x, y, z, 50.0]))),
+        2 => steering.prop_map(|id| frame(id, 1, &[])),
+    ]
+}
+
+/// Whether the joints are within the controller's limits (model section 4).
+fn within_limits(state: &State) -> bool {
+    let [j1, j2, j3, j4] = state.joints.to_array();
+    let within = |angle: f64, least: f64, most: f64| angle > least - 1e-6 && angle < most + 1e-6;
+    within(j1, -135.0, 135.0)
+        && within(j2, -5.0, 90.0)
+        && within(j3, -15.0, 90.0)
+        && within(j4, -150.0, 150.0)
+        && within(j2 - j3, -70.0, 55.0)
 }
 
 /// What happens in a life: a host sends, or the world does something to the arm.
@@ -249,6 +333,58 @@ proptest! {
     }
 
     #[test]
+    fn no_path_leaves_the_limits_and_none_outruns_what_was_set(
+        steps in prop::collection::vec((prop_oneof![3 => Just(0u64), 2 => 0..400_000u64], interfered()), 1..60),
+        plan_acc in 20.0f32..400.0,
+        junction_vel in 5.0f32..300.0,
+    ) {
+        let mut arm = switched_on();
+        let mut params = numbers(&[plan_acc, junction_vel, 100.0]);
+        params.push(0);
+        arm.receive(LinkId(0), &frame(90, 1, &params));
+        let mut pieces = steps.iter();
+        loop {
+            let until = match pieces.next() {
+                Some((pause, bytes)) => {
+                    arm.receive(LinkId(0), bytes);
+                    arm.now() + pause
+                }
+                None => match arm.poll_timeout() {
+                    Some(at) => at,
+                    None => break,
+                },
+            };
+            while arm.now() < until {
+                let before = arm.state();
+                arm.advance((before.now + 1000).min(until));
+                let now = arm.state();
+                prop_assert!(within_limits(&now), "{now:?}");
+                let seconds = (now.now - before.now) as f64 / 1e6;
+                // A segment's last microsecond is not a whole one.
+                let way = now.pose.distance_to(&before.pose);
+                prop_assert!(way <= f64::from(junction_vel) * (seconds + 2e-6) + 1e-9, "{way} mm in {seconds} s");
+                prop_assert!(now.moving || !now.laser, "the laser never burns at rest: {now:?}");
+            }
+        }
+        let state = arm.state();
+        prop_assert!(!state.moving && !state.laser && state.queue.running.is_none());
+    }
+
+    #[test]
+    fn arcs_and_jogs_stay_within_the_limits(life in prop::collection::vec((0..1_500_000u64, paths()), 1..20)) {
+        let mut arm = switched_on();
+        for (pause, bytes) in &life {
+            arm.receive(LinkId(0), bytes);
+            let until = arm.now() + pause;
+            while arm.now() < until {
+                arm.advance((arm.now() + 5_000).min(until));
+                let state = arm.state();
+                prop_assert!(within_limits(&state), "{state:?}");
+            }
+        }
+    }
+
+    #[test]
     fn indices_and_places_add_up(life in life()) {
         let mut arm = switched_on();
         let mut last = 0;
@@ -280,7 +416,7 @@ proptest! {
         let to = arm.now() + pause;
         arm.advance(arm.now() + within % (pause + 1));
         let mut copy = arm.clone();
-        let mut go_on = |arm: &mut Controller| {
+        let go_on = |arm: &mut Controller| {
             let mut story = String::new();
             arm.advance(to);
             for (at, (pause, deed)) in after.iter().enumerate() {

@@ -2,11 +2,12 @@
 
 mod arm;
 
-use arm::{Bench, SECOND, arm, arm_with, home, joints_to, running_arm, wait};
+use arm::{Bench, SECOND, arm, arm_with, home, joints_to, ptp, running_arm, suck, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, TeachTrigger};
-use magician_sim::world::Press;
-use magician_sim::{Controller, Happening};
+use magician_sim::scenario::Scenario;
+use magician_sim::world::{Posture, Press};
+use magician_sim::{Controller, Happening, Profile, World};
 
 fn teach(bench: &mut Bench, mode: TeachTrigger) {
     bench.set(&HhtTrigMode { mode });
@@ -245,4 +246,45 @@ fn a_reset_finds_the_key_still_held() {
     bench.arm.unlock(false);
     bench.rest();
     assert_eq!(bench.joints()[0], 5.0);
+}
+
+#[test]
+fn what_the_tool_holds_goes_with_the_hand() {
+    let scenario = Scenario::from_toml(
+        r#"
+        tool.kind = "suction"
+        table.height = -70
+        [[object]]
+        name = "cube"
+        size = [20, 20, 20]
+        at = [220, 0]
+        color = "red"
+        "#,
+    );
+    let world = World::from_scenario(&scenario.unwrap());
+    let mut bench = Bench {
+        arm: Controller::in_world(Profile::default(), world),
+    };
+    bench.suction_bias();
+    bench.set(&ptp(1, [220.0, 0.0, -50.0, 0.0]));
+    bench.rest();
+    bench.set(&suck(true));
+    bench.rest();
+    bench.arm.unlock(true);
+    let mut joints = bench.state().joints;
+    joints.j2 -= 10.0;
+    bench.arm.guide(joints);
+    joints.j1 = 40.0;
+    bench.arm.guide(joints);
+    bench.set(&suck(false));
+    bench.rest();
+    let state = bench.state();
+    let posture = Posture {
+        joints: state.true_joints,
+        rail: 0.0,
+    };
+    let look = bench.arm.world().look(state.now, &posture);
+    let place = look.object("cube").unwrap().place();
+    assert!((place.x - state.pose.x).abs() < 1e-9 && (place.y - state.pose.y).abs() < 1e-9);
+    assert!(place.y > 100.0);
 }

@@ -325,15 +325,13 @@ fn device_time_is_in_ms_and_wraps() {
 fn what_is_not_simulated_says_so_and_finishes() {
     let mut bench = running_arm();
     bench.events();
-    for id in [32] {
-        let row = Row::with_id(id).unwrap();
-        let params = vec![0; row.set.unwrap().size().unwrap()];
-        bench.frame(id, Ctrl::QUEUED, &params);
-        let told = bench
-            .events()
-            .into_iter()
-            .any(|event| matches!(event, Event::NotSimulated { row } if row.id == id));
-        assert!(told, "{}", row.name);
-    }
+    let row = Row::with_id(32).unwrap();
+    let params = vec![0; row.set.unwrap().size().unwrap()];
+    bench.frame(row.id, Ctrl::QUEUED, &params);
+    let told = bench
+        .events()
+        .into_iter()
+        .any(|event| matches!(event, Event::NotSimulated { row } if row.id == 32));
+    assert!(told);
     assert_eq!(bench.current_index(), 1);
 }

@@ -2,7 +2,7 @@ use magician_motion::{
     ArmState, Geometry, JointAngles, JumpHeights, Limits, Move, MoveKind, Plan, Planner, Target,
     ToolBias, Transfer,
 };
-use magician_protocol::commands::{EndEffectorParams, Pose, PtpJump2Params};
+use magician_protocol::commands::{CircleCmd, EndEffectorParams, Pose, PtpJump2Params};
 use magician_protocol::{CpMode, Ctrl, Field, FieldValue, FrameBuf, PtpMode, Set};
 
 use crate::{Error, ErrorKind, Result};
@@ -102,7 +102,7 @@ impl Preflight {
             Set::CpCmd(cp) => self.segment(cp.cp_mode, [cp.x, cp.y, cp.z]),
             Set::CpLeCmd(cp) => self.segment(cp.cp_mode, [cp.x, cp.y, cp.z]),
             Set::ArcCmd(arc) => self.arc(arc.cir_point, arc.to_point),
-            Set::CircleCmd(circle) => self.points([circle.cir_point, circle.to_point]),
+            Set::CircleCmd(circle) => self.circle(circle),
             Set::EndEffectorParams(tool) => {
                 self.planner.geometry.tool = bias(tool);
                 let joints = self.at.map(|at| at.joints);
@@ -220,26 +220,32 @@ impl Preflight {
             CpMode::Relative => (from.pose.x + x, from.pose.y + y, from.pose.z + z),
             _ => (x, y, z),
         };
-        let geometry = self.planner.geometry;
-        let target = magician_motion::Pose::new(x, y, z, 0.0);
-        let end = geometry.inverse(&target)?;
-        let r = end.j1 + from.joints.j4;
-        let mut planner = self.planner;
-        // J4 does not move; that r is taken to change evenly must not seem to move it.
-        planner.limits.j4 = magician_motion::Range::new(f64::NEG_INFINITY, f64::INFINITY);
-        let target = Target::Pose(magician_motion::Pose::new(x, y, z, r));
-        let kind = MoveKind::Line;
-        let plan = planner.plan(&from, &Move { target, kind })?;
+        // The way does not depend on the speed.
+        let rates = magician_motion::Rates {
+            velocity: 100.0,
+            acceleration: 100.0,
+        };
+        let plan = self.planner.segment(&from, [x, y, z], 0.0, 0.0, rates)?;
         self.arrive_by(&plan)
     }
 
     fn arc(&mut self, via: [f32; 4], to: [f32; 4]) -> Result<()> {
-        if let Some(from) = self.at {
-            let [_, _, _, r] = from.pose.to_array();
-            let [vx, vy, vz, _] = via.map(f64::from);
-            self.points([[vx as f32, vy as f32, vz as f32, r as f32]])?;
-        }
-        self.arrive(&Target::Pose(to.map(f64::from).into()))
+        let [via, to] = [via, to].map(|point| magician_motion::Pose::from(point.map(f64::from)));
+        let Some(from) = self.at else {
+            return self.arrive(&Target::Pose(to));
+        };
+        let plan = self.planner.arc(&from, &via, &to)?;
+        self.arrive_by(&plan)
+    }
+
+    fn circle(&mut self, circle: &CircleCmd) -> Result<()> {
+        let points = [circle.cir_point, circle.to_point];
+        let Some(from) = self.at else {
+            return self.points(points);
+        };
+        let [via, to] = points.map(|point| magician_motion::Pose::from(point.map(f64::from)));
+        let plan = self.planner.circle(&from, &via, &to, circle.count)?;
+        self.arrive_by(&plan)
     }
 
     /// Points that the arm passes and does not stay at.

@@ -13,8 +13,21 @@ use std::path::Path;
 use figure::{Figure, Report};
 
 /// What can be measured, what it is, and how.
-const PARTS: [(&str, &str, fn() -> Result<Vec<Figure>, Box<dyn Error>>); 1] =
-    [("speed", "S1 and S2: arm-seconds a second", speed::measure)];
+const PARTS: [(&str, &str, Measure); 3] = [
+    (
+        "ptp",
+        "S1: arm-seconds a second, point to point",
+        speed::ptp,
+    ),
+    ("cp", "S1: arm-seconds a second, continuous path", speed::cp),
+    (
+        "traced",
+        "S2: arm-seconds a second, pose at 1 kHz",
+        speed::traced,
+    ),
+];
+
+type Measure = fn() -> Result<Vec<Figure>, Box<dyn Error>>;
 
 /// Lines of help.
 pub(crate) fn help() -> String {

@@ -15,20 +15,11 @@ const COMMANDS_LOOKED_AT: usize = 1_000;
 
 const LOOK: Micros = 1_000;
 
+/// So many frames, the commands over and over.
 fn queued<T: Writable>(commands: &[T], count: usize) -> Vec<FrameBuf> {
     let frames = commands.iter().map(|command| frame(Ctrl::QUEUED, command));
-    frames.cycle_to(count)
-}
-
-trait CycleTo {
-    fn cycle_to(self, count: usize) -> Vec<FrameBuf>;
-}
-
-impl<I: Iterator<Item = FrameBuf>> CycleTo for I {
-    fn cycle_to(self, count: usize) -> Vec<FrameBuf> {
-        let once: Vec<FrameBuf> = self.collect();
-        once.iter().cycle().take(count).copied().collect()
-    }
+    let once: Vec<FrameBuf> = frames.collect();
+    once.into_iter().cycle().take(count).collect()
 }
 
 /// Arm-seconds that the frames take, by events alone.
@@ -69,27 +60,34 @@ fn figure(name: &str, mut arm: Controller, frames: &[FrameBuf], work: Work) -> F
         .with("ms of arm time a command", lasted / commands * 1e3)
 }
 
-/// S1 and S2.
-pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
-    let (ring, hatching, moves) = (ring(), hatching(), pick_and_place());
-    let mut figures =
-        vec![figure("S1 ptp", arm(), &queued(&moves, COMMANDS), events).at_least(1e6)];
-    for (name, commands) in [("ring", &ring), ("hatching", &hatching)] {
+/// S1, point to point.
+pub(super) fn ptp() -> Result<Vec<Figure>, Box<dyn Error>> {
+    let frames = queued(&pick_and_place(), COMMANDS);
+    let figure = figure("S1 ptp", arm(), &frames, events);
+    Ok(vec![figure.at_least(1e6)])
+}
+
+/// S1, continuous path: at the settings of power-up, and at those of a drawing.
+pub(super) fn cp() -> Result<Vec<Figure>, Box<dyn Error>> {
+    let mut figures = Vec::new();
+    for (name, commands) in [("ring", ring()), ("hatching", hatching())] {
+        let frames = queued(&commands, COMMANDS);
         for speed in [100.0, 200.0] {
             let name = format!("S1 cp 1 mm {name} {speed}/{speed}");
-            let frames = queued(commands, COMMANDS);
-            figures.push(figure(&name, plotter(speed, speed), &frames, events).at_least(1e4));
+            let figure = figure(&name, plotter(speed, speed), &frames, events);
+            figures.push(figure.at_least(1e4));
         }
     }
-    let frames = queued(&moves, COMMANDS_LOOKED_AT);
-    figures.push(figure("S2 ptp at 1 kHz", arm(), &frames, looked_at).at_least(1e3));
-    let frames = queued(&ring, 20 * COMMANDS_LOOKED_AT);
-    let ring = figure(
-        "S2 cp 1 mm ring at 1 kHz",
-        plotter(100.0, 100.0),
-        &frames,
-        looked_at,
-    );
-    figures.push(ring.at_least(1e3));
     Ok(figures)
+}
+
+/// S2.
+pub(super) fn traced() -> Result<Vec<Figure>, Box<dyn Error>> {
+    let moves = queued(&pick_and_place(), COMMANDS_LOOKED_AT);
+    let segments = queued(&ring(), 20 * COMMANDS_LOOKED_AT);
+    let plotter = plotter(100.0, 100.0);
+    Ok(vec![
+        figure("S2 ptp at 1 kHz", arm(), &moves, looked_at).at_least(1e3),
+        figure("S2 cp 1 mm ring at 1 kHz", plotter, &segments, looked_at).at_least(1e3),
+    ])
 }

@@ -6,6 +6,7 @@ use magician_protocol::{JogCommand, Writable};
 
 use super::plan::{alarm_at_limit, alarm_on_a_path};
 use super::{Outputs, Purpose};
+use crate::convert::capped;
 use crate::core::Core;
 use crate::dispatch::Step;
 
@@ -125,7 +126,7 @@ impl Core {
             JogAxis::Z => (vz, az),
             JogAxis::R => (vr, ar),
         };
-        let ratio = f64::from(self.settings.jog_common.velocity_ratio).min(100.0);
+        let ratio = capped(self.settings.jog_common.velocity_ratio.into(), 100.0);
         Rates {
             velocity: f64::from(velocity) * ratio / 100.0,
             acceleration: acceleration.into(),

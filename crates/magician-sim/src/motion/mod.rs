@@ -258,23 +258,29 @@ impl Core {
     }
 
     fn end_motion(&mut self) {
-        let Some((motion, _)) = self.rest_here() else {
+        let Some(motion) = &self.motion.under_way else {
             return;
         };
-        if let Some(code) = motion.alarm {
+        let (purpose, alarm) = (motion.purpose, motion.alarm);
+        let speed = match alarm {
+            None => motion.trajectory.exit_speed(),
+            Some(_) => 0.0,
+        };
+        self.rest_here();
+        if let Some(code) = alarm {
             self.raise(code);
         }
-        if self.follow_up(&motion) == Step::Done {
+        if self.follow_up(purpose, speed) == Step::Done {
             self.finish_moving();
         }
     }
 
-    /// What a motion that came to its end leads to.
-    fn follow_up(&mut self, motion: &UnderWay) -> Step {
-        match motion.purpose {
+    /// What a motion that came to its end with such a speed leads to.
+    fn follow_up(&mut self, purpose: Purpose, speed: f64) -> Step {
+        match purpose {
             Purpose::Search(stage) => self.search_on(stage),
             Purpose::Segment(_) => {
-                self.segment_ended(motion);
+                self.segment_ended(speed);
                 Step::Done
             }
             Purpose::JogStop {
@@ -287,27 +293,29 @@ impl Core {
     }
 
     /// Ends what moves on the spot, without a ramp and without what would follow it: a command of the queue that it
-    /// belongs to has finished.
+    /// belongs to has finished, and the laser of a path is off.
     pub(crate) fn halt(&mut self) {
-        if self.rest_here().is_some() {
+        if self.rest_here() {
+            self.actuators.burn(0.0);
             self.finish_moving();
         }
     }
 
-    /// Takes the motion away, at its end or before: the arm rests where it is. What it was and how far it came.
-    pub(crate) fn rest_here(&mut self) -> Option<(UnderWay, Micros)> {
-        let motion = self.motion.under_way.as_ref()?;
+    /// Takes the motion away, at its end or before: the arm rests where it is. Whether there was one.
+    pub(crate) fn rest_here(&mut self) -> bool {
+        let Some(motion) = &self.motion.under_way else {
+            return false;
+        };
         let state = motion.sample(self.now);
-        let elapsed = motion.elapsed(self.now);
-        let posture = self.motion.posture(self.now);
+        let really = motion.stalled.map(|_| self.posture().joints);
         self.end_course();
-        let motion = self.motion.under_way.take()?;
+        self.motion.under_way = None;
         self.motion.rest = state;
-        if motion.stalled.is_some() {
-            self.stand_at(posture.joints);
+        if let Some(really) = really {
+            self.stand_at(really);
         }
         self.drop_limit_alarms();
-        Some((motion, elapsed))
+        true
     }
 
     /// Puts the commanded joints somewhere without a motion; the arm really stands where it stood.

@@ -5,7 +5,7 @@ use magician_protocol::commands::{CpCmd, CpLeCmd};
 use magician_protocol::{CpMode, Flag, Set};
 
 use super::plan::alarm_on_a_path;
-use super::{Outputs, Purpose, UnderWay};
+use super::{Outputs, Purpose};
 use crate::convert::{capped, from_wire};
 use crate::core::Core;
 use crate::dispatch::{Step, Turn};
@@ -172,12 +172,9 @@ impl Core {
     }
 
     /// The segment has come to its end: its speed is the next one's to begin with. At rest the laser is off.
-    pub(super) fn segment_ended(&mut self, motion: &UnderWay) {
-        self.motion.carried = match motion.alarm {
-            None => motion.trajectory.exit_speed(),
-            Some(_) => 0.0,
-        };
-        if self.motion.carried == 0.0 {
+    pub(super) fn segment_ended(&mut self, speed: f64) {
+        self.motion.carried = speed;
+        if speed == 0.0 {
             self.actuators.burn(0.0);
         }
     }

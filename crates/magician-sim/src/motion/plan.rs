@@ -71,8 +71,9 @@ impl Core {
                 }
                 let plan = planner.brake(&motion.trajectory, elapsed, factor);
                 let alarm = plan.crossing.map(|crossing| alarm_at_limit(&crossing));
-                // Its command finishes when the arm stands.
+                // Its command finishes when the arm stands; the laser of a path is off at once.
                 self.rest_here();
+                self.actuators.burn(0.0);
                 self.begin(Purpose::Brake, plan.trajectory, alarm, Outputs::default());
             }
         }

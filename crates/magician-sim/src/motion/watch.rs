@@ -19,7 +19,7 @@ impl Core {
 
     /// Drops the limit alarms of joints that are inside again; the hold on the queue stays (model section 4).
     pub(super) fn drop_limit_alarms(&mut self) {
-        if !self.alarms.standing().blocking() {
+        if !self.alarms.held() {
             return;
         }
         for bound in Bound::ALL {
@@ -33,15 +33,16 @@ impl Core {
 
     /// Finds out when the motion takes a joint back inside whose limit alarm stands.
     pub(super) fn watch_limits(&mut self) {
-        let (standing, now) = (self.alarms.standing(), self.now);
-        let limits = self.profile.limits_in_force();
         let Some(motion) = &mut self.motion.under_way else {
             return;
         };
         motion.leaves_limit = None;
-        if !standing.blocking() {
+        // A limit alarm that stands holds the queue.
+        if !self.alarms.held() {
             return;
         }
+        let (standing, now) = (self.alarms.standing(), self.now);
+        let limits = self.profile.limits_in_force();
         let from = motion.elapsed(now);
         let leaving = |trajectory: &Trajectory| {
             let leaves = |bound: Bound| {

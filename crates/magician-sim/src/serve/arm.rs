@@ -32,6 +32,9 @@ impl Arm {
         if let Some(writer) = server.trace {
             hub.trace(writer).map_err(ServeError::Trace)?;
         }
+        if let Some(path) = server.flash {
+            hub.keep_flash(path);
+        }
         let bell = Bell::new(house);
         Ok(Self {
             ports: door::open_all(&server.doors, &server.discovery, server.number, &mut hub)?,

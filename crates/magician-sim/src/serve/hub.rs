@@ -1,10 +1,12 @@
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use magician_protocol::commands::DeviceId;
 use magician_protocol::{Direction, FrameBuf, NoArgs, Readable};
 
+use super::keep::Keeper;
 use super::{Notice, OnNotice};
-use crate::{LinkId, Micros, Runner};
+use crate::{FlashError, LinkId, Micros, Runner};
 
 /// What all endpoints share: the arm on the wall clock, the log and the trace.
 pub(super) struct Hub {
@@ -13,6 +15,7 @@ pub(super) struct Hub {
     links: u32,
     on_notice: OnNotice,
     tape: tape::Tape,
+    keeper: Option<Keeper>,
 }
 
 /// A client: its link to the arm and its place in the trace.
@@ -30,7 +33,13 @@ impl Hub {
             links: 0,
             on_notice,
             tape: tape::Tape::OFF,
+            keeper: None,
         }
+    }
+
+    /// Keeps the flash in a file.
+    pub(super) fn keep_flash(&mut self, path: PathBuf) {
+        self.keeper = Some(Keeper::new(path, self.runner.controller()));
     }
 
     #[cfg(feature = "trace")]
@@ -128,11 +137,28 @@ impl Hub {
         while let Some(event) = self.runner.controller_mut().poll_event() {
             self.notice(Notice::Arm(event));
         }
+        let now = self.now();
+        if let Some(keeper) = &mut self.keeper {
+            let kept = keeper.keep(now, self.runner.controller());
+            self.kept(kept);
+        }
+    }
+
+    /// A flash that cannot be written is no reason to stop serving.
+    fn kept(&mut self, kept: Result<(), FlashError>) {
+        if let Err(error) = kept {
+            self.notice(Notice::FlashNotKept(error));
+        }
     }
 
     /// How long nothing is due.
     pub(super) fn wait(&self) -> Option<Duration> {
-        let at = self.runner.poll_timeout()?;
+        let keeper = self.keeper.as_ref();
+        let due = [
+            self.runner.poll_timeout(),
+            keeper.and_then(|keeper| keeper.due()),
+        ];
+        let at = due.into_iter().flatten().min()?;
         Some(Duration::from_micros(at.saturating_sub(self.now())))
     }
 
@@ -151,6 +177,15 @@ impl Hub {
         if let Err(error) = written {
             self.tape = tape::Tape::OFF;
             self.notice(Notice::TraceEnded(error));
+        }
+    }
+}
+
+impl Drop for Hub {
+    fn drop(&mut self) {
+        if let Some(mut keeper) = self.keeper.take() {
+            let kept = keeper.finish(self.runner.controller());
+            self.kept(kept);
         }
     }
 }

@@ -14,11 +14,10 @@ use std::fmt;
 use std::future::Future;
 use std::io;
 use std::net::SocketAddr;
-#[cfg(unix)]
 use std::path::PathBuf;
 use std::task::Context;
 
-use crate::{Controller, Event, Line, Speed};
+use crate::{Controller, Event, FlashError, Line, Speed};
 
 mod address;
 mod arm;
@@ -27,6 +26,7 @@ mod discovery;
 mod door;
 mod handle;
 mod hub;
+mod keep;
 mod outbox;
 #[cfg(unix)]
 mod pty;
@@ -72,6 +72,7 @@ pub struct Server {
     on_ready: OnReady,
     on_notice: OnNotice,
     orders: Orders,
+    flash: Option<PathBuf>,
     #[cfg(feature = "trace")]
     trace: Option<Box<dyn io::Write + Send>>,
 }
@@ -134,6 +135,8 @@ pub enum Notice {
         /// What the system said.
         error: io::Error,
     },
+    /// The file of the flash cannot be written and is as it was; it is tried again with the next change and at the end.
+    FlashNotKept(FlashError),
     /// The trace cannot be written and ends here; the arm is served on.
     TraceEnded(io::Error),
 }
@@ -199,6 +202,7 @@ impl Server {
             on_ready: Box::new(|_| ()),
             on_notice: Box::new(|_| ()),
             orders: Orders::new(),
+            flash: None,
             #[cfg(feature = "trace")]
             trace: None,
         }
@@ -264,6 +268,15 @@ impl Server {
     #[must_use]
     pub fn number(mut self, number: u32) -> Self {
         self.number = Some(number);
+        self
+    }
+
+    /// Keeps what the arm keeps without power in a file: it is written half a second after a change, and at the end.
+    /// Reading it is the caller's, before the arm is switched on ([`Flash::load`](crate::Flash::load),
+    /// [`Controller::with_flash`]).
+    #[must_use]
+    pub fn flash(mut self, path: impl Into<PathBuf>) -> Self {
+        self.flash = Some(path.into());
         self
     }
 

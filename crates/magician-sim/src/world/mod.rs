@@ -118,7 +118,7 @@ pub enum Happening {
     Key(Press),
     /// The unlock key on the forearm is pressed or released.
     Unlock(bool),
-    /// A hand moves the arm there while the unlock key is held, deg.
+    /// A hand moves the arm while the unlock key is held: this is where the joints really come to, deg.
     Guide(magician_motion::JointAngles),
 }
 

@@ -116,7 +116,7 @@ impl Life {
     }
 
     fn step(&mut self, script: &mut Script<'_>) {
-        match script.byte() % 16 {
+        match script.byte() % 20 {
             0 => {
                 let (link, count) = (script.link(), usize::from(script.byte() % 64));
                 let (bytes, rest) = script.0.split_at(count.min(script.0.len()));
@@ -167,6 +167,40 @@ impl Life {
                 let ctrl = [Ctrl::QUEUED, Ctrl::SET][usize::from(script.byte() % 2)];
                 let params = script.numbers::<36>();
                 self.send(LinkId(2), row.id, ctrl, &params[..size]);
+            }
+            15 | 16 => {
+                // A segment of a path: most of them short.
+                let mut params = [0; 17];
+                params[0] = script.byte() % 3;
+                params[1..].copy_from_slice(&script.numbers::<16>());
+                if params[0] == 0 {
+                    for (at, step) in params[1..13].chunks_mut(4).enumerate() {
+                        let step_by = f32::from(script.byte() as i8) / [8.0, 8.0, 16.0][at];
+                        step.copy_from_slice(&step_by.to_le_bytes());
+                    }
+                }
+                let (id, ctrl) = (91 + script.byte() % 2, script.byte());
+                let ctrl = if ctrl < 32 { Ctrl::SET } else { Ctrl::QUEUED };
+                self.send(LinkId(0), id, ctrl, &params);
+            }
+            17 => {
+                let places = [200.0, 0.0, 0.0, 0.0, 200.0, 0.0, 0.0, 0.0];
+                let mut params = [0; 36];
+                for (four, place) in params.chunks_mut(4).zip(places) {
+                    let place: f32 = place + f32::from(script.byte() as i8) / 2.0;
+                    four.copy_from_slice(&place.to_le_bytes());
+                }
+                params[32] = script.byte() % 4;
+                let ctrl = [Ctrl::QUEUED, Ctrl::SET][usize::from(script.byte() % 2)];
+                match script.byte() % 2 {
+                    0 => self.send(LinkId(0), 101, ctrl, &params[..32]),
+                    _ => self.send(LinkId(0), 102, ctrl, &params),
+                }
+            }
+            18 => {
+                let ctrl = [Ctrl::QUEUED, Ctrl::SET][usize::from(script.byte() % 2)];
+                let params = [script.byte() % 2, script.byte() % 12];
+                self.send(script.link(), 73, ctrl, &params);
             }
             _ => {
                 let [id, ctrl, count] = script.bytes();

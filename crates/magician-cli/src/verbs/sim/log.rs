@@ -76,6 +76,7 @@ impl Log {
                 self.doors("the cable is back", &endpoints);
                 None
             }
+            Notice::FlashNotKept(error) => Some(format!("the flash is not kept: {error}")),
             Notice::TraceEnded(error) => Some(format!("the trace ends here: {error}")),
         };
         if let Some(line) = line {
@@ -190,6 +191,7 @@ fn refusal(reason: Refusal) -> &'static str {
         Refusal::Unplannable => "its motion cannot be planned",
         Refusal::UnknownMode => "its mode has no meaning",
         Refusal::Pin => "there is no such pin, or it does not do that",
+        Refusal::Busy => "a hand moves the arm, or its program runs",
         Refusal::Pose => "the pose cannot be set now, or not to this",
         _ => "the arm does not do that",
     }

@@ -11,7 +11,9 @@ use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
 use magician::ErrorKind;
 use magician_sim::serve::{self, Discovery, ServeError, Server, serve_all};
-use magician_sim::{Controller, Identity, Line, Profile, Scenario, Speed, World};
+use magician_sim::{
+    Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World,
+};
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
@@ -35,7 +37,7 @@ address in the answer. So an arm on UDP port 8899 answers them, on the same HOST
 another arm, it says so on stderr and serves without. A broadcast reaches only a HOST of all addresses (0.0.0.0).
 
 --arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and at N ports in a row; \
-a port of 0 is any free one for each, and a trace is N files, FILE.1 to FILE.N. Programs that look for an arm find the \
+a port of 0 is any free one for each, and a trace or a flash is N files, FILE.1 to FILE.N. Programs that look for an arm find the \
 one on port 8899.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
@@ -72,6 +74,9 @@ pub(crate) struct Sim {
     /// Write all that passes to a pcapng file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Keep in FILE what the arm keeps without power: name, serial number, Wi-Fi, calibration, program
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
     /// The world around the arm, in TOML: a table, objects, a conveyor, sensors, inputs, faults
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
@@ -173,27 +178,32 @@ impl Sim {
         let log = |verbose| Log::new(verbose, scenario);
         let Some(count) = self.arms else {
             let log = verbose.map(log);
-            let server = self.server(profile.clone(), scenario, self.trace.clone())?;
+            let files = (self.trace.clone(), self.flash.clone());
+            let server = self.server(profile.clone(), scenario, files)?;
             return Ok(vec![self.reporting(server, &profile.identity, log, true)]);
         };
         let numbered = |number| {
             let mut profile = profile.clone();
             profile.identity = profile.identity.numbered(number);
             let identity = profile.identity.clone();
-            let trace = self.trace.as_deref();
-            let trace = trace.map(|path| serve::numbered(path, number));
-            let server = self.server(profile, scenario, trace)?.number(number);
+            let file = |path: &Option<PathBuf>| {
+                let path = path.as_deref();
+                path.map(|path| serve::numbered(path, number))
+            };
+            let files = (file(&self.trace), file(&self.flash));
+            let server = self.server(profile, scenario, files)?.number(number);
             let log = verbose.map(|verbose| log(verbose).numbered(number));
             Ok(self.reporting(server, &identity, log, number == count))
         };
         (1..=count).map(numbered).collect()
     }
 
+    /// The server of an arm that writes its trace and keeps its flash in these files.
     fn server(
         &self,
         profile: Profile,
         scenario: &Scenario,
-        trace: Option<PathBuf>,
+        (trace, flash): (Option<PathBuf>, Option<PathBuf>),
     ) -> Result<Server, Failure> {
         let line = Line {
             baud: self.baud,
@@ -203,7 +213,11 @@ impl Sim {
             Some(_) => World::from_scenario(scenario),
             None => World::default(),
         };
-        let mut server = Server::new(Controller::in_world(profile, world))
+        let controller = match &flash {
+            Some(path) => Controller::with_flash(profile.clone(), world, flash_of(&profile, path)?),
+            None => Controller::in_world(profile, world),
+        };
+        let mut server = Server::new(controller)
             .speed(self.speed)
             .line(line)
             .discovery(self.discovery.clone());
@@ -216,6 +230,9 @@ impl Sim {
         }
         if let Some(address) = &self.tcp {
             server = server.tcp(address);
+        }
+        if let Some(path) = flash {
+            server = server.flash(path);
         }
         if let Some(path) = trace {
             let file = File::create(&path).map_err(|error| {
@@ -249,6 +266,17 @@ impl Sim {
             None => server,
         }
     }
+}
+
+/// What a file keeps; it is made if it is not there.
+fn flash_of(profile: &Profile, path: &Path) -> Result<Flash, Failure> {
+    let wrong = |error: FlashError| Failure::invalid(error.to_string());
+    if let Some(flash) = Flash::load(path).map_err(wrong)? {
+        return Ok(flash);
+    }
+    let flash = Flash::new(profile);
+    flash.save(path).map_err(wrong)?;
+    Ok(flash)
 }
 
 /// A parent that does not listen is no reason to stop serving.

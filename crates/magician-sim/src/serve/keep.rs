@@ -1,0 +1,120 @@
+//! Keeps the arm's flash in a file.
+
+use std::path::PathBuf;
+
+use crate::{Controller, FlashError, Micros};
+
+/// A host that sets ten things at once has them written once.
+const DELAY: Micros = 500_000;
+
+/// The file, and what of the flash is in it.
+pub(super) struct Keeper {
+    path: PathBuf,
+    written: u64,
+    /// When what has changed is written.
+    due: Option<Micros>,
+    /// The file could not be written the last time.
+    failed: bool,
+}
+
+impl Keeper {
+    /// The file holds what the arm was switched on with, or is to hold it.
+    pub(super) fn new(path: PathBuf, controller: &Controller) -> Self {
+        Self {
+            path,
+            written: controller.flash_writes(),
+            due: None,
+            failed: false,
+        }
+    }
+
+    /// Writes what has changed, a while after it has; if that fails, with the next change or at the end.
+    pub(super) fn keep(&mut self, now: Micros, controller: &Controller) -> Result<(), FlashError> {
+        if controller.flash_writes() == self.written {
+            return Ok(());
+        }
+        let due = *self.due.get_or_insert(now.saturating_add(DELAY));
+        if due > now {
+            return Ok(());
+        }
+        self.write(controller)
+    }
+
+    /// When there is something to write.
+    pub(super) fn due(&self) -> Option<Micros> {
+        self.due
+    }
+
+    /// The end: writes what the file lacks.
+    pub(super) fn finish(&mut self, controller: &Controller) -> Result<(), FlashError> {
+        if self.failed || controller.flash_writes() != self.written {
+            return self.write(controller);
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, controller: &Controller) -> Result<(), FlashError> {
+        self.due = None;
+        self.written = controller.flash_writes();
+        let saved = controller.flash().save(&self.path);
+        self.failed = saved.is_err();
+        saved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Flash, LinkId};
+    use magician_protocol::{Ctrl, FrameBuf};
+
+    fn rename(controller: &mut Controller, name: &[u8]) {
+        let frame = FrameBuf::new(1, Ctrl::SET, name).unwrap();
+        controller.receive(LinkId(0), frame.bytes());
+    }
+
+    fn name(path: &std::path::Path) -> Option<String> {
+        let flash = Flash::load(path).unwrap()?;
+        Some(flash.name.device_name.as_str().unwrap().to_owned())
+    }
+
+    #[test]
+    fn changes_are_written_together_a_while_after_the_first() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("flash");
+        let mut arm = Controller::default();
+        let mut keeper = Keeper::new(path.clone(), &arm);
+        keeper.keep(0, &arm).unwrap();
+        keeper.finish(&arm).unwrap();
+        assert_eq!((keeper.due(), name(&path)), (None, None), "nothing to keep");
+
+        rename(&mut arm, b"one\0");
+        keeper.keep(1_000, &arm).unwrap();
+        assert_eq!(keeper.due(), Some(1_000 + DELAY));
+        rename(&mut arm, b"two\0");
+        keeper.keep(DELAY, &arm).unwrap();
+        assert_eq!(name(&path), None);
+        keeper.keep(1_000 + DELAY, &arm).unwrap();
+        assert_eq!(keeper.due(), None);
+        assert_eq!(name(&path).as_deref(), Some("two"));
+
+        rename(&mut arm, b"three\0");
+        keeper.finish(&arm).unwrap();
+        assert_eq!(name(&path).as_deref(), Some("three"));
+    }
+
+    #[test]
+    fn what_could_not_be_written_is_written_at_the_end() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("later/flash");
+        let mut arm = Controller::default();
+        let mut keeper = Keeper::new(path.clone(), &arm);
+        rename(&mut arm, b"one\0");
+        keeper.keep(0, &arm).unwrap();
+        assert!(keeper.keep(DELAY, &arm).is_err());
+        assert!(keeper.keep(9 * DELAY, &arm).is_ok(), "said once");
+        std::fs::create_dir(directory.path().join("later")).unwrap();
+        keeper.finish(&arm).unwrap();
+        assert_eq!(name(&path).as_deref(), Some("one"));
+    }
+}
