@@ -31,6 +31,7 @@ mod core;
 mod dispatch;
 mod event;
 mod executor;
+pub mod fidelity;
 mod flash;
 mod happening;
 mod link;
@@ -52,9 +53,9 @@ pub use happening::LineState;
 pub use link::LinkId;
 pub use pace::{Line, Speed, SpeedError};
 pub use profile::{
-    ArcDefaults, Ceilings, CpDefaults, Defaults, HandTeaching, Homing, Identity, JogDefaults,
-    LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions, Pins,
-    PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools,
+    ArcDefaults, Ceilings, CpDefaults, Defaults, FidelityRules, HandTeaching, Homing, Identity,
+    JogDefaults, LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions,
+    Pins, PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools,
     WifiDefaults,
 };
 pub use runner::Runner;

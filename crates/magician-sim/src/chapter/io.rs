@@ -6,6 +6,7 @@ use magician_protocol::{Flag, IoFunction, PoCmd, Port, Stepper, Writable};
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn};
 use crate::event::Refusal;
+use crate::fidelity::Basis;
 use crate::profile::{PINS, PinFunctions};
 
 /// What one pin was told.
@@ -89,6 +90,10 @@ impl Apply for IoMultiplexing {
         let at = usize::from(address).wrapping_sub(1);
         let able = core.profile.io.pins.get(at).copied().unwrap_or_default();
         let fits = can_do(able, multiplex);
+        core.rests_on(Basis::PinTable);
+        if !fits && !core.may_rest_on(Self::ROW.id, Basis::LackingFunction) {
+            return Step::Done;
+        }
         if !fits && core.profile.io.strict {
             return core.refuse(Self::ROW.id, Refusal::Pin);
         }

@@ -54,6 +54,17 @@ impl Core {
         }
     }
 
+    /// Whether a command jogs another axis than the one under way.
+    pub(crate) fn jogs_another(&self, is_joint: bool, command: JogCommand) -> bool {
+        let purpose = self.motion.under_way().map(|motion| motion.purpose);
+        let axis = match purpose {
+            Some(Purpose::Jog(jog)) => jog.axis,
+            Some(Purpose::JogStop { axis, .. }) => axis,
+            _ => return false,
+        };
+        jog_of(is_joint, command).is_some_and(|jog| jog.axis != axis)
+    }
+
     fn jog_velocity(&self, axis: JogAxis) -> f64 {
         let motion = self.motion.under_way();
         motion.map_or(0.0, |motion| {
