@@ -117,6 +117,7 @@ impl Core {
         *self = anew;
         self.log.push(Event::Reset);
         self.rests_on(Basis::FlashKeeps);
+        self.rests_on(Basis::ResetAlarm);
         self.feel_grip();
     }
 

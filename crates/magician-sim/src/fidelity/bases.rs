@@ -173,7 +173,8 @@ list_bases! {
     FirstIndex Choice "15a" "the first index is 1"
         kept "hosts use the index that they are given";
     CurrentIndex Measured "14" "the current index is that of the last finished command";
-    CurrentAtFirst Choice "15a" "the current index is 0 until the first command runs" refused;
+    CurrentAtFirst Choice "15a" "the current index is 0 until the first command has finished"
+        kept "hosts read it to begin with, and whatever it is it says that nothing has finished";
     IndexAfterClear Sibling "15a" "after a clear numbering goes on, and the current index stands";
     QueueDepth ThirdParty "14" "the queue has 32 places";
     RunningPlace Choice "14" "the running command keeps its place until it has finished"

@@ -349,7 +349,11 @@ impl Core {
         }
         bases.add(Basis::RailWithArm);
         bases.add(Basis::RailRamps);
-        let _ = (mode, rail);
+        let place = match mode {
+            PtpMode::MovjAngleInc | PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => 0.0,
+            _ => f64::from(rail),
+        };
+        bases.add_if(!(0.0..=1000.0).contains(&place), Basis::RailEnds);
     }
 
     fn stop_bases(&self, bases: &mut Bases) {
