@@ -5,15 +5,18 @@ use magician_protocol::{
 };
 
 use crate::alarms::Alarms;
-use crate::chapter::{io::Connectors, teach::Teaching, tool::Actuators};
+use crate::chapter::{io::Detectors, teach::Teaching};
 use crate::dispatch::{self, Step, Turn};
 use crate::event::{Event, Log, Refusal};
 use crate::fidelity::{Basis, Fidelity};
 use crate::flash::Flash;
 use crate::motion::Motion;
+use crate::pins::Connectors;
 use crate::program::{Download, Run};
 use crate::queue::{Order, Queue, moves};
 use crate::settings::Settings;
+use crate::steppers::Steppers;
+use crate::tools::Actuators;
 use crate::world::Grip;
 use crate::{LineState, LinkId, Micros, Profile, World};
 
@@ -28,6 +31,9 @@ pub(crate) struct Core {
     pub(crate) motion: Motion,
     pub(crate) actuators: Actuators,
     pub(crate) connectors: Connectors,
+    pub(crate) steppers: Steppers,
+    pub(crate) color_sensors: Detectors,
+    pub(crate) infrared_sensors: Detectors,
     pub(crate) homed: bool,
     pub(crate) teaching: Teaching,
     pub(crate) flash: Flash,
@@ -60,9 +66,12 @@ impl Core {
                 profile.power_up.queue_started,
             ),
             alarms: Alarms::default(),
-            motion: Motion::at(profile.power_up.joints.into()),
+            motion: Motion::at(profile.power_up.joints.into(), profile.rail.length),
             actuators: Actuators::default(),
             connectors: Connectors::default(),
+            steppers: Steppers::default(),
+            color_sensors: Detectors::default(),
+            infrared_sensors: Detectors::default(),
             homed: false,
             teaching: Teaching::default(),
             flash,

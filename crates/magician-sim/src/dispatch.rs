@@ -3,6 +3,7 @@
 use magician_protocol::{Ctrl, EncodeError, FrameBuf, Get, Readable, Set, Writable};
 
 use crate::Micros;
+use crate::chapter::trigger::Trigger;
 use crate::core::Core;
 
 /// A value that the controller can be asked for.
@@ -35,6 +36,10 @@ pub(crate) enum Step {
     Moving,
     /// An instant.
     Waiting(Micros),
+    /// An input.
+    Triggered(Trigger),
+    /// A stepper output that counts pulses.
+    Turning(usize),
 }
 
 macro_rules! report {

@@ -146,8 +146,10 @@ pub enum Refusal {
     Unplannable,
     /// Its point-to-point mode has no meaning (model section 15a).
     UnknownMode,
-    /// A pin that there is not, or a function that the pin does not have.
+    /// A pin, motor or connector that there is not, or a function that the pin does not have.
     Pin,
+    /// It waits for an input that there is not, or compares it in a way that has no meaning.
+    Trigger,
     /// It moves the arm while a hand does, or stores a program while one runs.
     Busy,
     /// It sets the pose while the arm moves, or to angles that make no sense.

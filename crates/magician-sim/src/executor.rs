@@ -35,6 +35,7 @@ impl Core {
             waited,
             self.motion.next_event(),
             self.actuators.next_change(self.now),
+            self.steppers.next_event(),
             self.world.next_event(),
         ]
         .into_iter()
@@ -49,6 +50,7 @@ impl Core {
         if self.motion.next_event().is_some_and(|at| at <= now) {
             self.motion_event();
         }
+        self.steppers_event();
         self.feel_grip();
         while let Some(happening) = self.world.happen(now) {
             self.meet(happening);
@@ -65,6 +67,7 @@ impl Core {
 
     /// Takes commands from the queue as long as it may and they finish on the spot.
     fn run_queue(&mut self) {
+        self.look_at_input();
         self.change_queue();
         while self.may_take() {
             let Some(entry) = self.queue.pop() else {
@@ -132,8 +135,27 @@ impl Core {
             Step::Done => return self.finished(index, id),
             Step::Moving => Busy::Moving,
             Step::Waiting(until) => Busy::Waiting(until),
+            Step::Triggered(trigger) => Busy::Triggered(trigger),
+            Step::Turning(output) => Busy::Turning(output),
         };
         self.queue.running = Some(Running { index, id, busy });
+    }
+
+    /// EIO address of the input that a running trigger waits for.
+    pub(crate) fn awaited_input(&self) -> Option<u8> {
+        match self.queue.running?.busy {
+            Busy::Triggered(trigger) => Some(trigger.address),
+            _ => None,
+        }
+    }
+
+    /// Finishes a running trigger that is met.
+    fn look_at_input(&mut self) {
+        if let Some(Busy::Triggered(trigger)) = self.queue.running.map(|running| running.busy)
+            && self.is_met(&trigger)
+        {
+            self.finish_running();
+        }
     }
 
     /// The running command has ended, however it did.
@@ -166,8 +188,8 @@ impl Core {
 }
 
 impl Core {
-    /// Stops the queue, and the program if it runs: the running motion goes on to its end, a running wait is cut short
-    /// (model section 14).
+    /// Stops the queue, and the program if it runs: the running motion goes on to its end, a running wait or trigger is
+    /// cut short (model section 14).
     pub(crate) fn stop(&mut self) {
         self.hosts_mut().started = false;
         self.stop_program();
@@ -175,9 +197,10 @@ impl Core {
         self.cut_wait();
     }
 
-    /// Ends a running wait.
+    /// Ends a running wait or trigger.
     pub(crate) fn cut_wait(&mut self) {
-        if let Some(Busy::Waiting(_)) = self.queue.running.map(|running| running.busy) {
+        let busy = self.queue.running.map(|running| running.busy);
+        if let Some(Busy::Waiting(_) | Busy::Triggered(_)) = busy {
             self.finish_running();
         }
     }
@@ -185,6 +208,7 @@ impl Core {
     /// Stops the queue and brakes whatever moves.
     pub(crate) fn force_stop(&mut self) {
         self.stop();
+        self.cut_turning();
         self.brake();
     }
 

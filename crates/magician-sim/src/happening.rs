@@ -101,6 +101,7 @@ impl Core {
     /// is, and of that J2 and J3 are known by their sensors.
     fn reset(&mut self) {
         self.halt();
+        self.rest_steppers();
         let really = self.posture();
         let world = std::mem::take(&mut self.world);
         let mut anew = Self::new(self.profile.clone(), world, self.flash.clone());
@@ -114,6 +115,7 @@ impl Core {
         anew.log = std::mem::take(&mut self.log);
         anew.fidelity = std::mem::take(&mut self.fidelity);
         anew.wake_at(really.joints);
+        anew.motion.rail.slip = really.rail;
         *self = anew;
         self.log.push(Event::Reset);
         self.rests_on(Basis::FlashKeeps);

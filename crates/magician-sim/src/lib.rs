@@ -37,6 +37,7 @@ mod happening;
 mod link;
 mod motion;
 mod pace;
+mod pins;
 mod profile;
 mod program;
 mod queue;
@@ -44,6 +45,8 @@ mod runner;
 pub mod scenario;
 mod settings;
 mod state;
+mod steppers;
+mod tools;
 pub mod world;
 
 pub use controller::Controller;
@@ -52,15 +55,17 @@ pub use flash::{Flash, FlashError};
 pub use happening::LineState;
 pub use link::LinkId;
 pub use pace::{Line, Speed, SpeedError};
+pub use pins::{PinState, Signal};
 pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, FidelityRules, HandTeaching, Homing, Identity,
     JogDefaults, LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions,
-    Pins, PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Stopping, ToolDefaults, Tools,
-    WifiDefaults,
+    Pins, PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Sliding, Stopping, ToolDefaults,
+    Tools, WifiDefaults,
 };
 pub use runner::Runner;
 pub use scenario::{Scenario, ScenarioError};
 pub use state::{Output, QueueState, State};
+pub use steppers::{CONVEYOR_PULSES_PER_MM, StepperState};
 pub use world::{Happening, World};
 
 /// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.

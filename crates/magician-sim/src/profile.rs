@@ -61,6 +61,8 @@ pub struct Profile {
     pub path: Paths,
     /// Stopping.
     pub stop: Stopping,
+    /// The sliding rail.
+    pub rail: Sliding,
     /// Hand teaching.
     pub teach: HandTeaching,
     /// Programs in the flash.
@@ -217,6 +219,18 @@ pub struct Paths {
 pub struct Stopping {
     /// ForceStop brakes with this many times the acceleration in force; above 0.
     pub force_factor: f64,
+}
+
+/// The sliding rail (model section 12).
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sliding {
+    /// How far the carriage can go, mm; above 0.
+    pub length: f64,
+    /// How fast it homes, mm/s; no ratio scales it.
+    pub home_velocity: f64,
+    /// Its acceleration when it homes, mm/s2.
+    pub home_acceleration: f64,
 }
 
 /// Hand teaching (model section 12).

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use magician_protocol::Set;
 
 use crate::Micros;
+use crate::chapter::trigger::Trigger;
 use crate::motion::Way;
 
 /// What a place in the queue holds. Places are few and reused, so the size of a command matters
@@ -64,6 +65,10 @@ pub(crate) enum Busy {
     Moving,
     /// It lets time pass until then.
     Waiting(Micros),
+    /// It waits for an input.
+    Triggered(Trigger),
+    /// A stepper output counts its pulses.
+    Turning(usize),
 }
 
 /// The command at work; it keeps its place until it has finished.

@@ -1,7 +1,7 @@
 //! What hosts have set and the flash does not keep: each parameter set of the protocol as it came, bit for bit.
 
 use magician_protocol::commands::*;
-use magician_protocol::{Flag, Handedness, Port, Stepper, TeachTrigger};
+use magician_protocol::{Flag, Handedness, TeachTrigger};
 
 use crate::Profile;
 
@@ -47,9 +47,6 @@ pub(crate) struct Settings {
     pub(crate) cp_hold_rotation: CpRHeadHoldEnable,
     pub(crate) arc: ArcParams,
     pub(crate) arc_common: ArcCommonParams,
-    pub(crate) steppers: [EMotor; 2],
-    pub(crate) color_sensor: SetColorSensor,
-    pub(crate) ir_switch: SetIrSwitch,
     pub(crate) wifi_config: WifiConfigMode,
     pub(crate) firmware_mode: FirmwareMode,
     pub(crate) lost_step: LostStepParams,
@@ -69,11 +66,6 @@ impl Settings {
             wifi: _,
         } = &profile.defaults;
         let [x_bias, y_bias, z_bias] = tool.bias;
-        let stepper = |index| EMotor {
-            index,
-            is_enabled: Flag::OFF,
-            speed: 0,
-        };
         Self {
             told: Ids::default(),
             with_rail: SetDeviceWithL {
@@ -164,17 +156,6 @@ impl Settings {
             arc_common: ArcCommonParams {
                 velocity_ratio: arc.velocity_ratio,
                 acceleration_ratio: arc.acceleration_ratio,
-            },
-            steppers: [stepper(Stepper::Stepper1), stepper(Stepper::Stepper2)],
-            color_sensor: SetColorSensor {
-                is_enabled: Flag::OFF,
-                port: Port::Gp1,
-                version: None,
-            },
-            ir_switch: SetIrSwitch {
-                is_enabled: Flag::OFF,
-                port: Port::Gp1,
-                version: None,
             },
             wifi_config: WifiConfigMode { enable: Flag::OFF },
             firmware_mode: FirmwareMode { mode: 0, ctl: 0 },

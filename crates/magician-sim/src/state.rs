@@ -28,6 +28,8 @@ pub struct State {
     pub alarms: AlarmSet,
     /// The command queue that hosts fill.
     pub queue: QueueState,
+    /// EIO address of the input that the command at work waits for: a TRIG, of the hosts or of the program.
+    pub awaits_input: Option<u8>,
     /// Whether the program in the flash runs.
     pub program: bool,
     /// Whether the unlock key is held: the motors are released and a hand may move the arm.
@@ -40,6 +42,10 @@ pub struct State {
     pub holding: bool,
     /// Whether the laser burns.
     pub laser: bool,
+    /// Power of the laser, 0 to 100 percent; 0 is off.
+    pub laser_power: f64,
+    /// Where the carriage on the rail is commanded to be, mm; `None` unless the controller was told of a rail.
+    pub rail: Option<f64>,
     /// The cable to the host.
     pub line: LineState,
     /// Commands since power-up that were answered but not acted on, or only in part; an
@@ -91,7 +97,7 @@ impl State {
             pose: arm.pose,
             tool: core.geometry().tool,
             joints: arm.joints,
-            true_joints: core.posture().joints,
+            true_joints: core.motion.really(core.now, arm.joints).joints,
             moving: core.motion.is_moving(),
             homed: core.homed,
             alarms: core.alarms.standing(),
@@ -107,10 +113,13 @@ impl State {
             },
             program: core.runs_program(),
             unlocked: core.teaching.held(),
+            awaits_input: core.awaited_input(),
             suction,
             gripper,
             holding: core.world.holding(),
-            laser: core.actuators.laser_burns(),
+            laser: core.actuators.laser_power() > 0.0,
+            laser_power: core.actuators.laser_power(),
+            rail: core.has_rail().then(|| core.rail()),
             line: core.line,
             not_simulated: core.log.count_not_simulated(),
             events_lost: core.log.lost(),

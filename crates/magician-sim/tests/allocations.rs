@@ -52,6 +52,17 @@ fn queued<T: Writable>(value: &T) -> FrameBuf {
     FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).unwrap()
 }
 
+/// A joint move to the home joints, and to a place on the rail.
+fn on_rail(l: f32) -> Vec<u8> {
+    let mut params = vec![4];
+    params.extend(
+        [0.0, 45.0, 45.0, 0.0, l]
+            .iter()
+            .flat_map(|n: &f32| n.to_le_bytes()),
+    );
+    params
+}
+
 fn read<T: Readable<Query = NoArgs>>() -> FrameBuf {
     FrameBuf::get(&NoArgs, T::ROW).unwrap()
 }
@@ -89,6 +100,14 @@ fn a_steady_state_allocates_nothing() {
         queued(&home()),
         queued(&suck(true)),
         queued::<WaitCmd>(&wait(20)),
+        // On the rail and back, an output, a trigger that is met, a motor that counts.
+        FrameBuf::new(3, Ctrl::SET, &[1, 0]).unwrap(),
+        FrameBuf::new(86, Ctrl::QUEUED, &on_rail(100.0)).unwrap(),
+        FrameBuf::new(86, Ctrl::QUEUED, &on_rail(0.0)).unwrap(),
+        FrameBuf::new(130, Ctrl::QUEUED, &[16, 1]).unwrap(),
+        FrameBuf::new(131, Ctrl::QUEUED, &[16, 1]).unwrap(),
+        FrameBuf::new(120, Ctrl::QUEUED, &[9, 0, 0, 0, 0]).unwrap(),
+        FrameBuf::new(136, Ctrl::QUEUED, &[0, 1, 100, 0, 0, 0, 50, 0, 0, 0]).unwrap(),
         queued(&joints_to([140.0, 45.0, 45.0, 0.0])),
         FrameBuf::new(91, Ctrl::QUEUED, &[0; 17]).unwrap(),
         FrameBuf::new(88, Ctrl::QUEUED, &[7; 17 + 40]).unwrap(),

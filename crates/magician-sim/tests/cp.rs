@@ -10,6 +10,9 @@ use magician_sim::Happening;
 /// From here all ways of these tests are free.
 const START: [f32; 4] = [200.0, 0.0, 0.0, 0.0];
 
+/// Something done to an arm on its way.
+type Act<'a> = &'a dyn Fn(&mut Bench);
+
 fn to([x, y, z]: [f32; 3]) -> CpCmd {
     CpCmd {
         cp_mode: CpMode::Absolute,
@@ -227,7 +230,7 @@ fn stop_and_clear_end_a_path_at_the_end_of_its_segment() {
     let stop = |bench: &mut Bench| bench.set(&QueuedCmdStopExec {});
     let clear = |bench: &mut Bench| bench.set(&QueuedCmdClear {});
     let alarm = |bench: &mut Bench| bench.arm.inject(Happening::Alarm(0x20));
-    let endings: [(&str, fn(&mut Bench)); 3] = [("stop", stop), ("clear", clear), ("alarm", alarm)];
+    let endings: [(&str, Act<'_>); 3] = [("stop", &stop), ("clear", &clear), ("alarm", &alarm)];
     for (name, end) in endings {
         let mut bench = collecting();
         for _ in 0..4 {
@@ -309,7 +312,7 @@ fn whatever_takes_over_from_a_segment_is_dark() {
         is_joint: Flag::ON,
         cmd: magician_protocol::JogCommand::Axis1Minus,
     };
-    let replacing: [(&str, &dyn Fn(&mut Bench)); 4] = [
+    let replacing: [(&str, Act<'_>); 4] = [
         ("move", &|bench| bench.set(&ptp(7, [0.0, 0.0, 30.0, 0.0]))),
         ("jog", &|bench| bench.set(&jog)),
         ("home", &|bench| bench.set(&arm::home())),

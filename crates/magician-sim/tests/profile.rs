@@ -52,6 +52,17 @@ fn values_that_make_no_sense_are_refused_by_name() {
         ("switch = -135.0", "switch = nan", "home.switch"),
         ("back_off = 0.5", "back_off = 0.0", "home.back_off"),
         ("creep = [1.0, 0.5]", "creep = [1.0, -0.5]", "home.creep"),
+        ("length = 1000.0", "length = 0.0", "rail.length"),
+        (
+            "home_velocity = 100.0",
+            "home_velocity = nan",
+            "rail.home_velocity",
+        ),
+        (
+            "home_acceleration = 100.0",
+            "home_acceleration = -1.0",
+            "rail.home_acceleration",
+        ),
         (
             "vacuum_delay = 0.3",
             "vacuum_delay = nan",

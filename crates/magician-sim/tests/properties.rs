@@ -166,11 +166,61 @@ fn within_limits(state: &State) -> bool {
         && within(j2 - j3, -70.0, 55.0)
 }
 
+/// Orders for pins, tools, triggers, motors and the rail.
+fn connectors() -> impl Strategy<Value = Vec<u8>> {
+    let pin = prop::sample::select(vec![1u8, 2, 4, 9, 14, 15, 16, 17, 21]);
+    let ctrl = || prop::sample::select(vec![1u8, 3, 3]);
+    let motor = (0..3u8, 0..2u8, -5000i32..5000, 0..20_000u32, ctrl());
+    let modes = (
+        0..10u8,
+        prop::array::uniform4(-30.0f32..30.0),
+        -200.0f32..1200.0,
+    );
+    prop_oneof![
+        2 => (pin.clone(), 0..7u8, ctrl()).prop_map(|(pin, what, ctrl)| frame(130, ctrl, &[pin, what])),
+        2 => (pin.clone(), 0..2u8, ctrl()).prop_map(|(pin, level, ctrl)| frame(131, ctrl, &[pin, level])),
+        1 => (pin.clone(), number(), number()).prop_map(|(pin, frequency, duty)| {
+            let mut params = vec![pin];
+            params.extend([frequency, duty].iter().flat_map(|n| n.to_le_bytes()));
+            frame(132, 1, &params)
+        }),
+        2 => (pin, 0..2u8, 0..4u8, 0..4096u16, ctrl()).prop_map(|(pin, mode, condition, threshold, ctrl)| {
+            let [low, high] = if mode == 0 { [threshold as u8 % 2, 0] } else { threshold.to_le_bytes() };
+            frame(120, ctrl, &[pin, mode, condition, low, high])
+        }),
+        2 => motor.prop_map(|(motor, enabled, speed, distance, ctrl)| {
+            let mut params = vec![motor, enabled];
+            params.extend(speed.to_le_bytes());
+            params.extend(distance.to_le_bytes());
+            if distance % 2 == 0 { frame(136, ctrl, &params) } else { frame(135, ctrl, &params[..6]) }
+        }),
+        1 => (0..3u8, 0..2u8, 0..2u8, ctrl()).prop_map(|(tool, enabled, on, ctrl)| frame(61 + tool, ctrl, &[enabled, on])),
+        1 => (0..4u8).prop_map(|on| frame(3, 1, &[on.min(1), 0])),
+        3 => (modes, ctrl()).prop_map(|((mode, by, rail), ctrl)| {
+            let [a, b, c, d] = by;
+            let numbers = if matches!(mode, 3..=5) { [a, 45.0 + b / 4.0, 45.0 + c / 4.0, d] } else { [200.0 + a, b, c, d] };
+            let numbers = if matches!(mode, 6..=8) { by } else { numbers };
+            let mut params = ptp_params(mode, numbers);
+            params.extend(rail.to_le_bytes());
+            if c > 0.0 { return frame(86, ctrl, &params) }
+            params.extend([a.abs() as u8, 16, 0, 1, 60, 17, 0, 1]);
+            frame(89, ctrl, &params)
+        }),
+        2 => prop::sample::select(vec![0u8, 9, 9, 10]).prop_map(|cmd| frame(73, 1, &[0, cmd])),
+        1 => (number(), number(), prop::sample::select(vec![74u8, 85])).prop_map(|(velocity, acceleration, id)| {
+            let params: Vec<u8> = [velocity, acceleration].iter().flat_map(|n| n.to_le_bytes()).collect();
+            frame(id, 3, &params)
+        }),
+    ]
+}
+
 /// What happens in a life: a host sends, or the world does something to the arm.
 #[derive(Clone, Debug)]
 enum Deed {
     Send(Vec<u8>),
     Happen(Happening),
+    Level(u8, bool),
+    Voltage(u8, u16),
 }
 
 /// What keys, hands and mishaps do to the arm.
@@ -198,8 +248,12 @@ fn happening() -> impl Strategy<Value = Happening> {
 fn life() -> impl Strategy<Value = Vec<(Micros, Deed)>> {
     let pause =
         prop_oneof![2 => Just(0), 2 => 0..200_000u64, 2 => 0..5_000_000u64, 1 => 0..40_000_000u64];
+    let input = prop::sample::select(vec![1u8, 9, 14, 15, 200]);
     let deed = prop_oneof![
         4 => request().prop_map(Deed::Send),
+        4 => connectors().prop_map(Deed::Send),
+        1 => (input.clone(), any::<bool>()).prop_map(|(input, level)| Deed::Level(input, level)),
+        1 => (input, 0..5000u16).prop_map(|(input, value)| Deed::Voltage(input, value)),
         1 => happening().prop_map(Deed::Happen),
         1 => (0..4u32).prop_map(|loops| {
             let [a, b] = [loops, 3].map(u32::to_le_bytes);
@@ -212,9 +266,20 @@ fn life() -> impl Strategy<Value = Vec<(Micros, Deed)>> {
 
 /// Does something to an arm.
 fn act(arm: &mut Controller, deed: &Deed) {
+    act_by(arm, deed, |arm, bytes| arm.receive(LinkId(0), bytes));
+}
+
+/// Does something to an arm; how bytes are sent is the caller's.
+fn act_by(arm: &mut Controller, deed: &Deed, send: impl FnOnce(&mut Controller, &[u8])) {
     match deed {
-        Deed::Send(bytes) => arm.receive(LinkId(0), bytes),
+        Deed::Send(bytes) => send(arm, bytes),
         Deed::Happen(happening) => arm.inject(*happening),
+        Deed::Level(input, level) => {
+            arm.set_input(*input, *level);
+        }
+        Deed::Voltage(input, value) => {
+            arm.set_analog(*input, *value);
+        }
     }
 }
 
@@ -226,13 +291,28 @@ fn let_go(arm: &mut Controller) {
     arm.unlock(false);
 }
 
+/// The end of a trigger, which may wait for ever; whether there was one.
+fn give_up(arm: &mut Controller) -> bool {
+    let waits = arm.state().awaits_input.is_some();
+    if waits {
+        arm.receive(LinkId(0), &frame(241, 1, &[]));
+        arm.receive(LinkId(0), &frame(240, 1, &[]));
+    }
+    waits
+}
+
 /// Everything that can be seen of an arm, bit for bit.
-fn fingerprint(state: &State) -> String {
+fn fingerprint(arm: &Controller) -> String {
+    let state = arm.state();
     let bits = |values: [f64; 4]| values.map(f64::to_bits);
+    let steppers = arm.steppers();
     format!(
-        "{:x?} {:x?} {state:?}",
+        "{:x?} {:x?} {:x?} {:x?} {state:?} {steppers:?} {:?}",
         bits(state.pose.to_array()),
-        bits(state.joints.to_array())
+        bits(state.joints.to_array()),
+        state.rail.map(f64::to_bits),
+        steppers.map(|stepper| stepper.pulses.to_bits()),
+        arm.pins().map(|pin| (pin.signal, pin.input, pin.analog)),
     )
 }
 
@@ -253,10 +333,7 @@ fn live(
     for (pause, deed) in life {
         let to = arm.now() + pause;
         advance(&mut arm, to);
-        match deed {
-            Deed::Send(bytes) => send(&mut arm, bytes),
-            Deed::Happen(happening) => arm.inject(*happening),
-        }
+        act_by(&mut arm, deed, &mut send);
         tell(&mut arm, &mut story);
     }
     story
@@ -267,7 +344,7 @@ fn tell(arm: &mut Controller, story: &mut String) {
     while let Some(reply) = arm.poll_transmit(LinkId(0)) {
         story.push_str(&format!("{reply:?}\n"));
     }
-    story.push_str(&fingerprint(&arm.state()));
+    story.push_str(&fingerprint(arm));
     story.push_str(&format!("{:?}\n", arm.poll_timeout()));
     while let Some(event) = arm.poll_event() {
         story.push_str(&format!("{event:?}\n"));
@@ -322,11 +399,16 @@ proptest! {
         }
         let_go(&mut arm);
         let mut steps = 0;
-        while let Some(at) = arm.poll_timeout() {
-            prop_assert!(at > arm.now());
-            arm.advance(at);
-            steps += 1;
-            prop_assert!(steps < 3000, "32 commands hold no more events than that");
+        loop {
+            while let Some(at) = arm.poll_timeout() {
+                prop_assert!(at > arm.now());
+                arm.advance(at);
+                steps += 1;
+                prop_assert!(steps < 3000, "32 commands hold no more events than that");
+            }
+            if !give_up(&mut arm) {
+                break;
+            }
         }
         let state = arm.state();
         prop_assert!(!state.moving && state.queue.running.is_none());
@@ -400,6 +482,9 @@ proptest! {
             prop_assert!(state.queue.current_index >= last, "the current index never falls");
             last = state.queue.current_index;
             prop_assert!(state.joints.is_finite() && state.true_joints.is_finite());
+            prop_assert!(state.rail.is_none_or(|at| (0.0..=1000.0).contains(&at)));
+            prop_assert!(!(state.suction.commanded && state.gripper.commanded), "one pump");
+            prop_assert!((0.0..=100.0).contains(&state.laser_power));
         }
     }
 

@@ -1,7 +1,7 @@
 //! Who the arm is (document 1.3), and the ids outside the document that say so too.
 
 use magician_protocol::commands::*;
-use magician_protocol::{Bytes, NoArgs, Writable};
+use magician_protocol::{Bytes, NoArgs};
 
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn, not_simulated, stored};
@@ -59,11 +59,9 @@ impl Report for DeviceWithL {
 }
 
 impl Apply for SetDeviceWithL {
+    /// For the commands that begin from now on; a carriage on its way goes on. The rail's version changes nothing here.
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         core.settings.with_rail = *self;
-        if self.with_l.is_on() {
-            core.not_simulated(Self::ROW);
-        }
         Step::Done
     }
 }

@@ -3,7 +3,7 @@
 use magician_protocol::commands::*;
 use magician_protocol::{NoArgs, Writable};
 
-use crate::convert::{from_wire, pose_to_wire};
+use crate::convert::{from_wire, pose_to_wire, to_wire};
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn, stored};
 use crate::event::Refusal;
@@ -21,8 +21,10 @@ impl Report for Pose {
 }
 
 impl Report for PoseL {
-    fn report(_: &mut Core, _: &NoArgs) -> Self {
-        Self { pose_l: 0.0 }
+    /// Where the carriage is commanded to be; without a rail where it was last.
+    fn report(core: &mut Core, _: &NoArgs) -> Self {
+        let [pose_l] = to_wire([core.rail()]);
+        Self { pose_l }
     }
 }
 

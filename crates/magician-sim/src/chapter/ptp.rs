@@ -41,9 +41,20 @@ fn request(core: &Core, mode: PtpMode, numbers: [f32; 4]) -> Option<Move> {
     Some(Move { target, kind })
 }
 
-fn move_to(core: &mut Core, row: &Row, mode: PtpMode, numbers: [f32; 4], outputs: PoList) -> Step {
-    match request(core, mode, numbers) {
-        Some(request) => core.move_arm(row.id, &request, outputs),
+/// What a command asks for, apart from the outputs.
+struct Order {
+    mode: PtpMode,
+    numbers: [f32; 4],
+    /// The rail's place or, in the incremental modes, its way, mm.
+    rail: Option<f32>,
+}
+
+fn move_to(core: &mut Core, row: &Row, order: &Order, outputs: PoList) -> Step {
+    match request(core, order.mode, order.numbers) {
+        Some(request) => {
+            let rail = rail_target(core, order);
+            core.move_arm(row.id, &request, rail, outputs)
+        }
         None => {
             core.raise(Alarm::UndefinedInstruction);
             core.refuse(row.id, Refusal::UnknownMode)
@@ -51,68 +62,88 @@ fn move_to(core: &mut Core, row: &Row, mode: PtpMode, numbers: [f32; 4], outputs
     }
 }
 
-/// The rail does not move yet; without the rail its number is ignored (model section 12).
-fn leave_rail(core: &mut Core, row: &'static Row) {
-    if core.settings.with_rail.with_l.is_on() {
-        core.not_simulated(row);
-    }
+/// Where on the rail an order leads; without the rail its number is ignored (model section 12).
+fn rail_target(core: &Core, order: &Order) -> Option<f64> {
+    let rail = f64::from(order.rail.filter(|_| core.has_rail())?);
+    Some(match order.mode {
+        PtpMode::MovjAngleInc | PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => core.rail() + rail,
+        _ => rail,
+    })
 }
 
 impl Apply for PtpCmd {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         let Self {
-            ptp_mode,
+            ptp_mode: mode,
             x,
             y,
             z,
             r,
         } = *self;
-        move_to(core, Self::ROW, ptp_mode, [x, y, z, r], PoList::default())
+        let order = Order {
+            mode,
+            numbers: [x, y, z, r],
+            rail: None,
+        };
+        move_to(core, Self::ROW, &order, PoList::default())
     }
 }
 
 impl Apply for PtpWithLCmd {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         let Self {
-            ptp_mode,
+            ptp_mode: mode,
             x,
             y,
             z,
             r,
-            l: _,
+            l,
         } = *self;
-        leave_rail(core, Self::ROW);
-        move_to(core, Self::ROW, ptp_mode, [x, y, z, r], PoList::default())
+        let order = Order {
+            mode,
+            numbers: [x, y, z, r],
+            rail: Some(l),
+        };
+        move_to(core, Self::ROW, &order, PoList::default())
     }
 }
 
 impl Apply for PtpPoCmd {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         let Self {
-            ptp_mode,
+            ptp_mode: mode,
             x,
             y,
             z,
             r,
             po,
-        } = self;
-        move_to(core, Self::ROW, *ptp_mode, [*x, *y, *z, *r], *po)
+        } = *self;
+        let order = Order {
+            mode,
+            numbers: [x, y, z, r],
+            rail: None,
+        };
+        move_to(core, Self::ROW, &order, po)
     }
 }
 
 impl Apply for PtpPoWithLCmd {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         let Self {
-            ptp_mode,
+            ptp_mode: mode,
             x,
             y,
             z,
             r,
-            l: _,
+            l,
             po,
-        } = self;
-        leave_rail(core, Self::ROW);
-        move_to(core, Self::ROW, *ptp_mode, [*x, *y, *z, *r], *po)
+        } = *self;
+        let order = Order {
+            mode,
+            numbers: [x, y, z, r],
+            rail: Some(l),
+        };
+        move_to(core, Self::ROW, &order, po)
     }
 }
 

@@ -124,6 +124,8 @@ list_bases! {
         kept "that both move is known, this decides only how fast";
     RailRamps Choice "15a" "the rail moves at 100 mm/s and 100 mm/s2 unless it is set"
         kept "that it moves is known, this decides only how fast";
+    RailHome Choice "12" "homing takes the rail to its 0 while J1 looks for its switch"
+        kept "that it is homed is known, this decides only when and how fast";
     RailEnds Choice "15a" "a place beyond the rail's ends is its end, without an alarm" refused;
 
     // Continuous path, arcs, jogs.
@@ -150,6 +152,7 @@ list_bases! {
     // Waiting, pins, tools, sensors.
     Wait Vendor "14" "a queued wait counts from its start";
     Trigger Vendor "E35" "a queued trigger blocks until its condition is met";
+    MeaninglessTrigger Choice "(none)" "a trigger on a pin that there is not, or of no meaning, is refused and does not block" refused;
     ImmediateWait Choice "E34" "an immediate wait or trigger is answered and does nothing" refused;
     IoFunctions Vendor "13" "pin functions: 1 output, 2 pulses, 3 input, 4 analog, 5 and 6 input with a resistor";
     PinTable ThirdParty "13" "what each pin can do";
@@ -160,6 +163,9 @@ list_bases! {
         kept "a floating input may read anything";
     LastPin Choice "E39" "a get of a pin without an address answers for the pin addressed last" refused;
     Steppers Vendor "13" "the stepper outputs give pulses at the rate that is set";
+    StepperDistance Choice "(none)" "a queued EMotorS has finished when its pulses are out"
+        kept "that the motor turns so far is known, this decides only when the next command begins";
+    ToolPins ThirdParty "13" "the tools hang on pins: laser 2 and 4, valve 16, pump 17; one that is made an output drives its tool";
     Sensors Vendor "13" "colour and infrared sensor read what is before them when enabled";
     InfraredPort Choice "15a" "GetIRSwitch without a connector answers for the one set last" refused;
     Tools Vendor "13" "laser, suction cup and gripper do and read back what they are told";

@@ -13,6 +13,9 @@ use crate::motion::Purpose;
 use crate::profile::Ceilings;
 use crate::queue::Busy;
 
+/// The pins of laser, valve and pump.
+const TOOL_PINS: [u8; 4] = [2, 4, 16, 17];
+
 impl Core {
     /// Whether a frame is taken for what it asks.
     pub(crate) fn may_take_frame(&mut self, id: u8, ctrl: Ctrl, request: &Request) -> bool {
@@ -65,7 +68,8 @@ impl Core {
             Get::HhtTrigOutput(_) => bases.add_if(self.has_new_point(), Basis::PointCleared),
             Get::IoDi(GetIoDi { address }) | Get::IoAdc(GetIoAdc { address }) => {
                 bases.add_if(address.is_none(), Basis::LastPin);
-                bases.add_if(self.world.scenario().is_none(), Basis::OpenInput);
+                let open = address.is_some_and(|address| self.is_open(address));
+                bases.add_if(open, Basis::OpenInput);
             }
             Get::IoMultiplexing(GetIoMultiplexing { address })
             | Get::IoDo(GetIoDo { address })
@@ -169,6 +173,12 @@ impl Core {
         Flash::new(&self.profile)
     }
 
+    /// Whether nothing is connected to a pin.
+    fn is_open(&self, address: u8) -> bool {
+        let (world, now) = (&self.world, self.now);
+        world.digital(now, address).is_none() && world.analog(now, address).is_none()
+    }
+
     fn bases_of_set(&self, set: &Set, turn: Turn) -> Bases {
         let mut bases = Bases::default();
         bases.add(basis_of_order(set));
@@ -203,6 +213,12 @@ impl Core {
             Set::WaitCmd(_) | Set::TrigCmd(_) => {
                 bases.add_if(turn == Turn::Immediate, Basis::ImmediateWait);
             }
+            Set::IoDo(IoDo { address, .. })
+            | Set::IoPwm(IoPwm { address, .. })
+            | Set::IoMultiplexing(IoMultiplexing { address, .. }) => {
+                bases.add_if(TOOL_PINS.contains(address), Basis::ToolPins);
+            }
+            Set::EMotorS(_) => bases.add(Basis::StepperDistance),
             Set::SetEndEffectorSuctionCup(_) => bases.add(Basis::VacuumDelay),
             Set::SetEndEffectorGripper(_) => bases.add(Basis::GripperDelay),
             Set::QueuedCmdStartExec(_) => {
@@ -244,6 +260,7 @@ impl Core {
 
     fn homing_bases(&self, turn: Turn, bases: &mut Bases) {
         bases.add(Basis::HomePoint);
+        bases.add_if(self.has_rail(), Basis::RailHome);
         bases.add(Basis::HomingFigures);
         bases.add_if(self.is_held(), Basis::HomeWhileHeld);
         if turn == Turn::Immediate {
@@ -256,7 +273,7 @@ impl Core {
         bases.add_if(self.is_held(), Basis::JogWhileHeld);
         let rail = matches!(jog.cmd, JogCommand::RailPlus | JogCommand::RailMinus);
         if rail {
-            bases.add(match self.settings.with_rail.with_l.is_on() {
+            bases.add(match self.has_rail() {
                 true => Basis::RailRamps,
                 false => Basis::RailIgnored,
             });
@@ -264,6 +281,7 @@ impl Core {
         match jog.cmd {
             JogCommand::Stop => {}
             JogCommand::Unknown(_) => bases.add(Basis::UnknownJog),
+            _ if rail && !self.has_rail() => {}
             _ if self.motion.is_jogging() => {
                 let other = self.jogs_another(jog.is_joint.is_on(), jog.cmd);
                 bases.add_if(other, Basis::JogAxisChange);
@@ -343,17 +361,19 @@ impl Core {
     }
 
     fn rail_bases(&self, mode: PtpMode, rail: f32, bases: &mut Bases) {
-        if !self.settings.with_rail.with_l.is_on() {
+        if !self.has_rail() {
             bases.add(Basis::RailIgnored);
             return;
         }
         bases.add(Basis::RailWithArm);
         bases.add(Basis::RailRamps);
-        let place = match mode {
-            PtpMode::MovjAngleInc | PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => 0.0,
-            _ => f64::from(rail),
+        let from = match mode {
+            PtpMode::MovjAngleInc | PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => self.rail(),
+            _ => 0.0,
         };
-        bases.add_if(!(0.0..=1000.0).contains(&place), Basis::RailEnds);
+        let place = from + f64::from(rail);
+        let length = self.profile.rail.length;
+        bases.add_if(!(0.0..=length).contains(&place), Basis::RailEnds);
     }
 
     fn stop_bases(&self, bases: &mut Bases) {

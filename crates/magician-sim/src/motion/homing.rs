@@ -50,6 +50,7 @@ impl Core {
         self.search_on(Stage::Seek)
     }
 
+    /// The first stage takes the carriage on the rail to its end, and lasts until it is there.
     fn search(&mut self, stage: Stage) -> Step {
         let rules = &self.profile.home;
         let [creep, touch] = rules.creep;
@@ -72,8 +73,8 @@ impl Core {
         };
         match planner.plan(&self.arm(), &request) {
             Ok(plan) => {
-                let purpose = Purpose::Search(stage);
-                self.begin(purpose, plan.trajectory, None, Outputs::default())
+                let (purpose, rail) = (Purpose::Search(stage), self.home_rail());
+                self.begin_with_rail(purpose, plan.trajectory, rail, None, Outputs::default())
             }
             Err(error) => self.unplannable(HomeCmd::ROW.id, &error),
         }

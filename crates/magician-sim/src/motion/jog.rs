@@ -10,6 +10,18 @@ use crate::convert::capped;
 use crate::core::Core;
 use crate::dispatch::Step;
 
+/// What a jog moves, and which way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Jogged {
+    /// An axis of the arm.
+    Arm(Jog),
+    /// The carriage on the rail.
+    Rail {
+        /// Whether its place grows.
+        positive: bool,
+    },
+}
+
 /// The axis and direction of a command; `None` for what is no axis of the arm.
 fn jog_of(is_joint: bool, command: JogCommand) -> Option<Jog> {
     let (number, positive) = match command {
@@ -31,25 +43,36 @@ fn jog_of(is_joint: bool, command: JogCommand) -> Option<Jog> {
 }
 
 impl Core {
-    /// Begins to jog, or turns a jog round, or slows it down to a stop.
+    /// Begins to jog, or turns a jog round, or slows it down to a stop. Without a rail its jogs are ignored.
     pub(crate) fn jog(&mut self, is_joint: bool, command: JogCommand) -> Step {
-        match jog_of(is_joint, command) {
-            Some(jog) => self.jog_along(jog),
+        let on_rail = |positive| Some(Jogged::Rail { positive });
+        let jogged = match command {
+            JogCommand::RailPlus | JogCommand::RailMinus if !self.has_rail() => return Step::Done,
+            JogCommand::RailPlus => on_rail(true),
+            JogCommand::RailMinus => on_rail(false),
+            _ => jog_of(is_joint, command).map(Jogged::Arm),
+        };
+        match jogged {
+            Some(jogged) => self.jog_along(jogged),
             None => self.stop_jog(None),
         }
     }
 
     /// A jog of another axis slows down to a stop first; on the same axis the speed passes through zero.
-    fn jog_along(&mut self, jog: Jog) -> Step {
-        match self.motion.under_way().map(|motion| motion.purpose) {
-            Some(Purpose::Jog(running)) if running.axis == jog.axis => {
+    fn jog_along(&mut self, jogged: Jogged) -> Step {
+        let purpose = self.motion.under_way().map(|motion| motion.purpose);
+        match (jogged, purpose) {
+            (Jogged::Arm(jog), Some(Purpose::Jog(running))) if running.axis == jog.axis => {
                 let entry = self.jog_velocity(jog.axis);
                 self.begin_jog(jog, entry)
             }
-            Some(Purpose::Jog(_) | Purpose::JogStop { .. }) => self.stop_jog(Some(jog)),
+            (Jogged::Rail { positive }, Some(Purpose::RailJog { .. })) => self.rail_jog(positive),
+            (_, Some(Purpose::Jog(_) | Purpose::JogStop { .. } | Purpose::RailJog { .. })) => {
+                self.stop_jog(Some(jogged))
+            }
             _ => {
                 self.halt();
-                self.begin_jog(jog, 0.0)
+                self.begin_jogged(jogged)
             }
         }
     }
@@ -57,12 +80,21 @@ impl Core {
     /// Whether a command jogs another axis than the one under way.
     pub(crate) fn jogs_another(&self, is_joint: bool, command: JogCommand) -> bool {
         let purpose = self.motion.under_way().map(|motion| motion.purpose);
-        let axis = match purpose {
-            Some(Purpose::Jog(jog)) => jog.axis,
-            Some(Purpose::JogStop { axis, .. }) => axis,
-            _ => return false,
-        };
-        jog_of(is_joint, command).is_some_and(|jog| jog.axis != axis)
+        let asked = jog_of(is_joint, command).map(|jog| jog.axis);
+        match purpose {
+            Some(Purpose::Jog(jog)) => asked != Some(jog.axis),
+            Some(Purpose::JogStop { axis, .. }) => asked != Some(axis),
+            Some(Purpose::RailJog { .. }) => asked.is_some(),
+            _ => false,
+        }
+    }
+
+    /// Jogs from rest.
+    pub(super) fn begin_jogged(&mut self, jogged: Jogged) -> Step {
+        match jogged {
+            Jogged::Arm(jog) => self.begin_jog(jog, 0.0),
+            Jogged::Rail { positive } => self.rail_jog(positive),
+        }
     }
 
     fn jog_velocity(&self, axis: JogAxis) -> f64 {
@@ -75,7 +107,7 @@ impl Core {
     }
 
     /// Jogs from a speed on the same axis.
-    pub(super) fn begin_jog(&mut self, jog: Jog, entry: f64) -> Step {
+    fn begin_jog(&mut self, jog: Jog, entry: f64) -> Step {
         let planner = self.planner(self.ptp_speeds());
         let rates = self.jog_rates(jog.axis);
         match planner.jog(&self.arm(), jog, rates, entry) {
@@ -88,7 +120,7 @@ impl Core {
     }
 
     /// Slows a jog down with the acceleration of jogging; `then` follows when it stands.
-    fn stop_jog(&mut self, then: Option<Jog>) -> Step {
+    fn stop_jog(&mut self, then: Option<Jogged>) -> Step {
         let (axis, trajectory, elapsed) = match self.motion.under_way() {
             Some(motion) => match motion.purpose {
                 Purpose::Jog(jog) => (jog.axis, motion.trajectory, motion.elapsed(self.now)),
@@ -97,6 +129,7 @@ impl Core {
                     self.motion.repurpose(Purpose::JogStop { axis, then });
                     return Step::Done;
                 }
+                Purpose::RailJog { .. } => return self.rail_jog_stop(then),
                 _ => return Step::Done,
             },
             None => return Step::Done,

@@ -9,6 +9,7 @@ mod limits;
 mod outputs;
 mod path;
 mod plan;
+mod rail;
 mod watch;
 
 use magician_motion::{ArmState, Geometry, Jog, JogAxis, JointAngles, Trajectory};
@@ -20,8 +21,11 @@ use crate::fidelity::Basis;
 use crate::world::{Course, Posture};
 
 pub(crate) use homing::Stage;
+pub(crate) use jog::Jogged;
 pub(crate) use outputs::Outputs;
 pub(crate) use path::{Segment, Way};
+use rail::Rail;
+pub(crate) use rail::RailCourse;
 
 /// No joint is further from where it is commanded to be, deg: a full turn.
 const MOST_SLIP: f64 = 360.0;
@@ -37,6 +41,8 @@ pub(crate) struct Motion {
     slip: [f64; 4],
     /// What of the slip of J1 its encoder cannot know: where the base stood at power-up.
     base: f64,
+    /// The carriage that the arm stands on, if it does.
+    pub(crate) rail: Rail,
     /// The speed with which a segment of a continuous path has ended at this very instant, mm/s.
     pub(crate) carried: f64,
 }
@@ -46,6 +52,8 @@ pub(crate) struct Motion {
 pub(crate) struct UnderWay {
     pub(crate) purpose: Purpose,
     pub(crate) trajectory: Trajectory,
+    /// The way of the carriage that goes with it.
+    pub(crate) rail: RailCourse,
     pub(crate) started: Micros,
     pub(crate) ends: Micros,
     /// What to raise when it has ended: something stops it before its target.
@@ -70,11 +78,13 @@ pub(crate) enum Purpose {
     /// A jog: it runs until a limit or a command stops it.
     Jog(Jog),
     /// The end of a jog, and the jog that follows it.
-    JogStop { axis: JogAxis, then: Option<Jog> },
+    JogStop { axis: JogAxis, then: Option<Jogged> },
     /// Homing, while it looks for the switch of J1.
     Search(Stage),
     /// The end of a motion that was force-stopped.
     Brake,
+    /// A jog of the carriage on the rail, or its end and the jog that follows it.
+    RailJog { then: Option<Jogged> },
 }
 
 impl UnderWay {
@@ -89,10 +99,18 @@ impl UnderWay {
         }
         self.trajectory.sample(self.elapsed(now))
     }
+
+    /// Where the carriage is commanded to be.
+    fn sample_rail(&self, now: Micros) -> f64 {
+        if now >= self.ends {
+            return self.rail.end();
+        }
+        self.rail.sample(self.elapsed(now))
+    }
 }
 
 impl Motion {
-    pub(crate) fn at(joints: JointAngles) -> Self {
+    pub(crate) fn at(joints: JointAngles, rail_length: f64) -> Self {
         let measured = Geometry::default();
         Self {
             rest: ArmState::at_joints(&measured, &joints),
@@ -100,6 +118,7 @@ impl Motion {
             under_way: None,
             slip: [0.0; 4],
             base: 0.0,
+            rail: Rail::new(rail_length),
             carried: 0.0,
         }
     }
@@ -112,7 +131,10 @@ impl Motion {
     /// Whether a jog is under way, its end included: the queue does not wait for it.
     pub(crate) fn is_jogging(&self) -> bool {
         let purpose = self.under_way.as_ref().map(|motion| motion.purpose);
-        matches!(purpose, Some(Purpose::Jog(_) | Purpose::JogStop { .. }))
+        matches!(
+            purpose,
+            Some(Purpose::Jog(_) | Purpose::JogStop { .. } | Purpose::RailJog { .. })
+        )
     }
 
     /// Gives what is under way another purpose.
@@ -147,6 +169,14 @@ impl Motion {
         }
     }
 
+    /// Where the carriage on the rail is commanded to be, mm.
+    pub(crate) fn rail_at(&self, now: Micros) -> f64 {
+        match &self.under_way {
+            Some(motion) => motion.sample_rail(now),
+            None => self.rail.rest,
+        }
+    }
+
     /// Where the arm is commanded to be, for the tool bias in force. A target that has been reached reads back as it
     /// was given.
     fn state(&self, now: Micros, geometry: &Geometry) -> ArmState {
@@ -160,7 +190,12 @@ impl Motion {
 
     /// Where the arm really is.
     pub(crate) fn posture(&self, now: Micros) -> Posture {
-        let mut joints = self.commanded(now).joints.to_array();
+        self.really(now, self.commanded(now).joints)
+    }
+
+    /// Where the arm really is when it is commanded to be there.
+    pub(crate) fn really(&self, now: Micros, commanded: JointAngles) -> Posture {
+        let mut joints = commanded.to_array();
         for (angle, slip) in joints.iter_mut().zip(self.slip) {
             *angle += slip;
         }
@@ -172,7 +207,7 @@ impl Motion {
         }
         Posture {
             joints: joints.into(),
-            rail: 0.0,
+            rail: self.rail.really(self.rail_at(now)),
         }
     }
 }
@@ -196,24 +231,26 @@ impl Core {
         alarm: Option<u8>,
         outputs: Outputs,
     ) -> Step {
-        let lasting = trajectory.duration_us();
-        self.begin_lasting(purpose, trajectory, lasting, alarm, outputs)
+        let rail = RailCourse::standing(self.rail());
+        self.begin_with_rail(purpose, trajectory, rail, alarm, outputs)
     }
 
-    /// As [`begin`](Self::begin), for a motion that lasts longer than its trajectory: the arm rests at its end.
-    fn begin_lasting(
+    /// As [`begin`](Self::begin), together with a way of the carriage on the rail: the motion lasts until both rest.
+    pub(crate) fn begin_with_rail(
         &mut self,
         purpose: Purpose,
         trajectory: Trajectory,
-        lasting: Micros,
+        rail: RailCourse,
         alarm: Option<u8>,
         outputs: Outputs,
     ) -> Step {
+        let lasting = trajectory.duration_us().max(rail.duration());
         self.motion.measured = self.geometry();
         self.motion.rest = *trajectory.start();
         self.motion.under_way = Some(UnderWay {
             purpose,
             trajectory,
+            rail,
             started: self.now,
             ends: self.now.saturating_add(lasting),
             alarm,
@@ -254,7 +291,8 @@ impl Core {
     fn switch_outputs(&mut self) {
         while let Some(motion) = &mut self.motion.under_way {
             let elapsed = motion.elapsed(self.now);
-            let Some(output) = motion.outputs.take_due(elapsed, &motion.trajectory) else {
+            let way = (&motion.trajectory, &motion.rail);
+            let Some(output) = motion.outputs.take_due(elapsed, way) else {
                 return;
             };
             self.switch(output);
@@ -290,12 +328,11 @@ impl Core {
                 self.segment_ended(speed);
                 Step::Done
             }
-            Purpose::JogStop {
-                then: Some(jog), ..
-            } => self.begin_jog(jog, 0.0),
-            Purpose::Move | Purpose::Brake | Purpose::Jog(_) | Purpose::JogStop { .. } => {
-                Step::Done
-            }
+            Purpose::JogStop { then, .. } | Purpose::RailJog { then } => match then {
+                Some(jogged) => self.begin_jogged(jogged),
+                None => Step::Done,
+            },
+            Purpose::Move | Purpose::Brake | Purpose::Jog(_) => Step::Done,
         }
     }
 
@@ -313,11 +350,12 @@ impl Core {
         let Some(motion) = &self.motion.under_way else {
             return false;
         };
-        let state = motion.sample(self.now);
+        let (state, rail) = (motion.sample(self.now), motion.sample_rail(self.now));
         let really = motion.stalled.map(|_| self.posture().joints);
         self.end_course();
         self.motion.under_way = None;
         self.motion.rest = state;
+        self.motion.rail.rest = rail;
         if let Some(really) = really {
             self.stand_at(really);
         }

@@ -3,7 +3,11 @@
 use magician_motion::Trajectory;
 use magician_protocol::{PoCmd, PoList};
 
+use super::RailCourse;
 use crate::Micros;
+
+/// The ways of arm and carriage that make one motion.
+type Way<'a> = (&'a Trajectory, &'a RailCourse);
 
 /// The outputs of one move, and which of them have been switched.
 #[derive(Clone, Debug, Default)]
@@ -19,14 +23,14 @@ const _: () = assert!(PoList::CAPACITY <= u64::BITS as usize);
 
 impl Outputs {
     /// The outputs of a move, each due when its share of the path is done. One that the move never gets to, because a
-    /// limit ends it before, is never switched.
-    pub(crate) fn new(list: PoList, trajectory: &Trajectory) -> Self {
+    /// limit ends it before, is never switched. Where the arm rests the path is the carriage's.
+    pub(crate) fn new(list: PoList, way: Way<'_>) -> Self {
         let mut outputs = Self {
             list,
             switched: 0,
             next: None,
         };
-        outputs.look_ahead(trajectory);
+        outputs.look_ahead(way);
         outputs
     }
 
@@ -36,20 +40,25 @@ impl Outputs {
     }
 
     /// The next one that is due by then; it counts as switched.
-    pub(crate) fn take_due(&mut self, elapsed: Micros, trajectory: &Trajectory) -> Option<PoCmd> {
+    pub(crate) fn take_due(&mut self, elapsed: Micros, way: Way<'_>) -> Option<PoCmd> {
         let (_, entry) = self.next.filter(|(at, _)| *at <= elapsed)?;
         self.switched |= 1 << entry;
-        self.look_ahead(trajectory);
+        self.look_ahead(way);
         self.list.as_slice().get(entry).copied()
     }
 
-    fn look_ahead(&mut self, trajectory: &Trajectory) {
+    fn look_ahead(&mut self, (arm, rail): Way<'_>) {
         let entries = self.list.as_slice().iter().enumerate();
         self.next = entries
             .filter(|(entry, _)| self.switched & (1 << entry) == 0)
             .filter_map(|(entry, output)| {
                 let share = f64::from(output.ratio) / 100.0;
-                Some((trajectory.time_at_progress(share)?, entry))
+                let due = if arm.duration_us() == 0 && rail.duration() > 0 {
+                    rail.time_at_progress(share)
+                } else {
+                    arm.time_at_progress(share)
+                };
+                Some((due?, entry))
             })
             .min();
     }

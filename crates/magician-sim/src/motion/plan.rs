@@ -26,14 +26,36 @@ impl Core {
     }
 
     /// Begins a move. One that is under way is replaced: if it was the queue's, its command has finished. A move
-    /// that cannot be planned is refused with an alarm and changes nothing.
-    pub(crate) fn move_arm(&mut self, id: u8, request: &Move, outputs: PoList) -> Step {
-        match self.plan(request) {
+    /// that cannot be planned is refused with an alarm and changes nothing. If the carriage on the rail has somewhere to
+    /// go, both begin and end together (model section 7).
+    pub(crate) fn move_arm(
+        &mut self,
+        id: u8,
+        request: &Move,
+        rail_to: Option<f64>,
+        outputs: PoList,
+    ) -> Step {
+        let rail = match self.plan_rail(rail_to.unwrap_or(self.rail())) {
+            Ok(course) => course,
+            Err(alarm) => {
+                self.raise(alarm);
+                return self.refuse(id, Refusal::Unplannable);
+            }
+        };
+        let planner = self.planner(self.ptp_speeds());
+        match planner.plan_lasting(&self.arm(), request, rail.duration()) {
             Ok(plan) => {
                 self.halt();
-                let alarm = alarm_on_the_way(request, plan.crossing);
-                let outputs = Outputs::new(outputs, &plan.trajectory);
-                self.begin(Purpose::Move, plan.trajectory, alarm, outputs)
+                let Plan {
+                    trajectory,
+                    crossing,
+                } = plan;
+                let alarm = alarm_on_the_way(request, crossing);
+                let rail = rail
+                    .along(trajectory.duration_us(), self)
+                    .stopped_with(crossing.map(|crossing| crossing.at_us));
+                let outputs = Outputs::new(outputs, (&trajectory, &rail));
+                self.begin_with_rail(Purpose::Move, trajectory, rail, alarm, outputs)
             }
             Err(error) => self.unplannable(id, &error),
         }
@@ -75,11 +97,13 @@ impl Core {
                     planner.limits = ANYWHERE;
                 }
                 let plan = planner.brake(&motion.trajectory, elapsed, factor);
+                let rail = self.brake_rail(&motion.rail, elapsed);
                 let alarm = plan.crossing.map(|crossing| alarm_at_limit(&crossing));
                 // Its command finishes when the arm stands; the laser of a path is off at once.
                 self.rest_here();
                 self.actuators.burn(0.0);
-                self.begin(Purpose::Brake, plan.trajectory, alarm, Outputs::default());
+                let none = Outputs::default();
+                self.begin_with_rail(Purpose::Brake, plan.trajectory, rail, alarm, none);
             }
         }
     }

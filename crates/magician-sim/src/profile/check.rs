@@ -111,6 +111,9 @@ impl Profile {
         )?;
         positive("path.period", &[self.path.period])?;
         positive("stop.force_factor", &[self.stop.force_factor])?;
+        positive("rail.length", &[self.rail.length])?;
+        positive("rail.home_velocity", &[self.rail.home_velocity])?;
+        positive("rail.home_acceleration", &[self.rail.home_acceleration])?;
         let Defaults { jog, ptp, .. } = &self.defaults;
         positive32("defaults.jog.joint_velocity", &jog.joint_velocity)?;
         positive32("defaults.jog.joint_acceleration", &jog.joint_acceleration)?;

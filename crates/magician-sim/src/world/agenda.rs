@@ -4,6 +4,7 @@ use magician_motion::JointAngles;
 
 use super::Happening;
 use crate::Micros;
+use crate::pins::place_of;
 use crate::profile::PINS;
 use crate::scenario::{Action, Script};
 
@@ -20,8 +21,9 @@ pub(super) struct Agenda {
     /// Actions that were set off, in order of time.
     soon: Vec<(Micros, Action)>,
     hand: Option<Hand>,
-    digital: [bool; PINS],
-    analog: [u16; PINS],
+    /// What drives the inputs; `None` where nothing does.
+    digital: [Option<bool>; PINS],
+    analog: [Option<u16>; PINS],
 }
 
 /// A hand on its way.
@@ -59,13 +61,6 @@ impl Hand {
     }
 }
 
-/// Where an address is among the pins.
-fn pin(address: u8) -> Option<usize> {
-    usize::from(address)
-        .checked_sub(1)
-        .filter(|pin| *pin < PINS)
-}
-
 impl Agenda {
     pub(super) fn new(script: &Script) -> Self {
         let mut agenda = Self {
@@ -73,8 +68,8 @@ impl Agenda {
             set_off: vec![false; script.at_index.len()],
             soon: Vec::new(),
             hand: None,
-            digital: [false; PINS],
-            analog: [0; PINS],
+            digital: [None; PINS],
+            analog: [None; PINS],
         };
         // What the inputs read at power-up is not a change.
         while let Some((0, Action::Digital { .. } | Action::Analog { .. })) =
@@ -85,12 +80,12 @@ impl Agenda {
         agenda
     }
 
-    pub(super) fn digital(&self, address: u8) -> bool {
-        pin(address).is_some_and(|pin| self.digital[pin])
+    pub(super) fn digital(&self, address: u8) -> Option<bool> {
+        self.digital[place_of(address)?]
     }
 
-    pub(super) fn analog(&self, address: u8) -> u16 {
-        pin(address).map_or(0, |pin| self.analog[pin])
+    pub(super) fn analog(&self, address: u8) -> Option<u16> {
+        self.analog[place_of(address)?]
     }
 
     /// Changes an input now; whether there is one of that address.
@@ -98,7 +93,7 @@ impl Agenda {
         let (Action::Digital { address, .. } | Action::Analog { address, .. }) = action else {
             return false;
         };
-        if pin(address).is_none() {
+        if place_of(address).is_none() {
             return false;
         }
         self.act(now, action);
@@ -163,14 +158,14 @@ impl Agenda {
         match action {
             Action::Do(happening) => happening,
             Action::Digital { address, level } => {
-                if let Some(pin) = pin(address) {
-                    self.digital[pin] = level;
+                if let Some(pin) = place_of(address) {
+                    self.digital[pin] = Some(level);
                 }
                 Happening::Input
             }
             Action::Analog { address, value } => {
-                if let Some(pin) = pin(address) {
-                    self.analog[pin] = value;
+                if let Some(pin) = place_of(address) {
+                    self.analog[pin] = Some(value);
                 }
                 Happening::Input
             }

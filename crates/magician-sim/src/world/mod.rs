@@ -45,7 +45,7 @@ use state::State;
 /// The world around one arm. Lengths are mm and angles deg in the frame of the arm's base; a height is the z that the
 /// arm reports when its tool touches it (model section 1).
 ///
-/// The default is empty: nothing to touch, every input low. It costs nothing.
+/// The default is empty: nothing to touch, nothing connected. It costs nothing.
 #[derive(Clone, Debug, Default)]
 pub struct World {
     state: Option<Box<State>>,
@@ -196,16 +196,14 @@ impl World {
 /// stalls, is told between the [`end`](World::end) of what has been gone and the [`begin`](World::begin) of the rest.
 /// Power of the laser is not: it may change on the way.
 impl World {
-    /// Level of a digital input, address 1 to 20 (model section 13).
-    pub(crate) fn digital(&self, _now: Micros, address: u8) -> bool {
-        self.state
-            .as_ref()
-            .is_some_and(|state| state.digital(address))
+    /// Level that something puts on an input, address 1 to 20 (model section 13); `None` where nothing is connected.
+    pub(crate) fn digital(&self, _now: Micros, address: u8) -> Option<bool> {
+        self.state.as_ref()?.digital(address)
     }
 
-    /// Value of an analog input, 0 to 4095 for 0 to 3.3 V.
-    pub(crate) fn analog(&self, _now: Micros, address: u8) -> u16 {
-        self.state.as_ref().map_or(0, |state| state.analog(address))
+    /// Voltage that something puts on an input, 0 to 4095 for 0 to 3.3 V; `None` where nothing is connected.
+    pub(crate) fn analog(&self, _now: Micros, address: u8) -> Option<u16> {
+        self.state.as_ref()?.analog(address)
     }
 
     /// Red, green and blue under the colour sensor of a connector.

@@ -145,11 +145,11 @@ fn frame_of_belt(scenario: &Scenario, belt: &Belt, now: Micros) -> Place {
 
 /// Inputs and sensors.
 impl State {
-    pub(super) fn digital(&self, address: u8) -> bool {
+    pub(super) fn digital(&self, address: u8) -> Option<bool> {
         self.agenda.digital(address)
     }
 
-    pub(super) fn analog(&self, address: u8) -> u16 {
+    pub(super) fn analog(&self, address: u8) -> Option<u16> {
         self.agenda.analog(address)
     }
 

@@ -3,9 +3,10 @@
 
 use magician_protocol::commands::*;
 use magician_protocol::{
-    Ctrl, Flag, FrameBuf, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Writable,
+    Ctrl, Flag, FrameBuf, IoFunction, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Writable,
 };
-use magician_sim::{Controller, Event, LinkId, Micros, Profile, State};
+use magician_sim::scenario::Scenario;
+use magician_sim::{Controller, Event, LinkId, Micros, Profile, State, World};
 
 /// The link that most tests talk over.
 pub const USB: LinkId = LinkId(0);
@@ -31,6 +32,18 @@ pub fn arm_with(change: impl FnOnce(&mut Profile)) -> Bench {
         arm: Controller::new(profile),
     };
     bench.set(&ClearAlarmsState {});
+    bench
+}
+
+/// The same in the world of a scenario, the queue started.
+pub fn arm_in(scenario: &str) -> Bench {
+    let scenario = Scenario::from_toml(scenario).expect("a scenario");
+    let world = World::from_scenario(&scenario);
+    let mut bench = Bench {
+        arm: Controller::in_world(Profile::default(), world),
+    };
+    bench.set(&ClearAlarmsState {});
+    bench.start();
     bench
 }
 
@@ -211,6 +224,24 @@ pub fn suck(on: bool) -> SetEndEffectorSuctionCup {
         enable_ctrl: Flag::ON,
         suck: Flag::from(on),
     }
+}
+
+pub fn grip(on: bool) -> SetEndEffectorGripper {
+    SetEndEffectorGripper {
+        enable_ctrl: Flag::ON,
+        grip: Flag::from(on),
+    }
+}
+
+/// A pin's function, set at once.
+pub fn multiplex(bench: &mut Bench, address: u8, multiplex: IoFunction) {
+    bench.set(&IoMultiplexing { address, multiplex });
+}
+
+/// An output's level, set at once.
+pub fn output(bench: &mut Bench, address: u8, on: bool) {
+    let level = Flag::from(on);
+    bench.set(&IoDo { address, level });
 }
 
 /// How long an axis takes for a way at a speed and an acceleration, from rest to rest, s (model section 7).

@@ -445,6 +445,41 @@ pub(crate) const CASES: &[Case] = &[
         start(b);
         queue(b, &trigger());
     }),
+    (Basis::MeaninglessTrigger, |b| {
+        start(b);
+        queue(
+            b,
+            &TrigCmd {
+                address: 99,
+                ..trigger()
+            },
+        );
+    }),
+    (Basis::StepperDistance, |b| {
+        start(b);
+        queue(
+            b,
+            &EMotorS {
+                index: Stepper::Stepper1,
+                is_enabled: Flag::ON,
+                speed: 1000,
+                distance: 10,
+            },
+        );
+    }),
+    (Basis::ToolPins, |b| {
+        _ = now(
+            b,
+            &IoDo {
+                address: 17,
+                level: Flag::ON,
+            },
+        )
+    }),
+    (Basis::RailHome, |b| {
+        rail(b);
+        now(b, &home());
+    }),
     (Basis::ImmediateWait, |b| _ = now(b, &wait(10))),
     (Basis::IoFunctions, |b| {
         _ = now(b, &multiplex(IoFunction::DigitalOutput))

@@ -277,8 +277,9 @@ impl Life {
         bits.into_iter().for_each(|bits| self.tell(bits));
         assert!(queue.running.is_none_or(|index| index > self.current));
         assert!(
-            due.is_some() || !state.moving && queue.running.is_none(),
-            "what runs ends: {state:?}"
+            due.is_some()
+                || !state.moving && (queue.running.is_none() || state.awaits_input.is_some()),
+            "what runs ends, but for a trigger: {state:?}"
         );
     }
 
@@ -297,11 +298,11 @@ impl Life {
         }
         assert!((0..=256).contains(&std::iter::from_fn(|| self.arm.poll_event()).count()));
         let link = LinkId(u32::MAX);
-        for id in [245, 247] {
-            self.send(link, id, Ctrl(u8::from(id == 245)), &[]);
+        for id in [241, 245, 247] {
+            self.send(link, id, Ctrl(u8::from(id != 247)), &[]);
         }
         let replies: Vec<FrameBuf> = std::iter::from_fn(|| self.arm.poll_transmit(link)).collect();
-        let [clear, left] = &replies[..] else {
+        let [_, clear, left] = &replies[..] else {
             panic!("a reply each, not {replies:?}")
         };
         assert_eq!(clear.frame().params(), [0u8; 0]);

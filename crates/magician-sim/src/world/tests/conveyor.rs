@@ -37,7 +37,7 @@ color = [200, 30, 10]
 
 /// Pulses a second for so many millimetres a second.
 fn pulses(speed: f64) -> f64 {
-    speed * 16_000.0 / (std::f64::consts::PI * 34.0)
+    speed * crate::CONVEYOR_PULSES_PER_MM
 }
 
 fn arm(text: &str) -> Arm {

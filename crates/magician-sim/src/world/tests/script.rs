@@ -23,7 +23,7 @@ fn an_empty_world_is_still() {
     assert_eq!(size_of::<World>(), size_of::<usize>());
     assert_eq!(world.next_event(), None);
     assert_eq!(world.happen(9 * SECOND), None);
-    assert!(!world.digital(0, 1) && world.analog(0, 1) == 0 && !world.holding());
+    assert!(world.digital(0, 1).is_none() && world.analog(0, 1).is_none() && !world.holding());
     let posture = Posture {
         joints: JointAngles::HOME,
         rail: 0.0,
@@ -39,17 +39,20 @@ fn inputs_change_when_they_should() {
          [[input]]\naddress = 9\nvalue = 2048\n\
          [[input]]\naddress = 5\nlevel = 0\nat = 4\n",
     );
-    assert_eq!((world.digital(0, 5), world.analog(0, 9)), (false, 2048));
+    assert_eq!(
+        (world.digital(0, 5), world.analog(0, 9)),
+        (None, Some(2048))
+    );
     assert_eq!(world.next_event(), Some(3_200_000));
     assert_eq!(world.happen(3_199_999), None);
     assert_eq!(world.happen(3_200_000), Some(Happening::Input));
     assert_eq!(world.happen(3_200_000), None);
-    assert!(world.digital(3_200_000, 5));
+    assert_eq!(world.digital(3_200_000, 5), Some(true));
     assert_eq!(
         until(&mut world, 9 * SECOND),
         [(4 * SECOND, Happening::Input)]
     );
-    assert!(!world.digital(5 * SECOND, 5));
+    assert_eq!(world.digital(5 * SECOND, 5), Some(false));
     assert_eq!(world.next_event(), None);
 }
 
@@ -62,10 +65,10 @@ fn an_input_is_overridden_until_it_changes() {
         [(0, Happening::Input)],
         "once for both"
     );
-    assert!(world.digital(0, 5));
-    assert_eq!(world.analog(0, 1), 4095);
+    assert_eq!(world.digital(0, 5), Some(true));
+    assert_eq!(world.analog(0, 1), Some(4095));
     assert_eq!(until(&mut world, SECOND), [(SECOND, Happening::Input)]);
-    assert!(!world.digital(SECOND, 5));
+    assert_eq!(world.digital(SECOND, 5), Some(false));
     assert!(!world.set_input(0, true) && !world.set_input(21, true));
 }
 
@@ -73,7 +76,8 @@ fn an_input_is_overridden_until_it_changes() {
 fn an_empty_world_takes_inputs() {
     let mut world = World::default();
     assert!(world.set_input(20, true));
-    assert!(world.digital(0, 20) && !world.digital(0, 19));
+    assert_eq!(world.digital(0, 20), Some(true));
+    assert_eq!(world.digital(0, 19), None);
     assert_eq!(until(&mut world, 0), [(0, Happening::Input)]);
 }
 
@@ -149,6 +153,7 @@ fn a_copy_goes_on_by_itself() {
     let mut world = world("[[input]]\naddress = 5\nlevel = 1\nat = 1\n");
     let mut copy = world.clone();
     assert_eq!(until(&mut world, SECOND).len(), 1);
-    assert!(world.digital(SECOND, 5) && !copy.digital(SECOND, 5));
+    assert_eq!(world.digital(SECOND, 5), Some(true));
+    assert_ne!(copy.digital(SECOND, 5), Some(true));
     assert_eq!(until(&mut copy, SECOND).len(), 1);
 }
