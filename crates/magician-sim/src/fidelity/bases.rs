@@ -186,6 +186,7 @@ list_bases! {
     RunningPlace Choice "14" "the running command keeps its place until it has finished"
         kept "this decides only a figure, by one";
     FullQueue Choice "14" "a command that finds the queue full is answered with index 0 and Ctrl bit 2, and not stored" refused;
+    Start Vendor "14" "a start lets the queue take its commands";
     QueueStopped Vendor "E47" "at power-up the queue is stopped until the first start";
     StartAgain Choice "15a" "a start while the queue is started does nothing" refused;
     StopFinishes Vendor "14" "after a stop the running motion finishes, and commands are still taken";

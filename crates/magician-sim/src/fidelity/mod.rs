@@ -113,24 +113,18 @@ macro_rules! list_bases {
 
 use list_bases;
 
-/// Most bases there may be: they are bits of a set.
-const MOST: usize = 256;
-
-/// A set of bases.
+/// A set of bases: a bit for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Bases([u128; 2]);
-
-const _: () = assert!(Basis::ALL.len() <= MOST);
+pub(crate) struct Bases([u64; Self::WORDS]);
 
 impl Bases {
-    fn add(&mut self, basis: Basis) {
-        let at = basis as u8;
-        self.0[usize::from(at / 128)] |= 1 << (at % 128);
-    }
+    const WORDS: usize = Basis::ALL.len().div_ceil(64);
 
-    fn contains(&self, basis: Basis) -> bool {
-        let at = basis as u8;
-        self.0[usize::from(at / 128)] & (1 << (at % 128)) != 0
+    fn add(&mut self, basis: Basis) {
+        let at = basis as usize;
+        if let Some(word) = self.0.get_mut(at / 64) {
+            *word |= 1 << (at % 64);
+        }
     }
 
     fn add_if(&mut self, condition: bool, basis: Basis) {
@@ -139,9 +133,13 @@ impl Bases {
         }
     }
 
-    fn iter(self) -> impl Iterator<Item = Basis> {
-        let all = Basis::ALL.iter().copied();
-        all.filter(move |basis| self.contains(*basis))
+    /// Takes the first one out, in the order of the list.
+    fn take(&mut self) -> Option<Basis> {
+        let at = self.0.iter().position(|word| *word != 0)?;
+        let word = self.0.get_mut(at)?;
+        let bit = word.trailing_zeros() as usize;
+        *word &= *word - 1;
+        Basis::ALL.get(at * 64 + bit).copied()
     }
 }
 
@@ -203,8 +201,13 @@ impl Core {
     }
 
     /// As [`may_rest_on`](Self::may_rest_on) for several: the first choice is the reason.
-    fn may_rest_on_all(&mut self, id: u8, bases: Bases) -> bool {
-        bases.iter().all(|basis| self.may_rest_on(id, basis))
+    fn may_rest_on_all(&mut self, id: u8, mut bases: Bases) -> bool {
+        while let Some(basis) = bases.take() {
+            if !self.may_rest_on(id, basis) {
+                return false;
+            }
+        }
+        true
     }
 }
 

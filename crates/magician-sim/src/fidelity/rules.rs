@@ -453,7 +453,7 @@ fn basis_of_order(set: &Set) -> Basis {
         | Uart4PeripheralsEnabled(_)
         | PulseMode(_)
         | ZdfCalibRequest(_) => Basis::OutsideTheDocument,
-        QueuedCmdStartExec(_) => Basis::QueueStopped,
+        QueuedCmdStartExec(_) => Basis::Start,
         QueuedCmdStopExec(_) => Basis::StopFinishes,
         QueuedCmdForceStopExec(_) => Basis::ForceStop,
         QueuedCmdStartDownload(_) | QueuedCmdStopDownload(_) => Basis::OfflineProgram,

@@ -560,6 +560,7 @@ pub(crate) const CASES: &[Case] = &[
     (Basis::FullQueue, |b| {
         (0..33).for_each(|_| _ = queue(b, &wait(0)))
     }),
+    (Basis::Start, start),
     (Basis::QueueStopped, start),
     (Basis::StartAgain, |b| {
         start(b);
