@@ -432,3 +432,18 @@ fn the_sum_of_a_path_does_not_depend_on_how_early_it_is_sent() {
     let mut fresh = arm();
     assert_eq!(fresh.get::<CpParams>(), speeds(100.0, 100.0));
 }
+
+/// The arm brakes along its path and does not stop dead before a segment that leads nowhere.
+#[test]
+fn a_path_comes_to_rest_before_a_segment_that_cannot_be() {
+    for bad in [[900.0, 0.0, 0.0], [f32::NAN, 0.0, 0.0]] {
+        let (mut followed, mut alone) = (running_arm(), running_arm());
+        for bench in [&mut followed, &mut alone] {
+            bench.enqueue(&to([250.0, 0.0, 0.0]));
+        }
+        followed.enqueue(&to(bad));
+        assert_eq!(followed.rest(), alone.rest());
+        assert_eq!(followed.alarms(), [0x11]);
+        assert_eq!(followed.state().pose.x, 250.0);
+    }
+}
