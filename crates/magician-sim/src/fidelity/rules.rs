@@ -485,6 +485,11 @@ fn beyond(set: &Set, most: &Ceilings) -> bool {
     };
     match set {
         Set::PtpJointParams(set) => joints(&set.velocity, &set.acceleration),
+        Set::JogJointParams(set) => joints(&set.velocity, &set.acceleration),
+        Set::JogCoordinateParams(JogCoordinateParams {
+            velocity: [x, y, z, r],
+            acceleration: [ax, ay, az, ar],
+        }) => space(x.max(*y).max(*z), ax.max(*ay).max(*az)) || turn(*r, *ar),
         Set::PtpCoordinateParams(set) => {
             space(set.xyz_velocity, set.xyz_acceleration)
                 || turn(set.r_velocity, set.r_acceleration)
