@@ -1,4 +1,4 @@
-//! What to do to an arm so that it rests on each basis.
+//! What to do to an arm so that it rests on each basis. One table with a case for each, and so a long file.
 
 use magician_protocol::commands::*;
 use magician_protocol::{
