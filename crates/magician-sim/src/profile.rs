@@ -73,8 +73,18 @@ pub struct Profile {
     pub tools: Tools,
     /// The connectors' pins.
     pub io: Pins,
+    /// What to do where only a choice exists.
+    pub fidelity: FidelityRules,
     /// What a host reads before it has set anything.
     pub defaults: Defaults,
+}
+
+/// What to do where nobody knows what the real arm does ([`fidelity`](crate::fidelity)).
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FidelityRules {
+    /// Whether what rests on a choice alone is refused: answered, and not carried out.
+    pub strict: bool,
 }
 
 /// Who the arm says it is (model section 15).

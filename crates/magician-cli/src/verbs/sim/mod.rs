@@ -1,5 +1,6 @@
 //! `sim`: a virtual arm for other programs.
 
+mod fidelity;
 mod log;
 mod picture;
 
@@ -86,6 +87,12 @@ pub(crate) struct Sim {
     /// Firmware profile in TOML; `--profile -` prints the built-in one as a pattern
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
+    /// Carry out nothing that rests on a choice alone, where nobody knows what the real arm does; docs/FIDELITY.md
+    #[arg(long)]
+    strict: bool,
+    /// At the end, on what facts and choices the answers rested
+    #[arg(long)]
+    fidelity: bool,
 }
 
 fn milliseconds(text: &str) -> Result<f64, String> {
@@ -114,7 +121,8 @@ impl Sim {
             let hint = "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT";
             return Err(Failure::usage("the virtual arm would have no door").hint(hint));
         }
-        let (profile, scenario) = (self.read_profile()?, self.read_scenario()?);
+        let (mut profile, scenario) = (self.read_profile()?, self.read_scenario()?);
+        profile.fidelity.strict |= self.strict;
         let verbose = (!context.global.json).then_some(context.global.verbose);
         let servers = self.servers(&profile, &scenario, verbose)?;
         let handles: Vec<_> = servers.iter().map(Server::handle).collect();
@@ -125,6 +133,9 @@ impl Sim {
             let mut drawn = Ok(());
             let end = async {
                 seen = Some(signals.next().await);
+                if self.fidelity {
+                    fidelity::tell(&handles, self.arms.is_some(), verbose.is_none()).await;
+                }
                 if let Some(picture) = &self.picture {
                     drawn = picture.write(&handles, self.arms.is_some()).await;
                 }
