@@ -1,14 +1,14 @@
 //! What the answers rested on, told at the end.
 
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
 
 use magician_sim::fidelity::{Basis, Confidence, Fidelity};
 use magician_sim::serve::Handle;
 use serde_json::json;
 
-/// Tells it of each arm, on stderr: lines, or with `json` an object for each.
-pub(super) async fn tell(arms: &[Handle], numbered: bool, json: bool) {
+/// What there is to say of each arm: lines, or with `json` an object for each.
+pub(super) async fn report(arms: &[Handle], numbered: bool, json: bool) -> String {
+    let mut report = String::new();
     for (number, arm) in (1..).zip(arms) {
         let fidelity = arm.with(|runner| runner.controller().fidelity().clone());
         // An arm that is not served any more has been told of already.
@@ -16,14 +16,13 @@ pub(super) async fn tell(arms: &[Handle], numbered: bool, json: bool) {
             continue;
         };
         let number = numbered.then_some(number);
-        let text = if json {
+        report += &if json {
             object(&fidelity, number)
         } else {
             lines(&fidelity, number)
         };
-        // A stderr that cannot be written to is no reason to fail.
-        let _ = io::stderr().lock().write_all(text.as_bytes());
     }
+    report
 }
 
 /// Facts, then choices; of each kind what was used most first.

@@ -1,4 +1,4 @@
-//! What the virtual arm does, in lines on stderr.
+//! What the virtual arm does, in lines on stderr or in the picture.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -8,6 +8,8 @@ use magician_sim::fidelity::Confidence;
 use magician_sim::serve::{Endpoint, Notice};
 use magician_sim::world::{Press, Rest, Thing, What};
 use magician_sim::{Event, Identity, Refusal, Scenario, Speed};
+
+use super::tui::Feed;
 
 /// What kind of arm is served.
 pub(super) fn title(identity: &Identity, speed: Speed) -> String {
@@ -28,6 +30,8 @@ pub(super) struct Log {
     objects: Arc<[String]>,
     /// What a line begins with, where several arms write lines.
     arm: String,
+    /// Where lines go if stderr shows a picture.
+    feed: Option<Feed>,
 }
 
 impl Log {
@@ -37,6 +41,7 @@ impl Log {
             verbose,
             objects: objects.map(|object| object.name.clone()).collect(),
             arm: String::new(),
+            feed: None,
         }
     }
 
@@ -46,8 +51,20 @@ impl Log {
         Self { arm, ..self }
     }
 
+    /// The same for a picture, which has room for more than stderr.
+    pub(super) fn pictured(self, feed: Feed) -> Self {
+        Self {
+            verbose: self.verbose.saturating_add(1),
+            feed: Some(feed),
+            ..self
+        }
+    }
+
     /// Says what is served where.
     pub(super) fn doors(&self, title: &str, endpoints: &[Endpoint]) {
+        if let Some(feed) = &self.feed {
+            feed.doors(endpoints.iter().map(Endpoint::to_string).collect());
+        }
         self.say(title);
         for endpoint in endpoints {
             self.say(&match endpoint {
@@ -61,6 +78,9 @@ impl Log {
     }
 
     pub(super) fn notice(&self, notice: Notice) {
+        if let Some(feed) = &self.feed {
+            feed.follow(&notice);
+        }
         let line = match notice {
             Notice::Arm(event) => self.event(event),
             // A command line opens and closes the port for every verb.
@@ -87,7 +107,10 @@ impl Log {
 
     /// A stderr that cannot be written to is no reason to stop serving.
     fn say(&self, line: &str) {
-        let _ = writeln!(io::stderr().lock(), "{}{line}", self.arm);
+        match &self.feed {
+            Some(feed) => feed.say(line.to_owned()),
+            None => drop(writeln!(io::stderr().lock(), "{}{line}", self.arm)),
+        }
     }
 
     /// An event in words, if it is worth a line.
