@@ -6,6 +6,7 @@ use magician_protocol::{Alarm, Row};
 
 use super::{Event, Refusal};
 use crate::Scenario;
+use crate::fidelity::Confidence;
 use crate::world::{Press, Rest, Thing, What};
 
 impl Event {
@@ -41,6 +42,14 @@ impl fmt::Display for InWords<'_> {
             Event::Program { runs: true } => f.write_str("the program in the flash begins"),
             Event::Program { runs: false } => f.write_str("the program in the flash ends"),
             Event::Refused { id, reason } => write!(f, "{} not carried out: {reason}", Name(id)),
+            Event::RestsOn { basis } => {
+                let kind = match basis.confidence() {
+                    Confidence::Choice => "a choice",
+                    _ => "a fact",
+                };
+                let (section, says) = (basis.section(), basis.says());
+                write!(f, "rests on {kind} ({section}): {says}")
+            }
             Event::AlarmRaised { code } => write!(f, "alarm {} raised", Code(code)),
             Event::AlarmCleared { code } => write!(f, "alarm {} cleared", Code(code)),
             Event::World(incident) => self.objects.incident(f, incident.what),
@@ -69,6 +78,10 @@ impl fmt::Display for InWords<'_> {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::OnlyAChoice(basis) => {
+                let (section, says) = (basis.section(), basis.says());
+                return write!(f, "it rests on a choice ({section}): {says}");
+            }
             Self::Parameters => "its parameter count fits no accepted form",
             Self::Unplannable => "its motion cannot be planned",
             Self::UnknownMode => "its mode has no meaning",

@@ -1,10 +1,12 @@
-//! What the virtual arm does, in lines on stderr.
+//! What the virtual arm does, in lines on stderr or in the picture.
 
 use std::io::{self, Write};
 use std::sync::Arc;
 
 use magician_sim::serve::{Endpoint, Notice};
 use magician_sim::{Event, Identity, Scenario, Speed};
+
+use super::tui::Feed;
 
 /// What kind of arm is served.
 pub(super) fn title(identity: &Identity, speed: Speed) -> String {
@@ -25,6 +27,8 @@ pub(super) struct Log {
     scenario: Arc<Scenario>,
     /// What a line begins with, where several arms write lines.
     arm: String,
+    /// Where lines go if stderr shows a picture.
+    feed: Option<Feed>,
 }
 
 impl Log {
@@ -33,6 +37,7 @@ impl Log {
             verbose,
             scenario: Arc::new(scenario.clone()),
             arm: String::new(),
+            feed: None,
         }
     }
 
@@ -42,8 +47,20 @@ impl Log {
         Self { arm, ..self }
     }
 
+    /// The same for a picture, which has room for more than stderr.
+    pub(super) fn pictured(self, feed: Feed) -> Self {
+        Self {
+            verbose: self.verbose.saturating_add(1),
+            feed: Some(feed),
+            ..self
+        }
+    }
+
     /// Says what is served where.
     pub(super) fn doors(&self, title: &str, endpoints: &[Endpoint]) {
+        if let Some(feed) = &self.feed {
+            feed.doors(endpoints.iter().map(Endpoint::to_string).collect());
+        }
         self.say(title);
         for endpoint in endpoints {
             self.say(&match endpoint {
@@ -57,6 +74,9 @@ impl Log {
     }
 
     pub(super) fn notice(&self, notice: Notice) {
+        if let Some(feed) = &self.feed {
+            feed.follow(&notice);
+        }
         let line = match notice {
             Notice::Arm(event) => self.event(event),
             // A command line opens and closes the port for every verb.
@@ -84,14 +104,17 @@ impl Log {
 
     /// A stderr that cannot be written to is no reason to stop serving.
     fn say(&self, line: &str) {
-        let _ = writeln!(io::stderr().lock(), "{}{line}", self.arm);
+        match &self.feed {
+            Some(feed) => feed.say(line.to_owned()),
+            None => drop(writeln!(io::stderr().lock(), "{}{line}", self.arm)),
+        }
     }
 
     /// An event in words, if it is worth a line.
     fn event(&self, event: Event) -> Option<String> {
         let quiet = match event {
             Event::Accepted { .. } | Event::Started { .. } => self.verbose < 2,
-            Event::Finished { .. } => self.verbose < 1,
+            Event::Finished { .. } | Event::RestsOn { .. } => self.verbose < 1,
             // Told when the endpoints have followed.
             Event::Cable { .. } => true,
             _ => false,
