@@ -113,8 +113,10 @@ impl Log {
     /// An event in words, if it is worth a line.
     fn event(&self, event: Event) -> Option<String> {
         let quiet = match event {
-            Event::Accepted { .. } | Event::Started { .. } => self.verbose < 2,
-            Event::Finished { .. } | Event::RestsOn { .. } => self.verbose < 1,
+            Event::Accepted { .. } | Event::Started { .. } | Event::RestsOn { .. } => {
+                self.verbose < 2
+            }
+            Event::Finished { .. } => self.verbose < 1,
             // Told when the endpoints have followed.
             Event::Cable { .. } => true,
             _ => false,
