@@ -5,6 +5,7 @@ use std::time::Duration;
 use magician::commands::TABLE;
 use magician::{Ctrl, Error, FrameBuf, Result};
 use magician_protocol::{Chapter, Direction, Row};
+use magician_sim::World;
 
 use crate::bench::Bench;
 use crate::report::{Outcome, in_words};
@@ -103,6 +104,7 @@ impl<B: Bench> Examination<B> {
         }
         match case {
             case if case.begin == Begin::PowerUp => Some("it begins with a power-up".to_owned()),
+            case if case.world.is_some() => Some("it needs a world around the arm".to_owned()),
             case if case.exact => Some("it needs a clock that can be stepped".to_owned()),
             case if case.steps.iter().any(happens) => Some("it needs a hand at the arm".to_owned()),
             _ => None,
@@ -110,7 +112,8 @@ impl<B: Bench> Examination<B> {
     }
 
     async fn prepare(&mut self, case: &Case) -> std::result::Result<(), Stopped> {
-        self.session.bench.power_up();
+        let world = case.world.as_ref().map(World::from_scenario);
+        self.session.bench.power_up(world.unwrap_or_default());
         self.session.begin().await?;
         if case.begin == Begin::PowerUp {
             return Ok(());

@@ -22,7 +22,8 @@
 //! ```
 //!
 //! Besides these a case may have `begin = "power-up"` (see [`Begin`]), `exact = true` (it looks at what a clock that
-//! runs by itself blurs), `hurts = "..."` and `sim_only = "..."` (why it is not for a real arm), `pending = true`.
+//! runs by itself blurs), `hurts = "..."` and `sim_only = "..."` (why it is not for a real arm), `world = "..."` (what lies around a
+//! virtual arm, a [scenario](magician_sim::scenario)).
 //!
 //! # Steps
 //!

@@ -24,8 +24,9 @@ pub(crate) struct Step {
     pub(crate) action: Action,
 }
 
-/// What a step does.
+/// What a step does. Steps are few, and most of them ask.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)]
 pub(crate) enum Action {
     /// Sends bytes and looks at nothing.
     Send(Vec<u8>),

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use magician_protocol::{Chapter, Deframer, Event, Row};
+use magician_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
@@ -21,6 +22,8 @@ pub struct Case {
     pub confidence: Confidence,
     /// What state it begins from.
     pub begin: Begin,
+    /// What lies around the virtual arm, if anything does.
+    pub world: Option<Scenario>,
     /// Whether the arm or something on it moves.
     pub moves: bool,
     /// Whether it looks at what a clock that runs by itself blurs: a pose under way, an order between two instants.
@@ -29,8 +32,6 @@ pub struct Case {
     pub hurts: Option<String>,
     /// Why only an arm inside this program can show it.
     pub sim_only: Option<String>,
-    /// Whether it waits for something that is being built: its outcome is told and does not count.
-    pub pending: bool,
     /// Line of its file where its steps begin, from 1.
     pub line: usize,
     pub(crate) steps: Vec<Step>,
@@ -96,7 +97,7 @@ impl Case {
             (self.exact, "exact"),
             (self.hurts.is_some(), "hurts"),
             (self.sim_only.is_some(), "sim-only"),
-            (self.pending, "pending"),
+            (self.world.is_some(), "world"),
             (self.begin == Begin::PowerUp, "power-up"),
         ];
         tags.into_iter()
@@ -132,9 +133,14 @@ impl Case {
         rows
     }
 
+    /// Whether only an arm inside this program can be brought to where the case begins.
+    fn inside_only(&self) -> bool {
+        self.sim_only.is_some() || self.world.is_some() || self.begin == Begin::PowerUp
+    }
+
     /// What the case does without saying so.
     fn flaw(&self) -> Option<String> {
-        let kept = self.hurts.is_some() || self.sim_only.is_some() || self.begin == Begin::PowerUp;
+        let kept = self.hurts.is_some() || self.inside_only();
         for row in self.orders() {
             if row.dangerous && !kept {
                 return Some(format!("{} is dangerous: say why it `hurts`", row.set_name));
@@ -215,8 +221,7 @@ struct Written {
     exact: bool,
     hurts: Option<String>,
     sim_only: Option<String>,
-    #[serde(default)]
-    pending: bool,
+    world: Option<Spanned<String>>,
     steps: Spanned<String>,
 }
 
@@ -267,7 +272,17 @@ impl Suite {
             let first = line_at(written.steps.span().start) + 1;
             let steps = step::read_all(written.steps.get_ref(), first)
                 .map_err(|(line, message)| wrong(line, message))?;
-            let case = written.case(first, steps);
+            let world = match &written.world {
+                None => None,
+                Some(text) => Some(Scenario::from_toml(text.get_ref()).map_err(|error| {
+                    let line = line_at(text.span().start);
+                    wrong(
+                        line,
+                        format!("the world of `{}`: {error}", written.id.get_ref()),
+                    )
+                })?),
+            };
+            let case = written.case(first, steps, world);
             let known = self.cases.iter().any(|other| other.id == case.id);
             let flaw = match case.chapter() {
                 _ if known => Some(format!("there are two cases `{}`", case.id)),
@@ -306,18 +321,18 @@ impl Suite {
 }
 
 impl Written {
-    fn case(self, line: usize, steps: Vec<Step>) -> Case {
+    fn case(self, line: usize, steps: Vec<Step>, world: Option<Scenario>) -> Case {
         Case {
             id: self.id.into_inner(),
             title: self.title,
             source: self.source,
             confidence: self.confidence,
             begin: self.begin,
+            world,
             moves: self.moves,
             exact: self.exact,
             hurts: self.hurts,
             sim_only: self.sim_only,
-            pending: self.pending,
             line,
             steps,
         }

@@ -5,6 +5,7 @@ use magician_protocol::{Event as Found, Frame, FrameBuf, Row};
 
 use crate::core::Core;
 use crate::event::Event;
+use crate::fidelity::Basis;
 use crate::link::{Link, Links, Outbox};
 use crate::{Flash, LinkId, Micros, Profile, State, World};
 
@@ -135,8 +136,8 @@ impl Controller {
                     handle(core, link, outbox, &frame);
                     return true;
                 }
-                Found::Rejected { .. } => core.log.push(Event::BadFrame { link }),
-                Found::Noise { .. } => {}
+                Found::Rejected { .. } => core.damaged_frame(link),
+                Found::Noise { .. } => core.rests_on(Basis::ForeignBytes),
             }
         }
         false
@@ -189,6 +190,9 @@ fn handle(core: &mut Core, link: LinkId, outbox: &mut Outbox, frame: &Frame<'_>)
     }
     if Row::with_id(frame.id()).is_none() {
         core.unknown_id(link, frame.id());
+        return;
+    }
+    if !core.may_overflow(frame) {
         return;
     }
     let reply = core.answer(frame);

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use magician_protocol::Row;
 
 use crate::LinkId;
+use crate::fidelity::Basis;
 use crate::world::{Incident, Press};
 
 /// Something that happened inside the controller. None of it goes over the wire.
@@ -60,6 +61,11 @@ pub enum Event {
     Program {
         /// Whether it runs from now on.
         runs: bool,
+    },
+    /// What the arm does rests on this from now on; told once.
+    RestsOn {
+        /// What.
+        basis: Basis,
     },
     /// A command was understood and not carried out.
     Refused {
@@ -148,6 +154,8 @@ pub enum Refusal {
     Busy,
     /// It sets the pose while the arm moves, or to angles that make no sense.
     Pose,
+    /// What the real arm would do is not known, and the profile is strict.
+    OnlyAChoice(Basis),
 }
 
 /// The latest events; when it is full the oldest goes and is counted.

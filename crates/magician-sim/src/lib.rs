@@ -31,6 +31,7 @@ mod core;
 mod dispatch;
 mod event;
 mod executor;
+pub mod fidelity;
 mod flash;
 mod happening;
 mod link;
@@ -56,10 +57,10 @@ pub use link::LinkId;
 pub use pace::{Line, Speed, SpeedError};
 pub use pins::{PinState, Signal};
 pub use profile::{
-    ArcDefaults, Ceilings, CpDefaults, Defaults, HandTeaching, Homing, Identity, JogDefaults,
-    LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions, Pins,
-    PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Sliding, Stopping, ToolDefaults,
-    Tools, WifiDefaults,
+    ArcDefaults, Ceilings, CpDefaults, Defaults, FidelityRules, HandTeaching, Homing, Identity,
+    JogDefaults, LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions,
+    Pins, PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Sliding, Stopping, ToolDefaults,
+    Tools, Wifi, WifiDefaults,
 };
 pub use runner::Runner;
 pub use scenario::{Scenario, ScenarioError};

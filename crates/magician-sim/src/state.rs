@@ -97,7 +97,7 @@ impl State {
             pose: arm.pose,
             tool: core.geometry().tool,
             joints: arm.joints,
-            true_joints: core.posture().joints,
+            true_joints: core.motion.really(core.now, arm.joints).joints,
             moving: core.motion.is_moving(),
             homed: core.homed,
             alarms: core.alarms.standing(),

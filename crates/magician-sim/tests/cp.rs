@@ -10,6 +10,9 @@ use magician_sim::Happening;
 /// From here all ways of these tests are free.
 const START: [f32; 4] = [200.0, 0.0, 0.0, 0.0];
 
+/// Something done to an arm on its way.
+type Act<'a> = &'a dyn Fn(&mut Bench);
+
 fn to([x, y, z]: [f32; 3]) -> CpCmd {
     CpCmd {
         cp_mode: CpMode::Absolute,
@@ -227,7 +230,7 @@ fn stop_and_clear_end_a_path_at_the_end_of_its_segment() {
     let stop = |bench: &mut Bench| bench.set(&QueuedCmdStopExec {});
     let clear = |bench: &mut Bench| bench.set(&QueuedCmdClear {});
     let alarm = |bench: &mut Bench| bench.arm.inject(Happening::Alarm(0x20));
-    let endings: [(&str, fn(&mut Bench)); 3] = [("stop", stop), ("clear", clear), ("alarm", alarm)];
+    let endings: [(&str, Act<'_>); 3] = [("stop", &stop), ("clear", &clear), ("alarm", &alarm)];
     for (name, end) in endings {
         let mut bench = collecting();
         for _ in 0..4 {
@@ -309,7 +312,7 @@ fn whatever_takes_over_from_a_segment_is_dark() {
         is_joint: Flag::ON,
         cmd: magician_protocol::JogCommand::Axis1Minus,
     };
-    let replacing: [(&str, &dyn Fn(&mut Bench)); 4] = [
+    let replacing: [(&str, Act<'_>); 4] = [
         ("move", &|bench| bench.set(&ptp(7, [0.0, 0.0, 30.0, 0.0]))),
         ("jog", &|bench| bench.set(&jog)),
         ("home", &|bench| bench.set(&arm::home())),
@@ -428,4 +431,19 @@ fn the_sum_of_a_path_does_not_depend_on_how_early_it_is_sent() {
     assert_eq!(whole.pose(), bench.pose());
     let mut fresh = arm();
     assert_eq!(fresh.get::<CpParams>(), speeds(100.0, 100.0));
+}
+
+/// The arm brakes along its path and does not stop dead before a segment that leads nowhere.
+#[test]
+fn a_path_comes_to_rest_before_a_segment_that_cannot_be() {
+    for bad in [[900.0, 0.0, 0.0], [f32::NAN, 0.0, 0.0]] {
+        let (mut followed, mut alone) = (running_arm(), running_arm());
+        for bench in [&mut followed, &mut alone] {
+            bench.enqueue(&to([250.0, 0.0, 0.0]));
+        }
+        followed.enqueue(&to(bad));
+        assert_eq!(followed.rest(), alone.rest());
+        assert_eq!(followed.alarms(), [0x11]);
+        assert_eq!(followed.state().pose.x, 250.0);
+    }
 }

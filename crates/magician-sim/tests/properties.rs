@@ -143,8 +143,31 @@ fn frame(id: u8, ctrl: u8, params: &[u8]) -> Vec<u8> {
         .to_vec()
 }
 
+/// A path, and what may come between: stop, start, clear, force stop, alarms cleared.
+fn interfered() -> impl Strategy<Value = Vec<u8>> {
+    let near = prop::array::uniform3(-12.0f32..12.0);
+    let place = prop::array::uniform3(-60.0f32..60.0);
+    let steering = prop::sample::select(vec![240u8, 240, 241, 245, 242, 20]);
+    prop_oneof![
+        12 => (near, 91u8..93).prop_map(|([x, y, z], id)| frame(id, 3, &after(0, &[x, y, z, 50.0]))),
+        2 => (place, 91u8..93).prop_map(|([x, y, z], id)| frame(id, 3, &after(1, &[200.0 + x, y, z, 50.0]))),
+        2 => steering.prop_map(|id| frame(id, 1, &[])),
+    ]
+}
+
+/// Whether the joints are within the controller's limits (model section 4).
+fn within_limits(state: &State) -> bool {
+    let [j1, j2, j3, j4] = state.joints.to_array();
+    let within = |angle: f64, least: f64, most: f64| angle > least - 1e-6 && angle < most + 1e-6;
+    within(j1, -135.0, 135.0)
+        && within(j2, -5.0, 90.0)
+        && within(j3, -15.0, 90.0)
+        && within(j4, -150.0, 150.0)
+        && within(j2 - j3, -70.0, 55.0)
+}
+
 /// Orders for pins, tools, triggers, motors and the rail.
-fn connectors() -> BoxedStrategy<Vec<u8>> {
+fn connectors() -> impl Strategy<Value = Vec<u8>> {
     let pin = prop::sample::select(vec![1u8, 2, 4, 9, 14, 15, 16, 17, 21]);
     let ctrl = || prop::sample::select(vec![1u8, 3, 3]);
     let motor = (0..3u8, 0..2u8, -5000i32..5000, 0..20_000u32, ctrl());
@@ -189,30 +212,6 @@ fn connectors() -> BoxedStrategy<Vec<u8>> {
             frame(id, 3, &params)
         }),
     ]
-    .boxed()
-}
-
-/// A path, and what may come between: stop, start, clear, force stop, alarms cleared.
-fn interfered() -> impl Strategy<Value = Vec<u8>> {
-    let near = prop::array::uniform3(-12.0f32..12.0);
-    let place = prop::array::uniform3(-60.0f32..60.0);
-    let steering = prop::sample::select(vec![240u8, 240, 241, 245, 242, 20]);
-    prop_oneof![
-        12 => (near, 91u8..93).prop_map(|([x, y, z], id)| frame(id, 3, &after(0, &[x, y, z, 50.0]))),
-        2 => (place, 91u8..93).prop_map(|([x, y, z], id)| frame(id, 3, &after(1, &[200.0 + x, y, z, 50.0]))),
-        2 => steering.prop_map(|id| frame(id, 1, &[])),
-    ]
-}
-
-/// Whether the joints are within the controller's limits (model section 4).
-fn within_limits(state: &State) -> bool {
-    let [j1, j2, j3, j4] = state.joints.to_array();
-    let within = |angle: f64, least: f64, most: f64| angle > least - 1e-6 && angle < most + 1e-6;
-    within(j1, -135.0, 135.0)
-        && within(j2, -5.0, 90.0)
-        && within(j3, -15.0, 90.0)
-        && within(j4, -150.0, 150.0)
-        && within(j2 - j3, -70.0, 55.0)
 }
 
 /// What happens in a life: a host sends, or the world does something to the arm.

@@ -3,9 +3,14 @@
 //! Rates are of one core. Each is taken several times; the figure is the median, with the best beside it, which is
 //! nearer to what an idle machine would give.
 
+mod crowd;
 mod figure;
+mod memory;
+mod pacing;
 mod program;
+mod scaling;
 mod speed;
+mod stepped;
 
 use std::error::Error;
 use std::path::Path;
@@ -13,21 +18,32 @@ use std::path::Path;
 use figure::{Figure, Report};
 
 /// What can be measured, what it is, and how.
-const PARTS: [(&str, &str, Measure); 3] = [
+const PARTS: [(&str, &str, Measure); 8] = [
+    // First: what others have freed would not be asked of the system again.
+    ("s4", "S4: memory of an idle arm", |_| memory::measure()),
+    ("ptp", "S1: arm-seconds a second, point to point", |_| {
+        speed::ptp()
+    }),
+    ("cp", "S1: arm-seconds a second, continuous path", |_| {
+        speed::cp()
+    }),
+    ("traced", "S2: arm-seconds a second, pose at 1 kHz", |_| {
+        speed::traced()
+    }),
+    ("stepped", "beside a simulation in steps", |_| {
+        stepped::measure()
+    }),
+    ("s3", "S3: arms in real time", |_| crowd::measure()),
+    ("s6", "S6: pacing at 115200 baud", |_| pacing::measure()),
     (
-        "ptp",
-        "S1: arm-seconds a second, point to point",
-        speed::ptp,
-    ),
-    ("cp", "S1: arm-seconds a second, continuous path", speed::cp),
-    (
-        "traced",
-        "S2: arm-seconds a second, pose at 1 kHz",
-        speed::traced,
+        "scaling",
+        "one arm to many; draws docs/scaling.svg",
+        scaling::measure,
     ),
 ];
 
-type Measure = fn() -> Result<Vec<Figure>, Box<dyn Error>>;
+/// What measures a part; it may leave a picture among the documents.
+type Measure = fn(&Path) -> Result<Vec<Figure>, Box<dyn Error>>;
 
 /// Lines of help.
 pub(crate) fn help() -> String {
@@ -36,7 +52,7 @@ pub(crate) fn help() -> String {
 }
 
 /// Measures what `words` name, everything without a name; `--json` prints one object a line.
-pub(crate) fn run(words: &[String], _docs: &Path) -> Result<(), Box<dyn Error>> {
+pub(crate) fn run(words: &[String], docs: &Path) -> Result<(), Box<dyn Error>> {
     let json = words.iter().any(|word| word == "--json");
     let wanted: Vec<&String> = words.iter().filter(|word| *word != "--json").collect();
     if let Some(unknown) =
@@ -48,7 +64,7 @@ pub(crate) fn run(words: &[String], _docs: &Path) -> Result<(), Box<dyn Error>> 
     for (name, says, measure) in PARTS {
         if wanted.is_empty() || wanted.iter().any(|word| *word == name) {
             report.title(says);
-            for figure in measure()? {
+            for figure in measure(docs)? {
                 report.print(&figure);
             }
         }

@@ -91,3 +91,15 @@ pub(super) fn traced() -> Result<Vec<Figure>, Box<dyn Error>> {
         figure("S2 cp 1 mm ring at 1 kHz", plotter, &segments, looked_at).at_least(1e3),
     ])
 }
+
+/// The most arm-seconds a second, point to point: for comparisons.
+pub(super) fn points() -> f64 {
+    let (mut arm, frames) = (arm(), queued(&pick_and_place(), COMMANDS));
+    rate(|| events(&mut arm, &frames)).1
+}
+
+/// The same on a path at the settings of power-up.
+pub(super) fn path() -> f64 {
+    let (mut arm, frames) = (plotter(100.0, 100.0), queued(&ring(), COMMANDS));
+    rate(|| events(&mut arm, &frames)).1
+}

@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::thread::JoinHandle;
 
 use super::command;
 
@@ -11,6 +12,8 @@ pub(crate) struct Served {
     pub(crate) stdout: BufReader<ChildStdout>,
     /// What stderr said before it was ready.
     pub(crate) doors: Vec<String>,
+    /// What it says from then on.
+    log: Option<JoinHandle<Vec<String>>>,
 }
 
 impl Served {
@@ -33,11 +36,12 @@ impl Served {
             .map(|line| line.expect("UTF-8"));
         let doors = lines.by_ref().take(doors + 1).collect();
         // Somebody has to read on, or the arm would wait for us.
-        std::thread::spawn(move || lines.for_each(drop));
+        let log = std::thread::spawn(move || lines.collect());
         Self {
             child,
             stdout,
             doors,
+            log: Some(log),
         }
     }
 
@@ -64,6 +68,13 @@ impl Served {
         let mut rest = String::new();
         self.stdout.read_to_string(&mut rest).expect("UTF-8");
         (status, rest)
+    }
+
+    /// Ends it with SIGTERM; what stderr said since it was ready.
+    pub(crate) fn log(mut self) -> Vec<String> {
+        let log = self.log.take().expect("taken once");
+        self.end("-TERM");
+        log.join().expect("UTF-8")
     }
 }
 

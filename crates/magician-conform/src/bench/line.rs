@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use magician::{RawLine, Result};
-use magician_sim::{Happening, Micros};
+use magician_sim::{Happening, Micros, World};
 use tokio::time::{sleep, timeout};
 
 use super::Bench;
@@ -49,7 +49,7 @@ impl Bench for LineBench {
         None
     }
 
-    fn power_up(&mut self) -> bool {
+    fn power_up(&mut self, _: World) -> bool {
         false
     }
 

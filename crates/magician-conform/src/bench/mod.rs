@@ -7,7 +7,7 @@ use std::future::Future;
 use std::time::Duration;
 
 use magician::Result;
-use magician_sim::{Happening, Micros};
+use magician_sim::{Happening, Micros, World};
 
 pub use line::LineBench;
 pub use sim::SimBench;
@@ -32,8 +32,8 @@ pub trait Bench {
     /// The arm's clock in microseconds since power-up, if this bench steps it.
     fn stepped(&self) -> Option<Micros>;
 
-    /// Puts an arm there that has just been switched on; whether that can be done.
-    fn power_up(&mut self) -> bool;
+    /// Puts an arm there that has just been switched on, in this world; whether that can be done.
+    fn power_up(&mut self, world: World) -> bool;
 
     /// Lets something happen to the arm from outside its protocol; whether that can be done.
     fn happens(&mut self, happening: Happening) -> bool;

@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use magician::Result;
 use magician_protocol::INTER_BYTE_TIMEOUT_MS;
-use magician_sim::{Controller, Happening, LinkId, Micros, Profile};
+use magician_sim::{Controller, Happening, LinkId, Micros, Profile, World};
 
 use super::Bench;
 
@@ -84,8 +84,8 @@ impl Bench for SimBench {
         Some(self.arm.now())
     }
 
-    fn power_up(&mut self) -> bool {
-        self.arm = Controller::new(self.profile.clone());
+    fn power_up(&mut self, world: World) -> bool {
+        self.arm = Controller::in_world(self.profile.clone(), world);
         true
     }
 

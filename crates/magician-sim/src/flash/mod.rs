@@ -98,7 +98,6 @@ impl Flash {
             netmask,
             gateway,
             dns,
-            connected: _,
         } = &profile.defaults.wifi;
         Self {
             serial: DeviceSn {

@@ -77,6 +77,18 @@ impl Core {
         }
     }
 
+    /// Whether a command jogs another axis than the one under way.
+    pub(crate) fn jogs_another(&self, is_joint: bool, command: JogCommand) -> bool {
+        let purpose = self.motion.under_way().map(|motion| motion.purpose);
+        let asked = jog_of(is_joint, command).map(|jog| jog.axis);
+        match purpose {
+            Some(Purpose::Jog(jog)) => asked != Some(jog.axis),
+            Some(Purpose::JogStop { axis, .. }) => asked != Some(axis),
+            Some(Purpose::RailJog { .. }) => asked.is_some(),
+            _ => false,
+        }
+    }
+
     /// Jogs from rest.
     pub(super) fn begin_jogged(&mut self, jogged: Jogged) -> Step {
         match jogged {

@@ -17,6 +17,7 @@ use magician_motion::{ArmState, Geometry, Jog, JogAxis, JointAngles, Trajectory}
 use crate::Micros;
 use crate::core::Core;
 use crate::dispatch::Step;
+use crate::fidelity::Basis;
 use crate::world::{Course, Posture};
 
 pub(crate) use homing::Stage;
@@ -189,7 +190,12 @@ impl Motion {
 
     /// Where the arm really is.
     pub(crate) fn posture(&self, now: Micros) -> Posture {
-        let mut joints = self.commanded(now).joints.to_array();
+        self.really(now, self.commanded(now).joints)
+    }
+
+    /// Where the arm really is when it is commanded to be there.
+    pub(crate) fn really(&self, now: Micros, commanded: JointAngles) -> Posture {
+        let mut joints = commanded.to_array();
         for (angle, slip) in joints.iter_mut().zip(self.slip) {
             *angle += slip;
         }
@@ -259,6 +265,9 @@ impl Core {
             return Step::Moving;
         }
         self.switch_outputs();
+        if purpose == Purpose::Move {
+            self.rests_on(Basis::ShortMove);
+        }
         self.end_motion();
         if self.motion.is_moving() {
             Step::Moving
@@ -301,7 +310,10 @@ impl Core {
         };
         self.rest_here();
         if let Some(code) = alarm {
+            self.rests_on(plan::basis_of_end(code));
+            self.rests_on(Basis::SoftLimits);
             self.raise(code);
+            self.finishes_refused();
         }
         if self.follow_up(purpose, speed) == Step::Done {
             self.finish_moving();

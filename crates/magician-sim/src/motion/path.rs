@@ -1,6 +1,6 @@
 //! Continuous paths: one segment after the other without a stop between (model section 8).
 
-use magician_motion::{CpSegment, CpSpeeds, LookAhead};
+use magician_motion::{CpSegment, CpSpeeds, JointAngles, LookAhead, Planner, Pose};
 use magician_protocol::commands::{CpCmd, CpLeCmd};
 use magician_protocol::{CpMode, Flag, Set};
 
@@ -16,6 +16,8 @@ use crate::queue::Order;
 pub(crate) struct Way {
     to: [f64; 3],
     segment: CpSegment,
+    /// Whether its end can be reached: the arm comes to rest before one that cannot.
+    reachable: bool,
 }
 
 /// A segment under way: what it needs to be planned anew when more becomes known of what follows.
@@ -44,16 +46,23 @@ fn numbers(order: &Order) -> Option<(CpMode, [f32; 3])> {
 
 impl Way {
     /// The way of a segment that begins at a point.
-    fn from(start: [f64; 3], mode: CpMode, numbers: [f32; 3]) -> Self {
+    fn from(planner: &Planner, start: [f64; 3], mode: CpMode, numbers: [f32; 3]) -> Self {
         let mut to = from_wire(numbers);
         if mode == CpMode::Relative {
             for (to, start) in to.iter_mut().zip(start) {
                 *to += start;
             }
         }
+        let [x, y, z] = to;
+        let joints = planner.geometry.inverse(&Pose::new(x, y, z, 0.0));
         Self {
             to,
             segment: CpSegment::between(start, to),
+            // J4 stands still, so its limits have no part in it.
+            reachable: joints.is_ok_and(|joints| {
+                let j4 = planner.limits.j4.min;
+                planner.limits.check(&JointAngles { j4, ..joints }).is_ok()
+            }),
         }
     }
 }
@@ -77,7 +86,9 @@ impl Core {
             self.halt();
         }
         let from = self.arm();
-        let way = Way::from([from.pose.x, from.pose.y, from.pose.z], mode, numbers);
+        let planner = self.planner(self.ptp_speeds());
+        let start = [from.pose.x, from.pose.y, from.pose.z];
+        let way = Way::from(&planner, start, mode, numbers);
         if way.segment.is_empty() {
             // The speed of the segment before it goes on into the one after it.
             return Step::Done;
@@ -87,9 +98,8 @@ impl Core {
             look_ahead,
             queued,
         };
-        self.resolve_ways(way.to);
+        self.resolve_ways(&planner, way.to);
         let (exit, rates) = (self.exit_speed(&segment), look_ahead.rates(&way.segment));
-        let planner = self.planner(self.ptp_speeds());
         match planner.segment(&from, way.to, entry, exit, rates) {
             Ok(plan) => {
                 self.halt();
@@ -132,7 +142,8 @@ impl Core {
         if !segment.queued || !self.goes_on() {
             return 0.0;
         }
-        let next = self.queue.entries().map_while(|entry| entry.way.as_ref());
+        let known = self.queue.entries().map_while(|entry| entry.way.as_ref());
+        let next = known.take_while(|way| way.reachable);
         let Segment {
             way, look_ahead, ..
         } = segment;
@@ -140,7 +151,7 @@ impl Core {
     }
 
     /// Finds out where the segments at the head of the queue lead, the first of them from a point.
-    fn resolve_ways(&mut self, mut from: [f64; 3]) {
+    fn resolve_ways(&mut self, planner: &Planner, mut from: [f64; 3]) {
         for entry in self.queue.entries_mut() {
             let Some((mode, numbers)) = numbers(&entry.order) else {
                 return;
@@ -148,7 +159,7 @@ impl Core {
             if entry.way.is_some() {
                 return;
             }
-            let way = Way::from(from, mode, numbers);
+            let way = Way::from(planner, from, mode, numbers);
             from = way.to;
             entry.way = Some(way);
         }
@@ -162,11 +173,15 @@ impl Core {
             (None, Some(Purpose::Segment(segment))) if segment.queued => Some(segment.way.to),
             _ => None,
         };
-        let Some((from, entry)) = from.zip(self.queue.entries_mut().next_back()) else {
+        let Some(from) = from else {
+            return;
+        };
+        let planner = self.planner(self.ptp_speeds());
+        let Some(entry) = self.queue.entries_mut().next_back() else {
             return;
         };
         if let Some((mode, numbers)) = numbers(&entry.order) {
-            entry.way = Some(Way::from(from, mode, numbers));
+            entry.way = Some(Way::from(&planner, from, mode, numbers));
             self.replan_segment();
         }
     }

@@ -104,9 +104,8 @@ impl Printer for Lines<'_> {
             self.chapter_ends()?;
             self.chapter = case.chapter().to_owned();
         }
-        self.tally.count(case, outcome);
+        self.tally.count(outcome);
         match outcome {
-            _ if case.pending => {}
             Outcome::Passed => {}
             Outcome::Failed(mismatch) => {
                 let (id, title, source) = (&case.id, &case.title, &case.source);
@@ -120,14 +119,6 @@ impl Printer for Lines<'_> {
                 let kind = reason.split(':').next().unwrap_or_default().to_owned();
                 *self.reasons.entry(kind).or_default() += 1;
             }
-        }
-        if self.details && case.pending {
-            let now = if *outcome == Outcome::Passed {
-                "passes already"
-            } else {
-                "not yet"
-            };
-            self.remarks.push(format!("pending {}: {now}", case.id));
         }
         Ok(())
     }

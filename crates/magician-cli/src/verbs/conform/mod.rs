@@ -8,7 +8,7 @@ use std::io::{self, BufRead, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use magician::{RawLine, SimSpeed, Target};
+use magician::{ErrorKind, RawLine, SimSpeed, Target};
 use magician_conform::{Bench, Case, Examination, LineBench, Outcome, SimBench, Suite};
 
 use crate::context::Context;
@@ -31,12 +31,12 @@ Examples:
   magician conform --port /dev/ttyUSB0 --skip moves
 
 A PATTERN is a chapter (ptp, queue, framing), a name in which * stands for anything, a tag (moves, exact, hurts, sim-only, \
-power-up, pending), or how sure it is: M measured on real arms, V the vendor's word, VL the vendor's code for the sibling arm, \
+power-up), or how sure it is: M measured on real arms, V the vendor's word, VL the vendor's code for the sibling arm, \
 T third parties, G a choice because nobody says.
 
 A real arm moves only when you say so at the terminal, or with --yes: with nothing on it, and nothing within its reach. What \
 could harm it or unlearn something is left out. Its parameters are noted before and given back at the end; it forgets what \
-was in its queue.
+was in its queue and which alarms stood.
 
 Exit status 10 if a case fails.")]
 pub(crate) struct Conform {
@@ -57,24 +57,15 @@ struct Tally {
     passed: usize,
     failed: usize,
     skipped: usize,
-    pending: usize,
 }
 
 impl Tally {
-    fn count(&mut self, case: &Case, outcome: &Outcome) {
+    fn count(&mut self, outcome: &Outcome) {
         match outcome {
-            _ if case.pending => self.pending += 1,
             Outcome::Passed => self.passed += 1,
             Outcome::Failed(_) => self.failed += 1,
             Outcome::Skipped(_) => self.skipped += 1,
         }
-    }
-
-    fn add(&mut self, other: Self) {
-        self.passed += other.passed;
-        self.failed += other.failed;
-        self.skipped += other.skipped;
-        self.pending += other.pending;
     }
 }
 
@@ -182,7 +173,7 @@ fn examine<B: Bench>(bench: B, cases: &[&Case], context: &mut Context) -> Result
         match outcome {
             Ok(outcome) => {
                 let tally = outcome?;
-                ended.unwrap_or_else(|_| Ok(()))?;
+                ended.map_err(|_| not_left())??;
                 Ok::<_, Failure>((Some(tally), false))
             }
             Err(signal) => Ok((None, signal == Signal::Terminate)),
@@ -200,6 +191,12 @@ fn examine<B: Bench>(bench: B, cases: &[&Case], context: &mut Context) -> Result
     }
 }
 
+/// The arm did not answer while it was given back what it had.
+fn not_left() -> Failure {
+    let message = "the arm did not take its parameters back in time";
+    Failure::new(Kind::Driver(ErrorKind::Timeout), message)
+}
+
 async fn perform<B: Bench>(
     examination: &mut Examination<B>,
     cases: &[&Case],
@@ -212,7 +209,7 @@ async fn perform<B: Bench>(
     for (at, case) in cases.iter().enumerate() {
         let what = format!("{} of {}: {}", at + 1, cases.len(), case.id);
         let outcome = attended(quiet, &what, examination.examine(case)).await?;
-        tally.count(case, &outcome);
+        tally.count(&outcome);
         printer.case(case, &outcome)?;
     }
     printer.end(tally, begun.elapsed())?;
@@ -230,13 +227,11 @@ fn in_words(tally: Tally) -> String {
         passed,
         failed,
         skipped,
-        pending,
     } = tally;
     let parts = [
         some(failed, "failed"),
         some(passed, "passed"),
         some(skipped, "skipped"),
-        some(pending, "pending"),
     ];
     let parts: Vec<_> = parts.into_iter().flatten().collect();
     match parts.as_slice() {

@@ -48,7 +48,6 @@ struct Summary {
     passed: usize,
     failed: usize,
     skipped: usize,
-    pending: usize,
     seconds: f64,
 }
 
@@ -114,13 +113,11 @@ impl Printer for Records<'_> {
             passed,
             failed,
             skipped,
-            pending,
         } = tally;
         let summary = Summary {
             passed,
             failed,
             skipped,
-            pending,
             seconds: took.as_secs_f64(),
         };
         self.out.json(&Total { summary })

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::sync::Arc;
 
 use magician_protocol::{Alarm, Row};
+use magician_sim::fidelity::Confidence;
 use magician_sim::serve::{Endpoint, Notice};
 use magician_sim::world::{Press, Rest, Thing, What};
 use magician_sim::{Event, Identity, Refusal, Scenario, Speed};
@@ -116,7 +117,7 @@ impl Log {
     fn event(&self, event: Event) -> Option<String> {
         let quiet = match event {
             Event::Accepted { .. } | Event::Started { .. } => self.verbose < 2,
-            Event::Finished { .. } => self.verbose < 1,
+            Event::Finished { .. } | Event::RestsOn { .. } => self.verbose < 1,
             _ => false,
         };
         let line = match event {
@@ -128,6 +129,13 @@ impl Log {
             Event::QueueFull { id } => format!("{} not taken: the queue is full", name(id)),
             Event::Refused { id, reason } => {
                 format!("{} not carried out: {}", name(id), refusal(reason))
+            }
+            Event::RestsOn { basis } => {
+                let kind = match basis.confidence() {
+                    Confidence::Choice => "a choice",
+                    _ => "a fact",
+                };
+                format!("rests on {kind} ({}): {}", basis.section(), basis.says())
             }
             Event::AlarmRaised { code } => format!("alarm {} raised", alarm(code)),
             Event::AlarmCleared { code } => format!("alarm {} cleared", alarm(code)),
@@ -208,8 +216,12 @@ fn alarm(code: u8) -> String {
     }
 }
 
-fn refusal(reason: Refusal) -> &'static str {
-    match reason {
+fn refusal(reason: Refusal) -> String {
+    let known = match reason {
+        Refusal::OnlyAChoice(basis) => {
+            let (section, says) = (basis.section(), basis.says());
+            return format!("it rests on a choice ({section}): {says}");
+        }
         Refusal::Parameters => "its parameter count fits no accepted form",
         Refusal::Unplannable => "its motion cannot be planned",
         Refusal::UnknownMode => "its mode has no meaning",
@@ -217,5 +229,6 @@ fn refusal(reason: Refusal) -> &'static str {
         Refusal::Busy => "a hand moves the arm, or its program runs",
         Refusal::Pose => "the pose cannot be set now, or not to this",
         _ => "the arm does not do that",
-    }
+    };
+    known.to_owned()
 }

@@ -1,5 +1,6 @@
 //! `sim`: a virtual arm for other programs.
 
+mod fidelity;
 mod log;
 mod picture;
 mod tui;
@@ -92,6 +93,12 @@ pub(crate) struct Sim {
     /// Firmware profile in TOML; `--profile -` prints the built-in one as a pattern
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
+    /// Carry out nothing that rests on a choice alone, where nobody knows what the real arm does; docs/FIDELITY.md
+    #[arg(long)]
+    strict: bool,
+    /// At the end, on what facts and choices the answers rested
+    #[arg(long)]
+    fidelity: bool,
     /// Show the arm on stderr's terminal, with keys for what a hand can do to it
     #[arg(long)]
     tui: bool,
@@ -126,7 +133,8 @@ impl Sim {
         if self.tui {
             tui::check()?;
         }
-        let (profile, scenario) = (self.read_profile()?, self.read_scenario()?);
+        let (mut profile, scenario) = (self.read_profile()?, self.read_scenario()?);
+        profile.fidelity.strict |= self.strict;
         let verbose = (self.tui || !context.global.json).then_some(context.global.verbose);
         let feeds = self.feeds();
         let servers = self.servers(&profile, &scenario, verbose, &feeds)?;
@@ -134,6 +142,7 @@ impl Sim {
         let runtime = context.runtime()?;
         let subjects = self.subjects(&profile, &scenario, feeds, &handles);
         let mut dashboard = Dashboard::begin(subjects)?;
+        let mut rested_on = String::new();
         let outcome = runtime.block_on(async {
             let mut signals = interrupt::Signals::listen()?;
             let mut seen = None;
@@ -143,6 +152,10 @@ impl Sim {
                     signal = signals.next() => signal,
                     signal = dashboard.ended() => signal,
                 });
+                if self.fidelity {
+                    let json = context.global.json;
+                    rested_on = fidelity::report(&handles, self.arms.is_some(), json).await;
+                }
                 if let Some(picture) = &self.picture {
                     drawn = picture.write(&handles, self.arms.is_some()).await;
                 }
@@ -153,6 +166,8 @@ impl Sim {
         });
         // Whatever there is to say now is said on the terminal as it was.
         let finished = dashboard.finish();
+        // A stderr that cannot be written to is no reason to fail.
+        let _ = io::stderr().lock().write_all(rested_on.as_bytes());
         let signal = outcome?;
         finished?;
         match signal {

@@ -1,0 +1,197 @@
+//! The steps of a case, done on an arm.
+
+mod state;
+mod wire;
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use magician_protocol::{Deframer, FrameBuf};
+
+use crate::bench::Bench;
+use crate::report::Mismatch;
+use crate::step::{Action, Step};
+
+/// How long the arm must be quiet to be silent.
+pub(crate) const QUIET: Duration = Duration::from_millis(200);
+/// What reading the time over a line, and looking only now and then, may cost.
+const SLACK: Duration = Duration::from_millis(100);
+/// Longest that anything may take: homing, and a jog through the whole range.
+const LONGEST: Duration = Duration::from_secs(120);
+/// Longest stretch of time that passes unseen.
+const STRETCH: Duration = Duration::from_secs(1);
+/// How long the arm must keep its pose to be at rest.
+const STILL: Duration = Duration::from_millis(100);
+
+/// Why a step ended a case.
+#[derive(Debug)]
+pub(crate) enum Stopped {
+    /// The arm did something else.
+    Otherwise(Box<Mismatch>),
+    /// The line is gone.
+    Line(magician::Error),
+}
+
+impl From<magician::Error> for Stopped {
+    fn from(error: magician::Error) -> Self {
+        Self::Line(error)
+    }
+}
+
+/// What went wrong in a step, before it is known which.
+struct Wrong {
+    expected: String,
+    got: String,
+    received: Vec<u8>,
+}
+
+enum Trouble {
+    Wrong(Wrong),
+    Line(magician::Error),
+}
+
+impl From<magician::Error> for Trouble {
+    fn from(error: magician::Error) -> Self {
+        Self::Line(error)
+    }
+}
+
+type Done = Result<(), Trouble>;
+
+fn wrong<T>(
+    expected: impl Into<String>,
+    got: impl Into<String>,
+    received: &[u8],
+) -> Result<T, Trouble> {
+    Err(Trouble::Wrong(Wrong {
+        expected: expected.into(),
+        got: got.into(),
+        received: received.to_vec(),
+    }))
+}
+
+/// A conversation with an arm, and what is known from it.
+pub(crate) struct Session<B> {
+    pub(crate) bench: B,
+    /// How long an answer may take.
+    patience: Duration,
+    deframer: Deframer,
+    inbox: VecDeque<FrameBuf>,
+    sent: Vec<u8>,
+    /// Index that had finished when the case began.
+    before: u64,
+    /// Index of the command queued last.
+    last: Option<u64>,
+    /// When the last order was given, by the arm's clock; not read over a line when no step needs it.
+    ordered: u64,
+    timed: bool,
+}
+
+impl<B: Bench> Session<B> {
+    pub(crate) fn new(bench: B, patience: Duration) -> Self {
+        Self {
+            bench,
+            patience,
+            deframer: Deframer::new(),
+            inbox: VecDeque::new(),
+            sent: Vec::new(),
+            before: 0,
+            last: None,
+            ordered: 0,
+            timed: false,
+        }
+    }
+
+    /// Forgets what was before, bytes on their way included.
+    pub(crate) async fn begin(&mut self) -> magician::Result<()> {
+        while !self.bench.receive(Duration::ZERO).await?.is_empty() {}
+        self.deframer = Deframer::new();
+        self.inbox.clear();
+        self.sent.clear();
+        self.last = None;
+        Ok(())
+    }
+
+    /// Does the steps of a case.
+    pub(crate) async fn perform(&mut self, steps: &[Step]) -> Result<(), Stopped> {
+        let clocked = |step: &Step| matches!(step.action, Action::At(_) | Action::Done(Some(_)));
+        self.timed = self.bench.stepped().is_some() || steps.iter().any(clocked);
+        let started = self.start().await;
+        self.told(started, 0, "the case begins")?;
+        for step in steps {
+            for _ in 0..step.times {
+                let done = self.step(&step.action).await;
+                self.told(done, step.line, &step.text)?;
+            }
+        }
+        let quiet = self.nothing(Duration::from_millis(60)).await;
+        self.told(quiet, 0, "the case ends")
+    }
+
+    /// Does steps that lead to where a case begins.
+    pub(crate) async fn prepare(&mut self, steps: &[Step]) -> Result<(), Stopped> {
+        self.timed = false;
+        for step in steps {
+            let done = self.step(&step.action).await;
+            self.told(done, 0, &format!("before the case: {}", step.text))?;
+        }
+        Ok(())
+    }
+
+    fn told(&self, done: Done, line: usize, step: &str) -> Result<(), Stopped> {
+        done.map_err(|trouble| match trouble {
+            Trouble::Line(error) => Stopped::Line(error),
+            Trouble::Wrong(Wrong {
+                expected,
+                got,
+                received,
+            }) => Stopped::Otherwise(Box::new(Mismatch {
+                line,
+                step: step.to_owned(),
+                sent: self.sent.clone(),
+                expected,
+                got,
+                received,
+            })),
+        })
+    }
+
+    async fn start(&mut self) -> Done {
+        self.last = None;
+        self.before = self.current().await?;
+        self.order().await
+    }
+
+    async fn step(&mut self, action: &Action) -> Done {
+        match action {
+            Action::Send(bytes) => {
+                self.send(bytes).await?;
+                if self.bench.stepped().is_some() {
+                    self.order().await?;
+                }
+                Ok(())
+            }
+            Action::Ask(frame, answer) => {
+                self.send(frame.bytes()).await?;
+                self.answered(answer).await
+            }
+            Action::Answered(answer) => self.answered(answer).await,
+            Action::Reply(bytes) => self.reply(bytes).await,
+            Action::Silence => self.nothing(QUIET).await,
+            Action::Wait(span) => Ok(self.bench.pass(*span).await?),
+            Action::At(span) => self.at(*span).await,
+            Action::Done(when) => self.done(*when).await,
+            Action::Rest => self.rest().await,
+            Action::Finished(finished) => self.finished(*finished).await,
+            Action::Alarms(alarms) => self.alarms(alarms).await,
+            Action::Happens(happening) => match self.bench.happens(*happening) {
+                true => self.order().await,
+                false => wrong(
+                    "that this can be made to happen",
+                    "only a virtual arm inside this program can",
+                    &[],
+                ),
+            },
+        }
+    }
+}

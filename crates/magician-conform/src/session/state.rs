@@ -1,0 +1,188 @@
+//! The arm's time, its queue and its alarms.
+
+use std::time::Duration;
+
+use magician_protocol::AlarmSet;
+use magician_protocol::commands::{AlarmsState, DeviceTime, Pose, QueuedCmdCurrentIndex};
+
+use super::{Done, LONGEST, SLACK, STILL, STRETCH, Session, Trouble, wrong};
+use crate::bench::Bench;
+use crate::step::{Alarms, Finished};
+
+/// Time, the queue and alarms.
+impl<B: Bench> Session<B> {
+    /// The arm's clock in microseconds: exact where it is stepped, read over the line otherwise.
+    async fn clock(&mut self) -> Result<u64, Trouble> {
+        match self.bench.stepped() {
+            Some(now) => Ok(now),
+            None => Ok(u64::from(self.ask::<DeviceTime>().await?.g_systick) * 1000),
+        }
+    }
+
+    pub(super) async fn order(&mut self) -> Done {
+        if self.timed {
+            self.ordered = self.clock().await?;
+        }
+        Ok(())
+    }
+
+    /// Time since the last order. The clock on a line wraps.
+    async fn elapsed(&mut self) -> Result<Duration, Trouble> {
+        let wrap = 1000 << 32;
+        let (now, then) = (self.clock().await?, self.ordered);
+        let span = if now < then {
+            now + wrap - then
+        } else {
+            now - then
+        };
+        Ok(Duration::from_micros(span))
+    }
+
+    pub(super) async fn at(&mut self, span: Duration) -> Done {
+        // A clock on a line may run at another pace than the wall's.
+        for _ in 0..100 {
+            let left = span.saturating_sub(self.elapsed().await?);
+            if left.is_zero() {
+                return Ok(());
+            }
+            self.bench.pass(left).await?;
+        }
+        wrong("the arm's clock to run", "it stands", &[])
+    }
+
+    pub(super) async fn current(&mut self) -> Result<u64, Trouble> {
+        Ok(self
+            .ask::<QueuedCmdCurrentIndex>()
+            .await?
+            .queued_cmd_current_index)
+    }
+
+    /// Lets a little time pass; at most that long.
+    async fn go_on(&mut self, at_most: Duration) -> Done {
+        let before = self.bench.stepped();
+        self.bench.go_on(at_most.min(STRETCH)).await?;
+        if before.is_some() && before == self.bench.stepped() {
+            self.bench.pass(Duration::from_millis(1)).await?;
+        }
+        Ok(())
+    }
+
+    pub(super) async fn done(&mut self, when: Option<(Duration, Duration)>) -> Done {
+        let Some(last) = self.last else {
+            return wrong("a queued command to wait for", "none was queued", &[]);
+        };
+        let slack = if self.bench.stepped().is_some() {
+            Duration::ZERO
+        } else {
+            SLACK
+        };
+        let latest = when.map_or(LONGEST, |(at, tolerance)| at + tolerance.max(slack));
+        let mut waited = Duration::ZERO;
+        loop {
+            let current = self.current().await?;
+            let elapsed = match self.timed {
+                true => self.elapsed().await?,
+                false => waited,
+            };
+            if current >= last {
+                let early = when.is_some_and(|(at, tolerance)| elapsed + tolerance.max(slack) < at);
+                return match (early, elapsed > latest) {
+                    (false, false) => Ok(()),
+                    _ => wrong(
+                        finish_by(last, when),
+                        format!("it finished after {}", seconds(elapsed)),
+                        &[],
+                    ),
+                };
+            }
+            if elapsed > latest {
+                let got = format!("after {} it has finished {current}", seconds(elapsed));
+                return wrong(finish_by(last, when), got, &[]);
+            }
+            let left = latest.saturating_sub(elapsed) + Duration::from_millis(1);
+            self.go_on(left).await?;
+            waited += left.min(Duration::from_millis(10));
+        }
+    }
+
+    pub(super) async fn rest(&mut self) -> Done {
+        let mut waited = Duration::ZERO;
+        let mut pose = self.ask::<Pose>().await?;
+        while waited < LONGEST {
+            self.bench.pass(STILL).await?;
+            waited += STILL;
+            let now = self.ask::<Pose>().await?;
+            if now == pose {
+                return Ok(());
+            }
+            pose = now;
+        }
+        wrong(
+            "the arm to come to rest",
+            format!("it still moves after {}", seconds(waited)),
+            &[],
+        )
+    }
+
+    pub(super) async fn finished(&mut self, finished: Finished) -> Done {
+        let wanted = match (finished, self.last) {
+            (Finished::Nothing, _) => self.before,
+            (Finished::Last(less), Some(last)) => last.saturating_sub(less),
+            (Finished::Last(_), None) => {
+                return wrong("a queued command to look for", "none was queued", &[]);
+            }
+        };
+        let current = self.current().await?;
+        match current == wanted {
+            true => Ok(()),
+            false => wrong(
+                format!("index {wanted} finished last"),
+                format!("index {current} finished last"),
+                &[],
+            ),
+        }
+    }
+
+    pub(super) async fn alarms(&mut self, wanted: &Alarms) -> Done {
+        let standing = self.ask::<AlarmsState>().await?.alarms_state;
+        let (right, expected) = match wanted {
+            Alarms::Are(codes) => (
+                standing.codes().eq(sorted(codes)),
+                format!("alarms {}", named(codes)),
+            ),
+            Alarms::With(codes) => (
+                codes.iter().all(|code| standing.contains(*code)),
+                format!("alarms with {}", named(codes)),
+            ),
+            Alarms::Without(codes) => (
+                !codes.iter().any(|code| standing.contains(*code)),
+                format!("alarms without {}", named(codes)),
+            ),
+        };
+        match right {
+            true => Ok(()),
+            false => wrong(expected, format!("alarms {standing}"), standing.as_bytes()),
+        }
+    }
+}
+
+fn sorted(codes: &[u8]) -> Vec<u8> {
+    let mut codes = codes.to_vec();
+    codes.sort_unstable();
+    codes
+}
+
+fn named(codes: &[u8]) -> String {
+    codes.iter().copied().collect::<AlarmSet>().to_string()
+}
+
+fn finish_by(last: u64, when: Option<(Duration, Duration)>) -> String {
+    match when {
+        Some((at, _)) => format!("index {last} to finish after {}", seconds(at)),
+        None => format!("index {last} to finish within {}", seconds(LONGEST)),
+    }
+}
+
+fn seconds(span: Duration) -> String {
+    format!("{:.3} s", span.as_secs_f64())
+}

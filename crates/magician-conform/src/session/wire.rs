@@ -1,0 +1,205 @@
+//! Bytes and frames to the arm and from it.
+
+use std::time::Duration;
+
+use magician_protocol::{Ctrl, Direction, Event, Frame, FrameBuf, NoArgs, Readable, Row};
+
+use super::{Done, Session, Trouble, wrong};
+use crate::bench::Bench;
+use crate::report::{hex, in_words};
+use crate::step::{Answer, reply_layout};
+
+/// Bytes and frames.
+impl<B: Bench> Session<B> {
+    pub(super) async fn send(&mut self, bytes: &[u8]) -> Done {
+        self.sent = bytes.to_vec();
+        Ok(self.bench.send(bytes).await?)
+    }
+
+    /// The next frame from the arm, `None` if none comes.
+    async fn next(&mut self, within: Duration) -> Result<Option<FrameBuf>, Trouble> {
+        let mut pieces = 0;
+        while self.inbox.is_empty() {
+            let bytes = self.bench.receive(within).await?;
+            // A line that never falls silent has no frames for us either.
+            pieces += 1;
+            if bytes.is_empty() || pieces > 1000 {
+                return Ok(None);
+            }
+            let mut input = bytes.as_slice();
+            while let Some(event) = self.deframer.next(&mut input) {
+                if let Event::Frame { frame, .. } = event {
+                    self.inbox.push_back(FrameBuf::from(frame));
+                }
+            }
+        }
+        Ok(self.inbox.pop_front())
+    }
+
+    pub(super) async fn nothing(&mut self, within: Duration) -> Done {
+        match self.next(within).await? {
+            None => Ok(()),
+            Some(frame) => wrong(
+                "nothing from the arm",
+                in_words(&frame, Direction::Reply),
+                frame.bytes(),
+            ),
+        }
+    }
+
+    pub(super) async fn reply(&mut self, bytes: &[Option<u8>]) -> Done {
+        let expected: Vec<String> = bytes
+            .iter()
+            .map(|byte| byte.map_or("..".to_owned(), |byte| hex(&[byte])))
+            .collect();
+        let expected = expected.join(" ");
+        let Some(frame) = self.next(self.patience).await? else {
+            return wrong(expected, "nothing", &[]);
+        };
+        let found = frame.bytes();
+        let same = found.len() == bytes.len()
+            && found
+                .iter()
+                .zip(bytes)
+                .all(|(found, byte)| byte.is_none_or(|byte| byte == *found));
+        match same {
+            true => self.note_index(&frame).await,
+            false => wrong(expected, in_words(&frame, Direction::Reply), found),
+        }
+    }
+
+    /// The answer to the frame sent last: id and Ctrl as they were, the parameters of its form and no more.
+    pub(super) async fn answered(&mut self, answer: &Answer) -> Done {
+        let Some(request) = Frame::new(&self.sent).map(FrameBuf::from) else {
+            return wrong(
+                "a frame that can be answered",
+                "damaged bytes were sent",
+                &[],
+            );
+        };
+        let (id, ctrl) = (request.frame().id(), request.frame().ctrl());
+        let Some(row) = Row::with_id(id) else {
+            return wrong(
+                "a command that can be answered",
+                format!("id {id} was sent"),
+                &[],
+            );
+        };
+        let ctrl = if answer.full { ctrl.with_error() } else { ctrl };
+        let layout = reply_layout(row, ctrl);
+        let expected = || expectation(row, ctrl, answer);
+        let Some(frame) = self.next(self.patience).await? else {
+            return wrong(expected(), "nothing", &[]);
+        };
+        let view = frame.frame();
+        let fits = layout
+            .normalise(view.params().len())
+            .is_ok_and(|fit| fit.note.is_none());
+        let right = view.id() == id
+            && view.ctrl() == ctrl
+            && fits
+            && answer
+                .checks
+                .iter()
+                .all(|check| check.holds(layout, view.params()))
+            && self.indexed(row, ctrl, &frame, answer.full);
+        match right {
+            true => self.note_index(&frame).await,
+            false => wrong(
+                expected(),
+                in_words(&frame, Direction::Reply),
+                frame.bytes(),
+            ),
+        }
+    }
+
+    /// Whether the index in the answer to a queued command is one above the one before, or 0 if it was refused.
+    fn indexed(&self, row: &Row, ctrl: Ctrl, frame: &FrameBuf, full: bool) -> bool {
+        match index_of(row, ctrl, frame) {
+            None => true,
+            Some(index) if full => index == 0,
+            Some(index) => index > 0 && self.last.is_none_or(|last| index == last + 1),
+        }
+    }
+
+    async fn note_index(&mut self, frame: &FrameBuf) -> Done {
+        let view = frame.frame();
+        let Some(row) = Row::with_id(view.id()) else {
+            return Ok(());
+        };
+        if let Some(index) = index_of(row, view.ctrl(), frame).filter(|index| *index > 0) {
+            self.last = Some(index);
+        }
+        if row.sets(view.ctrl()) {
+            self.order().await?;
+        }
+        Ok(())
+    }
+
+    /// Asks for a value in passing; the sent bytes of the case stay those that are told.
+    pub(super) async fn ask<T: Readable<Query = NoArgs>>(&mut self) -> Result<T, Trouble> {
+        let told = std::mem::take(&mut self.sent);
+        let frame = FrameBuf::get(&NoArgs, T::ROW).map_err(magician::Error::from)?;
+        let name = T::ROW.get_name;
+        self.send(frame.bytes()).await?;
+        let Some(reply) = self.next(self.patience).await? else {
+            return wrong(format!("an answer to {name}"), "nothing", &[]);
+        };
+        let view = reply.frame();
+        let value = (view.id() == T::ROW.id)
+            .then(|| view.read::<T>().ok())
+            .flatten();
+        let Some(value) = value else {
+            let got = in_words(&reply, Direction::Reply);
+            return wrong(format!("an answer to {name}"), got, reply.bytes());
+        };
+        self.sent = told;
+        Ok(value)
+    }
+}
+
+fn index_of(row: &Row, ctrl: Ctrl, frame: &FrameBuf) -> Option<u64> {
+    let queued = row.sets(ctrl) && ctrl.queued() && !row.steers_queue();
+    let params: [u8; 8] = frame.frame().params().try_into().ok()?;
+    queued.then(|| u64::from_le_bytes(params))
+}
+
+fn expectation(row: &Row, ctrl: Ctrl, answer: &Answer) -> String {
+    let mut text = format!("{} with Ctrl {:#04x}", row.form_name(ctrl), ctrl.0);
+    if row.sets(ctrl) && ctrl.queued() && !row.steers_queue() {
+        text += if answer.full {
+            " and index 0"
+        } else {
+            " and the next index"
+        };
+    }
+    for check in &answer.checks {
+        text += &format!(" {check}");
+    }
+    text
+}
+
+/// Outside of cases.
+impl<B: Bench> Session<B> {
+    /// The parameters of the answer to a get without fields, `None` when none comes.
+    pub(crate) async fn value(&mut self, id: u8) -> magician::Result<Option<Vec<u8>>> {
+        let frame = FrameBuf::new(id, Ctrl::GET, &[])?;
+        let reply = self.exchange(&frame).await?;
+        Ok(reply.map(|reply| reply.frame().params().to_vec()))
+    }
+
+    /// Whether the arm answers a set.
+    pub(crate) async fn acknowledged(&mut self, frame: &FrameBuf) -> magician::Result<bool> {
+        Ok(self.exchange(frame).await?.is_some())
+    }
+
+    async fn exchange(&mut self, frame: &FrameBuf) -> magician::Result<Option<FrameBuf>> {
+        self.bench.send(frame.bytes()).await?;
+        let id = frame.frame().id();
+        match self.next(self.patience).await {
+            Ok(reply) => Ok(reply.filter(|reply| reply.frame().id() == id)),
+            Err(Trouble::Line(error)) => Err(error),
+            Err(Trouble::Wrong(_)) => Ok(None),
+        }
+    }
+}

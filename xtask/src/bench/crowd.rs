@@ -1,0 +1,268 @@
+//! S3: many arms in real time in one process, each asked for its pose 50 times and given 10 commands a second.
+//!
+//! The commands are short segments there and back, so that every arm moves. A reply's time counts from when its request
+//! was due, so that falling behind shows. Nothing is left out: the host's own work is in the figures.
+
+use std::error::Error;
+use std::net::SocketAddr;
+use std::sync::mpsc::channel;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use magician_protocol::commands::{CpCmd, QueuedCmdStartExec};
+use magician_protocol::{CpMode, Ctrl, FrameBuf};
+use magician_sim::serve::{Discovery, Endpoint, Server, serve_all};
+use magician_sim::{Controller, Line, Micros, Runner, Speed};
+use tokio::net::UdpSocket;
+use tokio::runtime::{Builder, Runtime};
+use tokio::sync::oneshot;
+use tokio::time::{interval_at, timeout};
+
+use super::figure::Figure;
+use super::program::{USB, frame};
+
+const IN_MEMORY: usize = 10_000;
+const OVER_SOCKETS: usize = 500;
+const THREADS: usize = 2;
+
+/// Between two looks at the pose, µs.
+const LOOK: u64 = 20_000;
+/// A command comes with one look in so many.
+const LOOKS_A_COMMAND: u64 = 5;
+/// How long all lasts.
+const LASTING: Duration = Duration::from_secs(5);
+/// What is to be kept, ms.
+const P99: f64 = 5.0;
+
+/// The frames that every host sends.
+struct Frames {
+    look: FrameBuf,
+    steps: [FrameBuf; 2],
+}
+
+impl Frames {
+    fn new() -> Self {
+        let step = |y| {
+            let command = CpCmd {
+                cp_mode: CpMode::Relative,
+                x: 0.0,
+                y,
+                z: 0.0,
+                velocity_or_power: 0.0,
+            };
+            frame(Ctrl::QUEUED, &command)
+        };
+        Self {
+            look: FrameBuf::new(10, Ctrl::GET, &[]).expect("a frame"),
+            steps: [step(0.2), step(-0.2)],
+        }
+    }
+
+    /// What is due with a look: the request of the pose, and now and then a command.
+    fn due(&self, look: u64) -> impl Iterator<Item = &FrameBuf> {
+        let step = look.is_multiple_of(LOOKS_A_COMMAND).then(|| {
+            let nth = look / LOOKS_A_COMMAND % 2;
+            &self.steps[usize::from(nth > 0)]
+        });
+        [&self.look].into_iter().chain(step)
+    }
+}
+
+/// What one thread has seen.
+struct Seen {
+    /// From when a reply was due to when it was there, ms.
+    delays: Vec<f64>,
+    /// Share of the time in which the thread worked.
+    busy: f64,
+}
+
+fn figure(name: &str, arms: usize, seen: Vec<Seen>) -> Figure {
+    let busy: f64 = seen.iter().map(|seen| seen.busy).sum();
+    let mut delays: Vec<f64> = seen.into_iter().flat_map(|seen| seen.delays).collect();
+    delays.sort_by(f64::total_cmp);
+    let part = |share: f64| {
+        let at = (delays.len() as f64 * share) as usize;
+        delays
+            .get(at.min(delays.len().saturating_sub(1)))
+            .copied()
+            .unwrap_or(f64::NAN)
+    };
+    Figure::new(name, part(0.99), "ms p99 to a reply")
+        .with("p50", part(0.5))
+        .with("longest", part(1.0))
+        .with("arms", arms as f64)
+        .with("replies/s", delays.len() as f64 / LASTING.as_secs_f64())
+        .with("cores", busy)
+        .at_most(P99)
+}
+
+/// One thread's arms in memory: everything in turn, as it falls due.
+fn in_memory(arms: usize) -> Seen {
+    let frames = Frames::new();
+    let mut runners: Vec<Runner> = (0..arms)
+        .map(|_| {
+            let mut runner = Runner::new(Controller::default(), Speed::default(), Line::default());
+            runner.receive(0, USB, frame(Ctrl::SET, &QueuedCmdStartExec {}).bytes());
+            while runner.poll_transmit(0, USB).is_some() {}
+            runner
+        })
+        .collect();
+    let mut delays = Vec::with_capacity(arms * 60 * 6);
+    let (began, mut slept) = (Instant::now(), Duration::ZERO);
+    let wall = || began.elapsed().as_micros() as Micros;
+    'all: for look in 0.. {
+        for (nth, runner) in runners.iter_mut().enumerate() {
+            // The arms' hosts do not look at the same instant.
+            let due = look * LOOK + nth as u64 * LOOK / arms as u64;
+            if Duration::from_micros(due) >= LASTING {
+                break 'all;
+            }
+            let early = Duration::from_micros(due).saturating_sub(began.elapsed());
+            if !early.is_zero() {
+                let before = Instant::now();
+                thread::sleep(early);
+                slept += before.elapsed();
+            }
+            for frame in frames.due(look) {
+                runner.receive(wall(), USB, frame.bytes());
+            }
+            let now = wall();
+            while runner.poll_transmit(now, USB).is_some() {
+                delays.push((now.saturating_sub(due)) as f64 / 1e3);
+            }
+            while runner.controller_mut().poll_event().is_some() {}
+        }
+    }
+    let busy = 1.0 - slept.as_secs_f64() / began.elapsed().as_secs_f64();
+    Seen { delays, busy }
+}
+
+fn runtime() -> Result<Runtime, std::io::Error> {
+    Builder::new_current_thread().enable_all().build()
+}
+
+/// Serves arms over UDP on a thread of its own while `talk` talks to them.
+pub(super) fn served<T>(
+    arms: usize,
+    line: Line,
+    talk: impl FnOnce(&[SocketAddr]) -> Result<T, Box<dyn Error>>,
+) -> Result<T, Box<dyn Error>> {
+    let (ready, is_ready) = channel();
+    let (stop, stopped) = oneshot::channel::<()>();
+    let server = thread::spawn(move || {
+        let servers = (0..arms).map(|_| {
+            let ready = ready.clone();
+            Server::new(Controller::default())
+                .line(line)
+                .udp("127.0.0.1:0")
+                .discovery(Discovery::Off)
+                .on_ready(move |endpoints| {
+                    let _ = ready.send(endpoints.to_vec());
+                })
+        });
+        let runtime = runtime().map_err(|error| error.to_string())?;
+        let serve = serve_all(servers, async {
+            let _ = stopped.await;
+        });
+        runtime.block_on(serve).map_err(|error| error.to_string())
+    });
+    let mut addresses = Vec::new();
+    while addresses.len() < arms {
+        // Gone without all being ready: the thread says why.
+        let Ok(endpoints) = is_ready.recv() else {
+            break;
+        };
+        addresses.extend(endpoints.iter().filter_map(|endpoint| match endpoint {
+            Endpoint::Udp(address) => Some(*address),
+            _ => None,
+        }));
+    }
+    let told = if addresses.len() == arms {
+        talk(&addresses)
+    } else {
+        Err("not all arms are served".into())
+    };
+    drop(stop);
+    server
+        .join()
+        .map_err(|_| "the server's thread has ended")??;
+    told
+}
+
+/// One host over UDP; how long its replies took.
+async fn host(arm: SocketAddr, first: tokio::time::Instant) -> Result<Vec<f64>, std::io::Error> {
+    let frames = Frames::new();
+    let socket = UdpSocket::bind("127.0.0.1:0").await?;
+    socket.connect(arm).await?;
+    let mut reply = [0; 512];
+    socket
+        .send(frame(Ctrl::SET, &QueuedCmdStartExec {}).bytes())
+        .await?;
+    socket.recv(&mut reply).await?;
+    let mut delays = Vec::new();
+    let mut looks = interval_at(first, Duration::from_micros(LOOK));
+    let until = first + LASTING;
+    for look in 0.. {
+        // Ticks are whole milliseconds of the runtime's timer: the time to a reply counts from when it really ticks.
+        if looks.tick().await >= until {
+            break;
+        }
+        for request in frames.due(look) {
+            let sent = Instant::now();
+            socket.send(request.bytes()).await?;
+            match timeout(Duration::from_secs(1), socket.recv(&mut reply)).await {
+                Ok(received) => drop(received?),
+                Err(_) => return Err(std::io::ErrorKind::TimedOut.into()),
+            }
+            delays.push(sent.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+    Ok(delays)
+}
+
+/// Seconds of processor time of this process so far, where the system tells.
+fn processor() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // After the name in brackets; fields 14 and 15 of all, in hundredths of a second.
+    let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
+    let ticks = |at: usize| fields.get(at)?.parse::<f64>().ok();
+    Some((ticks(11)? + ticks(12)?) / 100.0)
+}
+
+fn over_sockets(addresses: &[SocketAddr]) -> Result<Vec<Seen>, Box<dyn Error>> {
+    let before = processor();
+    let (began, arms) = (Instant::now(), addresses.len() as u64);
+    let hosts = async {
+        let start = tokio::time::Instant::now() + Duration::from_millis(200);
+        let hosts: Vec<_> = (addresses.iter().zip(0u64..))
+            .map(|(arm, nth)| {
+                tokio::spawn(host(*arm, start + Duration::from_micros(nth * LOOK / arms)))
+            })
+            .collect();
+        let mut delays = Vec::new();
+        for host in hosts {
+            delays.extend(host.await??);
+        }
+        Ok::<_, Box<dyn Error>>(delays)
+    };
+    let delays = runtime()?.block_on(hosts)?;
+    let spent = processor()
+        .zip(before)
+        .map_or(f64::NAN, |(after, before)| after - before);
+    let busy = spent / began.elapsed().as_secs_f64();
+    Ok(vec![Seen { delays, busy }])
+}
+
+/// S3.
+pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
+    let threads: Vec<_> = (0..THREADS)
+        .map(|_| thread::spawn(|| in_memory(IN_MEMORY / THREADS)))
+        .collect();
+    let mut seen = Vec::new();
+    for thread in threads {
+        seen.push(thread.join().map_err(|_| "a thread has ended")?);
+    }
+    let memory = figure("S3 in memory", IN_MEMORY, seen);
+    let seen = served(OVER_SOCKETS, Line::default(), over_sockets)?;
+    Ok(vec![memory, figure("S3 over UDP", OVER_SOCKETS, seen)])
+}

@@ -1,0 +1,56 @@
+//! S4: what an idle arm takes of the memory.
+
+use std::error::Error;
+use std::net::UdpSocket;
+use std::time::Duration;
+
+use magician_protocol::{Ctrl, FrameBuf};
+use magician_sim::{Controller, Line};
+
+use super::crowd::served;
+use super::figure::Figure;
+use super::program::{USB, send};
+
+const ARMS: usize = 1_000;
+
+/// What is resident, KiB.
+fn resident() -> Result<f64, Box<dyn Error>> {
+    let status = std::fs::read_to_string("/proc/self/status")
+        .map_err(|error| format!("only Linux tells what is resident: {error}"))?;
+    let line = (status.lines()).find_map(|line| line.strip_prefix("VmRSS:"));
+    let number = line.and_then(|rest| rest.split_whitespace().next());
+    Ok(number.ok_or("no VmRSS")?.parse()?)
+}
+
+/// S4: the difference in what is resident, over a thousand arms each of which has answered once.
+pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
+    let look = FrameBuf::new(10, Ctrl::GET, &[])?;
+    let before = resident()?;
+    let mut arms: Vec<Controller> = Vec::with_capacity(ARMS);
+    for _ in 0..ARMS {
+        let mut arm = Controller::default();
+        send(&mut arm, &look);
+        arms.push(arm);
+    }
+    let alone = (resident()? - before) / ARMS as f64;
+    assert!(
+        arms.iter().all(|arm| arm.state().events_lost == 0
+            && arm.poll_timeout().is_none()
+            && arm.now() == 0)
+    );
+    drop(std::hint::black_box((arms, USB)));
+    let before = resident()?;
+    let with_socket = served(ARMS, Line::default(), |addresses| {
+        let host = UdpSocket::bind("127.0.0.1:0")?;
+        host.set_read_timeout(Some(Duration::from_secs(5)))?;
+        for arm in addresses {
+            host.send_to(look.bytes(), arm)?;
+            host.recv_from(&mut [0; 512])?;
+        }
+        Ok((resident()? - before) / ARMS as f64)
+    })?;
+    Ok(vec![
+        Figure::new("S4 an idle arm", alone, "KiB").at_most(16.0),
+        Figure::new("S4 with its task and socket", with_socket, "KiB").at_most(64.0),
+    ])
+}

@@ -1,0 +1,211 @@
+//! The other way to simulate an arm, for the ratio: in steps of a fixed length.
+//!
+//! Our own, and as plain as such a simulation gets: the same commands by the same speed law, but the speed is what it
+//! was plus acceleration times step, the place is what it was plus speed times step, and every step brings the joints
+//! and the pose up to date by the same kinematics. It has it easier than the virtual arm: no bytes, no queue, no
+//! replies, no limits. What it does not have is exactness: it ends a step early or late.
+
+use std::error::Error;
+use std::hint::black_box;
+
+use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
+use magician_protocol::PtpMode;
+use magician_protocol::commands::{CpCmd, PtpCmd};
+
+use super::figure::{Figure, rate};
+use super::program::{pick_and_place, ring};
+use super::speed;
+
+/// Commands of a round.
+const MOVES: usize = 96;
+const SEGMENTS: usize = 2_000;
+/// Half of 200 mm/s, 200 mm/s2, 200 deg/s and 200 deg/s2: what counts at power-up, in every unit.
+const MOVE: (f64, f64) = (100.0, 100.0);
+/// The path at power-up.
+const PATH: (f64, f64) = (100.0, 100.0);
+/// How far ahead a full queue of segments of a millimetre lets the path see, mm.
+const AHEAD: f64 = 31.0;
+
+struct Stepped {
+    geometry: Geometry,
+    step: f64,
+    joints: JointAngles,
+    pose: Pose,
+    steps: u64,
+}
+
+impl Stepped {
+    fn new(step: f64) -> Self {
+        let geometry = Geometry::magician(ToolBias::SUCTION);
+        let joints = JointAngles::HOME;
+        Self {
+            pose: geometry.forward(&joints),
+            geometry,
+            step,
+            joints,
+            steps: 0,
+        }
+    }
+
+    /// Covers `way` in steps, no faster than it can brake; `at` is told the share that is done.
+    fn cover(
+        &mut self,
+        way: f64,
+        (most, acceleration): (f64, f64),
+        mut at: impl FnMut(&mut Self, f64),
+    ) {
+        let (mut done, mut speed) = (0.0, 0.0);
+        while done < way {
+            let brakes_in_time = (2.0 * acceleration * (way - done)).sqrt();
+            let gained: f64 = speed + acceleration * self.step;
+            speed = gained
+                .min(most)
+                .min(brakes_in_time.max(acceleration * self.step));
+            done += speed * self.step;
+            at(self, (done / way).min(1.0));
+            self.steps += 1;
+            black_box((&self.joints, &self.pose));
+        }
+    }
+
+    fn joints_to(&mut self, to: &Pose) {
+        let (from, to) = (self.joints.to_array(), self.inverse(to).to_array());
+        let way = from
+            .iter()
+            .zip(to)
+            .map(|(from, to)| (to - from).abs())
+            .fold(0.0, f64::max);
+        self.cover(way, MOVE, |arm, share| {
+            let joint = |at: usize| from[at] + (to[at] - from[at]) * share;
+            arm.joints = JointAngles::new(joint(0), joint(1), joint(2), joint(3));
+            arm.pose = arm.geometry.forward(&arm.joints);
+        });
+    }
+
+    fn straight_to(&mut self, to: &Pose) {
+        let (from, way) = (self.pose, self.pose.distance_to(to));
+        self.cover(way, MOVE, |arm, share| arm.put_between(&from, to, share));
+    }
+
+    fn put_between(&mut self, from: &Pose, to: &Pose, share: f64) {
+        let (from, to) = (from.to_array(), to.to_array());
+        let value = |at: usize| from[at] + (to[at] - from[at]) * share;
+        self.pose = Pose::new(value(0), value(1), value(2), value(3));
+        self.joints = self.inverse(&self.pose);
+    }
+
+    fn inverse(&self, pose: &Pose) -> JointAngles {
+        self.geometry
+            .inverse(pose)
+            .expect("the programs stay within reach")
+    }
+
+    fn point_to_point(&mut self, command: &PtpCmd) {
+        let [x, y, z, r] = [command.x, command.y, command.z, command.r].map(f64::from);
+        let to = Pose::new(x, y, z, r);
+        match command.ptp_mode {
+            PtpMode::MovjXyz => self.joints_to(&to),
+            PtpMode::MovlXyz => self.straight_to(&to),
+            _ => {
+                let top = self.pose.z.max(z) + 20.0;
+                self.straight_to(&Pose {
+                    z: top,
+                    ..self.pose
+                });
+                self.joints_to(&Pose { z: top, ..to });
+                self.straight_to(&to);
+            }
+        }
+    }
+
+    /// A path: as fast as what is known ahead lets it brake.
+    fn path(&mut self, commands: &[CpCmd]) {
+        let (most, acceleration) = PATH;
+        let (mut speed, mut over) = (0.0_f64, 0.0);
+        let mut left = 0.0;
+        let mut place = self.pose;
+        for command in commands {
+            let next = point(command, place.r);
+            left += place.distance_to(&next);
+            place = next;
+        }
+        let mut from = self.pose;
+        for command in commands {
+            let to = point(command, from.r);
+            let length = from.distance_to(&to);
+            let mut done: f64 = over;
+            while done < length {
+                let brakes_in_time = (2.0 * acceleration * (left - done).min(AHEAD))
+                    .max(0.0)
+                    .sqrt();
+                let gained = speed + acceleration * self.step;
+                speed = gained
+                    .min(most)
+                    .min(brakes_in_time.max(acceleration * self.step));
+                done += speed * self.step;
+                self.put_between(&from, &to, (done / length).min(1.0));
+                self.steps += 1;
+                black_box((&self.joints, &self.pose));
+            }
+            over = done - length;
+            left -= length;
+            from = to;
+        }
+    }
+
+    fn seconds(&self) -> f64 {
+        self.steps as f64 * self.step
+    }
+}
+
+fn point(command: &CpCmd, r: f64) -> Pose {
+    let [x, y, z] = [command.x, command.y, command.z].map(f64::from);
+    Pose::new(x, y, z, r)
+}
+
+/// The most arm-seconds a second in steps so long, and how long the arm took by its own count.
+fn stepped(step: f64, work: impl Fn(&mut Stepped)) -> (f64, f64) {
+    let mut lasted = 0.0;
+    let (_, best) = rate(|| {
+        let mut arm = Stepped::new(step);
+        work(&mut arm);
+        lasted = arm.seconds();
+        lasted
+    });
+    (best, lasted)
+}
+
+/// What a stepped arm is to do.
+type Work<'a> = &'a dyn Fn(&mut Stepped);
+
+/// The virtual arm and the stepped one, side by side in one run.
+pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
+    let moves: Vec<PtpCmd> = pick_and_place().into_iter().cycle().take(MOVES).collect();
+    let segments: Vec<CpCmd> = ring().into_iter().cycle().take(SEGMENTS).collect();
+    let mut figures = Vec::new();
+    let works: [(&str, f64, Work<'_>); 2] = [
+        ("ptp", speed::points(), &|arm| {
+            moves.iter().for_each(|command| arm.point_to_point(command))
+        }),
+        ("cp 1 mm", speed::path(), &|arm| {
+            arm.pose = Pose::new(180.0, 0.0, 10.0, 0.0);
+            arm.path(&segments);
+        }),
+    ];
+    for (name, virtual_arm, work) in works {
+        for (step, unit) in [(0.001, "1 ms"), (0.02, "20 ms")] {
+            let (rate, lasted) = stepped(step, work);
+            figures.push(
+                Figure::new(
+                    format!("{name}, ratio to steps of {unit}"),
+                    virtual_arm / rate,
+                    "times as fast",
+                )
+                .with("virtual arm-seconds/s", virtual_arm)
+                .with("stepped arm-seconds/s", rate)
+                .with("stepped s of a round", lasted),
+            );
+        }
+    }
+    Ok(figures)
+}
