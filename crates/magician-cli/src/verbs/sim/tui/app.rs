@@ -189,16 +189,21 @@ impl App {
         match (action, &mut self.mode) {
             (Action::Help, mode) => *mode = Mode::Help,
             (Action::Leave, mode) => *mode = Mode::Watch,
-            (Action::Inputs, mode) => *mode = Mode::Inputs { address: 1 },
+            (Action::Inputs, mode) => {
+                let (address, typed) = (1, false);
+                *mode = Mode::Inputs { address, typed };
+            }
             (Action::Ask(question), mode) => {
                 let text = question.suggestion().to_owned();
                 *mode = Mode::Ask { question, text };
             }
             (Action::Type(typed), Mode::Ask { text, .. }) if text.len() < 40 => text.push(typed),
             (Action::Erase, Mode::Ask { text, .. }) => drop(text.pop()),
-            (Action::Step(by), Mode::Inputs { address }) => *address = keys::stepped(*address, by),
-            (Action::Digit(digit), Mode::Inputs { address }) => {
-                *address = keys::with_digit(*address, digit);
+            (Action::Step(by), Mode::Inputs { address, typed }) => {
+                (*address, *typed) = (keys::stepped(*address, by), false);
+            }
+            (Action::Digit(digit), Mode::Inputs { address, typed }) => {
+                (*address, *typed) = (keys::with_digit(*address, *typed, digit), true);
             }
             (Action::Fine, _) => self.fine = !self.fine,
             (Action::Joint(joint), _) => self.joint = joint,
@@ -254,7 +259,7 @@ impl App {
 
     /// Drives the chosen input to the other level.
     fn toggle(&mut self) -> Result<(), Ended> {
-        let Mode::Inputs { address } = self.mode else {
+        let Mode::Inputs { address, .. } = self.mode else {
             return Ok(());
         };
         let driven = self.driven.get_mut(usize::from(address).saturating_sub(1));

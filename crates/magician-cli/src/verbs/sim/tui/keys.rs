@@ -21,6 +21,8 @@ pub(super) enum Mode {
     Inputs {
         /// The one chosen, 1 to 20.
         address: u8,
+        /// Whether the key before was a digit of it.
+        typed: bool,
     },
 }
 
@@ -177,11 +179,11 @@ pub(super) fn stepped(address: u8, by: i8) -> u8 {
     u8::try_from(place.rem_euclid(20) + 1).unwrap_or(1)
 }
 
-/// The address after a digit: the second of two if there is such an input, else the first of one.
-pub(super) fn with_digit(address: u8, digit: u8) -> u8 {
+/// The address after a digit: the second of two if one was `typed` before and there is such an input, else the first.
+pub(super) fn with_digit(address: u8, typed: bool, digit: u8) -> u8 {
     let two = address.saturating_mul(10).saturating_add(digit);
     match (two, digit) {
-        (10..=20, _) => two,
+        (10..=20, _) if typed => two,
         (_, 1..=9) => digit,
         _ => address,
     }
@@ -209,6 +211,11 @@ pub(super) fn slip(text: &str) -> Option<(u8, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const INPUTS: Mode = Mode::Inputs {
+        address: 1,
+        typed: false,
+    };
 
     fn press(mode: &Mode, unlocked: bool, code: KeyCode) -> Action {
         action(mode, unlocked, KeyEvent::new(code, KeyModifiers::NONE))
@@ -274,7 +281,7 @@ mod tests {
         let text = String::new();
         let question = Question::Slip;
         let ask = Mode::Ask { question, text };
-        for mode in [Mode::Watch, Mode::Help, ask, Mode::Inputs { address: 1 }] {
+        for mode in [Mode::Watch, Mode::Help, ask, INPUTS] {
             assert_eq!(action(&mode, false, key), Action::Interrupt);
         }
         let released = KeyEvent::new_with_kind(key.code, key.modifiers, KeyEventKind::Release);
@@ -283,18 +290,22 @@ mod tests {
 
     #[test]
     fn inputs_are_chosen_by_digits_and_arrows() {
-        let mode = Mode::Inputs { address: 7 };
+        let mode = INPUTS;
         assert_eq!(press(&mode, false, KeyCode::Down), Action::Step(1));
         assert_eq!(press(&mode, true, KeyCode::Char('4')), Action::Digit(4));
         assert_eq!(press(&mode, false, KeyCode::Enter), Action::Toggle);
         assert_eq!((stepped(20, 1), stepped(1, -1), stepped(5, 1)), (1, 20, 6));
-        let typed = |digits: &[u8]| digits.iter().fold(7, |at, digit| with_digit(at, *digit));
+        let typed = |digits: &[u8]| {
+            let type_one = |(at, typed), digit: &u8| (with_digit(at, typed, *digit), true);
+            digits.iter().fold((1, false), type_one).0
+        };
         for (digits, wanted) in [
             (&[1, 5][..], 15),
+            (&[5], 5),
             (&[2, 0], 20),
             (&[2, 1], 1),
             (&[9], 9),
-            (&[0], 7),
+            (&[0], 1),
             (&[1, 0, 5], 5),
         ] {
             assert_eq!(typed(digits), wanted, "{digits:?}");

@@ -178,6 +178,11 @@ impl Figure {
         self.above(self.tip[0], self.left)
     }
 
+    /// The point x, y so far out in the plane of the arm.
+    pub(super) fn out(&self, r: f64) -> [f64; 2] {
+        self.above(r, 0.0)
+    }
+
     /// A point x, y seen from the arm: how far out in its plane, and how far to the left of it.
     pub(super) fn seen(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.base.to_radians().sin_cos();

@@ -170,7 +170,7 @@ fn show(subjects: Vec<Subject>, stop: &AtomicBool) -> io::Result<End> {
             let action = keys::action(&app.mode, app.unlocked(), key);
             stale |= action != Action::Nothing;
             if action == Action::Redraw {
-                screen.terminal.clear()?;
+                screen.clear()?;
             }
             match app.act(action) {
                 Ok(None) => {}

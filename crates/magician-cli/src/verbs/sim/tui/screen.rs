@@ -9,7 +9,7 @@ use ratatui::backend::CrosstermBackend;
 use ratatui::crossterm::cursor::{Hide, Show};
 use ratatui::crossterm::style::ResetColor;
 use ratatui::crossterm::terminal::{
-    EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
+    Clear, ClearType, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
 };
 use ratatui::crossterm::{execute, queue};
 use ratatui::layout::Rect;
@@ -57,17 +57,12 @@ impl Screen {
         give_back_in_a_panic();
         enable_raw_mode()?;
         TAKEN.store(true, Ordering::SeqCst);
-        // From here on dropping it gives the terminal back.
         let area = size();
-        let viewport = Viewport::Fixed(area);
-        let backend = CrosstermBackend::new(Frames::default());
-        let mut screen = Self {
-            terminal: Terminal::with_options(backend, TerminalOptions { viewport })
-                .inspect_err(|_| give_back())?,
-            area,
-        };
-        execute!(io::stderr(), EnterAlternateScreen, Hide)?;
-        screen.terminal.clear()?;
+        let terminal = blank(area).inspect_err(|_| give_back())?;
+        // From here on dropping it gives the terminal back.
+        let mut screen = Self { terminal, area };
+        execute!(io::stderr(), EnterAlternateScreen)?;
+        screen.clear()?;
         Ok(screen)
     }
 
@@ -77,10 +72,24 @@ impl Screen {
         let changed = area != self.area;
         if changed {
             self.area = area;
-            self.terminal.resize(area)?;
+            self.clear()?;
         }
         Ok(changed)
     }
+
+    /// Takes everything off the screen, whoever put it there.
+    pub(super) fn clear(&mut self) -> io::Result<()> {
+        self.terminal = blank(self.area)?;
+        execute!(io::stderr(), Clear(ClearType::All), Hide)
+    }
+}
+
+/// A terminal on which nothing has been drawn. The library's own ways to clear and resize one ask for the cursor's place,
+/// on stdout, which has one line to say and no more.
+fn blank(area: Rect) -> io::Result<Terminal<CrosstermBackend<Frames>>> {
+    let viewport = Viewport::Fixed(area);
+    let backend = CrosstermBackend::new(Frames::default());
+    Terminal::with_options(backend, TerminalOptions { viewport })
 }
 
 impl Drop for Screen {

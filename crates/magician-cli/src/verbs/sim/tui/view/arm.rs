@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use magician_motion::{Geometry, JointAngles, Limits, ToolBias};
+use magician_sim::scenario::Conveyor;
 use magician_sim::world::Rest;
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -26,6 +27,8 @@ const BASE: f64 = 40.0;
 const NEAR: f64 = 15.0;
 /// A line across the belt every so often, mm.
 const BELT_MARKS: f64 = 50.0;
+/// How far out things are looked for in the plane of the arm, mm.
+const OUT: u32 = 450;
 /// Samples of a bent line.
 const SAMPLES: u32 = 48;
 
@@ -339,6 +342,12 @@ impl Beside<'_, '_, '_> {
                 .line([-1000.0, height], [1000.0, height], Color::White);
         }
         let figure = look.figure();
+        if let Some(belt) = &subject.conveyor {
+            let cut = (0..=OUT)
+                .map(f64::from)
+                .filter(|r| on_belt(belt, figure.out(*r)));
+            self.0.dots(cut.map(|r| [r, belt.height]), FAINT);
+        }
         for item in look.items.iter().filter(|item| item.rest != Rest::Floor) {
             self.item(item, &figure);
         }
@@ -381,6 +390,13 @@ impl Beside<'_, '_, '_> {
         self.0.line(figure.elbow, figure.wrist, arm);
         self.0.line(figure.wrist, figure.tip, tool);
     }
+}
+
+/// Whether a point x, y is on a belt.
+fn on_belt(belt: &Conveyor, [x, y]: [f64; 2]) -> bool {
+    let from = [x - belt.start[0], y - belt.start[1]];
+    let [along, left] = turned([0.0, 0.0], -belt.direction, from);
+    (0.0..=belt.length).contains(&along) && left.abs() <= belt.width / 2.0
 }
 
 /// Whether any joint stands visibly elsewhere than commanded.

@@ -12,7 +12,7 @@ use super::arm::nearest;
 use crate::verbs::sim::tui::look::Item;
 
 impl View<'_> {
-    /// The objects: those that are held or moved first come as the scenario has them.
+    /// The objects, in the order of the scenario.
     pub(super) fn items(self, frame: &mut Frame<'_>, area: Rect) {
         let title = match self.app.subject().conveyor {
             Some(_) => format!("objects, belt at {:.0} mm", self.look.belt_travel),

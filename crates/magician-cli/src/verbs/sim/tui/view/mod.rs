@@ -43,7 +43,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, app: &App, theme: Theme) {
         Constraint::Length(1),
     ])
     .areas(frame.area());
-    frame.render_widget(view.header(), header);
+    frame.render_widget(view.header(header.width), header);
     if middle.width < LEAST.0 || middle.height < LEAST.1 {
         view.brief(frame, middle);
     } else {
@@ -109,7 +109,8 @@ impl View<'_> {
         frame.render_widget(Paragraph::new(lines), area);
     }
 
-    fn header(self) -> Paragraph<'static> {
+    /// Which arm, where it is served, and at the right the arm's clock.
+    fn header(self, width: u16) -> Paragraph<'static> {
         let app = self.app;
         let mut text = String::from(" ");
         let (number, count) = app.number();
@@ -122,8 +123,10 @@ impl View<'_> {
             text.push_str(door);
         }
         let seconds = self.look.state.now / 1_000_000;
-        text.push_str(&format!(" | {}:{:02}", seconds / 60, seconds % 60));
-        Paragraph::new(text).style(self.theme.bar())
+        let clock = format!(" {}:{:02} ", seconds / 60, seconds % 60);
+        let room = usize::from(width).saturating_sub(clock.len());
+        let text: String = text.chars().take(room).collect();
+        Paragraph::new(format!("{text:<room$}{clock}")).style(self.theme.bar())
     }
 
     /// What a key came to; else what the keys do at the moment.
@@ -145,7 +148,7 @@ impl View<'_> {
                 Span::raw(format!("{text}_  ")),
                 Span::styled(question.meaning(text), self.theme.dim()),
             ]),
-            (_, Mode::Inputs { address }) => {
+            (_, Mode::Inputs { address, .. }) => {
                 let mut line = Line::styled(format!(" input {address} "), self.theme.key());
                 line.extend(
                     keys(&[

@@ -42,13 +42,8 @@ impl View<'_> {
             _ => cells.chunks(5).map(|pins| self.lamps(pins)).collect(),
         };
         let title = match area.height {
-            LAMPS => "io: o out w pwm i in a adc",
+            LAMPS => "io: o w out, i a in",
             _ => "io",
-        };
-        let title = if area.width < 30 && area.height != LAMPS {
-            "io"
-        } else {
-            title
         };
         frame.render_widget(Paragraph::new(lines).block(self.panel(title)), area);
     }
@@ -77,10 +72,8 @@ impl View<'_> {
     }
 
     fn address(self, pin: &PinState) -> Span<'static> {
-        let chosen = self.app.mode
-            == Mode::Inputs {
-                address: pin.address,
-            };
+        let chosen =
+            matches!(self.app.mode, Mode::Inputs { address, .. } if address == pin.address);
         let style = match chosen {
             true => self.theme.bar(),
             false => Style::new(),

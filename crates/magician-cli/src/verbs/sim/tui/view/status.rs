@@ -197,9 +197,15 @@ impl View<'_> {
             (_, true) => format!("alarms: {count}, the queue is held"),
         };
         let block = self.panel(title);
-        let room = usize::from(block.inner(area).height);
+        let inner = block.inner(area);
+        let (width, room) = (usize::from(inner.width), usize::from(inner.height));
         // Two lines each, if all find room.
-        let lines = self.alarm_lines(room, count * 2 <= room);
+        let with_causes = self.alarm_lines(room, true);
+        let fit = count * 2 <= room && with_causes.iter().all(|line| line.width() <= width);
+        let lines = match fit {
+            true => with_causes,
+            false => self.alarm_lines(room, false),
+        };
         let text = Paragraph::new(lines).wrap(Wrap { trim: false });
         frame.render_widget(text.block(block), area);
     }
