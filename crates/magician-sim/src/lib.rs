@@ -29,6 +29,7 @@ mod controller;
 mod convert;
 mod core;
 mod dispatch;
+pub mod document;
 mod event;
 mod executor;
 mod flash;

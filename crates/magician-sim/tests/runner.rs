@@ -1,9 +1,7 @@
 //! The runner in virtual time: pacing, speed, silence, and that cuts do not matter.
 
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::{
-    Controller, Line, LinkId, Micros, Profile, Runner, Scenario, Speed, World,
-};
+use magician_sim::{Controller, Line, LinkId, Micros, Profile, Runner, Scenario, Speed, World};
 use proptest::prelude::*;
 
 const USB: LinkId = LinkId(0);

@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::thread::JoinHandle;
 
 use super::command;
 
@@ -11,6 +12,8 @@ pub(crate) struct Served {
     pub(crate) stdout: BufReader<ChildStdout>,
     /// What stderr said before it was ready.
     pub(crate) doors: Vec<String>,
+    /// What it says after that.
+    said: JoinHandle<Vec<String>>,
 }
 
 impl Served {
@@ -33,11 +36,12 @@ impl Served {
             .map(|line| line.expect("UTF-8"));
         let doors = lines.by_ref().take(doors + 1).collect();
         // Somebody has to read on, or the arm would wait for us.
-        std::thread::spawn(move || lines.for_each(drop));
+        let said = std::thread::spawn(move || lines.collect());
         Self {
             child,
             stdout,
             doors,
+            said,
         }
     }
 
@@ -55,7 +59,13 @@ impl Served {
     }
 
     /// Ends it with a signal; its status and the rest of its stdout.
-    pub(crate) fn end(mut self, signal: &str) -> (ExitStatus, String) {
+    pub(crate) fn end(self, signal: &str) -> (ExitStatus, String) {
+        let (status, rest, _) = self.end_telling(signal);
+        (status, rest)
+    }
+
+    /// As [`end`](Self::end), with what it has said on stderr since it was ready.
+    pub(crate) fn end_telling(mut self, signal: &str) -> (ExitStatus, String, String) {
         let kill = Command::new("kill")
             .args([signal, &self.child.id().to_string()])
             .status();
@@ -63,7 +73,8 @@ impl Served {
         let status = self.child.wait().expect("it ends");
         let mut rest = String::new();
         self.stdout.read_to_string(&mut rest).expect("UTF-8");
-        (status, rest)
+        let said = std::mem::replace(&mut self.said, std::thread::spawn(Vec::new));
+        (status, rest, said.join().expect("UTF-8").join("\n"))
     }
 }
 
