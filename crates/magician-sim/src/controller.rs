@@ -13,8 +13,8 @@ use crate::{Flash, LinkId, Micros, Profile, State, World};
 ///
 /// # Grammar
 ///
-/// * **Look**: [`now`](Self::now), [`state`](Self::state), [`jogging`](Self::jogging), [`events`](Self::events) change
-///   nothing.
+/// * **Look**: [`now`](Self::now), [`state`](Self::state), [`jogging`](Self::jogging), [`busy`](Self::busy),
+///   [`events`](Self::events) change nothing.
 /// * **Bytes in**: [`receive`](Self::receive) takes what came over a link and acts on every frame in it at the present
 ///   instant; [`receive_one`](Self::receive_one) stops after each request, for callers that let time pass between
 ///   them. [`expire`](Self::expire) and [`close`](Self::close) say that a link fell silent or is gone.
@@ -112,6 +112,13 @@ impl Controller {
     #[must_use]
     pub fn jogging(&self) -> bool {
         self.core.motion.is_jogging()
+    }
+
+    /// Whether the arm does something that ends by itself, a motion or a WAIT, or waits for an input. A jog does not end
+    /// by itself, a motor that runs on is no work of the arm's, and what a scenario says happens to an idle arm.
+    #[must_use]
+    pub fn busy(&self) -> bool {
+        self.core.is_busy()
     }
 
     /// Takes bytes from a link and handles every frame in them, all at the present instant.

@@ -31,6 +31,7 @@ mod controller;
 mod convert;
 mod core;
 mod dispatch;
+pub mod document;
 mod event;
 mod executor;
 pub mod fidelity;

@@ -22,9 +22,9 @@ const LOOK_APART: Micros = 10_000;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Speed {
     /// Motion, WAIT and homing take no wall time: after every request the arm's clock jumps from
-    /// event to event until nothing is scheduled, so a queued command has finished before the
-    /// next request is read. With nothing scheduled the arm's clock runs at wall speed, and an
-    /// unbounded motion (jog) runs at wall speed too.
+    /// event to event until the arm is no longer [busy](Controller::busy), so a queued command has
+    /// finished before the next request is read. While the arm has nothing to do its clock runs at
+    /// wall speed, and so do a jog, a belt and what a scenario does: they wait for the host.
     Max,
     /// Arm seconds per wall second. Zero stops the arm's clock; what is not a number or is
     /// negative counts as zero.
@@ -171,7 +171,7 @@ impl ArmClock {
         self.jump(controller, observer, wall);
     }
 
-    /// At full speed, runs through all that is scheduled in no wall time.
+    /// At full speed, runs through all that the arm is busy with in no wall time.
     pub(crate) fn jump<O: Observer>(
         &mut self,
         controller: &mut Controller,
@@ -184,7 +184,7 @@ impl ArmClock {
         let patience = &mut Patience::new(JUMP_EVENTS);
         for _ in 0..JUMP_EVENTS {
             match controller.poll_timeout() {
-                Some(event) if !controller.jogging() => {
+                Some(event) if controller.busy() => {
                     if !observer::advance(controller, observer, event, patience) {
                         break;
                     }
@@ -200,7 +200,7 @@ impl ArmClock {
     /// When the controller's next event is due by the wall clock, which shows `wall`.
     pub(crate) fn next(&self, controller: &Controller, wall: Micros) -> Option<Micros> {
         let event = controller.poll_timeout()?;
-        if self.speed == Speed::Max && !controller.jogging() {
+        if self.speed == Speed::Max && controller.busy() {
             return Some(wall);
         }
         self.wall_at(event)

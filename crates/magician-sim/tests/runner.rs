@@ -3,7 +3,9 @@
 use std::sync::{Arc, Mutex};
 
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::{Controller, Line, LinkId, Micros, Observer, Profile, Runner, Speed};
+use magician_sim::{
+    Controller, Line, LinkId, Micros, Observer, Profile, Runner, Scenario, Speed, World,
+};
 use proptest::prelude::*;
 
 const USB: LinkId = LinkId(0);
@@ -253,6 +255,55 @@ fn at_full_speed_nothing_scheduled_runs_at_wall_speed() {
         reply(&mut runner, &mut now, USB);
     }
     assert_eq!(number(&reply(&mut runner, &mut now, USB)), 63_500);
+}
+
+/// A belt with a cube on it that a sensor waits for, and a button.
+const CELL: &str = r#"
+    table = { height = -70 }
+    conveyor = { start = [200, -100], direction = 90, length = 200, width = 60, height = -40, stepper = 0 }
+    object = [{ name = "cube", size = [20, 20, 20], at = [200, -80], on = "belt" }]
+    input = [{ address = 15, level = 0 }, { address = 15, level = 1, at = 5 }]
+"#;
+
+fn runner_in(scenario: &str) -> Runner {
+    let world = World::from_scenario(&Scenario::from_toml(scenario).unwrap());
+    let controller = Controller::in_world(Profile::default(), world);
+    Runner::new(controller, Speed::Max, Line::default())
+}
+
+#[test]
+fn at_full_speed_the_world_waits_for_the_host() {
+    let mut runner = runner_in(CELL);
+    // 5000 pulses a second: 33.4 mm/s.
+    let belt = frame(135, Ctrl::SET, &[0, 1, 0x88, 0x13, 0, 0]);
+    runner.receive(0, USB, &[start(), belt].concat());
+    assert_eq!(runner.controller().now(), 0);
+    for second in 1..4 {
+        runner.handle_timeout(second * 1_000_000);
+        assert_eq!(runner.controller().now(), second * 1_000_000);
+    }
+    let look = runner.controller().look();
+    assert!((look.belt_travel() - 100.14).abs() < 0.01);
+    assert!(look.object("cube").unwrap().on_belt());
+    while runner.poll_transmit(3_000_000, USB).is_some() {}
+    assert_eq!(runner.poll_timeout(), Some(5_000_000)); // the button, and not at once
+
+    // What the arm does takes no wall time, and the world goes along.
+    runner.receive(3_000_000, USB, &wait(1_500));
+    assert_eq!(runner.controller().now(), 4_500_000);
+    runner.handle_timeout(3_400_000);
+    while runner.poll_transmit(3_400_000, USB).is_some() {}
+    assert_eq!(runner.poll_timeout(), Some(3_500_000));
+}
+
+#[test]
+fn at_full_speed_a_trigger_does_not_wait_for_the_wall_clock() {
+    let mut runner = runner_in(CELL);
+    let input = frame(130, Ctrl::SET, &[15, 3]);
+    let trigger = frame(120, Ctrl::QUEUED, &[15, 0, 0, 1, 0]);
+    runner.receive(0, USB, &[start(), input, trigger].concat());
+    let answers = std::iter::from_fn(|| runner.poll_transmit(0, USB)).count();
+    assert_eq!((answers, runner.controller().now()), (4, 5_000_000));
 }
 
 #[test]

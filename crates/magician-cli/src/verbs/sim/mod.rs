@@ -14,7 +14,7 @@ use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValuePar
 use magician::ErrorKind;
 use magician_sim::serve::{self, Discovery, Handle, ServeError, Server, serve_all};
 use magician_sim::{
-    Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World,
+    Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World, document,
 };
 
 use crate::context::Context;
@@ -41,11 +41,13 @@ address in the answer. So an arm on UDP port 8899 answers them, on the same HOST
 another arm, it says so on stderr and serves without. A broadcast reaches only a HOST of all addresses (0.0.0.0).
 
 --arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and at N ports in a row; \
-a port of 0 is any free one for each, and a trace, a recording or a flash is N files, FILE.1 to FILE.N. Programs that look for an arm find the \
-one on port 8899.
+a port of 0 is any free one for each, and a trace, a recording or a flash is N files, FILE.1 to FILE.N, a picture \
+FILE.1.svg to FILE.N.svg. Programs that look for an arm find the one on port 8899.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
-before the next request is read.
+before the next request is read. While the arm has nothing to do its clock runs on as usual, with belts and all that a scenario says.
+
+A scenario is explained in docs/SCENARIOS.md.
 
 A recording is on the arm's clock: samples every 20 ms of it, whatever the speed, about 110 MB an hour. Foxglove and every \
 other program for MCAP opens it. If it cannot be written any more, the arm is served on, and the exit status is 4.
@@ -141,6 +143,9 @@ impl Sim {
         }
         let (mut profile, scenario) = (self.read_profile()?, self.read_scenario()?);
         profile.fidelity.strict |= self.strict;
+        if let Some(picture) = &self.picture {
+            picture.check(self.arms)?;
+        }
         let verbose = (self.tui || !context.global.json).then_some(context.global.verbose);
         let feeds = self.feeds();
         let servers = self.servers(&profile, &scenario, verbose, &feeds)?;
@@ -193,22 +198,20 @@ impl Sim {
         let Some(path) = &self.profile else {
             return Ok(Profile::default());
         };
-        let wrong = |error: &dyn std::fmt::Display| {
-            Failure::invalid(format!("{} is no profile: {error}", path.display()))
-        };
-        let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
-        Profile::from_toml(&text).map_err(|error| wrong(&error))
+        let text = read(path)?;
+        Profile::from_toml(&text).map_err(|error| {
+            Failure::invalid(format!("{}: {error}", path.display()))
+                .hint("`magician sim --profile -` prints a whole profile as a pattern")
+        })
     }
 
     fn read_scenario(&self) -> Result<Scenario, Failure> {
         let Some(path) = &self.scenario else {
             return Ok(Scenario::default());
         };
-        let wrong = |error: &dyn std::fmt::Display| {
-            Failure::invalid(format!("{}: {error}", path.display()))
-        };
-        let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
-        Scenario::from_toml(&text).map_err(|error| wrong(&error))
+        let text = read(path)?;
+        Scenario::from_toml(&text)
+            .map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
     }
 
     /// What leads from each arm to the picture, if there is one.
@@ -348,9 +351,22 @@ impl Sim {
     }
 }
 
+/// A file that somebody has written.
+fn read(path: &Path) -> Result<String, Failure> {
+    document::read(path).map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
+}
+
 /// What a file keeps; it is made if it is not there.
 fn flash_of(profile: &Profile, path: &Path) -> Result<Flash, Failure> {
-    let wrong = |error: FlashError| Failure::invalid(error.to_string());
+    let wrong = |error: FlashError| {
+        let failure = Failure::invalid(error.to_string());
+        match error {
+            FlashError::Damaged { .. } => {
+                failure.hint("mend it, or move it away: without one the arm begins with a new one")
+            }
+            _ => failure,
+        }
+    };
     if let Some(flash) = Flash::load(path).map_err(wrong)? {
         return Ok(flash);
     }
