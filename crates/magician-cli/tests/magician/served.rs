@@ -78,10 +78,9 @@ impl Served {
     }
 
     /// Ends it with SIGTERM; what stderr said since it was ready.
-    pub(crate) fn log(mut self) -> Vec<String> {
-        let log = self.log.take().expect("taken once");
-        self.end("-TERM");
-        log.join().expect("UTF-8")
+    pub(crate) fn log(self) -> Vec<String> {
+        let (_, _, said) = self.end_telling("-TERM");
+        said.lines().map(str::to_owned).collect()
     }
 }
 
