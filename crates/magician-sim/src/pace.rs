@@ -11,6 +11,9 @@ const BITS_PER_BYTE: u64 = 10;
 const MICROS_PER_SECOND: u64 = 1_000_000;
 /// Events that one jump runs through before the caller gets a word in.
 const JUMP_EVENTS: u32 = 100_000;
+/// What takes longer has no end to jump to: 100 days, twice the longest WAIT. Speeds next to zero make motions that
+/// outlast the clock.
+const ENDLESS: Micros = 100 * 24 * 3600 * MICROS_PER_SECOND;
 
 /// How fast the arm's clock runs against the wall clock.
 ///
@@ -21,7 +24,7 @@ pub enum Speed {
     /// Motion, WAIT and homing take no wall time: after every request the arm's clock jumps from
     /// event to event until nothing is scheduled, so a queued command has finished before the
     /// next request is read. With nothing scheduled the arm's clock runs at wall speed, and an
-    /// unbounded motion (jog) runs at wall speed too.
+    /// unbounded motion (jog, or one of more than 100 days) runs at wall speed too.
     Max,
     /// Arm seconds per wall second. Zero stops the arm's clock; what is not a number or is
     /// negative counts as zero.
@@ -163,9 +166,9 @@ impl ArmClock {
             return;
         }
         for _ in 0..JUMP_EVENTS {
-            match controller.poll_timeout() {
-                Some(event) if !controller.jogging() => controller.advance(event),
-                _ => break,
+            match Self::jump_to(controller) {
+                Some(event) => controller.advance(event),
+                None => break,
             }
         }
         if controller.now() != self.arm_at(wall) {
@@ -173,10 +176,17 @@ impl ArmClock {
         }
     }
 
+    /// The next event, if it is the end of something that has one.
+    fn jump_to(controller: &Controller) -> Option<Micros> {
+        let event = controller.poll_timeout()?;
+        let endless = event.saturating_sub(controller.now()) > ENDLESS;
+        (!endless && !controller.jogging()).then_some(event)
+    }
+
     /// When the controller's next event is due by the wall clock, which shows `wall`.
     pub(crate) fn next(&self, controller: &Controller, wall: Micros) -> Option<Micros> {
         let event = controller.poll_timeout()?;
-        if self.speed == Speed::Max && !controller.jogging() {
+        if self.speed == Speed::Max && Self::jump_to(controller).is_some() {
             return Some(wall);
         }
         self.wall_at(event)

@@ -11,6 +11,9 @@ use magician_protocol::{Alarm, CpMode, Flag, JogCommand};
 /// Segments along x from here are free.
 const START: [f32; 4] = [180.0, 0.0, 0.0, 0.0];
 
+/// Something done to an arm.
+type Act<'a> = &'a dyn Fn(&mut Bench);
+
 fn jog(is_joint: bool, cmd: u8) -> JogCmd {
     JogCmd {
         is_joint: Flag::from(is_joint),
@@ -127,7 +130,7 @@ fn what_is_refused_changes_nothing_under_way() {
             version: None,
         });
     };
-    let refused: [(&str, u8, &dyn Fn(&mut Bench)); 4] = [
+    let refused: [(&str, u8, Act<'_>); 4] = [
         ("a segment", Alarm::PlanInvCalc, &|bench| {
             bench.set(&segment(CpMode::Absolute, 900.0));
         }),
@@ -198,7 +201,7 @@ fn homing_cut_short_leaves_no_place_for_a_straight_line() {
         assert!(j1 < -181.0, "the base knows nothing yet, and is at {j1}");
         bench
     };
-    let straight: [&dyn Fn(&mut Bench); 5] = [
+    let straight: [Act<'_>; 5] = [
         &|bench| bench.set(&ptp(2, [200.0, 0.0, 0.0, 0.0])),
         &|bench| bench.set(&ptp(7, [1.0, 1.0, 0.0, 0.0])),
         &|bench| bench.set(&by(5.0)),
