@@ -14,6 +14,9 @@ const MICROS_PER_SECOND: u64 = 1_000_000;
 const JUMP_EVENTS: u32 = 100_000;
 /// Wall time between two wake-ups for nothing but an observer.
 const LOOK_APART: Micros = 10_000;
+/// What takes longer has no end to jump to: 100 days, twice the longest WAIT. Speeds next to zero make motions that
+/// outlast the clock.
+const ENDLESS: Micros = 100 * 24 * 3600 * MICROS_PER_SECOND;
 
 /// How fast the arm's clock runs against the wall clock.
 ///
@@ -24,7 +27,8 @@ pub enum Speed {
     /// Motion, WAIT and homing take no wall time: after every request the arm's clock jumps from
     /// event to event until the arm is no longer [busy](Controller::busy), so a queued command has
     /// finished before the next request is read. While the arm has nothing to do its clock runs at
-    /// wall speed, and so do a jog, a belt and what a scenario does: they wait for the host.
+    /// wall speed, and so do a jog, a belt, what a scenario does, and a motion of more than 100 days: they wait for the
+    /// host.
     Max,
     /// Arm seconds per wall second. Zero stops the arm's clock; what is not a number or is
     /// negative counts as zero.
@@ -183,13 +187,13 @@ impl ArmClock {
         }
         let patience = &mut Patience::new(JUMP_EVENTS);
         for _ in 0..JUMP_EVENTS {
-            match controller.poll_timeout() {
-                Some(event) if controller.busy() => {
+            match Self::jump_to(controller) {
+                Some(event) => {
                     if !observer::advance(controller, observer, event, patience) {
                         break;
                     }
                 }
-                _ => break,
+                None => break,
             }
         }
         if controller.now() != self.arm_at(wall) {
@@ -197,10 +201,17 @@ impl ArmClock {
         }
     }
 
+    /// The next event, if it is the end of something that has one.
+    fn jump_to(controller: &Controller) -> Option<Micros> {
+        let event = controller.poll_timeout()?;
+        let endless = event.saturating_sub(controller.now()) > ENDLESS;
+        (!endless && controller.busy()).then_some(event)
+    }
+
     /// When the controller's next event is due by the wall clock, which shows `wall`.
     pub(crate) fn next(&self, controller: &Controller, wall: Micros) -> Option<Micros> {
         let event = controller.poll_timeout()?;
-        if self.speed == Speed::Max && controller.busy() {
+        if self.speed == Speed::Max && Self::jump_to(controller).is_some() {
             return Some(wall);
         }
         self.wall_at(event)

@@ -319,6 +319,22 @@ fn at_full_speed_what_the_line_brings_later_is_read_later() {
 }
 
 #[test]
+fn at_full_speed_a_move_that_never_ends_does_not_use_up_the_clock() {
+    let mut runner = runner(Speed::Max, Line::default());
+    let speeds = [f32::MIN_POSITIVE; 8].map(f32::to_le_bytes).concat();
+    let slow = frame(80, Ctrl::SET, &speeds);
+    let target = [10.0f32, 45.0, 45.0, 0.0].map(f32::to_le_bytes).concat();
+    let go = frame(84, Ctrl::QUEUED, &[vec![4], target].concat());
+    runner.receive(0, USB, &[start(), slow, go].concat());
+    runner.handle_timeout(2_000_000);
+    assert_eq!(runner.controller().now(), 2_000_000);
+    while runner.poll_transmit(2_000_000, USB).is_some() {}
+    assert!(runner.poll_timeout().is_none_or(|at| at > 2_000_000));
+    runner.receive(2_000_000, USB, &frame(242, Ctrl::SET, &[]));
+    assert!(!runner.controller().state().moving);
+}
+
+#[test]
 fn a_silence_of_50_ms_ends_a_frame() {
     for line in [Line::default(), paced(0)] {
         for (pause, answers) in [(49_000, 1), (51_500, 0)] {
