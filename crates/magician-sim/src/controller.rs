@@ -114,7 +114,7 @@ impl Controller {
         self.core.motion.is_jogging()
     }
 
-    /// Whether the arm does something that ends by itself, a motion or a WAIT, or waits for an input. A jog does not end
+    /// Whether the arm does something that ends by itself, a motion or a WAIT, or waits for an input that the scenario will change. A jog does not end
     /// by itself, a motor that runs on is no work of the arm's, and what a scenario says happens to an idle arm.
     #[must_use]
     pub fn busy(&self) -> bool {

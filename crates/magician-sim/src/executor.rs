@@ -31,10 +31,12 @@ impl Core {
         events.into_iter().flatten().min()
     }
 
-    /// Whether the arm does something that ends by itself, or waits for something in the world.
+    /// Whether the arm does something that ends by itself, or waits for an input that the scenario will change.
     pub(crate) fn is_busy(&self) -> bool {
-        let busy = self.queue.running.map(|running| running.busy);
-        let waits = matches!(busy, Some(Busy::Triggered(_)));
+        let waits = match self.queue.running.map(|running| running.busy) {
+            Some(Busy::Triggered(trigger)) => self.world.will_change(trigger.address),
+            _ => false,
+        };
         !self.motion.is_jogging() && (waits || self.own_event().is_some())
     }
 

@@ -307,6 +307,17 @@ fn at_full_speed_a_trigger_does_not_wait_for_the_wall_clock() {
 }
 
 #[test]
+fn at_full_speed_a_trigger_that_only_a_person_can_meet_is_waited_for() {
+    let mut runner = runner_in(CELL);
+    let belt = frame(135, Ctrl::SET, &[0, 1, 0x88, 0x13, 0, 0]);
+    let trigger = frame(120, Ctrl::QUEUED, &[16, 0, 0, 1, 0]);
+    runner.receive(0, USB, &[start(), belt, trigger].concat());
+    runner.handle_timeout(1_000_000);
+    assert_eq!(runner.controller().now(), 1_000_000);
+    assert!(!runner.controller().busy());
+}
+
+#[test]
 fn at_full_speed_what_the_line_brings_later_is_read_later() {
     let mut runner = runner(Speed::Max, paced(0));
     let mut now = 0;
