@@ -240,7 +240,9 @@ pub(super) enum Push {
 #[cfg(test)]
 mod tests {
     use magician_motion::Limits;
-    use magician_sim::{Profile, Scenario, World};
+    use magician_protocol::commands::{PtpCmd, QueuedCmdStartExec};
+    use magician_protocol::{Ctrl, FrameBuf, PtpMode, Set};
+    use magician_sim::{LinkId, Profile, Scenario, World};
 
     use super::*;
 
@@ -297,5 +299,52 @@ mod tests {
             (cube.place.x, cube.place.y, cube.place.z),
             (220.0, 50.0, -70.0)
         );
+    }
+
+    /// An arm draws lines; every motion is looked at several times.
+    #[test]
+    fn looks_in_a_row_show_all_that_is_drawn() {
+        let text = "[arm]\nhomed = true\n[tool]\nkind = \"pen\"\n[table]\nheight = -40";
+        let world = World::from_scenario(&Scenario::from_toml(text).unwrap());
+        let mut arm = Controller::in_world(Profile::default(), world);
+        let send = |arm: &mut Controller, set: Set, ctrl| {
+            let frame = FrameBuf::set(&set, ctrl).unwrap();
+            arm.receive(LinkId(0), frame.bytes());
+        };
+        send(&mut arm, QueuedCmdStartExec {}.into(), Ctrl::SET);
+        let corners = [(180.0, 0.0), (200.0, 40.0), (220.0, -20.0), (180.0, 0.0)];
+        for z in [-20.0, -40.0, -40.5, -20.0, -40.0] {
+            for (x, y) in corners {
+                let ptp_mode = PtpMode::MovlXyz;
+                let (x, r) = (x + z, 0.0);
+                let line = PtpCmd {
+                    ptp_mode,
+                    x,
+                    y,
+                    z,
+                    r,
+                };
+                send(&mut arm, line.into(), Ctrl::QUEUED);
+            }
+        }
+        let mut cursor = Cursor::default();
+        let mut seen: Vec<[f64; 2]> = Vec::new();
+        let mut looks = 0;
+        for step in 0..600 {
+            arm.advance(step * 100_000);
+            let ink = Look::at(&arm, cursor).ink;
+            looks += usize::from(!ink.strokes.is_empty());
+            for stroke in ink.strokes {
+                // A stroke that goes on begins with the corner that is known.
+                let known = seen.last() == stroke.first();
+                seen.extend(stroke.into_iter().skip(usize::from(known)));
+            }
+            cursor = ink.until;
+        }
+        let drawing = arm.world().drawing().unwrap();
+        let drawn = drawing.strokes().iter().flat_map(|stroke| &stroke.points);
+        assert!(drawing.strokes().len() >= 2 && looks > 3);
+        assert_eq!(seen, drawn.copied().collect::<Vec<_>>());
+        assert!(Look::at(&arm, cursor).ink.strokes.is_empty());
     }
 }
