@@ -1,7 +1,7 @@
 //! One look at an arm: everything that a picture of it shows, taken at once.
 
 use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
-use magician_sim::scenario::Color;
+use magician_sim::scenario::{Color, ToolKind};
 use magician_sim::world::{Drawing, Place, Rest};
 use magician_sim::{Controller, Micros, PinState, State};
 
@@ -10,6 +10,8 @@ use magician_sim::{Controller, Micros, PinState, State};
 pub(super) struct Look {
     /// The arm; its clock in whole seconds, because nobody reads more, and an arm at rest is then the same for as long.
     pub(super) state: State,
+    /// The tool that is really on the arm, if the scenario says so; else what the controller was told.
+    pub(super) tool: ToolBias,
     /// The pins of the connectors, address 1 first.
     pub(super) pins: [PinState; 20],
     /// The objects of its world.
@@ -62,8 +64,12 @@ impl Look {
             place: object.place(),
             rest: object.rest(),
         });
-        let drawing = controller.world().drawing();
+        let world = controller.world();
+        let tool = world.scenario().map(|scenario| scenario.tool());
+        let tool = tool.filter(|tool| tool.kind != ToolKind::None);
+        let drawing = world.drawing();
         Self {
+            tool: tool.map_or(state.tool, |tool| tool.bias()),
             state,
             pins: controller.pins(),
             items: items.collect(),
@@ -74,12 +80,12 @@ impl Look {
 
     /// Where the arm really is.
     pub(super) fn figure(&self) -> Figure {
-        Figure::of(&self.state.true_joints, self.state.tool, self.rail())
+        Figure::of(&self.state.true_joints, self.tool, self.rail())
     }
 
     /// Where it is commanded to be.
     pub(super) fn commanded(&self) -> Figure {
-        Figure::of(&self.state.joints, self.state.tool, self.rail())
+        Figure::of(&self.state.joints, self.tool, self.rail())
     }
 
     /// The carriage, mm along Y.
@@ -254,8 +260,8 @@ mod tests {
     fn the_figure_ends_where_the_pose_says() {
         let mut look = look();
         look.state.true_joints = JointAngles::new(30.0, 40.0, 20.0, 0.0);
-        look.state.tool = ToolBias::new(60.0, 10.0, 5.0);
-        let pose = Geometry::magician(look.state.tool).forward(&look.state.true_joints);
+        look.tool = ToolBias::new(60.0, 10.0, 5.0);
+        let pose = Geometry::magician(look.tool).forward(&look.state.true_joints);
         let figure = look.figure();
         let [x, y] = figure.tip_above();
         assert!((x - pose.x).abs() < 1e-9 && (y - pose.y).abs() < 1e-9);
