@@ -1,13 +1,13 @@
-//! Ctrl-C and SIGTERM, as something to wait for.
+//! Ctrl-C, SIGTERM and a terminal that is closed, as something to wait for.
 
-use std::io;
+use std::io::{self, IsTerminal};
 
 /// What the user or the system wants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Signal {
     /// Ctrl-C.
     Interrupt,
-    /// SIGTERM, where there is such a thing.
+    /// SIGTERM, or the terminal is closed, where there are such things.
     Terminate,
 }
 
@@ -17,6 +17,9 @@ pub(crate) struct Signals {
     interrupt: tokio::signal::unix::Signal,
     #[cfg(unix)]
     terminate: tokio::signal::unix::Signal,
+    /// Only at a terminal: who is to outlive one has been started with `nohup`, which leaves none on stderr.
+    #[cfg(unix)]
+    hangup: Option<tokio::signal::unix::Signal>,
     #[cfg(windows)]
     interrupt: tokio::signal::windows::CtrlC,
 }
@@ -26,9 +29,12 @@ impl Signals {
     #[cfg(unix)]
     pub(crate) fn listen() -> io::Result<Self> {
         use tokio::signal::unix::{SignalKind, signal};
+        let at_terminal = io::stderr().is_terminal();
+        let hangup = at_terminal.then(|| signal(SignalKind::hangup()));
         Ok(Self {
             interrupt: signal(SignalKind::interrupt())?,
             terminate: signal(SignalKind::terminate())?,
+            hangup: hangup.transpose()?,
         })
     }
 
@@ -43,9 +49,16 @@ impl Signals {
     /// Waits for the next.
     #[cfg(unix)]
     pub(crate) async fn next(&mut self) -> Signal {
+        let hung_up = async {
+            match &mut self.hangup {
+                Some(hangup) => hangup.recv().await,
+                None => std::future::pending().await,
+            }
+        };
         tokio::select! {
             _ = self.interrupt.recv() => Signal::Interrupt,
             _ = self.terminate.recv() => Signal::Terminate,
+            _ = hung_up => Signal::Terminate,
         }
     }
 

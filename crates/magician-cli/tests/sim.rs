@@ -204,6 +204,38 @@ fn the_built_in_profile_can_be_printed_and_used() {
 }
 
 #[test]
+fn every_arm_has_a_recording_of_its_own() {
+    let dir = tempfile::tempdir().expect("directory");
+    let recording = dir.path().join("arm.mcap");
+    let path = recording.to_str().expect("UTF-8");
+    let arguments = ["--arms", "2", "--tcp", "127.0.0.1:0", "--record", path];
+    // Two arms say their title and one door each.
+    let served = Served::start(&arguments, 3);
+    served.end("-TERM");
+    for number in [1, 2] {
+        let file = std::fs::read(format!("{path}.{number}")).expect("a recording");
+        let magic = b"\x89MCAP0\r\n";
+        assert!(file.starts_with(magic) && file.ends_with(magic));
+        let told = |text: &str| {
+            file.windows(text.len())
+                .any(|bytes| bytes == text.as_bytes())
+        };
+        assert!(told("foxglove.PoseInFrame") && told("ResetOccurred"));
+    }
+    assert!(!recording.exists());
+}
+
+#[test]
+fn a_recording_that_cannot_be_begun_is_an_error() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = dir.path().join("no").join("such.mcap");
+    let path = path.to_str().expect("UTF-8");
+    let refused = run(&["sim", "--udp", "127.0.0.1:0", "--record", path, "--json"]);
+    assert_eq!((refused.status, refused.out.as_str()), (3, ""));
+    assert_eq!(refused.error()["kind"], "invalid-input");
+}
+
+#[test]
 fn what_an_arm_keeps_without_power_is_in_its_file() {
     let dir = tempfile::tempdir().expect("directory");
     let flash = dir.path().join("flash.toml");
@@ -282,4 +314,107 @@ fn what_answers_rested_on_is_an_object_for_those_who_want_one() {
             .iter()
             .any(|basis| basis["basis"] == "ResetAlarm" && basis["uses"] == 1)
     );
+}
+
+/// A pen over paper.
+const PAPER: &str = "tool = { kind = \"pen\" }\ntable = { height = -60 }\narm = { homed = true }\n";
+
+#[test]
+fn a_picture_that_cannot_be_written_is_told_before_anybody_draws() {
+    let dir = tempfile::tempdir().expect("directory");
+    let inside = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (scenario, old) = (inside("paper.toml"), inside("old.svg"));
+    std::fs::write(&scenario, PAPER).expect("written");
+    std::fs::write(&old, "what was drawn before").expect("written");
+    let sim = |picture: &str, more: &[&str]| {
+        let mut arguments = vec!["sim", "--scenario", &scenario, "--picture", picture];
+        arguments.extend(more);
+        run(&arguments)
+    };
+    for picture in [inside("missing/a.svg"), inside("paper.toml/a.png")] {
+        let refused = sim(&picture, &["--tcp", "127.0.0.1:0"]);
+        assert_eq!(
+            (refused.status, refused.out.as_str()),
+            (3, ""),
+            "{refused:?}"
+        );
+        assert!(refused.err.contains("cannot be written"), "{refused:?}");
+    }
+    // Looking whether it can be written leaves no trace.
+    for picture in [&old, &inside("new.svg")] {
+        assert_eq!(sim(picture, &["--tcp", "nowhere"]).status, 3);
+    }
+    assert_eq!(
+        std::fs::read_to_string(&old).expect("there"),
+        "what was drawn before"
+    );
+    assert_eq!(std::fs::read_dir(dir.path()).expect("directory").count(), 2);
+}
+
+#[test]
+fn a_drawing_is_not_lost_with_the_place_for_it() {
+    let dir = tempfile::tempdir().expect("directory");
+    let scenario = dir.path().join("paper.toml");
+    let gone = dir.path().join("gone");
+    std::fs::write(&scenario, PAPER).expect("written");
+    std::fs::create_dir(&gone).expect("made");
+    let picture = gone.join("drawing.svg");
+    let (scenario, picture) = (
+        scenario.to_str().expect("UTF-8"),
+        picture.to_str().expect("UTF-8"),
+    );
+    let arguments = [
+        "--tcp",
+        "127.0.0.1:0",
+        "--speed",
+        "max",
+        "--scenario",
+        scenario,
+        "--picture",
+        picture,
+    ];
+    let served = Served::start(&arguments, 1);
+    let port = served.door("tcp");
+    for [x, y, z] in [["220", "0", "-61"], ["260", "0", "-61"], ["260", "0", "0"]] {
+        assert_eq!(
+            run(&["--port", &port, "move", x, y, z, "--linear"]).status,
+            0
+        );
+    }
+    std::fs::remove_dir(&gone).expect("removed");
+    let (status, _, said) = served.end_telling("-TERM");
+    assert_eq!(status.code(), Some(3), "{said}");
+    let (_, elsewhere) = said.split_once("the drawing is in ").expect(&said);
+    let elsewhere = Path::new(elsewhere.trim());
+    let drawn = std::fs::read_to_string(elsewhere).expect("saved");
+    assert!(drawn.contains("L321 0\""), "{drawn}");
+    std::fs::remove_file(elsewhere).expect("removed");
+}
+
+#[test]
+fn each_of_several_arms_has_a_picture() {
+    let dir = tempfile::tempdir().expect("directory");
+    let scenario = dir.path().join("paper.toml");
+    std::fs::write(&scenario, PAPER).expect("written");
+    let picture = dir.path().join("drawing.png");
+    let (scenario, picture) = (
+        scenario.to_str().expect("UTF-8"),
+        picture.to_str().expect("UTF-8"),
+    );
+    let arguments = [
+        "--arms",
+        "2",
+        "--tcp",
+        "127.0.0.1:0",
+        "--scenario",
+        scenario,
+        "--picture",
+        picture,
+    ];
+    let (status, said) = Served::start(&arguments, 4).end("-TERM");
+    assert_eq!(status.code(), Some(0), "{said}");
+    for name in ["drawing.1.png", "drawing.2.png"] {
+        let bytes = std::fs::read(dir.path().join(name)).expect(name);
+        assert!(bytes.starts_with(b"\x89PNG"));
+    }
 }

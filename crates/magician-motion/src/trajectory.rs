@@ -161,7 +161,9 @@ impl Trajectory {
         (timed.leg.end() == self.end).then_some(&timed.leg)
     }
 
-    pub(crate) fn geometry(&self) -> &Geometry {
+    /// The arm's measures that its poses hold for: those it was planned with, and none that came later.
+    #[must_use]
+    pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }
 

@@ -13,7 +13,8 @@ use crate::{Flash, LinkId, Micros, Profile, State, World};
 ///
 /// # Grammar
 ///
-/// * **Look**: [`now`](Self::now), [`state`](Self::state), [`jogging`](Self::jogging) change nothing.
+/// * **Look**: [`now`](Self::now), [`state`](Self::state), [`jogging`](Self::jogging), [`busy`](Self::busy),
+///   [`events`](Self::events) change nothing.
 /// * **Bytes in**: [`receive`](Self::receive) takes what came over a link and acts on every frame in it at the present
 ///   instant; [`receive_one`](Self::receive_one) stops after each request, for callers that let time pass between
 ///   them. [`expire`](Self::expire) and [`close`](Self::close) say that a link fell silent or is gone.
@@ -113,6 +114,13 @@ impl Controller {
         self.core.motion.is_jogging()
     }
 
+    /// Whether the arm does something that ends by itself, a motion or a WAIT, or waits for an input that the scenario will change. A jog does not end
+    /// by itself, a motor that runs on is no work of the arm's, and what a scenario says happens to an idle arm.
+    #[must_use]
+    pub fn busy(&self) -> bool {
+        self.core.is_busy()
+    }
+
     /// Takes bytes from a link and handles every frame in them, all at the present instant.
     pub fn receive(&mut self, link: LinkId, bytes: &[u8]) {
         let mut input = bytes;
@@ -179,6 +187,12 @@ impl Controller {
     /// time.
     pub fn poll_event(&mut self) -> Option<Event> {
         self.core.log.pop()
+    }
+
+    /// The events that wait to be polled, oldest first, each with its number, counted from 0 at power-up. Looking at
+    /// them does not take them.
+    pub fn events(&self) -> impl Iterator<Item = (u64, Event)> {
+        self.core.log.waiting()
     }
 }
 

@@ -8,6 +8,8 @@ use crate::LinkId;
 use crate::fidelity::Basis;
 use crate::world::{Incident, Press};
 
+mod words;
+
 /// Something that happened inside the controller. None of it goes over the wire.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
@@ -162,6 +164,8 @@ pub enum Refusal {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Log {
     events: VecDeque<Event>,
+    /// How many there have been.
+    pushed: u64,
     lost: u64,
     not_simulated: NotSimulated,
 }
@@ -197,6 +201,7 @@ impl Log {
             self.lost = self.lost.saturating_add(1);
         }
         self.events.push_back(event);
+        self.pushed += 1;
     }
 
     /// Counts a command that this simulation does not act on, and tells it if its row is new.
@@ -216,5 +221,11 @@ impl Log {
 
     pub(crate) fn lost(&self) -> u64 {
         self.lost
+    }
+
+    /// The events that wait, oldest first, each with its number since power-up.
+    pub(crate) fn waiting(&self) -> impl Iterator<Item = (u64, Event)> {
+        let first = self.pushed - self.events.len() as u64;
+        (first..).zip(self.events.iter().copied())
     }
 }

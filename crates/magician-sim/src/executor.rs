@@ -27,6 +27,21 @@ impl Core {
 
     /// When something next happens by itself.
     pub(crate) fn next_event(&self) -> Option<Micros> {
+        let events = [self.own_event(), self.world.next_event()];
+        events.into_iter().flatten().min()
+    }
+
+    /// Whether the arm does something that ends by itself, or waits for an input that the scenario will change.
+    pub(crate) fn is_busy(&self) -> bool {
+        let waits = match self.queue.running.map(|running| running.busy) {
+            Some(Busy::Triggered(trigger)) => self.world.will_change(trigger.address),
+            _ => false,
+        };
+        !self.motion.is_jogging() && (waits || self.own_event().is_some())
+    }
+
+    /// When the arm itself next comes to an end of what it does.
+    fn own_event(&self) -> Option<Micros> {
         let waited = match self.queue.running.map(|running| running.busy) {
             Some(Busy::Waiting(until)) => Some(until),
             _ => None,
@@ -36,7 +51,6 @@ impl Core {
             self.motion.next_event(),
             self.actuators.next_change(self.now),
             self.steppers.next_event(),
-            self.world.next_event(),
         ]
         .into_iter()
         .flatten()

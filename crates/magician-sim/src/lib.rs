@@ -18,6 +18,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "record")]
+pub mod record;
 #[cfg(feature = "serve")]
 pub mod serve;
 #[cfg(feature = "trace")]
@@ -29,6 +31,7 @@ mod controller;
 mod convert;
 mod core;
 mod dispatch;
+pub mod document;
 mod event;
 mod executor;
 pub mod fidelity;
@@ -36,6 +39,7 @@ mod flash;
 mod happening;
 mod link;
 mod motion;
+mod observer;
 mod pace;
 mod pins;
 mod profile;
@@ -54,6 +58,7 @@ pub use event::{Event, Refusal};
 pub use flash::{Flash, FlashError};
 pub use happening::LineState;
 pub use link::LinkId;
+pub use observer::Observer;
 pub use pace::{Line, Speed, SpeedError};
 pub use pins::{PinState, Signal};
 pub use profile::{

@@ -23,9 +23,16 @@ pub(crate) const PINS: usize = 20;
 /// Why a firmware profile cannot be used.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum ProfileError {
-    /// It is not TOML, lacks a value or has one that is not known; the message names the line.
-    #[error("{0}")]
-    Syntax(#[from] toml::de::Error),
+    /// It is not TOML, lacks a value or has one that is not known.
+    #[error("line {line}, column {column}: {message}")]
+    Syntax {
+        /// The line, from 1.
+        line: usize,
+        /// The column in characters, from 1.
+        column: usize,
+        /// What is wrong there.
+        message: String,
+    },
     /// A value makes no sense.
     #[error("{name} is {value}, it must be {rule}")]
     Value {
@@ -441,7 +448,15 @@ impl Profile {
     /// # Errors
     /// [`ProfileError`] for text that is no profile, or values that make no sense.
     pub fn from_toml(text: &str) -> Result<Self, ProfileError> {
-        let profile: Self = toml::from_str(text)?;
+        let syntax = |error: toml::de::Error| {
+            let (line, column, message) = crate::document::flaw(text, &error);
+            ProfileError::Syntax {
+                line,
+                column,
+                message,
+            }
+        };
+        let profile: Self = toml::from_str(text).map_err(syntax)?;
         profile.check()?;
         Ok(profile)
     }

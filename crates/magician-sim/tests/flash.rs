@@ -166,7 +166,7 @@ fn text_that_is_no_flash_says_why() {
         ("AA AA 06 6E 03 F4", "AA AA 06 6E 03 F5", "line 3"),
         ("AA AA 06 6E 03 F4", "nonsense", "line 3"),
         ("loops = 2", "loops = -2", "loops"),
-        ("[program]", "[program", "program"),
+        ("[program]", "[program", "unclosed table"),
     ] {
         assert!(good.contains(from), "{from} in {good}");
         let error = Flash::from_toml(&good.replacen(from, to, 1)).unwrap_err();

@@ -1,7 +1,11 @@
 //! The runner in virtual time: pacing, speed, silence, and that cuts do not matter.
 
+use std::sync::{Arc, Mutex};
+
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::{Controller, Line, LinkId, Micros, Profile, Runner, Speed};
+use magician_sim::{
+    Controller, Line, LinkId, Micros, Observer, Profile, Runner, Scenario, Speed, World,
+};
 use proptest::prelude::*;
 
 const USB: LinkId = LinkId(0);
@@ -253,6 +257,66 @@ fn at_full_speed_nothing_scheduled_runs_at_wall_speed() {
     assert_eq!(number(&reply(&mut runner, &mut now, USB)), 63_500);
 }
 
+/// A belt with a cube on it that a sensor waits for, and a button.
+const CELL: &str = r#"
+    table = { height = -70 }
+    conveyor = { start = [200, -100], direction = 90, length = 200, width = 60, height = -40, stepper = 0 }
+    object = [{ name = "cube", size = [20, 20, 20], at = [200, -80], on = "belt" }]
+    input = [{ address = 15, level = 0 }, { address = 15, level = 1, at = 5 }]
+"#;
+
+fn runner_in(scenario: &str) -> Runner {
+    let world = World::from_scenario(&Scenario::from_toml(scenario).unwrap());
+    let controller = Controller::in_world(Profile::default(), world);
+    Runner::new(controller, Speed::Max, Line::default())
+}
+
+#[test]
+fn at_full_speed_the_world_waits_for_the_host() {
+    let mut runner = runner_in(CELL);
+    // 5000 pulses a second: 33.4 mm/s.
+    let belt = frame(135, Ctrl::SET, &[0, 1, 0x88, 0x13, 0, 0]);
+    runner.receive(0, USB, &[start(), belt].concat());
+    assert_eq!(runner.controller().now(), 0);
+    for second in 1..4 {
+        runner.handle_timeout(second * 1_000_000);
+        assert_eq!(runner.controller().now(), second * 1_000_000);
+    }
+    let look = runner.controller().look();
+    assert!((look.belt_travel() - 100.14).abs() < 0.01);
+    assert!(look.object("cube").unwrap().on_belt());
+    while runner.poll_transmit(3_000_000, USB).is_some() {}
+    assert_eq!(runner.poll_timeout(), Some(5_000_000)); // the button, and not at once
+
+    // What the arm does takes no wall time, and the world goes along.
+    runner.receive(3_000_000, USB, &wait(1_500));
+    assert_eq!(runner.controller().now(), 4_500_000);
+    runner.handle_timeout(3_400_000);
+    while runner.poll_transmit(3_400_000, USB).is_some() {}
+    assert_eq!(runner.poll_timeout(), Some(3_500_000));
+}
+
+#[test]
+fn at_full_speed_a_trigger_does_not_wait_for_the_wall_clock() {
+    let mut runner = runner_in(CELL);
+    let input = frame(130, Ctrl::SET, &[15, 3]);
+    let trigger = frame(120, Ctrl::QUEUED, &[15, 0, 0, 1, 0]);
+    runner.receive(0, USB, &[start(), input, trigger].concat());
+    let answers = std::iter::from_fn(|| runner.poll_transmit(0, USB)).count();
+    assert_eq!((answers, runner.controller().now()), (4, 5_000_000));
+}
+
+#[test]
+fn at_full_speed_a_trigger_that_only_a_person_can_meet_is_waited_for() {
+    let mut runner = runner_in(CELL);
+    let belt = frame(135, Ctrl::SET, &[0, 1, 0x88, 0x13, 0, 0]);
+    let trigger = frame(120, Ctrl::QUEUED, &[16, 0, 0, 1, 0]);
+    runner.receive(0, USB, &[start(), belt, trigger].concat());
+    runner.handle_timeout(1_000_000);
+    assert_eq!(runner.controller().now(), 1_000_000);
+    assert!(!runner.controller().busy());
+}
+
 #[test]
 fn at_full_speed_what_the_line_brings_later_is_read_later() {
     let mut runner = runner(Speed::Max, paced(0));
@@ -263,6 +327,22 @@ fn at_full_speed_what_the_line_brings_later_is_read_later() {
     }
     // 28 bytes after the beginning, the wait left out.
     assert_eq!(number(&reply(&mut runner, &mut now, USB)), 10_002);
+}
+
+#[test]
+fn at_full_speed_a_move_that_never_ends_does_not_use_up_the_clock() {
+    let mut runner = runner(Speed::Max, Line::default());
+    let speeds = [f32::MIN_POSITIVE; 8].map(f32::to_le_bytes).concat();
+    let slow = frame(80, Ctrl::SET, &speeds);
+    let target = [10.0f32, 45.0, 45.0, 0.0].map(f32::to_le_bytes).concat();
+    let go = frame(84, Ctrl::QUEUED, &[vec![4], target].concat());
+    runner.receive(0, USB, &[start(), slow, go].concat());
+    runner.handle_timeout(2_000_000);
+    assert_eq!(runner.controller().now(), 2_000_000);
+    while runner.poll_transmit(2_000_000, USB).is_some() {}
+    assert!(runner.poll_timeout().is_none_or(|at| at > 2_000_000));
+    runner.receive(2_000_000, USB, &frame(242, Ctrl::SET, &[]));
+    assert!(!runner.controller().state().moving);
 }
 
 #[test]
@@ -524,4 +604,77 @@ proptest! {
         runner.receive(now, USB, &get_pose());
         prop_assert_eq!(reply(&mut runner, &mut now, USB).frame().id(), 10);
     }
+}
+
+/// Wants to see every 20 ms and counts them.
+#[derive(Default)]
+struct Counting {
+    seen: u64,
+    next: Micros,
+}
+
+impl Observer for Counting {
+    fn next_look(&self) -> Option<Micros> {
+        Some(self.next)
+    }
+
+    fn look(&mut self, arm: &Controller) {
+        if arm.now() == self.next {
+            self.seen += 1;
+            self.next += 20_000;
+        }
+    }
+}
+
+fn watched(speed: Speed) -> (Runner, Arc<Mutex<Counting>>) {
+    let mut runner = Runner::new(Controller::default(), speed, Line::default());
+    let counting = Arc::new(Mutex::new(Counting::default()));
+    runner.observe(Arc::clone(&counting));
+    (runner, counting)
+}
+
+#[test]
+fn an_observer_of_a_leap_over_weeks_does_not_keep_everybody_waiting() {
+    let weeks = [start(), wait(u32::MAX)].concat();
+    for speed in [Speed::Max, Speed::Times(1e9)] {
+        let (mut runner, counting) = watched(speed);
+        runner.receive(0, USB, &weeks);
+        let (mut wall, mut most) = (0, 0);
+        for _ in 0..10 {
+            let before = counting.lock().unwrap().seen;
+            wall = runner.poll_timeout().unwrap().max(wall);
+            runner.handle_timeout(wall);
+            most = most.max(counting.lock().unwrap().seen - before);
+            while runner.poll_transmit(wall, USB).is_some() {}
+        }
+        // What a caller does at full speed is a pass and a jump.
+        assert!((1..=200_000).contains(&most), "{speed}: {most}");
+        let seen = counting.lock().unwrap().seen;
+        assert_eq!(runner.controller().now() / 20_000, seen - 1, "{speed}");
+        runner.receive(wall, WIFI, &device_time());
+        assert!(runner.poll_transmit(wall, WIFI).is_some());
+    }
+}
+
+#[test]
+fn an_observer_is_shown_the_arm_in_good_time() {
+    for (speed, apart) in [
+        (Speed::Times(0.5), 40_000),
+        (Speed::Times(1.0), 20_000),
+        (Speed::Times(100.0), 10_000),
+        (Speed::Max, 20_000),
+    ] {
+        let (mut runner, counting) = watched(speed);
+        let mut wall = 0;
+        for _ in 0..100 {
+            let due = runner.poll_timeout().unwrap();
+            assert_eq!(due - wall, apart, "{speed}");
+            wall = due;
+            runner.handle_timeout(wall);
+        }
+        let now = runner.controller().now();
+        assert_eq!(counting.lock().unwrap().seen, now / 20_000 + 1, "{speed}");
+    }
+    let (runner, _) = watched(Speed::Times(0.0));
+    assert_eq!(runner.poll_timeout(), None);
 }

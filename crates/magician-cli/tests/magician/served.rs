@@ -59,7 +59,13 @@ impl Served {
     }
 
     /// Ends it with a signal; its status and the rest of its stdout.
-    pub(crate) fn end(mut self, signal: &str) -> (ExitStatus, String) {
+    pub(crate) fn end(self, signal: &str) -> (ExitStatus, String) {
+        let (status, rest, _) = self.end_telling(signal);
+        (status, rest)
+    }
+
+    /// As [`end`](Self::end), with what it has said on stderr since it was ready.
+    pub(crate) fn end_telling(mut self, signal: &str) -> (ExitStatus, String, String) {
         let kill = Command::new("kill")
             .args([signal, &self.child.id().to_string()])
             .status();
@@ -67,14 +73,14 @@ impl Served {
         let status = self.child.wait().expect("it ends");
         let mut rest = String::new();
         self.stdout.read_to_string(&mut rest).expect("UTF-8");
-        (status, rest)
+        let log = self.log.take().expect("taken once");
+        (status, rest, log.join().expect("UTF-8").join("\n"))
     }
 
     /// Ends it with SIGTERM; what stderr said since it was ready.
-    pub(crate) fn log(mut self) -> Vec<String> {
-        let log = self.log.take().expect("taken once");
-        self.end("-TERM");
-        log.join().expect("UTF-8")
+    pub(crate) fn log(self) -> Vec<String> {
+        let (_, _, said) = self.end_telling("-TERM");
+        said.lines().map(str::to_owned).collect()
     }
 }
 

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::{Flash, FlashError};
+use crate::document::{self, DocumentError};
 
 impl Flash {
     /// Reads a file; `None` when there is none.
@@ -13,21 +14,18 @@ impl Flash {
     /// # Errors
     /// [`FlashError::Damaged`] for a file that holds no flash, [`FlashError::File`] when it cannot be read.
     pub fn load(path: &Path) -> Result<Option<Self>, FlashError> {
-        let text = match fs::read(path) {
-            Ok(bytes) => String::from_utf8(bytes),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(source) => return Err(failed(path, "read", source)),
-        };
         let damaged = |reason| FlashError::Damaged {
             path: path.to_owned(),
             reason: Box::new(reason),
         };
-        let text = text.map_err(|_| {
-            damaged(FlashError::Value {
-                name: "the file".to_owned(),
-                rule: "UTF-8",
-            })
-        })?;
+        let text = match document::read(path) {
+            Ok(text) => text,
+            Err(DocumentError::File(error)) if error.kind() == io::ErrorKind::NotFound => {
+                return Ok(None);
+            }
+            Err(DocumentError::File(source)) => return Err(failed(path, "read", source)),
+            Err(error) => return Err(damaged(error.into())),
+        };
         Self::from_toml(&text).map(Some).map_err(damaged)
     }
 

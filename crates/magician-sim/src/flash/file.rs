@@ -133,7 +133,8 @@ impl Flash {
     /// # Errors
     /// [`FlashError`] for text that is no flash.
     pub fn from_toml(text: &str) -> Result<Self, FlashError> {
-        let Versioned { version } = toml::from_str(text)?;
+        let syntax = |error: toml::de::Error| FlashError::syntax(text, &error);
+        let Versioned { version } = toml::from_str(text).map_err(syntax)?;
         if version != VERSION {
             return Err(FlashError::Version(version));
         }
@@ -144,7 +145,7 @@ impl Flash {
             wifi,
             calibration,
             program,
-        } = toml::from_str(text)?;
+        } = toml::from_str(text).map_err(syntax)?;
         Ok(Self {
             serial: serial.read("serial", MAX_SERIAL)?,
             name: name.read("name", MAX_NAME)?,

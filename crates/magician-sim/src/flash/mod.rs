@@ -7,6 +7,7 @@ use magician_protocol::commands::*;
 use magician_protocol::{Flag, Text};
 
 use crate::core::Core;
+use crate::document::{self, DocumentError};
 use crate::profile::WifiDefaults;
 use crate::program::Program;
 use crate::{Controller, Profile, World};
@@ -48,9 +49,19 @@ pub struct Flash {
 /// Why a flash cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum FlashError {
-    /// It is not TOML, lacks a value or has one that is not known; the message names the line.
+    /// It is not TOML, lacks a value or has one that is not known.
+    #[error("line {line}, column {column}: {message}")]
+    Syntax {
+        /// The line, from 1.
+        line: usize,
+        /// The column in characters, from 1.
+        column: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// It is no text.
     #[error("{0}")]
-    Syntax(#[from] toml::de::Error),
+    Document(#[from] DocumentError),
     /// It was written by another version of this software.
     #[error("its version is {0}, only version 1 is known")]
     Version(u32),
@@ -80,6 +91,17 @@ pub enum FlashError {
         /// What the system said.
         source: io::Error,
     },
+}
+
+impl FlashError {
+    fn syntax(text: &str, error: &toml::de::Error) -> Self {
+        let (line, column, message) = document::flaw(text, error);
+        Self::Syntax {
+            line,
+            column,
+            message,
+        }
+    }
 }
 
 fn text(from: &str) -> Text {

@@ -245,7 +245,8 @@ impl Core {
         outputs: Outputs,
     ) -> Step {
         let lasting = trajectory.duration_us().max(rail.duration());
-        self.motion.measured = self.geometry();
+        // What is left of a motion keeps the tool that it began with.
+        self.motion.measured = *trajectory.geometry();
         self.motion.rest = *trajectory.start();
         self.motion.under_way = Some(UnderWay {
             purpose,

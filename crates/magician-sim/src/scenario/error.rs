@@ -5,6 +5,8 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::document;
+
 /// Why a text is no scenario, and where: the message says what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}, column {column}: {message}")]
@@ -33,10 +35,38 @@ pub(super) struct Flaw {
 
 impl ScenarioError {
     pub(super) fn syntax(text: &str, error: &toml::de::Error) -> Self {
-        let at = error.span().map_or(0, |span| span.start);
-        // Some of the parser's messages have a second line.
-        let message = error.message().trim().replace('\n', "; ");
-        Self::at(text, at, message)
+        let (line, column, message) = document::flaw(text, error);
+        Self {
+            line,
+            column,
+            message,
+        }
+    }
+
+    /// What is no section where one ought to be, or one where a list of sections ought to be.
+    pub(super) fn shape(text: &str, file: &Spanned<DeTable<'_>>) -> Option<Self> {
+        const LISTS: [&str; 6] = ["object", "sensor", "input", "hand", "key", "fault"];
+        const TABLES: [&str; 4] = ["arm", "tool", "table", "conveyor"];
+        let file = file.get_ref();
+        let list = LISTS.iter().find_map(|name| {
+            let value = file.get(*name)?;
+            let wrong = match value.get_ref() {
+                DeValue::Array(entries) => {
+                    let mut entries = entries.iter();
+                    entries.find(|entry| !matches!(entry.get_ref(), DeValue::Table(_)))?
+                }
+                _ => value,
+            };
+            let message = format!("there may be several of these: write [[{name}]], not [{name}]");
+            Some((wrong.span(), message))
+        });
+        let table = TABLES.iter().find_map(|name| {
+            let value = file.get(*name)?;
+            let message = format!("there is one of these: write [{name}] and its values below it");
+            (!matches!(value.get_ref(), DeValue::Table(_))).then(|| (value.span(), message))
+        });
+        let (span, message) = list.or(table)?;
+        Some(Self::at(text, span.start, message))
     }
 
     /// The flaw at its value; one that is not there is told where it ought to be.
@@ -48,18 +78,7 @@ impl ScenarioError {
     }
 
     fn at(text: &str, offset: usize, message: String) -> Self {
-        let before = text
-            .char_indices()
-            .take_while(|(at, _)| *at < offset)
-            .map(|(_, char)| char);
-        let (mut line, mut column) = (1, 1);
-        for char in before {
-            if char == '\n' {
-                (line, column) = (line + 1, 1);
-            } else {
-                column += 1;
-            }
-        }
+        let (line, column) = document::place(text, offset);
         Self {
             line,
             column,

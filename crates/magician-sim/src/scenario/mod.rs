@@ -86,7 +86,12 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`] with line and column for a text that is no scenario, or that makes no sense.
     pub fn from_toml(text: &str) -> Result<Self, ScenarioError> {
-        let file = toml::from_str(text).map_err(|error| ScenarioError::syntax(text, &error))?;
+        let syntax = |error: toml::de::Error| ScenarioError::syntax(text, &error);
+        let shape = toml::de::DeTable::parse(text).map_err(syntax)?;
+        if let Some(error) = ScenarioError::shape(text, &shape) {
+            return Err(error);
+        }
+        let file = toml::from_str(text).map_err(syntax)?;
         check::scenario(file).map_err(|flaw| ScenarioError::locate(text, flaw))
     }
 

@@ -88,6 +88,14 @@ impl Agenda {
         self.analog[place_of(address)?]
     }
 
+    /// Whether the script has yet to change an input of that address.
+    pub(super) fn will_change(&self, script: &Script, input: u8) -> bool {
+        let rest = script.timed.get(self.cursor..).unwrap_or_default();
+        rest.iter().chain(&self.soon).any(|(_, action)| {
+            matches!(action, Action::Digital { address, .. } | Action::Analog { address, .. } if *address == input)
+        })
+    }
+
     /// Changes an input now; whether there is one of that address.
     pub(super) fn override_input(&mut self, now: Micros, action: Action) -> bool {
         let (Action::Digital { address, .. } | Action::Analog { address, .. }) = action else {

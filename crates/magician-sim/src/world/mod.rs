@@ -206,6 +206,12 @@ impl World {
         self.state.as_ref()?.analog(address)
     }
 
+    /// Whether the scenario has yet to change what an input reads.
+    pub(crate) fn will_change(&self, address: u8) -> bool {
+        let state = self.state.as_ref();
+        state.is_some_and(|state| state.will_change(address))
+    }
+
     /// Red, green and blue under the colour sensor of a connector.
     pub(crate) fn color(&self, now: Micros, port: Port) -> [u8; 3] {
         let color = self.state.as_ref().and_then(|state| state.color(now, port));

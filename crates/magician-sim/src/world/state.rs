@@ -153,6 +153,10 @@ impl State {
         self.agenda.analog(address)
     }
 
+    pub(super) fn will_change(&self, address: u8) -> bool {
+        self.agenda.will_change(self.scenario.script(), address)
+    }
+
     pub(super) fn override_input(&mut self, action: Action) -> bool {
         self.agenda.override_input(self.now, action)
     }

@@ -68,6 +68,34 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "degrees",
     ),
     ("[[fault]]\nkind = \"earthquake\"", 2, 8, "slip"),
+    // One or several.
+    (
+        "[key]\npress = \"long\"\nat = 1",
+        1,
+        1,
+        "write [[key]], not [key]",
+    ),
+    ("[[arm]]\nhomed = true", 1, 1, "write [arm] and"),
+    ("[[tool]]\nkind = \"pen\"", 1, 1, "write [tool] and"),
+    // In the words of those who write it.
+    (
+        "[tool]\nkind = \"pen\"\ngive = \"much\"",
+        3,
+        8,
+        "expected a number",
+    ),
+    (
+        "[[input]]\naddress = 5\nlevel = true",
+        3,
+        9,
+        "expected a whole number",
+    ),
+    (
+        "[arm]\nhomed = { now = true }",
+        2,
+        9,
+        "type: table, expected true or false",
+    ),
     // Objects.
     (
         "[[object]]\nname = \"cube\"\nsize = [9, 9, 9]\nat = [10, 0]",

@@ -14,7 +14,7 @@ use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValuePar
 use magician::ErrorKind;
 use magician_sim::serve::{self, Discovery, Handle, ServeError, Server, serve_all};
 use magician_sim::{
-    Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World,
+    Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World, document,
 };
 
 use crate::context::Context;
@@ -41,11 +41,16 @@ address in the answer. So an arm on UDP port 8899 answers them, on the same HOST
 another arm, it says so on stderr and serves without. A broadcast reaches only a HOST of all addresses (0.0.0.0).
 
 --arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and at N ports in a row; \
-a port of 0 is any free one for each, and a trace or a flash is N files, FILE.1 to FILE.N. Programs that look for an arm find the \
-one on port 8899.
+a port of 0 is any free one for each, and a trace, a recording or a flash is N files, FILE.1 to FILE.N, a picture \
+FILE.1.svg to FILE.N.svg. Programs that look for an arm find the one on port 8899.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
-before the next request is read.
+before the next request is read. While the arm has nothing to do its clock runs on as usual, with belts and all that a scenario says.
+
+A scenario is explained in docs/SCENARIOS.md.
+
+A recording is on the arm's clock: samples every 20 ms of it, whatever the speed, about 110 MB an hour. Foxglove and every \
+other program for MCAP opens it. If it cannot be written any more, the arm is served on, and the exit status is 4.
 
 --tui draws the arm from above and from the side with its queue, pins, alarms, objects and log on the terminal of stderr. \
 Its keys press the arm's key, guide it by hand, pull the cable, drive inputs, raise alarms; `?` lists them, `q` ends.")]
@@ -81,6 +86,9 @@ pub(crate) struct Sim {
     /// Write all that passes to a pcapng file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Record what the arm does to an MCAP file: pose at 50 Hz, queue, IO, alarms, frames
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Keep in FILE what the arm keeps without power: name, serial number, Wi-Fi, calibration, program
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
@@ -135,6 +143,9 @@ impl Sim {
         }
         let (mut profile, scenario) = (self.read_profile()?, self.read_scenario()?);
         profile.fidelity.strict |= self.strict;
+        if let Some(picture) = &self.picture {
+            picture.check(self.arms)?;
+        }
         let verbose = (self.tui || !context.global.json).then_some(context.global.verbose);
         let feeds = self.feeds();
         let servers = self.servers(&profile, &scenario, verbose, &feeds)?;
@@ -187,22 +198,20 @@ impl Sim {
         let Some(path) = &self.profile else {
             return Ok(Profile::default());
         };
-        let wrong = |error: &dyn std::fmt::Display| {
-            Failure::invalid(format!("{} is no profile: {error}", path.display()))
-        };
-        let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
-        Profile::from_toml(&text).map_err(|error| wrong(&error))
+        let text = read(path)?;
+        Profile::from_toml(&text).map_err(|error| {
+            Failure::invalid(format!("{}: {error}", path.display()))
+                .hint("`magician sim --profile -` prints a whole profile as a pattern")
+        })
     }
 
     fn read_scenario(&self) -> Result<Scenario, Failure> {
         let Some(path) = &self.scenario else {
             return Ok(Scenario::default());
         };
-        let wrong = |error: &dyn std::fmt::Display| {
-            Failure::invalid(format!("{}: {error}", path.display()))
-        };
-        let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
-        Scenario::from_toml(&text).map_err(|error| wrong(&error))
+        let text = read(path)?;
+        Scenario::from_toml(&text)
+            .map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
     }
 
     /// What leads from each arm to the picture, if there is one.
@@ -257,31 +266,26 @@ impl Sim {
         };
         let Some(count) = self.arms else {
             let log = log(None);
-            let files = (self.trace.clone(), self.flash.clone());
-            let server = self.server(profile.clone(), scenario, files)?;
+            let server = self.server(profile.clone(), scenario, Path::to_owned)?;
             return Ok(vec![self.reporting(server, &profile.identity, log, true)]);
         };
         let numbered = |number| {
             let mut profile = profile.clone();
             profile.identity = profile.identity.numbered(number);
             let identity = profile.identity.clone();
-            let file = |path: &Option<PathBuf>| {
-                let path = path.as_deref();
-                path.map(|path| serve::numbered(path, number))
-            };
-            let files = (file(&self.trace), file(&self.flash));
-            let server = self.server(profile, scenario, files)?.number(number);
+            let own = |path: &Path| serve::numbered(path, number);
+            let server = self.server(profile, scenario, own)?.number(number);
             Ok(self.reporting(server, &identity, log(Some(number)), number == count))
         };
         (1..=count).map(numbered).collect()
     }
 
-    /// The server of an arm that writes its trace and keeps its flash in these files.
+    /// The server of an arm, whose files have its `own` paths.
     fn server(
         &self,
         profile: Profile,
         scenario: &Scenario,
-        (trace, flash): (Option<PathBuf>, Option<PathBuf>),
+        own: impl Fn(&Path) -> PathBuf,
     ) -> Result<Server, Failure> {
         let line = Line {
             baud: self.baud,
@@ -291,6 +295,7 @@ impl Sim {
             Some(_) => World::from_scenario(scenario),
             None => World::default(),
         };
+        let flash = self.flash.as_deref().map(&own);
         let controller = match &flash {
             Some(path) => Controller::with_flash(profile.clone(), world, flash_of(&profile, path)?),
             None => Controller::in_world(profile, world),
@@ -312,11 +317,11 @@ impl Sim {
         if let Some(path) = flash {
             server = server.flash(path);
         }
-        if let Some(path) = trace {
-            let file = File::create(&path).map_err(|error| {
-                Failure::invalid(format!("{} cannot be written: {error}", path.display()))
-            })?;
-            server = server.trace(BufWriter::new(file));
+        if let Some(path) = &self.trace {
+            server = server.trace(BufWriter::new(create(&own(path))?));
+        }
+        if let Some(path) = &self.record {
+            server = server.record(create(&own(path))?);
         }
         Ok(server)
     }
@@ -346,15 +351,33 @@ impl Sim {
     }
 }
 
+/// A file that somebody has written.
+fn read(path: &Path) -> Result<String, Failure> {
+    document::read(path).map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
+}
+
 /// What a file keeps; it is made if it is not there.
 fn flash_of(profile: &Profile, path: &Path) -> Result<Flash, Failure> {
-    let wrong = |error: FlashError| Failure::invalid(error.to_string());
+    let wrong = |error: FlashError| {
+        let failure = Failure::invalid(error.to_string());
+        match error {
+            FlashError::Damaged { .. } => {
+                failure.hint("mend it, or move it away: without one the arm begins with a new one")
+            }
+            _ => failure,
+        }
+    };
     if let Some(flash) = Flash::load(path).map_err(wrong)? {
         return Ok(flash);
     }
     let flash = Flash::new(profile);
     flash.save(path).map_err(wrong)?;
     Ok(flash)
+}
+
+fn create(path: &Path) -> Result<File, Failure> {
+    File::create(path)
+        .map_err(|error| Failure::invalid(format!("{} cannot be written: {error}", path.display())))
 }
 
 /// A parent that does not listen is no reason to stop serving.

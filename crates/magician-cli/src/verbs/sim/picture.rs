@@ -1,14 +1,19 @@
 //! What pen and laser have drawn, as a file at the end.
 
-use std::path::PathBuf;
+use std::fmt;
+use std::fs::OpenOptions;
+use std::io;
+use std::path::{Path, PathBuf};
 
 use magician_sim::serve::{self, Handle};
-use magician_sim::world::Drawing;
+use magician_sim::world::{Drawing, PictureError};
 
 use crate::failure::Failure;
 
 /// Resolution of a PNG: about 200 dots an inch.
 const PIXELS_PER_MM: f64 = 8.0;
+/// As often it is halved for a drawing that would be too large, one along a rail for instance.
+const HALVINGS: u32 = 4;
 
 /// Where the picture goes, and as what.
 #[derive(Clone, Debug)]
@@ -35,32 +40,89 @@ impl Picture {
         Ok(Self { path, format })
     }
 
-    /// Writes what the arms have drawn, a file for each.
+    /// Makes sure that the files can be written, as far as that can be told before there is anything to write: nobody
+    /// should draw for an hour and then hear of it. `arms` is how many there are, if they are numbered.
+    pub(super) fn check(&self, arms: Option<u32>) -> Result<(), Failure> {
+        match arms {
+            None => probe(&self.path),
+            Some(count) => (1..=count).try_for_each(|number| probe(&self.numbered(number))),
+        }
+    }
+
+    /// Writes what the arms have drawn, a file for each. What cannot be written where it belongs is saved elsewhere.
     pub(super) async fn write(&self, arms: &[Handle], numbered: bool) -> Result<(), Failure> {
+        let mut outcome = Ok(());
         for (number, arm) in (1..).zip(arms) {
             let drawing = arm.with(|runner| runner.controller().drawing());
             // An arm that is not served any more has been told of already.
             let Ok(drawing) = drawing.await else {
                 continue;
             };
-            let path = if numbered {
-                serve::numbered(&self.path, number)
-            } else {
-                self.path.clone()
+            let path = match numbered {
+                true => self.numbered(number),
+                false => self.path.clone(),
             };
-            let wrong = |error: &dyn std::fmt::Display| {
-                Failure::invalid(format!("{} cannot be written: {error}", path.display()))
-            };
-            let bytes = self.bytes(&drawing).map_err(|error| wrong(&error))?;
-            std::fs::write(&path, bytes).map_err(|error| wrong(&error))?;
+            // The other arms have drawn too.
+            outcome = outcome.and(self.save(&drawing, &path));
         }
-        Ok(())
+        outcome
     }
 
-    fn bytes(&self, drawing: &Drawing) -> Result<Vec<u8>, magician_sim::world::PictureError> {
-        match self.format {
-            Format::Svg => Ok(drawing.to_svg().into_bytes()),
-            Format::Png => drawing.to_png(PIXELS_PER_MM),
-        }
+    fn save(&self, drawing: &Drawing, path: &Path) -> Result<(), Failure> {
+        let bytes = self.bytes(drawing).map_err(|error| wrong(path, &error))?;
+        std::fs::write(path, &bytes).map_err(|error| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let elsewhere = std::env::temp_dir().join(format!("{}-{name}", std::process::id()));
+            let failure = wrong(path, &error);
+            match std::fs::write(&elsewhere, &bytes) {
+                Ok(()) => failure.hint(format!("the drawing is in {}", elsewhere.display())),
+                Err(_) => failure,
+            }
+        })
     }
+
+    /// `drawing.3.svg` for arm 3: the end still says what it is.
+    fn numbered(&self, number: u32) -> PathBuf {
+        let end = self.path.extension().unwrap_or_default();
+        let mut name = serve::numbered(&self.path.with_extension(""), number).into_os_string();
+        name.push(".");
+        name.push(end);
+        name.into()
+    }
+
+    fn bytes(&self, drawing: &Drawing) -> Result<Vec<u8>, PictureError> {
+        let Format::Png = self.format else {
+            return Ok(drawing.to_svg().into_bytes());
+        };
+        let mut scale = PIXELS_PER_MM;
+        for _ in 0..HALVINGS {
+            match drawing.to_png(scale) {
+                Err(PictureError::Size { .. }) => scale /= 2.0,
+                made => return made,
+            }
+        }
+        drawing.to_png(scale)
+    }
+}
+
+/// Opens the file as for writing and leaves it as it is.
+fn probe(path: &Path) -> Result<(), Failure> {
+    let there = path.symlink_metadata().is_ok();
+    let opened = OpenOptions::new().append(true).create(true).open(path);
+    opened.map_err(|error| wrong(path, &error))?;
+    match there {
+        true => Ok(()),
+        false => gone(std::fs::remove_file(path)).map_err(|error| wrong(path, &error)),
+    }
+}
+
+fn gone(removed: io::Result<()>) -> io::Result<()> {
+    match removed {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
+}
+
+fn wrong(path: &Path, error: &dyn fmt::Display) -> Failure {
+    Failure::invalid(format!("{} cannot be written: {error}", path.display()))
 }

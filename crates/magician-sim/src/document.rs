@@ -1,0 +1,102 @@
+//! Files that people write: reading them with bounds, and saying where one is wrong.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// A larger file is none of ours: a program for the flash of 65536 commands has 7 MB.
+const MOST_BYTES: u64 = 16 << 20;
+
+/// Why a file cannot be taken as text.
+#[derive(Debug, thiserror::Error)]
+pub enum DocumentError {
+    /// The system did not let it be read.
+    #[error("cannot be read: {0}")]
+    File(#[from] io::Error),
+    /// It is a device that does not end, or something else than text.
+    #[error("it is larger than 16 MB: is it another file?")]
+    TooLarge,
+    /// It is not UTF-8.
+    #[error(
+        "line {line}, column {column}: this is not UTF-8: save it as UTF-8, or is it no text at all?"
+    )]
+    NotUtf8 {
+        /// The line, from 1.
+        line: usize,
+        /// The column in characters, from 1.
+        column: usize,
+    },
+}
+
+/// Reads a file of text: a scenario, a profile, a flash. One that does not end is not read to its end.
+///
+/// # Errors
+/// [`DocumentError`], whose message goes on after the file's name.
+pub fn read(path: &Path) -> Result<String, DocumentError> {
+    let file = File::open(path)?;
+    let mut bytes = Vec::new();
+    file.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(DocumentError::TooLarge);
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let good = error.utf8_error().valid_up_to();
+        let bytes = error.into_bytes();
+        let before = String::from_utf8_lossy(bytes.get(..good).unwrap_or_default());
+        let (line, column) = place(&before, good);
+        DocumentError::NotUtf8 { line, column }
+    })
+}
+
+/// Line and column, from 1, of what is so many bytes into a text.
+pub(crate) fn place(text: &str, offset: usize) -> (usize, usize) {
+    let before = text.char_indices().take_while(|(at, _)| *at < offset);
+    before.fold((1, 1), |(line, column), (_, char)| match char {
+        '\n' => (line + 1, 1),
+        _ => (line, column + 1),
+    })
+}
+
+/// Where TOML is wrong, and why, in words for people who write it.
+pub(crate) fn flaw(text: &str, error: &toml::de::Error) -> (usize, usize, String) {
+    let offset = error.span().map_or(0, |span| span.start);
+    let (line, column) = place(text, offset);
+    let message = in_words(error.message());
+    let message = match key(text, offset) {
+        Some(key) => format!("{key}: {message}"),
+        None => message,
+    };
+    (line, column, message)
+}
+
+/// The name of the value that begins so many bytes into a text.
+fn key(text: &str, offset: usize) -> Option<&str> {
+    let line = text.get(..offset)?.rsplit('\n').next()?;
+    let (before, between) = line.rsplit_once('=')?;
+    let named = |char: char| char.is_ascii_alphanumeric() || char == '_';
+    let key = before.trim_end().rsplit(|char| !named(char)).next()?;
+    let begins = between.trim_start_matches([' ', '\t', '[', '{']).is_empty();
+    (begins && !key.is_empty()).then_some(key)
+}
+
+/// The parser speaks of its own types, and some of its messages have a second line.
+fn in_words(message: &str) -> String {
+    const WORDS: [(&str, &str); 8] = [
+        ("type: map", "type: table"),
+        ("expected a sequence", "expected a list, [..]"),
+        ("expected an array", "expected a list"),
+        ("expected u8", "expected a whole number from 0 to 255"),
+        ("expected f64", "expected a number"),
+        ("expected f32", "expected a number"),
+        ("expected a boolean", "expected true or false"),
+        ("expected struct ", "expected a table, as for "),
+    ];
+    const WHOLE: [&str; 4] = ["i64", "u64", "u32", "usize"];
+    let message = message.trim().replace('\n', "; ");
+    let message = WORDS
+        .iter()
+        .fold(message, |message, (from, to)| message.replace(from, to));
+    WHOLE.iter().fold(message, |message, word| {
+        message.replace(&format!("expected {word}"), "expected a whole number")
+    })
+}
