@@ -31,6 +31,8 @@ pub(in crate::verbs::sim) enum End {
     Quit,
     /// Ctrl-C.
     Interrupt,
+    /// The terminal is gone.
+    Gone,
     /// The arm is no longer served.
     Served,
 }

@@ -1,7 +1,7 @@
 //! One look at an arm: everything that a picture of it shows, taken at once.
 
 use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
-use magician_sim::scenario::Color;
+use magician_sim::scenario::{Color, ToolKind};
 use magician_sim::world::{Drawing, Place, Rest};
 use magician_sim::{Controller, Micros, PinState, State};
 
@@ -10,6 +10,8 @@ use magician_sim::{Controller, Micros, PinState, State};
 pub(super) struct Look {
     /// The arm; its clock in whole seconds, because nobody reads more, and an arm at rest is then the same for as long.
     pub(super) state: State,
+    /// The tool that is really on the arm, if the scenario says so; else what the controller was told.
+    pub(super) tool: ToolBias,
     /// The pins of the connectors, address 1 first.
     pub(super) pins: [PinState; 20],
     /// The objects of its world.
@@ -62,8 +64,12 @@ impl Look {
             place: object.place(),
             rest: object.rest(),
         });
-        let drawing = controller.world().drawing();
+        let world = controller.world();
+        let tool = world.scenario().map(|scenario| scenario.tool());
+        let tool = tool.filter(|tool| tool.kind != ToolKind::None);
+        let drawing = world.drawing();
         Self {
+            tool: tool.map_or(state.tool, |tool| tool.bias()),
             state,
             pins: controller.pins(),
             items: items.collect(),
@@ -74,12 +80,12 @@ impl Look {
 
     /// Where the arm really is.
     pub(super) fn figure(&self) -> Figure {
-        Figure::of(&self.state.true_joints, self.state.tool, self.rail())
+        Figure::of(&self.state.true_joints, self.tool, self.rail())
     }
 
     /// Where it is commanded to be.
     pub(super) fn commanded(&self) -> Figure {
-        Figure::of(&self.state.joints, self.state.tool, self.rail())
+        Figure::of(&self.state.joints, self.tool, self.rail())
     }
 
     /// The carriage, mm along Y.
@@ -240,7 +246,9 @@ pub(super) enum Push {
 #[cfg(test)]
 mod tests {
     use magician_motion::Limits;
-    use magician_sim::{Profile, Scenario, World};
+    use magician_protocol::commands::{PtpCmd, QueuedCmdStartExec};
+    use magician_protocol::{Ctrl, FrameBuf, PtpMode, Set};
+    use magician_sim::{LinkId, Profile, Scenario, World};
 
     use super::*;
 
@@ -252,8 +260,8 @@ mod tests {
     fn the_figure_ends_where_the_pose_says() {
         let mut look = look();
         look.state.true_joints = JointAngles::new(30.0, 40.0, 20.0, 0.0);
-        look.state.tool = ToolBias::new(60.0, 10.0, 5.0);
-        let pose = Geometry::magician(look.state.tool).forward(&look.state.true_joints);
+        look.tool = ToolBias::new(60.0, 10.0, 5.0);
+        let pose = Geometry::magician(look.tool).forward(&look.state.true_joints);
         let figure = look.figure();
         let [x, y] = figure.tip_above();
         assert!((x - pose.x).abs() < 1e-9 && (y - pose.y).abs() < 1e-9);
@@ -297,5 +305,52 @@ mod tests {
             (cube.place.x, cube.place.y, cube.place.z),
             (220.0, 50.0, -70.0)
         );
+    }
+
+    /// An arm draws lines; every motion is looked at several times.
+    #[test]
+    fn looks_in_a_row_show_all_that_is_drawn() {
+        let text = "[arm]\nhomed = true\n[tool]\nkind = \"pen\"\n[table]\nheight = -40";
+        let world = World::from_scenario(&Scenario::from_toml(text).unwrap());
+        let mut arm = Controller::in_world(Profile::default(), world);
+        let send = |arm: &mut Controller, set: Set, ctrl| {
+            let frame = FrameBuf::set(&set, ctrl).unwrap();
+            arm.receive(LinkId(0), frame.bytes());
+        };
+        send(&mut arm, QueuedCmdStartExec {}.into(), Ctrl::SET);
+        let corners = [(180.0, 0.0), (200.0, 40.0), (220.0, -20.0), (180.0, 0.0)];
+        for z in [-20.0, -40.0, -40.5, -20.0, -40.0] {
+            for (x, y) in corners {
+                let ptp_mode = PtpMode::MovlXyz;
+                let (x, r) = (x + z, 0.0);
+                let line = PtpCmd {
+                    ptp_mode,
+                    x,
+                    y,
+                    z,
+                    r,
+                };
+                send(&mut arm, line.into(), Ctrl::QUEUED);
+            }
+        }
+        let mut cursor = Cursor::default();
+        let mut seen: Vec<[f64; 2]> = Vec::new();
+        let mut looks = 0;
+        for step in 0..600 {
+            arm.advance(step * 100_000);
+            let ink = Look::at(&arm, cursor).ink;
+            looks += usize::from(!ink.strokes.is_empty());
+            for stroke in ink.strokes {
+                // A stroke that goes on begins with the corner that is known.
+                let known = seen.last() == stroke.first();
+                seen.extend(stroke.into_iter().skip(usize::from(known)));
+            }
+            cursor = ink.until;
+        }
+        let drawing = arm.world().drawing().unwrap();
+        let drawn = drawing.strokes().iter().flat_map(|stroke| &stroke.points);
+        assert!(drawing.strokes().len() >= 2 && looks > 3);
+        assert_eq!(seen, drawn.copied().collect::<Vec<_>>());
+        assert!(Look::at(&arm, cursor).ink.strokes.is_empty());
     }
 }

@@ -5,6 +5,7 @@
 
 mod app;
 mod feed;
+mod keyboard;
 mod keys;
 mod look;
 mod screen;
@@ -19,13 +20,14 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use magician::ErrorKind;
-use ratatui::crossterm::event::{self, Event};
+use ratatui::crossterm::event::Event;
 use tokio::sync::oneshot;
 
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Signal;
 
 use app::App;
+use keyboard::{Keyboard, Waited};
 use keys::Action;
 use screen::Screen;
 use theme::Theme;
@@ -92,7 +94,7 @@ impl Dashboard {
             match end.await {
                 Ok(End::Interrupt) => Signal::Interrupt,
                 // Without an answer the picture could not go on, and `finish` says why.
-                Ok(End::Quit | End::Served) | Err(_) => Signal::Terminate,
+                Ok(End::Quit | End::Gone | End::Served) | Err(_) => Signal::Terminate,
             }
         };
         tokio::select! {
@@ -149,6 +151,7 @@ fn show(subjects: Vec<Subject>, stop: &AtomicBool) -> io::Result<End> {
         return Ok(End::Served);
     }
     let theme = Theme::for_stderr();
+    let keyboard = Keyboard::find()?;
     let mut screen = Screen::take()?;
     let mut stale = true;
     loop {
@@ -161,11 +164,10 @@ fn show(subjects: Vec<Subject>, stop: &AtomicBool) -> io::Result<End> {
         }
         stale = false;
         while let Some(left) = FRAME.checked_sub(begun.elapsed()) {
-            if !event::poll(left)? {
-                break;
-            }
-            let Event::Key(key) = event::read()? else {
-                continue;
+            let key = match keyboard.wait(left)? {
+                Waited::Came(Event::Key(key)) => key,
+                Waited::Came(_) | Waited::Nothing => continue,
+                Waited::Gone => return Ok(End::Gone),
             };
             let action = keys::action(&app.mode, app.unlocked(), key);
             stale |= action != Action::Nothing;

@@ -15,6 +15,7 @@ use ratatui::crossterm::{execute, queue};
 use ratatui::layout::Rect;
 use ratatui::{Terminal, TerminalOptions, Viewport};
 
+use super::keyboard::Keyboard;
 use crate::failure::Failure;
 
 /// Whether the terminal is ours: there is one, and a panic anywhere has to give it back.
@@ -40,16 +41,11 @@ pub(in crate::verbs::sim) fn check() -> Result<(), Failure> {
         let message = "--tui needs a terminal that can place its cursor; TERM says `dumb`";
         return Err(Failure::usage(message).hint(without));
     }
-    if !has_keyboard() {
+    if Keyboard::find().is_err() {
         let message = "--tui has no keyboard: stdin is no terminal, and none controls this program";
         return Err(Failure::usage(message).hint(without));
     }
     Ok(())
-}
-
-fn has_keyboard() -> bool {
-    let controlling = || std::fs::File::open("/dev/tty").is_ok();
-    io::stdin().is_terminal() || (cfg!(unix) && controlling())
 }
 
 impl Screen {

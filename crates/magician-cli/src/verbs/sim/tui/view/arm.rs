@@ -269,7 +269,7 @@ impl Above<'_, '_, '_> {
         let View { app, look, .. } = self.0.view;
         let limits = &app.subject().limits;
         let figure = look.figure();
-        let Some(radii) = ring(figure.tip[1], look.state.tool, limits) else {
+        let Some(radii) = ring(figure.tip[1], look.tool, limits) else {
             return;
         };
         let rail = look.rail();
@@ -334,7 +334,7 @@ impl Beside<'_, '_, '_> {
     fn surroundings(&mut self) {
         let View { app, look, .. } = self.0.view;
         let subject = app.subject();
-        let reach = outline(look.state.tool, &subject.limits);
+        let reach = outline(look.tool, &subject.limits);
         self.0.dots(reach, FAINT);
         if let Some(table) = &subject.table {
             let height = table.height;

@@ -1,6 +1,7 @@
 //! Panels of the arm itself: where it is, its tools, its queue, its alarms.
 
 use magician_protocol::{Alarm, Row};
+use magician_sim::world::Rest;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -89,10 +90,13 @@ impl View<'_> {
             ),
             false => Span::styled(format!("{} laser  ", lamp(false)), self.theme.dim()),
         };
-        let holding = match state.holding {
-            true => Span::styled("holding", self.theme.good()),
-            false => Span::raw(""),
+        let held = self.look.items.iter().find(|item| item.rest == Rest::Tool);
+        let holding = match (state.holding, held) {
+            (true, Some(item)) => format!("has {}", item.name),
+            (true, None) => "holding".to_owned(),
+            (false, _) => String::new(),
         };
+        let holding = Span::styled(holding, self.theme.good());
         let mut second = vec![laser];
         if let Some(rail) = state.rail {
             second.push(Span::raw(format!("rail {} ", mm(rail))));
