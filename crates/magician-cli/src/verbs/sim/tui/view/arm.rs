@@ -39,7 +39,7 @@ const FAINT: Color = Color::DarkGray;
 const INK: Color = Color::Magenta;
 
 impl View<'_> {
-    pub(super) fn from_above(self, frame: &mut Frame<'_>, area: Rect) {
+    pub(super) fn seen_from_above(self, frame: &mut Frame<'_>, area: Rect) {
         let block = self.panel("from above");
         let rail = self.look.rail();
         let [[left, right], forward] = ABOVE;
@@ -58,7 +58,7 @@ impl View<'_> {
         frame.render_widget(canvas, area);
     }
 
-    pub(super) fn from_the_side(self, frame: &mut Frame<'_>, area: Rect) {
+    pub(super) fn seen_from_the_side(self, frame: &mut Frame<'_>, area: Rect) {
         let block = self.panel("from the side");
         let bounds = fitted(block.inner(area), BESIDE);
         let canvas = Canvas::default()
