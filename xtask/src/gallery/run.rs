@@ -72,7 +72,7 @@ pub(super) fn run(mode: &Mode) -> Run {
 fn thinned(looks: &[Look]) -> Vec<Look> {
     let step = looks.len() / MOST_LOOKS + 1;
     let last = looks.len().saturating_sub(1);
-    let keep = |at: &usize| at % step == 0 || *at == last;
+    let keep = |at: &usize| at.is_multiple_of(step) || *at == last;
     let kept = looks.iter().enumerate().filter(|(at, _)| keep(at));
     kept.map(|(_, look)| *look).collect()
 }
