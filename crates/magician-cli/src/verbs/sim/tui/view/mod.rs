@@ -4,6 +4,7 @@ mod arm;
 mod help;
 mod lists;
 mod pins;
+mod reach;
 mod status;
 #[cfg(test)]
 mod tests;
@@ -85,8 +86,8 @@ impl View<'_> {
         .areas(area);
         let halves = [Constraint::Fill(1), Constraint::Fill(1)];
         let [above, beside] = Layout::horizontal(halves).areas(pictures);
-        self.from_above(frame, above);
-        self.from_the_side(frame, beside);
+        self.seen_from_above(frame, above);
+        self.seen_from_the_side(frame, beside);
         if wide && !self.look.items.is_empty() {
             let [alarms, items] = Layout::horizontal(halves).areas(middle);
             self.alarms(frame, alarms);
