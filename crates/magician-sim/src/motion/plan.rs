@@ -52,7 +52,7 @@ impl Core {
                 } = plan;
                 let alarm = alarm_on_the_way(request, crossing);
                 let rail = rail
-                    .along(trajectory.duration_us(), self)
+                    .along(trajectory.uncut_us(), self)
                     .stopped_with(crossing.map(|crossing| crossing.at_us));
                 let outputs = Outputs::new(outputs, (&trajectory, &rail));
                 self.begin_with_rail(Purpose::Move, trajectory, rail, alarm, outputs)
