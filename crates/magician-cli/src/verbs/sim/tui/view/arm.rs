@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use magician_motion::{Geometry, JointAngles, Limits, ToolBias};
 use magician_sim::scenario::Conveyor;
 use magician_sim::world::Rest;
 use ratatui::Frame;
@@ -12,6 +11,7 @@ use ratatui::symbols::Marker;
 use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 
 use super::View;
+use super::reach::{outline, ring};
 use crate::verbs::sim::tui::look::{Figure, Item};
 
 /// What is in sight from above, mm: from where to where across (minus y), and forward (x).
@@ -119,54 +119,6 @@ pub(super) fn nearest(color: magician_sim::scenario::Color) -> Color {
     };
     let near = KNOWN.iter().min_by_key(|(other, _)| far(other));
     near.map_or(Color::White, |(_, color)| *color)
-}
-
-/// From the nearest to the farthest that the tool can be at a height, mm from the base's axis; `None` where it cannot.
-pub(super) fn ring(z: f64, tool: ToolBias, limits: &Limits) -> Option<[f64; 2]> {
-    let Geometry {
-        rear_arm, forearm, ..
-    } = Geometry::magician(tool);
-    let mut ring: Option<[f64; 2]> = None;
-    let steps = SAMPLES * 4;
-    for step in 0..=steps {
-        let part = f64::from(step) / f64::from(steps);
-        let j2 = limits.j2.min + (limits.j2.max - limits.j2.min) * part;
-        let (sin2, cos2) = j2.to_radians().sin_cos();
-        let down = (rear_arm * cos2 - tool.z - z) / forearm;
-        let j3 = down.asin().to_degrees();
-        let joints = JointAngles::new(0.0, j2, j3, 0.0);
-        if !j3.is_finite() || limits.check(&joints).is_err() {
-            continue;
-        }
-        let r = rear_arm * sin2 + forearm * j3.to_radians().cos() + tool.x;
-        ring = Some(ring.map_or([r, r], |[near, far]| [near.min(r), far.max(r)]));
-    }
-    ring
-}
-
-/// The outline of where the tool can be, seen from the side: r, z.
-pub(super) fn outline(tool: ToolBias, limits: &Limits) -> Vec<[f64; 2]> {
-    let (j2, j3, gap) = (limits.j2, limits.j3, limits.j2_minus_j3);
-    let at = |j2: f64, j3: f64| Figure::of(&JointAngles::new(0.0, j2, j3, 0.0), tool, 0.0).tip;
-    let along = |step: u32| j2.min + (j2.max - j2.min) * f64::from(step) / f64::from(SAMPLES);
-    let low = |j2: f64| at(j2, j3.min.max(j2 - gap.max));
-    let high = |j2: f64| at(j2, j3.max.min(j2 - gap.min));
-    let there = (0..=SAMPLES).map(|step| low(along(step)));
-    let back = (0..=SAMPLES).rev().map(|step| high(along(step)));
-    let ends = [j2.max, j2.min].map(|end| {
-        let from = j3.min.max(end - gap.max);
-        let to = j3.max.min(end - gap.min);
-        let part = |step: u32| from + (to - from) * f64::from(step) / f64::from(SAMPLES);
-        (0..=SAMPLES)
-            .map(|step| at(end, part(step)))
-            .collect::<Vec<_>>()
-    });
-    let [far, near] = ends;
-    there
-        .chain(far)
-        .chain(back)
-        .chain(near.into_iter().rev())
-        .collect()
 }
 
 /// Draws lines in mm.

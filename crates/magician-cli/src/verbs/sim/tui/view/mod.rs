@@ -4,6 +4,7 @@ mod arm;
 mod help;
 mod lists;
 mod pins;
+mod reach;
 mod status;
 #[cfg(test)]
 mod tests;
