@@ -30,12 +30,12 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "unknown field `colour`",
     ),
     ("[[robot]]\n", 1, 3, "unknown field `robot`"),
-    ("[arm]\nhomed = 1", 2, 9, "boolean"),
+    ("[arm]\nhomed = 1", 2, 9, "expected true or false"),
     (
         "[[object]]\nname = \"b\"\nsize = [1, 2]\nat = [0, 0]",
         3,
         8,
-        "array of length 3",
+        "list of length 3",
     ),
     (
         "[[object]]\nname = \"b\"\nsize = [9, 9, 9]\nat = [10, 0]\ncolor = \"mauve\"",
