@@ -37,7 +37,7 @@ address in the answer. So an arm on UDP port 8899 answers them, on the same HOST
 another arm, it says so on stderr and serves without. A broadcast reaches only a HOST of all addresses (0.0.0.0).
 
 --arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and at N ports in a row; \
-a port of 0 is any free one for each, and a trace or a flash is N files, FILE.1 to FILE.N, a picture FILE.1.svg to FILE.N.svg. Programs that \
+a port of 0 is any free one for each, and a trace or a flash is N files, FILE.1 to FILE.N, a picture x.1.svg to x.N.svg. Programs that \
 look for an arm find the one on port 8899.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
