@@ -60,3 +60,8 @@ pub use virtual_arm::VirtualArm;
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
+
+/// Compiles the programs of the manual of scenarios with the tests.
+#[cfg(all(doctest, feature = "sim"))]
+#[doc = include_str!("../../../docs/SCENARIOS.md")]
+struct Scenarios;

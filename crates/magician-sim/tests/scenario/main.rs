@@ -1,5 +1,6 @@
 //! Scenario files: what is accepted, what is refused and where, and the schema that editors use.
 
+mod manual;
 mod refusals;
 mod schema;
 

@@ -42,7 +42,7 @@ another arm, it says so on stderr and serves without. A broadcast reaches only a
 
 --arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and at N ports in a row; \
 a port of 0 is any free one for each, and a trace, a recording or a flash is N files, FILE.1 to FILE.N, a picture \
-FILE.1.svg to FILE.N.svg. Programs that look for an arm find the one on port 8899.
+x.1.svg to x.N.svg. Programs that look for an arm find the one on port 8899.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
 before the next request is read. While the arm has nothing to do its clock runs on as usual, with belts and all that a scenario says.
