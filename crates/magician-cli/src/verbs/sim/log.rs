@@ -79,8 +79,12 @@ impl Log {
         }
         let line = match notice {
             Notice::Arm(event) => self.event(event),
-            // A command line opens and closes the port for every verb.
-            Notice::Connected(_) | Notice::Left(_) if self.verbose < 1 => None,
+            // A command line opens and closes the port for every verb, and the picture shows who is there.
+            Notice::Connected(_) | Notice::Left(_)
+                if self.verbose < 1 + u8::from(self.feed.is_some()) =>
+            {
+                None
+            }
             Notice::Connected(who) => Some(format!("{who} connected")),
             Notice::Left(who) => Some(format!("{who} left")),
             Notice::Refused(who) => Some(format!("{who} refused: too many connections")),
