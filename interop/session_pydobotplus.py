@@ -186,6 +186,8 @@ def tools(checks, dobot):
     dobot.conveyor_belt(0.5)
     dobot.conveyor_belt(0.0)
     checks.equal("conveyor_belt_distance()", dobot.conveyor_belt_distance(50, 10), index + 6)
+    # It has finished when the belt has run so far.
+    dobot.wait_for_cmd(index + 6)
 
 
 def speeds(checks, dobot):

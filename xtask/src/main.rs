@@ -1,6 +1,8 @@
 //! Chores of this repository. `cargo xtask` lists them.
 
+mod alarms;
 mod bench;
+mod fidelity;
 mod gallery;
 
 use std::path::Path;
@@ -9,6 +11,8 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 Usage: cargo xtask CHORE
 
+  alarms     try each alarm on the virtual arm: docs/ALARMS.md
+  fidelity   list what the virtual arm's behaviour rests on: docs/FIDELITY.md
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   bench [WHAT...] [--json]
              measure what the virtual arm costs";
@@ -19,6 +23,8 @@ fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let done = match words.split_first() {
         Some((chore, [])) if chore == "gallery" => gallery::write(&docs),
+        Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
+        Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
         _ => {
             eprintln!("{USAGE}");

@@ -107,7 +107,7 @@ pub(crate) enum Verb {
     Enqueue(enqueue::Enqueue),
     Shell(shell::Shell),
     Demo(demo::Demo),
-    Sim(sim::Sim),
+    Sim(Box<sim::Sim>),
     Conform(conform::Conform),
     Commands(commands::Commands),
     Decode(decode::Decode),

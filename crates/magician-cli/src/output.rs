@@ -42,6 +42,11 @@ impl Paint {
         }
     }
 
+    /// Whether there are colours.
+    pub(crate) fn is_on(self) -> bool {
+        self.on
+    }
+
     pub(crate) fn for_stderr() -> Self {
         Self::wanted(io::stderr().is_terminal())
     }

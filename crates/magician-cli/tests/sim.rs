@@ -204,6 +204,38 @@ fn the_built_in_profile_can_be_printed_and_used() {
 }
 
 #[test]
+fn every_arm_has_a_recording_of_its_own() {
+    let dir = tempfile::tempdir().expect("directory");
+    let recording = dir.path().join("arm.mcap");
+    let path = recording.to_str().expect("UTF-8");
+    let arguments = ["--arms", "2", "--tcp", "127.0.0.1:0", "--record", path];
+    // Two arms say their title and one door each.
+    let served = Served::start(&arguments, 3);
+    served.end("-TERM");
+    for number in [1, 2] {
+        let file = std::fs::read(format!("{path}.{number}")).expect("a recording");
+        let magic = b"\x89MCAP0\r\n";
+        assert!(file.starts_with(magic) && file.ends_with(magic));
+        let told = |text: &str| {
+            file.windows(text.len())
+                .any(|bytes| bytes == text.as_bytes())
+        };
+        assert!(told("foxglove.PoseInFrame") && told("ResetOccurred"));
+    }
+    assert!(!recording.exists());
+}
+
+#[test]
+fn a_recording_that_cannot_be_begun_is_an_error() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = dir.path().join("no").join("such.mcap");
+    let path = path.to_str().expect("UTF-8");
+    let refused = run(&["sim", "--udp", "127.0.0.1:0", "--record", path, "--json"]);
+    assert_eq!((refused.status, refused.out.as_str()), (3, ""));
+    assert_eq!(refused.error()["kind"], "invalid-input");
+}
+
+#[test]
 fn what_an_arm_keeps_without_power_is_in_its_file() {
     let dir = tempfile::tempdir().expect("directory");
     let flash = dir.path().join("flash.toml");
@@ -230,6 +262,58 @@ fn what_an_arm_keeps_without_power_is_in_its_file() {
     assert_eq!(refused.status, 3, "{refused:?}");
     let left = std::fs::read_to_string(&flash).expect("left alone");
     assert_eq!(left, "version = 1");
+}
+
+#[test]
+fn a_strict_arm_refuses_choices_and_tells_what_its_answers_rested_on() {
+    let arguments = [
+        "--tcp",
+        "127.0.0.1:0",
+        "--speed",
+        "max",
+        "--strict",
+        "--fidelity",
+    ];
+    let served = Served::start(&arguments, 1);
+    let port = served.door("tcp");
+    assert_eq!(run(&["--port", &port, "home"]).status, 0);
+    assert_eq!(run(&["--port", &port, "move", "220", "30", "20"]).status, 0);
+    assert_eq!(run(&["--port", &port, "get", "HOMEParams"]).status, 6);
+    let log = served.log();
+    let told = |what: &str| log.iter().any(|line| line.contains(what));
+    assert!(
+        told("HOMEParams not carried out: it rests on a choice (15a): "),
+        "{log:?}"
+    );
+    assert!(told(" M  11     homing turns J1 to its switch"), "{log:?}");
+    assert!(told(" G  15a    HOMEParams before any were set"), "{log:?}");
+}
+
+#[test]
+fn what_answers_rested_on_is_an_object_for_those_who_want_one() {
+    let arguments = ["--json", "--tcp", "127.0.0.1:0", "--fidelity"];
+    let mut child = magician::command()
+        .arg("sim")
+        .args(arguments)
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    let mut ready = String::new();
+    let mut stdout = std::io::BufReader::new(child.stdout.take().expect("stdout"));
+    std::io::BufRead::read_line(&mut stdout, &mut ready).expect("a line");
+    let end = std::process::Command::new("kill")
+        .arg(child.id().to_string())
+        .status();
+    assert!(end.expect("kill runs").success());
+    let output = child.wait_with_output().expect("it ends");
+    let told: serde_json::Value = serde_json::from_slice(&output.stderr).expect("an object");
+    let bases = told["fidelity"].as_array().expect("a list");
+    assert!(
+        bases
+            .iter()
+            .any(|basis| basis["basis"] == "ResetAlarm" && basis["uses"] == 1)
+    );
 }
 
 /// A pen over paper.

@@ -74,6 +74,7 @@ impl Planner {
         arc: Arc,
         way: f64,
     ) -> Result<Plan, MotionError> {
+        from.check_invertible(&self.geometry)?;
         let [along, turning] = self.tool_laws(way, to.pose.r - from.pose.r)?;
         let leg = Leg::Arc(ArcLeg {
             from: *from,

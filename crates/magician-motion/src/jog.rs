@@ -113,7 +113,8 @@ impl Planner {
     ///
     /// # Errors
     ///
-    /// [`MotionError::Speed`] for rates that are NaN, zero or negative, and an entry that is none of an arm's.
+    /// [`MotionError::Speed`] for rates that are NaN, zero or negative, and an entry that is none of an arm's;
+    /// [`MotionError::Limit`] for a straight jog from where no line can begin.
     pub fn jog(
         &self,
         from: &ArmState,
@@ -127,6 +128,9 @@ impl Planner {
                 quantity: jog.axis.velocity_quantity(),
                 value: entry,
             });
+        }
+        if jog.axis.joint().is_none() {
+            from.check_invertible(&self.geometry)?;
         }
         let sign = if jog.positive { 1.0 } else { -1.0 };
         let forwards = sign * entry;
@@ -159,26 +163,30 @@ impl Planner {
 
     /// Plans the end of a jog from a time within it: it comes to rest along its own path at `deceleration` (mm/s2 or
     /// deg/s2), unless a limit stops it before. Without a positive deceleration it stops dead; a motion that is no
-    /// jog stops like [`brake`](Self::brake), at this deceleration of every joint.
+    /// jog stops like [`brake`](Self::brake), at this deceleration of every joint. The measures are the jog's own.
     #[must_use]
     pub fn jog_stop(&self, jog: &Trajectory, at_us: u64, deceleration: f64) -> Plan {
         let from = jog.sample(at_us);
+        let own = Self {
+            geometry: *jog.geometry(),
+            ..*self
+        };
         let trajectory = match jog.under_way(at_us) {
             Some((leg, t)) if deceleration > 0.0 => match leg {
                 Leg::Joints(leg) => {
                     let axes = leg
                         .axes
                         .map(|axis| stopping(axis.velocity(t), deceleration));
-                    let leg = JointLeg::following(&self.geometry, &from, axes);
-                    Trajectory::of_legs(&self.geometry, &from, [Leg::Joints(leg)])
+                    let leg = JointLeg::following(&own.geometry, &from, axes);
+                    Trajectory::of_legs(&own.geometry, &from, [Leg::Joints(leg)])
                 }
                 Leg::Line(leg) if leg.turning.length() == 0.0 => {
                     let rate = leg.tool_rate_at(t);
-                    self.line_stop(&from, &rate, deceleration)
+                    own.line_stop(&from, &rate, deceleration)
                 }
                 _ => jog.braked(at_us, [deceleration; 3]),
             },
-            _ => Trajectory::at_rest(&self.geometry, &from),
+            _ => Trajectory::at_rest(&own.geometry, &from),
         };
         Plan::within(trajectory, &self.limits)
     }

@@ -6,8 +6,8 @@ use crate::leg::{Leg, SHORTEST_MOVE};
 use crate::line_leg::LineLeg;
 use crate::profile::{Profile, Rates};
 use crate::{
-    ArmState, Bound, Geometry, JointAngles, JumpHeights, LIMIT_TOLERANCE, Limits, MotionError,
-    Pose, Speeds, Trajectory, Transfer, Unreachable,
+    ArmState, Geometry, JointAngles, JumpHeights, Limits, MotionError, Pose, Speeds, Trajectory,
+    Transfer, Unreachable,
 };
 
 /// Where a motion leads. Increments count from where it starts.
@@ -262,20 +262,8 @@ impl Planner {
             Destination::Pose(pose) => ArmState::at_pose(&self.geometry, pose, &self.limits),
             Destination::Joints(state) => {
                 self.limits.check(&state.joints)?;
-                // Limits wider than the arm's would let a forearm past straight in, where no line can follow.
-                let coupled = state.joints.j2 - state.joints.j3;
-                if libm::fabs(coupled) > STRAIGHT + LIMIT_TOLERANCE {
-                    let bound = if coupled > 0.0 {
-                        Bound::J23Max
-                    } else {
-                        Bound::J23Min
-                    };
-                    return Err(MotionError::Limit {
-                        bound,
-                        value: coupled,
-                        limit: libm::copysign(STRAIGHT, coupled),
-                    });
-                }
+                // Limits may be wider than what a line can follow to.
+                state.check_invertible(&self.geometry)?;
                 Ok(*state)
             }
         }
@@ -320,6 +308,7 @@ impl Planner {
     }
 
     fn line_leg(&self, from: &ArmState, to: &ArmState) -> Result<Leg, MotionError> {
+        from.check_invertible(&self.geometry)?;
         let way = from.pose.distance_to(&to.pose);
         let [along, turning] = self.tool_laws(way, to.pose.r - from.pose.r)?;
         Ok(Leg::Line(LineLeg {
@@ -333,9 +322,6 @@ impl Planner {
 
 /// How often the corners of a jump are lowered at most; the way down converges in a few.
 const MOST_LOWERINGS: u32 = 32;
-
-/// J2 - J3 at which the elbow is straight, degrees.
-const STRAIGHT: f64 = 90.0;
 
 /// Joint targets beyond this angle count as at it: no limit lets the arm get there.
 const FARTHEST_ANGLE: f64 = 1e9;

@@ -31,6 +31,7 @@ impl Planner {
         let rates = Speeds::unscaled(rates).linear()?;
         let entry = finite_speed(SpeedQuantity::LinearVelocity, entry)?;
         let exit = finite_speed(SpeedQuantity::LinearVelocity, exit)?;
+        from.check_invertible(&self.geometry)?;
         let [x, y, z] = to;
         let to = self.end_of_segment(from, Pose { x, y, z, r: 0.0 })?;
         let length = from.pose.distance_to(&to.pose);
@@ -51,7 +52,7 @@ impl Planner {
 
     /// Plans the rest of a segment under way, from its place and speed at a time on, towards a new exit speed. The
     /// tool stays on the segment's own line, whatever the number of times that it is planned again, and ends exactly
-    /// where the segment does. Nothing if no segment is under way at that time.
+    /// where the segment does; the measures are the segment's own. Nothing if no segment is under way at that time.
     ///
     /// # Errors
     ///
@@ -70,7 +71,7 @@ impl Planner {
         };
         let rest = leg.rest(t, |length, entry| Law::between(length, entry, exit, &rates));
         let from = running.sample(at_us);
-        let trajectory = Trajectory::of_leg(&self.geometry, &from, Leg::Segment(rest));
+        let trajectory = Trajectory::of_leg(running.geometry(), &from, Leg::Segment(rest));
         Ok(Some(Plan::within(trajectory, &self.limits)))
     }
 

@@ -131,6 +131,19 @@ impl Trajectory {
         self.duration_us
     }
 
+    /// How long it would take if nothing cut it short.
+    #[must_use]
+    pub fn uncut_us(&self) -> u64 {
+        if self.last_leg().is_some() {
+            return self.duration_us;
+        }
+        let lasts = |timed: &TimedLeg| {
+            let lasting = microseconds(timed.leg.duration());
+            timed.start_us.saturating_add(lasting)
+        };
+        self.legs().last().map_or(0, lasts)
+    }
+
     /// Where it starts.
     #[must_use]
     pub fn start(&self) -> &ArmState {
@@ -161,7 +174,9 @@ impl Trajectory {
         (timed.leg.end() == self.end).then_some(&timed.leg)
     }
 
-    pub(crate) fn geometry(&self) -> &Geometry {
+    /// The arm's measures that its poses hold for: those it was planned with, and none that came later.
+    #[must_use]
+    pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }
 

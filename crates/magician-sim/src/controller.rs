@@ -5,6 +5,7 @@ use magician_protocol::{Event as Found, Frame, FrameBuf, Row};
 
 use crate::core::Core;
 use crate::event::Event;
+use crate::fidelity::Basis;
 use crate::link::{Link, Links, Outbox};
 use crate::{Flash, LinkId, Micros, Profile, State, World};
 
@@ -12,7 +13,8 @@ use crate::{Flash, LinkId, Micros, Profile, State, World};
 ///
 /// # Grammar
 ///
-/// * **Look**: [`now`](Self::now), [`state`](Self::state), [`jogging`](Self::jogging), [`busy`](Self::busy) change nothing.
+/// * **Look**: [`now`](Self::now), [`state`](Self::state), [`jogging`](Self::jogging), [`busy`](Self::busy),
+///   [`events`](Self::events) change nothing.
 /// * **Bytes in**: [`receive`](Self::receive) takes what came over a link and acts on every frame in it at the present
 ///   instant; [`receive_one`](Self::receive_one) stops after each request, for callers that let time pass between
 ///   them. [`expire`](Self::expire) and [`close`](Self::close) say that a link fell silent or is gone.
@@ -142,8 +144,8 @@ impl Controller {
                     handle(core, link, outbox, &frame);
                     return true;
                 }
-                Found::Rejected { .. } => core.log.push(Event::BadFrame { link }),
-                Found::Noise { .. } => {}
+                Found::Rejected { .. } => core.damaged_frame(link),
+                Found::Noise { .. } => core.rests_on(Basis::ForeignBytes),
             }
         }
         false
@@ -186,6 +188,12 @@ impl Controller {
     pub fn poll_event(&mut self) -> Option<Event> {
         self.core.log.pop()
     }
+
+    /// The events that wait to be polled, oldest first, each with its number, counted from 0 at power-up. Looking at
+    /// them does not take them.
+    pub fn events(&self) -> impl Iterator<Item = (u64, Event)> {
+        self.core.log.waiting()
+    }
 }
 
 /// Handles one frame: exactly one reply for a request that the controller knows, silence for others (errata E09).
@@ -196,6 +204,9 @@ fn handle(core: &mut Core, link: LinkId, outbox: &mut Outbox, frame: &Frame<'_>)
     }
     if Row::with_id(frame.id()).is_none() {
         core.unknown_id(link, frame.id());
+        return;
+    }
+    if !core.may_overflow(frame) {
         return;
     }
     let reply = core.answer(frame);

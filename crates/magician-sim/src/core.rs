@@ -1,13 +1,14 @@
 //! The controller behind its links: everything that a command can look at or change.
 
 use magician_protocol::{
-    Ctrl, DecodeError, EncodeError, Frame, FrameBuf, QueuedCmdIndex, Request, Row, Set,
+    Alarm, Ctrl, DecodeError, EncodeError, Frame, FrameBuf, QueuedCmdIndex, Request, Row, Set,
 };
 
 use crate::alarms::Alarms;
 use crate::chapter::{io::Detectors, teach::Teaching};
 use crate::dispatch::{self, Step, Turn};
 use crate::event::{Event, Log, Refusal};
+use crate::fidelity::{Basis, Fidelity};
 use crate::flash::Flash;
 use crate::motion::Motion;
 use crate::pins::Connectors;
@@ -47,9 +48,12 @@ pub(crate) struct Core {
     pub(crate) line: LineState,
     /// When the controller was switched on or reset last.
     pub(crate) booted: Micros,
+    /// Since when the Wi-Fi module has been looking for its network, if not since then.
+    pub(crate) wifi_begun: Micros,
     /// The controller has reset and its links do not know yet.
     pub(crate) restarted: bool,
     pub(crate) log: Log,
+    pub(crate) fidelity: Fidelity,
 }
 
 impl Core {
@@ -80,12 +84,15 @@ impl Core {
             grip: Grip::default(),
             line: LineState::default(),
             booted: 0,
+            wifi_begun: 0,
             restarted: false,
             log: Log::default(),
+            fidelity: Fidelity::default(),
             profile,
         };
         if core.profile.power_up.reset_alarm {
-            core.raise(magician_protocol::Alarm::ResetOccurred);
+            core.raise(Alarm::ResetOccurred);
+            core.rests_on(Basis::ResetAlarm);
         }
         core
     }
@@ -94,15 +101,21 @@ impl Core {
     pub(crate) fn answer(&mut self, frame: &Frame<'_>) -> Result<FrameBuf, EncodeError> {
         let (id, ctrl) = (frame.id(), frame.ctrl());
         let nothing = || FrameBuf::new(id, ctrl, &[]);
-        match Request::decode(frame) {
-            Ok(Request::Get(get)) => dispatch::report(self, &get, id, ctrl),
-            Ok(Request::Set(set)) => {
+        let request = Request::decode(frame);
+        let taken = (request.as_ref()).is_ok_and(|request| self.may_take_frame(id, ctrl, request));
+        match request {
+            Ok(Request::Get(get)) if taken && self.may_report(id, &get) => {
+                dispatch::report(self, &get, id, ctrl)
+            }
+            Ok(Request::Set(set)) if taken => {
                 self.act_at_once(&set);
                 nothing()
             }
-            Ok(Request::Queue(set)) => self.enqueue(id, ctrl, Order::Set(set)),
-            Ok(Request::Nothing) => nothing(),
+            Ok(Request::Queue(set)) if taken => self.enqueue(id, ctrl, Order::Set(set)),
+            Ok(Request::Queue(_)) => self.enqueue(id, ctrl, Order::Nothing),
+            Ok(Request::Get(_) | Request::Set(_) | Request::Nothing) => nothing(),
             Err(error) => {
+                self.rests_on(Basis::WrongCount);
                 let reason = Refusal::Parameters;
                 self.log.push(Event::Refused { id, reason });
                 if is_queued(ctrl, id, error) {
@@ -115,24 +128,35 @@ impl Core {
     }
 
     fn act_at_once(&mut self, set: &Set) {
+        if !self.may_apply(set, Turn::Immediate) {
+            return;
+        }
         if self.teaching.held() && (moves(set) || matches!(set, Set::JogCmd(_))) {
             // The motors are released.
             let _: Step = self.refuse(set.row().id, Refusal::Busy);
             return;
         }
         // The step of an immediate command is of no concern: nothing waits for it.
-        let _: Step = dispatch::apply(self, set, Turn::Immediate);
+        let _: Step = self.carry_out(set, Turn::Immediate);
         self.feel_grip();
         self.settle();
     }
 
+    pub(crate) fn carry_out(&mut self, set: &Set, turn: Turn) -> Step {
+        self.settings.told.add(set.row().id);
+        dispatch::apply(self, set, turn)
+    }
+
     fn enqueue(&mut self, id: u8, ctrl: Ctrl, order: Order) -> Result<FrameBuf, EncodeError> {
+        self.number_rests();
         let stored = self.store_line(id, &order);
         let Some(index) = stored.unwrap_or_else(|| self.hosts_mut().push(id, order)) else {
             self.log.push(Event::QueueFull { id });
             return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
         };
-        if stored.is_none() {
+        if stored.is_some() {
+            self.rests_on(Basis::StoredLineIndex);
+        } else {
             self.log.push(Event::Accepted { index, id });
             if !self.runs_program() {
                 self.path_grows();
@@ -142,14 +166,35 @@ impl Core {
         FrameBuf::encode(id, ctrl, &QueuedCmdIndex(index))
     }
 
+    /// Whether a frame is answered although it finds the queue full, if it does.
+    pub(crate) fn may_overflow(&mut self, frame: &Frame<'_>) -> bool {
+        let id = frame.id();
+        !(frame.ctrl().queued() && queues(id) && self.is_full())
+            || self.may_rest_on(id, Basis::FullQueue)
+    }
+
+    pub(crate) fn damaged_frame(&mut self, link: LinkId) {
+        self.log.push(Event::BadFrame { link });
+        self.rests_on(Basis::DamagedFrame);
+    }
+
     pub(crate) fn unknown_id(&mut self, link: LinkId, id: u8) {
         self.log.push(Event::UnknownId { link, id });
-        self.raise(magician_protocol::Alarm::UndefinedInstruction);
+        if !self.may_rest_on(id, Basis::UnknownId) {
+            return;
+        }
+        self.raise(Alarm::UndefinedInstruction);
     }
 
     pub(crate) fn raise(&mut self, code: u8) {
+        let held = self.alarms.held();
         if self.alarms.raise(code) {
             self.log.push(Event::AlarmRaised { code });
+        }
+        if !Alarm::blocks(code) {
+            self.rests_on(Basis::QuietAlarms);
+        } else if !held {
+            self.rests_on(Basis::AlarmHold);
         }
         self.replan_segment();
     }
@@ -167,6 +212,10 @@ impl Core {
 
 /// Whether a frame that could not be read would have been queued.
 fn is_queued(ctrl: Ctrl, id: u8, error: DecodeError) -> bool {
-    let queues = Row::with_id(id).is_some_and(|row| row.set.is_some() && !row.steers_queue());
-    ctrl.queued() && queues && !matches!(error, DecodeError::UnknownId(_))
+    ctrl.queued() && queues(id) && !matches!(error, DecodeError::UnknownId(_))
+}
+
+/// Whether a command may wait in the queue.
+fn queues(id: u8) -> bool {
+    Row::with_id(id).is_some_and(|row| row.set.is_some() && !row.steers_queue())
 }

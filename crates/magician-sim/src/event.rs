@@ -5,7 +5,10 @@ use std::collections::VecDeque;
 use magician_protocol::Row;
 
 use crate::LinkId;
+use crate::fidelity::Basis;
 use crate::world::{Incident, Press};
+
+mod words;
 
 /// Something that happened inside the controller. None of it goes over the wire.
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +63,11 @@ pub enum Event {
     Program {
         /// Whether it runs from now on.
         runs: bool,
+    },
+    /// What the arm does rests on this from now on; told once.
+    RestsOn {
+        /// What.
+        basis: Basis,
     },
     /// A command was understood and not carried out.
     Refused {
@@ -148,12 +156,16 @@ pub enum Refusal {
     Busy,
     /// It sets the pose while the arm moves, or to angles that make no sense.
     Pose,
+    /// What the real arm would do is not known, and the profile is strict.
+    OnlyAChoice(Basis),
 }
 
 /// The latest events; when it is full the oldest goes and is counted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Log {
     events: VecDeque<Event>,
+    /// How many there have been.
+    pushed: u64,
     lost: u64,
     not_simulated: NotSimulated,
 }
@@ -189,6 +201,7 @@ impl Log {
             self.lost = self.lost.saturating_add(1);
         }
         self.events.push_back(event);
+        self.pushed += 1;
     }
 
     /// Counts a command that this simulation does not act on, and tells it if its row is new.
@@ -208,5 +221,11 @@ impl Log {
 
     pub(crate) fn lost(&self) -> u64 {
         self.lost
+    }
+
+    /// The events that wait, oldest first, each with its number since power-up.
+    pub(crate) fn waiting(&self) -> impl Iterator<Item = (u64, Event)> {
+        let first = self.pushed - self.events.len() as u64;
+        (first..).zip(self.events.iter().copied())
     }
 }

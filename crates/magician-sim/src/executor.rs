@@ -2,8 +2,9 @@
 
 use crate::Micros;
 use crate::core::Core;
-use crate::dispatch::{self, Step, Turn};
+use crate::dispatch::{Step, Turn};
 use crate::event::Event;
+use crate::fidelity::Basis;
 use crate::program::Run;
 use crate::queue::{Busy, Entry, Order, Running};
 use magician_protocol::{AlarmSet, Set};
@@ -135,10 +136,15 @@ impl Core {
             self.world.index_started(self.now, index);
         }
         let step = match &order {
-            Order::Set(set) => dispatch::apply(self, set, Turn::Queued),
-            Order::Nothing => Step::Done,
+            Order::Set(set) if self.may_apply(set, Turn::Queued) => {
+                self.carry_out(set, Turn::Queued)
+            }
+            Order::Set(_) | Order::Nothing => Step::Done,
         };
         self.feel_grip();
+        if order.moves() && step == Step::Done && self.is_held() {
+            self.rests_on(Basis::RefusedFinishes);
+        }
         let busy = match step {
             Step::Done => return self.finished(index, id),
             Step::Moving => Busy::Moving,
@@ -170,6 +176,13 @@ impl Core {
     pub(crate) fn finish_running(&mut self) {
         if let Some(Running { index, id, .. }) = self.queue.running.take() {
             self.finished(index, id);
+        }
+    }
+
+    /// A motion has ended before its target: its command counts as finished all the same.
+    pub(crate) fn finishes_refused(&mut self) {
+        if let Some(Busy::Moving) = self.queue.running.map(|running| running.busy) {
+            self.rests_on(Basis::RefusedFinishes);
         }
     }
 

@@ -6,6 +6,7 @@ use crate::chapter::teach::Teaching;
 use crate::core::Core;
 use crate::dispatch::Step;
 use crate::event::Event;
+use crate::fidelity::Basis;
 use crate::flash::Flash;
 use crate::scenario::Arm;
 use crate::world::{Drawing, Happening, Look, Press};
@@ -75,6 +76,10 @@ impl Core {
         if self.teaching.held() {
             return;
         }
+        self.rests_on(match press {
+            Press::Short => Basis::BaseKey,
+            Press::Long => Basis::BaseKeyHeld,
+        });
         match press {
             Press::Short => self.toggle_program(),
             Press::Long => {
@@ -108,10 +113,13 @@ impl Core {
         anew.line = self.line;
         anew.grip = self.grip;
         anew.log = std::mem::take(&mut self.log);
+        anew.fidelity = std::mem::take(&mut self.fidelity);
         anew.wake_at(really.joints);
         anew.motion.rail.slip = really.rail;
         *self = anew;
         self.log.push(Event::Reset);
+        self.rests_on(Basis::FlashKeeps);
+        self.rests_on(Basis::ResetAlarm);
         self.feel_grip();
     }
 

@@ -18,6 +18,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "record")]
+pub mod record;
 #[cfg(feature = "serve")]
 pub mod serve;
 #[cfg(feature = "trace")]
@@ -32,10 +34,12 @@ mod dispatch;
 pub mod document;
 mod event;
 mod executor;
+pub mod fidelity;
 mod flash;
 mod happening;
 mod link;
 mod motion;
+mod observer;
 mod pace;
 mod pins;
 mod profile;
@@ -54,13 +58,14 @@ pub use event::{Event, Refusal};
 pub use flash::{Flash, FlashError};
 pub use happening::LineState;
 pub use link::LinkId;
+pub use observer::Observer;
 pub use pace::{Line, Speed, SpeedError};
 pub use pins::{PinState, Signal};
 pub use profile::{
-    ArcDefaults, Ceilings, CpDefaults, Defaults, HandTeaching, Homing, Identity, JogDefaults,
-    LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions, Pins,
-    PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Sliding, Stopping, ToolDefaults,
-    Tools, WifiDefaults,
+    ArcDefaults, Ceilings, CpDefaults, Defaults, FidelityRules, HandTeaching, Homing, Identity,
+    JogDefaults, LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions,
+    Pins, PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Sliding, Stopping, ToolDefaults,
+    Tools, Wifi, WifiDefaults,
 };
 pub use runner::Runner;
 pub use scenario::{Scenario, ScenarioError};

@@ -4,13 +4,19 @@ use std::fmt;
 use std::num::NonZeroU32;
 use std::str::FromStr;
 
-use crate::{Controller, Micros};
+use crate::observer::{self, Patience};
+use crate::{Controller, Micros, Observer};
 
 /// Bits on the line for one byte at 8N1: start, eight data bits, stop (document 1.1).
 const BITS_PER_BYTE: u64 = 10;
 const MICROS_PER_SECOND: u64 = 1_000_000;
-/// Events that one jump runs through before the caller gets a word in.
+/// Events, or instants shown to an observer, that one jump runs through before the caller gets a word in.
 const JUMP_EVENTS: u32 = 100_000;
+/// Wall time between two wake-ups for nothing but an observer.
+const LOOK_APART: Micros = 10_000;
+/// What takes longer has no end to jump to: 100 days, twice the longest WAIT. Speeds next to zero make motions that
+/// outlast the clock.
+const ENDLESS: Micros = 100 * 24 * 3600 * MICROS_PER_SECOND;
 
 /// How fast the arm's clock runs against the wall clock.
 ///
@@ -21,7 +27,8 @@ pub enum Speed {
     /// Motion, WAIT and homing take no wall time: after every request the arm's clock jumps from
     /// event to event until the arm is no longer [busy](Controller::busy), so a queued command has
     /// finished before the next request is read. While the arm has nothing to do its clock runs at
-    /// wall speed, and so do a jog, a belt and what a scenario does: they wait for the host.
+    /// wall speed, and so do a jog, a belt, what a scenario does, and a motion of more than 100 days: they wait for the
+    /// host.
     Max,
     /// Arm seconds per wall second. Zero stops the arm's clock; what is not a number or is
     /// negative counts as zero.
@@ -135,37 +142,58 @@ impl ArmClock {
         }
     }
 
-    /// Lets the arm's time pass until the wall clock shows `wall`.
-    pub(crate) fn pass(&mut self, controller: &mut Controller, wall: Micros) {
+    /// Lets the arm's time pass until the wall clock shows `wall`. If that shows the observer more than can be shown in
+    /// one go, the arm's clock stays behind and goes on from there.
+    pub(crate) fn pass<O: Observer>(
+        &mut self,
+        controller: &mut Controller,
+        observer: &mut O,
+        wall: Micros,
+    ) {
+        let patience = &mut Patience::new(JUMP_EVENTS);
         if self.speed != Speed::Max {
-            controller.advance(self.arm_at(wall));
+            if !observer::advance(controller, observer, self.arm_at(wall), patience) {
+                (self.wall, self.arm) = (wall, controller.now());
+            }
             return;
         }
         // Event by event: what ends an unbounded motion is where the jumps begin again.
         for _ in 0..JUMP_EVENTS {
             let end = self.arm_at(wall);
             match controller.poll_timeout() {
-                Some(event) if event <= end => controller.advance(event),
+                Some(event) if event <= end => {
+                    observer::advance(controller, observer, event, patience);
+                }
                 _ => {
-                    controller.advance(end);
+                    observer::advance(controller, observer, end, patience);
                     break;
                 }
             }
             let at = self.wall_at(controller.now()).unwrap_or(wall).min(wall);
-            self.jump(controller, at);
+            self.jump(controller, observer, at);
         }
-        self.jump(controller, wall);
+        self.jump(controller, observer, wall);
     }
 
     /// At full speed, runs through all that the arm is busy with in no wall time.
-    pub(crate) fn jump(&mut self, controller: &mut Controller, wall: Micros) {
+    pub(crate) fn jump<O: Observer>(
+        &mut self,
+        controller: &mut Controller,
+        observer: &mut O,
+        wall: Micros,
+    ) {
         if self.speed != Speed::Max {
             return;
         }
+        let patience = &mut Patience::new(JUMP_EVENTS);
         for _ in 0..JUMP_EVENTS {
-            match controller.poll_timeout() {
-                Some(event) if controller.busy() => controller.advance(event),
-                _ => break,
+            match Self::jump_to(controller) {
+                Some(event) => {
+                    if !observer::advance(controller, observer, event, patience) {
+                        break;
+                    }
+                }
+                None => break,
             }
         }
         if controller.now() != self.arm_at(wall) {
@@ -173,13 +201,26 @@ impl ArmClock {
         }
     }
 
+    /// The next event, if it is the end of something that has one.
+    fn jump_to(controller: &Controller) -> Option<Micros> {
+        let event = controller.poll_timeout()?;
+        let endless = event.saturating_sub(controller.now()) > ENDLESS;
+        (!endless && controller.busy()).then_some(event)
+    }
+
     /// When the controller's next event is due by the wall clock, which shows `wall`.
     pub(crate) fn next(&self, controller: &Controller, wall: Micros) -> Option<Micros> {
         let event = controller.poll_timeout()?;
-        if self.speed == Speed::Max && controller.busy() {
+        if self.speed == Speed::Max && Self::jump_to(controller).is_some() {
             return Some(wall);
         }
         self.wall_at(event)
+    }
+
+    /// When an instant of the arm's clock is to be shown to an observer: when it has come by the wall clock, which shows
+    /// `wall`, but not for each of many in a short time.
+    pub(crate) fn next_look(&self, look: Micros, wall: Micros) -> Option<Micros> {
+        Some(self.wall_at(look)?.max(wall.saturating_add(LOOK_APART)))
     }
 
     fn arm_at(&self, wall: Micros) -> Micros {

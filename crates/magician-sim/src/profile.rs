@@ -74,12 +74,24 @@ pub struct Profile {
     pub teach: HandTeaching,
     /// Programs in the flash.
     pub offline: Offline,
+    /// The Wi-Fi module.
+    pub wifi: Wifi,
     /// Suction cup and gripper.
     pub tools: Tools,
     /// The connectors' pins.
     pub io: Pins,
+    /// What to do where only a choice exists.
+    pub fidelity: FidelityRules,
     /// What a host reads before it has set anything.
     pub defaults: Defaults,
+}
+
+/// What to do where nobody knows what the real arm does ([`fidelity`](crate::fidelity)).
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FidelityRules {
+    /// Whether what rests on a choice alone is refused: answered, and not carried out.
+    pub strict: bool,
 }
 
 /// Who the arm says it is (model section 15).
@@ -236,6 +248,14 @@ pub struct Sliding {
 pub struct HandTeaching {
     /// From point to point while the unlock key is held and points are taught periodically, s; above 0.
     pub period: f64,
+}
+
+/// The Wi-Fi module (model section 15).
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wifi {
+    /// From power-up, or from when it leaves its command mode, until it has joined its network, s.
+    pub association: f64,
 }
 
 /// Programs in the flash, which the arm runs without a host (model section 12).
@@ -407,7 +427,6 @@ pub struct WifiDefaults {
     pub netmask: [u8; 4],
     pub gateway: [u8; 4],
     pub dns: [u8; 4],
-    pub connected: bool,
 }
 
 impl Default for Profile {

@@ -102,6 +102,21 @@ impl Core {
         self.log.push(Event::Downloaded { stored, announced });
     }
 
+    /// Whether the program that is being stored is of another length than it was said to be.
+    pub(crate) fn is_mismatched(&self) -> bool {
+        let download = self.download.as_ref();
+        download
+            .is_some_and(|download| u32::try_from(download.lines.len()) != Ok(download.announced))
+    }
+
+    /// Whether there is no place for a queued command, in the queue or in the program that is being stored.
+    pub(crate) fn is_full(&self) -> bool {
+        match &self.download {
+            Some(download) => download.lines.len() >= self.profile.offline.capacity,
+            None => self.hosts().left() == 0,
+        }
+    }
+
     /// Stores a queued command while a program is being stored. It gets an index of the queue, which it never enters:
     /// the current index passes over it. `None`: it is to be queued; `Some(None)`: there is no room.
     pub(crate) fn store_line(&mut self, id: u8, order: &Order) -> Option<Option<u64>> {

@@ -85,6 +85,7 @@ pub(crate) struct Queue {
     depth: usize,
     waiting: VecDeque<Entry>,
     pub(crate) running: Option<Running>,
+    first_index: u64,
     next_index: u64,
     /// Index of the command that finished last, 0 before the first.
     pub(crate) current: u64,
@@ -100,11 +101,17 @@ impl Queue {
             depth,
             waiting: VecDeque::new(),
             running: None,
+            first_index,
             next_index: first_index,
             current: 0,
             started,
             overflows: 0,
         }
+    }
+
+    /// Whether it has given no index yet.
+    pub(crate) fn is_unused(&self) -> bool {
+        self.next_index == self.first_index
     }
 
     pub(crate) fn depth(&self) -> usize {

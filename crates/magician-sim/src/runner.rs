@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use magician_protocol::{FrameBuf, INTER_BYTE_TIMEOUT_MS};
 
 use crate::pace::{ArmClock, Line, Speed};
-use crate::{Controller, Happening, LinkId, Micros};
+use crate::{Controller, Happening, LinkId, Micros, Observer};
 
 mod link;
 
@@ -29,6 +29,10 @@ const BACKLOG: usize = 4096;
 /// * Faults, at the instant given last: [`unplug`](Self::unplug), [`plug`](Self::plug),
 ///   [`set_delay`](Self::set_delay).
 ///
+/// An [`Observer`] may look on ([`observe`](Self::observe)). It changes nothing, unless more than 100,000 instants are to
+/// be shown to it in one leap of the arm's clock (half an hour at 50 a second): then requests that have come are read
+/// before the leap goes on, and a clock that is not at full speed stays behind.
+///
 /// ```
 /// use magician_protocol::{FrameBuf, NoArgs, Readable, commands::Pose};
 /// use magician_sim::{Controller, Line, LinkId, Profile, Runner, Speed};
@@ -50,6 +54,7 @@ const BACKLOG: usize = 4096;
 /// ```
 pub struct Runner {
     controller: Controller,
+    observer: Option<Box<dyn Observer + Send>>,
     clock: ArmClock,
     line: Line,
     wall: Micros,
@@ -66,10 +71,22 @@ impl Runner {
             clock: ArmClock::new(speed, controller.now()),
             pulls: controller.line().pulls,
             controller,
+            observer: None,
             line,
             wall: 0,
             links: BTreeMap::new(),
         }
+    }
+
+    /// Has somebody look on from now on, alone. Whoever talks to the observer as well keeps an `Arc<Mutex<_>>` of it.
+    pub fn observe(&mut self, mut observer: impl Observer + Send + 'static) {
+        observer.look(&self.controller);
+        self.observer = Some(Box::new(observer));
+    }
+
+    /// Has nobody look on any more.
+    pub fn unobserve(&mut self) {
+        self.observer = None;
     }
 
     /// The controller, as it stood at the last instant given.
@@ -103,6 +120,7 @@ impl Runner {
     /// port that is closed; replies to it, and a frame that it began, are dropped.
     pub fn close(&mut self, link: LinkId) {
         let Some(state) = self.links.get_mut(&link) else {
+            self.observer.closed(link);
             return;
         };
         state.replies.hang_up();
@@ -156,13 +174,23 @@ impl Runner {
     pub fn handle_timeout(&mut self, now: Micros) {
         let now = now.max(self.wall);
         while let Some((at, link)) = self.next_input().filter(|(at, _)| *at <= now) {
-            self.clock.pass(&mut self.controller, at);
+            self.pass(at);
             self.follow_cable();
             self.arrive(at, link);
         }
-        self.clock.pass(&mut self.controller, now);
+        self.pass(now);
         self.follow_cable();
         self.wall = now;
+    }
+
+    fn pass(&mut self, wall: Micros) {
+        let Self {
+            clock,
+            controller,
+            observer,
+            ..
+        } = self;
+        clock.pass(controller, observer, wall);
     }
 
     /// What was on its way when the cable was pulled is lost, whoever pulled it.
@@ -171,6 +199,7 @@ impl Runner {
             self.pulls = self.pulls();
             while let Some((link, _)) = self.links.pop_first() {
                 self.controller.close(link);
+                self.observer.closed(link);
             }
         }
     }
@@ -182,7 +211,13 @@ impl Runner {
         let input = self.next_input().map(|(at, _)| at);
         let output = self.links.values().filter_map(|link| link.replies.due());
         let event = self.clock.next(&self.controller, self.wall);
-        input.into_iter().chain(output).chain(event).min()
+        let look = self.observer.next_look();
+        let look = look.and_then(|look| self.clock.next_look(look, self.wall));
+        [input, event, look]
+            .into_iter()
+            .flatten()
+            .chain(output)
+            .min()
     }
 
     /// The next reply whose last byte has passed the link's line, whole.
@@ -203,26 +238,37 @@ impl Runner {
             .saturating_add(self.controller.line().delay);
         let answered = at.saturating_add(turnaround);
         let Self {
-            controller, clock, ..
+            controller,
+            clock,
+            observer,
+            ..
         } = self;
         let Some(link) = self.links.get_mut(&id) else {
             return;
         };
         match link.pieces.pop_front() {
             Some(piece) => {
-                let bytes = &link.bytes.make_contiguous()[..piece.count];
-                let mut input = bytes;
-                while controller.receive_one(id, &mut input) {
-                    link.replies.take_from(controller, id, answered);
-                    clock.jump(controller, at);
+                let mut input = &link.bytes.make_contiguous()[..piece.count];
+                loop {
+                    let (before, now) = (input, controller.now());
+                    let handled = controller.receive_one(id, &mut input);
+                    observer.request_bytes(now, id, &before[..before.len() - input.len()]);
+                    link.replies.take_from(controller, observer, id, answered);
+                    observer.look(controller);
+                    if !handled {
+                        break;
+                    }
+                    clock.jump(controller, observer, at);
                 }
                 link.bytes.drain(..piece.count);
                 link.silent = Some(at.saturating_add(INTER_BYTE_TIMEOUT));
             }
             None => {
+                observer.silence(controller.now(), id);
                 controller.expire(id);
-                link.replies.take_from(controller, id, answered);
-                clock.jump(controller, at);
+                link.replies.take_from(controller, observer, id, answered);
+                observer.look(controller);
+                clock.jump(controller, observer, at);
                 link.fall_silent();
             }
         }
@@ -234,5 +280,6 @@ impl Runner {
     fn forget(&mut self, link: LinkId) {
         self.links.remove(&link);
         self.controller.close(link);
+        self.observer.closed(link);
     }
 }

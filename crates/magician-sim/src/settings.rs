@@ -5,9 +5,25 @@ use magician_protocol::{Flag, Handedness, TeachTrigger};
 
 use crate::Profile;
 
+/// Ids.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Ids([u64; 4]);
+
+impl Ids {
+    pub(crate) fn add(&mut self, id: u8) {
+        self.0[usize::from(id / 64)] |= 1 << (id % 64);
+    }
+
+    pub(crate) fn contains(&self, id: u8) -> bool {
+        self.0[usize::from(id / 64)] & (1 << (id % 64)) != 0
+    }
+}
+
 /// The parameter sets. They start as the profile says and change only when a host sets them.
 #[derive(Clone, Debug)]
 pub(crate) struct Settings {
+    /// What has been set or done since power-up.
+    pub(crate) told: Ids,
     pub(crate) with_rail: SetDeviceWithL,
     /// `None` until a host sets it: then it is the home joints of the profile.
     pub(crate) home: Option<HomeParams>,
@@ -51,6 +67,7 @@ impl Settings {
         } = &profile.defaults;
         let [x_bias, y_bias, z_bias] = tool.bias;
         Self {
+            told: Ids::default(),
             with_rail: SetDeviceWithL {
                 with_l: Flag::OFF,
                 version: None,

@@ -2,6 +2,7 @@
 
 mod host;
 
+use magician_motion::{Geometry, ToolBias};
 use magician_protocol::{Ctrl, FrameBuf, TABLE};
 use magician_sim::world::{Press, Thing};
 use magician_sim::{Controller, Flash, Happening, LinkId, Micros, Profile, State};
@@ -462,6 +463,26 @@ proptest! {
                 arm.advance((arm.now() + 5_000).min(until));
                 let state = arm.state();
                 prop_assert!(within_limits(&state), "{state:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_order_tears_the_arm_from_where_it_is(life in life()) {
+        let mut arm = switched_on();
+        for (pause, deed) in &life {
+            arm.advance(arm.now() + pause);
+            let before = arm.state();
+            act(&mut arm, deed);
+            let state = arm.state();
+            let joints = state.true_joints.to_array().into_iter().zip(before.true_joints.to_array());
+            for (is, was) in joints.filter(|_| matches!(deed, Deed::Send(_))) {
+                prop_assert!((is - was).abs() < 2e-3, "{before:?}\n{state:?}");
+            }
+            let ToolBias { x, y, z } = state.tool;
+            if [x, y, z].iter().all(|bias| bias.abs() < 1e3) {
+                let pose = Geometry::magician(state.tool).forward(&state.joints);
+                prop_assert!(pose.distance_to(&state.pose) < 1e-4, "{pose:?}\n{state:?}");
             }
         }
     }

@@ -226,6 +226,17 @@ fn an_arm_that_cannot_be_planned_keeps_the_carriage() {
 }
 
 #[test]
+fn a_slow_arm_that_a_limit_stops_leaves_the_carriage_on_its_way() {
+    let mut bench = on_rail();
+    // The arm would need far longer than the carriage; 135 of 240 degrees are past the middle.
+    bench.enqueue(&to(4, [240.0, 45.0, 45.0, 0.0], 20.0));
+    bench.rest();
+    assert_eq!(bench.joints()[0], 135.0);
+    let at = place(&mut bench);
+    assert!((10.0..16.0).contains(&at), "{at} of 20 mm");
+}
+
+#[test]
 fn a_limit_on_the_arms_way_stops_the_carriage_with_it() {
     let mut bench = on_rail();
     bench.enqueue(&to(4, [180.0, 45.0, 45.0, 0.0], 300.0));

@@ -1,7 +1,11 @@
 //! The runner in virtual time: pacing, speed, silence, and that cuts do not matter.
 
+use std::sync::{Arc, Mutex};
+
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::{Controller, Line, LinkId, Micros, Profile, Runner, Scenario, Speed, World};
+use magician_sim::{
+    Controller, Line, LinkId, Micros, Observer, Profile, Runner, Scenario, Speed, World,
+};
 use proptest::prelude::*;
 
 const USB: LinkId = LinkId(0);
@@ -326,6 +330,22 @@ fn at_full_speed_what_the_line_brings_later_is_read_later() {
 }
 
 #[test]
+fn at_full_speed_a_move_that_never_ends_does_not_use_up_the_clock() {
+    let mut runner = runner(Speed::Max, Line::default());
+    let speeds = [f32::MIN_POSITIVE; 8].map(f32::to_le_bytes).concat();
+    let slow = frame(80, Ctrl::SET, &speeds);
+    let target = [10.0f32, 45.0, 45.0, 0.0].map(f32::to_le_bytes).concat();
+    let go = frame(84, Ctrl::QUEUED, &[vec![4], target].concat());
+    runner.receive(0, USB, &[start(), slow, go].concat());
+    runner.handle_timeout(2_000_000);
+    assert_eq!(runner.controller().now(), 2_000_000);
+    while runner.poll_transmit(2_000_000, USB).is_some() {}
+    assert!(runner.poll_timeout().is_none_or(|at| at > 2_000_000));
+    runner.receive(2_000_000, USB, &frame(242, Ctrl::SET, &[]));
+    assert!(!runner.controller().state().moving);
+}
+
+#[test]
 fn a_silence_of_50_ms_ends_a_frame() {
     for line in [Line::default(), paced(0)] {
         for (pause, answers) in [(49_000, 1), (51_500, 0)] {
@@ -584,4 +604,77 @@ proptest! {
         runner.receive(now, USB, &get_pose());
         prop_assert_eq!(reply(&mut runner, &mut now, USB).frame().id(), 10);
     }
+}
+
+/// Wants to see every 20 ms and counts them.
+#[derive(Default)]
+struct Counting {
+    seen: u64,
+    next: Micros,
+}
+
+impl Observer for Counting {
+    fn next_look(&self) -> Option<Micros> {
+        Some(self.next)
+    }
+
+    fn look(&mut self, arm: &Controller) {
+        if arm.now() == self.next {
+            self.seen += 1;
+            self.next += 20_000;
+        }
+    }
+}
+
+fn watched(speed: Speed) -> (Runner, Arc<Mutex<Counting>>) {
+    let mut runner = Runner::new(Controller::default(), speed, Line::default());
+    let counting = Arc::new(Mutex::new(Counting::default()));
+    runner.observe(Arc::clone(&counting));
+    (runner, counting)
+}
+
+#[test]
+fn an_observer_of_a_leap_over_weeks_does_not_keep_everybody_waiting() {
+    let weeks = [start(), wait(u32::MAX)].concat();
+    for speed in [Speed::Max, Speed::Times(1e9)] {
+        let (mut runner, counting) = watched(speed);
+        runner.receive(0, USB, &weeks);
+        let (mut wall, mut most) = (0, 0);
+        for _ in 0..10 {
+            let before = counting.lock().unwrap().seen;
+            wall = runner.poll_timeout().unwrap().max(wall);
+            runner.handle_timeout(wall);
+            most = most.max(counting.lock().unwrap().seen - before);
+            while runner.poll_transmit(wall, USB).is_some() {}
+        }
+        // What a caller does at full speed is a pass and a jump.
+        assert!((1..=200_000).contains(&most), "{speed}: {most}");
+        let seen = counting.lock().unwrap().seen;
+        assert_eq!(runner.controller().now() / 20_000, seen - 1, "{speed}");
+        runner.receive(wall, WIFI, &device_time());
+        assert!(runner.poll_transmit(wall, WIFI).is_some());
+    }
+}
+
+#[test]
+fn an_observer_is_shown_the_arm_in_good_time() {
+    for (speed, apart) in [
+        (Speed::Times(0.5), 40_000),
+        (Speed::Times(1.0), 20_000),
+        (Speed::Times(100.0), 10_000),
+        (Speed::Max, 20_000),
+    ] {
+        let (mut runner, counting) = watched(speed);
+        let mut wall = 0;
+        for _ in 0..100 {
+            let due = runner.poll_timeout().unwrap();
+            assert_eq!(due - wall, apart, "{speed}");
+            wall = due;
+            runner.handle_timeout(wall);
+        }
+        let now = runner.controller().now();
+        assert_eq!(counting.lock().unwrap().seen, now / 20_000 + 1, "{speed}");
+    }
+    let (runner, _) = watched(Speed::Times(0.0));
+    assert_eq!(runner.poll_timeout(), None);
 }

@@ -59,6 +59,27 @@ pub(super) const MODES: &[Mode] = &[
         acts: || points(PtpMode::JumpXyz, &[[220.0, -110.0, -20.0, 0.0]]),
     },
     Mode {
+        name: "jump-uneven",
+        title: "JUMP_XYZ with unequal heights",
+        says: "PTPJump2Params 80 mm at the start and 30 mm at the end: the transfer descends on its way.",
+        before: || {
+            let heights = Set::PtpJump2Params(PtpJump2Params {
+                start_jump_height: 80.0,
+                end_jump_height: 30.0,
+                z_limit: 100.0,
+            });
+            [jump_from([200.0, 120.0, -40.0, 0.0]), vec![heights]].concat()
+        },
+        acts: || points(PtpMode::JumpXyz, &[[220.0, -110.0, -20.0, 0.0]]),
+    },
+    Mode {
+        name: "jump-angle",
+        title: "JUMP_ANGLE: a jump to joint angles",
+        says: "PTP mode 3 to (-30, 40, 50, 20) deg.",
+        before: || jump_from([200.0, 120.0, -40.0, 0.0]),
+        acts: || points(PtpMode::JumpAngle, &[[-30.0, 40.0, 50.0, 20.0]]),
+    },
+    Mode {
         name: "jump-movl",
         title: "JUMP_MOVL_XYZ: up, straight across, down",
         says: "PTP mode 9 between the same points.",
@@ -75,6 +96,59 @@ pub(super) const MODES: &[Mode] = &[
                 PtpMode::MovjAngle,
                 &[[60.0, 20.0, 30.0, -40.0], [-45.0, 60.0, 50.0, 30.0]],
             )
+        },
+    },
+    Mode {
+        name: "movl-angle",
+        title: "MOVL_ANGLE: a straight line to joint angles",
+        says: "PTP mode 5 to (40, 30, 30, 0) deg.",
+        before: full_ratio,
+        acts: || points(PtpMode::MovlAngle, &[[40.0, 30.0, 30.0, 0.0]]),
+    },
+    Mode {
+        name: "movj-inc",
+        title: "MOVJ_INC: increments of the joints",
+        says: "PTP mode 6 by (60, -20, -10, 45) deg, and by (-90, 10, 20, 0).",
+        before: full_ratio,
+        acts: || {
+            points(
+                PtpMode::MovjAngleInc,
+                &[[60.0, -20.0, -10.0, 45.0], [-90.0, 10.0, 20.0, 0.0]],
+            )
+        },
+    },
+    Mode {
+        name: "movj-xyz-inc",
+        title: "MOVJ_XYZ_INC: increments along the axes, by the joints",
+        says: "PTP mode 8 by (30, 100, 60, 0) and by (-40, -180, -60, 0).",
+        before: full_ratio,
+        acts: || {
+            points(
+                PtpMode::MovjXyzInc,
+                &[[30.0, 100.0, 60.0, 0.0], [-40.0, -180.0, -60.0, 0.0]],
+            )
+        },
+    },
+    Mode {
+        name: "rail",
+        title: "MOVL_XYZ with the rail",
+        says: "PTPWithLCmd to (230, -60, 20) and 120 mm along the rail: both begin and end together, the slower one sets the time. The base of the pictures travels with the arm.",
+        before: || {
+            let rail = Set::SetDeviceWithL(SetDeviceWithL {
+                with_l: Flag::ON,
+                version: None,
+            });
+            [full_ratio(), vec![rail]].concat()
+        },
+        acts: || {
+            vec![Act::Queue(Set::PtpWithLCmd(PtpWithLCmd {
+                ptp_mode: PtpMode::MovlXyz,
+                x: 230.0,
+                y: -60.0,
+                z: 20.0,
+                r: 0.0,
+                l: 120.0,
+            }))]
         },
     },
     Mode {
@@ -188,6 +262,47 @@ pub(super) const MODES: &[Mode] = &[
             .concat()
         },
         acts: square,
+    },
+    Mode {
+        name: "cp-real-time",
+        title: "CP in real time",
+        says: "The same square with realTimeTrack and a period of 100 ms: a segment of 8.6 mm a period, without regard to corners.",
+        before: || {
+            let cp = Set::CpParams(CpParams {
+                plan_acc: 400.0,
+                junction_vel: 100.0,
+                acc_or_period: 100.0,
+                real_time_track: Flag::ON,
+            });
+            [
+                full_ratio(),
+                vec![cp, ptp(PtpMode::MovjXyz, [200.0, -40.0, -30.0, 0.0])],
+            ]
+            .concat()
+        },
+        acts: square,
+    },
+    Mode {
+        name: "jog-change",
+        title: "JOG of another axis",
+        says: "JOGCmd Z+ for 1 s, then X+ for 1 s: the first comes to rest before the second begins.",
+        before: jog_ratio,
+        acts: || {
+            vec![
+                Act::Now(jog(false, JogCommand::Axis3Plus)),
+                Act::Pass(SECOND),
+                Act::Now(jog(false, JogCommand::Axis1Plus)),
+                Act::Pass(SECOND),
+                Act::Now(jog(false, JogCommand::Stop)),
+            ]
+        },
+    },
+    Mode {
+        name: "jog-limit",
+        title: "JOG into a limit",
+        says: "JOGCmd J2+ until J2 or its coupling with J3 stands at a limit: the jog ends there with an alarm.",
+        before: jog_ratio,
+        acts: || vec![Act::Now(jog(true, JogCommand::Axis2Plus))],
     },
     Mode {
         name: "jog-joint",

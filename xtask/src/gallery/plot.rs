@@ -17,11 +17,12 @@ const SIZE: (u32, u32) = (1320, 420);
 const INK: RGBColor = RGBColor(31, 41, 51);
 const FAINT: RGBColor = RGBColor(203, 210, 217);
 const TRACK: RGBColor = RGBColor(59, 125, 216);
-const JOINTS: [(&str, RGBColor); 4] = [
+const AXES: [(&str, RGBColor); 5] = [
     ("J1", RGBColor(59, 125, 216)),
     ("J2", RGBColor(232, 89, 12)),
     ("J3", RGBColor(47, 158, 68)),
     ("J4", RGBColor(156, 54, 181)),
+    ("rail, mm/s", RGBColor(134, 142, 150)),
 ];
 
 /// Draws a run.
@@ -73,7 +74,7 @@ fn panel(
         .y_desc(names.1)
         .x_label_formatter(&|value| format!("{value:.0}"))
         .y_label_formatter(&|value| format!("{value:.0}"))
-        .light_line_style(WHITE)
+        .max_light_lines(0)
         .bold_line_style(FAINT.mix(0.6))
         .label_style(("sans-serif", 12).into_font().color(&INK))
         .draw()?;
@@ -165,12 +166,16 @@ fn section() -> Vec<(f64, f64)> {
 }
 
 fn joint_speeds(area: &Area<'_>, looks: &[Look]) -> Drawn {
-    let speeds: Vec<(f64, [f64; 4])> = looks
+    let axes = |look: &Look| {
+        let [j1, j2, j3, j4] = look.joints.to_array();
+        [j1, j2, j3, j4, look.rail]
+    };
+    let speeds: Vec<(f64, [f64; 5])> = looks
         .windows(2)
         .filter_map(|pair| match pair {
             [a, b] if b.at > a.at => {
-                let (from, to) = (a.joints.to_array(), b.joints.to_array());
-                let speed = std::array::from_fn(|joint| (to[joint] - from[joint]) / (b.at - a.at));
+                let (from, to) = (axes(a), axes(b));
+                let speed = std::array::from_fn(|axis| (to[axis] - from[axis]) / (b.at - a.at));
                 Some((0.5 * (a.at + b.at), speed))
             }
             _ => None,
@@ -190,12 +195,17 @@ fn joint_speeds(area: &Area<'_>, looks: &[Look]) -> Drawn {
         .configure_mesh()
         .x_desc("t / s")
         .y_desc("deg/s")
-        .light_line_style(WHITE)
+        .max_light_lines(0)
         .bold_line_style(FAINT.mix(0.6))
         .label_style(("sans-serif", 12).into_font().color(&INK))
         .draw()?;
-    for (joint, (name, color)) in JOINTS.into_iter().enumerate() {
-        let line = speeds.iter().map(|(at, speed)| (*at, speed[joint]));
+    let with_rail = speeds.iter().any(|(_, speed)| speed[4] != 0.0);
+    for (axis, (name, color)) in AXES
+        .into_iter()
+        .enumerate()
+        .take(4 + usize::from(with_rail))
+    {
+        let line = speeds.iter().map(|(at, speed)| (*at, speed[axis]));
         chart
             .draw_series(LineSeries::new(line, color.stroke_width(2)))?
             .label(name)

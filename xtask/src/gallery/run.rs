@@ -8,6 +8,8 @@ use super::modes::{Act, Mode};
 
 /// Between two looks.
 const LOOK: Micros = 2_000;
+/// Looks in a picture.
+const MOST_LOOKS: usize = 400;
 /// The longest run; one that never ends is a mistake in the mode.
 const LONGEST: Micros = 120_000_000;
 
@@ -19,6 +21,7 @@ pub(super) struct Look {
     pub(super) at: f64,
     pub(super) pose: Pose,
     pub(super) joints: JointAngles,
+    pub(super) rail: f64,
 }
 
 /// What was seen, in order.
@@ -60,7 +63,18 @@ pub(super) fn run(mode: &Mode) -> Run {
         }
     }
     watch(&mut arm, began, None, &mut looks);
-    Run { looks }
+    Run {
+        looks: thinned(&looks),
+    }
+}
+
+/// As many looks as a picture can show, the first and the last among them.
+fn thinned(looks: &[Look]) -> Vec<Look> {
+    let step = looks.len() / MOST_LOOKS + 1;
+    let last = looks.len().saturating_sub(1);
+    let keep = |at: &usize| at.is_multiple_of(step) || *at == last;
+    let kept = looks.iter().enumerate().filter(|(at, _)| keep(at));
+    kept.map(|(_, look)| *look).collect()
 }
 
 fn rest(arm: &mut Controller) {
@@ -84,5 +98,7 @@ fn look(state: &State, began: Micros) -> Look {
         at: (state.now - began) as f64 / 1e6,
         pose: state.pose,
         joints: state.joints,
+        // Without one it stands still.
+        rail: state.rail.unwrap_or(0.0),
     }
 }

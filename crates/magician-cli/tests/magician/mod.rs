@@ -3,6 +3,8 @@
 
 #[cfg(unix)]
 pub(crate) mod served;
+#[cfg(target_os = "linux")]
+pub(crate) mod terminal;
 
 use std::io::Write;
 use std::process::{Command, Stdio};

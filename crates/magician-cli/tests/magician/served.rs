@@ -12,8 +12,8 @@ pub(crate) struct Served {
     pub(crate) stdout: BufReader<ChildStdout>,
     /// What stderr said before it was ready.
     pub(crate) doors: Vec<String>,
-    /// What it says after that.
-    said: JoinHandle<Vec<String>>,
+    /// What it says from then on.
+    log: Option<JoinHandle<Vec<String>>>,
 }
 
 impl Served {
@@ -36,12 +36,12 @@ impl Served {
             .map(|line| line.expect("UTF-8"));
         let doors = lines.by_ref().take(doors + 1).collect();
         // Somebody has to read on, or the arm would wait for us.
-        let said = std::thread::spawn(move || lines.collect());
+        let log = std::thread::spawn(move || lines.collect());
         Self {
             child,
             stdout,
             doors,
-            said,
+            log: Some(log),
         }
     }
 
@@ -73,8 +73,14 @@ impl Served {
         let status = self.child.wait().expect("it ends");
         let mut rest = String::new();
         self.stdout.read_to_string(&mut rest).expect("UTF-8");
-        let said = std::mem::replace(&mut self.said, std::thread::spawn(Vec::new));
-        (status, rest, said.join().expect("UTF-8").join("\n"))
+        let log = self.log.take().expect("taken once");
+        (status, rest, log.join().expect("UTF-8").join("\n"))
+    }
+
+    /// Ends it with SIGTERM; what stderr said since it was ready.
+    pub(crate) fn log(self) -> Vec<String> {
+        let (_, _, said) = self.end_telling("-TERM");
+        said.lines().map(str::to_owned).collect()
     }
 }
 

@@ -1,16 +1,30 @@
 //! Continuous path (document 1.11, model section 8).
 
-use magician_protocol::Writable;
 use magician_protocol::commands::*;
+use magician_protocol::{NoArgs, Writable};
 
 use crate::core::Core;
-use crate::dispatch::{Apply, Step, Turn, stored};
+use crate::dispatch::{Apply, Report, Step, Turn, stored};
 
 stored!(
-    CpParams in cp,
     CpCommonParams in cp_common,
     CpRHeadHoldEnable in cp_hold_rotation,
 );
+
+impl Report for CpParams {
+    fn report(core: &mut Core, _: &NoArgs) -> Self {
+        core.settings.cp
+    }
+}
+
+impl Apply for CpParams {
+    /// For the segments that begin from now on; before speeds that are none the arm comes to rest.
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        core.settings.cp = *self;
+        core.replan_segment();
+        Step::Done
+    }
+}
 
 impl Apply for CpCmd {
     fn apply(&self, core: &mut Core, turn: Turn) -> Step {

@@ -1,10 +1,11 @@
 //! Lost steps (document 1.18, model section 12).
 
-use magician_protocol::Alarm;
 use magician_protocol::commands::*;
+use magician_protocol::{Alarm, Writable};
 
 use crate::core::Core;
 use crate::dispatch::{Apply, Step, Turn};
+use crate::fidelity::Basis;
 
 /// Differences below this are rounding, deg; the arm's step is 0.01125.
 const ROUNDING: f64 = 1e-6;
@@ -28,7 +29,10 @@ impl Apply for LostStepCmd {
             Alarm::LoseStepAxis3,
         ];
         for (code, lost) in codes.into_iter().zip(core.motion.lost(core.now)) {
-            if lost.abs() > threshold + ROUNDING {
+            let base = code == Alarm::LoseStepAxis1;
+            if lost.abs() > threshold + ROUNDING
+                && (!base || core.may_rest_on(Self::ROW.id, Basis::LostBase))
+            {
                 core.raise(code);
             }
         }

@@ -7,6 +7,7 @@ use crate::convert::{from_wire, pose_to_wire, to_wire};
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn, stored};
 use crate::event::Refusal;
+use crate::fidelity::Basis;
 
 stored!(ArmOrientation in orientation);
 
@@ -47,7 +48,10 @@ impl Apply for ResetPose {
         };
         let sensible = SENSIBLE.contains(&j2) && SENSIBLE.contains(&j3);
         if core.motion.is_moving() || !sensible {
-            return core.refuse(Self::ROW.id, Refusal::Pose);
+            return match core.may_rest_on(Self::ROW.id, Basis::UntimelyResetPose) {
+                true => core.refuse(Self::ROW.id, Refusal::Pose),
+                false => Step::Done,
+            };
         }
         let joints = core.arm().joints;
         core.believe(magician_motion::JointAngles { j2, j3, ..joints });

@@ -11,6 +11,7 @@ use crate::Micros;
 use crate::convert::micros;
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn};
+use crate::fidelity::Basis;
 
 /// The unlock key, and the point that nobody has asked for yet.
 #[derive(Clone, Copy, Debug, Default)]
@@ -46,6 +47,7 @@ impl Core {
             return;
         }
         self.look_for_point();
+        self.rests_on(Basis::TeachKey);
         if held {
             self.halt();
             self.actuators.burn(0.0);
@@ -71,6 +73,12 @@ impl Core {
         self.be_moved(really);
     }
 
+    /// Whether a point waits that nobody has asked for.
+    pub(crate) fn has_new_point(&mut self) -> bool {
+        self.look_for_point();
+        self.teaching.new_point
+    }
+
     /// Finds out whether a point has become due by now while the key is held.
     fn look_for_point(&mut self) {
         if !self.teaching.held {
@@ -80,7 +88,10 @@ impl Core {
         let periods = self.now.saturating_sub(self.teaching.since) / period;
         let new = periods > std::mem::replace(&mut self.teaching.periods, periods);
         let due = self.settings.teach_mode.mode == TeachTrigger::Periodic;
-        self.teaching.new_point |= new && due && self.settings.teach_enabled.is_enabled.is_on();
+        if new && due && self.settings.teach_enabled.is_enabled.is_on() {
+            self.teaching.new_point = true;
+            self.rests_on(Basis::TeachPeriod);
+        }
     }
 }
 

@@ -4,11 +4,24 @@ use magician_protocol::NoArgs;
 use magician_protocol::commands::*;
 
 use crate::core::Core;
-use crate::dispatch::{Apply, Report, Step, Turn, stored};
+use crate::dispatch::{Apply, Report, Step, Turn};
 use crate::tools::{AirTool, Told};
 
-// The reported pose follows the bias at once: it is computed from the joints when asked for.
-stored!(EndEffectorParams in bias);
+impl Report for EndEffectorParams {
+    fn report(core: &mut Core, _: &NoArgs) -> Self {
+        core.settings.bias
+    }
+}
+
+impl Apply for EndEffectorParams {
+    /// The reported pose follows at once: it is computed from the joints when asked for. A motion under way goes where
+    /// it was planned to go, a continuous path comes to rest at the end of its segment.
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        core.settings.bias = *self;
+        core.tool_changes();
+        Step::Done
+    }
+}
 
 impl Report for EndEffectorLaser {
     fn report(core: &mut Core, _: &NoArgs) -> Self {

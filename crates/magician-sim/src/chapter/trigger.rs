@@ -6,6 +6,7 @@ use magician_protocol::{TriggerCondition, TriggerMode, Writable};
 use crate::core::Core;
 use crate::dispatch::{Apply, Step, Turn};
 use crate::event::Refusal;
+use crate::fidelity::Basis;
 use crate::pins::place_of;
 
 /// What the queue waits for.
@@ -67,7 +68,10 @@ impl Apply for TrigCmd {
     /// makes no sense would block for ever and is refused.
     fn apply(&self, core: &mut Core, turn: Turn) -> Step {
         let Some(trigger) = Trigger::new(self) else {
-            return core.refuse(Self::ROW.id, Refusal::Trigger);
+            return match core.may_rest_on(Self::ROW.id, Basis::MeaninglessTrigger) {
+                true => core.refuse(Self::ROW.id, Refusal::Trigger),
+                false => Step::Done,
+            };
         };
         if turn == Turn::Immediate || core.is_met(&trigger) {
             Step::Done

@@ -1,12 +1,28 @@
-//! The Wi-Fi module's settings (document 1.17). The flash keeps them, but for the mode of its command line; no network is joined.
+//! The Wi-Fi module's settings (document 1.17, model section 15). The flash keeps them, but for the command mode in which
+//! they are set.
 
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, NoArgs};
 
+use crate::convert::micros;
 use crate::core::Core;
-use crate::dispatch::{Report, kept, stored};
+use crate::dispatch::{Apply, Report, Step, Turn, kept};
 
-stored!(WifiConfigMode in wifi_config);
+impl Report for WifiConfigMode {
+    fn report(core: &mut Core, _: &NoArgs) -> Self {
+        core.settings.wifi_config
+    }
+}
+
+impl Apply for WifiConfigMode {
+    /// When the module leaves its command mode it looks for the network anew.
+    fn apply(&self, core: &mut Core, _: Turn) -> Step {
+        core.settings.wifi_config = *self;
+        core.wifi_begun = core.now;
+        Step::Done
+    }
+}
+
 kept!(
     WifiSsid in wifi_ssid,
     WifiPassword in wifi_password,
@@ -17,9 +33,14 @@ kept!(
 );
 
 impl Report for WifiConnectStatus {
+    /// Any network that has a name is there, and is joined after a while.
     fn report(core: &mut Core, _: &NoArgs) -> Self {
+        let named = !core.flash.wifi_ssid.ssid.as_bytes().is_empty();
+        let looks = !core.settings.wifi_config.enable.is_on();
+        let begun = core.wifi_begun.max(core.booted);
+        let found = begun.saturating_add(micros(core.profile.wifi.association));
         Self {
-            is_connected: Flag::from(core.profile.defaults.wifi.connected),
+            is_connected: Flag::from(named && looks && core.now >= found),
         }
     }
 }

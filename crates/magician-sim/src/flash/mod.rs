@@ -120,7 +120,6 @@ impl Flash {
             netmask,
             gateway,
             dns,
-            connected: _,
         } = &profile.defaults.wifi;
         Self {
             serial: DeviceSn {

@@ -70,14 +70,23 @@ impl Core {
             (_, Some(Purpose::Jog(_) | Purpose::JogStop { .. } | Purpose::RailJog { .. })) => {
                 self.stop_jog(Some(jogged))
             }
-            _ => {
-                self.halt();
-                self.begin_jogged(jogged)
-            }
+            _ => self.begin_jogged(jogged),
         }
     }
 
-    /// Jogs from rest.
+    /// Whether a command jogs another axis than the one under way.
+    pub(crate) fn jogs_another(&self, is_joint: bool, command: JogCommand) -> bool {
+        let purpose = self.motion.under_way().map(|motion| motion.purpose);
+        let asked = jog_of(is_joint, command).map(|jog| jog.axis);
+        match purpose {
+            Some(Purpose::Jog(jog)) => asked != Some(jog.axis),
+            Some(Purpose::JogStop { axis, .. }) => asked != Some(axis),
+            Some(Purpose::RailJog { .. }) => asked.is_some(),
+            _ => false,
+        }
+    }
+
+    /// Jogs from rest. What else moves is replaced, unless there are no speeds to jog with.
     pub(super) fn begin_jogged(&mut self, jogged: Jogged) -> Step {
         match jogged {
             Jogged::Arm(jog) => self.begin_jog(jog, 0.0),
@@ -100,7 +109,7 @@ impl Core {
         let rates = self.jog_rates(jog.axis);
         match planner.jog(&self.arm(), jog, rates, entry) {
             Ok(plan) => {
-                self.rest_here();
+                self.halt();
                 self.drive(Purpose::Jog(jog), &plan, jog.axis)
             }
             Err(error) => self.unplannable(JogCmd::ROW.id, &error),
@@ -143,25 +152,31 @@ impl Core {
         Step::Done
     }
 
-    /// The speeds of jogging an axis: the ratio scales the velocity and not the acceleration.
+    /// The speeds of jogging an axis, each up to the profile's ceiling: the ratio scales the velocity and not the
+    /// acceleration. A ratio that is none leaves no speed.
     fn jog_rates(&self, axis: JogAxis) -> Rates {
         let (joint, space) = (&self.settings.jog_joint, &self.settings.jog_coordinate);
         let ([v1, v2, v3, v4], [a1, a2, a3, a4]) = (joint.velocity, joint.acceleration);
         let ([vx, vy, vz, vr], [ax, ay, az, ar]) = (space.velocity, space.acceleration);
-        let (velocity, acceleration) = match axis {
-            JogAxis::J1 => (v1, a1),
-            JogAxis::J2 => (v2, a2),
-            JogAxis::J3 => (v3, a3),
-            JogAxis::J4 => (v4, a4),
-            JogAxis::X => (vx, ax),
-            JogAxis::Y => (vy, ay),
-            JogAxis::Z => (vz, az),
-            JogAxis::R => (vr, ar),
+        let most = &self.profile.ceilings;
+        let ([m1, m2, m3, m4], turning) = (most.joint_velocity, most.joint_acceleration);
+        let (along, linear) = (most.linear_velocity, most.linear_acceleration);
+        let (round, rotation) = (most.rotation_velocity, most.rotation_acceleration);
+        let (velocity, fastest, acceleration, steepest) = match axis {
+            JogAxis::J1 => (v1, m1, a1, turning),
+            JogAxis::J2 => (v2, m2, a2, turning),
+            JogAxis::J3 => (v3, m3, a3, turning),
+            JogAxis::J4 => (v4, m4, a4, turning),
+            JogAxis::X => (vx, along, ax, linear),
+            JogAxis::Y => (vy, along, ay, linear),
+            JogAxis::Z => (vz, along, az, linear),
+            JogAxis::R => (vr, round, ar, rotation),
         };
-        let ratio = capped(self.settings.jog_common.velocity_ratio.into(), 100.0);
+        let ratio = capped(self.settings.jog_common.velocity_ratio.into(), 100.0) / 100.0;
+        let ratio = if ratio > 0.0 { ratio } else { f64::NAN };
         Rates {
-            velocity: f64::from(velocity) * ratio / 100.0,
-            acceleration: acceleration.into(),
+            velocity: capped(velocity.into(), fastest) * ratio,
+            acceleration: capped(acceleration.into(), steepest),
         }
     }
 }

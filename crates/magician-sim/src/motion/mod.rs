@@ -17,6 +17,7 @@ use magician_motion::{ArmState, Geometry, Jog, JogAxis, JointAngles, Trajectory}
 use crate::Micros;
 use crate::core::Core;
 use crate::dispatch::Step;
+use crate::fidelity::Basis;
 use crate::world::{Course, Posture};
 
 pub(crate) use homing::Stage;
@@ -244,7 +245,8 @@ impl Core {
         outputs: Outputs,
     ) -> Step {
         let lasting = trajectory.duration_us().max(rail.duration());
-        self.motion.measured = self.geometry();
+        // What is left of a motion keeps the tool that it began with.
+        self.motion.measured = *trajectory.geometry();
         self.motion.rest = *trajectory.start();
         self.motion.under_way = Some(UnderWay {
             purpose,
@@ -264,6 +266,9 @@ impl Core {
             return Step::Moving;
         }
         self.switch_outputs();
+        if purpose == Purpose::Move {
+            self.rests_on(Basis::ShortMove);
+        }
         self.end_motion();
         if self.motion.is_moving() {
             Step::Moving
@@ -306,7 +311,10 @@ impl Core {
         };
         self.rest_here();
         if let Some(code) = alarm {
+            self.rests_on(plan::basis_of_end(code));
+            self.rests_on(Basis::SoftLimits);
             self.raise(code);
+            self.finishes_refused();
         }
         if self.follow_up(purpose, speed) == Step::Done {
             self.finish_moving();

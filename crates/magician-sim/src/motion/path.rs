@@ -82,15 +82,13 @@ impl Core {
         };
         let queued = turn == Turn::Queued;
         let entry = if queued { self.motion.carried } else { 0.0 };
-        if !queued {
-            self.halt();
-        }
         let from = self.arm();
         let planner = self.planner(self.ptp_speeds());
         let start = [from.pose.x, from.pose.y, from.pose.z];
         let way = Way::from(&planner, start, mode, numbers);
         if way.segment.is_empty() {
-            // The speed of the segment before it goes on into the one after it.
+            // In the queue the speed of the segment before it goes on into the one after it.
+            self.halt();
             return Step::Done;
         }
         let segment = Segment {
@@ -98,11 +96,18 @@ impl Core {
             look_ahead,
             queued,
         };
-        self.resolve_ways(&planner, way.to);
+        if entry == 0.0 {
+            // Whatever was known was known of a path that has ended.
+            self.forget_ways();
+        }
+        if queued {
+            self.resolve_ways(&planner, way.to);
+        }
         let (exit, rates) = (self.exit_speed(&segment), look_ahead.rates(&way.segment));
         match planner.segment(&from, way.to, entry, exit, rates) {
             Ok(plan) => {
                 self.halt();
+                self.motion.carried = 0.0;
                 self.actuators.burn(f64::from(power));
                 self.feel_grip();
                 let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
@@ -139,7 +144,9 @@ impl Core {
 
     /// The speed at which a segment may end: none if the queue will not take the next one at once.
     fn exit_speed(&self, segment: &Segment) -> f64 {
-        if !segment.queued || !self.goes_on() {
+        // With speeds that are none the next one would not begin.
+        let sensible = || LookAhead::new(&self.cp_speeds()).is_ok();
+        if !segment.queued || !self.goes_on() || !sensible() {
             return 0.0;
         }
         let known = self.queue.entries().map_while(|entry| entry.way.as_ref());
@@ -165,12 +172,28 @@ impl Core {
         }
     }
 
+    /// The tool has another bias: where the path leads will be found out when the arm stands.
+    pub(crate) fn tool_changes(&mut self) {
+        self.forget_ways();
+        self.replan_segment();
+    }
+
+    fn forget_ways(&mut self) {
+        for entry in self.queue.entries_mut() {
+            entry.way = None;
+        }
+    }
+
     /// A command has been queued: if it is a segment on the heels of another, its way is known at once.
     pub(crate) fn path_grows(&mut self) {
         let before = self.queue.entries().rev().nth(1);
         let from = match (before, self.motion.under_way().map(|motion| motion.purpose)) {
             (Some(entry), _) => entry.way.map(|way| way.to),
-            (None, Some(Purpose::Segment(segment))) if segment.queued => Some(segment.way.to),
+            (None, Some(Purpose::Segment(segment)))
+                if segment.queued && self.motion.measured == self.geometry() =>
+            {
+                Some(segment.way.to)
+            }
             _ => None,
         };
         let Some(from) = from else {

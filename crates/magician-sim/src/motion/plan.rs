@@ -9,6 +9,7 @@ use super::{Outputs, Purpose};
 use crate::core::Core;
 use crate::dispatch::Step;
 use crate::event::Refusal;
+use crate::fidelity::Basis;
 
 impl Core {
     pub(crate) fn planner(&self, speeds: Speeds) -> Planner {
@@ -51,7 +52,7 @@ impl Core {
                 } = plan;
                 let alarm = alarm_on_the_way(request, crossing);
                 let rail = rail
-                    .along(trajectory.duration_us(), self)
+                    .along(trajectory.uncut_us(), self)
                     .stopped_with(crossing.map(|crossing| crossing.at_us));
                 let outputs = Outputs::new(outputs, (&trajectory, &rail));
                 self.begin_with_rail(Purpose::Move, trajectory, rail, alarm, outputs)
@@ -74,8 +75,12 @@ impl Core {
 
     /// A motion that cannot be planned.
     pub(crate) fn unplannable(&mut self, id: u8, error: &MotionError) -> Step {
-        self.raise(alarm_in_planning(error));
-        self.refuse(id, Refusal::Unplannable)
+        if self.may_rest_on(id, basis_in_planning(error)) {
+            self.raise(alarm_in_planning(error));
+            self.refuse(id, Refusal::Unplannable)
+        } else {
+            Step::Done
+        }
     }
 
     /// Brakes what moves; a motion that brakes already goes on doing so.
@@ -101,6 +106,23 @@ impl Core {
                 self.begin_with_rail(Purpose::Brake, plan.trajectory, rail, alarm, none);
             }
         }
+    }
+}
+
+/// What the answer to a motion that cannot be planned rests on.
+fn basis_in_planning(error: &MotionError) -> Basis {
+    match error {
+        MotionError::Speed { .. } => Basis::NoSpeed,
+        MotionError::Coincident | MotionError::Collinear => Basis::ArcPoints,
+        _ => Basis::TargetChecked,
+    }
+}
+
+/// What the end of a motion with an alarm rests on.
+pub(super) fn basis_of_end(code: u8) -> Basis {
+    match code {
+        Alarm::MoveInvCalc | Alarm::MoveInvLimit => Basis::PathChecked,
+        _ => Basis::JointTargets,
     }
 }
 

@@ -338,7 +338,7 @@ impl Core {
     }
 
     fn begin_rail_jog(&mut self, course: RailCourse, then: Option<Jogged>) -> Step {
-        self.rest_here();
+        self.halt();
         let arm = Trajectory::at_rest(&self.geometry(), &self.arm());
         let (purpose, none) = (Purpose::RailJog { then }, Outputs::default());
         self.begin_with_rail(purpose, arm, course, None, none);

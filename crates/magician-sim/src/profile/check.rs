@@ -103,6 +103,7 @@ impl Profile {
         positive("home.back_off", &[self.home.back_off])?;
         positive("home.creep", &self.home.creep)?;
         positive("teach.period", &[self.teach.period])?;
+        duration("wifi.association", self.wifi.association)?;
         rule(
             (1..=MAX_LINES).contains(&self.offline.capacity),
             "offline.capacity",

@@ -3,7 +3,7 @@ use std::collections::VecDeque;
 use magician_protocol::{Deframer, Event, FrameBuf};
 
 use crate::pace::{Line, Wire};
-use crate::{Controller, LinkId, Micros};
+use crate::{Controller, LinkId, Micros, Observer};
 
 /// A peer's line: what is on its way to the arm, and the replies.
 pub(super) struct Link {
@@ -101,9 +101,16 @@ impl Link {
 
 impl Replies {
     /// Puts the controller's replies on the line, not before `from`.
-    pub(super) fn take_from(&mut self, controller: &mut Controller, link: LinkId, from: Micros) {
+    pub(super) fn take_from(
+        &mut self,
+        controller: &mut Controller,
+        observer: &mut impl Observer,
+        link: LinkId,
+        from: Micros,
+    ) {
         while let Some(frame) = controller.poll_transmit(link) {
             if !self.hung_up {
+                observer.reply(controller.now(), link, &frame);
                 let at = self.output.carry(from, frame.bytes().len());
                 self.queue.push_back((at, frame));
             }

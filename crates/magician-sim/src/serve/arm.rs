@@ -35,6 +35,10 @@ impl Arm {
         if let Some(path) = server.flash {
             hub.keep_flash(path);
         }
+        #[cfg(feature = "record")]
+        if let Some(writer) = server.recording {
+            hub.record(writer, server.speed)?;
+        }
         let bell = Bell::new(house);
         Ok(Self {
             ports: door::open_all(&server.doors, &server.discovery, server.number, &mut hub)?,
@@ -58,6 +62,12 @@ impl Arm {
 
     fn endpoints(&self) -> Vec<Endpoint> {
         self.ports.iter().map(|port| port.endpoint()).collect()
+    }
+
+    /// Nobody comes any more: closes the endpoints and completes what is being written.
+    pub(super) fn end(self) -> Result<(), ServeError> {
+        drop(self.ports);
+        self.hub.end()
     }
 
     /// Takes a turn if anything happened.

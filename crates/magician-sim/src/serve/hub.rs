@@ -5,7 +5,8 @@ use magician_protocol::commands::DeviceId;
 use magician_protocol::{Direction, FrameBuf, NoArgs, Readable};
 
 use super::keep::Keeper;
-use super::{Notice, OnNotice};
+use super::recording::Recording;
+use super::{Notice, OnNotice, ServeError};
 use crate::{FlashError, LinkId, Micros, Runner};
 
 /// What all endpoints share: the arm on the wall clock, the log and the trace.
@@ -16,6 +17,7 @@ pub(super) struct Hub {
     on_notice: OnNotice,
     tape: tape::Tape,
     keeper: Option<Keeper>,
+    recording: Recording,
 }
 
 /// A client: its link to the arm and its place in the trace.
@@ -34,12 +36,23 @@ impl Hub {
             on_notice,
             tape: tape::Tape::OFF,
             keeper: None,
+            recording: Recording::default(),
         }
     }
 
     /// Keeps the flash in a file.
     pub(super) fn keep_flash(&mut self, path: PathBuf) {
         self.keeper = Some(Keeper::new(path, self.runner.controller()));
+    }
+
+    #[cfg(feature = "record")]
+    pub(super) fn record(
+        &mut self,
+        out: Box<dyn std::io::Write + Send>,
+        speed: crate::Speed,
+    ) -> Result<(), ServeError> {
+        self.recording = Recording::begin(out, &mut self.runner, speed)?;
+        Ok(())
     }
 
     #[cfg(feature = "trace")]
@@ -61,7 +74,7 @@ impl Hub {
         let tape = self.tape.open(&name);
         self.taped(tape.1);
         Peer {
-            link: self.next_link(),
+            link: self.next_link(&name),
             name,
             tape: tape.0,
         }
@@ -71,7 +84,7 @@ impl Hub {
     #[cfg(unix)]
     pub(super) fn renew(&mut self, peer: &mut Peer) {
         self.forget(peer);
-        peer.link = self.next_link();
+        peer.link = self.next_link(&peer.name);
     }
 
     /// A client that may have come did not, and will not.
@@ -111,7 +124,7 @@ impl Hub {
 
     /// The three words by which the arm can be told from all others, as it answers them.
     pub(super) fn device_id(&mut self) -> [u32; 3] {
-        let link = self.next_link();
+        let link = self.next_link("discovery");
         let controller = self.runner.controller_mut();
         if let Ok(request) = FrameBuf::get(&NoArgs, DeviceId::ROW) {
             controller.receive(link, request.bytes());
@@ -137,6 +150,9 @@ impl Hub {
         while let Some(event) = self.runner.controller_mut().poll_event() {
             self.notice(Notice::Arm(event));
         }
+        if let Some(error) = self.recording.ended() {
+            self.notice(Notice::RecordingEnded(error));
+        }
         let now = self.now();
         if let Some(keeper) = &mut self.keeper {
             let kept = keeper.keep(now, self.runner.controller());
@@ -149,6 +165,12 @@ impl Hub {
         if let Err(error) = kept {
             self.notice(Notice::FlashNotKept(error));
         }
+    }
+
+    /// Completes what is being written.
+    pub(super) fn end(mut self) -> Result<(), ServeError> {
+        self.tick();
+        self.recording.end(&mut self.runner)
     }
 
     /// How long nothing is due.
@@ -166,9 +188,11 @@ impl Hub {
         Micros::try_from(self.start.elapsed().as_micros()).unwrap_or(Micros::MAX)
     }
 
-    fn next_link(&mut self) -> LinkId {
+    /// The link of a client that is known by this name.
+    fn next_link(&mut self, name: &str) -> LinkId {
         let link = LinkId(self.links);
         self.links = self.links.wrapping_add(1);
+        self.recording.name(link, name);
         link
     }
 

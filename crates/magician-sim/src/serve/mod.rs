@@ -32,6 +32,7 @@ mod outbox;
 mod pty;
 #[cfg(unix)]
 mod reactor;
+mod recording;
 mod several;
 mod tcp;
 mod timer;
@@ -75,6 +76,8 @@ pub struct Server {
     flash: Option<PathBuf>,
     #[cfg(feature = "trace")]
     trace: Option<Box<dyn io::Write + Send>>,
+    #[cfg(feature = "record")]
+    recording: Option<Box<dyn io::Write + Send>>,
 }
 
 type OnReady = Box<dyn FnOnce(&[Endpoint]) + Send>;
@@ -139,6 +142,9 @@ pub enum Notice {
     FlashNotKept(FlashError),
     /// The trace cannot be written and ends here; the arm is served on.
     TraceEnded(io::Error),
+    /// The recording cannot be written and ends here; the arm is served on, and
+    /// [`ServeError::Record`] comes at the end.
+    RecordingEnded(io::Error),
 }
 
 /// Why the arm is not, or no longer, served.
@@ -173,6 +179,10 @@ pub enum ServeError {
     #[cfg(feature = "trace")]
     #[error("cannot write the trace: {0}")]
     Trace(#[source] io::Error),
+    /// The recording could not be begun, or its file is not whole.
+    #[cfg(feature = "record")]
+    #[error("the recording is incomplete: {0}")]
+    Record(#[source] io::Error),
     /// The system has no timer for us.
     #[error("cannot make a timer: {0}")]
     Timer(#[source] io::Error),
@@ -205,6 +215,8 @@ impl Server {
             flash: None,
             #[cfg(feature = "trace")]
             trace: None,
+            #[cfg(feature = "record")]
+            recording: None,
         }
     }
 
@@ -288,6 +300,16 @@ impl Server {
         self
     }
 
+    /// Records what the arm does ([`record`](crate::record)); the epoch is now. A thread of its own
+    /// writes to `writer`, so that a slow disk does not hold the arm up: it may fall 16 MB behind.
+    /// After that the recording ends, but at [`Speed::Max`] the arm's clock waits instead.
+    #[cfg(feature = "record")]
+    #[must_use]
+    pub fn record(mut self, writer: impl io::Write + Send + 'static) -> Self {
+        self.recording = Some(Box::new(writer));
+        self
+    }
+
     /// Called once, when every endpoint accepts.
     #[must_use]
     pub fn on_ready(mut self, call: impl FnOnce(&[Endpoint]) + Send + 'static) -> Self {
@@ -312,7 +334,8 @@ impl Server {
     /// gone when this returns or the future is dropped.
     ///
     /// # Errors
-    /// [`ServeError`] when an endpoint cannot be opened (then none stays open) or breaks down.
+    /// [`ServeError`] when an endpoint cannot be opened (then none stays open) or breaks down, and
+    /// at the end when the recording is not whole.
     pub async fn serve_until(self, end: impl Future<Output = ()>) -> Result<(), ServeError> {
         serve_all([self], end).await
     }

@@ -18,7 +18,7 @@ use crate::profile::{MAX_NAME, MAX_SERIAL};
 ///
 /// # Errors
 /// As [`Server::serve_until`]: if one arm's endpoint cannot be opened, none stays open and nothing
-/// is ready; if one breaks down, all end.
+/// is ready; if one breaks down, all end. A recording that is not whole is an error at the end.
 pub async fn serve_all(
     servers: impl IntoIterator<Item = Server>,
     end: impl Future<Output = ()>,
@@ -32,7 +32,7 @@ pub async fn serve_all(
     arms.iter_mut().for_each(Arm::ready);
     let mut end = pin!(end);
     // Turns are bounded here. The runtime's own bound would look like a full socket.
-    unconstrained(poll_fn(|cx| {
+    let served = unconstrained(poll_fn(|cx| {
         if end.as_mut().poll(cx).is_ready() {
             return Poll::Ready(Ok(()));
         }
@@ -42,7 +42,9 @@ pub async fn serve_all(
             Err(error) => Poll::Ready(Err(error)),
         }
     }))
-    .await
+    .await;
+    // Each in its turn, whatever becomes of the others; the first error is the one to tell.
+    arms.into_iter().map(Arm::end).fold(served, Result::and)
 }
 
 /// The path of one arm of several: `arm.3` for `arm` and 3.

@@ -171,8 +171,11 @@ impl Bench {
         self.get::<Pose>().joint_angle
     }
 
+    /// What has happened, but for what it rests on.
     pub fn events(&mut self) -> Vec<Event> {
-        std::iter::from_fn(|| self.arm.poll_event()).collect()
+        std::iter::from_fn(|| self.arm.poll_event())
+            .filter(|event| !matches!(event, Event::RestsOn { .. }))
+            .collect()
     }
 
     /// Both ratios at 100 %.

@@ -30,7 +30,7 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "unknown field `colour`",
     ),
     ("[[robot]]\n", 1, 3, "unknown field `robot`"),
-    ("[arm]\nhomed = 1", 2, 9, "expected true or false"),
+    ("[arm]\nhomed = 1", 2, 9, "true or false"),
     (
         "[[object]]\nname = \"b\"\nsize = [1, 2]\nat = [0, 0]",
         3,

@@ -1,7 +1,9 @@
 //! `sim`: a virtual arm for other programs.
 
+mod fidelity;
 mod log;
 mod picture;
+mod tui;
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -10,7 +12,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
 use magician::ErrorKind;
-use magician_sim::serve::{self, Discovery, ServeError, Server, serve_all};
+use magician_sim::serve::{self, Discovery, Handle, ServeError, Server, serve_all};
 use magician_sim::{
     Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World, document,
 };
@@ -21,6 +23,7 @@ use crate::interrupt::{self, Signal};
 use crate::output::Text;
 
 use log::Log;
+use tui::{Dashboard, Feed, Subject};
 
 /// Serve a virtual arm to other programs
 #[derive(Args, Debug)]
@@ -31,19 +34,26 @@ Prints the one line `ready` when every endpoint accepts; all else goes to stderr
   magician sim --tcp 127.0.0.1:9000 --speed max
   magician sim --udp 0.0.0.0
   magician sim --arms 3 --pty ./arm --tcp 127.0.0.1:9000
+  magician sim --pty ./arm --tui
 
 Programs that look for an arm on the network broadcast a question to UDP port 48899 and go on to port 8899 of the \
 address in the answer. So an arm on UDP port 8899 answers them, on the same HOST; if port 48899 is taken, perhaps by \
 another arm, it says so on stderr and serves without. A broadcast reaches only a HOST of all addresses (0.0.0.0).
 
 --arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and at N ports in a row; \
-a port of 0 is any free one for each, and a trace or a flash is N files, FILE.1 to FILE.N, a picture x.1.svg to x.N.svg. Programs that \
-look for an arm find the one on port 8899.
+a port of 0 is any free one for each, and a trace, a recording or a flash is N files, FILE.1 to FILE.N, a picture x.1.svg \
+to x.N.svg. Programs that look for an arm find the one on port 8899.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
 before the next request is read. While the arm has nothing to do its clock runs on as usual, with belts and all that a scenario says.
 
-A scenario is explained in docs/SCENARIOS.md.")]
+A scenario is explained in docs/SCENARIOS.md.
+
+A recording is on the arm's clock: samples every 20 ms of it, whatever the speed, about 110 MB an hour. Foxglove and every \
+other program for MCAP opens it. If it cannot be written any more, the arm is served on, and the exit status is 4.
+
+--tui draws the arm from above and from the side with its queue, pins, alarms, objects and log on the terminal of stderr. \
+Its keys press the arm's key, guide it by hand, pull the cable, drive inputs, raise alarms; `?` lists them, `q` ends.")]
 pub(crate) struct Sim {
     /// Serve a new pseudo-terminal and make PATH a symlink to it
     #[cfg(unix)]
@@ -76,6 +86,9 @@ pub(crate) struct Sim {
     /// Write all that passes to a pcapng file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Record what the arm does to an MCAP file: pose at 50 Hz, queue, IO, alarms, frames
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Keep in FILE what the arm keeps without power: name, serial number, Wi-Fi, calibration, program
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
@@ -88,6 +101,15 @@ pub(crate) struct Sim {
     /// Firmware profile in TOML; `--profile -` prints the built-in one as a pattern
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
+    /// Carry out nothing that rests on a choice alone, where nobody knows what the real arm does; docs/FIDELITY.md
+    #[arg(long)]
+    strict: bool,
+    /// At the end, on what facts and choices the answers rested
+    #[arg(long)]
+    fidelity: bool,
+    /// Show the arm on stderr's terminal, with keys for what a hand can do to it
+    #[arg(long)]
+    tui: bool,
 }
 
 fn milliseconds(text: &str) -> Result<f64, String> {
@@ -116,20 +138,35 @@ impl Sim {
             let hint = "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT";
             return Err(Failure::usage("the virtual arm would have no door").hint(hint));
         }
-        let (profile, scenario) = (self.read_profile()?, self.read_scenario()?);
+        if self.tui {
+            tui::check()?;
+        }
+        let (mut profile, scenario) = (self.read_profile()?, self.read_scenario()?);
+        profile.fidelity.strict |= self.strict;
         if let Some(picture) = &self.picture {
             picture.check(self.arms)?;
         }
-        let verbose = (!context.global.json).then_some(context.global.verbose);
-        let servers = self.servers(&profile, &scenario, verbose)?;
+        let verbose = (self.tui || !context.global.json).then_some(context.global.verbose);
+        let feeds = self.feeds();
+        let servers = self.servers(&profile, &scenario, verbose, &feeds)?;
         let handles: Vec<_> = servers.iter().map(Server::handle).collect();
         let runtime = context.runtime()?;
-        let signal = runtime.block_on(async {
+        let subjects = self.subjects(&profile, &scenario, feeds, &handles);
+        let mut dashboard = Dashboard::begin(subjects)?;
+        let mut rested_on = String::new();
+        let outcome = runtime.block_on(async {
             let mut signals = interrupt::Signals::listen()?;
             let mut seen = None;
             let mut drawn = Ok(());
             let end = async {
-                seen = Some(signals.next().await);
+                seen = Some(tokio::select! {
+                    signal = signals.next() => signal,
+                    signal = dashboard.ended() => signal,
+                });
+                if self.fidelity {
+                    let json = context.global.json;
+                    rested_on = fidelity::report(&handles, self.arms.is_some(), json).await;
+                }
                 if let Some(picture) = &self.picture {
                     drawn = picture.write(&handles, self.arms.is_some()).await;
                 }
@@ -137,7 +174,13 @@ impl Sim {
             serve_all(servers, end).await.map_err(Failure::from)?;
             drawn?;
             Ok::<_, Failure>(seen)
-        })?;
+        });
+        // Whatever there is to say now is said on the terminal as it was.
+        let finished = dashboard.finish();
+        // A stderr that cannot be written to is no reason to fail.
+        let _ = io::stderr().lock().write_all(rested_on.as_bytes());
+        let signal = outcome?;
+        finished?;
         match signal {
             Some(Signal::Interrupt) => Err(Failure::interrupted()),
             Some(Signal::Terminate) | None => Ok(()),
@@ -171,42 +214,78 @@ impl Sim {
             .map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
     }
 
-    /// One server for each arm, each in a world of its own; `verbose` is how much they log, if at all.
+    /// What leads from each arm to the picture, if there is one.
+    fn feeds(&self) -> Vec<Feed> {
+        let count = if self.tui { self.arms.unwrap_or(1) } else { 0 };
+        (0..count).map(|_| Feed::new()).collect()
+    }
+
+    /// What the picture shows: nothing without feeds.
+    fn subjects(
+        &self,
+        profile: &Profile,
+        scenario: &Scenario,
+        feeds: Vec<Feed>,
+        handles: &[Handle],
+    ) -> Vec<Subject> {
+        let arms = (1..).zip(feeds).zip(handles);
+        let subject = |((number, feed), handle): ((u32, Feed), &Handle)| {
+            let identity = match self.arms {
+                Some(_) => profile.identity.numbered(number),
+                None => profile.identity.clone(),
+            };
+            Subject {
+                handle: handle.clone(),
+                feed,
+                title: log::title(&identity, self.speed),
+                limits: profile.limits_in_force(),
+                table: scenario.table().copied(),
+                conveyor: scenario.conveyor().copied(),
+            }
+        };
+        arms.map(subject).collect()
+    }
+
+    /// One server for each arm, each in a world of its own; `verbose` is how much they log, if at all, and `feeds` is
+    /// where, if not on stderr.
     fn servers(
         &self,
         profile: &Profile,
         scenario: &Scenario,
         verbose: Option<u8>,
+        feeds: &[Feed],
     ) -> Result<Vec<Server>, Failure> {
-        let log = |verbose| Log::new(verbose, scenario);
+        let mut feeds = feeds.iter();
+        let mut log = |number| {
+            let log = Log::new(verbose?, scenario);
+            Some(match (feeds.next(), number) {
+                (Some(feed), _) => log.pictured(feed.clone()),
+                (None, Some(number)) => log.numbered(number),
+                (None, None) => log,
+            })
+        };
         let Some(count) = self.arms else {
-            let log = verbose.map(log);
-            let files = (self.trace.clone(), self.flash.clone());
-            let server = self.server(profile.clone(), scenario, files)?;
+            let log = log(None);
+            let server = self.server(profile.clone(), scenario, Path::to_owned)?;
             return Ok(vec![self.reporting(server, &profile.identity, log, true)]);
         };
         let numbered = |number| {
             let mut profile = profile.clone();
             profile.identity = profile.identity.numbered(number);
             let identity = profile.identity.clone();
-            let file = |path: &Option<PathBuf>| {
-                let path = path.as_deref();
-                path.map(|path| serve::numbered(path, number))
-            };
-            let files = (file(&self.trace), file(&self.flash));
-            let server = self.server(profile, scenario, files)?.number(number);
-            let log = verbose.map(|verbose| log(verbose).numbered(number));
-            Ok(self.reporting(server, &identity, log, number == count))
+            let own = |path: &Path| serve::numbered(path, number);
+            let server = self.server(profile, scenario, own)?.number(number);
+            Ok(self.reporting(server, &identity, log(Some(number)), number == count))
         };
         (1..=count).map(numbered).collect()
     }
 
-    /// The server of an arm that writes its trace and keeps its flash in these files.
+    /// The server of an arm, whose files have its `own` paths.
     fn server(
         &self,
         profile: Profile,
         scenario: &Scenario,
-        (trace, flash): (Option<PathBuf>, Option<PathBuf>),
+        own: impl Fn(&Path) -> PathBuf,
     ) -> Result<Server, Failure> {
         let line = Line {
             baud: self.baud,
@@ -216,6 +295,7 @@ impl Sim {
             Some(_) => World::from_scenario(scenario),
             None => World::default(),
         };
+        let flash = self.flash.as_deref().map(&own);
         let controller = match &flash {
             Some(path) => Controller::with_flash(profile.clone(), world, flash_of(&profile, path)?),
             None => Controller::in_world(profile, world),
@@ -237,11 +317,11 @@ impl Sim {
         if let Some(path) = flash {
             server = server.flash(path);
         }
-        if let Some(path) = trace {
-            let file = File::create(&path).map_err(|error| {
-                Failure::invalid(format!("{} cannot be written: {error}", path.display()))
-            })?;
-            server = server.trace(BufWriter::new(file));
+        if let Some(path) = &self.trace {
+            server = server.trace(BufWriter::new(create(&own(path))?));
+        }
+        if let Some(path) = &self.record {
+            server = server.record(create(&own(path))?);
         }
         Ok(server)
     }
@@ -293,6 +373,11 @@ fn flash_of(profile: &Profile, path: &Path) -> Result<Flash, Failure> {
     let flash = Flash::new(profile);
     flash.save(path).map_err(wrong)?;
     Ok(flash)
+}
+
+fn create(path: &Path) -> Result<File, Failure> {
+    File::create(path)
+        .map_err(|error| Failure::invalid(format!("{} cannot be written: {error}", path.display())))
 }
 
 /// A parent that does not listen is no reason to stop serving.

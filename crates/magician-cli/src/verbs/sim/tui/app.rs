@@ -1,0 +1,342 @@
+//! What the picture remembers from one frame to the next, and what the keys do.
+
+use std::collections::VecDeque;
+
+use magician_motion::Limits;
+use magician_protocol::Alarm;
+use magician_sim::scenario::{Conveyor, Table};
+use magician_sim::serve::{Ended, Handle};
+use magician_sim::{Happening, Runner};
+
+use super::feed::{Feed, Told};
+use super::keys::{self, Action, Axis, Mode, Nudge, Question};
+use super::look::{Cursor, Look, Push, pushed};
+
+/// An arm that can be watched.
+#[derive(Clone, Debug)]
+pub(in crate::verbs::sim) struct Subject {
+    pub(in crate::verbs::sim) handle: Handle,
+    pub(in crate::verbs::sim) feed: Feed,
+    /// What kind of arm it is.
+    pub(in crate::verbs::sim) title: String,
+    pub(in crate::verbs::sim) limits: Limits,
+    pub(in crate::verbs::sim) table: Option<Table>,
+    pub(in crate::verbs::sim) conveyor: Option<Conveyor>,
+}
+
+/// Who ended it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::verbs::sim) enum End {
+    /// The user is done.
+    Quit,
+    /// Ctrl-C.
+    Interrupt,
+    /// The terminal is gone.
+    Gone,
+    /// The arm is no longer served.
+    Served,
+}
+
+/// Where the tool has been.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tip {
+    /// x, y.
+    pub(super) above: [f64; 2],
+    /// r, z.
+    pub(super) beside: [f64; 2],
+}
+
+/// Places of the tool that are kept.
+const TRAIL: usize = 600;
+/// The tool has moved if it has by this much, mm.
+const MOVED: f64 = 0.5;
+/// Corners of a drawing that are kept.
+const CORNERS: usize = 20_000;
+
+/// Pushes by hand: along an axis, mm, and of a joint, deg.
+const COARSE: (f64, f64) = (5.0, 2.0);
+const FINE: (f64, f64) = (0.5, 0.2);
+
+/// Everything that a frame shows.
+pub(super) struct App {
+    subjects: Vec<Subject>,
+    shown: usize,
+    pub(super) mode: Mode,
+    /// What the last key came to.
+    pub(super) message: Option<String>,
+    pub(super) joint: u8,
+    pub(super) fine: bool,
+    pub(super) told: Told,
+    pub(super) trail: VecDeque<Tip>,
+    pub(super) ink: VecDeque<Vec<[f64; 2]>>,
+    corners: usize,
+    cursor: Cursor,
+    /// What each input was driven to, address less one.
+    driven: [bool; 20],
+    pub(super) look: Option<Look>,
+}
+
+impl App {
+    /// Begins with the first arm; there is at least one.
+    pub(super) fn new(subjects: Vec<Subject>) -> Self {
+        Self {
+            subjects,
+            shown: 0,
+            mode: Mode::Watch,
+            message: None,
+            joint: 1,
+            fine: false,
+            told: Told::default(),
+            trail: VecDeque::new(),
+            ink: VecDeque::new(),
+            corners: 0,
+            cursor: Cursor::default(),
+            driven: [false; 20],
+            look: None,
+        }
+    }
+
+    /// The arm that is shown.
+    pub(super) fn subject(&self) -> &Subject {
+        &self.subjects[self.shown]
+    }
+
+    /// Which of how many arms is shown, counted from 1.
+    pub(super) fn number(&self) -> (usize, usize) {
+        (self.shown + 1, self.subjects.len())
+    }
+
+    /// Whether the unlock key of the arm is held.
+    pub(super) fn unlocked(&self) -> bool {
+        self.look.as_ref().is_some_and(|look| look.state.unlocked)
+    }
+
+    /// Looks at the arm; whether anything is new.
+    pub(super) fn look(&mut self) -> Result<bool, Ended> {
+        let cursor = self.cursor;
+        let take = move |runner: &mut Runner| Look::at(runner.controller(), cursor);
+        let look = self.subject().handle.with(take).wait()?;
+        let handle = &self.subjects[self.shown].feed;
+        let told = handle.catch_up(&mut self.told);
+        Ok(self.see(look) | told)
+    }
+
+    /// Takes a look for the present one; whether it is new.
+    pub(super) fn see(&mut self, mut look: Look) -> bool {
+        let ink = std::mem::take(&mut look.ink);
+        let drawn = !ink.strokes.is_empty();
+        if drawn {
+            self.cursor = ink.until;
+            self.draw(ink.strokes);
+        }
+        let figure = look.figure();
+        self.follow(Tip {
+            above: figure.tip_above(),
+            beside: figure.tip,
+        });
+        let new = self.look.as_ref() != Some(&look);
+        self.look = Some(look);
+        new || drawn
+    }
+
+    fn draw(&mut self, strokes: Vec<Vec<[f64; 2]>>) {
+        for stroke in strokes {
+            self.corners += stroke.len();
+            self.ink.push_back(stroke);
+        }
+        while self.corners > CORNERS
+            && let Some(stroke) = self.ink.pop_front()
+        {
+            self.corners -= stroke.len();
+        }
+    }
+
+    fn follow(&mut self, tip: Tip) {
+        let apart = |[a, b]: [f64; 2], [c, d]: [f64; 2]| (a - c).hypot(b - d) > MOVED;
+        let moved = self
+            .trail
+            .back()
+            .is_none_or(|last| apart(last.above, tip.above) || apart(last.beside, tip.beside));
+        if moved {
+            if self.trail.len() == TRAIL {
+                self.trail.pop_front();
+            }
+            self.trail.push_back(tip);
+        }
+    }
+
+    /// Does what a key asks for; `Some` if that ends the watching.
+    pub(super) fn act(&mut self, action: Action) -> Result<Option<End>, Ended> {
+        if action != Action::Nothing {
+            self.message = None;
+        }
+        match action {
+            Action::Quit => return Ok(Some(End::Quit)),
+            Action::Interrupt => return Ok(Some(End::Interrupt)),
+            Action::Press(press) => self.inject(Happening::Key(press))?,
+            Action::Reset => self.inject(Happening::Reset)?,
+            Action::Unlock => self.inject(Happening::Unlock(!self.unlocked()))?,
+            Action::Nudge(nudge) => self.nudge(nudge)?,
+            Action::Cable => self.pull_or_plug()?,
+            Action::Toggle => self.toggle()?,
+            Action::Answer => self.answer()?,
+            Action::Turn(by) => self.turn(by),
+            other => self.follow_key(other),
+        }
+        Ok(None)
+    }
+
+    /// What a key does to the picture alone.
+    fn follow_key(&mut self, action: Action) {
+        match (action, &mut self.mode) {
+            (Action::Help, mode) => *mode = Mode::Help,
+            (Action::Leave, mode) => *mode = Mode::Watch,
+            (Action::Inputs, mode) => {
+                let (address, typed) = (1, false);
+                *mode = Mode::Inputs { address, typed };
+            }
+            (Action::Ask(question), mode) => {
+                let text = question.suggestion().to_owned();
+                *mode = Mode::Ask { question, text };
+            }
+            (Action::Type(typed), Mode::Ask { text, .. }) if text.len() < 40 => text.push(typed),
+            (Action::Erase, Mode::Ask { text, .. }) => drop(text.pop()),
+            (Action::Step(by), Mode::Inputs { address, typed }) => {
+                (*address, *typed) = (keys::stepped(*address, by), false);
+            }
+            (Action::Digit(digit), Mode::Inputs { address, typed }) => {
+                (*address, *typed) = (keys::with_digit(*address, *typed, digit), true);
+            }
+            (Action::Fine, _) => self.fine = !self.fine,
+            (Action::Joint(joint), _) => self.joint = joint,
+            _ => {}
+        }
+    }
+
+    /// Shows another arm of several.
+    fn turn(&mut self, by: isize) {
+        let (count, shown) = (self.subjects.len(), self.shown);
+        let subjects = std::mem::take(&mut self.subjects);
+        *self = Self::new(subjects);
+        self.shown = shown.wrapping_add_signed(by).wrapping_add(count) % count.max(1);
+    }
+
+    fn inject(&self, happening: Happening) -> Result<(), Ended> {
+        let inject = move |runner: &mut Runner| runner.controller_mut().inject(happening);
+        self.subject().handle.with(inject).wait()
+    }
+
+    fn pull_or_plug(&self) -> Result<(), Ended> {
+        let handle = &self.subject().handle;
+        let plugged = self
+            .look
+            .as_ref()
+            .is_none_or(|look| look.state.line.plugged);
+        match plugged {
+            true => handle.unplug().wait(),
+            false => handle.plug().wait(),
+        }
+    }
+
+    fn nudge(&mut self, nudge: Nudge) -> Result<(), Ended> {
+        let (mm, degrees) = if self.fine { FINE } else { COARSE };
+        let sign = if nudge.forward { 1.0 } else { -1.0 };
+        let push = match nudge.axis {
+            Axis::X => Push::Tool([sign * mm, 0.0, 0.0]),
+            Axis::Y => Push::Tool([0.0, sign * mm, 0.0]),
+            Axis::Z => Push::Tool([0.0, 0.0, sign * mm]),
+            Axis::Joint => Push::Joint(self.joint, sign * degrees),
+        };
+        let limits = self.subject().limits;
+        let guide = move |runner: &mut Runner| {
+            let controller = runner.controller_mut();
+            let joints = pushed(&controller.state(), &limits, push)?;
+            controller.guide(joints);
+            Ok(())
+        };
+        let outcome: Result<(), String> = self.subject().handle.with(guide).wait()?;
+        self.message = outcome.err().map(|why| format!("no further: {why}"));
+        Ok(())
+    }
+
+    /// Drives the chosen input to the other level.
+    fn toggle(&mut self) -> Result<(), Ended> {
+        let Mode::Inputs { address, .. } = self.mode else {
+            return Ok(());
+        };
+        let driven = self.driven.get_mut(usize::from(address).saturating_sub(1));
+        let Some(driven) = driven else {
+            return Ok(());
+        };
+        *driven = !*driven;
+        let level = *driven;
+        let drive = move |runner: &mut Runner| runner.controller_mut().set_input(address, level);
+        self.subject().handle.with(drive).wait()?;
+        let level = if level { "high" } else { "low" };
+        self.message = Some(format!("input {address} is driven {level}"));
+        Ok(())
+    }
+
+    /// Does what was typed, if it makes sense.
+    fn answer(&mut self) -> Result<(), Ended> {
+        let Mode::Ask { question, text } = &self.mode else {
+            return Ok(());
+        };
+        let happening = match question {
+            Question::Alarm => keys::alarm(text).map(Happening::Alarm),
+            Question::Slip => {
+                keys::slip(text).map(|(joint, degrees)| Happening::Slip { joint, degrees })
+            }
+        };
+        match happening {
+            Some(happening) => {
+                self.inject(happening)?;
+                self.mode = Mode::Watch;
+            }
+            None => self.message = Some(question.example().to_owned()),
+        }
+        Ok(())
+    }
+}
+
+impl Question {
+    /// What the line begins with.
+    fn suggestion(self) -> &'static str {
+        match self {
+            Self::Alarm => "",
+            Self::Slip => "2 8",
+        }
+    }
+
+    pub(super) fn prompt(self) -> &'static str {
+        match self {
+            Self::Alarm => "raise alarm 0x",
+            Self::Slip => "slip, joint and deg: ",
+        }
+    }
+
+    fn example(self) -> &'static str {
+        match self {
+            Self::Alarm => "an alarm is a number of two hexadecimal digits, such as 12",
+            Self::Slip => "a slip is a joint from 1 to 4 and degrees, such as 2 8 or 3 -1.5",
+        }
+    }
+
+    /// What the line typed so far means.
+    pub(super) fn meaning(self, text: &str) -> String {
+        match self {
+            Self::Alarm => {
+                let alarm = keys::alarm(text).map(Alarm::with_code);
+                match alarm {
+                    Some(Some(alarm)) => format!("{}: {}", alarm.name, alarm.cause),
+                    Some(None) => "an alarm without a name".to_owned(),
+                    None => String::new(),
+                }
+            }
+            Self::Slip => match keys::slip(text) {
+                Some((joint, degrees)) => format!("J{joint} by {degrees} deg"),
+                None => String::new(),
+            },
+        }
+    }
+}

@@ -1,0 +1,356 @@
+//! One look at an arm: everything that a picture of it shows, taken at once.
+
+use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
+use magician_sim::scenario::{Color, ToolKind};
+use magician_sim::world::{Drawing, Place, Rest};
+use magician_sim::{Controller, Micros, PinState, State};
+
+/// The arm and its world at an instant.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Look {
+    /// The arm; its clock in whole seconds, because nobody reads more, and an arm at rest is then the same for as long.
+    pub(super) state: State,
+    /// The tool that is really on the arm, if the scenario says so; else what the controller was told.
+    pub(super) tool: ToolBias,
+    /// The pins of the connectors, address 1 first.
+    pub(super) pins: [PinState; 20],
+    /// The objects of its world.
+    pub(super) items: Vec<Item>,
+    /// How far the belt has run, mm.
+    pub(super) belt_travel: f64,
+    /// What has been drawn since the look before.
+    pub(super) ink: Ink,
+}
+
+/// An object.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Item {
+    pub(super) name: String,
+    /// Length, width and height, mm.
+    pub(super) size: [f64; 3],
+    pub(super) color: Color,
+    pub(super) place: Place,
+    pub(super) rest: Rest,
+}
+
+/// Corners of what was drawn, those of one stroke in a row, and how far into the drawing they lead.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Ink {
+    pub(super) strokes: Vec<Vec<[f64; 2]>>,
+    pub(super) until: Cursor,
+}
+
+/// A place in a drawing: a stroke, and a corner of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Cursor {
+    stroke: usize,
+    corner: usize,
+}
+
+/// Corners taken at one look; the rest follows with the next. The arm waits for a look.
+const CORNERS: usize = 2_000;
+
+const SECOND: Micros = 1_000_000;
+
+impl Look {
+    pub(super) fn at(controller: &Controller, ink: Cursor) -> Self {
+        let mut state = controller.state();
+        state.now -= state.now % SECOND;
+        let look = controller.look();
+        let items = look.objects().map(|object| Item {
+            name: object.name().to_owned(),
+            size: object.size(),
+            color: object.color(),
+            place: object.place(),
+            rest: object.rest(),
+        });
+        let world = controller.world();
+        let tool = world.scenario().map(|scenario| scenario.tool());
+        let tool = tool.filter(|tool| tool.kind != ToolKind::None);
+        let drawing = world.drawing();
+        Self {
+            tool: tool.map_or(state.tool, |tool| tool.bias()),
+            state,
+            pins: controller.pins(),
+            items: items.collect(),
+            belt_travel: look.belt_travel(),
+            ink: drawing.map_or_else(Ink::default, |drawing| Ink::since(ink, drawing)),
+        }
+    }
+
+    /// Where the arm really is.
+    pub(super) fn figure(&self) -> Figure {
+        Figure::of(&self.state.true_joints, self.tool, self.rail())
+    }
+
+    /// Where it is commanded to be.
+    pub(super) fn commanded(&self) -> Figure {
+        Figure::of(&self.state.joints, self.tool, self.rail())
+    }
+
+    /// The carriage, mm along Y.
+    pub(super) fn rail(&self) -> f64 {
+        self.state.rail.unwrap_or(0.0)
+    }
+
+    /// How far each joint stands from where it is commanded to be, deg.
+    pub(super) fn slips(&self) -> [f64; 4] {
+        let (really, told) = (self.state.true_joints, self.state.joints);
+        [
+            really.j1 - told.j1,
+            really.j2 - told.j2,
+            really.j3 - told.j3,
+            really.j4 - told.j4,
+        ]
+    }
+}
+
+impl Ink {
+    fn since(from: Cursor, drawing: &Drawing) -> Self {
+        let mut ink = Self {
+            strokes: Vec::new(),
+            until: from,
+        };
+        let mut left = CORNERS;
+        for (nth, stroke) in drawing.strokes().iter().enumerate().skip(from.stroke) {
+            let seen = if nth == from.stroke { from.corner } else { 0 };
+            // The line goes on from the last corner that is known.
+            let new = stroke.points.get(seen.saturating_sub(1)..);
+            let new: Vec<_> = new.unwrap_or_default().iter().take(left).copied().collect();
+            left -= new.len();
+            let corner = seen.saturating_sub(1) + new.len();
+            if corner > seen {
+                ink.strokes.push(new);
+                ink.until = Cursor {
+                    stroke: nth,
+                    corner,
+                };
+            }
+            if left == 0 {
+                break;
+            }
+        }
+        ink
+    }
+}
+
+/// The arm's joints in space: seen from the side as `[r, z]` in the plane of the arm, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Figure {
+    pub(super) elbow: [f64; 2],
+    pub(super) wrist: [f64; 2],
+    pub(super) tip: [f64; 2],
+    /// Left of the plane of the arm the tip is by this much, mm.
+    left: f64,
+    /// The angle of the base, deg.
+    base: f64,
+    rail: f64,
+}
+
+impl Figure {
+    pub(super) fn of(joints: &JointAngles, tool: ToolBias, rail: f64) -> Self {
+        let Geometry {
+            rear_arm, forearm, ..
+        } = Geometry::magician(tool);
+        let (sin2, cos2) = joints.j2.to_radians().sin_cos();
+        let (sin3, cos3) = joints.j3.to_radians().sin_cos();
+        let elbow = [rear_arm * sin2, rear_arm * cos2];
+        let wrist = [elbow[0] + forearm * cos3, elbow[1] - forearm * sin3];
+        Self {
+            elbow,
+            wrist,
+            tip: [wrist[0] + tool.x, wrist[1] - tool.z],
+            left: tool.y,
+            base: joints.j1,
+            rail,
+        }
+    }
+
+    /// A point of the arm's plane, and so far left of it, as seen from above: x, y.
+    fn above(&self, r: f64, left: f64) -> [f64; 2] {
+        let (sin, cos) = self.base.to_radians().sin_cos();
+        [r * cos - left * sin, r * sin + left * cos + self.rail]
+    }
+
+    pub(super) fn elbow_above(&self) -> [f64; 2] {
+        self.above(self.elbow[0], 0.0)
+    }
+
+    pub(super) fn wrist_above(&self) -> [f64; 2] {
+        self.above(self.wrist[0], 0.0)
+    }
+
+    pub(super) fn tip_above(&self) -> [f64; 2] {
+        self.above(self.tip[0], self.left)
+    }
+
+    /// The point x, y so far out in the plane of the arm.
+    pub(super) fn out(&self, r: f64) -> [f64; 2] {
+        self.above(r, 0.0)
+    }
+
+    /// A point x, y seen from the arm: how far out in its plane, and how far to the left of it.
+    pub(super) fn seen(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.base.to_radians().sin_cos();
+        let y = y - self.rail;
+        [x * cos + y * sin, y * cos - x * sin]
+    }
+}
+
+/// The joints after a small push by hand, or why the arm does not give way.
+pub(super) fn pushed(
+    state: &State,
+    limits: &magician_motion::Limits,
+    by: Push,
+) -> Result<JointAngles, String> {
+    let joints = state.true_joints;
+    let pushed = match by {
+        Push::Joint(joint, degrees) => {
+            let mut joints = joints;
+            match joint {
+                1 => joints.j1 += degrees,
+                2 => joints.j2 += degrees,
+                3 => joints.j3 += degrees,
+                _ => joints.j4 += degrees,
+            }
+            joints
+        }
+        Push::Tool([x, y, z]) => {
+            let geometry = Geometry::magician(state.tool);
+            let there = geometry
+                .forward(&joints)
+                .offset_by(&Pose::new(x, y, z, 0.0));
+            let reached = geometry
+                .inverse(&there)
+                .map_err(|error| error.to_string())?;
+            // A hand does not turn the tool.
+            JointAngles {
+                j4: joints.j4,
+                ..reached
+            }
+        }
+    };
+    limits.check(&pushed).map_err(|error| error.to_string())?;
+    Ok(pushed)
+}
+
+/// What a hand does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Push {
+    /// Turns a joint, 1 to 4, deg.
+    Joint(u8, f64),
+    /// Moves the tool along x, y and z, mm.
+    Tool([f64; 3]),
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_motion::Limits;
+    use magician_protocol::commands::{PtpCmd, QueuedCmdStartExec};
+    use magician_protocol::{Ctrl, FrameBuf, PtpMode, Set};
+    use magician_sim::{LinkId, Profile, Scenario, World};
+
+    use super::*;
+
+    fn look() -> Look {
+        Look::at(&Controller::default(), Cursor::default())
+    }
+
+    #[test]
+    fn the_figure_ends_where_the_pose_says() {
+        let mut look = look();
+        look.state.true_joints = JointAngles::new(30.0, 40.0, 20.0, 0.0);
+        look.tool = ToolBias::new(60.0, 10.0, 5.0);
+        let pose = Geometry::magician(look.tool).forward(&look.state.true_joints);
+        let figure = look.figure();
+        let [x, y] = figure.tip_above();
+        assert!((x - pose.x).abs() < 1e-9 && (y - pose.y).abs() < 1e-9);
+        assert!((figure.tip[1] - pose.z).abs() < 1e-9);
+        let [r, left] = figure.seen([x, y]);
+        assert!((r - figure.tip[0]).abs() < 1e-9 && (left - 10.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_hand_pushes_the_tool_or_a_joint_as_far_as_the_arm_gives_way() {
+        let state = look().state;
+        let limits = Profile::default().limits_in_force();
+        let joints = pushed(&state, &limits, Push::Tool([0.0, 10.0, 0.0])).unwrap();
+        let geometry = Geometry::magician(state.tool);
+        let (before, after) = (
+            geometry.forward(&state.true_joints),
+            geometry.forward(&joints),
+        );
+        assert!((after.y - before.y - 10.0).abs() < 1e-9 && (after.x - before.x).abs() < 1e-9);
+        assert_eq!(joints.j4, state.true_joints.j4);
+
+        let joints = pushed(&state, &limits, Push::Joint(3, 2.0)).unwrap();
+        assert_eq!(joints.j3, state.true_joints.j3 + 2.0);
+        let refused = pushed(&state, &limits, Push::Joint(2, 100.0)).unwrap_err();
+        assert!(refused.contains("joint 2"), "{refused}");
+        let refused = pushed(&state, &Limits::CONTROLLER, Push::Tool([500.0, 0.0, 0.0]));
+        assert!(refused.is_err());
+    }
+
+    #[test]
+    fn objects_are_seen_where_they_are() {
+        let text = "[table]\nheight = -70\n[[object]]\nname = \"cube\"\nsize = [20, 20, 20]\nat = [220, 50]\ncolor = \"red\"";
+        let world = World::from_scenario(&Scenario::from_toml(text).unwrap());
+        let controller = Controller::in_world(Profile::default(), world);
+        let look = Look::at(&controller, Cursor::default());
+        let [cube] = &look.items[..] else {
+            panic!("{:?}", look.items)
+        };
+        assert_eq!((&cube.name[..], cube.rest), ("cube", Rest::Table));
+        assert_eq!(
+            (cube.place.x, cube.place.y, cube.place.z),
+            (220.0, 50.0, -70.0)
+        );
+    }
+
+    /// An arm draws lines; every motion is looked at several times.
+    #[test]
+    fn looks_in_a_row_show_all_that_is_drawn() {
+        let text = "[arm]\nhomed = true\n[tool]\nkind = \"pen\"\n[table]\nheight = -40";
+        let world = World::from_scenario(&Scenario::from_toml(text).unwrap());
+        let mut arm = Controller::in_world(Profile::default(), world);
+        let send = |arm: &mut Controller, set: Set, ctrl| {
+            let frame = FrameBuf::set(&set, ctrl).unwrap();
+            arm.receive(LinkId(0), frame.bytes());
+        };
+        send(&mut arm, QueuedCmdStartExec {}.into(), Ctrl::SET);
+        let corners = [(180.0, 0.0), (200.0, 40.0), (220.0, -20.0), (180.0, 0.0)];
+        for z in [-20.0, -40.0, -40.5, -20.0, -40.0] {
+            for (x, y) in corners {
+                let ptp_mode = PtpMode::MovlXyz;
+                let (x, r) = (x + z, 0.0);
+                let line = PtpCmd {
+                    ptp_mode,
+                    x,
+                    y,
+                    z,
+                    r,
+                };
+                send(&mut arm, line.into(), Ctrl::QUEUED);
+            }
+        }
+        let mut cursor = Cursor::default();
+        let mut seen: Vec<[f64; 2]> = Vec::new();
+        let mut looks = 0;
+        for step in 0..600 {
+            arm.advance(step * 100_000);
+            let ink = Look::at(&arm, cursor).ink;
+            looks += usize::from(!ink.strokes.is_empty());
+            for stroke in ink.strokes {
+                // A stroke that goes on begins with the corner that is known.
+                let known = seen.last() == stroke.first();
+                seen.extend(stroke.into_iter().skip(usize::from(known)));
+            }
+            cursor = ink.until;
+        }
+        let drawing = arm.world().drawing().unwrap();
+        let drawn = drawing.strokes().iter().flat_map(|stroke| &stroke.points);
+        assert!(drawing.strokes().len() >= 2 && looks > 3);
+        assert_eq!(seen, drawn.copied().collect::<Vec<_>>());
+        assert!(Look::at(&arm, cursor).ink.strokes.is_empty());
+    }
+}

@@ -1,0 +1,150 @@
+//! The pins of the connectors as lamps.
+
+use magician_protocol::IoFunction;
+use magician_sim::{PinState, Signal};
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use super::{View, lamp};
+use crate::verbs::sim::tui::keys::Mode;
+
+const PINS: u16 = 20;
+/// Rows of the panel as a list in one column, in two, and as lamps alone; borders included.
+const LIST: u16 = PINS + 2;
+const COLUMNS: u16 = PINS / 2 + 2;
+const LAMPS: u16 = PINS / 5 + 2;
+
+/// Rows that the pins get beside the other panels, which come first.
+pub(super) fn height(column: Rect) -> u16 {
+    const OTHERS: u16 = 16;
+    let fits = |rows: u16| column.height >= OTHERS + rows;
+    match column.width >= 40 {
+        true if fits(LIST) => LIST,
+        true if fits(COLUMNS) => COLUMNS,
+        _ => LAMPS,
+    }
+}
+
+impl View<'_> {
+    pub(super) fn pins(self, frame: &mut Frame<'_>, area: Rect) {
+        let cells: Vec<_> = self.look.pins.iter().collect();
+        let lines: Vec<Line<'static>> = match area.height {
+            LIST => cells.iter().map(|pin| self.row(pin, 40)).collect(),
+            COLUMNS => {
+                let (first, second) = cells.split_at(cells.len() / 2);
+                let rows = first.iter().zip(second);
+                rows.map(|(left, right)| joined(self.row(left, 21), self.row(right, 20)))
+                    .collect()
+            }
+            _ => cells.chunks(5).map(|pins| self.lamps(pins)).collect(),
+        };
+        let title = match area.height {
+            LAMPS => "io: o w out, i a in",
+            _ => "io",
+        };
+        frame.render_widget(Paragraph::new(lines).block(self.panel(title)), area);
+    }
+
+    /// A pin in words.
+    fn row(self, pin: &PinState, width: usize) -> Line<'static> {
+        let (name, value) = (name(pin), value(pin, width > 30));
+        let text = format!("{} {name:<9}{value}", lamp(lit(pin)));
+        let text: String = text.chars().take(width.saturating_sub(3)).collect();
+        let text = format!("{text:<fill$}", fill = width.saturating_sub(3));
+        Line::from(vec![self.address(pin), Span::styled(text, self.shade(pin))])
+    }
+
+    /// Pins as numbers with a letter and a lamp.
+    fn lamps(self, pins: &[&PinState]) -> Line<'static> {
+        let mut line = Line::default();
+        for pin in pins {
+            line.push_span(self.address(pin).content.trim_end().to_owned());
+            if let Some(last) = line.spans.last_mut() {
+                last.style = self.address(pin).style;
+            }
+            let text = format!("{}{} ", letter(pin), lamp(lit(pin)));
+            line.push_span(Span::styled(text, self.shade(pin)));
+        }
+        line
+    }
+
+    fn address(self, pin: &PinState) -> Span<'static> {
+        let chosen =
+            matches!(self.app.mode, Mode::Inputs { address, .. } if address == pin.address);
+        let style = match chosen {
+            true => self.theme.bar(),
+            false => Style::new(),
+        };
+        Span::styled(format!("{:>2} ", pin.address), style)
+    }
+
+    fn shade(self, pin: &PinState) -> Style {
+        match (pin.function, pin.able) {
+            (IoFunction::None, _) => self.theme.dim(),
+            (_, false) => self.theme.bad(),
+            _ if lit(pin) => self.theme.good(),
+            _ => Style::new(),
+        }
+    }
+}
+
+fn joined(mut left: Line<'static>, right: Line<'static>) -> Line<'static> {
+    left.extend(right.spans);
+    left
+}
+
+/// Whether the pin is high, some of the time at least.
+fn lit(pin: &PinState) -> bool {
+    pin.input || pin.analog > 0 || pin.signal.share().is_some_and(|share| share > 0.0)
+}
+
+fn name(pin: &PinState) -> &'static str {
+    match pin.function {
+        IoFunction::None => "-",
+        IoFunction::DigitalOutput => "output",
+        IoFunction::Pwm => "pwm",
+        IoFunction::DigitalInput => "input",
+        IoFunction::AnalogInput => "analog",
+        IoFunction::DigitalInputPullUp => "pull-up",
+        IoFunction::DigitalInputPullDown => "pull-down",
+        IoFunction::Unknown(_) => "unknown",
+    }
+}
+
+fn letter(pin: &PinState) -> char {
+    match pin.function {
+        IoFunction::None => ' ',
+        IoFunction::DigitalOutput => 'o',
+        IoFunction::Pwm => 'w',
+        IoFunction::DigitalInput
+        | IoFunction::DigitalInputPullUp
+        | IoFunction::DigitalInputPullDown => 'i',
+        IoFunction::AnalogInput => 'a',
+        IoFunction::Unknown(_) => '?',
+    }
+}
+
+/// What the pin shows, in words; more of it where there is room.
+fn value(pin: &PinState, long: bool) -> String {
+    let level = |high| if high { "high" } else { "low" }.to_owned();
+    match (pin.function, pin.signal) {
+        (IoFunction::None, _) => String::new(),
+        _ if !pin.able => if long { "not on this pin" } else { "cannot" }.to_owned(),
+        (_, Signal::Level(high)) => level(high),
+        (
+            _,
+            Signal::Pulses {
+                frequency,
+                duty_cycle,
+            },
+        ) => match long {
+            true => format!("{duty_cycle:.0} % of {frequency:.0} Hz"),
+            false => format!("{duty_cycle:.0} %"),
+        },
+        (IoFunction::AnalogInput, Signal::Undriven) => pin.analog.to_string(),
+        (_, Signal::Undriven) => level(pin.input),
+    }
+}

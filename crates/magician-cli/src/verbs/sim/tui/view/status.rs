@@ -1,0 +1,255 @@
+//! Panels of the arm itself: where it is, its tools, its queue, its alarms.
+
+use magician_protocol::{Alarm, Row};
+use magician_sim::world::Rest;
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Paragraph, Wrap};
+
+use super::{View, lamp};
+
+/// Slips below this are rounding, deg.
+const SLIPPED: f64 = 0.005;
+
+impl View<'_> {
+    pub(super) fn arm(self, frame: &mut Frame<'_>, area: Rect) {
+        let mut lines = self.pose_lines();
+        lines.extend(self.tool_lines());
+        lines.push(self.line_line());
+        lines.extend(self.client_lines(area));
+        frame.render_widget(Paragraph::new(lines).block(self.panel("arm")), area);
+    }
+
+    /// Pose, joints, and what is to be known of them.
+    pub(super) fn pose_lines(self) -> Vec<Line<'static>> {
+        let state = &self.look.state;
+        let (pose, joints) = (state.pose, state.joints);
+        vec![
+            Line::from(format!("x  {:>7.1}   y  {:>7.1}", pose.x, pose.y)),
+            Line::from(format!("z  {:>7.1}   r  {:>7.1}", pose.z, pose.r)),
+            Line::from(format!("J1 {:>7.1}   J2 {:>7.1}", joints.j1, joints.j2)),
+            Line::from(format!("J3 {:>7.1}   J4 {:>7.1}", joints.j3, joints.j4)),
+            self.condition(),
+            self.slip_line(),
+        ]
+    }
+
+    fn condition(self) -> Line<'static> {
+        let state = &self.look.state;
+        let motion = match (state.unlocked, state.moving) {
+            (true, _) => Span::styled("unlocked", self.theme.note()),
+            (_, true) => Span::styled("moving", self.theme.good()),
+            (_, false) => Span::raw("at rest"),
+        };
+        let homed = match state.homed {
+            true => Span::raw(", homed"),
+            false => Span::styled(", not homed", self.theme.dim()),
+        };
+        let program = match state.program {
+            true => Span::styled(", program", self.theme.good()),
+            false => Span::raw(""),
+        };
+        Line::from(vec![motion, homed, program])
+    }
+
+    /// How far the joints stand from where the controller believes, or where its tool is.
+    fn slip_line(self) -> Line<'static> {
+        let slips = (1..).zip(self.look.slips());
+        let slips: Vec<_> = slips
+            .filter(|(_, degrees)| degrees.abs() > SLIPPED)
+            .map(|(joint, degrees)| format!("J{joint} {degrees:+.1}"))
+            .collect();
+        if slips.is_empty() {
+            let tool = self.look.state.tool;
+            let text = format!("tool {} {} {}", mm(tool.x), mm(tool.y), mm(tool.z));
+            return Line::styled(text, self.theme.dim());
+        }
+        Line::styled(format!("really {}", slips.join(" ")), self.theme.note())
+    }
+
+    pub(super) fn tool_lines(self) -> Vec<Line<'static>> {
+        let state = &self.look.state;
+        let output = |name: &str, tool: magician_sim::Output| {
+            let style = match (tool.commanded, tool.reached) {
+                (true, true) => self.theme.good(),
+                (false, false) => self.theme.dim(),
+                // On its way.
+                _ => self.theme.note(),
+            };
+            Span::styled(format!("{} {name}  ", lamp(tool.commanded)), style)
+        };
+        let tools = vec![
+            output("suction", state.suction),
+            output("gripper", state.gripper),
+        ];
+        let laser = match state.laser {
+            true => Span::styled(
+                format!("{} laser {:.0} %  ", lamp(true), state.laser_power),
+                self.theme.bad(),
+            ),
+            false => Span::styled(format!("{} laser  ", lamp(false)), self.theme.dim()),
+        };
+        let held = self.look.items.iter().find(|item| item.rest == Rest::Tool);
+        let holding = match (state.holding, held) {
+            (true, Some(item)) => format!("has {}", item.name),
+            (true, None) => "holding".to_owned(),
+            (false, _) => String::new(),
+        };
+        let holding = Span::styled(holding, self.theme.good());
+        let mut second = vec![laser];
+        if let Some(rail) = state.rail {
+            second.push(Span::raw(format!("rail {} ", mm(rail))));
+        }
+        second.push(holding);
+        vec![Line::from(tools), Line::from(second)]
+    }
+
+    /// The cable, and who is at its other end.
+    pub(super) fn line_line(self) -> Line<'static> {
+        let line = self.look.state.line;
+        let mut spans = vec![match line.plugged {
+            true => Span::raw("cable in"),
+            false => Span::styled("cable pulled", self.theme.bad()),
+        }];
+        if line.delay > 0 {
+            let text = format!(", {:.0} ms late", line.delay as f64 / 1000.0);
+            spans.push(Span::styled(text, self.theme.note()));
+        }
+        if line.plugged {
+            let text = match self.app.told.clients.len() {
+                1 => ", 1 client".to_owned(),
+                count => format!(", {count} clients"),
+            };
+            spans.push(Span::styled(text, self.theme.dim()));
+        }
+        Line::from(spans)
+    }
+
+    fn client_lines(self, area: Rect) -> impl Iterator<Item = Line<'static>> {
+        let clients = self.app.told.clients.iter();
+        let style = self.theme.dim();
+        let lines = clients.map(move |client| Line::styled(format!("  {client}"), style));
+        lines
+            .take(usize::from(area.height))
+            .collect::<Vec<_>>()
+            .into_iter()
+    }
+
+    pub(super) fn queue(self, frame: &mut Frame<'_>, area: Rect) {
+        let queue = self.look.state.queue;
+        let block = self.panel("queue");
+        let width = usize::from(block.inner(area).width);
+        let taken = queue.waiting + usize::from(queue.running.is_some());
+        let figures = format!(" {taken}/{}", queue.capacity);
+        let bar = width.saturating_sub(figures.len());
+        let full = (taken * bar).div_ceil(queue.capacity.max(1)).min(bar);
+        let style = match taken >= queue.capacity {
+            true => self.theme.note(),
+            false => self.theme.good(),
+        };
+        let lines = vec![
+            Line::from(vec![
+                Span::styled("█".repeat(full), style),
+                Span::styled("░".repeat(bar - full), self.theme.dim()),
+                Span::raw(figures),
+            ]),
+            self.queue_line(),
+            self.queue_mode(),
+        ];
+        frame.render_widget(Paragraph::new(lines).block(block), area);
+    }
+
+    /// What the queue is at.
+    pub(super) fn queue_line(self) -> Line<'static> {
+        let state = &self.look.state;
+        let queue = state.queue;
+        match (queue.running, queue.running_id) {
+            (Some(index), Some(id)) => {
+                let name = Row::with_id(id).map_or("?", |row| row.name);
+                let waits = match state.awaits_input {
+                    Some(address) => format!(" awaits {address}"),
+                    None => String::new(),
+                };
+                Line::styled(format!("{index} {name}{waits}"), self.theme.good())
+            }
+            _ if queue.waiting > 0 => Line::from(format!("{} wait", queue.waiting)),
+            _ => Line::styled("empty", self.theme.dim()),
+        }
+    }
+
+    fn queue_mode(self) -> Line<'static> {
+        let queue = self.look.state.queue;
+        let mut spans = vec![match (queue.held, queue.started) {
+            (true, _) => Span::styled("held by alarm", self.theme.bad()),
+            (_, true) => Span::raw("started"),
+            (_, false) => Span::styled("stopped", self.theme.note()),
+        }];
+        spans.push(Span::raw(format!(", done {}", queue.current_index)));
+        if queue.overflows > 0 {
+            let text = format!(", {} lost", queue.overflows);
+            spans.push(Span::styled(text, self.theme.bad()));
+        }
+        Line::from(spans)
+    }
+
+    pub(super) fn alarms(self, frame: &mut Frame<'_>, area: Rect) {
+        let count = self.look.state.alarms.codes().count();
+        let title = match (count, self.look.state.queue.held) {
+            (0, _) => "alarms".to_owned(),
+            (_, false) => format!("alarms: {count}"),
+            (_, true) => format!("alarms: {count}, the queue is held"),
+        };
+        let block = self.panel(title);
+        let inner = block.inner(area);
+        let (width, room) = (usize::from(inner.width), usize::from(inner.height));
+        // Two lines each, if all find room.
+        let with_causes = self.alarm_lines(room, true);
+        let fit = count * 2 <= room && with_causes.iter().all(|line| line.width() <= width);
+        let lines = match fit {
+            true => with_causes,
+            false => self.alarm_lines(room, false),
+        };
+        let text = Paragraph::new(lines).wrap(Wrap { trim: false });
+        frame.render_widget(text.block(block), area);
+    }
+
+    /// Alarms and what to do about them, each on a line, or with their causes on two.
+    pub(super) fn alarm_lines(self, room: usize, causes: bool) -> Vec<Line<'static>> {
+        let state = &self.look.state;
+        let mut lines = Vec::new();
+        for code in state.alarms.codes().take(room) {
+            let style = match Alarm::blocks(code) {
+                true => self.theme.bad(),
+                false => self.theme.note(),
+            };
+            let Some(alarm) = Alarm::with_code(code) else {
+                lines.push(Line::styled(format!("{code:#04x}"), style));
+                continue;
+            };
+            let name = Span::styled(format!("{code:#04x} {}", alarm.name), style);
+            if causes {
+                lines.push(Line::from(vec![
+                    name,
+                    Span::raw(format!(": {}", alarm.cause)),
+                ]));
+                lines.push(Line::from(format!("     {}", alarm.cure)));
+            } else {
+                lines.push(Line::from(vec![
+                    name,
+                    Span::raw(format!(": {}", alarm.cure)),
+                ]));
+            }
+        }
+        if lines.is_empty() {
+            lines.push(Line::styled("no alarm", self.theme.dim()));
+        }
+        lines
+    }
+}
+
+/// Without a point where nothing follows it.
+fn mm(value: f64) -> String {
+    let text = format!("{value:.1}");
+    text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+}

@@ -1,0 +1,255 @@
+//! Pictures of arms in known states, as text.
+
+use magician_protocol::commands::{PtpCmd, QueuedCmdStartExec, WaitCmd};
+use magician_protocol::{Ctrl, FrameBuf, PtpMode, Set};
+use magician_sim::scenario::Scenario;
+use magician_sim::serve::Server;
+use magician_sim::{Controller, Happening, LinkId, Profile, World};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::style::Color;
+
+use super::super::app::{App, Subject};
+use super::super::feed::{Feed, Line};
+use super::super::keys::{Mode, Question};
+use super::super::look::{Cursor, Look};
+use super::super::theme::Theme;
+use super::draw;
+
+const SORTING: &str = include_str!("../../../../../../magician-sim/scenarios/pick_and_sort.toml");
+
+/// Shows an arm in the world of a scenario.
+fn app(controller: &Controller) -> App {
+    let scenario = controller.world().scenario().cloned().unwrap_or_default();
+    let subject = Subject {
+        handle: Server::new(Controller::default()).handle(),
+        feed: Feed::new(),
+        title: "virtual arm".to_owned(),
+        limits: Profile::default().limits_in_force(),
+        table: scenario.table().copied(),
+        conveyor: scenario.conveyor().copied(),
+    };
+    let mut app = App::new(vec![subject]);
+    app.see(Look::at(controller, Cursor::default()));
+    app
+}
+
+fn sorting() -> Controller {
+    let scenario = Scenario::from_toml(SORTING).unwrap();
+    Controller::in_world(Profile::default(), World::from_scenario(&scenario))
+}
+
+fn send(controller: &mut Controller, command: impl Into<Set>, ctrl: Ctrl) {
+    let frame = FrameBuf::set(&command.into(), ctrl).unwrap();
+    controller.receive(LinkId(0), frame.bytes());
+}
+
+fn terminal(app: &App, width: u16, height: u16, theme: Theme) -> Terminal<TestBackend> {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+    terminal.draw(|frame| draw(frame, app, theme)).unwrap();
+    terminal
+}
+
+/// The screen as lines of text.
+fn screen(app: &App, width: u16, height: u16) -> Vec<String> {
+    let terminal = terminal(app, width, height, Theme::PLAIN);
+    let cells = terminal.backend().buffer().content();
+    let line = |cells: &[ratatui::buffer::Cell]| cells.iter().map(|cell| cell.symbol()).collect();
+    cells.chunks(usize::from(width)).map(line).collect()
+}
+
+#[track_caller]
+fn shows(screen: &[String], wanted: &[&str]) {
+    for text in wanted {
+        let found = screen.iter().any(|line| line.contains(text));
+        assert!(found, "no {text:?} in\n{}", screen.join("\n"));
+    }
+}
+
+fn dots(screen: &[String]) -> usize {
+    let braille = |sign: &char| ('\u{2801}'..='\u{28FF}').contains(sign);
+    screen
+        .iter()
+        .flat_map(|line| line.chars())
+        .filter(braille)
+        .count()
+}
+
+#[test]
+fn an_arm_at_power_up_on_a_narrow_terminal() {
+    let mut app = app(&Controller::default());
+    let text = "the last line".to_owned();
+    app.told.say(Line { at: 1.5, text });
+    let screen = screen(&app, 80, 24);
+    shows(
+        &screen,
+        &[
+            "virtual arm",
+            "from above",
+            "from the side",
+            "x    199.4   y      0.0",
+            "J1     0.0   J2    45.0",
+            "at rest, not homed",
+            "0/32",
+            "stopped, done 0",
+            "alarms: 1",
+            "0x00 ResetOccurred: clear the alarms",
+            "○ suction  ○ gripper",
+            "cable in, 0 clients",
+            "16 ○ 17 ○ 18 ○ 19 ○ 20 ○",
+            "    1.50  the last line",
+            "i input",
+        ],
+    );
+    assert!(dots(&screen) > 100);
+}
+
+#[test]
+fn a_queue_at_work_and_one_that_is_held() {
+    let mut arm = Controller::default();
+    send(&mut arm, QueuedCmdStartExec {}, Ctrl::SET);
+    for _ in 0..16 {
+        send(&mut arm, WaitCmd { timeout: 1000 }, Ctrl::QUEUED);
+    }
+    let busy = screen(&app(&arm), 80, 24);
+    shows(&busy, &["16/32", "1 WAITCmd", "started, done 0"]);
+    let full = |line: &String| line.matches('█').count();
+    assert_eq!(busy.iter().map(full).sum::<usize>(), 10);
+
+    arm.inject(Happening::Alarm(0x12));
+    let held = screen(&app(&arm), 120, 40);
+    shows(
+        &held,
+        &[
+            "alarms: 2, the queue is held",
+            "0x12 PlanInvLimit: the target would take a joint beyond its limit",
+            "     choose another target, then clear the alarms",
+            "held by alarm",
+        ],
+    );
+}
+
+#[test]
+fn a_world_on_a_wide_terminal() {
+    let mut arm = sorting();
+    let sizes = [(160, 50), (200, 60), (120, 24)];
+    let looks = sizes.map(|(width, height)| screen(&app(&arm), width, height));
+    let cube = "■ red cube    260.0 -120.0  -30.0  on the belt";
+    shows(&looks[0], &["objects, belt at 0 mm", cube]);
+    shows(&looks[1], &["objects, belt at 0 mm", cube]);
+    shows(&looks[2], &["■ red cube", "and 2 more"]);
+    shows(&looks[0], &["20 ○ -"]);
+    assert!(dots(&looks[1]) > dots(&looks[2]));
+
+    arm.inject(Happening::Slip {
+        joint: 2,
+        degrees: 8.0,
+    });
+    shows(&screen(&app(&arm), 160, 50), &["really J2 +8.0"]);
+    arm.inject(Happening::Unlock(true));
+    shows(
+        &screen(&app(&arm), 160, 50),
+        &["unlocked, not homed", "arrows x y"],
+    );
+}
+
+#[test]
+fn the_trail_stays_where_the_tool_has_been() {
+    let mut arm = Controller::default();
+    send(&mut arm, QueuedCmdStartExec {}, Ctrl::SET);
+    let there = PtpCmd {
+        ptp_mode: PtpMode::MovjXyz,
+        x: 180.0,
+        y: 150.0,
+        z: 40.0,
+        r: 0.0,
+    };
+    send(&mut arm, there, Ctrl::QUEUED);
+    let mut app = app(&arm);
+    let count = app.trail.len();
+    arm.advance(300_000);
+    app.see(Look::at(&arm, Cursor::default()));
+    arm.advance(10_000_000);
+    app.see(Look::at(&arm, Cursor::default()));
+    app.see(Look::at(&arm, Cursor::default()));
+    assert_eq!((count, app.trail.len()), (1, 3));
+    let last = app.trail.back().unwrap().above;
+    assert!((last[0] - 180.0).hypot(last[1] - 150.0) < 0.01, "{last:?}");
+    shows(&screen(&app, 80, 24), &["x    180.0   y    150.0"]);
+}
+
+#[test]
+fn what_is_asked_is_answered_in_the_last_line() {
+    let mut app = app(&Controller::default());
+    let text = "4a".to_owned();
+    app.mode = Mode::Ask {
+        question: Question::Alarm,
+        text,
+    };
+    let typed = screen(&app, 80, 24);
+    assert!(typed[23].starts_with(" raise alarm 0x4a_"), "{}", typed[23]);
+    let text = "12".to_owned();
+    app.mode = Mode::Ask {
+        question: Question::Alarm,
+        text,
+    };
+    shows(&screen(&app, 80, 24), &["PlanInvLimit: the target would"]);
+    app.mode = Mode::Help;
+    shows(
+        &screen(&app, 80, 24),
+        &["pull the cable, or plug it in", "draw everything anew"],
+    );
+    let (address, typed) = (7, false);
+    app.mode = Mode::Inputs { address, typed };
+    let chosen = screen(&app, 80, 24);
+    assert!(chosen[23].starts_with(" input 7"), "{}", chosen[23]);
+    app.message = Some("no further".to_owned());
+    assert!(screen(&app, 80, 24)[23].starts_with(" no further"));
+}
+
+#[test]
+fn every_size_has_a_picture() {
+    let mut arm = sorting();
+    (0..=255).for_each(|code| arm.inject(Happening::Alarm(code)));
+    let mut app = app(&arm);
+    let text = "a line that is longer than many a terminal is wide, and that is cut off".repeat(3);
+    (0..300).for_each(|_| {
+        app.told.say(Line {
+            at: 1e6,
+            text: text.clone(),
+        })
+    });
+    let question = Question::Slip;
+    let ask = Mode::Ask { question, text };
+    let inputs = Mode::Inputs {
+        address: 20,
+        typed: true,
+    };
+    for mode in [Mode::Watch, Mode::Help, ask, inputs] {
+        app.mode = mode;
+        for width in [1, 2, 5, 10, 29, 71, 72, 80, 119, 120, 300] {
+            for height in [1, 2, 3, 5, 10, 21, 22, 23, 24, 30, 37, 43, 60, 120] {
+                assert_eq!(screen(&app, width, height).len(), usize::from(height));
+            }
+        }
+    }
+    app.mode = Mode::Watch;
+    let small = screen(&app, 10, 5);
+    shows(&small, &["x    199.4"]);
+}
+
+#[test]
+fn without_colours_there_are_none() {
+    let app = app(&sorting());
+    let colors = |theme| {
+        let terminal = terminal(&app, 160, 50, theme);
+        let cells = terminal.backend().buffer().content().to_vec();
+        let plain = |color| color == Color::Reset;
+        cells
+            .iter()
+            .filter(|cell| !(plain(cell.fg) && plain(cell.bg)))
+            .count()
+    };
+    assert_eq!(colors(Theme::PLAIN), 0);
+    assert!(colors(Theme::COLORED) > 300);
+}

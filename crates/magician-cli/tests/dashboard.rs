@@ -1,0 +1,113 @@
+//! `magician sim --tui` as a person at a terminal meets it.
+#![cfg(target_os = "linux")]
+
+mod magician;
+
+use std::io::Read;
+use std::process::{Command, Stdio};
+
+use magician::terminal::Terminal;
+use magician::{command, run};
+use rustix::termios::{Termios, tcgetattr};
+
+/// What a terminal's mode is, as far as a program changes it.
+fn mode(terminal: &Terminal) -> [u32; 4] {
+    let Termios {
+        input_modes,
+        output_modes,
+        control_modes,
+        local_modes,
+        ..
+    } = tcgetattr(&terminal.line).expect("a terminal");
+    [
+        input_modes.bits(),
+        output_modes.bits(),
+        control_modes.bits(),
+        local_modes.bits(),
+    ]
+}
+
+/// The picture of an arm, and the mode that its terminal had.
+fn picture(arguments: &[&str]) -> (Terminal, [u32; 4]) {
+    // A terminal is new in the same mode each time.
+    let mut idle = command();
+    idle.arg("--version");
+    let before = mode(&Terminal::with_stdout(idle, Some(Stdio::null())));
+    let mut sim = command();
+    sim.args(["sim", "--tcp", "127.0.0.1:0", "--tui"])
+        .args(arguments);
+    let mut terminal = Terminal::with_stdout(sim, Some(Stdio::piped()));
+    terminal.until("\x1b[?1049h");
+    terminal.until_seen("from above");
+    terminal.until_seen("quit");
+    assert_ne!(mode(&terminal), before);
+    (terminal, before)
+}
+
+/// Types keys and sees what they come to. Only what changes is drawn, unless all of it is asked for, with Ctrl-L.
+fn shows(terminal: &mut Terminal, keys: &str, text: &str) {
+    terminal.types(keys);
+    terminal.types("\x0c");
+    terminal.until_seen(text);
+}
+
+/// Sees it end with this status, and the terminal left as it was found.
+fn ends(mut terminal: Terminal, before: [u32; 4], status: i32) {
+    terminal.until("\x1b[?1049l");
+    terminal.until("\x1b[?25h");
+    let ended = terminal.child.wait().expect("it ends");
+    assert_eq!(ended.code(), Some(status));
+    assert_eq!(mode(&terminal), before);
+    let mut said = String::new();
+    let mut stdout = terminal.child.stdout.take().expect("stdout");
+    stdout.read_to_string(&mut said).expect("UTF-8");
+    assert_eq!(said, "ready\n");
+}
+
+#[test]
+fn keys_act_and_q_ends() {
+    let (mut terminal, before) = picture(&[]);
+    shows(&mut terminal, "?", "draw everything anew");
+    terminal.types("x");
+    shows(&mut terminal, "u", "the unlock key is held");
+    shows(&mut terminal, "u", "the unlock key is released");
+    shows(&mut terminal, "a12\r", "PlanInvLimit raised");
+    shows(&mut terminal, "p", "the cable was pulled");
+    shows(&mut terminal, "p", "the cable is back");
+    terminal.types("q");
+    ends(terminal, before, 0);
+}
+
+#[test]
+fn ctrl_c_ends_it_as_an_interrupt() {
+    let (mut terminal, before) = picture(&[]);
+    terminal.types("\x03");
+    ends(terminal, before, 130);
+}
+
+#[test]
+fn signals_leave_the_terminal_as_it_was() {
+    for (signal, status) in [("-TERM", 0), ("-INT", 130), ("-HUP", 0)] {
+        let (terminal, before) = picture(&[]);
+        let id = terminal.child.id().to_string();
+        let kill = Command::new("kill").args([signal, &id]).status();
+        assert!(kill.expect("kill runs").success());
+        ends(terminal, before, status);
+    }
+}
+
+#[test]
+fn several_arms_are_shown_one_by_one() {
+    let (mut terminal, before) = picture(&["--arms", "3"]);
+    shows(&mut terminal, "\t", "2 of 3");
+    shows(&mut terminal, "\x1b[Z\x1b[Z", "3 of 3");
+    terminal.types("q");
+    ends(terminal, before, 0);
+}
+
+#[test]
+fn without_a_terminal_it_is_refused() {
+    let refused = run(&["sim", "--tcp", "127.0.0.1:0", "--tui"]);
+    assert_eq!((refused.status, refused.out.as_str()), (2, ""));
+    assert!(refused.err.contains("no terminal"), "{}", refused.err);
+}

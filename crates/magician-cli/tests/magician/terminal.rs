@@ -1,0 +1,123 @@
+//! The command at a terminal, for the tests that play a person.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
+
+/// A program on a terminal of its own.
+pub(crate) struct Terminal {
+    pub(crate) child: Child,
+    pub(crate) screen: File,
+    /// Kept open, so that what the program leaves can still be read, and how it leaves the terminal be seen.
+    pub(crate) line: File,
+    seen: String,
+}
+
+impl Terminal {
+    /// Runs a command with stdin, stdout and stderr on a terminal of 80 by 24.
+    pub(crate) fn running(command: Command) -> Self {
+        Self::with_stdout(command, None)
+    }
+
+    /// The same with another stdout.
+    pub(crate) fn with_stdout(mut command: Command, stdout: Option<Stdio>) -> Self {
+        let screen = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+        grantpt(&screen)
+            .and_then(|()| unlockpt(&screen))
+            .expect("ours");
+        let size = Winsize {
+            ws_row: 24,
+            ws_col: 80,
+            ws_xpixel: 0,
+            ws_ypixel: 0,
+        };
+        tcsetwinsize(&screen, size).expect("it takes a size");
+        let name = ptsname(&screen, Vec::new()).expect("a name");
+        let open = || {
+            let path = name.to_str().expect("UTF-8");
+            let file = File::options().read(true).write(true).open(path);
+            file.expect("it opens")
+        };
+        let line = open();
+        let child = command
+            .env("TERM", "xterm")
+            .stdin(open())
+            .stdout(stdout.unwrap_or_else(|| open().into()))
+            .stderr(open())
+            .spawn()
+            .expect("the command starts");
+        let screen = File::from(screen);
+        Self {
+            child,
+            screen,
+            line,
+            seen: String::new(),
+        }
+    }
+
+    /// Reads up to where this is written.
+    pub(crate) fn until(&mut self, text: &str) {
+        self.read_until(text, |seen| {
+            let at = seen.find(text)?;
+            Some(at + text.len())
+        });
+    }
+
+    /// Reads until this is seen in a line, by whatever leaps of the cursor it is written.
+    pub(crate) fn until_seen(&mut self, text: &str) {
+        self.read_until(text, |seen| {
+            plain(seen).contains(text).then_some(seen.len())
+        });
+    }
+
+    fn read_until(&mut self, text: &str, end: impl Fn(&str) -> Option<usize>) {
+        // A test that waits for what never comes should fail, not hang.
+        let deadline = Instant::now() + Duration::from_secs(20);
+        loop {
+            if let Some(end) = end(&self.seen) {
+                self.seen.drain(..end);
+                return;
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            let patience = Timespec::try_from(left).expect("a short time");
+            let mut wait = [PollFd::new(&self.screen, PollFlags::IN)];
+            let ready = poll(&mut wait, Some(&patience)).expect("it polls");
+            assert!(ready > 0, "no {text:?} in {:?}", self.seen);
+            let mut bytes = [0; 512];
+            let count = self.screen.read(&mut bytes).expect("it goes on");
+            self.seen
+                .push_str(&String::from_utf8_lossy(&bytes[..count]));
+        }
+    }
+
+    pub(crate) fn types(&mut self, keys: &str) {
+        self.screen.write_all(keys.as_bytes()).expect("typed");
+    }
+}
+
+/// Text without what a terminal obeys; a leap of the cursor is a space.
+fn plain(seen: &str) -> String {
+    let mut pieces = seen.split("\x1b[");
+    let mut text = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let end = piece.find(|sign: char| sign.is_ascii_alphabetic());
+        let (order, rest) = piece.split_at(end.map_or(piece.len(), |end| end + 1));
+        if order.ends_with('H') {
+            text.push(' ');
+        }
+        text.push_str(rest);
+    }
+    text
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

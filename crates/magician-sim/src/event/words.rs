@@ -1,0 +1,175 @@
+//! Events in words.
+
+use std::fmt;
+
+use magician_protocol::{Alarm, Row};
+
+use super::{Event, Refusal};
+use crate::Scenario;
+use crate::fidelity::Confidence;
+use crate::world::{Press, Rest, Thing, What};
+
+impl Event {
+    /// It in words, objects by their names in this scenario.
+    pub fn in_words<'a>(&self, scenario: Option<&'a Scenario>) -> impl fmt::Display + use<'a> {
+        InWords {
+            event: *self,
+            objects: Objects(scenario),
+        }
+    }
+}
+
+struct InWords<'a> {
+    event: Event,
+    objects: Objects<'a>,
+}
+
+impl fmt::Display for InWords<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.event {
+            Event::Accepted { index, id } => write!(f, "{index} {} accepted", Name(id)),
+            Event::Started { index, id } => write!(f, "{index} {} started", Name(id)),
+            Event::Finished { index, id } => write!(f, "{index} {} finished", Name(id)),
+            Event::Dropped { count } => write!(f, "{count} waiting commands dropped"),
+            Event::QueueFull { id } => write!(f, "{} not taken: the queue is full", Name(id)),
+            Event::Stored { index, id } => {
+                write!(f, "{index} {} stored as a line of the program", Name(id))
+            }
+            Event::Downloaded { stored, announced } => write!(
+                f,
+                "a program of {stored} commands is in the flash, {announced} were announced"
+            ),
+            Event::Program { runs: true } => f.write_str("the program in the flash begins"),
+            Event::Program { runs: false } => f.write_str("the program in the flash ends"),
+            Event::Refused { id, reason } => write!(f, "{} not carried out: {reason}", Name(id)),
+            Event::RestsOn { basis } => {
+                let kind = match basis.confidence() {
+                    Confidence::Choice => "a choice",
+                    _ => "a fact",
+                };
+                let (section, says) = (basis.section(), basis.says());
+                write!(f, "rests on {kind} ({section}): {says}")
+            }
+            Event::AlarmRaised { code } => write!(f, "alarm {} raised", Code(code)),
+            Event::AlarmCleared { code } => write!(f, "alarm {} cleared", Code(code)),
+            Event::World(incident) => self.objects.incident(f, incident.what),
+            Event::Slipped { joint, degrees } => write!(f, "J{joint} slips by {degrees} deg"),
+            Event::Reset => f.write_str("the controller resets: what was queued and set is gone"),
+            Event::Cable { plugged: true } => f.write_str("the cable is back"),
+            Event::Cable { plugged: false } => f.write_str("the cable was pulled"),
+            Event::Key { press } => f.write_str(match press {
+                Press::Short => "the base key is pressed",
+                Press::Long => "the base key is held",
+            }),
+            Event::Unlocked { held: true } => f.write_str("the unlock key is held"),
+            Event::Unlocked { held: false } => f.write_str("the unlock key is released"),
+            Event::NotSimulated { row } => write!(
+                f,
+                "{} is answered, but the virtual arm does not act on it yet",
+                row.name
+            ),
+            Event::BadFrame { .. } => f.write_str("a damaged frame was ignored"),
+            Event::UnknownId { id, .. } => write!(f, "unknown command id {id}: no answer"),
+            Event::Overrun { .. } => f.write_str("a request was dropped: its replies are not read"),
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::OnlyAChoice(basis) => {
+                let (section, says) = (basis.section(), basis.says());
+                return write!(f, "it rests on a choice ({section}): {says}");
+            }
+            Self::Parameters => "its parameter count fits no accepted form",
+            Self::Unplannable => "its motion cannot be planned",
+            Self::UnknownMode => "its mode has no meaning",
+            Self::Pin => "there is no such pin, or it does not do that",
+            Self::Trigger => "there is no such input, or it cannot be compared like that",
+            Self::Busy => "a hand moves the arm, or its program runs",
+            Self::Pose => "the pose cannot be set now, or not to this",
+        })
+    }
+}
+
+/// The names of the objects around the arm.
+struct Objects<'a>(Option<&'a Scenario>);
+
+impl Objects<'_> {
+    fn object(&self, number: u16) -> &str {
+        let object = self.0.map(Scenario::objects).unwrap_or_default();
+        let object = object.get(usize::from(number));
+        object.map_or("an object", |object| &object.name)
+    }
+
+    fn thing(&self, thing: Thing) -> &str {
+        match thing {
+            Thing::Table => "the table",
+            Thing::Belt => "the belt",
+            Thing::Object(number) => self.object(number),
+        }
+    }
+
+    fn place(&self, rest: Rest) -> (&str, &str) {
+        match rest {
+            Rest::Table => ("on", "the table"),
+            Rest::Belt => ("on", "the belt"),
+            Rest::Object(number) => ("on", self.object(number)),
+            Rest::Floor => ("on", "the floor"),
+            Rest::Shelf | Rest::Tool => ("where", "it was"),
+        }
+    }
+
+    fn incident(&self, f: &mut fmt::Formatter<'_>, what: What) -> fmt::Result {
+        let lies = |f: &mut fmt::Formatter<'_>, rest| {
+            let (on, what) = self.place(rest);
+            write!(f, " and lies {on} {what}")
+        };
+        match what {
+            What::Picked(number) => write!(f, "the tool takes {}", self.object(number)),
+            What::Released(number, rest) => {
+                write!(f, "{} is let go", self.object(number))?;
+                lies(f, rest)
+            }
+            What::FellOffBelt(number, rest) => {
+                write!(f, "{} falls off the belt", self.object(number))?;
+                lies(f, rest)
+            }
+            What::Touched(what) => write!(f, "the tool touches {}", self.thing(what)),
+            What::Knocked(number) => {
+                write!(f, "the tool knocks against {}", self.object(number))
+            }
+            What::Pressed(what) => write!(
+                f,
+                "the tool presses on {}: J2 and J3 lose steps",
+                self.thing(what)
+            ),
+        }
+    }
+}
+
+/// A command by its id.
+struct Name(u8);
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match Row::with_id(self.0) {
+            Some(row) => f.write_str(row.name),
+            None => self.0.fmt(f),
+        }
+    }
+}
+
+/// An alarm by its code.
+struct Code(u8);
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:#04x}", self.0)?;
+        match Alarm::with_code(self.0) {
+            Some(alarm) => write!(f, " {}", alarm.name),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! What each answer rests on: a fact about the real arm, or a choice of ours where none is known.
+//!
+//! Every behaviour of the virtual arm has a [`Basis`] with the letter of how sure it is. The controller counts what its
+//! answers rest on ([`Controller::fidelity`](crate::Controller::fidelity)); a strict one ([`Strictness`]) carries out
+//! nothing that rests on a choice alone.
+
+mod bases;
+mod rules;
+
+pub use bases::Basis;
+
+use crate::core::Core;
+use crate::event::{Event, Refusal};
+
+/// How sure it is that the real arm does so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Confidence {
+    /// Measured on real arms.
+    Measured,
+    /// The vendor's document or code for this arm.
+    Vendor,
+    /// The vendor's code for the sibling arm.
+    Sibling,
+    /// Third-party code or text.
+    ThirdParty,
+    /// Nobody says: chosen here.
+    Choice,
+}
+
+impl Confidence {
+    /// Every one, the surest first.
+    pub const ALL: [Self; 5] = [
+        Self::Measured,
+        Self::Vendor,
+        Self::Sibling,
+        Self::ThirdParty,
+        Self::Choice,
+    ];
+
+    /// The letter that the firmware profile has for it: M, V, VL, T, G.
+    #[must_use]
+    pub const fn letter(self) -> &'static str {
+        match self {
+            Self::Measured => "M",
+            Self::Vendor => "V",
+            Self::Sibling => "VL",
+            Self::ThirdParty => "T",
+            Self::Choice => "G",
+        }
+    }
+}
+
+/// What a strict controller does about something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Strictness {
+    /// The same: it is a fact.
+    Fact,
+    /// It refuses: it is a choice that decides what is done or answered.
+    Refused,
+    /// The same although it is a choice; the sentence says why.
+    Kept(&'static str),
+}
+
+macro_rules! list_bases {
+    ($( $name:ident $confidence:ident $section:literal $says:literal $($strict:ident $($why:literal)?)?; )+) => {
+        /// Something that the virtual arm's behaviour rests on.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u8)]
+        #[non_exhaustive]
+        pub enum Basis {
+            $( #[doc = concat!("Here ", $says, " (", $section, ").")] $name, )+
+        }
+
+        impl Basis {
+            /// Every one, by chapter.
+            pub const ALL: &'static [Self] = &[ $( Self::$name, )+ ];
+
+            /// Its name.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $( Self::$name => stringify!($name), )+ }
+            }
+
+            /// How sure it is.
+            #[must_use]
+            pub const fn confidence(self) -> $crate::fidelity::Confidence {
+                match self { $( Self::$name => $crate::fidelity::Confidence::$confidence, )+ }
+            }
+
+            /// Section of the reference model, erratum (`E07`), or `(none)` where neither has a word about it.
+            #[must_use]
+            pub const fn section(self) -> &'static str {
+                match self { $( Self::$name => $section, )+ }
+            }
+
+            /// What the virtual arm does, in a sentence without a full stop.
+            #[must_use]
+            pub const fn says(self) -> &'static str {
+                match self { $( Self::$name => $says, )+ }
+            }
+
+            /// What a strict controller does about it.
+            #[must_use]
+            pub const fn strictness(self) -> $crate::fidelity::Strictness {
+                match self { $( Self::$name => $crate::fidelity::list_bases!(@ $($strict $($why)?)?), )+ }
+            }
+        }
+    };
+    (@) => { $crate::fidelity::Strictness::Fact };
+    (@ refused) => { $crate::fidelity::Strictness::Refused };
+    (@ kept $why:literal) => { $crate::fidelity::Strictness::Kept($why) };
+}
+
+use list_bases;
+
+/// A set of bases: a bit for each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Bases([u64; Self::WORDS]);
+
+impl Bases {
+    const WORDS: usize = Basis::ALL.len().div_ceil(64);
+
+    fn add(&mut self, basis: Basis) {
+        let at = basis as usize;
+        if let Some(word) = self.0.get_mut(at / 64) {
+            *word |= 1 << (at % 64);
+        }
+    }
+
+    fn add_if(&mut self, condition: bool, basis: Basis) {
+        if condition {
+            self.add(basis);
+        }
+    }
+
+    /// Takes the first one out, in the order of the list.
+    fn take(&mut self) -> Option<Basis> {
+        let at = self.0.iter().position(|word| *word != 0)?;
+        let word = self.0.get_mut(at)?;
+        let bit = word.trailing_zeros() as usize;
+        *word &= *word - 1;
+        Basis::ALL.get(at * 64 + bit).copied()
+    }
+}
+
+/// What a controller's answers have rested on since power-up.
+#[derive(Clone, Debug)]
+pub struct Fidelity {
+    uses: [u64; Basis::ALL.len()],
+}
+
+impl Default for Fidelity {
+    fn default() -> Self {
+        let uses = [0; Basis::ALL.len()];
+        Self { uses }
+    }
+}
+
+impl Fidelity {
+    /// How often something was rested on. A strict controller counts what it refused, too.
+    #[must_use]
+    pub fn uses(&self, basis: Basis) -> u64 {
+        self.uses.get(basis as usize).copied().unwrap_or_default()
+    }
+
+    /// Everything that was rested on, and how often, by chapter.
+    pub fn iter(&self) -> impl Iterator<Item = (Basis, u64)> + '_ {
+        let all = Basis::ALL.iter().map(|basis| (*basis, self.uses(*basis)));
+        all.filter(|(_, uses)| *uses > 0)
+    }
+
+    /// Counts a use; whether it is the first.
+    fn count(&mut self, basis: Basis) -> bool {
+        let Some(uses) = self.uses.get_mut(basis as usize) else {
+            return false;
+        };
+        *uses = uses.saturating_add(1);
+        *uses == 1
+    }
+}
+
+impl Core {
+    /// Counts what something rests on that a strict controller does, too.
+    pub(crate) fn rests_on(&mut self, basis: Basis) {
+        if self.fidelity.count(basis) {
+            self.log.push(Event::RestsOn { basis });
+        }
+    }
+
+    /// Counts what a command of an id rests on; whether to go on. A strict controller does not where only a choice
+    /// exists, and says so.
+    #[must_use]
+    pub(crate) fn may_rest_on(&mut self, id: u8, basis: Basis) -> bool {
+        self.rests_on(basis);
+        let refused = self.profile.fidelity.strict && basis.strictness() == Strictness::Refused;
+        if refused {
+            let reason = Refusal::OnlyAChoice(basis);
+            self.log.push(Event::Refused { id, reason });
+        }
+        !refused
+    }
+
+    /// As [`may_rest_on`](Self::may_rest_on) for several: the first choice is the reason.
+    fn may_rest_on_all(&mut self, id: u8, mut bases: Bases) -> bool {
+        while let Some(basis) = bases.take() {
+            if !self.may_rest_on(id, basis) {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+impl crate::Controller {
+    /// What the answers have rested on since power-up, resets included.
+    #[must_use]
+    pub fn fidelity(&self) -> &Fidelity {
+        &self.core.fidelity
+    }
+}

@@ -1,0 +1,178 @@
+//! Those who look on as an arm's time passes, and change nothing.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use magician_protocol::FrameBuf;
+
+use crate::{Controller, LinkId, Micros};
+
+/// Somebody who looks on as an arm's time passes.
+///
+/// Time may pass in leaps: a second of motion is one call. An observer names the instants that it wants to see, and
+/// the arm stops there on its way, which changes nothing about what it does. It also sees the arm after every event,
+/// at the instant of the event.
+pub trait Observer {
+    /// The next instant of the arm's clock that is to be seen, later than the one that was seen last. `None`: nothing
+    /// is.
+    fn next_look(&self) -> Option<Micros> {
+        None
+    }
+
+    /// The arm has come to an instant that was asked for, or something has happened there.
+    fn look(&mut self, arm: &Controller) {
+        let _ = arm;
+    }
+
+    /// Bytes of a peer have reached the arm, cut anywhere, at an instant of the arm's clock.
+    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+        let _ = (now, link, bytes);
+    }
+
+    /// A peer's line has been silent for so long that a frame which had begun will not be completed.
+    fn silence(&mut self, now: Micros, link: LinkId) {
+        let _ = (now, link);
+    }
+
+    /// The arm has answered a peer.
+    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+        let _ = (now, link, frame);
+    }
+
+    /// A peer is gone.
+    fn closed(&mut self, link: LinkId) {
+        let _ = link;
+    }
+}
+
+/// The one who is there, if so.
+impl<O: Observer> Observer for Option<O> {
+    fn next_look(&self) -> Option<Micros> {
+        self.as_ref()?.next_look()
+    }
+
+    fn look(&mut self, arm: &Controller) {
+        self.iter_mut().for_each(|it| it.look(arm));
+    }
+
+    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+        self.iter_mut()
+            .for_each(|it| it.request_bytes(now, link, bytes));
+    }
+
+    fn silence(&mut self, now: Micros, link: LinkId) {
+        self.iter_mut().for_each(|it| it.silence(now, link));
+    }
+
+    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+        self.iter_mut().for_each(|it| it.reply(now, link, frame));
+    }
+
+    fn closed(&mut self, link: LinkId) {
+        self.iter_mut().for_each(|it| it.closed(link));
+    }
+}
+
+impl<O: Observer + ?Sized> Observer for Box<O> {
+    fn next_look(&self) -> Option<Micros> {
+        (**self).next_look()
+    }
+
+    fn look(&mut self, arm: &Controller) {
+        (**self).look(arm);
+    }
+
+    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+        (**self).request_bytes(now, link, bytes);
+    }
+
+    fn silence(&mut self, now: Micros, link: LinkId) {
+        (**self).silence(now, link);
+    }
+
+    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+        (**self).reply(now, link, frame);
+    }
+
+    fn closed(&mut self, link: LinkId) {
+        (**self).closed(link);
+    }
+}
+
+/// One that somebody else talks to as well.
+impl<O: Observer> Observer for Arc<Mutex<O>> {
+    fn next_look(&self) -> Option<Micros> {
+        lock(self).next_look()
+    }
+
+    fn look(&mut self, arm: &Controller) {
+        lock(self).look(arm);
+    }
+
+    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+        lock(self).request_bytes(now, link, bytes);
+    }
+
+    fn silence(&mut self, now: Micros, link: LinkId) {
+        lock(self).silence(now, link);
+    }
+
+    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+        lock(self).reply(now, link, frame);
+    }
+
+    fn closed(&mut self, link: LinkId) {
+        lock(self).closed(link);
+    }
+}
+
+/// What it was when somebody panicked over it is still to be seen.
+fn lock<O>(observer: &Mutex<O>) -> MutexGuard<'_, O> {
+    observer.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Instants that an observer may still be shown before somebody else gets a word in.
+pub(crate) struct Patience(u32);
+
+impl Patience {
+    pub(crate) const fn new(looks: u32) -> Self {
+        Self(looks)
+    }
+
+    /// Whether there is one more.
+    fn spend(&mut self) -> bool {
+        let left = self.0 > 0;
+        self.0 = self.0.saturating_sub(1);
+        left
+    }
+}
+
+/// Lets the arm's time pass up to `to` by way of every instant that the observer is to see. Whether it got there, or
+/// patience ran out on the way.
+pub(crate) fn advance<O: Observer>(
+    arm: &mut Controller,
+    observer: &mut O,
+    to: Micros,
+    patience: &mut Patience,
+) -> bool {
+    while let Some(look) = observer.next_look() {
+        let event = arm.poll_timeout().unwrap_or(Micros::MAX);
+        let at = look.min(event).max(arm.now());
+        if at > to {
+            break;
+        }
+        if !patience.spend() {
+            return false;
+        }
+        arm.advance(at);
+        observer.look(arm);
+    }
+    arm.advance(to);
+    true
+}
+
+impl Controller {
+    /// As [`advance`](Self::advance), by way of every instant that the observer is to see.
+    pub fn advance_observed(&mut self, to: Micros, observer: &mut impl Observer) {
+        while !advance(self, observer, to, &mut Patience::new(u32::MAX)) {}
+    }
+}
