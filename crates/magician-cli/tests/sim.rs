@@ -418,3 +418,21 @@ fn each_of_several_arms_has_a_picture() {
         assert!(bytes.starts_with(b"\x89PNG"));
     }
 }
+
+#[test]
+fn a_trace_that_another_arm_writes_is_left_alone() {
+    let dir = tempfile::tempdir().expect("directory");
+    for option in ["--trace", "--record"] {
+        let file = dir.path().join("kept");
+        let file = file.to_str().expect("UTF-8");
+        let served = Served::start(&["--tcp", "127.0.0.1:0", option, file], 1);
+        let port = served.door("tcp");
+        assert_eq!(run(&["--port", &port, "pose"]).status, 0);
+        let second = run(&["sim", "--tcp", "127.0.0.1:0", option, file]);
+        assert_eq!(second.status, 3, "{second:?}");
+        assert!(second.err.contains("another program"), "{second:?}");
+        served.end("-TERM");
+        let length = std::fs::metadata(file).expect("there").len();
+        assert!(length > 100, "{option}: {length} bytes");
+    }
+}

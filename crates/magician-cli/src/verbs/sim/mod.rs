@@ -5,7 +5,7 @@ mod log;
 mod picture;
 mod tui;
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -375,9 +375,25 @@ fn flash_of(profile: &Profile, path: &Path) -> Result<Flash, Failure> {
     Ok(flash)
 }
 
+/// A file to write from its beginning; one that another arm is writing stays as it is.
 fn create(path: &Path) -> Result<File, Failure> {
-    File::create(path)
-        .map_err(|error| Failure::invalid(format!("{} cannot be written: {error}", path.display())))
+    let wrong = |error: &dyn std::fmt::Display| {
+        Failure::invalid(format!("{} cannot be written: {error}", path.display()))
+    };
+    let mut options = File::options();
+    options.write(true).create(true).truncate(false);
+    let file = options.open(path).map_err(|error| wrong(&error))?;
+    if file.metadata().is_ok_and(|metadata| metadata.is_file()) {
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                return Err(wrong(&"another program is writing it"));
+            }
+            // Some file systems know no locks.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        file.set_len(0).map_err(|error| wrong(&error))?;
+    }
+    Ok(file)
 }
 
 /// A parent that does not listen is no reason to stop serving.
