@@ -73,47 +73,48 @@ macro_rules! apply {
 magician_protocol::for_each_readable!(report);
 magician_protocol::for_each_writable!(apply);
 
-/// Parameter sets that are stored and read back, and have no other effect on the spot.
-macro_rules! stored {
-    ($($layout:ident in $field:ident),+ $(,)?) => {$(
+/// A parameter set that is read from one expression and written by another.
+macro_rules! parameter {
+    ($layout:ident, |$core:ident| $read:expr, |$value:ident| $write:expr) => {
         impl $crate::dispatch::Report for $layout {
-            fn report(core: &mut $crate::core::Core, _: &magician_protocol::NoArgs) -> Self {
-                core.settings.$field
+            fn report($core: &mut $crate::core::Core, _: &magician_protocol::NoArgs) -> Self {
+                $read
             }
         }
 
         impl $crate::dispatch::Apply for $layout {
             fn apply(
                 &self,
-                core: &mut $crate::core::Core,
+                $core: &mut $crate::core::Core,
                 _: $crate::dispatch::Turn,
             ) -> $crate::dispatch::Step {
-                core.settings.$field = *self;
+                let $value = *self;
+                $write;
                 $crate::dispatch::Step::Done
             }
         }
+    };
+}
+
+/// Parameter sets that are stored and read back, and have no other effect on the spot.
+macro_rules! stored {
+    ($($layout:ident in $field:ident),+ $(,)?) => {$(
+        $crate::dispatch::parameter!(
+            $layout,
+            |core| core.settings.$field,
+            |value| core.settings.$field = value
+        );
     )+};
 }
 
 /// Parameter sets as [`stored`], but kept in the flash.
 macro_rules! kept {
     ($($layout:ident in $field:ident),+ $(,)?) => {$(
-        impl $crate::dispatch::Report for $layout {
-            fn report(core: &mut $crate::core::Core, _: &magician_protocol::NoArgs) -> Self {
-                core.flash.$field
-            }
-        }
-
-        impl $crate::dispatch::Apply for $layout {
-            fn apply(
-                &self,
-                core: &mut $crate::core::Core,
-                _: $crate::dispatch::Turn,
-            ) -> $crate::dispatch::Step {
-                core.write_flash(|flash| flash.$field = *self);
-                $crate::dispatch::Step::Done
-            }
-        }
+        $crate::dispatch::parameter!(
+            $layout,
+            |core| core.flash.$field,
+            |value| core.write_flash(|flash| flash.$field = value)
+        );
     )+};
 }
 
@@ -132,4 +133,4 @@ macro_rules! not_simulated {
     )+};
 }
 
-pub(crate) use {kept, not_simulated, stored};
+pub(crate) use {kept, not_simulated, parameter, stored};
