@@ -71,80 +71,29 @@ fn rail_target(core: &Core, order: &Order) -> Option<f64> {
     })
 }
 
-impl Apply for PtpCmd {
-    fn apply(&self, core: &mut Core, _: Turn) -> Step {
-        let Self {
-            ptp_mode: mode,
-            x,
-            y,
-            z,
-            r,
-        } = *self;
-        let order = Order {
-            mode,
-            numbers: [x, y, z, r],
-            rail: None,
-        };
-        move_to(core, Self::ROW, &order, PoList::default())
-    }
+/// The commands that move to a point: where on the rail each leads, and what it switches on the way.
+macro_rules! moves {
+    ($($command:ident, $extra:expr;)+) => {$(
+        impl Apply for $command {
+            fn apply(&self, core: &mut Core, _: Turn) -> Step {
+                let extra: fn(&Self) -> (Option<f32>, PoList) = $extra;
+                let (rail, outputs) = extra(self);
+                let order = Order {
+                    mode: self.ptp_mode,
+                    numbers: [self.x, self.y, self.z, self.r],
+                    rail,
+                };
+                move_to(core, Self::ROW, &order, outputs)
+            }
+        }
+    )+};
 }
 
-impl Apply for PtpWithLCmd {
-    fn apply(&self, core: &mut Core, _: Turn) -> Step {
-        let Self {
-            ptp_mode: mode,
-            x,
-            y,
-            z,
-            r,
-            l,
-        } = *self;
-        let order = Order {
-            mode,
-            numbers: [x, y, z, r],
-            rail: Some(l),
-        };
-        move_to(core, Self::ROW, &order, PoList::default())
-    }
-}
-
-impl Apply for PtpPoCmd {
-    fn apply(&self, core: &mut Core, _: Turn) -> Step {
-        let Self {
-            ptp_mode: mode,
-            x,
-            y,
-            z,
-            r,
-            po,
-        } = *self;
-        let order = Order {
-            mode,
-            numbers: [x, y, z, r],
-            rail: None,
-        };
-        move_to(core, Self::ROW, &order, po)
-    }
-}
-
-impl Apply for PtpPoWithLCmd {
-    fn apply(&self, core: &mut Core, _: Turn) -> Step {
-        let Self {
-            ptp_mode: mode,
-            x,
-            y,
-            z,
-            r,
-            l,
-            po,
-        } = *self;
-        let order = Order {
-            mode,
-            numbers: [x, y, z, r],
-            rail: Some(l),
-        };
-        move_to(core, Self::ROW, &order, po)
-    }
+moves! {
+    PtpCmd, |_| (None, PoList::default());
+    PtpWithLCmd, |ptp| (Some(ptp.l), PoList::default());
+    PtpPoCmd, |ptp| (None, ptp.po);
+    PtpPoWithLCmd, |ptp| (Some(ptp.l), ptp.po);
 }
 
 impl Report for PtpJumpParams {
