@@ -105,7 +105,7 @@ impl Core {
 
     /// Jogs from a speed on the same axis.
     fn begin_jog(&mut self, jog: Jog, entry: f64) -> Step {
-        let planner = self.planner(self.ptp_speeds());
+        let planner = self.planner_told_rates();
         let rates = self.jog_rates(jog.axis);
         match planner.jog(&self.arm(), jog, rates, entry) {
             Ok(plan) => {
@@ -131,7 +131,7 @@ impl Core {
             },
             None => return Step::Done,
         };
-        let planner = self.planner(self.ptp_speeds());
+        let planner = self.planner_told_rates();
         let plan = planner.jog_stop(&trajectory, elapsed, self.jog_rates(axis).acceleration);
         self.rest_here();
         self.drive(Purpose::JogStop { axis, then }, &plan, axis)

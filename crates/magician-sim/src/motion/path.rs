@@ -83,7 +83,7 @@ impl Core {
         let queued = turn == Turn::Queued;
         let entry = if queued { self.motion.carried } else { 0.0 };
         let from = self.arm();
-        let planner = self.planner(self.ptp_speeds());
+        let planner = self.planner_told_rates();
         let start = [from.pose.x, from.pose.y, from.pose.z];
         let way = Way::from(&planner, start, mode, numbers);
         if way.segment.is_empty() {
@@ -126,12 +126,16 @@ impl Core {
         let Purpose::Segment(segment) = motion.purpose else {
             return;
         };
-        let exit = self.exit_speed(&segment);
+        // With speeds that are none the next one would not begin.
+        let exit = match LookAhead::new(&self.cp_speeds()) {
+            Ok(_) => self.exit_speed(&segment),
+            Err(_) => 0.0,
+        };
         if motion.alarm.is_some() || exit == motion.trajectory.exit_speed() {
             return;
         }
         let rates = segment.look_ahead.rates(&segment.way.segment);
-        let planner = self.planner(self.ptp_speeds());
+        let planner = self.planner_told_rates();
         let elapsed = motion.elapsed(self.now);
         let plan = planner.segment_rest(&motion.trajectory, elapsed, exit, rates);
         if let Ok(Some(plan)) = plan {
@@ -144,9 +148,7 @@ impl Core {
 
     /// The speed at which a segment may end: none if the queue will not take the next one at once.
     fn exit_speed(&self, segment: &Segment) -> f64 {
-        // With speeds that are none the next one would not begin.
-        let sensible = || LookAhead::new(&self.cp_speeds()).is_ok();
-        if !segment.queued || !self.goes_on() || !sensible() {
+        if !segment.queued || !self.goes_on() {
             return 0.0;
         }
         let known = self.queue.entries().map_while(|entry| entry.way.as_ref());
@@ -199,7 +201,7 @@ impl Core {
         let Some(from) = from else {
             return;
         };
-        let planner = self.planner(self.ptp_speeds());
+        let planner = self.planner_told_rates();
         let Some(entry) = self.queue.entries_mut().next_back() else {
             return;
         };

@@ -20,6 +20,11 @@ impl Core {
         }
     }
 
+    /// The planner for jogs and paths, which are told their rates one by one.
+    pub(crate) fn planner_told_rates(&self) -> Planner {
+        self.planner(Speeds::POWER_UP)
+    }
+
     /// What the arm would do about a move from where it is, at the speeds set now.
     pub(crate) fn plan(&self, request: &Move) -> Result<Plan, MotionError> {
         self.planner(self.ptp_speeds()).plan(&self.arm(), request)
