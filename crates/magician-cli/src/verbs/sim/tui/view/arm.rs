@@ -40,37 +40,42 @@ const INK: Color = Color::Magenta;
 
 impl View<'_> {
     pub(super) fn seen_from_above(self, frame: &mut Frame<'_>, area: Rect) {
-        let block = self.panel("from above");
         let rail = self.look.rail();
         let [[left, right], forward] = ABOVE;
-        let bounds = fitted(block.inner(area), [[left - rail, right - rail], forward]);
-        let canvas = Canvas::default()
-            .block(block)
-            .marker(Marker::Braille)
-            .x_bounds(bounds[0])
-            .y_bounds(bounds[1])
-            .paint(|pen| {
-                let mut pen = Above(Pen { pen, view: self });
-                pen.surroundings();
-                pen.ink();
-                pen.arm();
-            });
-        frame.render_widget(canvas, area);
+        let in_sight = [[left - rail, right - rail], forward];
+        self.draw(frame, area, "from above", in_sight, |pen| {
+            let mut pen = Above(Pen { pen, view: self });
+            pen.surroundings();
+            pen.ink();
+            pen.arm();
+        });
     }
 
     pub(super) fn seen_from_the_side(self, frame: &mut Frame<'_>, area: Rect) {
-        let block = self.panel("from the side");
-        let bounds = fitted(block.inner(area), BESIDE);
+        self.draw(frame, area, "from the side", BESIDE, |pen| {
+            let mut pen = Beside(Pen { pen, view: self });
+            pen.surroundings();
+            pen.arm();
+        });
+    }
+
+    /// A panel with a picture to scale of what is in sight.
+    fn draw(
+        self,
+        frame: &mut Frame<'_>,
+        area: Rect,
+        title: &str,
+        in_sight: [[f64; 2]; 2],
+        paint: impl Fn(&mut Context<'_>),
+    ) {
+        let block = self.panel(title);
+        let [across, up] = fitted(block.inner(area), in_sight);
         let canvas = Canvas::default()
             .block(block)
             .marker(Marker::Braille)
-            .x_bounds(bounds[0])
-            .y_bounds(bounds[1])
-            .paint(|pen| {
-                let mut pen = Beside(Pen { pen, view: self });
-                pen.surroundings();
-                pen.arm();
-            });
+            .x_bounds(across)
+            .y_bounds(up)
+            .paint(paint);
         frame.render_widget(canvas, area);
     }
 }
