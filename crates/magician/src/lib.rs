@@ -33,6 +33,8 @@ mod arm;
 pub mod blocking;
 pub mod connection;
 mod error;
+#[cfg(any(test, feature = "pair"))]
+pub mod pair;
 mod ports;
 mod preflight;
 mod raw;

@@ -19,7 +19,7 @@ impl RawLine {
     pub async fn open(target: &Target) -> Result<Self> {
         let transport::Line {
             transport, name, ..
-        } = transport::open(target).await?;
+        } = transport::Way::to(target).open().await?;
         Ok(Self { transport, name })
     }
 

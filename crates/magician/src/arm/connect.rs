@@ -28,7 +28,7 @@ impl Arm {
     /// # Errors
     /// As [`connect`](Self::connect).
     pub async fn connect_with(target: &Target, options: Options) -> Result<Self> {
-        let line = transport::open(target).await?;
+        let line = transport::Way::to(target).open().await?;
         Self::greet(line, options).await
     }
 

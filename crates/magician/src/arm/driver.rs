@@ -459,6 +459,7 @@ fn explain(request: &Frame<'_>, failure: Failure) -> Error {
             ErrorKind::Closed,
             "a stop, or a reset of the arm, came first; it was not sent",
         ),
+        Failure::Lost => Error::new(ErrorKind::Port, "the line to the arm broke"),
         Failure::Draining => Error::new(
             ErrorKind::Timeout,
             "it was not sent: the queue was cleared, and the command under way has not finished",

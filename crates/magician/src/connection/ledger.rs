@@ -84,6 +84,10 @@ impl Ledger {
         self.last
     }
 
+    pub(super) fn confirmed(&self) -> Option<u64> {
+        self.confirmed
+    }
+
     pub(super) fn capacity(&self) -> u32 {
         self.capacity
     }

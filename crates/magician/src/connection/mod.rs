@@ -76,7 +76,7 @@ use magician_protocol::{Deframer, INTER_BYTE_TIMEOUT_MS, QueuedCmdIndex};
 use doubt::Doubt;
 use estimator::Estimator;
 use flaw::{Flaw, planted};
-use job::{Job, Purpose};
+use job::{Job, Policy, Purpose};
 use ledger::Ledger;
 use outstanding::Outstanding;
 pub use request::{Event, Failure, Priority, Request, Settings, Ticket};
@@ -196,6 +196,13 @@ impl Connection {
         !self.settings.ordered || !self.outstanding.is_empty()
     }
 
+    /// The index up to which every accepted command is beyond doubt: it was taken, once and in its place. Above window 1 it
+    /// may be behind [`last_index`](Self::last_index).
+    #[must_use]
+    pub fn confirmed_index(&self) -> Option<QueuedCmdIndex> {
+        self.ledger.confirmed().map(QueuedCmdIndex)
+    }
+
     /// Whether nothing waits and nothing is in flight.
     #[must_use]
     pub fn is_idle(&self) -> bool {
@@ -242,6 +249,22 @@ impl Connection {
         let out = self.flight.iter_mut().chain(doubt);
         for job in out.filter(|job| job.ticket == ticket) {
             job.over = job.priority != Priority::Stop;
+        }
+    }
+
+    /// The line is gone. Nothing that was submitted goes out any more, on no line: a command that went out and was not
+    /// answered ends as [`Failure::Uncertain`], everything else as [`Failure::Lost`].
+    pub fn interrupt(&mut self) {
+        self.deframer.expire();
+        self.drop_stream();
+        while let Some(job) = self.flight.pop() {
+            match job.policy {
+                Policy::Resend => self.done(job.ticket, Err(Failure::Lost)),
+                Policy::Once | Policy::Doubt => self.uncertain(job),
+            }
+        }
+        while let Some(job) = self.lanes.iter_mut().find_map(VecDeque::pop_front) {
+            self.done(job.ticket, Err(Failure::Lost));
         }
     }
 

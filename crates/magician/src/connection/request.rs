@@ -137,6 +137,8 @@ pub enum Failure {
     /// A stop overtook the command before it went out, the controller was reset, or the caller
     /// withdrew it; it was dropped.
     Stopped,
+    /// The line broke before it was answered; nothing was done or it does not matter whether it was.
+    Lost,
     /// It did not go out: the queue was cleared, and the command that ran then has not finished.
     Draining,
     /// Too many requests wait; this one was not taken.

@@ -35,8 +35,26 @@ pub(crate) struct Line {
     pub(crate) tried: &'static str,
 }
 
+/// The way to an arm, to be gone again when its line was lost.
+pub(crate) struct Way {
+    target: Target,
+}
+
+impl Way {
+    pub(crate) fn to(target: &Target) -> Self {
+        Self {
+            target: target.clone(),
+        }
+    }
+
+    /// Opens a line, for the first time or again.
+    pub(crate) async fn open(&self) -> Result<Line> {
+        open(&self.target).await
+    }
+}
+
 /// Opens the line to a target.
-pub(crate) async fn open(target: &Target) -> Result<Line> {
+async fn open(target: &Target) -> Result<Line> {
     let name = target.to_string();
     let line = |transport, settings, tried| Line {
         transport,

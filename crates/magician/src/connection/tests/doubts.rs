@@ -3,9 +3,9 @@
 use magician_protocol::commands::{DeviceName, QueuedCmdCurrentIndex};
 use magician_protocol::{Ctrl, NoArgs};
 
-use super::pair::{Faults, Pair, index_of};
 use super::{SECOND, ready, wait};
 use crate::connection::{Failure, Request, Settings};
+use crate::pair::{Faults, Pair, index_of};
 
 #[test]
 fn a_lost_reply_to_the_first_command_is_uncertain() {

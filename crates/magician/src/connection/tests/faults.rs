@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use magician_protocol::NoArgs;
 use magician_protocol::commands::{IoDi, QueuedCmdCurrentIndex};
 
-use super::pair::{Faults, Pair, index_of};
 use super::{SECOND, get_di, ready, wait};
 use crate::connection::{Failure, Request, Settings};
+use crate::pair::{Faults, Pair, index_of};
 
 /// Queued commands, each with a number of its own, and reads whose reply says what was asked.
 fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {

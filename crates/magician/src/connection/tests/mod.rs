@@ -3,7 +3,6 @@
 mod doubts;
 mod faults;
 mod flaws;
-mod pair;
 mod replies;
 mod stops;
 
@@ -11,7 +10,7 @@ use magician_protocol::NoArgs;
 use magician_protocol::commands::{GetIoDi, IoDi, QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd};
 
 use crate::connection::{Request, Settings};
-use pair::{Faults, Pair};
+use crate::pair::{Faults, Pair};
 
 const SECOND: u64 = 1_000_000;
 

@@ -3,9 +3,9 @@
 use magician_protocol::commands::{DeviceTime, HomeCmd, IoDi, Pose};
 use magician_protocol::{Ctrl, NoArgs, Writable};
 
-use super::pair::{Dice, Faults, Pair, index_of};
 use super::{SECOND, get_di, ready, wait};
 use crate::connection::{Failure, Request, Settings};
+use crate::pair::{Dice, Faults, Pair, index_of};
 
 #[test]
 fn answers_a_get_and_counts_an_index() {

@@ -3,9 +3,9 @@
 use magician_protocol::commands::{QueuedCmdForceStopExec, WaitCmd};
 use magician_protocol::{Ctrl, JogCommand, Row, Writable};
 
-use super::pair::index_of;
 use super::{SECOND, ready, wait};
 use crate::connection::{Failure, Priority, Request, Settings};
+use crate::pair::index_of;
 
 #[test]
 fn after_a_clear_nothing_is_queued_until_the_motion_has_ended_and_doubts_are_settled() {

@@ -1,23 +1,24 @@
-//! A host's connection and a virtual controller on one virtual clock, with a line between them that loses, damages,
-//! doubles and delays, all from a seed.
+//! A host's connection and a virtual arm on one virtual clock, with a line between them that loses, damages, doubles and
+//! delays, all from a seed: what reliability is tried with, deterministically and without waiting.
 
 use std::collections::{HashMap, VecDeque};
 
-use crate::connection::{Connection, Event, Failure, Request, Settings, Ticket};
+use crate::connection::{Connection, Event, Failure, Micros, Request, Settings, Ticket};
 use magician_protocol::{Deframer, FrameBuf, Layout, QueuedCmdIndex};
 use magician_sim::{Controller, LinkId, Profile};
 
-pub(crate) type Micros = u64;
-
 /// A small generator of numbers (xorshift64*), the same on every platform.
-pub(crate) struct Dice(u64);
+pub struct Dice(u64);
 
 impl Dice {
-    pub(crate) fn new(seed: u64) -> Self {
+    /// The numbers of this seed.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
     }
 
-    pub(crate) fn roll(&mut self, sides: u64) -> u64 {
+    /// A number from 0 to below `sides`.
+    pub fn roll(&mut self, sides: u64) -> u64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
         self.0 ^= self.0 >> 27;
@@ -25,22 +26,26 @@ impl Dice {
     }
 
     /// True in `per_mille` of a thousand cases.
-    pub(crate) fn chance(&mut self, per_mille: u64) -> bool {
+    pub fn chance(&mut self, per_mille: u64) -> bool {
         self.roll(1000) < per_mille
     }
 }
 
 /// What the line does to a frame; chances in per mille.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Faults {
-    pub(crate) lose: u64,
-    pub(crate) damage: u64,
-    pub(crate) double: u64,
+pub struct Faults {
+    /// Frames that come to nothing.
+    pub lose: u64,
+    /// Frames of which one bit is turned.
+    pub damage: u64,
+    /// Frames that come twice.
+    pub double: u64,
+    /// Frames that are late.
+    pub late: u64,
     /// A frame that is late is late by up to this many us.
-    pub(crate) late: u64,
-    pub(crate) late_by: Micros,
+    pub late_by: Micros,
     /// Frames may overtake each other.
-    pub(crate) reorder: bool,
+    pub reorder: bool,
 }
 
 struct Line {
@@ -95,30 +100,40 @@ impl Line {
     }
 }
 
-pub(crate) struct Pair {
-    pub(crate) now: Micros,
-    pub(crate) host: Connection,
-    pub(crate) arm: Controller,
-    pub(crate) dice: Dice,
+/// The host, the arm, and the line between them.
+pub struct Pair {
+    /// The clock of all three, us.
+    pub now: Micros,
+    /// The host's end.
+    pub host: Connection,
+    /// The virtual arm.
+    pub arm: Controller,
+    /// Where chance comes from.
+    pub dice: Dice,
     /// When the arm was switched on last.
     booted: Micros,
     to_arm: Line,
     to_host: Line,
     arm_ear: Deframer,
     /// What the arm accepted into its queue: parameters and index, in order.
-    pub(crate) accepted: Vec<(Vec<u8>, u64)>,
+    pub accepted: Vec<(Vec<u8>, u64)>,
     /// Every frame that the arm got whole.
-    pub(crate) heard: Vec<FrameBuf>,
-    pub(crate) results: HashMap<Ticket, Result<FrameBuf, Failure>>,
-    pub(crate) resets: u32,
-    pub(crate) unaccounted: u32,
+    pub heard: Vec<FrameBuf>,
+    /// How requests ended that nobody has fetched with [`finish`](Self::finish).
+    pub results: HashMap<Ticket, Result<FrameBuf, Failure>>,
+    /// How often the host noticed that the arm was reset.
+    pub resets: u32,
+    /// How often the host noticed commands that nobody sent, or sent once.
+    pub unaccounted: u32,
     standing: u32,
     /// The arm hears and does not answer.
-    pub(crate) mute: bool,
+    pub mute: bool,
 }
 
 impl Pair {
-    pub(crate) fn new(settings: Settings, faults: Faults, seed: u64) -> Self {
+    /// A host, and an arm that has just been switched on.
+    #[must_use]
+    pub fn new(settings: Settings, faults: Faults, seed: u64) -> Self {
         let line = || Line {
             faults,
             under_way: VecDeque::new(),
@@ -145,36 +160,40 @@ impl Pair {
         }
     }
 
-    pub(crate) fn set_faults(&mut self, faults: Faults) {
+    /// From now on the line does this, both ways.
+    pub fn set_faults(&mut self, faults: Faults) {
         self.to_arm.faults = faults;
         self.to_host.faults = faults;
     }
 
-    pub(crate) fn set_reply_faults(&mut self, faults: Faults) {
+    /// From now on the line does this to what the arm says.
+    pub fn set_reply_faults(&mut self, faults: Faults) {
         self.to_host.faults = faults;
     }
 
     /// Every reply takes so long.
-    pub(crate) fn delay_replies(&mut self, by: Micros) {
+    pub fn delay_replies(&mut self, by: Micros) {
         self.to_host.delay = by;
     }
 
-    pub(crate) fn lose_next_request(&mut self) {
+    /// The next frame to the arm comes to nothing.
+    pub fn lose_next_request(&mut self) {
         self.to_arm.lose_next = true;
     }
 
-    pub(crate) fn lose_next_reply(&mut self) {
+    /// The next frame from the arm comes to nothing.
+    pub fn lose_next_reply(&mut self) {
         self.to_host.lose_next = true;
     }
 
     /// Switches the arm off and on.
-    pub(crate) fn power_cycle(&mut self) {
+    pub fn power_cycle(&mut self) {
         self.arm = Controller::new(Profile::default());
         self.booted = self.now;
     }
 
     /// Puts bytes on the line to the host that the arm never sent.
-    pub(crate) fn inject(&mut self, bytes: &[u8]) {
+    pub fn inject(&mut self, bytes: &[u8]) {
         self.to_host
             .under_way
             .push_back((self.now + 1, bytes.to_vec()));
@@ -246,7 +265,10 @@ impl Pair {
     }
 
     /// Goes to the next instant at which something happens, but not beyond `end`.
-    pub(crate) fn step(&mut self, end: Micros) {
+    ///
+    /// # Panics
+    /// When time stands still.
+    pub fn step(&mut self, end: Micros) {
         self.exchange();
         let soonest = [
             self.host.poll_timeout(),
@@ -267,14 +289,21 @@ impl Pair {
         self.exchange();
     }
 
-    pub(crate) fn run_until(&mut self, end: Micros) {
+    /// Lets time pass.
+    pub fn run_until(&mut self, end: Micros) {
         while self.now < end {
             self.step(end);
         }
     }
 
     /// Runs until the request has ended; fails when it ends after its deadline.
-    pub(crate) fn finish(&mut self, ticket: Ticket, deadline: Micros) -> Result<FrameBuf, Failure> {
+    ///
+    /// # Errors
+    /// How the request failed.
+    ///
+    /// # Panics
+    /// When it has not ended by the deadline.
+    pub fn finish(&mut self, ticket: Ticket, deadline: Micros) -> Result<FrameBuf, Failure> {
         loop {
             if let Some(result) = self.results.remove(&ticket) {
                 return result;
@@ -285,14 +314,22 @@ impl Pair {
     }
 
     /// One request from submission to its end.
-    pub(crate) fn ask(&mut self, request: Request, patience: Micros) -> Result<FrameBuf, Failure> {
+    ///
+    /// # Errors
+    /// How the request failed.
+    pub fn ask(&mut self, request: Request, patience: Micros) -> Result<FrameBuf, Failure> {
         let deadline = self.now + patience;
         let ticket = self.host.submit(request.deadline(deadline));
         self.finish(ticket, deadline)
     }
 }
 
-pub(crate) fn index_of(frame: &FrameBuf) -> u64 {
+/// The index in the answer to a queued command.
+///
+/// # Panics
+/// When there is none.
+#[must_use]
+pub fn index_of(frame: &FrameBuf) -> u64 {
     QueuedCmdIndex::decode(frame.frame().params())
         .expect("an index")
         .0
