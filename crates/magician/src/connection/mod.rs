@@ -60,14 +60,18 @@
 mod doubt;
 mod estimator;
 mod flaw;
+mod interruption;
 mod job;
+mod law;
 mod ledger;
 mod outstanding;
+mod pace;
 mod reply;
 mod request;
 #[cfg(test)]
 mod tests;
 mod transmit;
+mod uptime;
 
 use std::collections::VecDeque;
 
@@ -76,10 +80,16 @@ use magician_protocol::{Deframer, INTER_BYTE_TIMEOUT_MS, QueuedCmdIndex};
 use doubt::Doubt;
 use estimator::Estimator;
 use flaw::{Flaw, planted};
-use job::{Job, Policy, Purpose};
+use interruption::Link;
+use job::{Job, Purpose};
+use law::Witness;
+pub use law::{Breach, Law};
 use ledger::Ledger;
 use outstanding::Outstanding;
+use pace::Pace;
 pub use request::{Event, Failure, Priority, Request, Settings, Ticket};
+
+use uptime::Uptime;
 
 /// Microseconds from an origin of the caller's choice.
 pub type Micros = u64;
@@ -111,13 +121,17 @@ pub struct Stats {
 }
 
 /// The host's end of the protocol; see the [module](self).
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Connection {
     settings: Settings,
     deframer: Deframer,
     heard: Micros,
     estimator: Estimator,
     ledger: Ledger,
+    witness: Witness,
+    uptime: Uptime,
+    pace: Pace,
+    link: Link,
     outstanding: Outstanding,
     lanes: [VecDeque<Job>; 3],
     flight: Vec<Job>,
@@ -126,6 +140,10 @@ pub struct Connection {
     next_ticket: u64,
     streak: u32,
     next_fence: usize,
+    /// Queued commands sent.
+    order: u64,
+    /// `order` when a frame went out last whose reply settles those before.
+    settled: u64,
     /// When to look again whether the queue has drained; `None`: now.
     drain_at: Option<Micros>,
     stats: Stats,
@@ -137,7 +155,10 @@ impl Connection {
     #[must_use]
     pub fn new(settings: Settings) -> Self {
         let settings = Settings {
-            window: settings.window.clamp(1, MAX_WINDOW),
+            window: match settings.ordered {
+                true => settings.window.clamp(1, MAX_WINDOW),
+                false => 1,
+            },
             ..settings
         };
         Self {
@@ -145,14 +166,20 @@ impl Connection {
             heard: 0,
             estimator: Estimator::new(&settings),
             ledger: Ledger::new(settings.capacity),
+            witness: Witness::default(),
+            uptime: Uptime::default(),
+            pace: Pace::new(settings.baud),
+            link: Link::Up,
             outstanding: Outstanding::new(settings.ordered),
             lanes: std::array::from_fn(|_| VecDeque::with_capacity(LANE)),
             flight: Vec::with_capacity(MAX_WINDOW + 4),
             doubt: None,
-            events: VecDeque::with_capacity(LANE),
+            events: VecDeque::with_capacity(4 * LANE),
             next_ticket: 0,
             streak: 0,
             next_fence: 0,
+            order: 0,
+            settled: 0,
             drain_at: None,
             stats: Stats::default(),
             settings,
@@ -180,7 +207,14 @@ impl Connection {
     /// The index accepted last, while it is certain.
     #[must_use]
     pub fn last_index(&self) -> Option<QueuedCmdIndex> {
-        self.ledger.last().map(QueuedCmdIndex)
+        let last = self.ledger.last().filter(|_| !self.witness.is_broken());
+        last.map(QueuedCmdIndex)
+    }
+
+    /// Whether this arm numbers its queued commands as every conclusion from a number supposes.
+    #[must_use]
+    pub fn law(&self) -> Law {
+        self.witness.law()
     }
 
     /// Places in the controller's queue: as set, or more if the controller showed more.
@@ -196,11 +230,14 @@ impl Connection {
         !self.settings.ordered || !self.outstanding.is_empty()
     }
 
-    /// The index up to which every accepted command is beyond doubt: it was taken, once and in its place. Above window 1 it
-    /// may be behind [`last_index`](Self::last_index).
+    /// The index up to which every accepted command is beyond doubt: it was taken, once and in its place. Above window 1
+    /// it may be behind [`last_index`](Self::last_index): an answer with an index says that *a* command of this id was
+    /// taken, and only when all that was sent before has been answered which one.
     #[must_use]
     pub fn confirmed_index(&self) -> Option<QueuedCmdIndex> {
-        self.ledger.confirmed().map(QueuedCmdIndex)
+        let confirmed = self.ledger.confirmed();
+        let confirmed = confirmed.filter(|_| !self.witness.is_broken());
+        confirmed.map(QueuedCmdIndex)
     }
 
     /// Whether nothing waits and nothing is in flight.
@@ -252,22 +289,6 @@ impl Connection {
         }
     }
 
-    /// The line is gone. Nothing that was submitted goes out any more, on no line: a command that went out and was not
-    /// answered ends as [`Failure::Uncertain`], everything else as [`Failure::Lost`].
-    pub fn interrupt(&mut self) {
-        self.deframer.expire();
-        self.drop_stream();
-        while let Some(job) = self.flight.pop() {
-            match job.policy {
-                Policy::Resend => self.done(job.ticket, Err(Failure::Lost)),
-                Policy::Once | Policy::Doubt => self.uncertain(job),
-            }
-        }
-        while let Some(job) = self.lanes.iter_mut().find_map(VecDeque::pop_front) {
-            self.done(job.ticket, Err(Failure::Lost));
-        }
-    }
-
     /// The instant at which [`handle_timeout`](Self::handle_timeout) is to be called, if any.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Micros> {
@@ -285,6 +306,7 @@ impl Connection {
             next = next.min(doubt.job.deadline);
             next = next.min(doubt.not_before.unwrap_or(Micros::MAX));
         }
+        next = next.min(self.pace.wakes().unwrap_or(Micros::MAX));
         if let (true, Some(at)) = (self.wants_drain(), self.drain_at) {
             next = next.min(at);
         }
@@ -306,6 +328,7 @@ impl Connection {
             self.hear(now, &[]);
         }
         self.outstanding.expire(now, self.settings.lifetime);
+        self.pace.pass(now);
         if self.drain_at.is_some_and(|at| at <= now) {
             self.drain_at = None;
         }
