@@ -26,6 +26,8 @@ pub(super) struct Ledger {
     most: u32,
     /// Index accepted last.
     last: Option<u64>,
+    /// Index in the last answer, accepted or not. A link may double that answer and hold it up.
+    heard: Option<u64>,
     /// Which of the queued commands sent was given it, counting them.
     order: u64,
     /// All up to here are beyond doubt; below `last` only while several are in flight.
@@ -96,6 +98,7 @@ impl Ledger {
             grown: false,
             most: 0,
             last: None,
+            heard: None,
             order: 0,
             confirmed: None,
             floor: Floor::Unknown,
@@ -128,10 +131,17 @@ impl Ledger {
         self.clears
     }
 
-    /// Whether `index` follows the one accepted last; anything follows nothing.
+    /// Whether `index` follows the one accepted last. Anything follows nothing, but for the last answer come again.
     pub(super) fn follows(&self, index: u64) -> bool {
-        self.last
-            .is_none_or(|last| last.checked_add(1) == Some(index))
+        match self.last {
+            Some(last) => last.checked_add(1) == Some(index),
+            None => self.heard != Some(index),
+        }
+    }
+
+    /// An answer with an index that does not follow was not believed.
+    pub(super) fn disbelieve(&mut self, index: u64) {
+        self.heard = Some(index);
     }
 
     /// Whether `index` is one that the queue may have given after the last one accepted.
@@ -145,7 +155,7 @@ impl Ledger {
         self.order = order;
         self.floor = self.floor.before(index);
         self.base = self.base.before(index);
-        self.last = Some(index);
+        (self.last, self.heard) = (Some(index), Some(index));
     }
 
     /// Whether all that was accepted is beyond doubt.

@@ -61,7 +61,7 @@ impl Connection {
             let job = self.flight.remove(at);
             self.answer(job, copy, frame, now);
         } else if let Some(doubt) = self.doubt.take_if(|doubt| doubt.job.ticket == copy.ticket) {
-            self.answer_queued(doubt.job, frame);
+            self.answer_queued(doubt.job, copy, frame);
         } else {
             self.stats.late += 1;
         }
@@ -116,12 +116,12 @@ impl Connection {
             self.estimator.sample(now.saturating_sub(job.since));
         }
         if job.queued() {
-            return self.answer_queued(job, frame);
+            return self.answer_queued(job, copy, frame);
         }
-        let reset = self.observe(&job, copy, frame, now);
-        if self.settings.ordered && !reset {
+        if self.settings.ordered {
             self.ledger.confirm_to(copy.order);
         }
+        self.observe(&job, copy, frame, now);
         match job.purpose {
             Purpose::Caller if frame.frame().ctrl().error() => {
                 self.done(job.ticket, Err(Failure::Refused));
@@ -133,15 +133,21 @@ impl Connection {
         }
     }
 
-    pub(super) fn answer_queued(&mut self, job: Job, frame: &FrameBuf) {
+    fn answer_queued(&mut self, job: Job, copy: Copy, frame: &FrameBuf) {
         let view = frame.frame();
-        let index = match QueuedCmdIndex::decode(view.params()) {
-            _ if view.ctrl().error() => return self.done(job.ticket, Err(Failure::QueueFull)),
-            Err(_) => return self.done(job.ticket, Err(Failure::NoIndex)),
-            Ok(QueuedCmdIndex(0)) => return self.done(job.ticket, Err(Failure::QueueFull)),
-            Ok(QueuedCmdIndex(index)) => index,
-        };
         let alone = self.alone();
+        let refusal = match QueuedCmdIndex::decode(view.params()) {
+            _ if view.ctrl().error() => Err(Failure::QueueFull),
+            Err(_) => Err(Failure::NoIndex),
+            Ok(QueuedCmdIndex(0)) => Err(Failure::QueueFull),
+            Ok(QueuedCmdIndex(index)) => Ok(index),
+        };
+        let index = match refusal {
+            Ok(index) => index,
+            Err(failure) if alone => return self.done(job.ticket, Err(failure)),
+            // Nobody knows which of those in flight was refused, and those behind it may be taken.
+            Err(_) => return self.uncertain(job),
+        };
         self.witness.answered(index, alone, job.highest);
         // An arm that numbers its commands in its own way has still taken the one that it answered.
         let lawless = alone && self.witness.is_broken();
@@ -151,60 +157,59 @@ impl Connection {
                 self.ledger.confirm();
             }
             self.done(job.ticket, Ok(*frame));
-        } else if self.ledger.last() == Some(index) && alone {
+            return;
+        }
+        if !self.settings.ordered {
+            // That was another command's answer come again; its own may follow.
+            self.outstanding.sent(copy);
+        }
+        if self.ledger.last() == Some(index) && alone {
             self.enter_doubt(job);
         } else {
             self.uncertain(job);
+            self.ledger.disbelieve(index);
             self.witness.resume(Some(index));
         }
     }
 
-    /// Notes what a reading says about the controller; true when it shows a reset.
-    fn observe(&mut self, job: &Job, copy: Copy, frame: &FrameBuf, now: Micros) -> bool {
+    /// Notes what a reading says about the controller.
+    fn observe(&mut self, job: &Job, copy: Copy, frame: &FrameBuf, now: Micros) {
         let view = frame.frame();
-        match job.key {
-            _ if view.ctrl().error() => false,
-            key if key == Key::read(DeviceTime::ROW) => match DeviceTime::decode(view.params()) {
-                Ok(read) => self.observe_clock(read.g_systick, copy.at, now),
-                Err(_) => false,
-            },
-            key if key == Key::read(QueuedCmdCurrentIndex::ROW) => {
-                match QueuedCmdCurrentIndex::decode(view.params()) {
-                    Ok(read) => self.observe_current(read.queued_cmd_current_index),
-                    Err(_) => false,
-                }
+        if view.ctrl().error() {
+            return;
+        }
+        if job.key == Key::read(DeviceTime::ROW) {
+            if let Ok(read) = DeviceTime::decode(view.params()) {
+                self.observe_clock(read.g_systick, copy.at, now);
             }
-            key if key == Key::read(QueuedCmdLeftSpace::ROW) => {
-                if let Ok(read) = QueuedCmdLeftSpace::decode(view.params()) {
-                    self.observe_left(read.left_space, job.sent == 1, now);
-                }
-                false
+        } else if job.key == Key::read(QueuedCmdCurrentIndex::ROW) {
+            if let Ok(read) = QueuedCmdCurrentIndex::decode(view.params()) {
+                self.observe_current(read.queued_cmd_current_index);
             }
-            _ => false,
+        } else if job.key == Key::read(QueuedCmdLeftSpace::ROW)
+            && let Ok(read) = QueuedCmdLeftSpace::decode(view.params())
+        {
+            self.observe_left(read.left_space, job.sent == 1, now);
         }
     }
 
-    fn observe_clock(&mut self, ms: u32, asked: Micros, now: Micros) -> bool {
+    fn observe_clock(&mut self, ms: u32, asked: Micros, now: Micros) {
         self.seen(Purpose::Clock);
-        let reset = self.uptime.read(ms, asked, now, self.settings.ordered);
-        if reset {
+        if self.uptime.read(ms, asked, now, self.settings.ordered) {
             self.reset(None);
         }
-        reset
     }
 
-    fn observe_current(&mut self, current: u64) -> bool {
+    fn observe_current(&mut self, current: u64) {
         self.seen(Purpose::Current);
         let lower = self.ledger.read_current(current, self.settings.ordered);
         if lower && self.witness.trusts_current() {
-            self.reset(Some(current));
-            return true;
+            return self.reset(Some(current));
         }
         self.witness.current(current, self.ledger.reached(current));
         if self.is_accounted() && self.ledger.is_beyond(current) && !self.witness.is_broken() {
             self.overtaken(current);
         }
-        false
     }
 
     /// `once`: the reading was asked for once, so nothing that was sent later can be in it.
@@ -233,6 +238,12 @@ impl Connection {
         self.witness.reset(current.is_some());
         // What is in doubt is named by the indices that were, so these are forgotten last.
         self.drop_stream();
+        if !self.alone()
+            && let Some(at) = self.flight.iter().position(Job::queued)
+        {
+            let job = self.flight.remove(at);
+            self.uncertain(job);
+        }
         self.ledger.restart(current.unwrap_or(0));
         if current.is_some() {
             self.uptime.forget();

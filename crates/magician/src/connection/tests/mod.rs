@@ -1,6 +1,7 @@
 //! Host and arm on one virtual clock: what the connection promises, over good lines and bad ones.
 
 mod doubts;
+mod exhaustive;
 mod faults;
 mod flaws;
 mod replies;
