@@ -103,6 +103,12 @@ impl Request {
         self
     }
 
+    /// It may be repeated from a confirmed vertex, so it may share the window with its like.
+    #[must_use]
+    pub fn repeatable(self) -> Self {
+        self
+    }
+
     /// The frame that goes out.
     #[must_use]
     pub fn frame(&self) -> &FrameBuf {
