@@ -38,6 +38,7 @@ pub mod pair;
 mod ports;
 mod preflight;
 mod raw;
+pub mod stream;
 mod target;
 mod transport;
 #[cfg(feature = "sim")]
