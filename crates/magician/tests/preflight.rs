@@ -6,7 +6,7 @@ use magician::commands::{
 };
 use magician::protocol::{FrameBuf, NoArgs, PtpMode, Readable, Writable};
 use magician::sim::{Controller, LinkId, Profile};
-use magician::words::Preflight;
+use magician::words::{Preflight, Readings};
 use magician::{Ctrl, Limits, Set};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -135,7 +135,10 @@ fn what_passes_raises_no_alarm_and_what_is_refused_would() {
             continue;
         }
         let command = ptp(PtpMode::from(case.mode), case.numbers);
-        let mut check = Preflight::new(&bench.get::<Pose>(), &tool, &jump);
+        let mut readings = Readings::default();
+        readings.pose = Some(bench.get());
+        (readings.tool, readings.jump) = (tool, jump);
+        let mut check = Preflight::new(&readings);
         let passes = check.check(&Set::from(command)).is_ok();
         bench.set(&command);
         match (passes, bench.alarmed()) {

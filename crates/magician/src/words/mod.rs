@@ -24,7 +24,7 @@ mod motion;
 mod speed;
 mod tool;
 
-pub use crate::preflight::Preflight;
+pub use crate::preflight::{Guards, Preflight, Readings, Step};
 pub use io::*;
 pub use motion::*;
 pub use speed::*;
