@@ -43,10 +43,7 @@ pub struct Guards {
 
 impl Default for Guards {
     fn default() -> Self {
-        Self {
-            require_homed: false,
-            ..Self::ALL
-        }
+        Self::ALL.require_homed(false)
     }
 }
 
