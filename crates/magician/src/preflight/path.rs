@@ -45,7 +45,7 @@ impl Path {
     pub(super) fn add(&mut self, look_ahead: LookAhead, segment: CpSegment) -> u64 {
         self.look_ahead = Some(look_ahead);
         self.open.push_back(segment);
-        if self.open.len() > AHEAD + 1 {
+        if self.open.len() > AHEAD {
             self.settle(&look_ahead);
         }
         self.tell(self.lazy)
