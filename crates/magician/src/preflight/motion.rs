@@ -183,7 +183,7 @@ impl Preflight {
     }
 
     /// Only the end: nobody knows where the motion begins. Joints that go together from within their limits to
-    /// within them stay there.
+    /// within them stay there; only J2 - J3 could leave its own for a moment, where one of them is much slower.
     fn arrive(&mut self, request: &Move) -> Result<()> {
         if request.kind != MoveKind::Joint {
             self.unknown_way("which way it will go")?;
