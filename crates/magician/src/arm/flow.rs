@@ -15,7 +15,7 @@ use super::watch::{Progress, Watch};
 use crate::connection::Request;
 use crate::preflight::{Needs, refuse};
 use crate::words::{Guards, Preflight, Readings};
-use crate::{Error, QueueIndex, Result};
+use crate::{Error, ErrorKind, QueueIndex, Result};
 
 /// How often a queue that has no room is looked at.
 const FULL_PAUSE: Duration = Duration::from_millis(10);
@@ -83,9 +83,9 @@ impl Arm {
     /// The commands are sent as they are; [`perform`](Self::perform) checks them first.
     ///
     /// # Errors
-    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue,
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands of an earlier
-    /// program wait in the queue, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop came,
+    /// [`ErrorKind::Alarm`] as soon as an alarm holds the queue,
+    /// [`ErrorKind::InvalidInput`] when commands of an earlier
+    /// program wait in the queue, [`ErrorKind::Closed`] when a stop came,
     /// else as [`enqueue`](Self::enqueue) and [`wait`](Self::wait). What was put into the queue
     /// before the error stays there: [`stop`](Self::stop) drops it.
     pub async fn run<C>(&self, commands: C, progress: impl FnMut(Progress)) -> Result<Ran>
@@ -161,9 +161,9 @@ impl Arm {
     /// Checks a program as the arm stands now, before any of it is sent, and runs it.
     ///
     /// # Errors
-    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) with value and limit and
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) from the check,
-    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) when one holds the queue already, else as
+    /// [`ErrorKind::Unreachable`] with value and limit and
+    /// [`ErrorKind::InvalidInput`] from the check,
+    /// [`ErrorKind::Alarm`] when one holds the queue already, else as
     /// [`run`](Self::run).
     pub async fn perform(&self, commands: &[Set]) -> Result<Ran> {
         self.perform_with(commands, Guards::default()).await
@@ -200,14 +200,15 @@ impl Arm {
 
     /// What commands from here would meet: reads where the arm stands, its tool, and all speeds.
     ///
-    /// While the arm moves, or has commands in its queue, its start is unknown.
+    /// While the arm moves, or has commands in its queue, its start is unknown; and where homing would
+    /// lead is, but for [`preflight_for`](Self::preflight_for) a program that homes.
     ///
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn preflight(&self) -> Result<Preflight> {
         let on_rail = self.get::<DeviceWithL>().await?.with_l.is_on();
         let needs = Needs {
-            home: true,
+            home: false,
             arc: true,
             path: true,
             rail: on_rail,
@@ -238,7 +239,12 @@ impl Arm {
             ..Readings::default()
         };
         if needs.home {
-            read.home = Some(self.get().await?);
+            read.home = match self.get().await {
+                Ok(home) => Some(home),
+                // An arm may have none to tell before one was set.
+                Err(error) if error.kind() == ErrorKind::Unexpected => None,
+                Err(error) => return Err(error),
+            };
         }
         if needs.arc {
             read.arc_speeds = self.get().await?;
