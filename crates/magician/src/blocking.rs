@@ -17,7 +17,7 @@ use magician_protocol::{AlarmSet, Ctrl, FrameBuf, NoArgs, Queueable, Readable, S
 use tokio::runtime::{Builder, Handle, Runtime};
 
 use crate::connection::Stats;
-use crate::words::Preflight;
+use crate::words::{Guards, Preflight};
 use crate::{Error, ErrorKind, Options, Progress, QueueIndex, Ran, Result, RunOptions, Target};
 
 /// An arm, for programs without async. What is true of [`crate::Arm`] is true of it: every call
@@ -155,6 +155,22 @@ impl Arm {
     /// As there.
     pub fn perform(&self, commands: &[Set]) -> Result<Ran> {
         self.block(|arm| async move { arm.perform(commands).await })
+    }
+
+    /// See [`crate::Arm::perform_with`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn perform_with(&self, commands: &[Set], guards: Guards) -> Result<Ran> {
+        self.block(|arm| async move { arm.perform_with(commands, guards).await })
+    }
+
+    /// See [`crate::Arm::preflight_for`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn preflight_for(&self, commands: &[Set]) -> Result<Preflight> {
+        self.block(|arm| async move { arm.preflight_for(commands).await })
     }
 
     /// See [`crate::Arm::run`].

@@ -47,7 +47,7 @@ pub mod words;
 
 pub use arm::{Arm, Options, Progress, Ran, RunOptions};
 pub use error::{Error, ErrorKind, Result};
-pub use magician_motion::{Geometry, JointAngles, Limits, ToolBias};
+pub use magician_motion::{ArmState, Geometry, JointAngles, Limits, ToolBias};
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
 };

@@ -4,17 +4,18 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use magician_protocol::commands::{
-    EndEffectorParams, HomeCmd, Pose, PtpJump2Params, QueuedCmdCurrentIndex, QueuedCmdStartExec,
+    DeviceWithL, HomeCmd, Pose, PoseL, QueuedCmdCurrentIndex, QueuedCmdStartExec,
 };
-use magician_protocol::{Ctrl, FrameBuf, Set};
+use magician_protocol::{Alarm, Ctrl, FrameBuf, Set};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep};
 
 use super::Arm;
 use super::watch::{Progress, Watch};
 use crate::connection::Request;
-use crate::words::Preflight;
-use crate::{Error, QueueIndex, Result};
+use crate::preflight::{Needs, refuse};
+use crate::words::{Guards, Preflight, Readings};
+use crate::{Error, ErrorKind, QueueIndex, Result};
 
 /// How often a queue that has no room is looked at.
 const FULL_PAUSE: Duration = Duration::from_millis(10);
@@ -82,9 +83,9 @@ impl Arm {
     /// The commands are sent as they are; [`perform`](Self::perform) checks them first.
     ///
     /// # Errors
-    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue,
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands of an earlier
-    /// program wait in the queue, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop came,
+    /// [`ErrorKind::Alarm`] as soon as an alarm holds the queue,
+    /// [`ErrorKind::InvalidInput`] when commands of an earlier
+    /// program wait in the queue, [`ErrorKind::Closed`] when a stop came,
     /// else as [`enqueue`](Self::enqueue) and [`wait`](Self::wait). What was put into the queue
     /// before the error stays there: [`stop`](Self::stop) drops it.
     pub async fn run<C>(&self, commands: C, progress: impl FnMut(Progress)) -> Result<Ran>
@@ -157,29 +158,110 @@ impl Arm {
         Ok(ran)
     }
 
-    /// Checks commands as the arm stands now, before a byte is sent, and runs them.
+    /// Checks a program as the arm stands now, before any of it is sent, and runs it.
     ///
     /// # Errors
-    /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) with value and limit and
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) from the check, else as
+    /// [`ErrorKind::Unreachable`] with value and limit and
+    /// [`ErrorKind::InvalidInput`] from the check,
+    /// [`ErrorKind::Alarm`] when one holds the queue already, else as
     /// [`run`](Self::run).
     pub async fn perform(&self, commands: &[Set]) -> Result<Ran> {
-        let mut check = self.preflight().await?;
-        for command in commands {
-            check.check(command)?;
+        self.perform_with(commands, Guards::default()).await
+    }
+
+    /// As [`perform`](Self::perform), refusing only what these guards refuse.
+    ///
+    /// # Errors
+    /// As [`perform`](Self::perform).
+    pub async fn perform_with(&self, commands: &[Set], guards: Guards) -> Result<Ran> {
+        if guards.alarms || guards.require_homed {
+            self.check_alarms(commands, guards).await?;
         }
+        let check = self.preflight_for(commands).await?;
+        check.guards(guards).program(commands)?;
         self.run(commands.iter().copied(), |_| {}).await
     }
 
-    /// What commands from here would meet: reads pose, tool and jump heights.
+    /// An alarm that holds the queue would let nothing of the program run but homing.
+    async fn check_alarms(&self, commands: &[Set], guards: Guards) -> Result<()> {
+        let homes = matches!(commands.first(), Some(Set::HomeCmd(_)));
+        let alarms = self.alarms().await?;
+        if guards.alarms && alarms.blocking() && !homes {
+            return Err(Error::alarm(alarms));
+        }
+        let reset = alarms.contains(Alarm::ResetOccurred);
+        let why = "the arm was reset and nobody has homed it since (`magician home`)";
+        refuse(
+            guards.require_homed && reset && !homes,
+            "require_homed",
+            why,
+        )
+    }
+
+    /// What commands from here would meet: reads where the arm stands, its tool, and all speeds.
+    ///
+    /// While the arm moves, or has commands in its queue, its start is unknown; and where homing would
+    /// lead is, but for [`preflight_for`](Self::preflight_for) a program that homes.
     ///
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn preflight(&self) -> Result<Preflight> {
+        let on_rail = self.get::<DeviceWithL>().await?.with_l.is_on();
+        let needs = Needs {
+            home: false,
+            arc: true,
+            path: true,
+            rail: on_rail,
+        };
+        self.read(needs, on_rail).await
+    }
+
+    /// As [`preflight`](Self::preflight), reading only what these commands depend on.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub async fn preflight_for(&self, commands: &[Set]) -> Result<Preflight> {
+        let needs = Needs::of(commands);
+        let on_rail = needs.rail && self.get::<DeviceWithL>().await?.with_l.is_on();
+        self.read(needs, on_rail).await
+    }
+
+    async fn read(&self, needs: Needs, on_rail: bool) -> Result<Preflight> {
+        let before = self.get::<Pose>().await?;
+        let mut read = Readings {
+            tool: self.get().await?,
+            laser: self.get().await?,
+            joint_speeds: self.get().await?,
+            line_speeds: self.get().await?,
+            ratios: self.get().await?,
+            jump: self.get().await?,
+            with_rail: on_rail,
+            ..Readings::default()
+        };
+        if needs.home {
+            read.home = match self.get().await {
+                Ok(home) => Some(home),
+                // An arm may have none to tell before one was set.
+                Err(error) if error.kind() == ErrorKind::Unexpected => None,
+                Err(error) => return Err(error),
+            };
+        }
+        if needs.arc {
+            read.arc_speeds = self.get().await?;
+        }
+        if needs.path {
+            read.path_speeds = self.get().await?;
+        }
+        if needs.rail {
+            read.rail = Some(self.get::<PoseL>().await?.pose_l);
+            read.rail_speeds = self.get().await?;
+        }
+        let room = self.left_space().await?;
+        let (_, capacity) = self.stats().await?;
+        let waits = room < capacity;
         let pose = self.get::<Pose>().await?;
-        let tool = self.get::<EndEffectorParams>().await?;
-        let jump = self.get::<PtpJump2Params>().await?;
-        Ok(Preflight::new(&pose, &tool, &jump))
+        read.pose = (!waits && pose == before).then_some(pose);
+        Ok(Preflight::new(&read))
     }
 
     /// Homes the arm, waits until it is done, and clears the alarms (document 1.6.2). It takes up to
