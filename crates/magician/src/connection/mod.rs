@@ -268,6 +268,9 @@ impl Connection {
         }
     }
 
+    /// A new line to the same arm is open.
+    pub fn restored(&mut self) {}
+
     /// The instant at which [`handle_timeout`](Self::handle_timeout) is to be called, if any.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Micros> {
