@@ -118,7 +118,7 @@ impl Arm {
         let mut flow = self.take_turn(self.deadline(), "a run").await?;
         // Whoever goes away in the middle of a run leaves behind what has to be counted anew.
         flow.room = 0;
-        self.mishap()?;
+        self.mishap(None)?;
         let mut room = self.left_space().await?;
         self.note_room(room).await?;
         if !options.keep {
@@ -270,7 +270,9 @@ impl Arm {
     /// # Errors
     /// As [`run`](Self::run).
     pub async fn home(&self) -> Result<()> {
-        self.warned.store(true, std::sync::atomic::Ordering::SeqCst);
+        self.inner
+            .warned
+            .store(true, std::sync::atomic::Ordering::SeqCst);
         let home = Set::from(HomeCmd { reserved: 0 });
         self.run([home], |_| {}).await?;
         self.clear_alarms().await
@@ -311,7 +313,7 @@ impl Arm {
         ran: &mut Ran,
         stops: u64,
     ) -> Result<()> {
-        let window = self.options.window.max(1);
+        let window = self.inner.options.window.max(1);
         let batch = Instant::now();
         let mut in_flight: VecDeque<InFlight> = VecDeque::with_capacity(window);
         loop {

@@ -151,7 +151,7 @@ impl Watch {
 
     /// What is watched is not over because of a stop.
     pub(super) fn not_stopped(&self, arm: &Arm) -> Result<()> {
-        arm.mishap()?;
+        arm.mishap(Some(self.stops))?;
         if arm.stops() == self.stops {
             return Ok(());
         }
@@ -211,7 +211,7 @@ impl Arm {
     /// One look at the queue, the alarms and, when the index stands, the arm.
     pub(super) async fn look(&self, watch: &mut Watch) -> Result<Progress> {
         let read = self.get::<QueuedCmdCurrentIndex>().await?;
-        self.mishap()?;
+        self.mishap(Some(watch.stops))?;
         let current = read.queued_cmd_current_index;
         if current != watch.progress.current.0 {
             watch.progress.current.0 = current;
