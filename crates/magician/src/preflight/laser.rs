@@ -67,7 +67,7 @@ impl Laser {
         let doing = match Doing::of(command) {
             Doing::Standing(doing) if self.burns() => doing,
             Doing::Travelling if self.burns() => "travels",
-            Doing::Drawing if self.along => "goes on without power for a path",
+            Doing::Drawing if self.along => "leaves the path that it was lit for",
             _ => return Ok(()),
         };
         let why = format!("the laser would burn while the arm {doing}: put laser(false) before it");

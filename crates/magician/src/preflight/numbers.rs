@@ -33,9 +33,9 @@ fn check_value(field: &Field, value: FieldValue<'_>) -> Result<()> {
             Err(Error::invalid(message).with_value(byte.into(), name))
         }
         FieldValue::Outputs(list) => list.as_slice().iter().try_for_each(|output| {
-            check_output("ratio", output.ratio.into(), 0.0, 100.0, "%")?;
-            check_output("address", output.address.into(), 1.0, 20.0, "EIO address")?;
-            check_output("level", output.level.into(), 0.0, 1.0, "level")
+            check_within("ratio", output.ratio.into(), 0.0, 100.0, "%")?;
+            check_within("address", output.address.into(), 1.0, 20.0, "EIO address")?;
+            check_within("level", output.level.into(), 0.0, 1.0, "level")
         }),
         _ => Ok(()),
     }
@@ -63,17 +63,17 @@ fn check_range(field: &Field, number: f64) -> Result<()> {
     };
     match (low.parse::<f64>(), high.parse::<f64>()) {
         (Ok(low), Ok(high)) if field.name != RAIL => {
-            check_output(field.name, number, low, high, field.unit)
+            check_within(field.name, number, low, high, field.unit)
         }
         _ => Ok(()),
     }
 }
 
-fn check_output(name: &str, number: f64, low: f64, high: f64, unit: &'static str) -> Result<()> {
+fn check_within(name: &str, number: f64, low: f64, high: f64, unit: &'static str) -> Result<()> {
     if (low..=high).contains(&number) {
         return Ok(());
     }
     let limit = if number < low { low } else { high };
-    let message = format!("{name} is {number} {unit}, it must be {low} to {high}");
+    let message = format!("{name} is {number}, it must be {low} to {high} ({unit})");
     Err(Error::invalid(message).with_limit(number, limit, unit))
 }

@@ -83,10 +83,10 @@ fn a_move_switches_outputs_on_its_way_with_or_without_the_rail() {
         (ptp_mode, l, po.as_slice().len()),
         (PtpMode::MovlXyzInc, 5.0, 2)
     );
-    let many = vec![outputs[0]; 57];
+    let many = [outputs[0]; 57];
     let full = words::with_outputs(line, &many).unwrap();
     assert!(words::with_rail(full, 5.0).is_err() && words::with_outputs(rail, &many).is_err());
-    assert!(words::with_outputs(line, &vec![outputs[0]; 58]).is_err());
+    assert!(words::with_outputs(line, &[outputs[0]; 58]).is_err());
     assert!(words::with_outputs(words::home(), &outputs).is_err());
 
     let mut bench = Bench::new();
