@@ -45,7 +45,7 @@ mod transport;
 mod virtual_arm;
 pub mod words;
 
-pub use arm::{Arm, Link, Options, Progress, Ran, RunOptions, Stopper};
+pub use arm::{Arm, Link, Options, Progress, Ran, Run, RunOptions, Stopper};
 pub use error::{Error, ErrorKind, Result};
 pub use magician_motion::{ArmState, Geometry, JointAngles, Limits, ToolBias};
 pub use magician_protocol::{

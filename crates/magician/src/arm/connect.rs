@@ -1,7 +1,7 @@
 use std::future::Future;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use magician_protocol::commands::{DeviceVersion, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use tokio::io::{AsyncRead, AsyncWrite};
@@ -108,6 +108,13 @@ impl Arm {
     }
 
     async fn greet(line: Line, again: Option<Opener>, options: Options) -> Result<Self> {
+        if options.window > 1 && !line.settings.ordered {
+            let message = format!(
+                "a window of {} needs a line that keeps the order of what it carries, and {} does not: leave it at 1",
+                options.window, line.name
+            );
+            return Err(Error::invalid(message));
+        }
         let (messages, inbox) = mpsc::channel(64);
         let shared = Arc::new(Shared::new(line.name.clone()));
         let tried = line.tried;
@@ -125,7 +132,6 @@ impl Arm {
             messages,
             shared,
             flow: tokio::sync::Mutex::default(),
-            own: Mutex::default(),
             options,
             warned: AtomicBool::new(false),
         };

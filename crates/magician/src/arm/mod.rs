@@ -5,24 +5,26 @@ mod flow;
 mod halt;
 mod link;
 mod options;
+mod perform;
 mod queue;
 mod request;
+mod run;
 mod shared;
 mod verbs;
 mod watch;
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex};
 
 use tokio::sync::mpsc;
 
 pub(crate) use driver::FAREWELL;
 use driver::Message;
 use flow::Flow;
-pub use flow::{Ran, RunOptions};
 pub use halt::Stopper;
 pub use link::Link;
 pub use options::Options;
+pub use run::{Ran, Run, RunOptions};
 use shared::{Mishap, Shared};
 pub use watch::Progress;
 
@@ -68,7 +70,6 @@ struct Inner {
     messages: mpsc::Sender<Message>,
     shared: Arc<Shared>,
     flow: tokio::sync::Mutex<Flow>,
-    own: Mutex<watch::Own>,
     options: Options,
     /// The warning that the arm may not be homed was given.
     warned: AtomicBool,

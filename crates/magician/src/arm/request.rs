@@ -8,7 +8,6 @@ use tokio::time::{Instant, timeout_at};
 
 use super::driver::{Message, command_name};
 use super::exposure::Exposure;
-use super::shared::held;
 use super::watch::Own;
 use super::{Arm, Mishap};
 use crate::connection::Request;
@@ -106,7 +105,7 @@ impl Arm {
     }
 
     pub(super) fn own(&self) -> MutexGuard<'_, Own> {
-        held(&self.inner.own)
+        self.inner.shared.own()
     }
 
     pub(super) fn exposure(&self) -> MutexGuard<'_, Exposure> {

@@ -8,6 +8,7 @@ use tokio::sync::watch;
 use super::exposure::Exposure;
 use super::halt::Halts;
 use super::link::Link;
+use super::watch::Own;
 use crate::{Error, Result};
 
 #[derive(Debug)]
@@ -19,6 +20,7 @@ pub(super) struct Shared {
     /// Stops so far. What was begun before the last one is over.
     stops: AtomicU64,
     exposure: Mutex<Exposure>,
+    own: Mutex<Own>,
     mishap: Mutex<Option<Befallen>>,
     pub(super) halts: Mutex<Halts>,
     pub(super) link: watch::Sender<Link>,
@@ -50,6 +52,7 @@ impl Shared {
             detached: AtomicBool::new(false),
             stops: AtomicU64::new(0),
             exposure: Mutex::default(),
+            own: Mutex::default(),
             mishap: Mutex::default(),
             halts: Mutex::default(),
             link: watch::Sender::new(Link::Up),
@@ -84,6 +87,11 @@ impl Shared {
         let mine = since.is_some_and(|stops| stops < befallen.stop);
         let first = !std::mem::replace(&mut befallen.told, true);
         (mine || first).then_some((befallen.mishap, first))
+    }
+
+    /// The commands of this connection that are in the queue.
+    pub(super) fn own(&self) -> MutexGuard<'_, Own> {
+        held(&self.own)
     }
 
     pub(super) fn exposure(&self) -> MutexGuard<'_, Exposure> {

@@ -14,7 +14,7 @@ use super::exposure::moves;
 use crate::{Error, ErrorKind, QueueIndex, Result};
 
 /// How soon the first look follows, and how far apart looks are at most.
-const FIRST_PAUSE: Duration = Duration::from_millis(2);
+pub(super) const FIRST_PAUSE: Duration = Duration::from_millis(2);
 const PAUSE: Duration = Duration::from_millis(50);
 /// A queue whose index stands so long, with an arm that stands still, is looked into.
 const STANDING: Duration = Duration::from_millis(1500);
@@ -147,6 +147,12 @@ impl Watch {
     pub(super) fn sent(&mut self, sent: u64, last: Option<QueueIndex>) {
         self.progress.sent = sent;
         self.progress.last = last.unwrap_or(self.progress.last);
+    }
+
+    /// Everything has finished.
+    pub(super) fn at_its_end(&mut self) -> Progress {
+        self.progress.current = self.progress.last;
+        self.progress
     }
 
     /// What is watched is not over because of a stop.

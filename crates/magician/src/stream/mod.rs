@@ -86,7 +86,7 @@ use credit::Credit;
 use drive::Phase;
 use event::Events;
 pub use event::{Refused, StreamEvent, StreamFailure};
-use item::{Entry, switched};
+use item::{Entry, Fate, switched};
 pub use item::{Item, StreamSettings};
 use reading::Reader;
 pub use resume::{Leftover, POSE_TOLERANCE};
@@ -208,6 +208,19 @@ impl Stream {
         self.last
     }
 
+    /// How it behaves.
+    #[must_use]
+    pub fn settings(&self) -> &StreamSettings {
+        &self.settings
+    }
+
+    /// The command that was given this index, while it is not known to be finished.
+    #[must_use]
+    pub fn item_at(&self, index: u64) -> Option<&Item> {
+        let found = (self.entries.iter()).find(|entry| entry.index() == Some(index));
+        found.map(|entry| &entry.item)
+    }
+
     fn waiting(&self) -> impl Iterator<Item = &Entry> {
         self.entries.iter().filter(|entry| entry.is_waiting())
     }
@@ -260,6 +273,18 @@ impl Stream {
     /// `interrupt` or stop, and go on giving it the answers, so that it knows what became of what was in flight.
     pub fn interrupt(&mut self, failure: crate::connection::Failure) {
         self.fail(StreamFailure::Request(failure));
+    }
+
+    /// Nobody waits for it any more: what has not gone out will not.
+    pub fn withdraw(self, connection: &mut Connection) {
+        for entry in &self.entries {
+            if let Fate::Flying(ticket) = entry.fate {
+                connection.cancel(ticket);
+            }
+        }
+        if let Some(ticket) = self.control {
+            connection.cancel(ticket);
+        }
     }
 
     /// The next thing to tell.

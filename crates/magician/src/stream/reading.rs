@@ -1,5 +1,5 @@
 use magician_protocol::commands::{Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
-use magician_protocol::{FrameBuf, NoArgs};
+use magician_protocol::{FrameBuf, NoArgs, Readable};
 
 use super::item::Entry;
 use super::{Stream, StreamEvent, StreamFailure};
@@ -175,6 +175,21 @@ impl Stream {
             Err(failure) => self.fail(StreamFailure::Request(*failure)),
         }
         true
+    }
+
+    /// An answer to somebody else's question that passes: a current index saves the stream a look of its own. Call
+    /// [`advance`](Self::advance) afterwards.
+    pub fn overhear(&mut self, now: Micros, frame: &FrameBuf) {
+        let view = frame.frame();
+        let read = match view.ctrl().write() || view.ctrl().queued() {
+            true => return,
+            false => view.read::<QueuedCmdCurrentIndex>(),
+        };
+        let is_it = view.id() == <QueuedCmdCurrentIndex as Readable>::ROW.id;
+        if let (true, true, Ok(read)) = (is_it, self.flows(), read) {
+            self.note_current(now, read.queued_cmd_current_index);
+            self.tell_progress();
+        }
     }
 
     fn note(&mut self, now: Micros, reading: Reading, frame: &FrameBuf) -> Option<()> {

@@ -43,6 +43,9 @@ impl Driver {
     }
 
     fn deliver(&mut self, ticket: Ticket, result: Result<FrameBuf, Failure>) {
+        if self.program_answered(ticket, &result) {
+            return;
+        }
         let Some(at) = self.waiting.iter().position(|one| one.ticket == ticket) else {
             return;
         };
@@ -51,6 +54,7 @@ impl Driver {
         match &result {
             Ok(reply) => {
                 self.exposure().answered(&request, reply);
+                self.overhear(reply);
                 self.observe(&request, &reply.frame());
             }
             Err(Failure::Uncertain { .. }) if request.ctrl().queued() => {

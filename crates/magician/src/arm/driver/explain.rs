@@ -25,9 +25,14 @@ pub(super) fn sets_going(request: &Frame<'_>) -> bool {
     request.ctrl().queued() || immediate || request.id() == QueuedCmdStartExec::ROW.id
 }
 
-/// A failure in words.
+/// Why a request failed, in words.
 pub(super) fn explain(request: &Frame<'_>, failure: Failure) -> Error {
-    let error = match failure {
+    failed(failure).with_command(command_name(request))
+}
+
+/// A failure in words.
+pub(super) fn failed(failure: Failure) -> Error {
+    match failure {
         Failure::Timeout { sent: 0 } => Error::new(
             ErrorKind::Timeout,
             "it could not be sent in time: the arm did not answer what went before",
@@ -59,6 +64,5 @@ pub(super) fn explain(request: &Frame<'_>, failure: Failure) -> Error {
             "it was not sent: the queue was cleared, and the command under way has not finished",
         ),
         Failure::Busy => Error::invalid("too many requests wait at once"),
-    };
-    error.with_command(command_name(request))
+    }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-use super::{Driver, To, command_name};
+use super::{Driver, To, Waiting, command_name};
 use crate::Error;
 use crate::arm::link::Link;
 use crate::connection::Request;
@@ -20,6 +20,7 @@ impl Driver {
         self.messages.close();
         let deadline = Instant::now() + FAREWELL;
         let requests = self.last_requests();
+        self.end_program(Err(Error::closed()));
         self.leave_unanswered();
         if !self.link_is_up() {
             self.warn_of_what_goes_on(&requests);
@@ -46,7 +47,8 @@ impl Driver {
         if self.shared.detached.load(Ordering::SeqCst) {
             return Vec::new();
         }
-        let unanswered = (self.waiting.iter()).any(|one| one.request.frame().ctrl().queued());
+        let queued = |one: &Waiting| one.request.frame().ctrl().queued();
+        let unanswered = self.program.is_some() || self.waiting.iter().any(queued);
         let (moving, laser) = {
             let mut exposure = self.exposure();
             if unanswered {

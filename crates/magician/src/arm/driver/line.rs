@@ -21,7 +21,7 @@ use super::greeting::{Greeting, Met};
 use super::wire::Wire;
 use super::{Driver, To, Waiting};
 use crate::arm::link::Link;
-use crate::connection::{Micros, Request};
+use crate::connection::{Failure, Micros, Request};
 use crate::transport::Line;
 use crate::{Error, ErrorKind, Result};
 
@@ -183,6 +183,9 @@ impl Driver {
         self.look_again(if first { FIRST_LOOK } else { LOOK });
         let stopping = |one: &Waiting| halts(&one.request.frame());
         self.owes_halt |= self.waiting.iter().any(stopping);
+        if let Some(program) = &mut self.program {
+            program.stream.interrupt(Failure::Lost);
+        }
         self.connection.interrupt();
         if first {
             tracing::warn!("{}", self.gone());

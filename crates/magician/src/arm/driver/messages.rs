@@ -7,7 +7,7 @@ use tokio::sync::oneshot;
 use tokio::time::Instant;
 
 use super::explain::{explain, halts, sets_going};
-use super::{Driver, To, Waiting, micros};
+use super::{Driver, Program, To, Waiting, micros};
 use crate::Result;
 use crate::connection::{Failure, Request, Stats};
 
@@ -21,6 +21,8 @@ pub(in crate::arm) enum Message {
         stops: u64,
         reply: oneshot::Sender<Result<FrameBuf>>,
     },
+    /// Runs a program.
+    Run(Box<Program>),
     Stats(oneshot::Sender<(Stats, u32)>),
     /// Something that both know has changed; look at it.
     Nudge,
@@ -35,6 +37,7 @@ impl Driver {
             match message {
                 None | Some(Message::Close) => return Poll::Ready(()),
                 Some(Message::Nudge) => {}
+                Some(Message::Run(program)) => self.take_program(program),
                 Some(Message::Stats(reply)) => {
                     let answer = (self.connection.stats(), self.connection.capacity());
                     let _ = reply.send(answer);

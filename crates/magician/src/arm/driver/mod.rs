@@ -12,6 +12,7 @@ mod halt;
 mod line;
 mod messages;
 mod sight;
+mod streaming;
 mod wire;
 
 use std::future::{Future, poll_fn};
@@ -36,6 +37,7 @@ use halt::Halting;
 pub(super) use line::Opener;
 use line::State;
 pub(super) use messages::Message;
+pub(super) use streaming::{End, Program, Sight};
 
 /// Rounds of reading and writing before other tasks get their turn.
 const ROUNDS: usize = 64;
@@ -77,6 +79,8 @@ pub(super) struct Driver {
     messages: mpsc::Receiver<Message>,
     shared: Arc<Shared>,
     waiting: Vec<Waiting>,
+    /// The program that runs.
+    program: Option<Program>,
     begun: Instant,
     timer: Pin<Box<Sleep>>,
     /// Stops from outside of any task that are not answered yet, and how many there were.
@@ -118,6 +122,7 @@ impl Driver {
             messages,
             shared,
             waiting: Vec::new(),
+            program: None,
             begun,
             timer: Box::pin(sleep_until(begun)),
             halting: Vec::new(),
@@ -163,12 +168,13 @@ impl Driver {
             self.let_time_pass();
             self.withdraw(cx);
             self.do_what_is_due();
+            let fed = self.drive_program(cx);
             let wrote = self.write(cx);
             let told = self.tell();
             if self.leaving && (self.waiting.is_empty() || !self.link_is_up()) {
                 return Poll::Ready(Ended::Farewell);
             }
-            if !read && !wrote && !told && self.sleep(cx).is_pending() {
+            if !read && !wrote && !told && !fed && self.sleep(cx).is_pending() {
                 self.looked = false;
                 return Poll::Pending;
             }
@@ -209,7 +215,8 @@ impl Driver {
     /// When something is due next.
     fn next_timeout(&self) -> Option<Micros> {
         let up = self.link_is_up() && !self.leaving;
-        let own = [self.introduction.filter(|_| up)];
+        let program = (self.program.as_ref()).and_then(|program| program.stream.poll_timeout());
+        let own = [self.introduction.filter(|_| up), program];
         let line = [self.connection.poll_timeout(), self.line.poll_timeout()];
         own.into_iter().chain(line).flatten().min()
     }
@@ -239,6 +246,6 @@ impl Driver {
     }
 }
 
-pub(super) fn micros(time: Duration) -> Micros {
+pub(in crate::arm) fn micros(time: Duration) -> Micros {
     Micros::try_from(time.as_micros()).unwrap_or(Micros::MAX)
 }

@@ -383,7 +383,11 @@ impl World {
         let reported = self.reported || gap.is_some();
         let excused = self.doubled && reported || self.may_be_mistaken();
         assert!(once && in_order || excused, "{}", self.story());
-        assert!(!self.reported || self.doubled, "without need: {}", self.story());
+        assert!(
+            !self.reported || self.doubled,
+            "without need: {}",
+            self.story()
+        );
         for (number, fate) in &self.fates {
             let taken = accepted.iter().filter(|(taken, _)| taken == number);
             let right = match fate {
