@@ -174,9 +174,6 @@ impl Witness {
                 self.breaks(Breach::Back { index });
             }
         }
-        if index <= highest {
-            self.contradicted = Some((index, highest));
-        }
         let before = self.last.replace(index);
         if let Some(look) = self.books.excess.take()
             && look.last.checked_add(1) == Some(index)
@@ -185,6 +182,8 @@ impl Witness {
         }
         match before.map(|before| (before, before.checked_add(1) == Some(index))) {
             Some((_, true)) => {
+                // An index that does not follow may be another command's answer come again.
+                self.contradicted = (index <= highest).then_some((index, highest));
                 (self.good, self.odd) = (self.good.saturating_add(1), 0);
                 if self.good >= ENOUGH && self.law == Law::Unknown {
                     self.law = Law::Followed;
