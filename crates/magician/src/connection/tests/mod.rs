@@ -4,6 +4,7 @@ mod doubts;
 mod exhaustive;
 mod faults;
 mod flaws;
+mod law;
 mod replies;
 mod stops;
 
