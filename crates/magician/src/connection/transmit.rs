@@ -14,7 +14,7 @@ use super::{Connection, Law, Micros, Priority, Request, Ticket};
 const STREAK: u32 = 4;
 /// After so many queued commands in a window above 1 without a request of another kind a fence goes out: only its answer,
 /// or a moment without any in flight, confirms them.
-const UNSETTLED: u64 = 16;
+const UNSETTLED: u64 = 8;
 /// Reads that every controller answers: fences are taken from these in turn.
 const FENCES: [&Row; 6] = [
     QueuedCmdCurrentIndex::ROW,

@@ -4,9 +4,11 @@ mod doubts;
 mod exhaustive;
 mod faults;
 mod flaws;
+mod interruption;
 mod law;
 mod replies;
 mod stops;
+mod window;
 
 use magician_protocol::NoArgs;
 use magician_protocol::commands::{GetIoDi, IoDi, QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd};
