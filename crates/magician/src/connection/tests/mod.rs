@@ -4,6 +4,7 @@ mod doubts;
 mod exhaustive;
 mod faults;
 mod flaws;
+mod full_line;
 mod interruption;
 mod law;
 mod replies;
