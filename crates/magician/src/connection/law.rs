@@ -13,9 +13,9 @@
 //!   two the controller may have been switched off and on, but then the second reading is lower.
 //! * A current index that goes *back* while the indices of new commands simply go on: no reset, which begins them anew.
 //! * The *left space*. It names the command at the queue's head, which must be neither before the current index read
-//!   last nor beyond the one read next. What another host queued shows in the next index; what it cleared is over when
-//!   the current index has moved. So a mismatch counts once for each new current index (or new command, in an empty
-//!   queue), and several without one that fits break the law.
+//!   last nor beyond the one read next. What another host queued shows in the next index; after what it cleared the head
+//!   stands still until the current index is right again. So a mismatch counts once for each new head, and several
+//!   without a fit in a filled queue between them break the law.
 
 use std::fmt;
 
@@ -111,7 +111,9 @@ pub(super) struct Witness {
     highest: u64,
     /// A command got this index although this current index, no lower, had been read before it was sent.
     contradicted: Option<(u64, u64)>,
-    /// `last` when the current index went back.
+    /// Every answer since `highest` was read followed the one before.
+    unbroken: bool,
+    /// `last` when the current index went back, if it was `unbroken`.
     before_reset: Option<u64>,
     false_resets: u32,
     books: Books,
@@ -126,8 +128,8 @@ struct Books {
     excess: Option<Look>,
     /// Mismatches in a row.
     strikes: u32,
-    /// Current index and last index at the latest of them.
-    struck: Option<(u64, u64)>,
+    /// The head at the latest of them.
+    struck: Option<u64>,
 }
 
 /// One look at the queue, from which the head follows.
@@ -174,10 +176,8 @@ impl Witness {
                 self.breaks(Breach::Back { index });
             }
         }
-        if index <= highest {
-            self.contradicted = Some((index, highest));
-        }
         let before = self.last.replace(index);
+        self.unbroken &= before.is_some_and(|before| before.checked_add(1) == Some(index));
         if let Some(look) = self.books.excess.take()
             && look.last.checked_add(1) == Some(index)
         {
@@ -185,6 +185,8 @@ impl Witness {
         }
         match before.map(|before| (before, before.checked_add(1) == Some(index))) {
             Some((_, true)) => {
+                // An index that does not follow may be another command's answer come again.
+                self.contradicted = (index <= highest).then_some((index, highest));
                 (self.good, self.odd) = (self.good.saturating_add(1), 0);
                 if self.good >= ENOUGH && self.law == Law::Unknown {
                     self.law = Law::Followed;
@@ -204,6 +206,7 @@ impl Witness {
     /// The next answer is compared with this index, or with none: what came between is not known.
     pub(super) fn resume(&mut self, last: Option<u64>) {
         self.last = last;
+        self.unbroken = false;
         self.cleared();
     }
 
@@ -215,7 +218,9 @@ impl Witness {
             let current = highest;
             self.breaks(Breach::Current { current, index });
         }
-        self.highest = self.highest.max(current);
+        if current > self.highest {
+            (self.highest, self.unbroken) = (current, true);
+        }
         let (Some((head, look)), Some(reached)) = (self.books.ahead.take(), reached) else {
             return;
         };
@@ -228,7 +233,7 @@ impl Witness {
 
     /// The controller was reset; `by_current`: the current index went back.
     pub(super) fn reset(&mut self, by_current: bool) {
-        self.before_reset = self.last.filter(|_| by_current);
+        self.before_reset = self.last.filter(|_| by_current && self.unbroken);
         self.highest = 0;
         self.contradicted = None;
         self.resume(None);
@@ -249,24 +254,19 @@ impl Witness {
         }
     }
 
+    /// The left space does not fit. What another host cleared looks like that too, but then the head it names stands
+    /// still until the current index is right again.
     fn strike(&mut self, current: u64, look: Look) {
-        let Look {
-            left,
-            last,
-            waiting,
-            ..
-        } = look;
-        let seen = |(at, before): (u64, u64)| at == current && (waiting > 0 || before == last);
-        if self.books.struck.is_some_and(seen) {
+        let head = look.last.saturating_sub(look.waiting.into());
+        if self.books.struck.replace(head) == Some(head) {
             return;
         }
-        self.books.struck = Some((current, last));
         self.books.strikes += 1;
         if self.books.strikes >= TOO_MANY {
             self.breaks(Breach::LeftSpace {
                 current,
-                left,
-                last,
+                left: look.left,
+                last: look.last,
             });
         }
     }

@@ -10,11 +10,11 @@ use super::job::{Job, Purpose};
 use super::outstanding::{Copy, Key};
 use super::{Connection, Law, Micros, Priority, Request, Ticket};
 
-/// After so many requests of the stream in a row, a waiting read has its turn.
+/// After so many requests of the stream in a row, a waiting read has its turn; sooner when several wait.
 const STREAK: u32 = 4;
 /// After so many queued commands in a window above 1 without a request of another kind a fence goes out: only its answer,
 /// or a moment without any in flight, confirms them.
-const UNSETTLED: u64 = 16;
+const UNSETTLED: u64 = 8;
 /// Reads that every controller answers: fences are taken from these in turn.
 const FENCES: [&Row; 6] = [
     QueuedCmdCurrentIndex::ROW,
@@ -51,7 +51,8 @@ impl Connection {
         if let Some(purpose) = self.next_reading() {
             return self.send_reading(purpose, now);
         }
-        let poll_first = self.streak >= STREAK;
+        let polls = u32::try_from(self.lanes[Priority::Poll as usize].len()).unwrap_or(u32::MAX);
+        let poll_first = self.streak >= (STREAK / polls.max(1)).max(1);
         let [first, second] = match poll_first {
             true => [Priority::Poll, Priority::Stream],
             false => [Priority::Stream, Priority::Poll],

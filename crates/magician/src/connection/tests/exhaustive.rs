@@ -8,11 +8,10 @@
 use std::collections::{HashMap, VecDeque};
 
 use magician_protocol::commands::{
-    DeviceTime, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, WaitCmd,
+    CpCmd, DeviceTime, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, WaitCmd,
 };
-use magician_protocol::{FrameBuf, NoArgs, Readable, Writable};
+use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable, Writable};
 
-use super::{shared, wait};
 use crate::connection::flaw::{Flaw, is_noticed};
 use crate::connection::{
     Connection, Event, Failure, Law, Micros, Priority, Request, Settings, Ticket,
@@ -23,6 +22,9 @@ use crate::pair::index_of;
 const TICK: Micros = 10_000;
 /// A run is over by then.
 const END: u64 = 600;
+
+/// Ticks without a line.
+const AWAY: u64 = 6;
 
 /// The smallest controller that keeps the index law.
 #[derive(Clone, Debug)]
@@ -60,7 +62,7 @@ impl Toy {
         let view = request.frame();
         let reply = |params: &[u8]| FrameBuf::new(view.id(), view.ctrl(), params).unwrap();
         match view.id() {
-            id if id == WaitCmd::ROW.id => {
+            id if view.ctrl().queued() => {
                 if self.queue.len() >= self.places {
                     let refused = view.ctrl().with_error();
                     return FrameBuf::new(id, refused, &[0; 8]).unwrap();
@@ -93,6 +95,16 @@ impl Toy {
     }
 }
 
+/// A queued command with a number of its own; every third has another id.
+fn command(number: u32) -> Request {
+    let id = if number % 3 == 0 {
+        CpCmd::ROW.id
+    } else {
+        WaitCmd::ROW.id
+    };
+    Request::raw(id, Ctrl::QUEUED, &number.to_le_bytes()).unwrap()
+}
+
 /// What may happen, and how often in one run.
 #[derive(Clone, Copy, Debug)]
 struct Scope {
@@ -105,6 +117,8 @@ struct Scope {
     doubles: bool,
     resets: bool,
     clears: bool,
+    /// The cable may be pulled; it is back after [`AWAY`] ticks.
+    cuts: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,6 +148,8 @@ struct World {
     resets: u32,
     doubled: bool,
     finishing: bool,
+    /// When the cable is put back.
+    back: Option<u64>,
 }
 
 impl World {
@@ -163,11 +179,12 @@ impl World {
             resets: 0,
             doubled: false,
             finishing: false,
+            back: None,
         };
         world.look();
         world.settle();
         for number in 1..=4 {
-            world.submit(number, wait(number));
+            world.submit(number, command(number));
             world.settle();
         }
         world.look();
@@ -177,7 +194,7 @@ impl World {
         world.mishaps = 0;
         world.calm = false;
         for number in 5..5 + scope.commands {
-            world.submit(number, shared(number));
+            world.submit(number, command(number).repeatable());
             if number % 2 == 0 {
                 let read = Request::get::<DeviceTime>(&NoArgs).unwrap();
                 world.host.submit(read.deadline(world.now() + 100 * TICK));
@@ -234,6 +251,9 @@ impl World {
         self.tick += 1;
         self.calm = false;
         self.toy.pass(self.tick);
+        if self.back.take_if(|at| *at <= self.tick).is_some() {
+            self.host.restored();
+        }
         while let Some(request) = self.take(Way::ToArm) {
             let reply = self.toy.answer(&request, self.tick);
             self.undecided.push_back((Way::ToHost, reply));
@@ -320,11 +340,18 @@ impl World {
                 other.listen();
                 all.push(other);
             }
+            if self.scope.cuts && self.back.is_none() {
+                for answers_survive in [false, true] {
+                    let mut other = self.clone();
+                    other.cut(answers_survive);
+                    all.push(other);
+                }
+            }
             all.push(self);
             return all;
         }
         let silent = self.lines.iter().all(VecDeque::is_empty);
-        if self.tickets.is_empty() && self.host.is_idle() && silent {
+        if self.tickets.is_empty() && self.host.is_idle() && silent && self.back.is_none() {
             if self.finishing {
                 self.judge();
                 return Vec::new();
@@ -338,6 +365,20 @@ impl World {
         self.pass();
         self.listen();
         vec![self]
+    }
+
+    /// The cable is pulled. What the arm said already may wait in an adapter until it is back.
+    fn cut(&mut self, answers_survive: bool) {
+        self.mishaps += 1;
+        let [to_arm, to_host] = &mut self.lines;
+        to_arm.clear();
+        match answers_survive {
+            true => (to_host.iter_mut()).for_each(|(at, _)| *at = self.tick + AWAY + 1),
+            false => to_host.clear(),
+        }
+        self.host.interrupt();
+        self.back = Some(self.tick + AWAY);
+        self.listen();
     }
 
     fn decide(mut self, way: Way, frame: &FrameBuf) -> Vec<Self> {
@@ -384,7 +425,7 @@ impl World {
         let excused = self.doubled && reported || self.may_be_mistaken();
         assert!(once && in_order || excused, "{}", self.story());
         assert!(
-            !self.reported || self.doubled,
+            !self.reported || self.doubled || gap.is_some(),
             "without need: {}",
             self.story()
         );
@@ -440,13 +481,20 @@ const TIGHT: Settings = Settings {
 
 const SERIAL: Scope = Scope {
     settings: TIGHT,
-    commands: 4,
+    commands: 3,
     places: 4,
     takes: 3,
-    mishaps: 2,
+    mishaps: 3,
     doubles: false,
     resets: true,
     clears: true,
+    cuts: false,
+};
+
+const WINDOW: Scope = Scope {
+    settings: Settings { window: 4, ..TIGHT },
+    commands: 6,
+    ..SERIAL
 };
 
 const DATAGRAMS: Scope = Scope {
@@ -455,56 +503,100 @@ const DATAGRAMS: Scope = Scope {
         lifetime: 8 * TICK,
         ..TIGHT
     },
+    takes: 40,
     doubles: true,
     ..SERIAL
 };
 
 fn report(name: &str, scope: Scope) {
     let (states, runs) = explore(scope);
-    println!("{name}: {states} states, {runs} runs");
+    let Scope {
+        commands,
+        places,
+        takes,
+        mishaps,
+        ..
+    } = scope;
+    println!(
+        "{name}, {commands} commands of {takes} ticks, {places} places, {mishaps} mishaps: {states} states, {runs} runs"
+    );
     assert!(runs > 100);
 }
 
-fn serial_line() {
-    for (takes, places) in [(1, 4), (3, 2), (3, 4), (200, 4)] {
-        let scope = Scope {
-            takes,
-            places,
-            commands: 3,
-            ..SERIAL
-        };
-        report(&format!("serial, {places} places, {takes} ticks"), scope);
-    }
-}
-
 #[test]
-fn over_a_serial_line_each_command_is_taken_once_or_reported() {
-    serial_line();
-}
-
-#[test]
-fn in_a_window_each_command_is_taken_once_or_reported() {
-    for (takes, places) in [(1, 4), (3, 4), (40, 4)] {
+pub(super) fn over_a_serial_line_each_command_is_taken_once_or_reported() {
+    report("serial", SERIAL);
+    for (takes, places) in [(1, 1), (3, 2), (5, 3), (200, 4)] {
         let scope = Scope {
-            settings: Settings { window: 4, ..TIGHT },
             takes,
             places,
             commands: 6,
+            mishaps: 2,
             ..SERIAL
         };
-        report(&format!("window 4, {places} places, {takes} ticks"), scope);
+        report("serial", scope);
     }
 }
 
 #[test]
-fn over_datagrams_each_command_is_taken_once_or_reported() {
-    for (takes, places) in [(1, 4), (40, 4)] {
+pub(super) fn in_a_window_each_command_is_taken_once_or_reported() {
+    report("window 4", WINDOW);
+    for (takes, places) in [(1, 1), (3, 2), (5, 3), (200, 4)] {
         let scope = Scope {
             takes,
             places,
-            commands: 3,
+            mishaps: 2,
+            ..WINDOW
+        };
+        report("window 4", scope);
+    }
+}
+
+#[test]
+pub(super) fn over_datagrams_each_command_is_taken_once_or_reported() {
+    report("datagrams", DATAGRAMS);
+    for (takes, places) in [(1, 1), (3, 2), (5, 3)] {
+        let scope = Scope {
+            takes,
+            places,
+            commands: 6,
+            mishaps: 2,
             ..DATAGRAMS
         };
-        report(&format!("datagrams, {places} places, {takes} ticks"), scope);
+        report("datagrams", scope);
     }
+}
+
+#[test]
+pub(super) fn when_the_cable_is_pulled_each_command_is_taken_once_or_reported() {
+    for scope in [SERIAL, WINDOW, DATAGRAMS] {
+        let scope = Scope {
+            cuts: true,
+            doubles: false,
+            clears: false,
+            mishaps: 2,
+            ..scope
+        };
+        report("cable", scope);
+    }
+}
+
+/// A check that cannot fail proves nothing: without a safeguard the same exploration finds a fault.
+#[test]
+fn the_exploration_finds_what_is_planted() {
+    let serial = over_a_serial_line_each_command_is_taken_once_or_reported;
+    let window = in_a_window_each_command_is_taken_once_or_reported;
+    let datagrams = over_datagrams_each_command_is_taken_once_or_reported;
+    let planted: [(Flaw, fn()); 5] = [
+        (Flaw::ResendBlindly, serial),
+        (Flaw::ResendBlindly, datagrams),
+        (Flaw::AcceptGaps, window),
+        (Flaw::ConfirmAtOnce, window),
+        (Flaw::JudgeInWindow, window),
+    ];
+    let silent: Vec<_> = (planted.iter())
+        .filter(|(flaw, check)| !is_noticed(*flaw, *check))
+        .map(|(flaw, _)| flaw)
+        .collect();
+    assert!(silent.is_empty(), "{silent:?} would go unnoticed");
 }

@@ -4,8 +4,12 @@ mod doubts;
 mod exhaustive;
 mod faults;
 mod flaws;
+mod full_line;
+mod interruption;
+mod law;
 mod replies;
 mod stops;
+mod window;
 
 use magician_protocol::NoArgs;
 use magician_protocol::commands::{GetIoDi, IoDi, QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd};
