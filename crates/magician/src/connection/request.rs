@@ -121,6 +121,11 @@ impl Request {
     }
 }
 
+impl super::Connection {
+    /// The line to the same arm is there again.
+    pub fn restored(&mut self) {}
+}
+
 /// Why a request ended without an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]

@@ -55,13 +55,17 @@ impl Stream {
                 found: index,
             });
         }
+        // It travelled alone, and so did all before it.
+        if self.unconfirmed().all(|entry| entry.index() == Some(index)) {
+            self.confirmed = Some(index);
+        }
         self.last = Some(index);
         self.expected = index.checked_add(1);
         self.tell_progress();
     }
 
     pub(super) fn tell_progress(&mut self) {
-        if let (Some(first), Some(last)) = (self.first, self.last) {
+        if let (Some(first), Some(last), false) = (self.first, self.last, self.is_over()) {
             self.events.push(StreamEvent::Sent {
                 accepted: self.accepted,
                 first,
@@ -97,7 +101,10 @@ impl Stream {
             .skip(at + 1)
             .any(|entry| !entry.is_waiting());
         match failure {
-            _ if self.is_over() => {}
+            // It ended before, or what became of it is being found out.
+            _ if self.is_over() || matches!(self.phase, Phase::Resolve(_)) => {}
+            // It waited behind the gap.
+            Failure::Stopped if self.gap => {}
             Failure::Uncertain { .. } => self.gapes(failure),
             Failure::QueueFull | Failure::Busy | Failure::Draining if overtaken => {
                 self.gapes(failure);

@@ -38,7 +38,7 @@ impl Credit {
 impl Stream {
     /// Commands that may go out as far as places are concerned.
     pub(super) fn credit(&self) -> usize {
-        if self.credit.full {
+        if self.credit.full || self.credit.missing > 0 {
             return 0;
         }
         // What is finished and not confirmed is still kept here.
@@ -90,16 +90,15 @@ impl Stream {
         u64::from(self.credit.strangers).min(before) as u32
     }
 
-    /// Left space was read, and then the current index: whether it is what was counted. `before` is the current index
-    /// as known before both, `accepted` the last index accepted when left space was asked for, `at_most` what was in the
-    /// controller at most when it came.
+    /// Left space was read, and then the current index: whether it is what was counted. `accepted` is the last index
+    /// accepted when left space was asked for, `at_most` what was in the controller at most when it came.
     pub(super) fn compare(
         &mut self,
         left: u32,
         accepted: Option<u64>,
         at_most: u32,
         connection: &Connection,
-    ) {
+    ) -> bool {
         self.credit.full = false;
         if left > self.credit.places {
             self.credit.places = left.max(connection.capacity());
@@ -132,6 +131,7 @@ impl Stream {
             let (counted, read) = (at_least, shown);
             self.fail(StreamFailure::Dropped { counted, read });
         }
+        (at_least..=at_most).contains(&shown)
     }
 
     /// Most commands that the controller can have in its queue at present.

@@ -66,12 +66,12 @@ pub enum StreamFailure {
         /// What came.
         found: u64,
     },
-    /// The current index went back: the controller was reset, and what it had queued is gone.
+    /// The controller was reset, and what it had queued is gone.
     Reset {
         /// Current index before.
         before: u64,
-        /// Current index now.
-        now: u64,
+        /// Current index now, when that is what went back.
+        now: Option<u64>,
     },
     /// The queue holds less than was put in: somebody cleared it.
     Dropped {
@@ -124,10 +124,16 @@ impl fmt::Display for StreamFailure {
             Self::Index { expected, found } => {
                 write!(f, "index {expected} should follow, the arm gave {found}")
             }
-            Self::Reset { before, now } => write!(
+            Self::Reset {
+                before,
+                now: Some(now),
+            } => write!(
                 f,
                 "the current index went back from {before} to {now}: the arm was reset"
             ),
+            Self::Reset { before, now: None } => {
+                write!(f, "the arm was reset after index {before}")
+            }
             Self::Dropped { counted, read } => write!(
                 f,
                 "{counted} commands should be in the queue, {read} are: somebody cleared it"

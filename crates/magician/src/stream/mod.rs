@@ -6,7 +6,8 @@
 //!
 //! * look: `&self` methods, which change nothing;
 //! * our own side: [`offer`](Stream::offer) a command while there is [`room`](Stream::room), [`finish`](Stream::finish)
-//!   when no more comes, [`interrupt`](Stream::interrupt) when the line is lost or somebody stops the arm;
+//!   when no more comes, [`interrupt`](Stream::interrupt) when the line is lost or somebody stops the arm,
+//!   [`reset`](Stream::reset) when the connection says that the controller was reset;
 //! * [`answered`](Stream::answered): the connection has ended a request;
 //! * time: [`advance`](Stream::advance) submits what is due. It is called after each of the calls above, and at the
 //!   instant that [`poll_timeout`](Stream::poll_timeout) names;
@@ -285,6 +286,12 @@ impl Stream {
         if let Some(ticket) = self.control {
             connection.cancel(ticket);
         }
+    }
+
+    /// The connection has told that the controller was reset: the stream ends, for what was queued is gone.
+    pub fn reset(&mut self) {
+        let before = self.reader.current;
+        self.fail(StreamFailure::Reset { before, now: None });
     }
 
     /// The next thing to tell.

@@ -8,9 +8,9 @@ use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
 /// Shortest time between two looks.
 pub(super) const SOON: Micros = 10_000;
 /// Longest time between two looks while something is under way.
-const LATE: Micros = 100_000;
-/// Time between two looks at left space while commands flow.
-const CROSS_CHECK: Micros = 250_000;
+const LATE: Micros = 200_000;
+/// Shortest time between two looks at left space while commands flow.
+const CROSS_CHECK: Micros = 50_000;
 
 /// One request of a look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -217,7 +217,7 @@ impl Stream {
         if reader.known && read < reader.current {
             // On an unordered link one lower reading may be an old one.
             if reader.lower {
-                let (before, now) = (reader.current, read);
+                let (before, now) = (reader.current, Some(read));
                 self.fail(StreamFailure::Reset { before, now });
             } else {
                 reader.lower = true;
@@ -243,7 +243,12 @@ impl Stream {
         if self.reader.compares && self.takes_stock() {
             let Self { reader, .. } = self;
             let (left, accepted, at_most) = (reader.left, reader.accepted, reader.at_most);
-            self.compare(left, accepted, at_most, connection);
+            if !self.compare(left, accepted, at_most, connection) {
+                self.reader.look_closely(now, false);
+            }
+        }
+        if self.is_over() {
+            return;
         }
         self.note_dryness();
         self.look_complete(now, connection.last_index().map(|index| index.0));

@@ -56,17 +56,12 @@ impl Leftover {
 }
 
 impl Stream {
-    /// What is not known to be finished and confirmed. Take it when the connection has ended all requests of the stream
-    /// and [`answered`](Self::answered) has seen them: one that has not been answered counts as doubtful.
+    /// What is not known to be finished and confirmed. Commands that the connection has not ended yet are in doubt; the
+    /// stream that goes on with them takes their answers.
     #[must_use]
     pub fn leftover(mut self) -> Leftover {
         if self.phase != Phase::Over {
             self.note_interruption();
-        }
-        for entry in &mut self.entries {
-            if entry.is_flying() {
-                entry.fate = Fate::Doubtful;
-            }
         }
         Leftover(self)
     }
@@ -145,11 +140,8 @@ impl Stream {
         let queued = u64::from(self.credit.places.saturating_sub(left));
         let tail = current.max(self.base).saturating_add(queued);
         let last = self.last.unwrap_or(self.base);
-        let doubtful = self
-            .entries
-            .iter()
-            .filter(|entry| entry.fate == Fate::Doubtful)
-            .count() as u64;
+        let gone = self.entries.iter().filter(|entry| !entry.is_waiting());
+        let doubtful = gone.filter(|entry| entry.index().is_none()).count() as u64;
         let unsure = (self.unconfirmed().count() as u64).saturating_sub(doubtful);
         let (from, to) = (last.saturating_sub(unsure), last.saturating_add(doubtful));
         if !(from..=to).contains(&tail) {
@@ -190,7 +182,7 @@ impl Stream {
         let mut next = last.saturating_add(1);
         let mut found = 0;
         for entry in &mut self.entries {
-            if entry.fate != Fate::Doubtful {
+            if entry.is_waiting() || entry.index().is_some() {
                 continue;
             }
             if next > tail {
@@ -230,6 +222,10 @@ impl Stream {
             return self.fail(StreamFailure::Unclear { confirmed, found });
         }
         if self.check_pose(self.reader.current) {
+            // The queue is cleared in any case.
+            for entry in self.entries.iter_mut().filter(|entry| entry.is_flying()) {
+                entry.fate = Fate::Doubtful;
+            }
             self.tell_resumed(0);
             self.stopped = false;
             self.begin_recovery();
