@@ -5,10 +5,11 @@ use std::sync::{Arc, Mutex};
 
 use magician_protocol::commands::{DeviceVersion, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{broadcast, mpsc, oneshot};
 use tokio::time::timeout_at;
 
 use super::driver::{Driver, Message, Opener};
+use super::events::KEPT;
 use super::{Arm, Inner, Link, Options, Shared};
 use crate::connection::{Settings, Stats};
 use crate::transport::{self, Line, Stream};
@@ -109,7 +110,8 @@ impl Arm {
 
     async fn greet(line: Line, again: Option<Opener>, options: Options) -> Result<Self> {
         let (messages, inbox) = mpsc::channel(64);
-        let shared = Arc::new(Shared::new(line.name.clone()));
+        let (events, _) = broadcast::channel(KEPT);
+        let shared = Arc::new(Shared::new(line.name.clone(), &events));
         let tried = line.tried;
         let driver = Driver::new(
             line,
@@ -117,7 +119,7 @@ impl Arm {
             again.filter(|_| options.reconnect),
             options.probe,
             inbox,
-            Arc::clone(&shared),
+            (Arc::clone(&shared), events),
         );
         tokio::spawn(driver.run());
         let probe = options.probe;

@@ -1,13 +1,16 @@
 mod connect;
 mod driver;
+mod events;
 mod exposure;
 mod flow;
 mod halt;
+mod jog;
 mod link;
 mod options;
 mod queue;
 mod request;
 mod shared;
+mod state;
 mod verbs;
 mod watch;
 
@@ -18,12 +21,15 @@ use tokio::sync::mpsc;
 
 pub(crate) use driver::FAREWELL;
 use driver::Message;
+pub use events::{Event, Events};
 use flow::Flow;
 pub use flow::{Ran, RunOptions};
 pub use halt::Stopper;
+pub use jog::{Jog, JogOptions};
 pub use link::Link;
 pub use options::Options;
 use shared::{Mishap, Shared};
+pub use state::{Level, Pin, StateOptions, StateWatch, Status};
 pub use watch::Progress;
 
 /// An arm, for async programs on tokio. [`blocking::Arm`](crate::blocking::Arm) is the same for

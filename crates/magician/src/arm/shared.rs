@@ -3,11 +3,14 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use tokio::sync::watch;
+use tokio::sync::{broadcast, watch};
+use tokio::time::Instant;
 
+use super::events::Event;
 use super::exposure::Exposure;
 use super::halt::Halts;
 use super::link::Link;
+use super::state::{Status, Watches};
 use crate::{Error, Result};
 
 #[derive(Debug)]
@@ -22,6 +25,10 @@ pub(super) struct Shared {
     mishap: Mutex<Option<Befallen>>,
     pub(super) halts: Mutex<Halts>,
     pub(super) link: watch::Sender<Link>,
+    pub(super) status: watch::Sender<Option<Status>>,
+    pub(super) watches: Mutex<Watches>,
+    pub(super) events: broadcast::WeakSender<Event>,
+    pub(super) begun: Instant,
 }
 
 /// What befell the queue without a word from this connection.
@@ -44,7 +51,7 @@ struct Befallen {
 }
 
 impl Shared {
-    pub(super) fn new(name: String) -> Self {
+    pub(super) fn new(name: String, events: &broadcast::Sender<Event>) -> Self {
         Self {
             name,
             detached: AtomicBool::new(false),
@@ -53,6 +60,10 @@ impl Shared {
             mishap: Mutex::default(),
             halts: Mutex::default(),
             link: watch::Sender::new(Link::Up),
+            status: watch::Sender::new(None),
+            watches: Mutex::default(),
+            events: events.downgrade(),
+            begun: Instant::now(),
         }
     }
 

@@ -21,6 +21,7 @@ impl Driver {
         let deadline = Instant::now() + FAREWELL;
         let requests = self.last_requests();
         self.leave_unanswered();
+        self.jogging.close();
         if !self.link_is_up() {
             self.warn_of_what_goes_on(&requests);
             return false;
@@ -85,7 +86,8 @@ impl Drop for Driver {
         }
         // Whoever waits for the end may open the port anew.
         self.line.let_go();
-        self.shared.link.send_replace(Link::Closed);
+        self.jogging.close();
+        self.publish_link(Link::Closed);
         self.refuse_halts();
     }
 }
