@@ -1,12 +1,12 @@
 //! An arm on a desk, whose cable can be pulled and plugged in again, and that can be reset or swapped for another.
 
-use std::future::Future;
+use std::future::{Ready, ready};
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use magician::commands::DeviceSn;
-use magician::protocol::{Flag, FrameBuf, Text};
+use magician::protocol::{FrameBuf, Text};
 use magician::sim::{Controller, LinkId, Profile};
 use magician::{Arm, Ctrl, Options};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
@@ -46,13 +46,9 @@ impl Desk {
 
     pub(crate) fn opener(
         &self,
-    ) -> impl FnMut() -> std::pin::Pin<Box<dyn Future<Output = io::Result<DuplexStream>> + Send>> + Send + 'static
-    {
+    ) -> impl FnMut() -> Ready<io::Result<DuplexStream>> + Send + 'static {
         let desk = self.clone();
-        move || {
-            let opened = desk.open();
-            Box::pin(async move { opened })
-        }
+        move || ready(desk.open())
     }
 
     fn open(&self) -> io::Result<DuplexStream> {
@@ -70,8 +66,7 @@ impl Desk {
         while far.read_exact(&mut head).await.is_ok() {
             let mut rest = vec![0; usize::from(head[2]) + 1];
             far.read_exact(&mut rest).await.unwrap();
-            let request =
-                FrameBuf::new(rest[0], Ctrl(rest[1]), &rest[2..rest.len() - 1]).unwrap();
+            let request = FrameBuf::new(rest[0], Ctrl(rest[1]), &rest[2..rest.len() - 1]).unwrap();
             // An answer takes two milliseconds.
             sleep(Duration::from_millis(2)).await;
             let mut replies = Vec::new();
@@ -146,11 +141,8 @@ impl Desk {
         look(&mut inner.controller)
     }
 
-    /// Whether the arm moves: two looks a tenth of a second apart.
-    pub(crate) async fn moves(&self) -> bool {
-        let before = self.with(|arm| arm.state().pose);
-        sleep(Duration::from_millis(100)).await;
-        before != self.with(|arm| arm.state().pose)
+    pub(crate) fn moves(&self) -> bool {
+        self.with(|arm| arm.state().moving)
     }
 
     fn lock(&self) -> MutexGuard<'_, Inner> {
@@ -162,6 +154,3 @@ impl Desk {
 pub(crate) fn only_reads(heard: &[(u8, bool)]) -> bool {
     heard.iter().all(|(_, acts)| !acts)
 }
-
-/// Not used by every test.
-pub(crate) const OFF: Flag = Flag::OFF;
