@@ -1,14 +1,15 @@
 use std::future::Future;
 use std::io;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use magician_protocol::commands::{DeviceVersion, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{broadcast, mpsc, oneshot};
 use tokio::time::timeout_at;
 
 use super::driver::{Driver, Message, Opener};
+use super::events::KEPT;
 use super::{Arm, Inner, Link, Options, Shared};
 use crate::connection::{Settings, Stats};
 use crate::transport::{self, Line, Stream};
@@ -116,7 +117,8 @@ impl Arm {
             return Err(Error::invalid(message));
         }
         let (messages, inbox) = mpsc::channel(64);
-        let shared = Arc::new(Shared::new(line.name.clone()));
+        let (events, _) = broadcast::channel(KEPT);
+        let shared = Arc::new(Shared::new(line.name.clone(), &events));
         let tried = line.tried;
         let driver = Driver::new(
             line,
@@ -124,7 +126,7 @@ impl Arm {
             again.filter(|_| options.reconnect),
             options.probe,
             inbox,
-            Arc::clone(&shared),
+            (Arc::clone(&shared), events),
         );
         tokio::spawn(driver.run());
         let probe = options.probe;

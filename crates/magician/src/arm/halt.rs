@@ -204,7 +204,12 @@ impl Arm {
             match self.ask_until(request, patience.min(until)).await {
                 Ok(_) => return self.wait_still().await,
                 Err(error) if !again(&error) || Instant::now() >= until => return Err(error),
-                Err(_) => {}
+                // The answer to a read proves that none to this stop can come: the next one's is known for its own.
+                Err(_) => {
+                    let look = Request::get::<Pose>(&magician_protocol::NoArgs)?;
+                    let patience = Instant::now() + Duration::from_millis(300);
+                    let _ = self.ask_until(look, patience.min(until)).await;
+                }
             }
         }
     }

@@ -1,8 +1,10 @@
 mod connect;
 mod driver;
+mod events;
 mod exposure;
 mod flow;
 mod halt;
+mod jog;
 mod link;
 mod options;
 mod perform;
@@ -10,6 +12,7 @@ mod queue;
 mod request;
 mod run;
 mod shared;
+mod state;
 mod verbs;
 mod watch;
 
@@ -20,12 +23,15 @@ use tokio::sync::mpsc;
 
 pub(crate) use driver::FAREWELL;
 use driver::Message;
+pub use events::{Event, Events};
 use flow::Flow;
 pub use halt::Stopper;
+pub use jog::{Jog, JogOptions};
 pub use link::Link;
 pub use options::Options;
 pub use run::{Ran, Run, RunOptions};
 use shared::{Mishap, Shared};
+pub use state::{Level, Pin, StateOptions, StateWatch, Status};
 pub use watch::Progress;
 
 /// An arm, for async programs on tokio. [`blocking::Arm`](crate::blocking::Arm) is the same for

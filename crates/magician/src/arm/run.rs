@@ -9,7 +9,7 @@ use tokio::sync::{mpsc, oneshot, watch as cell};
 use tokio::time::{Instant, sleep_until};
 
 use super::Arm;
-use super::driver::{End, Message, Program, Sight, micros};
+use super::driver::{End, Message, Program, Reached, micros};
 use super::watch::{FIRST_PAUSE, Progress, Watch};
 use crate::stream::{Item, Leftover, Stream, StreamSettings};
 use crate::words::{Guards, Preflight};
@@ -252,11 +252,11 @@ impl<C: Iterator<Item = Set>> Run<C> {
             return Ok(self.ran);
         }
         let mut watch = Watch::new(self.total, stops);
-        let (mut feed, sight, ending) = self.hand_over(stops).await?;
+        let (mut feed, reached, ending) = self.hand_over(stops).await?;
         let end = self
-            .attend(&mut feed, &sight, ending, &mut watch, &mut progress)
+            .attend(&mut feed, &reached, ending, &mut watch, &mut progress)
             .await?;
-        self.note(end.sight);
+        self.note(end.reached);
         if let Some((leftover, mut rest)) = end.rest {
             self.leftover = Some(leftover);
             let mut unseen = VecDeque::new();
@@ -287,10 +287,10 @@ impl<C: Iterator<Item = Set>> Run<C> {
         self.ran
     }
 
-    fn note(&mut self, sight: Sight) {
-        self.ran.commands = sight.accepted;
-        self.ran.first = sight.indices.map(|(first, _)| QueuedCmdIndex(first));
-        self.ran.last = sight.indices.map(|(_, last)| QueuedCmdIndex(last));
+    fn note(&mut self, reached: Reached) {
+        self.ran.commands = reached.accepted;
+        self.ran.first = reached.indices.map(|(first, _)| QueuedCmdIndex(first));
+        self.ran.last = reached.indices.map(|(_, last)| QueuedCmdIndex(last));
     }
 
     /// Reads what the times of the commands depend on, unless they are too few to matter.
@@ -338,7 +338,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         stops: u64,
     ) -> Result<(
         Option<mpsc::Sender<Item>>,
-        cell::Receiver<Sight>,
+        cell::Receiver<Reached>,
         oneshot::Receiver<End>,
     )> {
         let settings = StreamSettings {
@@ -354,26 +354,26 @@ impl<C: Iterator<Item = Set>> Run<C> {
             None => Stream::new(settings),
         };
         let (feed, inlet) = mpsc::channel(FEED);
-        let (show, sight) = cell::channel(Sight::default());
+        let (show, reached) = cell::channel(Reached::default());
         let (end, ending) = oneshot::channel();
         let program = Program {
             stream,
             feed: inlet,
             stops,
-            sight: show,
+            reached: show,
             end,
         };
         let message = Message::Run(Box::new(program));
         let sent = self.arm.inner.messages.send(message).await;
         sent.map_err(|_| Error::closed())?;
-        Ok((Some(feed), sight, ending))
+        Ok((Some(feed), reached, ending))
     }
 
     /// Feeds the task, and looks for alarms meanwhile.
     async fn attend(
         &mut self,
         feed: &mut Option<mpsc::Sender<Item>>,
-        sight: &cell::Receiver<Sight>,
+        reached: &cell::Receiver<Reached>,
         mut ending: oneshot::Receiver<End>,
         watch: &mut Watch,
         progress: &mut impl FnMut(Progress),
@@ -385,7 +385,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
                 biased;
                 end = &mut ending => return end.map_err(|_| Error::closed()),
                 () = sleep_until(look) => {
-                    self.note(*sight.borrow());
+                    self.note(*reached.borrow());
                     watch.sent(self.ran.commands, self.ran.last);
                     if self.ran.last.is_some() {
                         progress(self.arm.look(watch).await?);

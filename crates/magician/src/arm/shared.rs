@@ -3,11 +3,14 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use tokio::sync::watch;
+use tokio::sync::{broadcast, watch};
+use tokio::time::Instant;
 
+use super::events::Event;
 use super::exposure::Exposure;
 use super::halt::Halts;
 use super::link::Link;
+use super::state::{Status, Watches};
 use super::watch::Own;
 use crate::{Error, Result};
 
@@ -24,6 +27,10 @@ pub(super) struct Shared {
     mishap: Mutex<Option<Befallen>>,
     pub(super) halts: Mutex<Halts>,
     pub(super) link: watch::Sender<Link>,
+    pub(super) status: watch::Sender<Option<Status>>,
+    pub(super) watches: Mutex<Watches>,
+    pub(super) events: broadcast::WeakSender<Event>,
+    pub(super) begun: Instant,
 }
 
 /// What befell the queue without a word from this connection.
@@ -46,7 +53,7 @@ struct Befallen {
 }
 
 impl Shared {
-    pub(super) fn new(name: String) -> Self {
+    pub(super) fn new(name: String, events: &broadcast::Sender<Event>) -> Self {
         Self {
             name,
             detached: AtomicBool::new(false),
@@ -56,6 +63,10 @@ impl Shared {
             mishap: Mutex::default(),
             halts: Mutex::default(),
             link: watch::Sender::new(Link::Up),
+            status: watch::Sender::new(None),
+            watches: Mutex::default(),
+            events: events.downgrade(),
+            begun: Instant::now(),
         }
     }
 

@@ -12,6 +12,7 @@
 //! ```
 
 mod owner;
+mod watches;
 
 use std::future::Future;
 use std::sync::Arc;
@@ -22,6 +23,7 @@ use crate::connection::Stats;
 use crate::words::{Guards, Preflight};
 use crate::{Link, Options, Progress, QueueIndex, Ran, Result, RunOptions, Stopper, Target};
 use owner::Owner;
+pub use watches::{Events, Jog, StateWatch};
 
 /// An arm, for programs without async. What is true of [`crate::Arm`] is true of it: clones share the connection and
 /// work from any thread, every call ends by its deadline, and dropping the last clone stops what it set going.

@@ -237,6 +237,117 @@ impl Settings {
     };
 }
 
+/// Why a request ended without an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Failure {
+    /// No answer by the deadline, and nothing was done or it does not matter whether it was.
+    Timeout {
+        /// How often the frame went out.
+        sent: u32,
+    },
+    /// The command went out and nobody can tell whether the controller took it. `from` and `to`
+    /// are the indices it (and what was in flight with it) would have been given; absent for an
+    /// immediate command and before the first accepted index.
+    Uncertain {
+        /// First index in doubt.
+        from: Option<u64>,
+        /// Last index in doubt.
+        to: Option<u64>,
+    },
+    /// The controller's queue has no room; nothing was stored.
+    QueueFull,
+    /// The controller answered that it refuses the command (Ctrl bit 2, errata E05).
+    Refused,
+    /// The answer to a queued command carries no index.
+    NoIndex,
+    /// A stop overtook the command before it went out, the controller was reset, the caller withdrew it, or above window
+    /// 1 a gap opened before it; it was dropped.
+    Stopped,
+    /// The line broke before it was answered; nothing was done or it does not matter whether it was. For a queued command
+    /// this is certain: the controller has not taken it.
+    Lost,
+    /// It did not go out: the queue was cleared, and the command that ran then has not finished.
+    Draining,
+    /// Too many requests wait; this one was not taken.
+    Busy,
+}
+
+/// What a [`Connection`](super::Connection) has to tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(clippy::large_enum_variant)]
+pub enum Event {
+    /// A request has ended, with the frame that answers it. When a lost answer to a queued command
+    /// was made up for by reading the queue, the frame is the one that was lost.
+    Done {
+        /// The request.
+        ticket: Ticket,
+        /// Its answer, or why there is none.
+        result: Result<FrameBuf, Failure>,
+    },
+    /// The indices or the controller's clock went backwards: it was reset. What it had queued is gone, and nothing of it
+    /// is sent again.
+    Reset,
+    /// The controller has given these indices to commands that this connection did not send, or
+    /// sent once: the line doubled a datagram, or another host shares the arm.
+    Unaccounted {
+        /// First index.
+        from: u64,
+        /// Last index.
+        to: u64,
+    },
+}
+
+/// How a [`Connection`](super::Connection) behaves.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Most requests in flight, 1 to 8; on an unordered link always 1, and on an arm that breaks the index law
+    /// ([`Connection::law`](super::Connection::law)). Above 1 [repeatable](Request::repeatable) queued commands travel
+    /// together once the law was seen to hold; a gap among them is reported as an interval and nothing is sent again.
+    pub window: usize,
+    /// Whether the link keeps the order of bytes (serial, TCP). UDP does not.
+    pub ordered: bool,
+    /// How long a request and its answer may be under way together, in us: what a frame that is no longer waited
+    /// for can do harm. On an ordered link it only bounds the wait for a dead line.
+    pub lifetime: Micros,
+    /// Places in the controller's queue (model section 14). A larger number read from the
+    /// controller replaces it.
+    pub capacity: u32,
+    /// First guess of the time to an answer, us.
+    pub initial_timeout: Micros,
+    /// Shortest time after which an answer counts as lost, us. A premature timeout makes the doubt
+    /// it fears, so it is far above the 1 to 12 ms of the real arm (model section 15).
+    pub floor: Micros,
+    /// Longest time after which an answer counts as lost, us.
+    pub ceiling: Micros,
+    /// Bits a second of a serial line (10 to the byte). Frames are then handed out so late that no more than 1 ms of
+    /// earlier ones has still to pass, and a stop waits for at most that and the frame under way. `None`: as they come.
+    pub baud: Option<u32>,
+}
+
+impl Settings {
+    /// For a serial port or TCP: bytes arrive in order or not at all.
+    pub const ORDERED: Self = Self {
+        window: 1,
+        ordered: true,
+        lifetime: 60_000_000,
+        capacity: 32,
+        initial_timeout: 500_000,
+        floor: 100_000,
+        ceiling: 2_000_000,
+        baud: None,
+    };
+
+    /// For UDP: datagrams may be lost, doubled and overtake each other, for up to two seconds.
+    pub const DATAGRAMS: Self = Self {
+        ordered: false,
+        lifetime: 2_000_000,
+        initial_timeout: 700_000,
+        floor: 200_000,
+        ..Self::ORDERED
+    };
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self::ORDERED

@@ -1,10 +1,11 @@
 //! What the connection tells, and who hears it.
 
-use magician_protocol::FrameBuf;
+use magician_protocol::{FrameBuf, QueuedCmdIndex};
 
 use super::explain::explain;
 use super::{Driver, To};
 use crate::Result;
+use crate::arm::events;
 use crate::arm::exposure::Exposure;
 use crate::arm::shared::Mishap;
 use crate::connection::{Event, Failure, Ticket};
@@ -26,6 +27,8 @@ impl Driver {
                         self.shared.name
                     );
                     self.shared.befall(Mishap::Unaccounted { from, to });
+                    let (from, to) = (QueuedCmdIndex(from), QueuedCmdIndex(to));
+                    self.happens(events::Event::Unaccounted { from, to });
                 }
             }
         }
@@ -40,6 +43,9 @@ impl Driver {
         let gone = self.exposure().reset();
         self.shared.befall(Mishap::Reset(gone));
         self.note_reset();
+        self.see_reset();
+        let gone = gone.map(|(first, last)| (QueuedCmdIndex(first), QueuedCmdIndex(last)));
+        self.happens(events::Event::Reset { gone });
     }
 
     fn deliver(&mut self, ticket: Ticket, result: Result<FrameBuf, Failure>) {
@@ -70,6 +76,10 @@ impl Driver {
             To::Caller(reply) => drop(reply.send(result)),
             To::Halt(number) => self.halt_answered(number, result.map(drop)),
             To::Settling => self.settles(result.map(drop)),
+            To::Poll => self.polled(),
+            To::Jog(reply) => self.jog_began(result, reply),
+            To::JogStop => self.jog_stopped(result),
+            To::JogPose => self.jog_pose(result),
             To::Nobody => {}
         }
     }

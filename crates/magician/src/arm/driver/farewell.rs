@@ -22,6 +22,7 @@ impl Driver {
         let requests = self.last_requests();
         self.end_program(Err(Error::closed()));
         self.leave_unanswered();
+        self.jogging.close();
         if !self.link_is_up() {
             self.warn_of_what_goes_on(&requests);
             return false;
@@ -87,7 +88,8 @@ impl Drop for Driver {
         }
         // Whoever waits for the end may open the port anew.
         self.line.let_go();
-        self.shared.link.send_replace(Link::Closed);
+        self.jogging.close();
+        self.publish_link(Link::Closed);
         self.refuse_halts();
     }
 }

@@ -16,10 +16,10 @@ use magician_protocol::commands::{
 };
 use tokio::time::Instant;
 
-use super::explain::halts;
 use super::greeting::{Greeting, Met};
 use super::wire::Wire;
-use super::{Driver, To, Waiting};
+use super::{Driver, To};
+use crate::arm::events::Event;
 use crate::arm::link::Link;
 use crate::connection::{Failure, Micros, Request};
 use crate::transport::Line;
@@ -143,6 +143,11 @@ impl Driver {
         matches!(self.line.stage, Stage::Up(_))
     }
 
+    /// Whether the line to the arm is there, for what is to be said before anything else.
+    pub(super) fn link_is_open(&self) -> bool {
+        matches!(self.line.stage, Stage::Up(_) | Stage::Settling { .. })
+    }
+
     /// Reads what has come, or looks for the line; whether anything happened.
     pub(super) fn read(&mut self, cx: &mut Context<'_>) -> bool {
         let now = self.now();
@@ -181,8 +186,10 @@ impl Driver {
             stranger: None,
         });
         self.look_again(if first { FIRST_LOOK } else { LOOK });
-        let stopping = |one: &Waiting| halts(&one.request.frame());
-        self.owes_halt |= self.waiting.iter().any(stopping);
+        let under_way: Vec<_> = self.waiting.iter().map(|one| one.request).collect();
+        under_way.iter().for_each(|one| self.owe(&one.frame()));
+        self.interrupt_jog();
+        self.polls.interrupt();
         if let Some(program) = &mut self.program {
             program.stream.interrupt(Failure::Lost);
         }
@@ -191,6 +198,10 @@ impl Driver {
             tracing::warn!("{}", self.gone());
         }
         self.publish_loss();
+        if first {
+            let why = self.gone().to_string().into();
+            self.happens(Event::LinkLost { why });
+        }
         true
     }
 
@@ -223,7 +234,7 @@ impl Driver {
         if let Some(lost) = &self.line.lost {
             let sought = self.line.opener.is_some();
             let link = Link::lost(lost.since, self.gone().to_string(), sought);
-            self.shared.link.send_replace(link);
+            self.publish_link(link);
         }
     }
 }
@@ -353,7 +364,8 @@ impl Driver {
             self.line.stage = Stage::Up(wire);
             self.line.lost = None;
             tracing::info!(reset, "{}: the line is up again", self.shared.name);
-            self.shared.link.send_replace(Link::Up);
+            self.publish_link(Link::Up);
+            self.happens(Event::LinkFound { reset });
             if self.owes_halt {
                 self.halt(Vec::new());
             }

@@ -2,13 +2,16 @@
 
 use std::task::{Context, Poll};
 
-use magician_protocol::FrameBuf;
+use magician_protocol::commands::JogCmd;
+use magician_protocol::{Frame, FrameBuf, Writable};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
 
 use super::explain::{explain, halts, sets_going};
+use super::jog::JogStart;
 use super::{Driver, Program, To, Waiting, micros};
 use crate::Result;
+use crate::arm::jog::Why;
 use crate::connection::{Failure, Request, Stats};
 
 /// A handle's wish. Nearly all are requests, so their size is no waste.
@@ -24,6 +27,7 @@ pub(in crate::arm) enum Message {
     /// Runs a program.
     Run(Box<Program>),
     Stats(oneshot::Sender<(Stats, u32)>),
+    Jog(JogStart),
     /// Something that both know has changed; look at it.
     Nudge,
     /// Ends the connection, whoever else has a handle.
@@ -38,6 +42,7 @@ impl Driver {
                 None | Some(Message::Close) => return Poll::Ready(()),
                 Some(Message::Nudge) => {}
                 Some(Message::Run(program)) => self.take_program(program),
+                Some(Message::Jog(start)) => self.start_jog(start),
                 Some(Message::Stats(reply)) => {
                     let answer = (self.connection.stats(), self.connection.capacity());
                     let _ = reply.send(answer);
@@ -66,7 +71,7 @@ impl Driver {
         if over && sets_going(&frame) {
             let _ = reply.send(Err(explain(&frame, Failure::Stopped)));
         } else if !self.link_is_up() {
-            self.owes_halt |= halts(&frame);
+            self.owe(&frame);
             let _ = reply.send(Err(self.gone()));
         } else {
             self.submit(request, deadline, To::Caller(reply));
@@ -88,9 +93,23 @@ impl Driver {
         self.halt(waiters);
     }
 
+    /// A stop that there is no line for is the first thing to be said over the next one.
+    pub(super) fn owe(&mut self, request: &Frame<'_>) {
+        if !halts(request) {
+            return;
+        }
+        match request.id() == JogCmd::ROW.id {
+            true => self.end_any_jog(),
+            false => self.owes_halt = true,
+        }
+    }
+
     pub(super) fn submit(&mut self, request: Request, deadline: Instant, to: To) {
         let deadline = micros(deadline.saturating_duration_since(self.begun));
         let frame = *request.frame();
+        if halts(&frame.frame()) && !matches!(to, To::JogStop) {
+            self.end_jog(Why::Stopped);
+        }
         let ticket = self.connection.submit(request.deadline(deadline));
         self.waiting.push(Waiting {
             ticket,

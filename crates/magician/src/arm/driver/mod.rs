@@ -9,8 +9,10 @@ mod explain;
 mod farewell;
 mod greeting;
 mod halt;
+mod jog;
 mod line;
 mod messages;
+mod polls;
 mod sight;
 mod streaming;
 mod wire;
@@ -22,11 +24,12 @@ use std::task::{Context, Poll};
 use std::time::Duration;
 
 use magician_protocol::FrameBuf;
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{broadcast, mpsc, oneshot};
 use tokio::task::yield_now;
 use tokio::time::{Instant, Sleep, sleep_until};
 
 use super::Shared;
+use super::events::Event;
 use super::exposure::Exposure;
 use crate::Result;
 use crate::connection::{Connection, Micros, Settings, Ticket};
@@ -34,10 +37,14 @@ use crate::transport::Line;
 pub(super) use explain::command_name;
 pub(crate) use farewell::FAREWELL;
 use halt::Halting;
+pub(super) use jog::JogStart;
+use jog::Jogging;
 pub(super) use line::Opener;
 use line::State;
 pub(super) use messages::Message;
-pub(super) use streaming::{End, Program, Sight};
+use polls::Polls;
+use sight::Sight;
+pub(super) use streaming::{End, Program, Reached};
 
 /// Rounds of reading and writing before other tasks get their turn.
 const ROUNDS: usize = 64;
@@ -59,6 +66,13 @@ enum To {
     Halt(u64),
     /// What is read of an arm that was found again.
     Settling,
+    /// The onlookers.
+    Poll,
+    /// Who begins a jog.
+    Jog(oneshot::Sender<Result<FrameBuf>>),
+    /// The end of a jog.
+    JogStop,
+    JogPose,
     /// Nobody any more, or nobody but those who look at whatever passes.
     Nobody,
 }
@@ -94,6 +108,10 @@ pub(super) struct Driver {
     introduction: Option<Micros>,
     /// The stop of handles that have gone is under way.
     leaving: bool,
+    polls: Polls,
+    jogging: Jogging,
+    sight: Sight,
+    events: broadcast::Sender<Event>,
     /// When the task was served last.
     served: Micros,
     /// The line was looked at since.
@@ -108,13 +126,13 @@ impl Driver {
         opener: Option<Opener>,
         introduce: bool,
         messages: mpsc::Receiver<Message>,
-        shared: Arc<Shared>,
+        (shared, events): (Arc<Shared>, broadcast::Sender<Event>),
     ) -> Self {
         let settings = Settings {
             window,
             ..line.settings
         };
-        let begun = Instant::now();
+        let begun = shared.begun;
         let introduce = introduce && opener.is_some();
         Self {
             connection: Connection::new(settings),
@@ -131,6 +149,10 @@ impl Driver {
             serial: None,
             introduction: introduce.then_some(line::INTRODUCTION),
             leaving: false,
+            polls: Polls::default(),
+            jogging: Jogging::default(),
+            sight: Sight::default(),
+            events,
             served: 0,
             looked: false,
         }
@@ -206,9 +228,16 @@ impl Driver {
 
     /// Our own requests whose time has come.
     fn do_what_is_due(&mut self) {
+        if self.leaving {
+            return;
+        }
         let now = self.now();
-        if self.link_is_up() && !self.leaving {
+        if self.link_is_up() {
             self.introduce(now);
+            self.poll_state(now);
+        }
+        if self.link_is_open() {
+            self.mind_jog(now);
         }
     }
 
@@ -216,9 +245,16 @@ impl Driver {
     fn next_timeout(&self) -> Option<Micros> {
         let up = self.link_is_up() && !self.leaving;
         let program = (self.program.as_ref()).and_then(|program| program.stream.poll_timeout());
-        let own = [self.introduction.filter(|_| up), program];
-        let line = [self.connection.poll_timeout(), self.line.poll_timeout()];
-        own.into_iter().chain(line).flatten().min()
+        let open = self.link_is_open() && !self.leaving;
+        let due = [
+            self.connection.poll_timeout(),
+            self.line.poll_timeout().filter(|_| !self.leaving),
+            self.introduction.filter(|_| up),
+            program,
+            self.polls.poll_timeout().filter(|_| up),
+            self.jogging.poll_timeout().filter(|_| open),
+        ];
+        due.into_iter().flatten().min()
     }
 
     /// Pending with the timer set, or ready when its instant has come.

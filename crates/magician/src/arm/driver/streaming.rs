@@ -20,13 +20,13 @@ pub(in crate::arm) struct Program {
     pub(in crate::arm) feed: mpsc::Receiver<Item>,
     /// Stops before it was begun.
     pub(in crate::arm) stops: u64,
-    pub(in crate::arm) sight: watch::Sender<Sight>,
+    pub(in crate::arm) reached: watch::Sender<Reached>,
     pub(in crate::arm) end: oneshot::Sender<End>,
 }
 
 /// How far a program is.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::arm) struct Sight {
+pub(in crate::arm) struct Reached {
     /// Commands that the arm has taken.
     pub(in crate::arm) accepted: u64,
     /// Indices of the first and the last of them.
@@ -37,7 +37,7 @@ pub(in crate::arm) struct Sight {
 #[derive(Debug)]
 pub(in crate::arm) struct End {
     pub(in crate::arm) outcome: Result<()>,
-    pub(in crate::arm) sight: Sight,
+    pub(in crate::arm) reached: Reached,
     /// What was not done, and what was not even looked at.
     pub(in crate::arm) rest: Option<(Leftover, mpsc::Receiver<Item>)>,
 }
@@ -125,7 +125,7 @@ impl Driver {
                     last,
                     ..
                 } => {
-                    program.sight.send_replace(Sight {
+                    program.reached.send_replace(Reached {
                         accepted,
                         indices: Some((first, last)),
                     });
@@ -220,16 +220,16 @@ fn end(program: Program, outcome: Result<()>) {
     let Program {
         stream,
         mut feed,
-        sight,
+        reached,
         end,
         ..
     } = program;
     feed.close();
     let rest = outcome.is_err().then(|| (stream.leftover(), feed));
-    let sight = *sight.borrow();
+    let reached = *reached.borrow();
     let _ = end.send(End {
         outcome,
-        sight,
+        reached,
         rest,
     });
 }
