@@ -171,8 +171,9 @@ impl Injector {
         next.or_else(|| self.held.as_ref().map(|(until, _)| *until))
     }
 
-    /// The plug is in again, by whoever was told that it was pulled.
+    /// The plug is in again, by whoever was told that it was pulled. What was under way is lost.
     pub fn plug_in(&mut self) {
+        self.clear();
         self.unplugged = false;
     }
 
@@ -183,12 +184,16 @@ impl Injector {
 
     fn pull(&mut self, now: Micros) {
         self.tally.unplugged += 1;
+        self.clear();
+        self.unplugged = true;
+        self.under_way.push_back((now, Passed::Unplugged));
+    }
+
+    fn clear(&mut self) {
         self.under_way.clear();
         self.load = 0;
         self.open = false;
         self.held = None;
-        self.unplugged = true;
-        self.under_way.push_back((now, Passed::Unplugged));
     }
 
     /// A chunk that is not lost: stalls, waits, is cut, comes twice.

@@ -113,8 +113,11 @@ impl Default for Faults {
     }
 }
 
+/// Where a number stands.
+type Field<T> = fn(&mut Faults) -> &mut T;
+
 /// The keys, and where each one's rate stands. Those of bytes come first.
-const RATES: [(&str, fn(&mut Faults) -> &mut f64); 13] = [
+const RATES: [(&str, Field<f64>); 13] = [
     ("replace", |faults| &mut faults.replace),
     ("flip", |faults| &mut faults.flip),
     ("drop", |faults| &mut faults.drop),
@@ -131,7 +134,7 @@ const RATES: [(&str, fn(&mut Faults) -> &mut f64); 13] = [
 ];
 
 /// The keys of times.
-const TIMES: [(&str, fn(&mut Faults) -> &mut Micros); 3] = [
+const TIMES: [(&str, Field<Micros>); 3] = [
     ("hold-ms", |faults| &mut faults.hold_for),
     ("stall-ms", |faults| &mut faults.stall_for),
     ("unplug-ms", |faults| &mut faults.unplug_for),

@@ -1,4 +1,4 @@
-//! What sysfs says about the device behind a port. Proven.
+//! What sysfs says about the device behind a port. Tested on a folder in its form.
 
 use std::path::Path;
 

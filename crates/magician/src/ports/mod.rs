@@ -1,8 +1,8 @@
 //! The serial ports of this computer and the USB adapters behind them.
 //!
 //! What a port's adapter is comes from sysfs on Linux, from `ioreg` on macOS and from `reg query`
-//! on Windows. Linux is tried on real trees; the other two are type-checked, and their readers are
-//! tested on texts in the documented format.
+//! on Windows. Linux is tried on folders in the form of sysfs; the other two are type-checked, and
+//! their readers are tested on texts in the documented form.
 
 use std::fmt;
 use std::path::Path;
