@@ -32,6 +32,7 @@
 mod arm;
 pub mod blocking;
 pub mod connection;
+pub mod discovery;
 mod error;
 pub mod faults;
 #[cfg(any(test, feature = "pair"))]
