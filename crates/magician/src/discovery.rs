@@ -135,7 +135,10 @@ impl Search {
             .enable_all()
             .build();
         let runtime = runtime.map_err(no_network)?;
-        runtime.block_on(self.find(within))
+        let found = runtime.block_on(self.find(within));
+        // A name that is still being looked up must not hold it.
+        runtime.shutdown_background();
+        found
     }
 
     async fn asker(&self) -> Result<Asker> {

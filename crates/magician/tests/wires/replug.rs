@@ -1,9 +1,11 @@
 //! A plug that is pulled and put back: over a pseudo-terminal, which is another device afterwards,
 //! and over TCP.
 
+use std::time::Duration;
+
 use magician::protocol::commands::Pose;
 use magician::protocol::{FrameBuf, NoArgs, Readable};
-use magician::{ErrorKind, RawLine, Target};
+use magician::{Arm, ErrorKind, Options, RawLine, Target};
 
 use crate::{serial, serve};
 
@@ -77,6 +79,15 @@ async fn a_closed_tcp_connection_is_noticed_and_made_again() {
     served.handle.plug().await.unwrap();
     line.reopen().await.unwrap();
     assert!(answers(&mut line).await);
+}
+
+#[tokio::test]
+async fn a_tcp_peer_that_says_nothing_does_not_hold_anybody() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let target = format!("tcp:{}", listener.local_addr().unwrap());
+    let options = Options::default().timeout(Duration::from_millis(300));
+    let error = Arm::connect_with(&target.parse().unwrap(), options).await;
+    assert_eq!(error.unwrap_err().kind(), ErrorKind::Timeout);
 }
 
 #[tokio::test]
