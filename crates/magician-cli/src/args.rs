@@ -58,8 +58,9 @@ impl Cli {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Options of every verb")]
 pub(crate) struct Global {
-    /// Where the arm is: `/dev/ttyUSB0`, `COM3`, `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or
-    /// `sim[:SPEED]` for a virtual arm; the one arm found if not given
+    /// Where the arm is: `/dev/ttyUSB0`, `COM3`, `usb:VENDOR:PRODUCT[:SERIAL]`, `arm:SERIAL`,
+    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; the one arm found if
+    /// not given
     #[arg(
         short,
         long,

@@ -32,7 +32,9 @@
 mod arm;
 pub mod blocking;
 pub mod connection;
+pub mod discovery;
 mod error;
+pub mod faults;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
 mod ports;
@@ -57,8 +59,10 @@ pub use magician_protocol::{
 #[cfg(feature = "sim")]
 pub use magician_sim as sim;
 pub use ports::{Port, Usb, ports};
-pub use raw::RawLine;
+pub use raw::{LineOptions, RawLine};
 pub use target::{SimSpeed, Target};
+#[cfg(feature = "trace")]
+pub use transport::Tracer;
 #[cfg(feature = "sim")]
 pub use virtual_arm::VirtualArm;
 
