@@ -2467,9 +2467,12 @@ local function add_rest(tree, field, range, pinfo, notes)
         tree:add(known[field.abbr], range, "")
         return '""'
     end
-    local text = range(0, length):string(ENC_UTF_8)
-    tree:add(known[field.abbr], range(0, length), text)
-    return '"' .. text .. '"'
+    local whole = range(0, length)
+    tree:add_packet_field(known[field.abbr], whole, ENC_UTF_8 + ENC_STRING)
+    -- range:string() cuts what is no UTF-8 in the middle of a letter, in some versions.
+    local text = whole:raw()
+    if whole:string(ENC_UTF_8) ~= text then text = text:gsub("[\128-\255]", "?") end
+    return '"' .. text:gsub("%c", ".") .. '"'
 end
 
 -- The parameters of a frame, `range` (nil for none); adds them and gives them as text.
@@ -2589,8 +2592,10 @@ local function add_frame(root, range, pinfo, link, place)
     tree:add(common.id, range(3, 1)):append_text(row and " (" .. row.name .. ")" or "")
     add_ctrl(tree, range(4, 1))
     local body = #params > 0 and range(5, #params) or nil
-    local title, notes, wrong = "Unknown command " .. id, {}, row and nil or "unknown"
-    if row then
+    local title, notes, wrong = "Unknown command " .. id, {}, nil
+    if not row then
+        wrong = "unknown"
+    else
         local plan, direction, layout, fit, both = form_of(row, ctrl, params, link.direction)
         title = plan.name
         tree:add(common.command, range(3, 2), plan.name)

@@ -110,7 +110,10 @@ pub(super) fn notes() -> [(&'static str, &'static str); 5] {
         ("destination", first(POSE, 8, &[])),
         ("counted", first(PTP_PO, 3, &[0; 18])),
         ("float", first(MOTOR, 3, &float)),
-        ("both", either.and_then(|description| description.notes().next())),
+        (
+            "both",
+            either.and_then(|description| description.notes().next()),
+        ),
     ]
     .map(|(name, note)| (name, note.expect("the reader remarks it")))
 }

@@ -69,7 +69,10 @@ mod tests {
                 for field in layout.fields {
                     let kind = tables::kind(field.ty);
                     let known = fields.insert(format!("{prefix}.{}", field.name), kind.clone());
-                    assert!(known.is_none_or(|known| known == kind), "{prefix} {field:?}");
+                    assert!(
+                        known.is_none_or(|known| known == kind),
+                        "{prefix} {field:?}"
+                    );
                 }
             }
         }

@@ -117,7 +117,11 @@ fn layouts() -> String {
             head.iter().filter_map(|field| field.ty.size()).sum()
         });
         let _ = writeln!(text, "LAYOUTS.{} = {{", layout.name);
-        let _ = writeln!(text, "    prefix = {},\n    head = {head},", quoted(&prefix));
+        let _ = writeln!(
+            text,
+            "    prefix = {},\n    head = {head},",
+            quoted(&prefix)
+        );
         text += "    fields = {\n";
         for field in layout.fields {
             let _ = writeln!(text, "        {},", field_text(field));
@@ -172,9 +176,18 @@ fn fit_text(fit: &Fit) -> String {
 fn rows() -> String {
     let mut text = String::from("local ROWS = {}\n\n");
     for row in TABLE {
-        let _ = writeln!(text, "ROWS[{}] = {{\n    name = {},", row.id, quoted(row.name));
+        let _ = writeln!(
+            text,
+            "ROWS[{}] = {{\n    name = {},",
+            row.id,
+            quoted(row.name)
+        );
         for ctrl in 0..4 {
-            let _ = writeln!(text, "    [{ctrl}] = {},", plan_text(&forms::plan(row, ctrl)));
+            let _ = writeln!(
+                text,
+                "    [{ctrl}] = {},",
+                plan_text(&forms::plan(row, ctrl))
+            );
         }
         text += "}\n\n";
     }
