@@ -136,11 +136,11 @@ impl Replay {
         let mut pace = Pace::new(self.speed, session);
         let work = async {
             loop {
-                // The packet's time first, then the packet.
-                if let Some(packet) = session.packets().get(play.done())
-                    && pace.wait(packet.time).await
-                {
-                    teller.flush()?;
+                if let Some(packet) = session.packets().get(play.done()) {
+                    if pace.is_slow() {
+                        teller.flush()?;
+                    }
+                    pace.wait(packet.time).await;
                 }
                 let Some(moment) = play.step() else {
                     return Ok(());
@@ -184,9 +184,10 @@ impl Replay {
         let mut pace = Pace::new(self.speed, session);
         let work = async {
             for packet in session.packets() {
-                if pace.wait(packet.time).await {
+                if pace.is_slow() {
                     packets.flush()?;
                 }
+                pace.wait(packet.time).await;
                 packets.packet(packet)?;
             }
             Ok(())

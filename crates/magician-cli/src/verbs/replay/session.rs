@@ -40,14 +40,19 @@ impl Pace {
         }
     }
 
-    /// Waits until it is time for a packet; whether that was a wait.
-    pub(super) async fn wait(&mut self, time: u64) -> bool {
+    /// Whether somebody may want to see what has been found before the next packet.
+    pub(super) fn is_slow(&self) -> bool {
+        self.times.is_some()
+    }
+
+    /// Waits until it is time for a packet.
+    pub(super) async fn wait(&mut self, time: u64) {
         self.packets += 1;
         let Some(times) = self.times else {
             if self.packets.is_multiple_of(STRETCH) {
                 tokio::task::yield_now().await;
             }
-            return false;
+            return;
         };
         let begun = *self.begun.get_or_insert_with(Instant::now);
         let since = time.saturating_sub(self.begin) as f64 / 1e6 / times;
@@ -56,7 +61,6 @@ impl Pace {
             Some(due) => sleep_until(due).await,
             None => std::future::pending().await,
         }
-        true
     }
 }
 
