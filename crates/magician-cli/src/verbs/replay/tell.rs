@@ -26,17 +26,9 @@ struct Found<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     field: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    recorded: Option<Shown<'a>>,
+    recorded: Option<FieldValue<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    replayed: Option<Shown<'a>>,
-}
-
-/// A value, or a whole frame where it is about that.
-#[derive(Serialize)]
-#[serde(untagged)]
-enum Shown<'a> {
-    Value(FieldValue<'a>),
-    Frame(String),
+    replayed: Option<FieldValue<'a>>,
 }
 
 #[derive(Serialize)]
@@ -111,10 +103,16 @@ impl<'a> Found<'a> {
             What::Value(field) => Some(field.name),
             _ => None,
         };
-        let shown = |replayed| match (found.what, replayed) {
-            (What::Value(_), _) => found.value(replayed).map(Shown::Value),
-            (_, false) => found.recorded.map(|frame| Shown::Frame(hex(frame.bytes()))),
-            (_, true) => found.replayed.map(|frame| Shown::Frame(hex(frame.bytes()))),
+        // The value, or the whole frame where it is about that.
+        let shown = |replayed| {
+            let frame = match replayed {
+                false => found.recorded.as_ref(),
+                true => found.replayed.as_ref(),
+            };
+            match found.what {
+                What::Value(_) => found.value(replayed),
+                _ => frame.map(|frame| FieldValue::Bytes(frame.bytes())),
+            }
         };
         Self {
             time: found.time as f64 / 1e6,
@@ -127,10 +125,6 @@ impl<'a> Found<'a> {
             replayed: shown(true),
         }
     }
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02X}")).collect()
 }
 
 /// `120 requests, 118 answers the same in 540 fields; 2 unanswered in both`.
