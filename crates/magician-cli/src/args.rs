@@ -11,7 +11,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
     alarms, commands, completions, conform, decode, demo, enqueue, forward, get, help, home, info,
-    inverse, io, man, ports, pose, queue, set, shell, sim, stop, tools, travel,
+    inverse, io, man, ports, pose, queue, replay, set, shell, sim, stop, tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -112,6 +112,7 @@ pub(crate) enum Verb {
     Conform(conform::Conform),
     Commands(commands::Commands),
     Decode(decode::Decode),
+    Replay(replay::Replay),
     Forward(forward::Forward),
     Inverse(inverse::Inverse),
     Completions(completions::Completions),
@@ -144,6 +145,7 @@ impl Verb {
             Self::Conform(verb) => verb.run(context),
             Self::Commands(verb) => verb.run(context),
             Self::Decode(verb) => verb.run(context),
+            Self::Replay(verb) => verb.run(context),
             Self::Forward(verb) => verb.run(context),
             Self::Inverse(verb) => verb.run(context),
             Self::Completions(verb) => verb.run(context),

@@ -18,6 +18,7 @@ pub(crate) mod man;
 pub(crate) mod ports;
 pub(crate) mod pose;
 pub(crate) mod queue;
+pub(crate) mod replay;
 pub(crate) mod set;
 pub(crate) mod shell;
 pub(crate) mod sim;
