@@ -33,6 +33,7 @@ mod arm;
 pub mod blocking;
 pub mod connection;
 mod error;
+pub mod measure;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
 mod ports;

@@ -1,6 +1,8 @@
 use std::future::poll_fn;
 
-use crate::transport::{self, Transport};
+use tokio::io::{AsyncRead, AsyncWrite};
+
+use crate::transport::{self, Stream, Transport};
 use crate::{Error, Result, Target};
 
 /// Bytes to an arm and back as they are, for programs that look at the bytes themselves: tests of
@@ -21,6 +23,28 @@ impl RawLine {
             transport, name, ..
         } = transport::Way::to(target).open().await?;
         Ok(Self { transport, name })
+    }
+
+    /// Opens a serial port at another speed than the arm's, to hear whether something else is there.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub async fn open_at(path: &str, baud: u32) -> Result<Self> {
+        Ok(Self {
+            transport: transport::serial_at(path, baud)?,
+            name: path.to_owned(),
+        })
+    }
+
+    /// A line over any stream of bytes that keeps their order, called `name` in messages.
+    pub fn over<T>(stream: T, name: &str) -> Self
+    where
+        T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
+    {
+        Self {
+            transport: Box::new(Stream(stream)),
+            name: name.to_owned(),
+        }
     }
 
     /// What the line is called in messages: the target as it was given.

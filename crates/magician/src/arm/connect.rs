@@ -64,7 +64,7 @@ impl Arm {
         Self::greet(line, options).await
     }
 
-    async fn greet(line: Line, options: Options) -> Result<Self> {
+    pub(crate) async fn greet(line: Line, options: Options) -> Result<Self> {
         let settings = Settings {
             window: options.window,
             ..line.settings
