@@ -39,6 +39,12 @@ impl Exchange {
         Duration::from_secs_f64(f64::from(self.request + self.reply) * byte_time(baud))
     }
 
+    /// How long the bytes of its request alone take on the arm's line.
+    #[must_use]
+    pub fn request_time(self) -> Duration {
+        Self { reply: 0, ..self }.wire_time(BAUD_RATE)
+    }
+
     /// How many a second there are when each waits for the one before; `turnaround` is all that is not wire time.
     #[must_use]
     pub fn stop_and_wait(self, turnaround: Duration) -> f64 {
