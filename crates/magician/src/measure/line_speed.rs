@@ -18,24 +18,31 @@ pub struct LineSpeed {
 
 /// The shorter round trip may be this much of what its bytes alone take, and still be of a line with a speed.
 const LEAST: f64 = 0.9;
+/// The percentile of undisturbed round trips.
+const QUIET: u8 = 10;
 
 impl LineSpeed {
     /// From round trips of the pose and of the current index.
     #[must_use]
     pub fn of(pose: &Timed, index: &Timed) -> Option<Self> {
-        let (long, short) = (pose.times.p50()?, index.times.p50()?);
+        // What else the computer does makes round trips longer, never shorter.
+        let (long, short) = (
+            pose.times.percentile(QUIET)?,
+            index.times.percentile(QUIET)?,
+        );
         let bits = |exchange: Exchange| f64::from(10 * (exchange.request + exchange.reply));
         let more = long.saturating_sub(short).as_secs_f64();
         let baud = (bits(Exchange::POSE) - bits(Exchange::CURRENT_INDEX)) / more;
         let wire = Exchange::POSE.wire_time(BAUD_RATE);
         let paced = more > 0.0 && long.as_secs_f64() >= LEAST * wire.as_secs_f64() && baud <= 4e6;
+        let typical = pose.times.p50()?;
         Some(Self {
             baud: paced.then_some(baud),
             turnaround: match paced {
-                true => long.saturating_sub(wire),
-                false => long,
+                true => typical.saturating_sub(wire),
+                false => typical,
             },
-            jitter: pose.times.p99()?.saturating_sub(long),
+            jitter: pose.times.p99()?.saturating_sub(typical),
         })
     }
 }

@@ -8,9 +8,9 @@ use crate::{Arm, Result};
 
 /// Radius of the ring, mm.
 const RADIUS: f64 = 10.0;
-/// Acceleration with which the arm comes to full speed within the few millimetres of short segments that its queue
-/// holds, mm/s^2.
-const ACCELERATION: f32 = 4000.0;
+/// Acceleration, mm/s^2: as much as the arm gives. It brakes to a stand at the end of what its queue holds, so this
+/// bounds the speed in short segments.
+const ACCELERATION: f32 = 1000.0;
 
 /// A level ring of 20 mm that passes through where the arm stands and lies towards its base: an endless path of short
 /// segments, all absolute.

@@ -27,6 +27,8 @@ pub struct Streamed {
     pub in_a_row: bool,
     /// Fewest commands that a look found in the queue, once the stream was under way; `None` when nobody looked.
     pub fewest: Option<u32>,
+    /// Places in the queue.
+    pub capacity: u32,
     /// Looks that found no command in the queue.
     pub dry: u64,
     /// All looks.
@@ -145,6 +147,7 @@ pub async fn streamed(
         rate: supply.rate(),
         in_a_row,
         fewest: looks.fewest.get(),
+        capacity,
         dry: looks.dry.get(),
         looks: looks.count.get(),
         processor: (super::processor_time().zip(processor)).map(|(after, before)| after - before),

@@ -33,7 +33,10 @@ h7  what the driver adds to a bare round trip over a pseudo-terminal; it needs n
 
 h2 to h5 and the segments of h1 let the arm draw rings of 20 mm through where it stands, away from its reach's ends, at up to \
 100 mm/s. A real arm does that only with --yes: nothing may be in its way. Its path speeds are given back at the end. `sim` \
-needs no --yes, but there the virtual arm's own work is in h5. What was not measured is null.")]
+needs no --yes, but there the virtual arm's own work is in h5. What was not measured is null.
+
+An arm whose acceleration and queue bound it to fewer than 450 segments a second leaves h3 and h5 open; a virtual arm takes \
+more with `magician sim --speed 1.5`.")]
 pub(crate) struct Bench {
     /// How long each measurement takes
     #[arg(long, value_name = "N", default_value = "3", value_parser = seconds)]

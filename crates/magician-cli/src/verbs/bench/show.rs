@@ -1,6 +1,6 @@
 //! The figures as a table for people.
 
-use super::figures::{Compared, Figures, H1, H2, H3, H4, H5};
+use super::figures::{Compared, Figures, H1, H2, H3, H4, H5, Starvation};
 use crate::columns::{Columns, note};
 use crate::failure::Failure;
 use crate::output::Output;
@@ -26,12 +26,14 @@ pub(super) fn write(figures: &Figures, out: &mut Output) -> Result<(), Failure> 
         "h2 full line",
         figures.h2.as_ref().map(full_line),
     );
-    row(
-        &mut table,
-        "h3 starvation",
-        figures.h3.as_ref().map(starvation),
-    );
-    row(&mut table, "h4 stop", figures.h4.as_ref().map(stop));
+    match &figures.h3 {
+        Some(h3) => starvation(h3, &mut table),
+        None => row(&mut table, "h3 starvation", None),
+    }
+    match &figures.h4 {
+        Some(h4) => stop(h4, &mut table),
+        None => row(&mut table, "h4 stop", None),
+    }
     row(
         &mut table,
         "h5 processor",
@@ -122,33 +124,45 @@ fn full_line(h2: &H2) -> [String; 3] {
     [measured, format!("{} /s", h2.goal), met(Some(h2.met))]
 }
 
-fn starvation(h3: &H3) -> [String; 3] {
-    let [dense, fast] = [&h3.dense, &h3.fast].map(|one| {
+fn starvation(h3: &H3, table: &mut Columns) {
+    let cells = |one: &Starvation, goal: &str, met| {
         let fewest = one
             .fewest_queued
             .map_or("?".to_owned(), |fewest| fewest.to_string());
-        format!(
-            "{:.0} /s, dry in {} of {} looks, at least {fewest} queued",
-            one.segments_per_s, one.dry_looks, one.looks
-        )
-    });
-    [
-        format!("{dense}; {fast}"),
-        "never dry".to_owned(),
-        met(Some(h3.met)),
-    ]
+        let (rate, dry, looks) = (one.segments_per_s, one.dry_looks, one.looks);
+        let measured =
+            format!("{rate:.0} /s, dry in {dry} of {looks} looks, least {fewest} queued");
+        Some([measured, goal.to_owned(), met])
+    };
+    row(
+        table,
+        "h3 0.2 mm segments",
+        cells(&h3.dense, "450 /s, never dry", met(h3.met)),
+    );
+    row(
+        table,
+        "   0.5 mm segments",
+        cells(&h3.fast, "200 /s, never dry", String::new()),
+    );
 }
 
-fn stop(h4: &H4) -> [String; 3] {
-    let time = |time: Option<f64>| time.map_or("?".to_owned(), |time| format!("{time:.2}"));
-    let measured = format!(
-        "on the line in {} ms p50, {} p99; answered in {}, {}",
-        time(h4.on_the_line_p50_ms),
-        time(h4.on_the_line_p99_ms),
-        time(h4.answered_p50_ms),
-        time(h4.answered_p99_ms)
+fn stop(h4: &H4, table: &mut Columns) {
+    let times = |p50: Option<f64>, p99: Option<f64>| {
+        let text = |time: Option<f64>| time.map_or("?".to_owned(), |time| format!("{time:.2}"));
+        format!("{} ms p50, {} ms p99", text(p50), text(p99))
+    };
+    let sent = times(h4.on_the_line_p50_ms, h4.on_the_line_p99_ms);
+    row(
+        table,
+        "h4 stop on the line",
+        Some([sent, format!("{:.2} ms p99", h4.goal), met(h4.met)]),
     );
-    [measured, format!("{:.2} ms p99", h4.goal), met(h4.met)]
+    let answered = times(h4.answered_p50_ms, h4.answered_p99_ms);
+    row(
+        table,
+        "   and answered",
+        Some([answered, String::new(), String::new()]),
+    );
 }
 
 fn processor(h5: &H5) -> [String; 3] {
