@@ -11,6 +11,7 @@ use magician_protocol::{
 };
 use tokio::time::{Instant, timeout_at};
 
+use crate::connection::Settings;
 use crate::{Error, ErrorKind, RawLine, Result};
 
 /// What became of requests that were sent in one piece.
@@ -84,9 +85,6 @@ const READS: [&Row; 4] = [
     QueuedCmdLeftSpace::ROW,
     <AlarmsState as Readable>::ROW,
 ];
-/// Places that must be free for a trial of the queue: more than all its commands.
-const ROOM: u32 = 31;
-
 /// Sends so many reads in one piece, several times, and sees what is answered within `patience`.
 ///
 /// # Errors
@@ -191,11 +189,9 @@ pub async fn queue_trial(
     patience: Duration,
 ) -> Result<QueueTrial> {
     let before = look(line, patience).await?;
-    if before.1 < ROOM {
-        let message = format!(
-            "the queue has only {} free places: commands wait in it",
-            before.1
-        );
+    let waiting = Settings::ORDERED.capacity.saturating_sub(before.1);
+    if waiting > 0 {
+        let message = format!("commands of an earlier program wait in the queue: {waiting}");
         return Err(Error::invalid(message));
     }
     order(line, &QueuedCmdStopExec {}, patience).await?;
@@ -262,12 +258,12 @@ mod tests {
     async fn commands_of_another_program_are_left_alone() {
         let mut line = line().await;
         let wait = FrameBuf::encode(WaitCmd::ROW.id, Ctrl::QUEUED, &WaitCmd { timeout: 9 });
-        burst(&mut line, &[wait.unwrap(); 2], PATIENCE)
+        burst(&mut line, &[wait.unwrap(); 1], PATIENCE)
             .await
             .unwrap();
         let refused = queue_trial(&mut line, &[1], PATIENCE).await.unwrap_err();
         assert_eq!(refused.kind(), ErrorKind::InvalidInput);
-        assert_eq!(look(&mut line, PATIENCE).await.unwrap(), (0, 30));
+        assert_eq!(look(&mut line, PATIENCE).await.unwrap(), (0, 31));
     }
 
     #[test]

@@ -89,7 +89,7 @@ pub(super) async fn hear(
         ),
         Heard::Nothing | Heard::Bytes(_) => {
             let elsewhere = match target {
-                Target::Serial(path) => other_speeds(line, path, quiet).await,
+                Target::Serial(path) => other_speeds(line, path, GLIMPSE.min(patience), quiet).await,
                 _ => None,
             };
             unknown(&heard, target, elsewhere)
@@ -99,7 +99,12 @@ pub(super) async fn hear(
 }
 
 /// Listens at other speeds than the arm's; who was heard, and at which.
-async fn other_speeds(line: &mut RawLine, path: &str, quiet: bool) -> Option<(u32, Heard)> {
+async fn other_speeds(
+    line: &mut RawLine,
+    path: &str,
+    glimpse: Duration,
+    quiet: bool,
+) -> Option<(u32, Heard)> {
     // The port has to be free for that.
     let (gone, _) = tokio::io::duplex(1);
     *line = RawLine::over(gone, path);
@@ -110,7 +115,7 @@ async fn other_speeds(line: &mut RawLine, path: &str, quiet: bool) -> Option<(u3
     );
     for (done, baud) in (1..).zip(OTHER_SPEEDS) {
         let mut other = RawLine::open_at(path, baud).await.ok()?;
-        let heard = listen(&mut other, GLIMPSE).await.ok()?;
+        let heard = listen(&mut other, glimpse).await.ok()?;
         if matches!(heard, Heard::Arm(_) | Heard::Text(_)) {
             return Some((baud, heard));
         }
