@@ -35,6 +35,9 @@ pub(crate) struct Context {
 /// How long a stop may take before this program ends without knowing.
 const STAND_BY: Duration = Duration::from_secs(3);
 
+/// How long connections that were dropped get for their last words.
+const FAREWELL: Duration = Duration::from_millis(600);
+
 /// How a verb treats the virtual arm in this process.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sim {
@@ -246,6 +249,29 @@ impl Context {
         Failure::new(Kind::Interrupted, message)
     }
 
+    /// Does what opens its lines itself. Ctrl-C ends it, and what it has open stops what it set going.
+    pub(crate) fn attending<T>(
+        &mut self,
+        work: impl AsyncFnOnce(&mut Output) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        self.let_go()?;
+        let runtime = self.runtime()?;
+        let out = &mut self.out;
+        let outcome = runtime.block_on(async {
+            let mut signals = Signals::listen()?;
+            let signal = tokio::select! {
+                outcome = work(out) => return Ok::<_, Failure>(Ok(outcome?)),
+                signal = signals.next() => signal,
+            };
+            tokio::time::sleep(FAREWELL).await;
+            Ok(Err(signal))
+        })?;
+        outcome.map_err(|signal| {
+            self.terminated |= signal == Signal::Terminate;
+            Failure::interrupted()
+        })
+    }
+
     /// Gives up the line to the arm, for a verb that opens it in its own way.
     pub(crate) fn let_go(&mut self) -> Result<(), Failure> {
         let runtime = self.runtime()?;
@@ -263,10 +289,16 @@ impl Context {
     async fn connect(&self, sim: Option<Sim>) -> Result<Connected, Failure> {
         let port = self.global.port.clone();
         let target = self.target(sim)?;
+        let arm = Arm::connect_with(&target, self.options()).await?;
+        Ok(Connected { arm, port })
+    }
+
+    /// How a connection is to behave.
+    pub(crate) fn options(&self) -> Options {
         let mut options = Options::default();
         options.timeout = self.global.timeout.unwrap_or(options.timeout);
-        let arm = Arm::connect_with(&target, options).await?;
-        Ok(Connected { arm, port })
+        options.window = self.global.window.map_or(options.window, usize::from);
+        options
     }
 
     /// Where the arm is.

@@ -35,6 +35,7 @@ pub mod connection;
 pub mod discovery;
 mod error;
 pub mod faults;
+pub mod measure;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
 mod ports;
