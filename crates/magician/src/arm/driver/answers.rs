@@ -54,6 +54,7 @@ impl Driver {
         };
         let done = self.waiting.swap_remove(at);
         let request = done.request.frame();
+        self.exposure().ends(&request);
         match &result {
             Ok(reply) => {
                 self.exposure().answered(&request, reply);

@@ -158,6 +158,7 @@ impl Driver {
         self.serve().await;
         if self.say_farewell() {
             self.serve().await;
+            self.warn_of_what_goes_on();
         }
     }
 
