@@ -30,6 +30,7 @@ use tokio::time::{Instant, Sleep, sleep_until};
 use super::Shared;
 use super::events::Event;
 use super::exposure::Exposure;
+use super::jog::Life;
 use crate::Result;
 use crate::connection::{Connection, Micros, Settings, Ticket};
 use crate::transport::Line;
@@ -67,7 +68,7 @@ enum To {
     /// The onlookers.
     Poll,
     /// Who begins a jog.
-    Jog(oneshot::Sender<Result<FrameBuf>>),
+    Jog(oneshot::Sender<Result<FrameBuf>>, Arc<Life>),
     /// The end of a jog.
     JogStop,
     JogPose,
