@@ -13,6 +13,7 @@ mod jog;
 mod line;
 mod messages;
 mod polls;
+mod search;
 mod sight;
 mod wire;
 
@@ -143,7 +144,7 @@ impl Driver {
             halts: 0,
             owes_halt: false,
             serial: None,
-            introduction: introduce.then_some(line::INTRODUCTION),
+            introduction: introduce.then_some(search::INTRODUCTION),
             leaving: false,
             polls: Polls::default(),
             jogging: Jogging::default(),
