@@ -28,7 +28,8 @@ pub(crate) struct Context {
     pub(crate) in_shell: bool,
     /// Whether the system wants this program to end, more lines or not.
     pub(crate) terminated: bool,
-    /// Whether something may be under way in the arm that was set going here.
+    /// Whether a verb has set something going that the connection cannot know of: what earlier programs queued, a
+    /// laser, a move that is only planned yet. What it knows of, [`Arm::moving`] tells.
     going: bool,
 }
 
@@ -148,7 +149,8 @@ impl Context {
         Ok(done)
     }
 
-    /// From here on Ctrl-C stops the arm, if `going`: the verb sets something going that lasts.
+    /// From here on Ctrl-C stops the arm, if `going`: the verb sets something going that lasts, and the connection
+    /// cannot tell.
     pub(crate) fn sets_going(&mut self, going: bool) {
         self.going |= going;
     }
@@ -220,7 +222,7 @@ impl Context {
     /// Stops what was set going, and waits until the arm stands. A second signal ends the wait.
     async fn halt(&mut self, signals: &mut Signals) -> Failure {
         let failure = match &self.arm {
-            Some(connected) if self.going => {
+            Some(connected) if self.going || connected.arm.moving() => {
                 let stopped = timeout(STAND_BY, stop(&connected.arm, &self.debts));
                 let stopped = attended(self.global.json, "stopping", stopped);
                 tokio::select! {
@@ -298,6 +300,8 @@ impl Context {
         let mut options = Options::default();
         options.timeout = self.global.timeout.unwrap_or(options.timeout);
         options.window = self.global.window.map_or(options.window, usize::from);
+        // A verb whose line breaks fails; only a shell lasts until the cable is back.
+        options.reconnect = self.in_shell;
         options
     }
 

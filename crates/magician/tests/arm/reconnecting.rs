@@ -290,6 +290,24 @@ async fn a_stop_that_there_was_no_line_for_comes_first() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_stop_from_a_thread_waits_for_the_line_too() {
+    let desk = Desk::new();
+    let arm = acquainted(&desk).await;
+    arm.start_queue().await.unwrap();
+    arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
+    desk.unplug();
+    sleep(Duration::from_millis(50)).await;
+    arm.stopper().request_stop().unwrap();
+    sleep(Duration::from_millis(50)).await;
+    desk.plug();
+    arm.reconnected().await.unwrap();
+    assert!(!desk.with(|arm| arm.state().queue.started));
+    desk.heard();
+    sleep(Duration::from_secs(5)).await;
+    assert_eq!(desk.count(FORCE_STOP), 0, "once is enough");
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_jog_whose_line_breaks_is_ended_over_the_next() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
