@@ -186,12 +186,6 @@ impl Pair {
         self.to_host.lose_next = true;
     }
 
-    /// The line breaks: what is under way on it comes to nothing.
-    pub fn cut(&mut self) {
-        self.to_arm.under_way.clear();
-        self.to_host.under_way.clear();
-    }
-
     /// Switches the arm off and on.
     pub fn power_cycle(&mut self) {
         self.arm = Controller::new(Profile::default());
