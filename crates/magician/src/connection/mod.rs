@@ -58,16 +58,16 @@
 //! is lost: over UDP the arm then repeats the one and leaves out the other.
 
 mod doubt;
-mod estimator;
+pub(crate) mod estimator;
 mod flaw;
 mod job;
 mod ledger;
-mod outstanding;
+pub(crate) mod outstanding;
 mod reply;
 mod request;
 #[cfg(test)]
 mod tests;
-mod transmit;
+pub(crate) mod transmit;
 
 use std::collections::VecDeque;
 

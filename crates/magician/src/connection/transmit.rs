@@ -12,7 +12,7 @@ use super::{Connection, Micros, Priority, Request, Ticket};
 /// After so many requests of the stream in a row, a waiting read has its turn.
 const STREAK: u32 = 4;
 /// Reads that every controller answers: fences are taken from these in turn.
-const FENCES: [&Row; 6] = [
+pub(crate) const FENCES: [&Row; 6] = [
     QueuedCmdCurrentIndex::ROW,
     QueuedCmdLeftSpace::ROW,
     <AlarmsState as Readable>::ROW,
