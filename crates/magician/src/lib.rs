@@ -34,6 +34,7 @@ mod arm;
 pub mod blocking;
 pub mod connection;
 mod error;
+pub mod faults;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
 mod ports;
@@ -55,8 +56,10 @@ pub use magician_protocol::{
 #[cfg(feature = "sim")]
 pub use magician_sim as sim;
 pub use ports::{Port, Usb, ports};
-pub use raw::RawLine;
+pub use raw::{LineOptions, RawLine};
 pub use target::{SimSpeed, Target};
+#[cfg(feature = "trace")]
+pub use transport::Tracer;
 #[cfg(feature = "sim")]
 pub use virtual_arm::VirtualArm;
 

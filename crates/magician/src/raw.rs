@@ -1,26 +1,108 @@
 use std::future::poll_fn;
 
-use crate::transport::{self, Transport};
+use crate::faults::Faults;
+#[cfg(feature = "trace")]
+use crate::transport::Tracer;
+use crate::transport::{Line, Transport, Way};
 use crate::{Error, Result, Target};
 
 /// Bytes to an arm and back as they are, for programs that look at the bytes themselves: tests of
 /// an arm, bridges. Nothing is matched, sent again or waited for; [`Arm`](crate::Arm) does that.
 pub struct RawLine {
-    transport: Box<dyn Transport>,
+    way: Way,
+    /// `None` when it was lost.
+    transport: Option<Box<dyn Transport>>,
     name: String,
 }
 
+/// What is put between a [`RawLine`] and its port.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct LineOptions {
+    /// What is done to what passes.
+    pub faults: Faults,
+    /// Where what passes is written to.
+    #[cfg(feature = "trace")]
+    pub trace: Option<Tracer>,
+}
+
+impl LineOptions {
+    /// Sets [`faults`](Self::faults).
+    #[must_use]
+    pub fn faults(mut self, faults: Faults) -> Self {
+        self.faults = faults;
+        self
+    }
+
+    /// Sets [`trace`](Self::trace).
+    #[cfg(feature = "trace")]
+    #[must_use]
+    pub fn trace(mut self, trace: Tracer) -> Self {
+        self.trace = Some(trace);
+        self
+    }
+}
+
 impl RawLine {
-    /// Opens the line to a target. Nothing is sent, so it is not known yet whether an arm is there.
+    /// Opens the line to a target. Nothing is sent, so it is not known yet whether an arm is there;
+    /// only `arm:SERIAL` asks for the serial number.
     ///
     /// # Errors
     /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the port is not there, not allowed or in
     /// use, [`ErrorKind::Unsupported`](crate::ErrorKind::Unsupported) for Bluetooth.
     pub async fn open(target: &Target) -> Result<Self> {
-        let transport::Line {
+        Self::open_with(target, LineOptions::default()).await
+    }
+
+    /// As [`open`](Self::open), with faults or a trace between.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for faults
+    /// that cannot be done to this target.
+    pub async fn open_with(target: &Target, options: LineOptions) -> Result<Self> {
+        Self::go(Way::to(target), options).await
+    }
+
+    /// The line to a virtual arm of the caller's making.
+    ///
+    /// # Errors
+    /// As [`open_with`](Self::open_with).
+    #[cfg(feature = "sim")]
+    pub async fn simulated(
+        arm: impl Into<crate::VirtualArm>,
+        options: LineOptions,
+    ) -> Result<Self> {
+        Self::go(Way::to_virtual(arm.into()), options).await
+    }
+
+    async fn go(way: Way, options: LineOptions) -> Result<Self> {
+        options.faults.check()?;
+        let way = way.with_faults(options.faults);
+        #[cfg(feature = "trace")]
+        let way = match options.trace {
+            Some(tracer) => way.with_trace(tracer),
+            None => way,
+        };
+        let Line {
             transport, name, ..
-        } = transport::Way::to(target).open().await?;
-        Ok(Self { transport, name })
+        } = way.open().await?;
+        Ok(Self {
+            way,
+            transport: Some(transport),
+            name,
+        })
+    }
+
+    /// Opens the line again, after it was lost. A serial port is looked for by its USB adapter: it is
+    /// the same one, whatever its name is now, or there is an error.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open); then it may be tried once more.
+    pub async fn reopen(&mut self) -> Result<()> {
+        // Gives the port back before it is asked for.
+        self.transport = None;
+        self.transport = Some(self.way.open().await?.transport);
+        Ok(())
     }
 
     /// What the line is called in messages: the target as it was given.
@@ -34,9 +116,12 @@ impl RawLine {
     /// # Errors
     /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
     pub async fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        let Some(transport) = &mut self.transport else {
+            return Err(self.gone());
+        };
         let mut rest = bytes;
         while !rest.is_empty() {
-            let sent = poll_fn(|cx| self.transport.poll_write(cx, rest)).await;
+            let sent = poll_fn(|cx| transport.poll_write(cx, rest)).await;
             let count = sent.map_err(|error| Error::gone(&self.name, error))?;
             if count == 0 {
                 return Err(self.gone());
@@ -51,7 +136,10 @@ impl RawLine {
     /// # Errors
     /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
     pub async fn receive(&mut self, bytes: &mut [u8]) -> Result<usize> {
-        let came = poll_fn(|cx| self.transport.poll_read(cx, bytes)).await;
+        let Some(transport) = &mut self.transport else {
+            return Err(self.gone());
+        };
+        let came = poll_fn(|cx| transport.poll_read(cx, bytes)).await;
         match came {
             Ok(0) => Err(self.gone()),
             Ok(count) => Ok(count),

@@ -3,7 +3,8 @@ use std::str::FromStr;
 
 use magician_protocol::UDP_PORT;
 
-use crate::{Error, ErrorKind, Result, ports};
+use crate::ports::{self, Port};
+use crate::{Error, ErrorKind, Result};
 
 /// Where the arm is: what `--port` takes.
 ///
@@ -21,6 +22,20 @@ pub enum Target {
     Sim(SimSpeed),
     /// A serial port: `/dev/ttyUSB0`, `COM3`, or the path of a pseudo-terminal.
     Serial(String),
+    /// `usb:VENDOR:PRODUCT[:SERIAL]`: the serial port of a USB adapter, by its ids and, where there
+    /// are several, its serial number: `usb:10c4:ea60`. It is found again under any name when the
+    /// plug was out.
+    Usb {
+        /// Vendor id, four hexadecimal digits as text.
+        vendor: u16,
+        /// Product id, four hexadecimal digits as text.
+        product: u16,
+        /// Serial number of the adapter, not of the arm.
+        serial: Option<String>,
+    },
+    /// `arm:SERIAL`: the arm with this serial number (GetDeviceSN), on whichever serial port with an
+    /// arm's adapter it is; they are asked one after the other.
+    Arm(String),
     /// `udp:HOST[:PORT]`: Wi-Fi; the port is 8899 unless given (errata E45).
     Udp {
         /// Name or address.
@@ -49,7 +64,7 @@ pub enum SimSpeed {
 }
 
 /// What is right, for those who wrote something else.
-const FORMS: &str = "sim[:SPEED], a serial path such as /dev/ttyUSB0 or COM3, udp:HOST[:PORT], tcp:HOST:PORT, ble:NAME";
+const FORMS: &str = "sim[:SPEED], a serial path such as /dev/ttyUSB0 or COM3, usb:VENDOR:PRODUCT[:SERIAL], arm:SERIAL, udp:HOST[:PORT], tcp:HOST:PORT, ble:NAME";
 
 impl FromStr for Target {
     type Err = Error;
@@ -74,7 +89,9 @@ impl FromStr for Target {
                 ))),
             },
             ("ble", Some(name)) if !name.is_empty() => Ok(Self::Ble(name.to_owned())),
-            ("udp" | "tcp" | "ble", _) => Err(bad(text)),
+            ("usb", Some(ids)) => parse_usb(ids).ok_or_else(|| bad(text)),
+            ("arm", Some(serial)) if !serial.is_empty() => Ok(Self::Arm(serial.to_owned())),
+            ("usb" | "arm" | "udp" | "tcp" | "ble", _) => Err(bad(text)),
             _ if is_serial(text) => Ok(Self::Serial(text.to_owned())),
             _ => Err(bad(text)),
         }
@@ -91,6 +108,28 @@ fn is_serial(text: &str) -> bool {
         .is_some_and(|head| head.eq_ignore_ascii_case("com"));
     let number = com && text.len() > 3 && text.bytes().skip(3).all(|byte| byte.is_ascii_digit());
     number || text.contains(['/', '\\'])
+}
+
+/// `VENDOR:PRODUCT[:SERIAL]`.
+fn parse_usb(ids: &str) -> Option<Target> {
+    let (vendor, rest) = ids.split_once(':')?;
+    let (product, serial) = match rest.split_once(':') {
+        Some((product, serial)) => (product, Some(serial)),
+        None => (rest, None),
+    };
+    let id = |text: &str| {
+        let digits =
+            (1..=4).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+        u16::from_str_radix(text, 16).ok().filter(|_| digits)
+    };
+    Some(Target::Usb {
+        vendor: id(vendor)?,
+        product: id(product)?,
+        serial: match serial {
+            Some("") => return None,
+            serial => serial.map(str::to_owned),
+        },
+    })
 }
 
 fn parse_speed(text: &str) -> Result<SimSpeed> {
@@ -147,6 +186,15 @@ impl fmt::Display for Target {
             Self::Sim(SimSpeed::Max) => f.write_str("sim"),
             Self::Sim(SimSpeed::Times(times)) => write!(f, "sim:{times}"),
             Self::Serial(path) => f.write_str(path),
+            Self::Usb {
+                vendor,
+                product,
+                serial,
+            } => {
+                write!(f, "usb:{vendor:04x}:{product:04x}")?;
+                serial.iter().try_for_each(|serial| write!(f, ":{serial}"))
+            }
+            Self::Arm(serial) => write!(f, "arm:{serial}"),
             Self::Udp { host, port } => host_port(f, "udp", host, *port),
             Self::Tcp { host, port } => host_port(f, "tcp", host, *port),
             Self::Ble(name) => write!(f, "ble:{name}"),
@@ -164,7 +212,7 @@ impl Target {
         Self::choose(&ports::ports()?)
     }
 
-    fn choose(found: &[ports::Port]) -> Result<Self> {
+    fn choose(found: &[Port]) -> Result<Self> {
         let arms: Vec<_> = found.iter().filter(|port| port.likely_arm()).collect();
         let message = match arms.as_slice() {
             [arm] => return Ok(Self::Serial(arm.path.clone())),
@@ -185,7 +233,7 @@ impl Target {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ports::{Port, Usb};
+    use crate::ports::Usb;
 
     #[test]
     fn reads_every_form() {
@@ -199,6 +247,23 @@ mod tests {
                 "/dev/serial/by-id/usb:1",
                 Target::Serial("/dev/serial/by-id/usb:1".into()),
             ),
+            (
+                "usb:10C4:ea60",
+                Target::Usb {
+                    vendor: 0x10C4,
+                    product: 0xEA60,
+                    serial: None,
+                },
+            ),
+            (
+                "usb:403:6001:A6:00 4C",
+                Target::Usb {
+                    vendor: 0x0403,
+                    product: 0x6001,
+                    serial: Some("A6:00 4C".into()),
+                },
+            ),
+            ("arm:DT1234:x", Target::Arm("DT1234:x".into())),
             (
                 "udp:arm",
                 Target::Udp {
@@ -245,6 +310,14 @@ mod tests {
             ("tcp:host", "tcp:host:PORT"),
             ("tcp", "tcp:HOST:PORT"),
             ("ble:", "ble:NAME"),
+            ("usb:10c4", "usb:VENDOR:PRODUCT"),
+            ("usb:10c4:", "usb:VENDOR:PRODUCT"),
+            ("usb:10c4:ea60:", "usb:VENDOR:PRODUCT"),
+            ("usb:+0c4:ea60", "usb:VENDOR:PRODUCT"),
+            ("usb:010c4:ea60", "usb:VENDOR:PRODUCT"),
+            ("usb", "usb:VENDOR:PRODUCT"),
+            ("arm:", "arm:SERIAL"),
+            ("arm", "arm:SERIAL"),
             ("com", "COM3"),
             ("comet", "COM3"),
         ] {

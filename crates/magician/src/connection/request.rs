@@ -190,6 +190,9 @@ pub struct Settings {
     pub floor: Micros,
     /// Longest time after which an answer counts as lost, us.
     pub ceiling: Micros,
+    /// The speed of a serial line, in baud; `None` where what is handed to the system is on its way
+    /// at once.
+    pub baud: Option<u32>,
 }
 
 impl Settings {
@@ -202,6 +205,7 @@ impl Settings {
         initial_timeout: 500_000,
         floor: 100_000,
         ceiling: 2_000_000,
+        baud: None,
     };
 
     /// For UDP: datagrams may be lost, doubled and overtake each other, for up to two seconds.

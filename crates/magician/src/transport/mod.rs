@@ -1,20 +1,28 @@
 //! Ways to an arm: each moves bytes and knows nothing of what they mean.
 
+mod faulty;
+mod search;
 mod serial;
 #[cfg(feature = "sim")]
 mod sim;
 mod stream;
+#[cfg(feature = "trace")]
+mod traced;
 mod udp;
+mod way;
 
 use std::io;
 use std::task::{Context, Poll};
 
 use crate::connection::Settings;
-use crate::{Error, ErrorKind, Result, Target};
+use crate::{Error, ErrorKind};
 
 #[cfg(feature = "sim")]
 pub(crate) use sim::Sim;
 pub(crate) use stream::Stream;
+#[cfg(feature = "trace")]
+pub use traced::Tracer;
+pub(crate) use way::Way;
 
 /// A line to the arm. Both methods are polled from one task; what one leaves pending must wake it.
 pub(crate) trait Transport: Send {
@@ -33,63 +41,6 @@ pub(crate) struct Line {
     pub(crate) name: String,
     /// What was tried, for the message that nothing answers.
     pub(crate) tried: &'static str,
-}
-
-/// The way to an arm, to be gone again when its line was lost.
-pub(crate) struct Way {
-    target: Target,
-}
-
-impl Way {
-    pub(crate) fn to(target: &Target) -> Self {
-        Self {
-            target: target.clone(),
-        }
-    }
-
-    /// Opens a line, for the first time or again.
-    pub(crate) async fn open(&self) -> Result<Line> {
-        open(&self.target).await
-    }
-}
-
-/// Opens the line to a target.
-async fn open(target: &Target) -> Result<Line> {
-    let name = target.to_string();
-    let line = |transport, settings, tried| Line {
-        transport,
-        settings,
-        name: name.clone(),
-        tried,
-    };
-    match target {
-        #[cfg(feature = "sim")]
-        Target::Sim(speed) => {
-            let sim = Box::new(Sim::new(crate::VirtualArm::powered_up(*speed)));
-            Ok(line(sim, Settings::ORDERED, "a virtual arm"))
-        }
-        #[cfg(not(feature = "sim"))]
-        Target::Sim(_) => Err(Error::new(
-            ErrorKind::Unsupported,
-            "this build has no virtual arm: it was made without the feature `sim`",
-        )),
-        Target::Serial(path) => {
-            let port = Box::new(serial::open(path)?);
-            Ok(line(port, Settings::ORDERED, "115200 baud"))
-        }
-        Target::Udp { host, port } => {
-            let socket = udp::open(host, *port).await?;
-            Ok(line(Box::new(socket), Settings::DATAGRAMS, "UDP"))
-        }
-        Target::Tcp { host, port } => {
-            let stream = stream::connect(host, *port).await?;
-            Ok(line(Box::new(stream), Settings::ORDERED, "TCP"))
-        }
-        Target::Ble(name) => Err(Error::new(
-            ErrorKind::Unsupported,
-            format!("ble:{name}: this build does not speak Bluetooth; use USB or Wi-Fi"),
-        )),
-    }
 }
 
 /// The name of a host that cannot be reached.

@@ -9,7 +9,18 @@ use super::{Transport, unreachable_host};
 use crate::Result;
 
 /// Datagrams to the arm's Wi-Fi module and back: one frame each from here, any cut from there.
-pub(crate) struct Udp(UdpSocket);
+pub(crate) struct Udp {
+    socket: UdpSocket,
+    /// The datagram that came last, and how much of it is taken.
+    datagram: Box<[u8]>,
+    taken: usize,
+    filled: usize,
+}
+
+/// Largest datagram there is.
+const DATAGRAM: usize = 65_536;
+/// Errors in succession after which others get their turn.
+const TURN: usize = 16;
 
 /// A socket whose peer is the arm.
 pub(super) async fn open(host: &str, port: u16) -> Result<Udp> {
@@ -23,33 +34,63 @@ pub(super) async fn open(host: &str, port: u16) -> Result<Udp> {
     };
     let socket = UdpSocket::bind(any).await.map_err(failed)?;
     socket.connect(peer).await.map_err(failed)?;
-    Ok(Udp(socket))
+    Ok(Udp {
+        socket,
+        datagram: vec![0; DATAGRAM].into_boxed_slice(),
+        taken: 0,
+        filled: 0,
+    })
 }
 
-/// Nobody listens at the moment: datagrams may come to nothing, and the timeouts tell.
+/// Nobody listens at the moment, or the network is away: datagrams may come to nothing, and the
+/// timeouts tell.
 fn passing(error: &io::Error) -> bool {
     matches!(
         error.kind(),
-        io::ErrorKind::ConnectionRefused | io::ErrorKind::ConnectionReset
+        io::ErrorKind::ConnectionRefused
+            | io::ErrorKind::ConnectionReset
+            | io::ErrorKind::HostUnreachable
+            | io::ErrorKind::NetworkUnreachable
+            | io::ErrorKind::NetworkDown
     )
 }
 
-impl Transport for Udp {
-    fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
-        loop {
-            let mut buffer = ReadBuf::new(bytes);
-            match ready!(self.0.poll_recv(cx, &mut buffer)) {
+impl Udp {
+    /// The next datagram that is not empty.
+    fn fetch(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        for _ in 0..TURN {
+            let mut buffer = ReadBuf::new(&mut self.datagram);
+            match ready!(self.socket.poll_recv(cx, &mut buffer)) {
                 // An empty datagram is not the end.
                 Ok(()) if buffer.filled().is_empty() => {}
-                Ok(()) => return Poll::Ready(Ok(buffer.filled().len())),
+                Ok(()) => {
+                    (self.taken, self.filled) = (0, buffer.filled().len());
+                    return Poll::Ready(Ok(()));
+                }
                 Err(error) if passing(&error) => {}
                 Err(error) => return Poll::Ready(Err(error)),
             }
         }
+        cx.waker().wake_by_ref();
+        Poll::Pending
+    }
+}
+
+impl Transport for Udp {
+    fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
+        if self.taken >= self.filled {
+            ready!(self.fetch(cx))?;
+        }
+        let rest = self.datagram.get(self.taken..self.filled);
+        let rest = rest.unwrap_or_default();
+        let count = rest.len().min(bytes.len());
+        bytes[..count].copy_from_slice(&rest[..count]);
+        self.taken += count;
+        Poll::Ready(Ok(count))
     }
 
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
-        match ready!(self.0.poll_send(cx, bytes)) {
+        match ready!(self.socket.poll_send(cx, bytes)) {
             Err(error) if passing(&error) => Poll::Ready(Ok(bytes.len())),
             sent => Poll::Ready(sent),
         }

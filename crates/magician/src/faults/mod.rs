@@ -1,0 +1,31 @@
+//! What a bad cable does, from a seed: bytes replaced, turned, lost, added, doubled and swapped;
+//! datagrams lost, doubled, out of order; stalls, other cuts, a pulled plug, a controller that
+//! restarts.
+//!
+//! [`Faults`] says how often (`flip=1e-4,drop=1e-5,seed=7`), an [`Injector`] does it to one
+//! direction of a line. It is a state machine without I/O and without a clock, and the same seed
+//! and the same pushes give the same bytes.
+//!
+//! ```
+//! use magician::faults::{Faults, Injector, Passed};
+//!
+//! let faults: Faults = "drop=1,seed=7".parse()?;
+//! let mut line = Injector::new(faults, faults.seed);
+//! line.push(0, &[0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6]);
+//! assert_eq!(line.poll(0), None, "every byte is lost");
+//!
+//! let mut line = Injector::new(Faults::default(), 7);
+//! line.push(0, b"as it is");
+//! assert_eq!(line.poll(0), Some(Passed::Bytes(b"as it is".to_vec())));
+//! # Ok::<(), magician::Error>(())
+//! ```
+
+mod dice;
+mod injector;
+mod rates;
+
+#[cfg(test)]
+mod tests;
+
+pub use injector::{Injector, Passed, Tally};
+pub use rates::{Faults, Side};

@@ -1,0 +1,336 @@
+use std::fmt;
+use std::str::FromStr;
+
+use crate::connection::Micros;
+use crate::{Error, Result};
+
+/// How often a line does what, and from which seed.
+///
+/// Rates are probabilities from 0 to 1. Those of bytes exclude each other, so together they are at
+/// most 1. A chunk is what one push brings: a frame, a write, a datagram. As text it is a list of
+/// `key=value` with commas, in any order; what is left out is off:
+///
+/// | key | what happens |
+/// |---|---|
+/// | `replace` | a byte becomes another one |
+/// | `flip` | one bit of a byte is turned |
+/// | `drop` | a byte is lost |
+/// | `insert` | a byte that nobody sent comes before this one |
+/// | `duplicate` | a byte comes twice |
+/// | `swap` | a byte and the next one of its chunk change places |
+/// | `drop-chunk` | a chunk is lost |
+/// | `duplicate-chunk` | a chunk comes twice |
+/// | `swap-chunk` | a chunk lets the next one pass, for which it waits at most `hold-ms` (50): reordered, or late |
+/// | `stall` | the line stands still at a chunk for up to `stall-ms` (100) |
+/// | `rechunk` | a chunk comes in up to four pieces at different times, or in one with the next |
+/// | `unplug` | the plug is pulled at a chunk, for `unplug-ms` (200); it and what is under way are lost |
+/// | `reset` | the controller restarts at a chunk, which is lost |
+/// | `only` | `requests` or `replies`: the other direction has no faults |
+/// | `seed` | where chance comes from (0) |
+///
+/// ```
+/// use magician::faults::Faults;
+///
+/// let faults: Faults = "flip=1e-4, drop=0.05, seed=7".parse()?;
+/// assert_eq!((faults.flip, faults.drop, faults.seed), (1e-4, 0.05, 7));
+/// assert_eq!(faults.to_string(), "flip=1e-4,drop=5e-2,seed=7");
+/// let error = "flop=1".parse::<Faults>().unwrap_err();
+/// assert!(error.to_string().contains("flip"));
+/// # Ok::<(), magician::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Faults {
+    /// Bytes that become another one.
+    pub replace: f64,
+    /// Bytes of which one bit is turned.
+    pub flip: f64,
+    /// Bytes that are lost.
+    pub drop: f64,
+    /// Bytes before which one comes that nobody sent.
+    pub insert: f64,
+    /// Bytes that come twice.
+    pub duplicate: f64,
+    /// Bytes that change places with the next one of their chunk.
+    pub swap: f64,
+    /// Chunks that are lost.
+    pub drop_chunk: f64,
+    /// Chunks that come twice.
+    pub duplicate_chunk: f64,
+    /// Chunks that let the next one pass.
+    pub swap_chunk: f64,
+    /// Chunks at which the line stands still.
+    pub stall: f64,
+    /// Chunks that come in other cuts.
+    pub rechunk: f64,
+    /// Chunks at which the plug is pulled.
+    pub unplug: f64,
+    /// Chunks at which the controller restarts.
+    pub reset: f64,
+    /// How long a chunk waits for the next one to pass it, us.
+    pub hold_for: Micros,
+    /// The longest stall, us.
+    pub stall_for: Micros,
+    /// How long the plug stays out, us.
+    pub unplug_for: Micros,
+    /// The direction that has the faults; both if `None`.
+    pub only: Option<Side>,
+    /// Where chance comes from.
+    pub seed: u64,
+}
+
+/// A direction of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// To the arm.
+    Requests,
+    /// From the arm.
+    Replies,
+}
+
+impl Default for Faults {
+    /// None, from seed 0.
+    fn default() -> Self {
+        Self {
+            replace: 0.0,
+            flip: 0.0,
+            drop: 0.0,
+            insert: 0.0,
+            duplicate: 0.0,
+            swap: 0.0,
+            drop_chunk: 0.0,
+            duplicate_chunk: 0.0,
+            swap_chunk: 0.0,
+            stall: 0.0,
+            rechunk: 0.0,
+            unplug: 0.0,
+            reset: 0.0,
+            hold_for: 50_000,
+            stall_for: 100_000,
+            unplug_for: 200_000,
+            only: None,
+            seed: 0,
+        }
+    }
+}
+
+/// Where a number stands.
+type Field<T> = fn(&mut Faults) -> &mut T;
+
+/// The keys, and where each one's rate stands. Those of bytes come first.
+const RATES: [(&str, Field<f64>); 13] = [
+    ("replace", |faults| &mut faults.replace),
+    ("flip", |faults| &mut faults.flip),
+    ("drop", |faults| &mut faults.drop),
+    ("insert", |faults| &mut faults.insert),
+    ("duplicate", |faults| &mut faults.duplicate),
+    ("swap", |faults| &mut faults.swap),
+    ("drop-chunk", |faults| &mut faults.drop_chunk),
+    ("duplicate-chunk", |faults| &mut faults.duplicate_chunk),
+    ("swap-chunk", |faults| &mut faults.swap_chunk),
+    ("stall", |faults| &mut faults.stall),
+    ("rechunk", |faults| &mut faults.rechunk),
+    ("unplug", |faults| &mut faults.unplug),
+    ("reset", |faults| &mut faults.reset),
+];
+
+/// The keys of times.
+const TIMES: [(&str, Field<Micros>); 3] = [
+    ("hold-ms", |faults| &mut faults.hold_for),
+    ("stall-ms", |faults| &mut faults.stall_for),
+    ("unplug-ms", |faults| &mut faults.unplug_for),
+];
+
+/// A minute; longer ones are mistakes.
+const LONGEST_MS: u64 = 60_000;
+
+impl Faults {
+    /// Whether nothing ever happens.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        RATES.iter().all(|(_, rate)| *rate(&mut { *self }) == 0.0)
+    }
+
+    /// What one direction of the line does: these, or none if [`only`](Self::only) names the other. Pulled plugs and restarts strike on the way to the arm unless that has no faults.
+    #[must_use]
+    pub fn on(mut self, side: Side) -> Self {
+        match self.only {
+            Some(only) if only != side => Self {
+                seed: self.seed,
+                ..Self::default()
+            },
+            Some(_) => self,
+            None => {
+                if side == Side::Replies {
+                    (self.unplug, self.reset) = (0.0, 0.0);
+                }
+                self
+            }
+        }
+    }
+
+    /// Whether the rates are ones.
+    ///
+    /// # Errors
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a rate outside of 0 to 1, and
+    /// rates of bytes that exceed 1 together.
+    pub fn check(&self) -> Result<()> {
+        for (key, rate) in RATES {
+            let rate = *rate(&mut { *self });
+            if !(0.0..=1.0).contains(&rate) {
+                return Err(Error::invalid(format!(
+                    "`{key}={rate}` is no rate: it is a probability, 0 to 1"
+                )));
+            }
+        }
+        let bytes = self.replace + self.flip + self.drop + self.insert + self.duplicate + self.swap;
+        // Ten tenths may be a little more than one.
+        if bytes > 1.0 + 1e-9 {
+            return Err(Error::invalid(format!(
+                "the rates of bytes (replace, flip, drop, insert, duplicate, swap) are {bytes} \
+                 together: at most 1"
+            )));
+        }
+        Ok(())
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<()> {
+        let bad = |right: &str| Error::invalid(format!("`{key}={value}`: {right}"));
+        if let Some((_, rate)) = RATES.iter().find(|(name, _)| *name == key) {
+            *rate(self) = value
+                .parse()
+                .map_err(|_| bad("a rate is a number, 0 to 1"))?;
+            return Ok(());
+        }
+        if let Some((_, time)) = TIMES.iter().find(|(name, _)| *name == key) {
+            let ms = value.parse::<u64>().ok().filter(|ms| *ms <= LONGEST_MS);
+            *time(self) = 1000 * ms.ok_or_else(|| bad("whole milliseconds, at most 60000"))?;
+            return Ok(());
+        }
+        match (key, value) {
+            ("seed", seed) => {
+                self.seed = seed.parse().map_err(|_| bad("a seed is a whole number"))?;
+            }
+            ("only", "requests") => self.only = Some(Side::Requests),
+            ("only", "replies") => self.only = Some(Side::Replies),
+            ("only", _) => return Err(bad("requests or replies")),
+            _ => {
+                let known = (RATES.iter().map(|(name, _)| *name))
+                    .chain(TIMES.iter().map(|(name, _)| *name))
+                    .chain(["only", "seed"]);
+                return Err(Error::invalid(format!(
+                    "`{key}` is no fault; known are {}",
+                    known.collect::<Vec<_>>().join(", ")
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl FromStr for Faults {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let mut faults = Self::default();
+        let mut seen: Vec<&str> = Vec::new();
+        for part in text.split(',').map(str::trim) {
+            if part.is_empty() {
+                continue;
+            }
+            let Some((key, value)) = part.split_once('=') else {
+                return Err(Error::invalid(format!(
+                    "`{part}` is no fault: write key=value, flip=1e-4 for one"
+                )));
+            };
+            let key = key.trim();
+            faults.set(key, value.trim())?;
+            if seen.contains(&key) {
+                return Err(Error::invalid(format!("`{key}` is given twice")));
+            }
+            seen.push(key);
+        }
+        faults.check()?;
+        Ok(faults)
+    }
+}
+
+impl fmt::Display for Faults {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (mut own, mut usual) = (*self, Self::default());
+        for (key, rate) in RATES {
+            let rate = *rate(&mut own);
+            if rate == 1.0 {
+                write!(f, "{key}=1,")?;
+            } else if rate != 0.0 {
+                write!(f, "{key}={rate:e},")?;
+            }
+        }
+        for (key, time) in TIMES {
+            if time(&mut own) != time(&mut usual) {
+                write!(f, "{key}={},", *time(&mut own) / 1000)?;
+            }
+        }
+        match self.only {
+            Some(Side::Requests) => f.write_str("only=requests,")?,
+            Some(Side::Replies) => f.write_str("only=replies,")?,
+            None => {}
+        }
+        write!(f, "seed={}", self.seed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ErrorKind;
+
+    #[test]
+    fn every_key_survives_being_written() {
+        for (key, _) in RATES {
+            let text = format!("{key}=2.5e-1,seed=3");
+            assert_eq!(text.parse::<Faults>().unwrap().to_string(), text);
+        }
+        let all = "replace=1e-1,swap-chunk=1,hold-ms=7,stall-ms=0,unplug-ms=1,only=replies,seed=18446744073709551615";
+        assert_eq!(all.parse::<Faults>().unwrap().to_string(), all);
+        assert_eq!("".parse::<Faults>().unwrap(), Faults::default());
+        assert_eq!(Faults::default().to_string(), "seed=0");
+        assert!(Faults::default().is_none());
+        assert!(!all.parse::<Faults>().unwrap().is_none());
+    }
+
+    #[test]
+    fn says_what_is_right() {
+        for (text, hint) in [
+            ("flop=1", "known are replace, flip"),
+            ("flip", "key=value"),
+            ("flip=x", "0 to 1"),
+            ("flip=1.5", "0 to 1"),
+            ("flip=-1", "0 to 1"),
+            ("flip=nan", "0 to 1"),
+            ("flip=0.6,drop=0.6", "at most 1"),
+            ("flip=0.1,flip=0.2", "twice"),
+            ("stall-ms=1e3", "milliseconds"),
+            ("stall-ms=18446744073709551615", "60000"),
+            ("only=both", "requests or replies"),
+            ("seed=-1", "whole number"),
+        ] {
+            let error = text.parse::<Faults>().unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::InvalidInput);
+            assert!(error.to_string().contains(hint), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn one_direction_may_be_clean_and_the_plug_is_pulled_once() {
+        let faults: Faults = "flip=0.5,unplug=0.5,only=replies".parse().unwrap();
+        assert!(faults.on(Side::Requests).is_none());
+        assert_eq!(faults.on(Side::Replies), faults);
+        let both: Faults = "flip=0.5,unplug=0.5,reset=0.5".parse().unwrap();
+        assert_eq!(both.on(Side::Requests), both);
+        let replies = both.on(Side::Replies);
+        assert_eq!(
+            (replies.flip, replies.unplug, replies.reset),
+            (0.5, 0.0, 0.0)
+        );
+    }
+}

@@ -1,0 +1,191 @@
+//! The serial ports of this computer and the USB adapters behind them.
+//!
+//! What a port's adapter is comes from sysfs on Linux, from `ioreg` on macOS and from `reg query`
+//! on Windows. Linux is tried on folders in the form of sysfs; the other two are type-checked, and
+//! their readers are tested on texts in the documented form.
+
+use std::fmt;
+use std::path::Path;
+
+use crate::{Error, ErrorKind, Result};
+
+#[cfg(target_os = "linux")]
+mod linux;
+#[cfg(any(target_os = "macos", test))]
+mod macos;
+mod same;
+#[cfg(any(windows, test))]
+mod windows;
+
+pub(crate) use same::Remembered;
+
+/// A serial port of this computer.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Port {
+    /// What to open: `/dev/ttyUSB0`, `COM3`.
+    pub path: String,
+    /// What is known of the USB device behind it.
+    pub usb: Option<Usb>,
+}
+
+/// A USB device with a serial port.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Usb {
+    /// Vendor id.
+    pub vendor: u16,
+    /// Product id.
+    pub product: u16,
+    /// Product text.
+    pub name: Option<String>,
+    /// Manufacturer text.
+    pub manufacturer: Option<String>,
+    /// Serial number of the adapter, not of the arm.
+    pub serial: Option<String>,
+    /// The socket that it is plugged into, as the system names it: `1-1.4` on Linux.
+    pub location: Option<String>,
+    /// Which of the adapter's ports it is, for adapters that have several.
+    pub interface: Option<u8>,
+}
+
+/// The adapters found in Magicians: CP210x, and CH340 in some.
+const ADAPTERS: [(u16, u16); 2] = [(0x10C4, 0xEA60), (0x1A86, 0x7523)];
+
+impl Port {
+    /// Whether the adapter is one that Magicians have. Other devices have them too.
+    #[must_use]
+    pub fn likely_arm(&self) -> bool {
+        let usb = self.usb.as_ref();
+        usb.is_some_and(|usb| ADAPTERS.contains(&(usb.vendor, usb.product)))
+    }
+
+    /// Whether a path leads to this port, through symbolic links too.
+    fn is_at(&self, path: &str) -> bool {
+        let canonical = |path: &str| Path::new(path).canonicalize().ok();
+        self.path == path
+            || cfg!(windows) && self.path.eq_ignore_ascii_case(path)
+            || canonical(path).is_some_and(|path| canonical(&self.path) == Some(path))
+    }
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.path)?;
+        let Some(usb) = &self.usb else { return Ok(()) };
+        write!(f, " (USB {:04x}:{:04x}", usb.vendor, usb.product)?;
+        if let Some(serial) = &usb.serial {
+            write!(f, ":{serial}")?;
+        }
+        if let Some(name) = &usb.name {
+            write!(f, " {name}")?;
+        }
+        f.write_str(if self.likely_arm() {
+            ", likely an arm)"
+        } else {
+            ")"
+        })
+    }
+}
+
+/// The serial ports of this computer, likely arms first.
+///
+/// # Errors
+/// [`ErrorKind::Port`] when the system does not tell.
+pub fn ports() -> Result<Vec<Port>> {
+    let paths = serial2::SerialPort::available_ports().map_err(|error| {
+        let message = format!("the serial ports could not be listed: {error}");
+        Error::new(ErrorKind::Port, message).with_source(error)
+    })?;
+    let paths = paths.iter().map(|path| path.to_string_lossy().into_owned());
+    let mut ports = described(paths.filter(|path| !is_double(path)).collect());
+    ports.sort_by_key(|port| (!port.likely_arm(), port.path.clone()));
+    Ok(ports)
+}
+
+/// macOS lists every port twice; `tty.` is the one that waits for a carrier.
+fn is_double(path: &str) -> bool {
+    cfg!(target_os = "macos") && path.contains("/tty.")
+}
+
+#[cfg(target_os = "linux")]
+fn described(paths: Vec<String>) -> Vec<Port> {
+    let port = |path: String| Port {
+        usb: linux::usb(Path::new("/sys/class/tty"), Path::new(&path)),
+        path,
+    };
+    paths.into_iter().map(port).collect()
+}
+
+#[cfg(target_os = "macos")]
+fn described(paths: Vec<String>) -> Vec<Port> {
+    let known = macos::adapters();
+    with(paths, |path| known.iter().find(|(at, _)| at == path))
+}
+
+#[cfg(windows)]
+fn described(paths: Vec<String>) -> Vec<Port> {
+    let known = windows::adapters(&paths);
+    with(paths, |path| {
+        known.iter().find(|(at, _)| at.eq_ignore_ascii_case(path))
+    })
+}
+
+#[cfg(any(target_os = "macos", windows))]
+fn with<'a>(paths: Vec<String>, find: impl Fn(&str) -> Option<&'a (String, Usb)>) -> Vec<Port> {
+    let port = |path: String| Port {
+        usb: find(&path).map(|(_, usb)| usb.clone()),
+        path,
+    };
+    paths.into_iter().map(port).collect()
+}
+
+#[cfg(not(any(target_os = "linux", target_os = "macos", windows)))]
+fn described(paths: Vec<String>) -> Vec<Port> {
+    let port = |path| Port { path, usb: None };
+    paths.into_iter().map(port).collect()
+}
+
+/// What a program of the system says; empty if it says nothing.
+#[cfg(any(target_os = "macos", windows))]
+fn said_by(program: &str, arguments: &[&str]) -> String {
+    match std::process::Command::new(program).args(arguments).output() {
+        Ok(output) => String::from_utf8_lossy(&output.stdout).into_owned(),
+        Err(error) => {
+            tracing::debug!(program, %error, "what the serial ports are is not known");
+            String::new()
+        }
+    }
+}
+
+/// Ports in a sentence.
+pub(crate) fn list<'a>(ports: impl IntoIterator<Item = &'a Port>) -> String {
+    let all: Vec<String> = ports.into_iter().map(Port::to_string).collect();
+    match all.as_slice() {
+        [] => "this computer has no serial port".to_owned(),
+        all => format!("serial ports here: {}", all.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_port_says_what_it_is() {
+        let usb = Usb {
+            vendor: 0x1A86,
+            product: 0x7523,
+            name: Some("USB Serial".into()),
+            ..Usb::default()
+        };
+        let port = Port {
+            path: "/dev/ttyUSB3".into(),
+            usb: Some(usb),
+        };
+        assert!(port.likely_arm());
+        assert_eq!(
+            port.to_string(),
+            "/dev/ttyUSB3 (USB 1a86:7523 USB Serial, likely an arm)"
+        );
+        assert_eq!(list([]), "this computer has no serial port");
+    }
+}

@@ -1,0 +1,246 @@
+use std::future::Future;
+use std::io;
+use std::pin::Pin;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use tokio::time::{Instant, Sleep, sleep_until};
+
+use super::Transport;
+use crate::connection::Micros;
+use crate::faults::{Faults, Injector, Passed, Side};
+use crate::{Error, ErrorKind, Result};
+
+/// What befalls the controller itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Blow {
+    /// It restarts.
+    Reset,
+    /// Its cable was out and is in again.
+    Replugged,
+}
+
+/// Deals a [`Blow`].
+pub(crate) type Restart = Box<dyn Fn(Blow) + Send>;
+
+/// Sets the chances of the two directions apart.
+const OTHER_WAY: u64 = 0x0DD5_1DE5;
+
+/// The faults of a way: they go on when the line is opened again.
+#[derive(Clone)]
+pub(super) struct Spoiler {
+    state: Arc<Mutex<State>>,
+    faults: Faults,
+    begun: Instant,
+}
+
+struct State {
+    to_arm: Injector,
+    to_host: Injector,
+    /// The plug is out until then.
+    out_until: Option<Micros>,
+}
+
+impl Spoiler {
+    pub(super) fn new(faults: Faults) -> Self {
+        let state = State {
+            to_arm: Injector::new(faults.on(Side::Requests), faults.seed),
+            to_host: Injector::new(faults.on(Side::Replies), faults.seed ^ OTHER_WAY),
+            out_until: None,
+        };
+        Self {
+            state: Arc::new(Mutex::new(state)),
+            faults,
+            begun: Instant::now(),
+        }
+    }
+
+    /// Whether the plug is in.
+    pub(super) fn reachable(&self, name: &str) -> Result<()> {
+        let now = self.now();
+        if self.lock().out_until.is_some_and(|until| now < until) {
+            let message =
+                format!("{name} is unplugged (an injected fault); it comes back by itself");
+            return Err(Error::new(ErrorKind::Port, message));
+        }
+        Ok(())
+    }
+
+    /// The same line with faults.
+    pub(super) fn around(
+        &self,
+        inner: Box<dyn Transport>,
+        restart: Option<Restart>,
+        name: &str,
+    ) -> Result<Faulty> {
+        if self.faults.reset > 0.0 && restart.is_none() {
+            return Err(Error::invalid(format!(
+                "`reset` cannot be done to {name}: only a virtual arm in this process can be \
+                 restarted from here"
+            )));
+        }
+        let mut state = self.lock();
+        if state.out_until.take().is_some()
+            && let Some(restart) = &restart
+        {
+            restart(Blow::Replugged);
+        }
+        // What was under way on the line before this one is gone.
+        state.to_arm.plug_in();
+        state.to_host.plug_in();
+        drop(state);
+        Ok(Faulty {
+            inner,
+            spoiler: self.clone(),
+            restart,
+            out: Vec::new(),
+            come: Vec::new(),
+            gone: false,
+            timer: Box::pin(sleep_until(self.begun)),
+        })
+    }
+
+    fn now(&self) -> Micros {
+        Micros::try_from(self.begun.elapsed().as_micros()).unwrap_or(Micros::MAX)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A line that is spoilt in both directions.
+pub(super) struct Faulty {
+    inner: Box<dyn Transport>,
+    spoiler: Spoiler,
+    restart: Option<Restart>,
+    /// On its way to the arm, spoilt.
+    out: Vec<u8>,
+    /// From the arm, spoilt.
+    come: Vec<u8>,
+    gone: bool,
+    timer: Pin<Box<Sleep>>,
+}
+
+impl Faulty {
+    /// Writes what the time has come for. Each chunk is one write, and so one datagram.
+    fn forward(&mut self, cx: &mut Context<'_>) -> io::Result<()> {
+        while !self.gone {
+            if !self.out.is_empty() {
+                match self.inner.poll_write(cx, &self.out) {
+                    Poll::Pending => return Ok(()),
+                    Poll::Ready(Err(error)) => return Err(error),
+                    Poll::Ready(Ok(0)) => return Err(io::ErrorKind::WriteZero.into()),
+                    Poll::Ready(Ok(count)) => drop(self.out.drain(..count.min(self.out.len()))),
+                }
+                continue;
+            }
+            let now = self.spoiler.now();
+            let passed = self.spoiler.lock().to_arm.poll(now);
+            match passed {
+                None => return Ok(()),
+                Some(passed) => self.out = self.take(passed),
+            }
+        }
+        Ok(())
+    }
+
+    /// Bytes, or none and what befell instead.
+    fn take(&mut self, passed: Passed) -> Vec<u8> {
+        match passed {
+            Passed::Bytes(bytes) => return bytes,
+            Passed::Reset => {
+                if let Some(restart) = &self.restart {
+                    restart(Blow::Reset);
+                }
+            }
+            Passed::Unplugged => {
+                self.gone = true;
+                let until = self
+                    .spoiler
+                    .now()
+                    .saturating_add(self.spoiler.faults.unplug_for);
+                let mut state = self.spoiler.lock();
+                state.out_until = Some(until);
+            }
+        }
+        Vec::new()
+    }
+
+    /// Fills `come` with what the time has come for.
+    fn fetch(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        loop {
+            self.forward(cx)?;
+            if self.gone {
+                return Poll::Ready(Err(io::ErrorKind::BrokenPipe.into()));
+            }
+            let now = self.spoiler.now();
+            let passed = self.spoiler.lock().to_host.poll(now);
+            if let Some(passed) = passed {
+                self.come = self.take(passed);
+                if !self.come.is_empty() {
+                    return Poll::Ready(Ok(()));
+                }
+                continue;
+            }
+            let mut bytes = [0; 2048];
+            match self.inner.poll_read(cx, &mut bytes) {
+                Poll::Ready(Ok(0)) => return Poll::Ready(Err(io::ErrorKind::UnexpectedEof.into())),
+                Poll::Ready(Err(error)) => return Poll::Ready(Err(error)),
+                Poll::Ready(Ok(count)) => {
+                    let bytes = bytes.get(..count).unwrap_or_default();
+                    self.spoiler.lock().to_host.push(now, bytes);
+                }
+                Poll::Pending if self.sleep(cx).is_pending() => return Poll::Pending,
+                Poll::Pending => {}
+            }
+        }
+    }
+
+    /// Until the next chunk is due.
+    fn sleep(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        let next = {
+            let state = self.spoiler.lock();
+            let next = [state.to_arm.poll_timeout(), state.to_host.poll_timeout()];
+            next.into_iter().flatten().min()
+        };
+        // What waits for the line to take it wakes by the line.
+        let Some(at) = next.filter(|_| self.out.is_empty()) else {
+            return Poll::Pending;
+        };
+        // Timers may fire a little early; an instant that has come is waited for a moment.
+        let at = at.max(self.spoiler.now().saturating_add(1));
+        let at = self.spoiler.begun + Duration::from_micros(at);
+        self.timer.as_mut().reset(at);
+        self.timer.as_mut().poll(cx)
+    }
+}
+
+impl Transport for Faulty {
+    fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
+        if self.come.is_empty() {
+            match self.fetch(cx) {
+                Poll::Pending => return Poll::Pending,
+                Poll::Ready(fetched) => fetched?,
+            }
+        }
+        let count = self.come.len().min(bytes.len());
+        let (come, after) = self.come.split_at(count);
+        bytes[..count].copy_from_slice(come);
+        self.come = after.to_vec();
+        Poll::Ready(Ok(count))
+    }
+
+    /// Takes everything at once. The timer is left to [`poll_read`](Transport::poll_read), because
+    /// a last write may come when the runtime has gone.
+    fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
+        if self.gone {
+            return Poll::Ready(Err(io::ErrorKind::BrokenPipe.into()));
+        }
+        let now = self.spoiler.now();
+        self.spoiler.lock().to_arm.push(now, bytes);
+        self.forward(cx)?;
+        Poll::Ready(Ok(bytes.len()))
+    }
+}

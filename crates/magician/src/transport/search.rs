@@ -1,0 +1,126 @@
+//! Finding a serial port by what is behind it.
+
+use std::future::poll_fn;
+use std::time::Duration;
+
+use magician_protocol::commands::DeviceSn;
+use magician_protocol::{Deframer, Event, FrameBuf, NoArgs, Readable};
+use tokio::time::timeout;
+
+use super::Transport;
+use super::serial::{self, Serial};
+use crate::ports::{Port, list};
+use crate::{Error, ErrorKind, Result, Target};
+
+/// How long an arm may take for its serial number; real ones take 12 ms (model section 15).
+const PATIENCE: Duration = Duration::from_millis(300);
+/// How often it is asked.
+const TIMES: usize = 2;
+
+/// The path of the one adapter that `usb:VENDOR:PRODUCT[:SERIAL]` names.
+pub(super) fn adapter(target: &Target, present: &[Port]) -> Result<String> {
+    let Target::Usb {
+        vendor,
+        product,
+        serial,
+    } = target
+    else {
+        return Ok(target.to_string());
+    };
+    let is_it = |port: &&Port| {
+        let Some(usb) = &port.usb else { return false };
+        let same = (usb.vendor, usb.product) == (*vendor, *product);
+        same && (serial.is_none() || usb.serial == *serial)
+    };
+    let found: Vec<&Port> = present.iter().filter(is_it).collect();
+    let message = match found.as_slice() {
+        [port] => return Ok(port.path.clone()),
+        [] => format!(
+            "{target} is not plugged in ({}); plug it in, or see `magician ports` for its ids",
+            list(present)
+        ),
+        several => format!(
+            "{target} is plugged in more than once ({}); add the serial number of the adapter, \
+             usb:VENDOR:PRODUCT:SERIAL, or name the port",
+            list(several.iter().copied())
+        ),
+    };
+    Err(Error::new(ErrorKind::Port, message))
+}
+
+/// Opens the port with the arm of this serial number. The others are asked for theirs and closed
+/// again; what is in use is left alone.
+pub(super) async fn arm(wanted: &str, candidates: &[Port]) -> Result<(String, Serial)> {
+    let mut seen = Vec::new();
+    for Port { path, .. } in candidates {
+        let mut port = match serial::open(path) {
+            Ok(port) => port,
+            // The sentence names the port, and who holds it.
+            Err(error) => {
+                seen.push(error.to_string());
+                continue;
+            }
+        };
+        match serial_number(&mut port).await {
+            Some(serial) if serial.eq_ignore_ascii_case(wanted) => return Ok((path.clone(), port)),
+            Some(serial) => seen.push(format!("on {path} is the arm {}", printable(&serial))),
+            None => seen.push(format!("{path} does not answer")),
+        }
+    }
+    let message = match seen.as_slice() {
+        [] => format!(
+            "the arm {wanted} is not here: no adapter of an arm is plugged in; is it switched on and \
+             plugged in?"
+        ),
+        seen => format!(
+            "the arm {wanted} is not here: {}; is it switched on and plugged in?",
+            seen.join("; ")
+        ),
+    };
+    Err(Error::new(ErrorKind::Port, message))
+}
+
+/// Asks whatever is at the end of a line for its serial number, with little patience.
+async fn serial_number(line: &mut dyn Transport) -> Option<String> {
+    let request = FrameBuf::get(&NoArgs, DeviceSn::ROW).ok()?;
+    let mut deframer = Deframer::new();
+    for _ in 0..TIMES {
+        if let Ok(answer) = timeout(PATIENCE, exchange(line, &request, &mut deframer)).await {
+            // A line that broke will not answer the next time.
+            return answer;
+        }
+    }
+    None
+}
+
+/// `None`: the line broke.
+async fn exchange(
+    line: &mut dyn Transport,
+    request: &FrameBuf,
+    deframer: &mut Deframer,
+) -> Option<String> {
+    let mut rest = request.bytes();
+    while !rest.is_empty() {
+        let count = poll_fn(|cx| line.poll_write(cx, rest)).await.ok()?;
+        rest = rest.get(count..).filter(|_| count > 0)?;
+    }
+    loop {
+        let mut bytes = [0; 256];
+        let count = poll_fn(|cx| line.poll_read(cx, &mut bytes)).await.ok()?;
+        let mut input = bytes.get(..count).filter(|bytes| !bytes.is_empty())?;
+        while let Some(event) = deframer.next(&mut input) {
+            if let Event::Frame { frame, .. } = event
+                && frame.id() == DeviceSn::ROW.id
+                && let Ok(answer) = frame.read::<DeviceSn>()
+            {
+                let serial = String::from_utf8_lossy(answer.device_sn.as_bytes());
+                return Some(serial.into_owned());
+            }
+        }
+    }
+}
+
+/// What a stranger says, without what a terminal would obey.
+fn printable(text: &str) -> String {
+    text.chars().filter(|char| !char.is_control()).collect()
+}

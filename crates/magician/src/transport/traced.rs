@@ -1,0 +1,134 @@
+use std::io::{self, Write};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+use magician_protocol::Direction;
+use magician_sim::trace::{TraceLink, TraceWriter};
+
+use super::Transport;
+
+/// A trace file under way: everything that passes on a line, as a pcapng file of link type USER0
+/// that Wireshark opens. Clones write to the same file.
+#[derive(Clone)]
+pub struct Tracer(Arc<Mutex<File>>);
+
+struct File {
+    /// `None` when it could not be written any more.
+    writer: Option<TraceWriter<Box<dyn Write + Send>>>,
+    links: Vec<(String, TraceLink)>,
+    begun: Instant,
+    /// Microseconds since 1970 at `begun`.
+    epoch: u64,
+}
+
+impl Tracer {
+    /// Begins a file. Every packet is written whole, so that the file of a program that was killed
+    /// can be read up to its last frame.
+    ///
+    /// # Errors
+    /// What the writer reports. A writer that fails later ends the trace with a warning; the line
+    /// goes on.
+    pub fn new(out: impl Write + Send + 'static) -> io::Result<Self> {
+        let out: Box<dyn Write + Send> = Box::new(out);
+        let since = SystemTime::now().duration_since(UNIX_EPOCH);
+        let epoch = since.map_or(0, |since| u64::try_from(since.as_micros()).unwrap_or(0));
+        Ok(Self(Arc::new(Mutex::new(File {
+            writer: Some(TraceWriter::new(out)?),
+            links: Vec::new(),
+            begun: Instant::now(),
+            epoch,
+        }))))
+    }
+
+    fn with(&self, act: impl FnOnce(&mut File) -> io::Result<()>) {
+        let mut file = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Err(error) = act(&mut file) {
+            tracing::warn!(%error, "the trace cannot be written and ends here");
+            file.writer = None;
+        }
+    }
+}
+
+impl std::fmt::Debug for Tracer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Tracer").finish_non_exhaustive()
+    }
+}
+
+impl File {
+    /// The link of this name; one that was opened again goes on.
+    fn link(&mut self, name: &str) -> io::Result<Option<TraceLink>> {
+        let known = self.links.iter().find(|(known, _)| known == name);
+        if let Some((_, link)) = known {
+            return Ok(Some(*link));
+        }
+        let Some(writer) = &mut self.writer else {
+            return Ok(None);
+        };
+        let link = writer.link(name)?;
+        self.links.push((name.to_owned(), link));
+        Ok(Some(link))
+    }
+
+    fn record(&mut self, name: &str, direction: Direction, bytes: &[u8]) -> io::Result<()> {
+        let passed = u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX);
+        let time = self.epoch.saturating_add(passed);
+        match (self.link(name)?, &mut self.writer) {
+            (Some(link), Some(writer)) => writer.record(link, time, direction, bytes),
+            _ => Ok(()),
+        }
+    }
+
+    fn close(&mut self, name: &str) -> io::Result<()> {
+        match (self.link(name)?, &mut self.writer) {
+            (Some(link), Some(writer)) => writer.close(link),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A line that is written down.
+pub(super) struct Traced {
+    inner: Box<dyn Transport>,
+    tracer: Tracer,
+    name: String,
+}
+
+impl Traced {
+    pub(super) fn new(inner: Box<dyn Transport>, tracer: Tracer, name: &str) -> Self {
+        Self {
+            inner,
+            tracer,
+            name: name.to_owned(),
+        }
+    }
+
+    fn record(&self, direction: Direction, bytes: &[u8], count: &Poll<io::Result<usize>>) {
+        if let Poll::Ready(Ok(count)) = count {
+            let bytes = bytes.get(..*count).unwrap_or_default();
+            self.tracer
+                .with(|file| file.record(&self.name, direction, bytes));
+        }
+    }
+}
+
+impl Transport for Traced {
+    fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
+        let count = self.inner.poll_read(cx, bytes);
+        self.record(Direction::Reply, bytes, &count);
+        count
+    }
+
+    fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
+        let count = self.inner.poll_write(cx, bytes);
+        self.record(Direction::Request, bytes, &count);
+        count
+    }
+}
+
+impl Drop for Traced {
+    fn drop(&mut self) {
+        self.tracer.with(|file| file.close(&self.name));
+    }
+}
