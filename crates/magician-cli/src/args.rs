@@ -11,7 +11,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
     alarms, commands, completions, conform, decode, demo, enqueue, forward, get, help, home, info,
-    inverse, io, man, ports, pose, queue, set, shell, sim, stop, tools, travel,
+    inverse, io, man, ports, pose, proxy, queue, set, shell, sim, stop, tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -108,6 +108,7 @@ pub(crate) enum Verb {
     Shell(shell::Shell),
     Demo(demo::Demo),
     Sim(Box<sim::Sim>),
+    Proxy(Box<proxy::Proxy>),
     Conform(conform::Conform),
     Commands(commands::Commands),
     Decode(decode::Decode),
@@ -140,6 +141,7 @@ impl Verb {
             Self::Shell(verb) => verb.run(context),
             Self::Demo(verb) => verb.run(context),
             Self::Sim(verb) => verb.run(context),
+            Self::Proxy(verb) => verb.run(context),
             Self::Conform(verb) => verb.run(context),
             Self::Commands(verb) => verb.run(context),
             Self::Decode(verb) => verb.run(context),

@@ -17,6 +17,7 @@ pub(crate) mod io;
 pub(crate) mod man;
 pub(crate) mod ports;
 pub(crate) mod pose;
+pub(crate) mod proxy;
 pub(crate) mod queue;
 pub(crate) mod set;
 pub(crate) mod shell;

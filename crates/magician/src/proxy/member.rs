@@ -80,6 +80,11 @@ impl Member {
         self.slots.remove(at)
     }
 
+    pub(super) fn has_reply(&self) -> bool {
+        let first = self.slots.front();
+        first.is_some_and(|slot| matches!(slot.state, State::Answered { .. }))
+    }
+
     /// The first answer, when nothing that was asked before it is unanswered.
     pub(super) fn reply(&mut self) -> Option<(FrameBuf, bool)> {
         match self.slots.front()?.state {

@@ -134,6 +134,13 @@ impl Proxy {
         self.members.get(&client).map_or(0, Member::room)
     }
 
+    /// Whether there is an answer that a client has not taken: asking what is for the arm may find
+    /// one, among those that need not go there.
+    #[must_use]
+    pub fn is_answering(&self) -> bool {
+        self.members.values().any(Member::has_reply)
+    }
+
     /// Whether the proxy has something to say to the arm itself that the arm has not confirmed:
     /// the end of a jog.
     #[must_use]

@@ -13,6 +13,7 @@ use magician_protocol::{DecodeError, Description, Direction, Frame, Rejection, d
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
+pub(crate) use record::hex;
 use stream::{Origin, Tally};
 
 /// Explain bytes of the protocol: hex, a file, or stdin
@@ -67,7 +68,7 @@ impl From {
 }
 
 /// A direction in a word.
-fn word(direction: Direction) -> &'static str {
+pub(crate) fn word(direction: Direction) -> &'static str {
     match direction {
         Direction::Request => "request",
         Direction::Reply => "reply",
