@@ -11,8 +11,8 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
     alarms, bench, commands, completions, conform, decode, demo, doctor, enqueue, forward, get,
-    help, home, info, inverse, io, man, ports, pose, queue, replay, set, shell, sim, stop, tools,
-    travel,
+    help, home, info, inverse, io, man, ports, pose, proxy, queue, replay, set, shell, sim, stop,
+    tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -122,6 +122,7 @@ pub(crate) enum Verb {
     Shell(shell::Shell),
     Demo(demo::Demo),
     Sim(Box<sim::Sim>),
+    Proxy(Box<proxy::Proxy>),
     Conform(conform::Conform),
     Doctor(doctor::Doctor),
     Bench(bench::Bench),
@@ -157,6 +158,7 @@ impl Verb {
             Self::Shell(verb) => verb.run(context),
             Self::Demo(verb) => verb.run(context),
             Self::Sim(verb) => verb.run(context),
+            Self::Proxy(verb) => verb.run(context),
             Self::Conform(verb) => verb.run(context),
             Self::Doctor(verb) => verb.run(context),
             Self::Bench(verb) => verb.run(context),

@@ -1,7 +1,10 @@
 use std::future::poll_fn;
+use std::io;
+use std::task::{Context, Poll, ready};
 
 use tokio::io::{AsyncRead, AsyncWrite};
 
+use crate::connection::Settings;
 use crate::faults::Faults;
 #[cfg(feature = "trace")]
 use crate::transport::Tracer;
@@ -16,6 +19,7 @@ pub struct RawLine {
     /// `None` when it was lost.
     transport: Option<Box<dyn Transport>>,
     name: String,
+    settings: Settings,
 }
 
 /// What is put between a [`RawLine`] and its port.
@@ -87,12 +91,16 @@ impl RawLine {
             None => way,
         };
         let Line {
-            transport, name, ..
+            transport,
+            name,
+            settings,
+            ..
         } = way.open().await?;
         Ok(Self {
             way: Some(way),
             transport: Some(transport),
             name,
+            settings,
         })
     }
 
@@ -120,6 +128,7 @@ impl RawLine {
             way: None,
             transport: Some(transport::serial_at(path, baud)?),
             name: path.to_owned(),
+            settings: Settings::ORDERED,
         })
     }
 
@@ -132,6 +141,7 @@ impl RawLine {
             way: None,
             transport: Some(Box::new(Stream(stream))),
             name: name.to_owned(),
+            settings: Settings::ORDERED,
         }
     }
 
@@ -141,24 +151,35 @@ impl RawLine {
         &self.name
     }
 
+    /// How such a line is to be treated: whether it keeps its order, and how long an answer may take.
+    #[must_use]
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+
     /// Sends bytes; over UDP they are one datagram.
     ///
     /// # Errors
     /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
     pub async fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        let Some(transport) = &mut self.transport else {
-            return Err(self.gone());
-        };
         let mut rest = bytes;
         while !rest.is_empty() {
-            let sent = poll_fn(|cx| transport.poll_write(cx, rest)).await;
-            let count = sent.map_err(|error| Error::gone(&self.name, error))?;
-            if count == 0 {
-                return Err(self.gone());
-            }
+            let count = poll_fn(|cx| self.poll_send(cx, rest)).await?;
             rest = rest.get(count..).unwrap_or_default();
         }
         Ok(())
+    }
+
+    /// Takes bytes from the front of what is to be sent; how many.
+    ///
+    /// # Errors
+    /// As [`send`](Self::send).
+    pub fn poll_send(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<Result<usize>> {
+        let Some(transport) = &mut self.transport else {
+            return Poll::Ready(Err(self.gone()));
+        };
+        let sent = ready!(transport.poll_write(cx, bytes));
+        Poll::Ready(self.passed(sent))
     }
 
     /// Waits for bytes and puts them into `bytes`; how many. Dropping the wait loses none.
@@ -166,11 +187,23 @@ impl RawLine {
     /// # Errors
     /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
     pub async fn receive(&mut self, bytes: &mut [u8]) -> Result<usize> {
+        poll_fn(|cx| self.poll_receive(cx, bytes)).await
+    }
+
+    /// Puts bytes that have come into `bytes`; how many.
+    ///
+    /// # Errors
+    /// As [`receive`](Self::receive).
+    pub fn poll_receive(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<Result<usize>> {
         let Some(transport) = &mut self.transport else {
-            return Err(self.gone());
+            return Poll::Ready(Err(self.gone()));
         };
-        let came = poll_fn(|cx| transport.poll_read(cx, bytes)).await;
-        match came {
+        let came = ready!(transport.poll_read(cx, bytes));
+        Poll::Ready(self.passed(came))
+    }
+
+    fn passed(&self, count: io::Result<usize>) -> Result<usize> {
+        match count {
             Ok(0) => Err(self.gone()),
             Ok(count) => Ok(count),
             Err(error) => Err(Error::gone(&self.name, error)),
@@ -178,6 +211,6 @@ impl RawLine {
     }
 
     fn gone(&self) -> Error {
-        Error::gone(&self.name, std::io::ErrorKind::UnexpectedEof.into())
+        Error::gone(&self.name, io::ErrorKind::UnexpectedEof.into())
     }
 }

@@ -19,6 +19,7 @@ pub(crate) mod io;
 pub(crate) mod man;
 pub(crate) mod ports;
 pub(crate) mod pose;
+pub(crate) mod proxy;
 pub(crate) mod queue;
 pub(crate) mod replay;
 pub(crate) mod set;

@@ -101,19 +101,19 @@
 //! [`Settings::baud`] set frames are handed out only as fast as the line carries them.
 
 mod doubt;
-mod estimator;
+pub(crate) mod estimator;
 mod flaw;
 mod interruption;
 mod job;
 mod law;
 mod ledger;
-mod outstanding;
+pub(crate) mod outstanding;
 mod pace;
 mod reply;
 mod request;
 #[cfg(test)]
 mod tests;
-mod transmit;
+pub(crate) mod transmit;
 mod uptime;
 
 use std::collections::VecDeque;

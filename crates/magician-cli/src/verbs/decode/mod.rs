@@ -16,6 +16,7 @@ use magician_sim::trace::Packet;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
+pub(crate) use record::hex;
 use stream::{Origin, Tally};
 
 /// Explain bytes of the protocol: hex, a file, or stdin
@@ -70,7 +71,7 @@ impl From {
 }
 
 /// A direction in a word.
-fn word(direction: Direction) -> &'static str {
+pub(crate) fn word(direction: Direction) -> &'static str {
     match direction {
         Direction::Request => "request",
         Direction::Reply => "reply",

@@ -16,6 +16,7 @@ use super::{decode, sim};
 use crate::args::number;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
+use crate::serving;
 use session::{Pace, attend};
 use tell::Teller;
 
@@ -168,7 +169,7 @@ impl Replay {
                 "--save would write over the trace that is replayed",
             ));
         }
-        let writer = TraceWriter::new(BufWriter::new(sim::create(path)?))?;
+        let writer = TraceWriter::new(BufWriter::new(serving::create(path)?))?;
         Ok(Some(session::Saved::new(writer, session)?))
     }
 

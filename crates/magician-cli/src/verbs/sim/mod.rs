@@ -5,22 +5,21 @@ mod log;
 mod picture;
 mod tui;
 
-use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
-use magician::ErrorKind;
-use magician_sim::serve::{self, Discovery, Handle, ServeError, Server, serve_all};
+use magician_sim::serve::{self, Discovery, Handle, Server, serve_all};
 use magician_sim::{
     Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World, document,
 };
 
 use crate::context::Context;
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::interrupt::{self, Signal};
 use crate::output::Text;
+use crate::serving::{create, say_ready};
 
 use log::Log;
 use tui::{Dashboard, Feed, Subject};
@@ -378,41 +377,4 @@ fn flash_of(profile: &Profile, path: &Path) -> Result<Flash, Failure> {
     let flash = Flash::new(profile);
     flash.save(path).map_err(wrong)?;
     Ok(flash)
-}
-
-/// A file to write from its beginning; one that another arm is writing stays as it is.
-pub(crate) fn create(path: &Path) -> Result<File, Failure> {
-    let wrong = |error: &dyn std::fmt::Display| {
-        Failure::invalid(format!("{} cannot be written: {error}", path.display()))
-    };
-    let mut options = File::options();
-    options.write(true).create(true).truncate(false);
-    let file = options.open(path).map_err(|error| wrong(&error))?;
-    if file.metadata().is_ok_and(|metadata| metadata.is_file()) {
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => {
-                return Err(wrong(&"another program is writing it"));
-            }
-            // Some file systems know no locks.
-            Ok(()) | Err(TryLockError::Error(_)) => {}
-        }
-        file.set_len(0).map_err(|error| wrong(&error))?;
-    }
-    Ok(file)
-}
-
-/// A parent that does not listen is no reason to stop serving.
-fn say_ready() {
-    let mut stdout = io::stdout().lock();
-    let _ = writeln!(stdout, "ready").and_then(|()| stdout.flush());
-}
-
-impl From<ServeError> for Failure {
-    fn from(error: ServeError) -> Self {
-        let kind = match &error {
-            ServeError::Address { .. } => ErrorKind::InvalidInput,
-            _ => ErrorKind::Port,
-        };
-        Self::new(Kind::Driver(kind), error.to_string())
-    }
 }
