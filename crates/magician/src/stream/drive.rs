@@ -45,6 +45,9 @@ impl Stream {
         if self.credit.places == 0 {
             self.credit.places = connection.capacity();
         }
+        // Where the connection sends one at a time, nothing may be lost between others, and nothing is gone back to.
+        let window = self.settings.window.min(connection.window());
+        (self.settings.window, self.window) = (window, self.window.min(window));
         self.retry_at = self.retry_at.filter(|at| *at > now);
         self.retire(connection);
         if self.gap && self.phase != Phase::Settle {

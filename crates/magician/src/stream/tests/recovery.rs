@@ -127,3 +127,49 @@ fn what_must_not_be_done_twice_travels_alone_and_is_done_once() {
     }
     assert!(failed < 10, "{failed}");
 }
+
+/// Runs at window 4, loses a request or a reply on the way if told, breaks the line some turns after, and goes on.
+fn interrupted(program: &[Item], lost: Option<bool>, after: usize, turns: usize) -> Option<Rig> {
+    let mut rig = four(program);
+    while rig.pair.accepted.len() < after {
+        rig.turn(60 * SECOND);
+    }
+    match lost {
+        Some(true) => rig.pair.lose_next_request(),
+        Some(false) => rig.pair.lose_next_reply(),
+        None => {}
+    }
+    for _ in 0..turns {
+        rig.turn(60 * SECOND);
+        if rig.stream.is_over() {
+            return None;
+        }
+    }
+    rig.interrupt();
+    let back = rig.pair.now + [0, 40_000, 2 * SECOND][turns % 3];
+    rig.pair.run_until(back);
+    rig.resume();
+    Some(rig)
+}
+
+#[test]
+fn a_line_that_breaks_at_any_instant_of_a_path_or_of_a_recovery_is_gone_on_from() {
+    // While the queue is filled, and while the arm runs.
+    for (lost, after) in [
+        (None, 8),
+        (Some(true), 8),
+        (Some(true), 40),
+        (Some(false), 40),
+    ] {
+        let program = path(60, 1.5, 15_000);
+        let mut turns = 0;
+        while let Some(mut rig) = interrupted(&program, lost, after, turns) {
+            if let Err(failure) = rig.run(120 * SECOND) {
+                panic!("{lost:?} after {after}, turn {turns}: {failure}");
+            }
+            all_passed(&rig.done(&program), 60);
+            turns += if turns < 30 { 1 } else { 7 };
+        }
+        assert!(turns > 100, "{turns}");
+    }
+}
