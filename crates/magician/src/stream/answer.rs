@@ -58,6 +58,10 @@ impl Stream {
                 found: index,
             });
         }
+        if self.expected.is_none() {
+            // The first, or the first after a Clear: the numbers of what was dropped are passed over.
+            self.base = index.saturating_sub(1);
+        }
         // It travelled alone, and so did all before it.
         if self.unconfirmed().all(|entry| entry.index() == Some(index)) {
             self.confirmed = Some(index);

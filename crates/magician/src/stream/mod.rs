@@ -137,7 +137,7 @@ pub struct Stream {
     confirmed: Option<u64>,
     /// Where the arm stands after what was finished and let go, when that is known.
     stood: Option<[f64; 4]>,
-    /// The index given last before the stream's first.
+    /// The index given last before the stream's first, or before its first since the queue was cleared.
     base: u64,
     /// What it was about when it ended.
     was: Phase,

@@ -46,20 +46,38 @@ fn several_travel_at_once() {
     assert_eq!(recoveries(&rig), 0);
 }
 
+/// A path of which the arm does eight in the time between two looks, so that four travel at once while it runs.
+fn quick() -> Vec<Item> {
+    path(120, 0.6, 25_000)
+}
+
+/// Runs until so many commands are taken, four in flight and more to follow at once, and loses a request or a reply.
+fn with_loss(program: &[Item], request: bool, after: usize) -> Rig {
+    let mut rig = four(program);
+    let flows = |rig: &Rig| rig.stream.flying() == 4 && rig.stream.credit() > 2;
+    while rig.pair.accepted.len() < after || !flows(&rig) {
+        assert!(!rig.stream.is_over());
+        rig.turn(60 * SECOND);
+    }
+    match request {
+        true => rig.pair.lose_next_request(),
+        false => rig.pair.lose_next_reply(),
+    }
+    rig
+}
+
+/// While the queue is filled, and while the arm runs.
+const LOSSES: [(bool, usize); 5] = [(true, 10), (false, 10), (true, 47), (false, 48), (true, 90)];
+
 #[test]
 fn a_loss_between_others_is_gone_back_to() {
-    for (request, after) in [(true, 10), (false, 10), (true, 47), (false, 48), (true, 90)] {
-        let program = path(120, 1.5, 15_000);
-        let mut rig = four(&program);
-        while rig.pair.accepted.len() < after {
-            rig.turn(60 * SECOND);
-        }
-        match request {
-            true => rig.pair.lose_next_request(),
-            false => rig.pair.lose_next_reply(),
-        }
+    for (request, after) in LOSSES {
+        let program = quick();
+        let mut rig = with_loss(&program, request, after);
+        assert_eq!(rig.started.is_empty(), after < 32);
         rig.run(120 * SECOND).unwrap();
-        all_passed(&rig.done(&program), 120);
+        all_passed(&rig.done(&program), program.len());
+        assert_eq!(recoveries(&rig), 1, "{request} {after}");
     }
 }
 
@@ -128,48 +146,49 @@ fn what_must_not_be_done_twice_travels_alone_and_is_done_once() {
     assert!(failed < 10, "{failed}");
 }
 
-/// Runs at window 4, loses a request or a reply on the way if told, breaks the line some turns after, and goes on.
-fn interrupted(program: &[Item], lost: Option<bool>, after: usize, turns: usize) -> Option<Rig> {
-    let mut rig = four(program);
-    while rig.pair.accepted.len() < after {
-        rig.turn(60 * SECOND);
-    }
-    match lost {
-        Some(true) => rig.pair.lose_next_request(),
-        Some(false) => rig.pair.lose_next_reply(),
-        None => {}
-    }
-    for _ in 0..turns {
-        rig.turn(60 * SECOND);
-        if rig.stream.is_over() {
-            return None;
+#[test]
+fn a_line_that_breaks_at_any_instant_of_a_recovery_is_gone_on_from() {
+    for (request, after) in LOSSES {
+        let program = quick();
+        for turns in 0.. {
+            let mut rig = with_loss(&program, request, after);
+            for _ in 0..turns {
+                rig.turn(60 * SECOND);
+            }
+            if recoveries(&rig) > 0 && rig.stream.flows() {
+                println!("{request} {after}: {turns} instants");
+                assert!(turns > 20, "{turns}");
+                break;
+            }
+            rig.interrupt();
+            let back = rig.pair.now + [0, 40_000, 2 * SECOND][turns % 3];
+            rig.pair.run_until(back);
+            rig.resume();
+            if let Err(failure) = rig.run(120 * SECOND) {
+                panic!("{request} after {after}, turn {turns}: {failure}");
+            }
+            all_passed(&rig.done(&program), program.len());
         }
     }
-    rig.interrupt();
-    let back = rig.pair.now + [0, 40_000, 2 * SECOND][turns % 3];
-    rig.pair.run_until(back);
-    rig.resume();
-    Some(rig)
 }
 
 #[test]
-fn a_line_that_breaks_at_any_instant_of_a_path_or_of_a_recovery_is_gone_on_from() {
-    // While the queue is filled, and while the arm runs.
-    for (lost, after) in [
-        (None, 8),
-        (Some(true), 8),
-        (Some(true), 40),
-        (Some(false), 40),
-    ] {
-        let program = path(60, 1.5, 15_000);
-        let mut turns = 0;
-        while let Some(mut rig) = interrupted(&program, lost, after, turns) {
-            if let Err(failure) = rig.run(120 * SECOND) {
-                panic!("{lost:?} after {after}, turn {turns}: {failure}");
-            }
-            all_passed(&rig.done(&program), 60);
-            turns += if turns < 30 { 1 } else { 7 };
+fn a_line_that_breaks_at_any_instant_of_a_path_is_gone_on_from() {
+    let program = quick();
+    let mut turns = 0;
+    loop {
+        let mut rig = four(&program);
+        for _ in 0..turns {
+            rig.turn(60 * SECOND);
         }
-        assert!(turns > 100, "{turns}");
+        if rig.stream.is_over() {
+            break;
+        }
+        rig.interrupt();
+        rig.resume();
+        rig.run(120 * SECOND).unwrap();
+        all_passed(&rig.done(&program), program.len());
+        turns += 9;
     }
+    assert!(turns > 200, "{turns}");
 }
