@@ -132,7 +132,7 @@ impl Stream {
 
     /// Something was lost between others, or nobody knows whether it was.
     fn gapes(&mut self, failure: Failure) {
-        match self.settings.window > 1 && self.may_repeat() {
+        match self.settings.window > 1 && self.may_go_back() {
             true => self.gap = true,
             false => self.fail(StreamFailure::Request(failure)),
         }

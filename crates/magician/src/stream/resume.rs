@@ -154,7 +154,7 @@ impl Stream {
         let none = unsure == 0 && tail == last;
         if tail != to && !none {
             // Something may be missing in the middle.
-            return match self.may_repeat() {
+            return match self.may_go_back() {
                 true => self.go_back(),
                 false => {
                     let confirmed = self.confirmed;
@@ -217,7 +217,7 @@ impl Stream {
 
     /// What is not certain may all be done once more: clears the queue and goes back to the last certain vertex.
     fn go_back(&mut self) {
-        if !self.may_repeat() {
+        if !self.may_go_back() {
             let (confirmed, found) = (self.confirmed, self.reader.current);
             return self.fail(StreamFailure::Unclear { confirmed, found });
         }

@@ -1,7 +1,10 @@
+use magician_protocol::{Ctrl, FrameBuf};
+use magician_sim::LinkId;
+
 use super::rig::{Rig, SECOND, increment, path, wait};
-use crate::connection::Settings;
+use crate::connection::{Failure, Settings};
 use crate::pair::{Dice, Faults};
-use crate::stream::{Item, StreamEvent, StreamSettings};
+use crate::stream::{Item, StreamEvent, StreamFailure, StreamSettings};
 
 const FOUR: Settings = Settings {
     window: 4,
@@ -191,4 +194,44 @@ fn a_line_that_breaks_at_any_instant_of_a_path_is_gone_on_from() {
         turns += 9;
     }
     assert!(turns > 200, "{turns}");
+}
+
+#[test]
+fn a_queue_with_commands_of_others_is_never_cleared_nor_stopped() {
+    let program = quick();
+    for seed in 0..4 {
+        let mut rig = four(&program);
+        let wait = FrameBuf::new(110, Ctrl::QUEUED, &[200, 0, 0, 0]).unwrap();
+        for _ in 0..20 {
+            rig.pair.arm.receive(LinkId(7), wait.bytes());
+        }
+        rig.pair.dice = Dice::new(seed);
+        let outcome = loop {
+            if rig.stream.is_over() {
+                break rig.failure();
+            }
+            rig.turn(120 * SECOND);
+            // The first index is known before the line turns bad.
+            if rig.pair.accepted.len() == 3 {
+                rig.pair.set_faults(Faults {
+                    lose: 20,
+                    ..Faults::default()
+                });
+            }
+            let others_wait = rig.pair.arm.state().queue.current_index < 20;
+            let steered = |frame: &FrameBuf| [241, 242, 245].contains(&frame.frame().id());
+            assert!(!others_wait || !rig.pair.heard.iter().any(steered));
+        };
+        match outcome {
+            None => {
+                assert_eq!(rig.started[..20], (1..=20).collect::<Vec<_>>());
+                all_passed(&rig.done(&program), program.len());
+            }
+            // Before the others have finished nobody can tell what became of a command.
+            Some(failure) => assert!(
+                matches!(failure, StreamFailure::Request(Failure::Uncertain { .. })),
+                "{failure}"
+            ),
+        }
+    }
 }
