@@ -10,8 +10,9 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, commands, completions, conform, decode, demo, enqueue, forward, get, help, home, info,
-    inverse, io, man, ports, pose, proxy, queue, set, shell, sim, stop, tools, travel,
+    alarms, bench, commands, completions, conform, decode, demo, doctor, enqueue, forward, get,
+    help, home, info, inverse, io, man, ports, pose, proxy, queue, replay, set, shell, sim, stop,
+    tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -58,8 +59,9 @@ impl Cli {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Options of every verb")]
 pub(crate) struct Global {
-    /// Where the arm is: `/dev/ttyUSB0`, `COM3`, `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or
-    /// `sim[:SPEED]` for a virtual arm; the one arm found if not given
+    /// Where the arm is: `/dev/ttyUSB0`, `COM3`, `usb:VENDOR:PRODUCT[:SERIAL]`, `arm:SERIAL`,
+    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; the one arm found if
+    /// not given
     #[arg(
         short,
         long,
@@ -81,6 +83,18 @@ pub(crate) struct Global {
     /// Seconds to wait for each answer of the arm
     #[arg(long, global = true, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) timeout: Option<Duration>,
+
+    /// Requests in flight at once, 1 to 8; more than 1 for an arm of which `magician doctor` has found that it takes
+    /// them
+    #[arg(
+        long,
+        global = true,
+        env = "MAGICIAN_WINDOW",
+        hide_env_values = true,
+        value_name = "N",
+        value_parser = clap::value_parser!(u8).range(1..=8)
+    )]
+    pub(crate) window: Option<u8>,
 
     /// Say more on stderr; more often, more still
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
@@ -110,8 +124,11 @@ pub(crate) enum Verb {
     Sim(Box<sim::Sim>),
     Proxy(Box<proxy::Proxy>),
     Conform(conform::Conform),
+    Doctor(doctor::Doctor),
+    Bench(bench::Bench),
     Commands(commands::Commands),
     Decode(decode::Decode),
+    Replay(replay::Replay),
     Forward(forward::Forward),
     Inverse(inverse::Inverse),
     Completions(completions::Completions),
@@ -143,8 +160,11 @@ impl Verb {
             Self::Sim(verb) => verb.run(context),
             Self::Proxy(verb) => verb.run(context),
             Self::Conform(verb) => verb.run(context),
+            Self::Doctor(verb) => verb.run(context),
+            Self::Bench(verb) => verb.run(context),
             Self::Commands(verb) => verb.run(context),
             Self::Decode(verb) => verb.run(context),
+            Self::Replay(verb) => verb.run(context),
             Self::Forward(verb) => verb.run(context),
             Self::Inverse(verb) => verb.run(context),
             Self::Completions(verb) => verb.run(context),

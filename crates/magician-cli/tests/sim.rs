@@ -436,3 +436,21 @@ fn a_trace_that_another_arm_writes_is_left_alone() {
         assert!(length > 100, "{option}: {length} bytes");
     }
 }
+
+#[test]
+fn an_arm_on_wifi_is_listed_with_what_to_connect_to() {
+    let doors = ["--udp", "127.0.0.1:0", "--discovery", "127.0.0.1:0"];
+    let served = Served::start(&doors, 2);
+    let door = served.door("discovery");
+    let host = door.strip_prefix("discovery:").expect("an address");
+    let list = run(&["ports", "--wifi", host, "--json"]).object();
+    assert!(list["ports"].is_array());
+    assert_eq!(list["wifi"].as_array().map(Vec::len), Some(1), "{list}");
+    assert_eq!(list["wifi"][0]["port"], "udp:127.0.0.1:8899");
+    assert_eq!(list["wifi"][0]["name"], "USR-C322");
+    let text = run(&["ports", "--wifi", host]).out;
+    assert!(text.contains("udp:127.0.0.1:8899  an arm"), "{text}");
+    assert_eq!(run(&["ports", "--json"]).object().get("wifi"), None);
+    let (status, _) = served.end("-TERM");
+    assert_eq!(status.code(), Some(0));
+}

@@ -37,10 +37,8 @@ fn program() -> magician::Result<Vec<Set>> {
 async fn with_async(target: &Target) -> magician::Result<()> {
     let arm = Arm::connect(target).await?;
     let program = program()?;
-    let mut check = arm.preflight().await?;
-    program
-        .iter()
-        .try_for_each(|command| check.check(command))?;
+    let time = arm.preflight().await?.program(&program)?;
+    println!("takes {:.1} s", time.as_secs_f64());
     arm.run(program, |progress| println!("{} done", progress.current.0))
         .await?;
     Ok(())

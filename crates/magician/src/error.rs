@@ -280,7 +280,10 @@ impl Error {
 
     /// The line failed while in use.
     pub(crate) fn gone(name: &str, source: io::Error) -> Self {
-        let message = format!("the connection to {name} broke off: {source}");
+        let message = format!(
+            "the connection to {name} broke off: {source}; look at the cable and at the arm's power, \
+             then connect again"
+        );
         Self::new(ErrorKind::Port, message).with_source(source)
     }
 }

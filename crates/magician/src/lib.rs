@@ -33,23 +33,29 @@
 mod arm;
 pub mod blocking;
 pub mod connection;
+pub mod discovery;
 mod error;
 pub mod faults;
+pub mod measure;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
 mod ports;
 mod preflight;
 pub mod proxy;
 mod raw;
+pub mod stream;
 mod target;
 mod transport;
 #[cfg(feature = "sim")]
 mod virtual_arm;
 pub mod words;
 
-pub use arm::{Arm, Options, Progress, Ran, RunOptions};
+pub use arm::{
+    Arm, Event, Events, Jog, JogOptions, Level, Link, Options, Pin, Progress, Ran, Run, RunOptions,
+    StateOptions, StateWatch, Status, Stopper,
+};
 pub use error::{Error, ErrorKind, Result};
-pub use magician_motion::{Geometry, JointAngles, Limits, ToolBias};
+pub use magician_motion::{ArmState, Geometry, JointAngles, Limits, ToolBias};
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
 };

@@ -192,6 +192,19 @@ impl Pair {
         self.booted = self.now;
     }
 
+    /// The cable is pulled: what is under way is lost, and the host is told.
+    pub fn pull_cable(&mut self) {
+        self.to_arm.under_way.clear();
+        self.to_host.under_way.clear();
+        self.arm_ear = Deframer::new();
+        self.host.interrupt();
+    }
+
+    /// The cable is back, and the host is told.
+    pub fn put_cable_back(&mut self) {
+        self.host.restored();
+    }
+
     /// Puts bytes on the line to the host that the arm never sent.
     pub fn inject(&mut self, bytes: &[u8]) {
         self.to_host

@@ -2,17 +2,20 @@ use std::future::poll_fn;
 use std::io;
 use std::task::{Context, Poll, ready};
 
+use tokio::io::{AsyncRead, AsyncWrite};
+
 use crate::connection::Settings;
 use crate::faults::Faults;
 #[cfg(feature = "trace")]
 use crate::transport::Tracer;
-use crate::transport::{Line, Transport, Way};
+use crate::transport::{self, Line, Stream, Transport, Way};
 use crate::{Error, Result, Target};
 
 /// Bytes to an arm and back as they are, for programs that look at the bytes themselves: tests of
 /// an arm, bridges. Nothing is matched, sent again or waited for; [`Arm`](crate::Arm) does that.
 pub struct RawLine {
-    way: Way,
+    /// There is none back to a stream of the caller's.
+    way: Option<Way>,
     /// `None` when it was lost.
     transport: Option<Box<dyn Transport>>,
     name: String,
@@ -94,7 +97,7 @@ impl RawLine {
             ..
         } = way.open().await?;
         Ok(Self {
-            way,
+            way: Some(way),
             transport: Some(transport),
             name,
             settings,
@@ -109,8 +112,37 @@ impl RawLine {
     pub async fn reopen(&mut self) -> Result<()> {
         // Gives the port back before it is asked for.
         self.transport = None;
-        self.transport = Some(self.way.open().await?.transport);
+        let Some(way) = &self.way else {
+            return Err(self.gone());
+        };
+        self.transport = Some(way.open().await?.transport);
         Ok(())
+    }
+
+    /// Opens a serial port at another speed than the arm's, to hear whether something else is there.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub async fn open_at(path: &str, baud: u32) -> Result<Self> {
+        Ok(Self {
+            way: None,
+            transport: Some(transport::serial_at(path, baud)?),
+            name: path.to_owned(),
+            settings: Settings::ORDERED,
+        })
+    }
+
+    /// A line over any stream of bytes that keeps their order, called `name` in messages.
+    pub fn over<T>(stream: T, name: &str) -> Self
+    where
+        T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
+    {
+        Self {
+            way: None,
+            transport: Some(Box::new(Stream(stream))),
+            name: name.to_owned(),
+            settings: Settings::ORDERED,
+        }
     }
 
     /// What the line is called in messages: the target as it was given.

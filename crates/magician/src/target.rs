@@ -146,7 +146,7 @@ fn parse_speed(text: &str) -> Result<SimSpeed> {
 }
 
 /// `HOST`, `HOST:PORT`, `[V6]`, `[V6]:PORT`.
-fn split_port(address: &str, form: &str) -> Result<(String, Option<u16>)> {
+pub(crate) fn split_port(address: &str, form: &str) -> Result<(String, Option<u16>)> {
     let wrong = || Error::invalid(format!("`{address}` is no address; right is {form}"));
     let (host, port) = match address.strip_prefix('[') {
         Some(inner) => {

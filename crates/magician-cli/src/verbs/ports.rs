@@ -1,17 +1,54 @@
+use std::time::Duration;
+
 use clap::Args;
+use magician::discovery::{Found, Search};
 use serde::Serialize;
 
 use crate::columns::{Columns, note};
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// List the serial ports of this computer
+/// How long arms on Wi-Fi have to answer, unless `--timeout` says otherwise.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// List the serial ports of this computer, and arms on Wi-Fi
+///
+/// A port can be named by its path, by the ids of its USB adapter (`--port usb:10c4:ea60`, with
+/// `:SERIAL` if there are several), or by the serial number of the arm behind it (`--port arm:SERIAL`).
 #[derive(Args, Debug)]
-pub(crate) struct Ports {}
+pub(crate) struct Ports {
+    /// Ask the networks of this computer for arms too, or this one host, which may be elsewhere
+    #[arg(long, value_name = "HOST", num_args = 0..=1)]
+    wifi: Option<Option<String>>,
+}
 
 #[derive(Serialize)]
 struct List {
     ports: Vec<Entry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wifi: Option<Vec<OnWifi>>,
+}
+
+#[derive(Serialize)]
+struct OnWifi {
+    /// What `--port` takes.
+    port: String,
+    address: String,
+    mac: String,
+    name: String,
+    version: Option<String>,
+}
+
+impl From<Found> for OnWifi {
+    fn from(found: Found) -> Self {
+        Self {
+            port: found.target().to_string(),
+            address: found.address.to_string(),
+            mac: found.mac,
+            name: found.name,
+            version: found.version,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -28,6 +65,8 @@ struct Usb {
     name: Option<String>,
     manufacturer: Option<String>,
     serial: Option<String>,
+    location: Option<String>,
+    interface: Option<u8>,
 }
 
 impl From<magician::Port> for Entry {
@@ -41,6 +80,8 @@ impl From<magician::Port> for Entry {
                 name: usb.name,
                 manufacturer: usb.manufacturer,
                 serial: usb.serial,
+                location: usb.location,
+                interface: usb.interface,
             }),
         }
     }
@@ -49,20 +90,40 @@ impl From<magician::Port> for Entry {
 impl Ports {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let ports: Vec<Entry> = magician::ports()?.into_iter().map(Entry::from).collect();
-        let list = List { ports };
+        let wifi = match &self.wifi {
+            None => None,
+            Some(host) => Some(on_wifi(host.as_deref(), context)?),
+        };
+        let list = List { ports, wifi };
         context.show(&list, |out| {
             let mut columns = Columns::default();
             for port in &list.ports {
                 columns.row([port.path.as_str(), likely(port), &device(port)]);
             }
+            for arm in list.wifi.iter().flatten() {
+                columns.row([arm.port.as_str(), "an arm", &module(arm)]);
+            }
             columns.write(out)?;
-            match list.ports.iter().filter(|port| port.likely_arm).count() {
-                0 => note(&nobody(list.ports.is_empty()), out),
+            let on_usb = list.ports.iter().any(|port| port.likely_arm);
+            match &list.wifi {
+                Some(arms) if arms.is_empty() => note(NOBODY_ON_WIFI, out),
+                None if !on_usb => note(&nobody(list.ports.is_empty()), out),
                 _ => Ok(()),
             }
         })
     }
 }
+
+/// Asks for arms on Wi-Fi.
+fn on_wifi(host: Option<&str>, context: &Context) -> Result<Vec<OnWifi>, Failure> {
+    let search = host.map_or_else(Search::networks, Search::host);
+    let patience = context.global.timeout.unwrap_or(PATIENCE);
+    let found = search.find_blocking(patience)?;
+    Ok(found.into_iter().map(OnWifi::from).collect())
+}
+
+const NOBODY_ON_WIFI: &str = "no arm on Wi-Fi answered; is its module plugged in and its lamp green? A network behind a \
+                              router is not asked: `magician ports --wifi HOST` asks one address there";
 
 /// What a person without an arm may do.
 fn nobody(no_ports: bool) -> String {
@@ -71,7 +132,7 @@ fn nobody(no_ports: bool) -> String {
         false => "none of these looks like an arm",
     };
     format!(
-        "{found}; is it switched on and plugged in? --port udp:HOST is an arm on Wi-Fi, --port sim a virtual one"
+        "{found}; is it switched on and plugged in? `magician ports --wifi` looks for an arm on Wi-Fi, --port sim is a virtual one"
     )
 }
 
@@ -85,6 +146,17 @@ fn device(port: &Entry) -> String {
     };
     let name = usb.name.as_deref().unwrap_or_default();
     let maker = usb.manufacturer.as_deref().unwrap_or_default();
-    let text = format!("{:04x}:{:04x} {maker} {name}", usb.vendor, usb.product);
+    let serial = usb.serial.iter().map(|serial| format!(":{serial}"));
+    let serial: String = serial.collect();
+    let text = format!(
+        "{:04x}:{:04x}{serial} {maker} {name}",
+        usb.vendor, usb.product
+    );
     text.trim_end().to_owned()
+}
+
+fn module(arm: &OnWifi) -> String {
+    let version = arm.version.as_deref().unwrap_or_default();
+    let text = format!("{} {version} {}", arm.name, arm.mac);
+    text.trim().to_owned()
 }

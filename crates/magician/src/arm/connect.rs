@@ -1,13 +1,17 @@
+use std::future::Future;
+use std::io;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
 
 use magician_protocol::commands::{DeviceVersion, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{broadcast, mpsc, oneshot};
+use tokio::time::timeout_at;
 
-use super::driver::{Driver, Message};
-use super::{Arm, Options, Shared};
-use crate::connection::{Connection, Settings, Stats};
+use super::driver::{Driver, Message, Opener};
+use super::events::KEPT;
+use super::{Arm, Inner, Link, Options, Shared};
+use crate::connection::{Settings, Stats};
 use crate::transport::{self, Line, Stream};
 use crate::{Error, ErrorKind, Result, Target};
 
@@ -28,11 +32,19 @@ impl Arm {
     /// # Errors
     /// As [`connect`](Self::connect).
     pub async fn connect_with(target: &Target, options: Options) -> Result<Self> {
-        let line = transport::Way::to(target).open().await?;
-        Self::greet(line, options).await
+        let way = Arc::new(transport::Way::to(target));
+        let line = way.open().await?;
+        let again: Opener = Box::new(move || {
+            let way = Arc::clone(&way);
+            Box::pin(async move { way.open().await })
+        });
+        // An arm in this process is a new one every time, and its line does not break.
+        let same = !matches!(target, Target::Sim(_));
+        Self::greet(line, same.then_some(again), options).await
     }
 
-    /// Talks to an arm over any stream of bytes that keeps their order.
+    /// Talks to an arm over any stream of bytes that keeps their order. When it breaks, it is gone;
+    /// [`over_with`](Self::over_with) opens it again.
     ///
     /// # Errors
     /// As [`connect`](Self::connect).
@@ -40,13 +52,45 @@ impl Arm {
     where
         T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
     {
-        let line = Line {
-            transport: Box::new(Stream(stream)),
-            settings: Settings::ORDERED,
-            name: "the stream".to_owned(),
-            tried: "a stream",
-        };
-        Self::greet(line, options).await
+        Self::greet(Line::over(stream), None, options).await
+    }
+
+    /// As [`over`](Self::over), with what opens the stream: now, and again whenever it broke.
+    ///
+    /// ```
+    /// # #[tokio::main(flavor = "current_thread")]
+    /// # async fn main() -> magician::Result<()> {
+    /// # let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+    /// # let address = listener.local_addr().unwrap();
+    /// use magician::{Arm, Options};
+    /// use tokio::net::TcpStream;
+    ///
+    /// let bridge = move || TcpStream::connect(address);
+    /// let arm = Arm::over_with(bridge, Options::default().probe(false)).await?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect); [`ErrorKind::Port`] when it cannot be opened now.
+    pub async fn over_with<F, O, T>(mut opener: F, options: Options) -> Result<Self>
+    where
+        F: FnMut() -> O + Send + 'static,
+        O: Future<Output = io::Result<T>> + Send + 'static,
+        T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
+    {
+        let mut again: Opener = Box::new(move || {
+            let opening = opener();
+            Box::pin(async move {
+                let stream = opening.await.map_err(|error| {
+                    let message = format!("the stream cannot be opened: {error}");
+                    Error::new(ErrorKind::Port, message).with_source(error)
+                })?;
+                Ok(Line::over(stream))
+            })
+        });
+        let line = again().await?;
+        Self::greet(line, Some(again), options).await
     }
 
     /// Talks to a virtual arm of the caller's making: a [`VirtualArm`](crate::VirtualArm), or what becomes one.
@@ -61,36 +105,43 @@ impl Arm {
             name: "sim".to_owned(),
             tried: "a virtual arm",
         };
-        Self::greet(line, options).await
+        Self::greet(line, None, options).await
     }
 
-    async fn greet(line: Line, options: Options) -> Result<Self> {
-        let settings = Settings {
-            window: options.window,
-            ..line.settings
-        };
+    pub(crate) async fn greet(line: Line, again: Option<Opener>, options: Options) -> Result<Self> {
+        if options.window > 1 && !line.settings.ordered {
+            let message = format!(
+                "a window of {} needs a line that keeps the order of what it carries, and {} does not: leave it at 1",
+                options.window, line.name
+            );
+            return Err(Error::invalid(message));
+        }
         let (messages, inbox) = mpsc::channel(64);
-        let shared = Arc::new(Shared::default());
+        let (events, _) = broadcast::channel(KEPT);
+        let shared = Arc::new(Shared::new(line.name.clone(), &events));
+        let tried = line.tried;
         let driver = Driver::new(
-            Connection::new(settings),
-            line.transport,
+            line,
+            options.window,
+            again.filter(|_| options.reconnect),
+            options.probe,
             inbox,
-            Arc::clone(&shared),
-            line.name.clone(),
+            (Arc::clone(&shared), events),
         );
+        tokio::spawn(driver.run());
         let probe = options.probe;
-        let arm = Self {
-            messages: Some(messages),
-            task: Some(tokio::spawn(driver.run())),
+        let inner = Inner {
+            messages,
             shared,
             flow: tokio::sync::Mutex::default(),
-            own: Mutex::default(),
             options,
-            name: line.name,
             warned: AtomicBool::new(false),
         };
+        let arm = Self {
+            inner: Arc::new(inner),
+        };
         if probe {
-            arm.probe(line.tried).await?;
+            arm.probe(tried).await?;
         }
         Ok(arm)
     }
@@ -121,7 +172,7 @@ impl Arm {
                 format!("{bytes} bytes came back in {frames} frames, none of them the answer")
             }
         };
-        let name = &self.name;
+        let name = self.name();
         // A datagram that nobody takes looks like one that somebody does not answer.
         let silent = match tried {
             "UDP" => format!("no arm answers at {name}"),
@@ -130,28 +181,37 @@ impl Arm {
         let message = format!(
             "{silent}: {tried}, {} requests for GetDeviceVersion in {:.1} s, {heard}",
             stats.sent,
-            self.options.timeout.as_secs_f64(),
+            self.inner.options.timeout.as_secs_f64(),
         );
         Error::new(ErrorKind::Timeout, message)
     }
 
-    /// Lets what this handle set going go on when the handle is dropped.
+    /// Lets what was set going over this connection go on when it ends, however it ends and whichever clone says so.
     pub fn detach(&self) {
-        self.shared.detached.store(true, Ordering::SeqCst);
+        self.inner.shared.detached.store(true, Ordering::SeqCst);
     }
 
-    /// Ends the connection as dropping it does, and returns when that is done.
-    pub async fn close(mut self) {
-        self.messages = None;
-        if let Some(task) = self.task.take() {
-            let _ = task.await;
+    /// Ends the connection for all its clones, and returns when that is done: what it set going is stopped as when the
+    /// last clone is dropped, unless it was [detached](Self::detach), and every call of another clone fails with
+    /// [`ErrorKind::Closed`], those under way too.
+    pub async fn close(self) {
+        // A task that takes no message has ended.
+        let _ = self.inner.messages.send(Message::Close).await;
+        self.ended().await;
+    }
+
+    /// Ends when the connection has; it does not keep it.
+    pub(crate) fn ended(&self) -> impl Future<Output = ()> + Send + 'static {
+        let mut link = self.inner.shared.link.subscribe();
+        async move {
+            let _ = link.wait_for(|link| *link == Link::Closed).await;
         }
     }
 
     /// What the connection is called in messages: the target as it was given.
     #[must_use]
     pub fn name(&self) -> &str {
-        &self.name
+        &self.inner.shared.name
     }
 
     /// What went over the line so far, and how many commands the arm's queue holds.
@@ -160,9 +220,27 @@ impl Arm {
     /// [`ErrorKind::Closed`].
     pub async fn stats(&self) -> Result<(Stats, u32)> {
         let (reply, answer) = oneshot::channel();
-        let messages = self.messages.as_ref().ok_or_else(Error::closed)?;
-        let sent = messages.send(Message::Stats(reply)).await;
-        sent.map_err(|_| Error::closed())?;
-        answer.await.map_err(|_| Error::closed())
+        let asked = async {
+            let sent = self.inner.messages.send(Message::Stats(reply)).await;
+            sent.map_err(|_| Error::closed())?;
+            answer.await.map_err(|_| Error::closed())
+        };
+        let stuck = || Error::new(ErrorKind::Timeout, "the connection is stuck");
+        let answer = timeout_at(self.deadline(), asked).await;
+        answer.unwrap_or_else(|_| Err(stuck()))
+    }
+}
+
+impl Line {
+    fn over<T>(stream: T) -> Self
+    where
+        T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
+    {
+        Self {
+            transport: Box::new(Stream(stream)),
+            settings: Settings::ORDERED,
+            name: "the stream".to_owned(),
+            tried: "a stream",
+        }
     }
 }

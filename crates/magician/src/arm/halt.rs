@@ -1,14 +1,19 @@
 //! Bringing the arm to a stand.
 
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration;
 
 use magician_protocol::JogCommand;
 use magician_protocol::commands::{JogCmd, Pose, QueuedCmdStopExec};
+use tokio::sync::mpsc::WeakSender;
+use tokio::sync::mpsc::error::TrySendError;
 use tokio::time::{Instant, sleep};
 
-use super::Arm;
+use super::driver::Message;
 use super::exposure::Exposure;
+use super::shared::held;
+use super::{Arm, Shared};
 use crate::connection::{Priority, Request};
 use crate::{Error, ErrorKind, Result};
 
@@ -18,10 +23,127 @@ const BRAKING: Duration = Duration::from_secs(5);
 /// Poses so far apart that are equal are those of an arm that stands.
 const APART: Duration = Duration::from_millis(30);
 
+/// How long a stop from outside of any task may take until it is confirmed.
+pub(super) const HALT: Duration = Duration::from_secs(1);
+
+/// Stops that were asked for from outside of any task.
+#[derive(Debug, Default)]
+pub(super) struct Halts {
+    asked: bool,
+    waiters: Vec<Waiter>,
+}
+
+/// Somebody who waits for the end of one, on a thread of its own.
+#[derive(Debug)]
+pub(super) struct Waiter(SyncSender<Result<()>>);
+
+impl Waiter {
+    pub(super) fn tell(self, outcome: Result<()>) {
+        let _ = self.0.try_send(outcome);
+    }
+}
+
+impl Shared {
+    /// Those who wait for a stop that was asked for since the last look, if one was.
+    pub(super) fn take_halt(&self) -> Option<Vec<Waiter>> {
+        let mut halts = held(&self.halts);
+        let waiters = std::mem::take(&mut halts.waiters);
+        std::mem::take(&mut halts.asked).then_some(waiters)
+    }
+}
+
+/// Stops the arm from anywhere: a thread that waits for Ctrl-C, a window's button, a watchdog. It needs no runtime, and
+/// it does not keep the connection: when that has ended, the arm has been stopped or was let go on purpose.
+///
+/// ```
+/// use magician::blocking::Arm;
+///
+/// # fn main() -> magician::Result<()> {
+/// let arm = Arm::connect(&"sim".parse()?)?;
+/// let stopper = arm.stopper();
+/// std::thread::spawn(move || stopper.stop_blocking()).join().expect("no panic")?;
+/// assert!(!arm.moving());
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Stopper {
+    messages: WeakSender<Message>,
+    shared: Arc<Shared>,
+}
+
+impl Stopper {
+    /// Hands the stop to the connection's task and returns at once. The task sends what [`Arm::stop`] sends, ahead of
+    /// everything else; while the line is lost, it is the first thing that is said when it is back.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Closed`] when the connection has ended.
+    pub fn request_stop(&self) -> Result<()> {
+        self.ask(None)
+    }
+
+    /// As [`request_stop`](Self::request_stop), and waits until the arm has answered that it stops, a second at most.
+    /// It may still brake when this returns.
+    ///
+    /// On a thread that is needed to serve the connection itself (inside a single-threaded runtime) nothing can be
+    /// answered meanwhile: use [`Arm::stop`] there.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Timeout`] when the arm does not answer, [`ErrorKind::Port`] while the line is lost (the stop will be
+    /// said), [`ErrorKind::Closed`] when the connection has ended.
+    pub fn stop_blocking(&self) -> Result<()> {
+        let (tell, told) = sync_channel(1);
+        self.ask(Some(Waiter(tell)))?;
+        match told.recv_timeout(HALT) {
+            Ok(outcome) => outcome,
+            Err(RecvTimeoutError::Timeout) => {
+                let message = "the arm did not confirm within a second that it stops";
+                Err(Error::new(ErrorKind::Timeout, message))
+            }
+            Err(RecvTimeoutError::Disconnected) => Err(Error::closed()),
+        }
+    }
+
+    fn ask(&self, waiter: Option<Waiter>) -> Result<()> {
+        let messages = self.messages.upgrade().ok_or_else(Error::closed)?;
+        self.shared.stop();
+        {
+            let mut halts = held(&self.shared.halts);
+            halts.asked = true;
+            halts.waiters.extend(waiter);
+        }
+        match messages.try_send(Message::Nudge) {
+            // With so many messages before it the task is awake, and looks.
+            Ok(()) | Err(TrySendError::Full(_)) => Ok(()),
+            Err(TrySendError::Closed(_)) => Err(Error::closed()),
+        }
+    }
+}
+
+impl Arm {
+    /// What stops the arm from any thread, without a runtime: see [`Stopper`].
+    #[must_use]
+    pub fn stopper(&self) -> Stopper {
+        Stopper {
+            messages: self.inner.messages.downgrade(),
+            shared: Arc::clone(&self.inner.shared),
+        }
+    }
+
+    /// Whether something that was set going over this connection may be under way: a motion, or a queue that runs. It
+    /// errs towards yes: what has finished counts until the current index (or, outside of the queue, two equal poses)
+    /// was read. What others set going does not count.
+    #[must_use]
+    pub fn moving(&self) -> bool {
+        self.exposure().moving()
+    }
+}
+
 impl Arm {
     /// Stops the motion, switches the laser off, drops what waits in the queue, and makes sure that
     /// the arm stands: two equal poses. It overtakes everything; commands that have not gone out
-    /// end with [`ErrorKind::Closed`]. Suction and gripper stay as they are.
+    /// end with [`ErrorKind::Closed`]. Suction and gripper stay as they are. Any clone may call it while others wait;
+    /// [`stopper`](Self::stopper) does it without a runtime.
     ///
     /// This is a convenience, not a safety function: the arm has a power switch.
     ///
@@ -29,7 +151,7 @@ impl Arm {
     /// [`ErrorKind::Timeout`] when the arm does not answer or does not come to a stand.
     pub async fn stop(&self) -> Result<()> {
         let deadline = self.deadline();
-        let stops = 1 + self.shared.stops.fetch_add(1, Ordering::SeqCst);
+        let stops = self.inner.shared.stop();
         let mut answers = Vec::with_capacity(3);
         for request in Request::halt()? {
             let frame = *request.frame();
@@ -82,7 +204,12 @@ impl Arm {
             match self.ask_until(request, patience.min(until)).await {
                 Ok(_) => return self.wait_still().await,
                 Err(error) if !again(&error) || Instant::now() >= until => return Err(error),
-                Err(_) => {}
+                // The answer to a read proves that none to this stop can come: the next one's is known for its own.
+                Err(_) => {
+                    let look = Request::get::<Pose>(&magician_protocol::NoArgs)?;
+                    let patience = Instant::now() + Duration::from_millis(300);
+                    let _ = self.ask_until(look, patience.min(until)).await;
+                }
             }
         }
     }

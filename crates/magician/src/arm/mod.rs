@@ -1,54 +1,38 @@
 mod connect;
 mod driver;
+mod events;
 mod exposure;
 mod flow;
 mod halt;
+mod jog;
+mod link;
 mod options;
+mod perform;
 mod queue;
 mod request;
+mod run;
+mod shared;
+mod state;
 mod verbs;
 mod watch;
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use tokio::sync::mpsc;
-use tokio::task::JoinHandle;
 
+pub(crate) use driver::FAREWELL;
 use driver::Message;
-use exposure::Exposure;
+pub use events::{Event, Events};
 use flow::Flow;
-pub use flow::{Ran, RunOptions};
+pub use halt::Stopper;
+pub use jog::{Jog, JogOptions};
+pub use link::Link;
 pub use options::Options;
+pub use run::{Ran, Run, RunOptions};
+use shared::{Mishap, Shared};
+pub use state::{Level, Pin, StateOptions, StateWatch, Status};
 pub use watch::Progress;
-
-/// What a handle and its task both know.
-#[derive(Debug, Default)]
-struct Shared {
-    detached: AtomicBool,
-    /// Stops so far. What was begun before the last one is over.
-    stops: AtomicU64,
-    exposure: Mutex<Exposure>,
-    /// What nobody has been told yet.
-    mishap: Mutex<Option<Mishap>>,
-}
-
-/// What befell the queue without a word from this handle.
-#[derive(Clone, Copy, Debug)]
-enum Mishap {
-    /// The arm was reset; these indices had not finished.
-    Reset(Option<(u64, u64)>),
-    /// The arm gave these indices to commands that this handle did not send, or sent once.
-    Unaccounted { from: u64, to: u64 },
-}
-
-impl Shared {
-    /// Ends what is going on as a stop does; the next wait or run tells why.
-    fn mishap(&self, mishap: Mishap) {
-        *self.mishap.lock().unwrap_or_else(PoisonError::into_inner) = Some(mishap);
-        self.stops.fetch_add(1, Ordering::SeqCst);
-    }
-}
 
 /// An arm, for async programs on tokio. [`blocking::Arm`](crate::blocking::Arm) is the same for
 /// programs without.
@@ -60,8 +44,12 @@ impl Shared {
 /// Every call ends: by its answer, or with an error by its deadline. All methods take `&self`;
 /// a [`stop`](Self::stop) from another task overtakes whatever is going on.
 ///
-/// When the handle is dropped, the arm stops what this handle set going and has not seen finished,
-/// and the laser goes out if this handle switched it on. [`detach`](Self::detach) lets it go on.
+/// Clones are cheap, share the connection, and may be used from any task and thread. One task owns the line; what
+/// several clones ask takes turns on it. When the *last* clone is dropped, the arm stops what this connection set going
+/// and has not seen finished, and the laser goes out if it was switched on here. [`detach`](Self::detach) lets it go on,
+/// [`close`](Self::close) does not wait for the last clone.
+///
+/// A line that breaks is looked for again ([`Options::reconnect`]); [`link`](Self::link) says how it stands.
 ///
 /// ```
 /// use magician::commands::{Pose, PtpCommonParams};
@@ -77,16 +65,18 @@ impl Shared {
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Arm {
-    /// `None` only while the handle is being closed.
-    messages: Option<mpsc::Sender<Message>>,
-    task: Option<JoinHandle<()>>,
+    inner: Arc<Inner>,
+}
+
+/// What the clones of a handle share.
+#[derive(Debug)]
+struct Inner {
+    messages: mpsc::Sender<Message>,
     shared: Arc<Shared>,
     flow: tokio::sync::Mutex<Flow>,
-    own: Mutex<watch::Own>,
     options: Options,
-    name: String,
     /// The warning that the arm may not be homed was given.
     warned: AtomicBool,
 }

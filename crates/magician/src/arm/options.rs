@@ -12,6 +12,11 @@ pub struct Options {
     pub window: usize,
     /// Whether to make sure at the start that an arm answers.
     pub probe: bool,
+    /// Whether a line that breaks is looked for again until the connection ends: the same port, and the same arm at
+    /// it. Its serial number (and its clock) are read once for that, soon after the start, if it was probed; an arm
+    /// that says none, or was not asked yet, cannot be told from another. A stream that was handed over with
+    /// [`Arm::over`](crate::Arm::over) cannot be opened again, [`Arm::over_with`](crate::Arm::over_with) can.
+    pub reconnect: bool,
 }
 
 impl Default for Options {
@@ -20,6 +25,7 @@ impl Default for Options {
             timeout: Duration::from_secs(3),
             window: 1,
             probe: true,
+            reconnect: true,
         }
     }
 }
@@ -43,6 +49,12 @@ impl Options {
     #[must_use]
     pub fn probe(mut self, probe: bool) -> Self {
         self.probe = probe;
+        self
+    }
+    /// Sets [`reconnect`](Self::reconnect).
+    #[must_use]
+    pub fn reconnect(mut self, reconnect: bool) -> Self {
+        self.reconnect = reconnect;
         self
     }
 }

@@ -1,5 +1,5 @@
+use std::sync::MutexGuard;
 use std::sync::atomic::Ordering;
-use std::sync::{MutexGuard, PoisonError};
 use std::time::Duration;
 
 use magician_protocol::{Alarm, FrameBuf};
@@ -19,20 +19,18 @@ const FOREVER: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
 /// Requests.
 impl Arm {
     pub(super) fn deadline(&self) -> Instant {
-        Instant::now() + self.options.timeout.min(FOREVER)
+        Instant::now() + self.inner.options.timeout.min(FOREVER)
     }
 
-    /// Tells, once, what befell the queue.
-    pub(super) fn mishap(&self) -> Result<()> {
-        let mut mishap = (self.shared.mishap.lock()).unwrap_or_else(PoisonError::into_inner);
-        match mishap.take() {
-            None => Ok(()),
-            Some(Mishap::Reset(gone)) => {
-                self.own().clear();
-                Err(Error::reset(gone))
-            }
-            Some(Mishap::Unaccounted { from, to }) => Err(Error::unaccounted(from, to)),
+    /// Tells what befell the queue: whoever began after `since` stops, and whoever asks first.
+    pub(super) fn mishap(&self, since: Option<u64>) -> Result<()> {
+        let Some((mishap, first)) = self.inner.shared.mishap(since) else {
+            return Ok(());
+        };
+        if first && matches!(mishap, Mishap::Reset(_)) {
+            self.own().clear();
         }
+        mishap.told()
     }
 
     pub(super) async fn ask(&self, request: Request) -> Result<FrameBuf> {
@@ -47,7 +45,7 @@ impl Arm {
 
     /// Stops so far.
     pub(super) fn stops(&self) -> u64 {
-        self.shared.stops.load(Ordering::SeqCst)
+        self.inner.shared.stops()
     }
 
     /// Hands a request to the task; its answer comes through what this returns. A queued command
@@ -59,14 +57,13 @@ impl Arm {
         stops: u64,
     ) -> Result<oneshot::Receiver<Result<FrameBuf>>> {
         let (reply, answer) = oneshot::channel();
-        let messages = self.messages.as_ref().ok_or_else(Error::closed)?;
         let message = Message::Submit {
             request,
             deadline,
             stops,
             reply,
         };
-        match timeout_at(deadline, messages.send(message)).await {
+        match timeout_at(deadline, self.inner.messages.send(message)).await {
             Ok(Ok(())) => Ok(answer),
             Ok(Err(_)) => Err(Error::closed()),
             Err(_) => Err(Error::new(ErrorKind::Timeout, "the connection is stuck")),
@@ -95,26 +92,23 @@ impl Arm {
 
     /// Warns, once, that the arm was not homed since it was switched on, as far as can be told.
     pub(super) async fn warn_if_not_homed(&self) -> Result<()> {
-        if !self.warned.swap(true, Ordering::SeqCst)
+        if !self.inner.warned.swap(true, Ordering::SeqCst)
             && self.alarms().await?.contains(Alarm::ResetOccurred)
         {
             tracing::warn!(
                 "{}: the arm reports that it was reset and nobody has cleared that since; if it has not \
                  been homed, its positions are not true: `magician home`",
-                self.name
+                self.name()
             );
         }
         Ok(())
     }
 
     pub(super) fn own(&self) -> MutexGuard<'_, Own> {
-        self.own.lock().unwrap_or_else(PoisonError::into_inner)
+        self.inner.shared.own()
     }
 
     pub(super) fn exposure(&self) -> MutexGuard<'_, Exposure> {
-        self.shared
-            .exposure
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.inner.shared.exposure()
     }
 }

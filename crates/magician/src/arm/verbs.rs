@@ -95,7 +95,7 @@ impl Arm {
         deadline: Instant,
         name: &str,
     ) -> Result<MutexGuard<'_, Flow>> {
-        let turn = timeout_at(deadline, self.flow.lock()).await;
+        let turn = timeout_at(deadline, self.inner.flow.lock()).await;
         turn.map_err(|_| {
             let message = "another task fills the queue at present";
             Error::new(ErrorKind::Timeout, message).with_command(name)

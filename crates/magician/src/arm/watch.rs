@@ -14,7 +14,7 @@ use super::exposure::moves;
 use crate::{Error, ErrorKind, QueueIndex, Result};
 
 /// How soon the first look follows, and how far apart looks are at most.
-const FIRST_PAUSE: Duration = Duration::from_millis(2);
+pub(super) const FIRST_PAUSE: Duration = Duration::from_millis(2);
 const PAUSE: Duration = Duration::from_millis(50);
 /// A queue whose index stands so long, with an arm that stands still, is looked into.
 const STANDING: Duration = Duration::from_millis(1500);
@@ -149,9 +149,15 @@ impl Watch {
         self.progress.last = last.unwrap_or(self.progress.last);
     }
 
+    /// Everything has finished.
+    pub(super) fn at_its_end(&mut self) -> Progress {
+        self.progress.current = self.progress.last;
+        self.progress
+    }
+
     /// What is watched is not over because of a stop.
     pub(super) fn not_stopped(&self, arm: &Arm) -> Result<()> {
-        arm.mishap()?;
+        arm.mishap(Some(self.stops))?;
         if arm.stops() == self.stops {
             return Ok(());
         }
@@ -211,7 +217,7 @@ impl Arm {
     /// One look at the queue, the alarms and, when the index stands, the arm.
     pub(super) async fn look(&self, watch: &mut Watch) -> Result<Progress> {
         let read = self.get::<QueuedCmdCurrentIndex>().await?;
-        self.mishap()?;
+        self.mishap(Some(watch.stops))?;
         let current = read.queued_cmd_current_index;
         if current != watch.progress.current.0 {
             watch.progress.current.0 = current;

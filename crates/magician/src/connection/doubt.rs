@@ -7,7 +7,7 @@ use super::ledger::Verdict;
 use super::{Connection, Failure, Micros, Priority};
 
 /// A queued command whose answer was lost, and what was read to find out its fate.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Doubt {
     pub(super) job: Job,
     /// When the reading of the pair under way began.
@@ -17,6 +17,13 @@ pub(super) struct Doubt {
     pair: Option<((u64, u32), Micros)>,
     /// Readings before this instant prove nothing (unordered links).
     pub(super) not_before: Option<Micros>,
+}
+
+impl Doubt {
+    /// What was read so far proves nothing any more.
+    pub(super) fn begin_anew(&mut self) {
+        (self.begun, self.current, self.pair) = (None, None, None);
+    }
 }
 
 /// Losses and doubts.
@@ -30,6 +37,10 @@ impl Connection {
         match (job.purpose, job.policy) {
             (Purpose::Fence | Purpose::Drain, _) => {
                 self.flight.remove(at);
+            }
+            (Purpose::Clock, _) => {
+                self.flight.remove(at);
+                self.missed_clock();
             }
             (Purpose::Current | Purpose::Left, _) if self.doubt.is_none() => {
                 self.flight.remove(at);
@@ -50,7 +61,7 @@ impl Connection {
             (_, Policy::Doubt) if planted(Flaw::ResendBlindly) => job.due = true,
             (_, Policy::Doubt) => {
                 let job = self.flight.remove(at);
-                if self.alone() {
+                if self.alone() && !self.witness.is_broken() {
                     self.enter_doubt(job);
                 } else {
                     self.uncertain(job);
@@ -122,13 +133,15 @@ impl Connection {
         let premature = !self.settings.ordered && since < arrived && !planted(Flaw::NoLifetime);
         let verdict = match self.ledger.judge(current, left) {
             _ if doubt.job.clears != self.ledger.clears() => Verdict::Unclear,
+            _ if self.witness.is_broken() => Verdict::Unclear,
             verdict => verdict,
         };
         match verdict {
             Verdict::Unclear => self.uncertain(doubt.job),
             Verdict::Taken(index) => {
-                self.ledger.accept(index);
+                self.ledger.accept(index, doubt.job.order);
                 self.ledger.confirm();
+                self.witness.resume(Some(index));
                 let key = doubt.job.key;
                 let frame = FrameBuf::encode(key.id, key.ctrl, &QueuedCmdIndex(index));
                 self.done(doubt.job.ticket, frame.map_err(|_| Failure::NoIndex));
@@ -138,6 +151,7 @@ impl Connection {
                 doubt.pair = None;
                 self.doubt = Some(doubt);
             }
+            Verdict::Lost if doubt.job.cut => self.done(doubt.job.ticket, Err(Failure::Lost)),
             Verdict::Lost if doubt.job.over => self.done(doubt.job.ticket, Err(Failure::Stopped)),
             Verdict::Lost if left == 0 => self.done(doubt.job.ticket, Err(Failure::QueueFull)),
             Verdict::Lost => {
@@ -148,22 +162,35 @@ impl Connection {
     }
 
     /// Ends a command of which nobody can tell whether it was taken, and for a queued one all that
-    /// are in flight with it.
+    /// are in flight with it. Above window 1 what waits behind such a gap does not go out either.
     pub(super) fn uncertain(&mut self, job: Job) {
-        if !job.queued() {
-            let nowhere = Failure::Uncertain {
-                from: None,
-                to: None,
-            };
-            return self.done(job.ticket, Err(nowhere));
+        let (mut from, mut to) = (None, None);
+        if job.queued() && !self.witness.is_broken() {
+            (from, to) = self.ledger.doubt(1 + self.queued_unanswered());
         }
-        let (from, to) = self.ledger.doubt(1 + self.queued_unanswered());
         let failure = Failure::Uncertain { from, to };
-        self.ledger.forget();
         self.done(job.ticket, Err(failure));
+        if !job.queued() {
+            return;
+        }
+        self.ledger.forget();
+        self.witness.resume(None);
         while let Some(at) = self.flight.iter().position(Job::queued) {
             let job = self.flight.remove(at);
             self.done(job.ticket, Err(failure));
+        }
+        if job.repeatable && self.settings.window > 1 {
+            self.drop_waiting();
+        }
+    }
+
+    /// Queued commands that wait do not go out.
+    fn drop_waiting(&mut self) {
+        let lane = Priority::Stream as usize;
+        while let Some(at) = self.lanes[lane].iter().position(Job::queued) {
+            if let Some(job) = self.lanes[lane].remove(at) {
+                self.done(job.ticket, Err(Failure::Stopped));
+            }
         }
     }
 

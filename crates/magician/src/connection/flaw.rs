@@ -22,6 +22,8 @@ pub(super) enum Flaw {
     QueueWhileStopping,
     /// A loss in a window is judged while the command behind it is answered.
     JudgeInWindow,
+    /// What was answered in a window counts as confirmed before all that was sent earlier is answered.
+    ConfirmAtOnce,
 }
 
 #[cfg(test)]

@@ -14,6 +14,8 @@ pub(super) enum Purpose {
     Current,
     /// Reads the left space for a command in doubt.
     Left,
+    /// Reads the controller's clock on a line that was lost and found.
+    Clock,
     /// Reads the left space after a Clear.
     Drain,
 }
@@ -39,6 +41,12 @@ pub(super) struct Job {
     pub(super) frame: FrameBuf,
     pub(super) key: Key,
     pub(super) deadline: Micros,
+    /// It may share a window above 1.
+    pub(super) repeatable: bool,
+    /// How many queued commands had gone out when it did, itself among them.
+    pub(super) order: u64,
+    /// The highest current index read by then.
+    pub(super) highest: u64,
     /// How often it went out.
     pub(super) sent: u32,
     /// When it went out last.
@@ -53,6 +61,8 @@ pub(super) struct Job {
     pub(super) clears: u32,
     /// A stop came, or nobody waits for it any more: it does not go out again.
     pub(super) over: bool,
+    /// The line broke under it.
+    pub(super) cut: bool,
 }
 
 impl Job {
@@ -66,6 +76,9 @@ impl Job {
             frame: request.frame,
             key: Key::of(&frame),
             deadline: request.deadline,
+            repeatable: request.repeatable,
+            order: 0,
+            highest: 0,
             sent: 0,
             since: 0,
             timer: Micros::MAX,
@@ -73,11 +86,17 @@ impl Job {
             lingers: false,
             clears: 0,
             over: false,
+            cut: false,
         }
     }
 
     pub(super) fn queued(&self) -> bool {
         self.policy == Policy::Doubt
+    }
+
+    /// Whether it is a queued command that may travel beside others.
+    pub(super) fn shares(&self) -> bool {
+        self.queued() && self.repeatable
     }
 
     pub(super) fn in_window(&self) -> bool {

@@ -1,4 +1,5 @@
 use super::Micros;
+use super::law::Look;
 
 /// A queue that is as empty as it was ever seen for so long counts as drained.
 const STANDING: Micros = 1_000_000;
@@ -25,9 +26,16 @@ pub(super) struct Ledger {
     most: u32,
     /// Index accepted last.
     last: Option<u64>,
+    /// Index in the last answer, accepted or not. A link may double that answer and hold it up.
+    heard: Option<u64>,
+    /// Which of the queued commands sent was given it, counting them.
+    order: u64,
     /// All up to here are beyond doubt; below `last` only while several are in flight.
     confirmed: Option<u64>,
     floor: Floor,
+    /// The floor as it was known first since it was lost, whatever the left space said later: what the left space itself
+    /// is held against.
+    base: Floor,
     /// Current index read last.
     current: u64,
     /// A lower one was read last, and not believed yet.
@@ -51,6 +59,26 @@ enum Floor {
     Known(u64),
 }
 
+impl Floor {
+    /// The floor once this index was accepted.
+    fn before(self, index: u64) -> Self {
+        match self {
+            Self::Unknown => Self::Since(index),
+            Self::Empty => Self::Known(index.saturating_sub(1)),
+            known => known,
+        }
+    }
+
+    /// The index before the oldest command in the queue, at this current index.
+    fn head(self, current: u64) -> Option<u64> {
+        match self {
+            Self::Known(floor) => Some(current.max(floor)),
+            Self::Since(first) if current >= first => Some(current),
+            _ => None,
+        }
+    }
+}
+
 /// What two equal readings of current index and left space say about a command in doubt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
@@ -70,8 +98,11 @@ impl Ledger {
             grown: false,
             most: 0,
             last: None,
+            heard: None,
+            order: 0,
             confirmed: None,
             floor: Floor::Unknown,
+            base: Floor::Unknown,
             current: 0,
             suspect: false,
             stands: None,
@@ -100,10 +131,17 @@ impl Ledger {
         self.clears
     }
 
-    /// Whether `index` follows the one accepted last; anything follows nothing.
+    /// Whether `index` follows the one accepted last. Anything follows nothing, but for the last answer come again.
     pub(super) fn follows(&self, index: u64) -> bool {
-        self.last
-            .is_none_or(|last| last.checked_add(1) == Some(index))
+        match self.last {
+            Some(last) => last.checked_add(1) == Some(index),
+            None => self.heard != Some(index),
+        }
+    }
+
+    /// An answer with an index that does not follow was not believed.
+    pub(super) fn disbelieve(&mut self, index: u64) {
+        self.heard = Some(index);
     }
 
     /// Whether `index` is one that the queue may have given after the last one accepted.
@@ -112,14 +150,12 @@ impl Ledger {
         ahead.is_some_and(|ahead| ahead > 0 && ahead <= 2 * u64::from(self.capacity))
     }
 
-    /// A command was accepted.
-    pub(super) fn accept(&mut self, index: u64) {
-        self.floor = match self.floor {
-            Floor::Unknown => Floor::Since(index),
-            Floor::Empty => Floor::Known(index.saturating_sub(1)),
-            known => known,
-        };
-        self.last = Some(index);
+    /// A command was accepted, the `order`th that was sent.
+    pub(super) fn accept(&mut self, index: u64, order: u64) {
+        self.order = order;
+        self.floor = self.floor.before(index);
+        self.base = self.base.before(index);
+        (self.last, self.heard) = (Some(index), Some(index));
     }
 
     /// Whether all that was accepted is beyond doubt.
@@ -130,6 +166,14 @@ impl Ledger {
     /// Nothing sent before is unanswered: what was accepted is beyond doubt.
     pub(super) fn confirm(&mut self) {
         self.confirmed = self.last;
+    }
+
+    /// None of the first `order` commands sent is unanswered. The indices in a row without a gap are theirs in turn; one
+    /// that was sent twice in between makes this err towards less.
+    pub(super) fn confirm_to(&mut self, order: u64) {
+        let behind = self.order.saturating_sub(order);
+        let known = self.last.and_then(|last| last.checked_sub(behind));
+        self.confirmed = self.confirmed.max(known);
     }
 
     /// The indices that `unanswered` commands in flight, and those accepted but not confirmed,
@@ -145,6 +189,7 @@ impl Ledger {
         self.last = None;
         self.confirmed = None;
         self.floor = Floor::Unknown;
+        self.base = Floor::Unknown;
     }
 
     /// A Clear goes out.
@@ -153,6 +198,13 @@ impl Ledger {
         self.stands = None;
         self.clears = self.clears.wrapping_add(1);
         self.floor = Floor::Unknown;
+        self.base = Floor::Unknown;
+    }
+
+    /// The controller was reset, and its current index is this now.
+    pub(super) fn restart(&mut self, current: u64) {
+        self.forget();
+        (self.current, self.suspect) = (current, false);
     }
 
     /// A current index was read; true when it shows that the controller was reset. On an unordered
@@ -161,13 +213,28 @@ impl Ledger {
         let lower = current < self.current;
         let reset = lower && (ordered || self.suspect);
         self.suspect = lower && !reset;
-        if !self.suspect {
+        if !lower {
             self.current = current;
         }
-        if reset {
-            self.forget();
-        }
         reset
+    }
+
+    /// Where the oldest command in the queue stands at least, by this current index and the first known floor.
+    pub(super) fn reached(&self, current: u64) -> Option<u64> {
+        self.base.head(current)
+    }
+
+    /// What a left space says about the queue's head, where that can be said.
+    pub(super) fn look(&self, left: u32) -> Option<Look> {
+        if !self.sure || self.draining {
+            return None;
+        }
+        Some(Look {
+            left,
+            waiting: self.capacity.checked_sub(left)?,
+            last: self.last?,
+            reached: self.reached(self.current)?,
+        })
     }
 
     /// A left space was read. `idle`: no queued command is unanswered.
@@ -185,6 +252,9 @@ impl Ledger {
         if full {
             self.draining = false;
             self.floor = self.last.map_or(Floor::Empty, Floor::Known);
+            if self.base == Floor::Unknown {
+                self.base = self.floor;
+            }
         } else if self.draining && left == self.most {
             // As empty as it was ever seen: a queue with fewer places than assumed, or one in which
             // a long command of another host runs. Nothing is known, but it goes on.
@@ -198,11 +268,8 @@ impl Ledger {
     /// Judges the one command in doubt from readings that were equal twice.
     pub(super) fn judge(&self, current: u64, left: u32) -> Verdict {
         let sure = self.sure || left == self.capacity && !self.grown;
-        let head = match self.floor {
-            _ if !sure => return Verdict::Unclear,
-            Floor::Known(floor) => current.max(floor),
-            Floor::Since(first) if current >= first => current,
-            _ => return Verdict::Unclear,
+        let Some(head) = self.floor.head(current).filter(|_| sure) else {
+            return Verdict::Unclear;
         };
         let Some(waiting) = self.capacity.checked_sub(left) else {
             return Verdict::Unclear;
@@ -224,7 +291,7 @@ mod tests {
     fn the_tail_tells_taken_from_lost() {
         let mut ledger = Ledger::new(32);
         ledger.read_left(32, true, 0);
-        ledger.accept(7);
+        ledger.accept(7, 1);
         assert_eq!(
             ledger.judge(3, 31),
             Verdict::Lost,
@@ -240,7 +307,7 @@ mod tests {
     fn without_an_empty_queue_the_current_index_must_have_passed_the_first() {
         let mut ledger = Ledger::new(32);
         ledger.read_left(30, true, 0);
-        ledger.accept(7);
+        ledger.accept(7, 1);
         assert_eq!(ledger.judge(4, 29), Verdict::Unclear);
         assert_eq!(ledger.judge(7, 32), Verdict::Lost);
     }
@@ -249,7 +316,7 @@ mod tests {
     fn after_a_clear_the_floor_is_the_last_index_before_it() {
         let mut ledger = Ledger::new(32);
         ledger.read_left(32, true, 0);
-        (1..=5).for_each(|index| ledger.accept(index));
+        (1..=5).for_each(|index| ledger.accept(index, index));
         ledger.clearing();
         assert!(ledger.draining());
         assert_eq!(ledger.judge(2, 31), Verdict::Unclear);
@@ -265,8 +332,9 @@ mod tests {
     fn a_current_index_that_goes_back_is_a_reset() {
         let mut ledger = Ledger::new(32);
         assert!(!ledger.read_current(9, true));
-        ledger.accept(10);
+        ledger.accept(10, 1);
         assert!(ledger.read_current(0, true));
+        ledger.restart(0);
         assert_eq!(ledger.last(), None);
     }
 
@@ -285,12 +353,12 @@ mod tests {
         // 31 places: never seen to be 32, so one that waits cannot be told from one that does not.
         let mut ledger = Ledger::new(32);
         ledger.read_left(31, true, 0);
-        ledger.accept(1);
+        ledger.accept(1, 1);
         assert_eq!(ledger.judge(1, 31), Verdict::Unclear, "nothing waits");
         // 33 places, and a stranger's command in one when we came.
         let mut ledger = Ledger::new(32);
         ledger.read_left(32, true, 0);
-        ledger.accept(8);
+        ledger.accept(8, 1);
         ledger.read_left(33, false, 0);
         assert_eq!(ledger.judge(7, 32), Verdict::Unclear);
         ledger.read_current(8, true);
@@ -303,7 +371,7 @@ mod tests {
     fn a_queue_with_fewer_places_than_assumed_drains_too() {
         let mut ledger = Ledger::new(32);
         ledger.read_left(30, true, 0);
-        ledger.accept(1);
+        ledger.accept(1, 1);
         ledger.clearing();
         ledger.read_left(29, true, 10);
         ledger.read_left(30, true, 20);

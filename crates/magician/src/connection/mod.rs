@@ -42,32 +42,79 @@
 //! asked again, can pass off an old reading as a new one; queued commands are safe from that too,
 //! by their index.
 //!
-//! # Queued commands are never sent again blindly
+//! # Queued commands: taken once, or reported
 //!
-//! A reply is accepted when its index follows the one accepted last. When it is lost, or repeats
-//! the last index, the command is *in doubt*: current index and left space are read until two
-//! pairs in succession are equal, and the ledger judges (its file says how). Lost: it is sent again.
-//! Taken: on we go. Anything else: [`Failure::Uncertain`] with the interval of indices, and the
-//! next accepted index is a new beginning. The readings follow the command on the wire, so on an
-//! ordered link it can no longer be under way when they arrive; on an unordered one, "lost" is
-//! concluded only from readings made after its lifetime.
+//! A queued command moves the arm again when it is sent again, and no reply says which frame it answers. What is certain
+//! rests on the index law (errata E37): the controller gives every command that it takes the index after the last one.
+//! Whether this arm keeps it is [learnt by listening](Connection::law) and nothing is queued to find out.
 //!
-//! A datagram that the network doubles is executed twice by any controller. A surplus answer, or a
+//! A command is in one of these states, and only these steps lead on:
+//!
+//! | state | what happens | next |
+//! |---|---|---|
+//! | waiting | its turn: no doubt, no stop, no drain, a line, room in the window | in flight |
+//! | in flight, alone | its answer, with the next index | taken, confirmed |
+//! | | its answer, with the last index again | in doubt |
+//! | | its answer, with any other index | uncertain |
+//! | | no answer in time, or one to a later frame | in doubt; uncertain if the law is broken |
+//! | in flight, in a window | its answer, with the next index | taken; confirmed at the next *settle point* |
+//! | | anything else, of it or of one beside it | uncertain, with all that are not confirmed |
+//! | in doubt | two equal readings of current index and left space: not taken | in flight again; [`Failure::Lost`] if the line broke meanwhile; [`Failure::Stopped`] after a stop |
+//! | | … : taken | taken, confirmed |
+//! | | … : neither; a Clear, a reset, a stop or the deadline came first; the law is broken | uncertain |
+//! | | the line breaks | in doubt until [`restored`](Connection::restored) |
+//!
+//! *Uncertain* is [`Failure::Uncertain`] with the interval of indices that may have been given: from the one after the last
+//! confirmed to the last one accepted and one for each command unanswered. It is never sent again, the next accepted
+//! index is a new beginning, and above window 1 the queued commands that wait behind it are dropped.
+//!
+//! Why *not taken* is certain. While one command is in doubt no other queued command is unanswered and none goes out, so
+//! the controller has given the last known index or the one after, and current index, capacity and left space tell which
+//! (the `ledger` says how, and when they do not). A single pair may be torn by a command that ends between its two
+//! readings; between two equal pairs none did. On an ordered link a reading follows the command on the wire, so when its
+//! answer is there the command is no longer under way; on an unordered one "not taken" is concluded only from readings
+//! begun after its [lifetime](Settings::lifetime). So nothing that is sent again can still arrive from the first time.
+//!
+//! Why *confirmed* is certain. In a window commands share a key, so when one of them is lost the next one's answer passes for
+//! its own, with the index it would have had. But then one answer too few comes. A settle point is an answer to a
+//! request of another kind on an ordered link, or the moment when nothing queued is unanswered: each frame sent before has
+//! been answered or will never be (rules 2 and 3). As many answers as frames, with indices in a row: each was taken, in
+//! its place. One less: the interval above. Reads are settle points; where none are asked for, a fence is one after every
+//! few commands. Only [repeatable](Request::repeatable) commands share a window, because what follows a gap may have been
+//! taken without it: the caller stops, clears, and goes on from what [`confirmed_index`](Connection::confirmed_index) said.
+//! Datagrams have no settle points, and no window.
+//!
+//! After a reset (current index or [clock](Event::Reset) going back) nothing is sent again. After a lost line nothing of the
+//! stream goes out until the controller's clock, current index and left space were read on the new one; frames of the old
+//! one stay outstanding, so that a late answer from there is known for what it is.
+//!
+//! What is not excluded: a datagram that the network doubles is executed twice by any controller. A surplus answer, or a
 //! current index beyond the last one accepted, shows that: [`Event::Unaccounted`]. What no index
 //! shows is a second copy that takes the very place of the next command of the same id when that one
-//! is lost: over UDP the arm then repeats the one and leaves out the other.
+//! is lost: over UDP the arm then repeats the one and leaves out the other. And an arm that breaks the law before it was
+//! recognised may take a command twice; the next index then reports it.
+//!
+//! # What goes first
+//!
+//! A [stop](Priority::Stop) overtakes everything and is handed out at once. Of the others the stream goes before
+//! reads, but after a few of the stream a read that waits has its turn, the sooner the more of them wait. With
+//! [`Settings::baud`] set frames are handed out only as fast as the line carries them.
 
 mod doubt;
 pub(crate) mod estimator;
 mod flaw;
+mod interruption;
 mod job;
+mod law;
 mod ledger;
 pub(crate) mod outstanding;
+mod pace;
 mod reply;
 mod request;
 #[cfg(test)]
 mod tests;
 pub(crate) mod transmit;
+mod uptime;
 
 use std::collections::VecDeque;
 
@@ -76,10 +123,16 @@ use magician_protocol::{Deframer, INTER_BYTE_TIMEOUT_MS, QueuedCmdIndex};
 use doubt::Doubt;
 use estimator::Estimator;
 use flaw::{Flaw, planted};
-use job::{Job, Policy, Purpose};
+use interruption::Link;
+use job::{Job, Purpose};
+use law::Witness;
+pub use law::{Breach, Law};
 use ledger::Ledger;
 use outstanding::Outstanding;
+use pace::Pace;
 pub use request::{Event, Failure, Priority, Request, Settings, Ticket};
+
+use uptime::Uptime;
 
 /// Microseconds from an origin of the caller's choice.
 pub type Micros = u64;
@@ -111,13 +164,17 @@ pub struct Stats {
 }
 
 /// The host's end of the protocol; see the [module](self).
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Connection {
     settings: Settings,
     deframer: Deframer,
     heard: Micros,
     estimator: Estimator,
     ledger: Ledger,
+    witness: Witness,
+    uptime: Uptime,
+    pace: Pace,
+    link: Link,
     outstanding: Outstanding,
     lanes: [VecDeque<Job>; 3],
     flight: Vec<Job>,
@@ -126,6 +183,10 @@ pub struct Connection {
     next_ticket: u64,
     streak: u32,
     next_fence: usize,
+    /// Queued commands sent.
+    order: u64,
+    /// `order` when a frame went out last whose reply settles those before.
+    settled: u64,
     /// When to look again whether the queue has drained; `None`: now.
     drain_at: Option<Micros>,
     stats: Stats,
@@ -137,7 +198,10 @@ impl Connection {
     #[must_use]
     pub fn new(settings: Settings) -> Self {
         let settings = Settings {
-            window: settings.window.clamp(1, MAX_WINDOW),
+            window: match settings.ordered {
+                true => settings.window.clamp(1, MAX_WINDOW),
+                false => 1,
+            },
             ..settings
         };
         Self {
@@ -145,14 +209,20 @@ impl Connection {
             heard: 0,
             estimator: Estimator::new(&settings),
             ledger: Ledger::new(settings.capacity),
+            witness: Witness::default(),
+            uptime: Uptime::default(),
+            pace: Pace::new(settings.baud),
+            link: Link::Up,
             outstanding: Outstanding::new(settings.ordered),
             lanes: std::array::from_fn(|_| VecDeque::with_capacity(LANE)),
             flight: Vec::with_capacity(MAX_WINDOW + 4),
             doubt: None,
-            events: VecDeque::with_capacity(LANE),
+            events: VecDeque::with_capacity(4 * LANE),
             next_ticket: 0,
             streak: 0,
             next_fence: 0,
+            order: 0,
+            settled: 0,
             drain_at: None,
             stats: Stats::default(),
             settings,
@@ -180,7 +250,14 @@ impl Connection {
     /// The index accepted last, while it is certain.
     #[must_use]
     pub fn last_index(&self) -> Option<QueuedCmdIndex> {
-        self.ledger.last().map(QueuedCmdIndex)
+        let last = self.ledger.last().filter(|_| !self.witness.is_broken());
+        last.map(QueuedCmdIndex)
+    }
+
+    /// Whether this arm numbers its queued commands as every conclusion from a number supposes.
+    #[must_use]
+    pub fn law(&self) -> Law {
+        self.witness.law()
     }
 
     /// Places in the controller's queue: as set, or more if the controller showed more.
@@ -196,11 +273,14 @@ impl Connection {
         !self.settings.ordered || !self.outstanding.is_empty()
     }
 
-    /// The index up to which every accepted command is beyond doubt: it was taken, once and in its place. Above window 1 it
-    /// may be behind [`last_index`](Self::last_index).
+    /// The index up to which every accepted command is beyond doubt: it was taken, once and in its place. Above window 1
+    /// it may be behind [`last_index`](Self::last_index): an answer with an index says that *a* command of this id was
+    /// taken, and only when all that was sent before has been answered which one.
     #[must_use]
     pub fn confirmed_index(&self) -> Option<QueuedCmdIndex> {
-        self.ledger.confirmed().map(QueuedCmdIndex)
+        let confirmed = self.ledger.confirmed();
+        let confirmed = confirmed.filter(|_| !self.witness.is_broken());
+        confirmed.map(QueuedCmdIndex)
     }
 
     /// Whether nothing waits and nothing is in flight.
@@ -252,22 +332,6 @@ impl Connection {
         }
     }
 
-    /// The line is gone. Nothing that was submitted goes out any more, on no line: a command that went out and was not
-    /// answered ends as [`Failure::Uncertain`], everything else as [`Failure::Lost`].
-    pub fn interrupt(&mut self) {
-        self.deframer.expire();
-        self.drop_stream();
-        while let Some(job) = self.flight.pop() {
-            match job.policy {
-                Policy::Resend => self.done(job.ticket, Err(Failure::Lost)),
-                Policy::Once | Policy::Doubt => self.uncertain(job),
-            }
-        }
-        while let Some(job) = self.lanes.iter_mut().find_map(VecDeque::pop_front) {
-            self.done(job.ticket, Err(Failure::Lost));
-        }
-    }
-
     /// The instant at which [`handle_timeout`](Self::handle_timeout) is to be called, if any.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Micros> {
@@ -285,6 +349,7 @@ impl Connection {
             next = next.min(doubt.job.deadline);
             next = next.min(doubt.not_before.unwrap_or(Micros::MAX));
         }
+        next = next.min(self.pace.wakes().unwrap_or(Micros::MAX));
         if let (true, Some(at)) = (self.wants_drain(), self.drain_at) {
             next = next.min(at);
         }
@@ -306,6 +371,7 @@ impl Connection {
             self.hear(now, &[]);
         }
         self.outstanding.expire(now, self.settings.lifetime);
+        self.pace.pass(now);
         if self.drain_at.is_some_and(|at| at <= now) {
             self.drain_at = None;
         }

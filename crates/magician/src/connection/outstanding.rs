@@ -1,6 +1,6 @@
 use std::collections::VecDeque;
 
-use magician_protocol::{Ctrl, Frame};
+use magician_protocol::{Ctrl, Frame, Row};
 
 use super::{Micros, Ticket};
 
@@ -18,6 +18,14 @@ impl Key {
             ctrl: Ctrl(frame.ctrl().0 & !Ctrl(0).with_error().0),
         }
     }
+
+    /// Of a read of this row.
+    pub(super) fn read(row: &Row) -> Self {
+        Self {
+            id: row.id,
+            ctrl: Ctrl::GET,
+        }
+    }
 }
 
 /// A frame that went out and whose reply may still come.
@@ -26,6 +34,8 @@ pub(crate) struct Copy {
     pub(crate) key: Key,
     pub(crate) ticket: Ticket,
     pub(crate) at: Micros,
+    /// How many queued commands had gone out by then, itself among them.
+    pub(crate) order: u64,
 }
 
 /// Every frame that went out and whose reply may still come, in the order of sending.

@@ -1,9 +1,9 @@
-use magician_protocol::commands::{QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
-use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex};
+use magician_protocol::commands::{DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
+use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex, Readable};
 
 use super::flaw::{Flaw, planted};
 use super::job::{Job, Purpose};
-use super::outstanding::Key;
+use super::outstanding::{Copy, Key};
 use super::{Connection, DRAIN_PAUSE, Event, Failure, Micros, Ticket};
 
 /// What comes in.
@@ -33,7 +33,13 @@ impl Connection {
             && let Some(at) = self.flight.iter().position(same_id)
         {
             let job = self.flight.remove(at);
-            return self.answer(job, frame, now);
+            let copy = Copy {
+                key: job.key,
+                ticket: job.ticket,
+                at: job.since,
+                order: job.order,
+            };
+            return self.answer(job, copy, frame, now);
         }
         let Some(copy) = self.outstanding.answered(Key::of(&frame.frame())) else {
             self.stats.unsolicited += 1;
@@ -47,15 +53,15 @@ impl Connection {
         if let Some(at) = judged_apart {
             let job = self.flight.remove(at);
             self.settle(copy.ticket);
-            return self.answer(job, frame, now);
+            return self.answer(job, copy, frame, now);
         }
         self.settle(copy.ticket);
         let answered = (self.flight.iter()).position(|job| job.ticket == copy.ticket);
         if let Some(at) = answered {
             let job = self.flight.remove(at);
-            self.answer(job, frame, now);
+            self.answer(job, copy, frame, now);
         } else if let Some(doubt) = self.doubt.take_if(|doubt| doubt.job.ticket == copy.ticket) {
-            self.answer_queued(doubt.job, frame);
+            self.answer_queued(doubt.job, copy, frame);
         } else {
             self.stats.late += 1;
         }
@@ -69,6 +75,7 @@ impl Connection {
         let index = QueuedCmdIndex::decode(view.params());
         if let (true, Ok(QueuedCmdIndex(index))) = (queues, index)
             && self.ledger.is_beyond(index)
+            && !self.witness.is_broken()
         {
             self.unaccounted(index);
         }
@@ -103,83 +110,146 @@ impl Connection {
         }
     }
 
-    pub(super) fn answer(&mut self, job: Job, frame: &FrameBuf, now: Micros) {
+    /// A job was answered, to the copy of it that went out first of those that may be meant.
+    fn answer(&mut self, job: Job, copy: Copy, frame: &FrameBuf, now: Micros) {
         if job.sent == 1 {
             self.estimator.sample(now.saturating_sub(job.since));
         }
         if job.queued() {
-            return self.answer_queued(job, frame);
+            return self.answer_queued(job, copy, frame);
         }
-        let reset = self.observe(&job, frame, now);
-        if self.settings.ordered && !reset {
-            self.ledger.confirm();
+        if self.settings.ordered {
+            self.ledger.confirm_to(copy.order);
         }
+        self.observe(&job, copy, frame, now);
         match job.purpose {
             Purpose::Caller if frame.frame().ctrl().error() => {
                 self.done(job.ticket, Err(Failure::Refused));
             }
             Purpose::Caller => self.done(job.ticket, Ok(*frame)),
-            Purpose::Fence => {}
+            Purpose::Fence | Purpose::Clock => {}
             Purpose::Drain => self.drain_at = Some(now.saturating_add(DRAIN_PAUSE)),
             purpose @ (Purpose::Current | Purpose::Left) => self.read(purpose, frame, now),
         }
     }
 
-    pub(super) fn answer_queued(&mut self, job: Job, frame: &FrameBuf) {
+    fn answer_queued(&mut self, job: Job, copy: Copy, frame: &FrameBuf) {
         let view = frame.frame();
-        let index = match QueuedCmdIndex::decode(view.params()) {
-            _ if view.ctrl().error() => return self.done(job.ticket, Err(Failure::QueueFull)),
-            Err(_) => return self.done(job.ticket, Err(Failure::NoIndex)),
-            Ok(QueuedCmdIndex(0)) => return self.done(job.ticket, Err(Failure::QueueFull)),
-            Ok(QueuedCmdIndex(index)) => index,
+        let alone = self.alone();
+        let refusal = match QueuedCmdIndex::decode(view.params()) {
+            _ if view.ctrl().error() => Err(Failure::QueueFull),
+            Err(_) => Err(Failure::NoIndex),
+            Ok(QueuedCmdIndex(0)) => Err(Failure::QueueFull),
+            Ok(QueuedCmdIndex(index)) => Ok(index),
         };
-        if self.ledger.follows(index) || planted(Flaw::AcceptGaps) {
-            self.ledger.accept(index);
-            if self.queued_unanswered() == 0 && self.settings.window == 1 {
+        let index = match refusal {
+            Ok(index) => index,
+            Err(failure) if alone => return self.done(job.ticket, Err(failure)),
+            // Nobody knows which of those in flight was refused, and those behind it may be taken.
+            Err(_) => return self.uncertain(job),
+        };
+        // Over datagrams an answer may simply come again.
+        let telling = alone && (self.settings.ordered || self.ledger.last() != Some(index));
+        self.witness.answered(index, telling, job.highest);
+        // An arm that numbers its commands in its own way has still taken the one that it answered.
+        let lawless = alone && self.witness.is_broken();
+        if self.ledger.follows(index) || lawless || planted(Flaw::AcceptGaps) {
+            self.ledger.accept(index, job.order);
+            if self.queued_unanswered() == 0 || planted(Flaw::ConfirmAtOnce) {
                 self.ledger.confirm();
             }
             self.done(job.ticket, Ok(*frame));
-        } else if self.ledger.last() == Some(index) && self.alone() {
+            return;
+        }
+        if !self.settings.ordered {
+            // That was another command's answer come again; its own may follow.
+            self.outstanding.sent(copy);
+        }
+        if self.ledger.last() == Some(index) && alone {
             self.enter_doubt(job);
         } else {
             self.uncertain(job);
+            self.ledger.disbelieve(index);
+            self.witness.resume(Some(index));
         }
     }
 
-    /// Notes what a reading says about the queue; true when it shows a reset.
-    pub(super) fn observe(&mut self, job: &Job, frame: &FrameBuf, now: Micros) -> bool {
-        let idle = self.doubt.is_none() && self.queued_unanswered() == 0;
-        let params = frame.frame();
-        let params = params.params();
-        match job.key.id {
-            246 => {
-                let Ok(read) = QueuedCmdCurrentIndex::decode(params) else {
-                    return false;
-                };
-                let (current, ordered) = (read.queued_cmd_current_index, self.settings.ordered);
-                let reset = self.ledger.read_current(current, ordered);
-                match reset {
-                    true => self.reset(),
-                    false if idle && self.ledger.is_beyond(current) => self.overtaken(current),
-                    false => {}
-                }
-                reset
+    /// Notes what a reading says about the controller.
+    fn observe(&mut self, job: &Job, copy: Copy, frame: &FrameBuf, now: Micros) {
+        let view = frame.frame();
+        if view.ctrl().error() {
+            return;
+        }
+        if job.key == Key::read(DeviceTime::ROW) {
+            if let Ok(read) = DeviceTime::decode(view.params()) {
+                self.observe_clock(read.g_systick, copy.at, now);
             }
-            247 => {
-                if let Ok(read) = QueuedCmdLeftSpace::decode(params) {
-                    self.ledger.read_left(read.left_space, idle, now);
-                }
-                false
+        } else if job.key == Key::read(QueuedCmdCurrentIndex::ROW) {
+            if let Ok(read) = QueuedCmdCurrentIndex::decode(view.params()) {
+                self.observe_current(read.queued_cmd_current_index);
             }
-            _ => false,
+        } else if job.key == Key::read(QueuedCmdLeftSpace::ROW)
+            && let Ok(read) = QueuedCmdLeftSpace::decode(view.params())
+        {
+            self.observe_left(read.left_space, job.sent == 1, now);
         }
     }
 
-    pub(super) fn reset(&mut self) {
+    fn observe_clock(&mut self, ms: u32, asked: Micros, now: Micros) {
+        self.seen(Purpose::Clock);
+        if self.uptime.read(ms, asked, now, self.settings.ordered) {
+            self.reset(None);
+        }
+    }
+
+    fn observe_current(&mut self, current: u64) {
+        self.seen(Purpose::Current);
+        let lower = self.ledger.read_current(current, self.settings.ordered);
+        if lower && self.witness.trusts_current() {
+            return self.reset(Some(current));
+        }
+        self.witness.current(current, self.ledger.reached(current));
+        if self.is_accounted() && self.ledger.is_beyond(current) && !self.witness.is_broken() {
+            self.overtaken(current);
+        }
+    }
+
+    /// `once`: the reading was asked for once, so nothing that was sent later can be in it.
+    fn observe_left(&mut self, left: u32, once: bool, now: Micros) {
+        self.seen(Purpose::Left);
+        if self.settings.ordered
+            && once
+            && self.doubt.is_none()
+            && let Some(look) = self.ledger.look(left)
+        {
+            self.witness.look(look);
+        }
+        self.ledger.read_left(left, self.is_accounted(), now);
+    }
+
+    /// Whether no queued command waits for its answer.
+    fn is_accounted(&self) -> bool {
+        self.doubt.is_none() && self.queued_unanswered() == 0
+    }
+
+    /// The controller was reset; `current` is what it counts from now, where that was seen.
+    fn reset(&mut self, current: Option<u64>) {
         if !self.events.contains(&Event::Reset) {
             self.events.push_back(Event::Reset);
         }
+        self.witness.reset(current.is_some());
+        // What is in doubt is named by the indices that were, so these are forgotten last.
         self.drop_stream();
+        if !self.alone()
+            && let Some(at) = self.flight.iter().position(Job::queued)
+        {
+            let job = self.flight.remove(at);
+            self.uncertain(job);
+        }
+        self.ledger.restart(current.unwrap_or(0));
+        if current.is_some() {
+            self.uptime.forget();
+        }
     }
 
     pub(super) fn done(&mut self, ticket: Ticket, result: Result<FrameBuf, Failure>) {

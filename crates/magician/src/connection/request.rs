@@ -24,6 +24,7 @@ pub struct Request {
     pub(super) frame: FrameBuf,
     pub(super) priority: Priority,
     pub(super) deadline: Micros,
+    pub(super) repeatable: bool,
 }
 
 impl Request {
@@ -86,6 +87,7 @@ impl Request {
             frame,
             priority,
             deadline: Micros::MAX,
+            repeatable: false,
         }
     }
 
@@ -100,6 +102,15 @@ impl Request {
     #[must_use]
     pub fn deadline(mut self, at: Micros) -> Self {
         self.deadline = at;
+        self
+    }
+
+    /// Says that this queued command means the same wherever it is begun from, so that a program may go on with it after
+    /// a gap: a motion to an absolute place. Only such commands share a window above 1. An increment, a wait, a counted
+    /// pulse is none; those travel alone.
+    #[must_use]
+    pub fn repeatable(mut self) -> Self {
+        self.repeatable = true;
         self
     }
 
@@ -134,10 +145,11 @@ pub enum Failure {
     Refused,
     /// The answer to a queued command carries no index.
     NoIndex,
-    /// A stop overtook the command before it went out, the controller was reset, or the caller
-    /// withdrew it; it was dropped.
+    /// A stop overtook the command before it went out, the controller was reset, the caller withdrew it, or above window
+    /// 1 a gap opened before it; it was dropped.
     Stopped,
-    /// The line broke before it was answered; nothing was done or it does not matter whether it was.
+    /// The line broke before it was answered; nothing was done or it does not matter whether it was. For a queued command
+    /// this is certain: the controller has not taken it.
     Lost,
     /// It did not go out: the queue was cleared, and the command that ran then has not finished.
     Draining,
@@ -157,7 +169,8 @@ pub enum Event {
         /// Its answer, or why there is none.
         result: Result<FrameBuf, Failure>,
     },
-    /// The indices went backwards: the controller was reset. What it had queued is gone.
+    /// The indices or the controller's clock went backwards: it was reset. What it had queued is gone, and nothing of it
+    /// is sent again.
     Reset,
     /// The controller has given these indices to commands that this connection did not send, or
     /// sent once: the line doubled a datagram, or another host shares the arm.
@@ -172,8 +185,9 @@ pub enum Event {
 /// How a [`Connection`](super::Connection) behaves.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Most requests in flight, 1 to 8. Above 1 only queued commands share an id in flight; a
-    /// command lost among them is reported as an interval and never sent again.
+    /// Most requests in flight, 1 to 8; on an unordered link always 1, and on an arm that breaks the index law
+    /// ([`Connection::law`](super::Connection::law)). Above 1 [repeatable](Request::repeatable) queued commands travel
+    /// together once the law was seen to hold; a gap among them is reported as an interval and nothing is sent again.
     pub window: usize,
     /// Whether the link keeps the order of bytes (serial, TCP). UDP does not.
     pub ordered: bool,
@@ -190,8 +204,8 @@ pub struct Settings {
     pub floor: Micros,
     /// Longest time after which an answer counts as lost, us.
     pub ceiling: Micros,
-    /// The speed of a serial line, in baud; `None` where what is handed to the system is on its way
-    /// at once.
+    /// Bits a second of a serial line (10 to the byte). Frames are then handed out so late that no more than 1 ms of
+    /// earlier ones has still to pass, and a stop waits for at most that and the frame under way. `None`: as they come.
     pub baud: Option<u32>,
 }
 

@@ -5,12 +5,16 @@ use magician_protocol::commands::{
 use magician_protocol::{Ctrl, FrameBuf, Readable, Row, Writable};
 
 use super::flaw::{Flaw, planted};
+use super::interruption::Link;
 use super::job::{Job, Purpose};
 use super::outstanding::{Copy, Key};
-use super::{Connection, Micros, Priority, Request, Ticket};
+use super::{Connection, Law, Micros, Priority, Request, Ticket};
 
-/// After so many requests of the stream in a row, a waiting read has its turn.
+/// After so many requests of the stream in a row, a waiting read has its turn; sooner when several wait.
 const STREAK: u32 = 4;
+/// After so many queued commands in a window above 1 without a request of another kind a fence goes out: only its answer,
+/// or a moment without any in flight, confirms them.
+const UNSETTLED: u64 = 8;
 /// Reads that every controller answers: fences are taken from these in turn.
 pub(crate) const FENCES: [&Row; 6] = [
     QueuedCmdCurrentIndex::ROW,
@@ -25,12 +29,15 @@ pub(crate) const FENCES: [&Row; 6] = [
 impl Connection {
     /// The next frame to write, `None` when there is none at present.
     pub fn poll_transmit(&mut self, now: Micros) -> Option<FrameBuf> {
+        if self.link == Link::Down {
+            return None;
+        }
         if !self.outstanding.is_choked()
             && let Some(frame) = self.transmit_stop(now)
         {
             return Some(frame);
         }
-        if self.outstanding.is_full() {
+        if self.outstanding.is_full() || !self.pace.admits(now) {
             return None;
         }
         if let Some(at) = self.flight.iter().position(|job| job.due) {
@@ -38,20 +45,14 @@ impl Connection {
             return Some(self.send(job, now));
         }
         let busy = self.flight.iter().filter(|job| job.in_window()).count();
-        if busy >= self.settings.window {
+        if busy >= self.window() {
             return None;
         }
         if let Some(purpose) = self.next_reading() {
-            if let Some(doubt) = &mut self.doubt {
-                doubt.begun.get_or_insert(now);
-            }
-            let row = match purpose {
-                Purpose::Current => QueuedCmdCurrentIndex::ROW,
-                _ => QueuedCmdLeftSpace::ROW,
-            };
-            return self.send_own(purpose, row, now);
+            return self.send_reading(purpose, now);
         }
-        let poll_first = self.streak >= STREAK;
+        let polls = u32::try_from(self.lanes[Priority::Poll as usize].len()).unwrap_or(u32::MAX);
+        let poll_first = self.streak >= (STREAK / polls.max(1)).max(1);
         let [first, second] = match poll_first {
             true => [Priority::Poll, Priority::Stream],
             false => [Priority::Stream, Priority::Poll],
@@ -75,17 +76,45 @@ impl Connection {
         }
     }
 
-    /// The reading that a command in doubt needs next, unless one is in flight.
+    /// Most requests in flight at present.
+    fn window(&self) -> usize {
+        match self.witness.is_broken() {
+            true => 1,
+            false => self.settings.window,
+        }
+    }
+
+    /// The reading that a command in doubt or a line found again needs next, unless one is in flight.
     fn next_reading(&self) -> Option<Purpose> {
+        let readings = [Purpose::Current, Purpose::Left, Purpose::Clock];
+        if (self.flight.iter()).any(|job| readings.contains(&job.purpose)) {
+            return None;
+        }
+        if let Some(purpose) = self.next_look() {
+            return Some(purpose);
+        }
         let doubt = self.doubt.as_ref()?;
-        let reading = |job: &Job| matches!(job.purpose, Purpose::Current | Purpose::Left);
-        if doubt.not_before.is_some() || self.flight.iter().any(reading) {
+        if doubt.not_before.is_some() {
             return None;
         }
         Some(match doubt.current {
             None => Purpose::Current,
             Some(_) => Purpose::Left,
         })
+    }
+
+    fn send_reading(&mut self, purpose: Purpose, now: Micros) -> Option<FrameBuf> {
+        let row = match purpose {
+            Purpose::Clock => DeviceTime::ROW,
+            Purpose::Current => QueuedCmdCurrentIndex::ROW,
+            _ => QueuedCmdLeftSpace::ROW,
+        };
+        if let Some(doubt) = &mut self.doubt
+            && purpose != Purpose::Clock
+        {
+            doubt.begun.get_or_insert(now);
+        }
+        self.send_own(purpose, row, now)
     }
 
     fn transmit_lane(&mut self, lane: Priority, now: Micros) -> Option<FrameBuf> {
@@ -100,7 +129,9 @@ impl Connection {
         if !self.may_join(&job) {
             return None;
         }
-        if self.haunted(&job) {
+        let unsettled = self.order.saturating_sub(self.settled);
+        if self.haunted(&job) || job.shares() && self.settings.window > 1 && unsettled >= UNSETTLED
+        {
             return self.send_fence(now);
         }
         self.lanes[lane as usize].pop_front();
@@ -111,17 +142,18 @@ impl Connection {
         Some(self.send(job, now))
     }
 
-    /// Whether a job may be in flight beside those that are: queued commands beside each other, an
-    /// immediate set of the stream alone in its lane, and no key twice but for queued commands.
+    /// Whether a job may be in flight beside those that are: requests of the stream beside each other only where both
+    /// share the window and the law holds, all others where their keys differ.
     fn may_join(&self, job: &Job) -> bool {
-        if job.priority == Priority::Stream && (self.doubt.is_some() || self.stopping()) {
+        let stream = job.priority == Priority::Stream;
+        if stream && (self.doubt.is_some() || self.stopping() || self.link != Link::Up) {
             return false;
         }
+        let lawful = self.witness.law() == Law::Followed;
         let mut beside = self.flight.iter().filter(|other| !other.lingers);
-        beside.all(|other| {
-            let both_stream = job.priority == Priority::Stream && other.priority == job.priority;
-            let both_queued = job.queued() && other.queued();
-            both_queued || !both_stream && other.key != job.key
+        beside.all(|other| match stream && other.priority == job.priority {
+            true => lawful && job.shares() && other.shares(),
+            false => other.key != job.key,
         })
     }
 
@@ -166,14 +198,10 @@ impl Connection {
         if fenced || !self.settings.ordered {
             return None;
         }
-        let key = |row: &Row| Key {
-            id: row.id,
-            ctrl: Ctrl::GET,
-        };
         let turn = FENCES[self.next_fence % FENCES.len()];
         let clean = FENCES
             .iter()
-            .find(|row| !self.outstanding.contains(key(row)));
+            .find(|row| !self.outstanding.contains(Key::read(row)));
         self.next_fence = (self.next_fence + 1) % FENCES.len();
         self.send_own(Purpose::Fence, clean.copied().unwrap_or(turn), now)
     }
@@ -181,6 +209,7 @@ impl Connection {
     fn send(&mut self, mut job: Job, now: Micros) -> FrameBuf {
         if job.key.ctrl.write() && job.key.id == QueuedCmdClear::ROW.id {
             self.ledger.clearing();
+            self.witness.cleared();
             self.drain_at = None;
         }
         self.stats.sent += 1;
@@ -190,11 +219,19 @@ impl Connection {
         job.since = now;
         job.timer = now.saturating_add(self.estimator.timeout());
         job.clears = self.ledger.clears();
+        match job.queued() {
+            true => self.order += 1,
+            false => self.settled = self.order,
+        }
+        job.order = self.order;
+        job.highest = self.witness.highest();
         self.outstanding.sent(Copy {
             key: job.key,
             ticket: job.ticket,
             at: now,
+            order: job.order,
         });
+        self.pace.sent(now, job.frame.bytes().len());
         let frame = job.frame;
         self.flight.push(job);
         frame

@@ -138,6 +138,8 @@ impl ArmLine {
             key: Key::of(&frame.frame()),
             ticket,
             at: now,
+            // One at a time: nothing is counted by it here.
+            order: 0,
         });
         self.flights.push(Flight {
             ticket,

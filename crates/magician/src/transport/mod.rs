@@ -1,4 +1,8 @@
 //! Ways to an arm: each moves bytes and knows nothing of what they mean.
+//!
+//! None of them ends a wait for an answer: that is the connection's, by its deadlines. They tell
+//! when the other end is gone, as far as the system knows: a pulled plug and a closed TCP
+//! connection are noticed, a datagram that nobody takes is not.
 
 mod faulty;
 mod search;
@@ -13,6 +17,7 @@ mod way;
 
 use std::io;
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use crate::connection::Settings;
 use crate::{Error, ErrorKind};
@@ -23,6 +28,9 @@ pub(crate) use stream::Stream;
 #[cfg(feature = "trace")]
 pub use traced::Tracer;
 pub(crate) use way::Way;
+
+/// How long a host's name and a host's answer to a connection may take.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A line to the arm. Both methods are polled from one task; what one leaves pending must wake it.
 pub(crate) trait Transport: Send {
@@ -41,6 +49,11 @@ pub(crate) struct Line {
     pub(crate) name: String,
     /// What was tried, for the message that nothing answers.
     pub(crate) tried: &'static str,
+}
+
+/// Opens a serial port at another speed than the arm's.
+pub(crate) fn serial_at(path: &str, baud: u32) -> crate::Result<Box<dyn Transport>> {
+    Ok(Box::new(serial::open_at(path, baud)?))
 }
 
 /// The name of a host that cannot be reached.

@@ -124,3 +124,114 @@ async fn exchange(
 fn printable(text: &str) -> String {
     text.chars().filter(|char| !char.is_control()).collect()
 }
+
+#[cfg(all(test, unix, feature = "sim"))]
+mod tests {
+    use std::path::Path;
+
+    use magician_sim::serve::Server;
+    use magician_sim::{Controller, Profile, Speed};
+
+    use super::*;
+    use crate::ports::Usb;
+
+    fn port(path: &str, serial: Option<&str>) -> Port {
+        let usb = Usb {
+            vendor: 0x10C4,
+            product: 0xEA60,
+            serial: serial.map(Into::into),
+            ..Usb::default()
+        };
+        Port {
+            path: path.into(),
+            usb: Some(usb),
+        }
+    }
+
+    /// A virtual arm on a pseudo-terminal; ready with the first look at the server.
+    fn served(path: &Path, serial: &str) -> Server {
+        let mut profile = Profile::default();
+        profile.identity.serial = serial.into();
+        Server::new(Controller::new(profile))
+            .speed(Speed::Max)
+            .pty(path)
+    }
+
+    #[tokio::test]
+    async fn an_arm_is_found_by_its_serial_number_among_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let paths = ["one", "two", "three"].map(at);
+        let (ready, is_ready) = tokio::sync::oneshot::channel();
+        let one = served(&paths[0], "DT-ONE");
+        let two = served(&paths[1], "DT-TWO").on_ready(move |_| ready.send(()).unwrap());
+        let candidates: Vec<Port> = (paths.iter())
+            .map(|path| port(path.to_str().unwrap(), None))
+            .collect();
+        let search = async {
+            is_ready.await.unwrap();
+            let (path, port) = arm("dt-two", &candidates).await.unwrap();
+            assert_eq!(path, candidates[1].path);
+            // The one that has been found is in use, the one that is not here is named, and the
+            // other one has been given back.
+            let error = arm("DT-THREE", &candidates).await.err().unwrap();
+            assert_eq!(error.kind(), ErrorKind::Port);
+            let message = error.to_string();
+            for part in [
+                "is the arm DT-ONE",
+                "in use by",
+                "there is no port",
+                "three",
+            ] {
+                assert!(message.contains(part), "{message}");
+            }
+            drop(port);
+            assert!(arm("DT-ONE", &candidates).await.is_ok());
+        };
+        let all = magician_sim::serve::serve_all([one, two], std::future::pending());
+        tokio::select! {
+            ended = all => panic!("{ended:?}"),
+            () = search => {}
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_does_not_answer_is_named() {
+        let (_controller, user) = rustix_pty();
+        let candidates = [port(&user, None)];
+        let message = arm("DT", &candidates).await.err().unwrap().to_string();
+        assert!(message.contains("does not answer"), "{message}");
+        let message = arm("DT", &[]).await.err().unwrap().to_string();
+        assert!(message.contains("no adapter of an arm"), "{message}");
+    }
+
+    /// A pseudo-terminal at which nobody listens.
+    fn rustix_pty() -> (std::os::fd::OwnedFd, String) {
+        use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+
+        let controller = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        grantpt(&controller).unwrap();
+        unlockpt(&controller).unwrap();
+        let name = ptsname(&controller, Vec::new()).unwrap();
+        (controller, name.into_string().unwrap())
+    }
+
+    #[test]
+    fn an_adapter_is_found_by_its_ids() {
+        let named = |text: &str, present: &[Port]| adapter(&text.parse().unwrap(), present);
+        let one = port("/dev/ttyUSB4", Some("A7"));
+        let two = port("/dev/ttyUSB5", Some("B8"));
+        let both = [one.clone(), two];
+        let path = named("usb:10c4:ea60", &[one]).unwrap();
+        assert_eq!(path, "/dev/ttyUSB4");
+        assert_eq!(named("usb:10c4:ea60:B8", &both).unwrap(), "/dev/ttyUSB5");
+        for (text, hint) in [
+            ("usb:10c4:ea60", "more than once"),
+            ("usb:10c4:ea60:C9", "is not plugged in"),
+            ("usb:1a86:7523", "/dev/ttyUSB4"),
+        ] {
+            let message = named(text, &both).unwrap_err().to_string();
+            assert!(message.contains(hint), "{message}");
+        }
+    }
+}

@@ -1,16 +1,12 @@
 use std::io;
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
-use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
 
-use super::{Transport, unreachable_host};
+use super::{PATIENCE, Transport, unreachable_host};
 use crate::Result;
-
-/// How long a host may take to accept a connection.
-const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Anything that reads and writes bytes in order: TCP, a pipe, a bridge of the caller's own.
 pub(crate) struct Stream<T>(pub(crate) T);

@@ -4,8 +4,9 @@ use std::task::{Context, Poll, ready};
 
 use tokio::io::ReadBuf;
 use tokio::net::{UdpSocket, lookup_host};
+use tokio::time::timeout;
 
-use super::{Transport, unreachable_host};
+use super::{PATIENCE, Transport, unreachable_host};
 use crate::Result;
 
 /// Datagrams to the arm's Wi-Fi module and back: one frame each from here, any cut from there.
@@ -25,7 +26,9 @@ const TURN: usize = 16;
 /// A socket whose peer is the arm.
 pub(super) async fn open(host: &str, port: u16) -> Result<Udp> {
     let failed = |error| unreachable_host(host, port, error);
-    let mut addresses = lookup_host((host, port)).await.map_err(failed)?;
+    let looking = timeout(PATIENCE, lookup_host((host, port))).await;
+    let found = looking.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
+    let mut addresses = found.map_err(failed)?;
     let peer = addresses.next();
     let peer = peer.ok_or_else(|| failed(io::ErrorKind::NotFound.into()))?;
     let any: SocketAddr = match peer {

@@ -68,7 +68,9 @@ impl Way {
         self
     }
 
-    /// Opens a line, for the first time or again.
+    /// Opens a line, for the first time or again. The line before must have been dropped, since it
+    /// holds the port. A port that has just come back may not be allowed for a moment, until the
+    /// system has set its rights; whoever opens again tries for a while.
     pub(crate) async fn open(&self) -> Result<Line> {
         let name = self.target.to_string();
         if let Some(spoiler) = &self.spoiler {

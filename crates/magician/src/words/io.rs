@@ -1,23 +1,24 @@
-//! Waits, pins, and what is plugged in beside the arm.
+//! Waits, triggers and pins. The pins and what each can do are in model section 13.
 
 use std::time::Duration;
 
 use magician_protocol::commands::{
-    EMotor, EMotorS, IoDo, IoMultiplexing, IoPwm, SetColorSensor, SetDeviceWithL, SetIrSwitch,
-    TrigCmd, WaitCmd,
+    IoDo, IoMultiplexing, IoPwm, PtpPoCmd, PtpPoWithLCmd, TrigCmd, WaitCmd,
 };
-use magician_protocol::{
-    Flag, IoFunction, Port, RailVersion, SensorVersion, Set, Stepper, TriggerCondition, TriggerMode,
-};
+use magician_protocol::{IoFunction, PoCmd, PoList, Set, TriggerCondition, TriggerMode};
 
-/// Makes the queue wait, to the millisecond and for at most 49 days.
+use super::rail::{MOST_OUTPUTS, no_move};
+use crate::{Error, Result};
+
+/// Makes the queue wait, to the millisecond and for at most 49 days (document 1.13.1, errata E34).
 #[must_use]
 pub fn wait(time: Duration) -> Set {
     let timeout = u32::try_from(time.as_millis()).unwrap_or(u32::MAX);
     WaitCmd { timeout }.into()
 }
 
-/// Makes the queue wait until a digital input has this level, for ever if need be.
+/// Makes the queue wait until a digital input (EIO address 1 to 20) has this level, for ever if need be
+/// (document 1.14.1, errata E35).
 #[must_use]
 pub fn wait_for_level(address: u8, level: bool) -> Set {
     TrigCmd {
@@ -29,7 +30,11 @@ pub fn wait_for_level(address: u8, level: bool) -> Set {
     .into()
 }
 
-/// Makes the queue wait until an analog input (0 to 4095) compares so, for ever if need be.
+/// Makes the queue wait until an analog input (EIO address 1 to 20) compares so with a threshold (0 to 4095
+/// counts, 4095 at 3.3 V), for ever if need be (document 1.14.1, errata E35).
+///
+/// [`EqualOrBelow`](TriggerCondition::EqualOrBelow) is below here, [`DifferentOrAtMost`](TriggerCondition::DifferentOrAtMost)
+/// at most; [`wait_below`], [`wait_at_most`], [`wait_at_least`] and [`wait_above`] say it plainly.
 #[must_use]
 pub fn wait_for_analog(address: u8, condition: TriggerCondition, threshold: u16) -> Set {
     let mode = TriggerMode::Analog;
@@ -42,7 +47,31 @@ pub fn wait_for_analog(address: u8, condition: TriggerCondition, threshold: u16)
     .into()
 }
 
-/// Says what an EIO pin (1 to 20) does; a pin must be told before it is used.
+/// As [`wait_for_analog`], until the input is below the threshold.
+#[must_use]
+pub fn wait_below(address: u8, threshold: u16) -> Set {
+    wait_for_analog(address, TriggerCondition::EqualOrBelow, threshold)
+}
+
+/// As [`wait_for_analog`], until the input is at most the threshold.
+#[must_use]
+pub fn wait_at_most(address: u8, threshold: u16) -> Set {
+    wait_for_analog(address, TriggerCondition::DifferentOrAtMost, threshold)
+}
+
+/// As [`wait_for_analog`], until the input is at least the threshold.
+#[must_use]
+pub fn wait_at_least(address: u8, threshold: u16) -> Set {
+    wait_for_analog(address, TriggerCondition::AtLeast, threshold)
+}
+
+/// As [`wait_for_analog`], until the input is above the threshold.
+#[must_use]
+pub fn wait_above(address: u8, threshold: u16) -> Set {
+    wait_for_analog(address, TriggerCondition::Above, threshold)
+}
+
+/// Says what an EIO pin (1 to 20) does; a pin must be told before it is used (document 1.15.1, errata E40).
 #[must_use]
 pub fn multiplex(address: u8, function: IoFunction) -> Set {
     IoMultiplexing {
@@ -52,7 +81,7 @@ pub fn multiplex(address: u8, function: IoFunction) -> Set {
     .into()
 }
 
-/// Sets the level of a digital output.
+/// Sets the level of a digital output (EIO address 1 to 20; document 1.15.2).
 #[must_use]
 pub fn output(address: u8, high: bool) -> Set {
     IoDo {
@@ -62,7 +91,8 @@ pub fn output(address: u8, high: bool) -> Set {
     .into()
 }
 
-/// Sets a pulse-width output: Hz (10 to 1000000), and percent of the time that it is high.
+/// Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and percent of the time that it is
+/// high (document 1.15.3).
 #[must_use]
 pub fn pwm(address: u8, frequency: f32, duty_cycle: f32) -> Set {
     IoPwm {
@@ -73,57 +103,86 @@ pub fn pwm(address: u8, frequency: f32, duty_cycle: f32) -> Set {
     .into()
 }
 
-/// Runs an external motor at so many pulses a second; 0 stops it. The sign is the direction.
+/// Turns a hobby servo on a pulse-width pin (EIO 4, 6, 8, 11 or 14) by the length of its pulses, 50 a
+/// second: 1.5 ms is the middle of most, 1 to 2 ms what all of them take, 0.5 to 2.5 ms what many do; 0 lets go, and 20 ms
+/// is the most. Multiplex the pin to [`IoFunction::Pwm`] first (model section 13: EIO 8, 6 and 4 have driven servos).
+///
+/// ```
+/// use magician::protocol::IoFunction;
+/// use magician::words;
+///
+/// let middle = [words::multiplex(8, IoFunction::Pwm), words::servo(8, 1.5)];
+/// assert_eq!(middle[1], words::pwm(8, 50.0, 7.5));
+/// ```
 #[must_use]
-pub fn motor(index: Stepper, speed: i32) -> Set {
-    EMotor {
-        index,
-        is_enabled: (speed != 0).into(),
-        speed,
-    }
-    .into()
+pub fn servo(address: u8, pulse_ms: f32) -> Set {
+    pwm(address, 50.0, 100.0 * pulse_ms / 20.0)
 }
 
-/// Runs an external motor so many pulses far.
-#[must_use]
-pub fn motor_by(index: Stepper, speed: i32, distance: u32) -> Set {
-    EMotorS {
-        index,
-        is_enabled: Flag::ON,
-        speed,
-        distance,
-    }
-    .into()
+/// An output that a move switches on its way.
+///
+/// ```
+/// use magician::words::{self, Output};
+///
+/// let at_the_top = Output { percent: 50, address: 17, high: true };
+/// let jump = words::with_outputs(words::jump_to(220.0, 0.0, 20.0, 0.0), &[at_the_top])?;
+/// # Ok::<(), magician::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Output {
+    /// When: share of the movement that is done, percent, 0 to 100.
+    pub percent: u8,
+    /// EIO address, 1 to 20.
+    pub address: u8,
+    /// Level to set.
+    pub high: bool,
 }
 
-/// Switches the colour sensor on a port.
-#[must_use]
-pub fn color_sensor(port: Port, on: bool, version: SensorVersion) -> Set {
-    SetColorSensor {
-        is_enabled: on.into(),
-        port,
-        version: Some(version),
+/// Lets any point-to-point move switch outputs on its way, in any order and at most 57, with the rail 56
+/// (document 1.10.9 and 1.10.10, errata E29). They replace those that it had.
+///
+/// # Errors
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a command that is no point-to-point move, and for more outputs
+/// than fit.
+pub fn with_outputs(command: Set, outputs: &[Output]) -> Result<Set> {
+    let list: Vec<PoCmd> = outputs
+        .iter()
+        .map(|output| PoCmd {
+            ratio: output.percent,
+            address: output.address.into(),
+            level: output.high.into(),
+        })
+        .collect();
+    let on_rail = matches!(command, Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_));
+    let most = if on_rail {
+        MOST_OUTPUTS
+    } else {
+        PoList::CAPACITY
+    };
+    let list = PoList::new(&list).filter(|_| list.len() <= most);
+    let po = list.ok_or_else(|| {
+        let count = outputs.len();
+        Error::invalid(format!("{count} outputs on the way, at most {most} fit"))
+    })?;
+    macro_rules! switching {
+        ($to:ident, $ptp:ident $(, $l:ident)?) => {
+            $to {
+                ptp_mode: $ptp.ptp_mode,
+                x: $ptp.x,
+                y: $ptp.y,
+                z: $ptp.z,
+                r: $ptp.r,
+                $($l: $ptp.$l,)?
+                po,
+            }
+            .into()
+        };
     }
-    .into()
-}
-
-/// Switches the infrared sensor on a port.
-#[must_use]
-pub fn infrared(port: Port, on: bool, version: SensorVersion) -> Set {
-    SetIrSwitch {
-        is_enabled: on.into(),
-        port,
-        version: Some(version),
-    }
-    .into()
-}
-
-/// Says whether the arm stands on a rail.
-#[must_use]
-pub fn rail(on: bool, version: RailVersion) -> Set {
-    SetDeviceWithL {
-        with_l: on.into(),
-        version: Some(version),
-    }
-    .into()
+    Ok(match command {
+        Set::PtpCmd(ptp) => switching!(PtpPoCmd, ptp),
+        Set::PtpPoCmd(ptp) => switching!(PtpPoCmd, ptp),
+        Set::PtpWithLCmd(ptp) => switching!(PtpPoWithLCmd, ptp, l),
+        Set::PtpPoWithLCmd(ptp) => switching!(PtpPoWithLCmd, ptp, l),
+        other => return Err(no_move(&other)),
+    })
 }

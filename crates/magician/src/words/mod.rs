@@ -19,13 +19,19 @@
 //! assert_eq!(pick.len(), 5);
 //! ```
 
+mod conveyor;
 mod io;
 mod motion;
+mod rail;
+mod sensor;
 mod speed;
 mod tool;
 
-pub use crate::preflight::Preflight;
+pub use crate::preflight::{Guards, Preflight, Readings, Step};
+pub use conveyor::*;
 pub use io::*;
 pub use motion::*;
+pub use rail::*;
+pub use sensor::*;
 pub use speed::*;
 pub use tool::*;

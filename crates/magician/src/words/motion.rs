@@ -1,8 +1,8 @@
 //! Where the arm goes, and which way.
 
 use magician_protocol::commands::{
-    ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, HomeParams, JogCmd, LostStepCmd, PtpCmd,
-    PtpWithLCmd,
+    ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, HomeParams, JogCmd, LostStepCmd, LostStepParams,
+    PtpCmd,
 };
 use magician_protocol::{CpMode, Flag, JogCommand, PtpMode, Set};
 
@@ -17,19 +17,19 @@ fn ptp(ptp_mode: PtpMode, [x, y, z, r]: [f32; 4]) -> Set {
     .into()
 }
 
-/// Goes to a pose, all joints together; the tool's way is a curve.
+/// Goes to a pose, all joints together; the tool's way is a curve (document 1.10.5, MOVJ).
 #[must_use]
 pub fn move_to(x: f32, y: f32, z: f32, r: f32) -> Set {
     ptp(PtpMode::MovjXyz, [x, y, z, r])
 }
 
-/// Goes to a pose on a straight line.
+/// Goes to a pose on a straight line (MOVL).
 #[must_use]
 pub fn line_to(x: f32, y: f32, z: f32, r: f32) -> Set {
     ptp(PtpMode::MovlXyz, [x, y, z, r])
 }
 
-/// Goes to a pose over obstacles: up, across with all joints together, down.
+/// Goes to a pose over obstacles: up, across with all joints together, down (JUMP).
 /// [`jump_height`](super::jump_height) says how high.
 #[must_use]
 pub fn jump_to(x: f32, y: f32, z: f32, r: f32) -> Set {
@@ -60,40 +60,27 @@ pub fn jump_joints(j1: f32, j2: f32, j3: f32, j4: f32) -> Set {
     ptp(PtpMode::JumpAngle, [j1, j2, j3, j4])
 }
 
-/// Moves by so much from where the arm then is, all joints together.
+/// Moves by so much (mm, deg) from where the arm then is, all joints together.
 #[must_use]
 pub fn move_by(dx: f32, dy: f32, dz: f32, dr: f32) -> Set {
     ptp(PtpMode::MovjXyzInc, [dx, dy, dz, dr])
 }
 
-/// Moves by so much from where the arm then is, on a straight line.
+/// Moves by so much (mm, deg) from where the arm then is, on a straight line.
 #[must_use]
 pub fn line_by(dx: f32, dy: f32, dz: f32, dr: f32) -> Set {
     ptp(PtpMode::MovlXyzInc, [dx, dy, dz, dr])
 }
 
-/// Turns the joints by so much from where they then are.
+/// Turns the joints by so much (deg) from where they then are.
 #[must_use]
 pub fn move_joints_by(d1: f32, d2: f32, d3: f32, d4: f32) -> Set {
     ptp(PtpMode::MovjAngleInc, [d1, d2, d3, d4])
 }
 
-/// Goes to a pose and to `l` mm on the rail (0 to 1000) at the same time.
-#[must_use]
-pub fn move_with_rail(x: f32, y: f32, z: f32, r: f32, l: f32) -> Set {
-    let ptp_mode = PtpMode::MovjXyz;
-    PtpWithLCmd {
-        ptp_mode,
-        x,
-        y,
-        z,
-        r,
-        l,
-    }
-    .into()
-}
-
-/// Goes to `to` along the arc through `via`; both are x, y, z, r, and the r of `via` is ignored.
+/// Goes to `to` along the arc through `via`; both are x, y, z, r, and the r of `via` is ignored
+/// (document 1.12.2, errata E33). The three points, the arm's own the first of them, must be apart and not on one line.
+/// [`arc_speed`](super::arc_speed) says how fast.
 #[must_use]
 pub fn arc_to(via: [f32; 4], to: [f32; 4]) -> Set {
     ArcCmd {
@@ -103,7 +90,8 @@ pub fn arc_to(via: [f32; 4], to: [f32; 4]) -> Set {
     .into()
 }
 
-/// Goes round the circle through here, `via` and `over`, so many turns.
+/// Goes round the circle through here, `via` and `over`, so many turns, and ends where it began; r stays
+/// what it is. Not in the vendor's document (errata E33).
 #[must_use]
 pub fn circle(via: [f32; 4], over: [f32; 4], turns: u32) -> Set {
     CircleCmd {
@@ -115,7 +103,8 @@ pub fn circle(via: [f32; 4], over: [f32; 4], turns: u32) -> Set {
 }
 
 /// Adds a segment to a continuous path, to a point; the tool does not stop between segments that
-/// follow each other, and J4 does not turn.
+/// follow each other, and J4 does not turn (document 1.11.2, errata E31 and E32).
+/// [`path_speed`](super::path_speed) says how fast.
 #[must_use]
 pub fn path_to(x: f32, y: f32, z: f32) -> Set {
     let (cp_mode, velocity_or_power) = (CpMode::Absolute, 0.0);
@@ -143,7 +132,8 @@ pub fn path_by(dx: f32, dy: f32, dz: f32) -> Set {
     .into()
 }
 
-/// As [`path_to`], with the laser at so many percent on the way.
+/// As [`path_to`], with the laser at so many percent (0 to 100) on the way (document 1.11.3, errata E32). End the
+/// path with [`laser(false)`](super::laser) or a segment of power 0.
 #[must_use]
 pub fn engrave_to(x: f32, y: f32, z: f32, power: f32) -> Set {
     let (cp_mode, velocity_or_power) = (CpMode::Absolute, power);
@@ -157,21 +147,35 @@ pub fn engrave_to(x: f32, y: f32, z: f32, power: f32) -> Set {
     .into()
 }
 
-/// Finds the reference of J1 and goes to the home point. [`Arm::home`](crate::Arm::home) also waits
+/// As [`engrave_to`], by so much from the end of the segment before.
+#[must_use]
+pub fn engrave_by(dx: f32, dy: f32, dz: f32, power: f32) -> Set {
+    let (cp_mode, velocity_or_power) = (CpMode::Relative, power);
+    CpLeCmd {
+        cp_mode,
+        x: dx,
+        y: dy,
+        z: dz,
+        velocity_or_power,
+    }
+    .into()
+}
+
+/// Finds the reference of J1 and goes to the home point (document 1.6.2). [`Arm::home`](crate::Arm::home) also waits
 /// and clears the alarm that the arm raises when it is switched on.
 #[must_use]
 pub fn home() -> Set {
     HomeCmd { reserved: 0 }.into()
 }
 
-/// Sets the home point.
+/// Sets the home point, where [`home`] ends from now on (document 1.6.1).
 #[must_use]
 pub fn home_at(x: f32, y: f32, z: f32, r: f32) -> Set {
     HomeParams { x, y, z, r }.into()
 }
 
 /// Moves a joint until told to stop: send it at once, not through the queue, and end it with
-/// [`Arm::stop_jog`](crate::Arm::stop_jog).
+/// [`Arm::stop_jog`](crate::Arm::stop_jog) (document 1.9.4, errata E25).
 #[must_use]
 pub fn jog_joint(direction: JogCommand) -> Set {
     JogCmd {
@@ -195,4 +199,11 @@ pub fn jog_axis(direction: JogCommand) -> Set {
 #[must_use]
 pub fn check_lost_steps() -> Set {
     LostStepCmd {}.into()
+}
+
+/// From how many degrees on a joint counts as lost; 5 at power-up (document 1.18.1). It cannot be queued: set
+/// it at once.
+#[must_use]
+pub fn lost_step_threshold(degrees: f32) -> Set {
+    LostStepParams { value: degrees }.into()
 }

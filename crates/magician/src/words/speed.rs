@@ -1,12 +1,13 @@
 //! How fast, and how high.
 
 use magician_protocol::commands::{
-    ArcParams, CpParams, JogCommonParams, PtpCommonParams, PtpCoordinateParams, PtpJointParams,
-    PtpJump2Params, PtpJumpParams,
+    ArcParams, CpParams, JogCommonParams, JogCoordinateParams, JogJointParams, PtpCommonParams,
+    PtpCoordinateParams, PtpJointParams, PtpJump2Params, PtpJumpParams,
 };
 use magician_protocol::{Flag, Set};
 
-/// Share of the set speeds and accelerations that point-to-point moves use, percent.
+/// Share of the set speeds and accelerations that point-to-point moves use, percent: above 0, more than 100
+/// counts as 100 (document 1.10.4).
 #[must_use]
 pub fn speed(velocity_ratio: f32, acceleration_ratio: f32) -> Set {
     PtpCommonParams {
@@ -16,7 +17,8 @@ pub fn speed(velocity_ratio: f32, acceleration_ratio: f32) -> Set {
     .into()
 }
 
-/// Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in point-to-point moves.
+/// Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in point-to-point moves, above 0 (document 1.10.1). The
+/// arm goes no faster than 320 deg/s, J4 480, and 300 deg/s2 (model section 6).
 #[must_use]
 pub fn joint_speed(velocity: [f32; 4], acceleration: [f32; 4]) -> Set {
     PtpJointParams {
@@ -27,7 +29,7 @@ pub fn joint_speed(velocity: [f32; 4], acceleration: [f32; 4]) -> Set {
 }
 
 /// Speed (mm/s) and acceleration (mm/s2) of the tool on straight lines; its rotation has half of
-/// each in degrees, as at power-up.
+/// each in degrees, as at power-up (document 1.10.2). At most 300 mm/s and 400 mm/s2 count (model section 6).
 #[must_use]
 pub fn line_speed(velocity: f32, acceleration: f32) -> Set {
     PtpCoordinateParams {
@@ -39,7 +41,8 @@ pub fn line_speed(velocity: f32, acceleration: f32) -> Set {
     .into()
 }
 
-/// Most speed (mm/s) and acceleration (mm/s2) on a continuous path.
+/// Most speed (mm/s) and acceleration (mm/s2) on a continuous path (document 1.11.1, errata E31). The arm
+/// slows down at corners by itself.
 #[must_use]
 pub fn path_speed(velocity: f32, acceleration: f32) -> Set {
     CpParams {
@@ -51,7 +54,8 @@ pub fn path_speed(velocity: f32, acceleration: f32) -> Set {
     .into()
 }
 
-/// Speed (mm/s) and acceleration (mm/s2) on arcs and circles, and of the rotation (deg/s, deg/s2).
+/// Speed (mm/s) and acceleration (mm/s2) on arcs and circles, and of the rotation (deg/s, deg/s2)
+/// (document 1.12.1).
 #[must_use]
 pub fn arc_speed(velocity: f32, acceleration: f32) -> Set {
     ArcParams {
@@ -63,7 +67,7 @@ pub fn arc_speed(velocity: f32, acceleration: f32) -> Set {
     .into()
 }
 
-/// How far a jump lifts above the higher of its ends, and the z it stays below.
+/// How far a jump lifts above the higher of its ends, and the z it stays below, mm (document 1.10.3, errata E30).
 #[must_use]
 pub fn jump_height(height: f32, z_limit: f32) -> Set {
     PtpJumpParams {
@@ -73,7 +77,8 @@ pub fn jump_height(height: f32, z_limit: f32) -> Set {
     .into()
 }
 
-/// How far a jump lifts above its start and above its end, and the z it stays below.
+/// How far a jump lifts above its start and above its end, and the z it stays below, mm (document 1.10.8,
+/// errata E27).
 #[must_use]
 pub fn jump_heights(start: f32, end: f32, z_limit: f32) -> Set {
     PtpJump2Params {
@@ -84,12 +89,34 @@ pub fn jump_heights(start: f32, end: f32, z_limit: f32) -> Set {
     .into()
 }
 
-/// Share of the set jog speeds and accelerations, percent.
+/// Share of the set jog speeds, percent: above 0, more than 100 counts as 100 (document 1.9.3). The acceleration
+/// of jogs is not scaled (model section 6).
 #[must_use]
 pub fn jog_speed(velocity_ratio: f32, acceleration_ratio: f32) -> Set {
     JogCommonParams {
         velocity_ratio,
         acceleration_ratio,
+    }
+    .into()
+}
+
+/// Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in jogs of joints (document 1.9.1).
+#[must_use]
+pub fn jog_joint_speed(velocity: [f32; 4], acceleration: [f32; 4]) -> Set {
+    JogJointParams {
+        velocity,
+        acceleration,
+    }
+    .into()
+}
+
+/// Speeds (mm/s; deg/s for r) and accelerations (mm/s2; deg/s2) of x, y, z and r in jogs along coordinates
+/// (document 1.9.2).
+#[must_use]
+pub fn jog_axis_speed(velocity: [f32; 4], acceleration: [f32; 4]) -> Set {
+    JogCoordinateParams {
+        velocity,
+        acceleration,
     }
     .into()
 }

@@ -33,7 +33,8 @@ pub fn tool_named(name: &str) -> Result<Set> {
     })
 }
 
-/// Sucks, or lets go.
+/// Sucks, or lets go; it takes about 0.3 s to hold (document 1.8.3, model section 15a). Suction cup and gripper share
+/// one pump, so the later command has the air.
 #[must_use]
 pub fn suction(on: bool) -> Set {
     SetEndEffectorSuctionCup {
@@ -43,7 +44,7 @@ pub fn suction(on: bool) -> Set {
     .into()
 }
 
-/// Closes the gripper.
+/// Closes the gripper, in about 0.5 s (document 1.8.4, model section 15a).
 #[must_use]
 pub fn grip() -> Set {
     SetEndEffectorGripper {
@@ -73,7 +74,8 @@ pub fn pump_off() -> Set {
     .into()
 }
 
-/// Switches the laser.
+/// Switches the laser, full on or off (document 1.8.2). A program that leaves it on, or stands or travels with it, is
+/// refused by the guard [`laser`](field@super::Guards::laser). Off ends the power of a path, too.
 #[must_use]
 pub fn laser(on: bool) -> Set {
     SetEndEffectorLaser {

@@ -2,9 +2,10 @@
 
 use magician::commands::EndEffectorParams;
 use magician::protocol::CpMode;
+use magician::words::Guards;
 use magician::{ErrorKind, words};
 
-use crate::bench::fast;
+use crate::bench::{fast, real_time};
 
 #[tokio::test(start_paused = true)]
 async fn checks_before_a_byte_is_sent() {
@@ -24,7 +25,7 @@ async fn checks_before_a_byte_is_sent() {
         .unwrap_err();
     assert_eq!(nan.kind(), ErrorKind::InvalidInput);
     let (after, _) = arm.stats().await.unwrap();
-    assert_eq!(after.sent - before.sent, 6, "only reads");
+    assert_eq!(after.sent - before.sent, 20, "only reads");
     assert_eq!(arm.current_index().await.unwrap().0, 0);
 }
 
@@ -72,4 +73,71 @@ fn the_check_follows_the_arm() {
         z_bias: 0.0,
     };
     assert!(strict.check(&tool.into()).is_err());
+}
+
+#[tokio::test(start_paused = true)]
+async fn nothing_begins_under_an_alarm_but_homing() {
+    let arm = fast().await;
+    arm.enqueue_set(&words::line_to(500.0, 0.0, 0.0, 0.0))
+        .await
+        .unwrap();
+    arm.start_queue().await.unwrap();
+    let near = [words::move_to(200.0, 50.0, 20.0, 0.0)];
+    let error = arm.perform(&near).await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Alarm);
+    assert!(error.to_string().contains("magician alarms --clear"));
+    assert!(error.alarms().is_some_and(|alarms| alarms.contains(0x11)));
+    arm.perform(&[words::home()]).await.unwrap();
+    arm.clear_alarms().await.unwrap();
+    arm.perform(&near).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_that_was_not_homed_is_refused_on_request() {
+    let arm = fast().await;
+    let near = [words::move_to(200.0, 50.0, 20.0, 0.0)];
+    let strict = Guards::ALL;
+    let error = arm.perform_with(&near, strict).await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::InvalidInput);
+    assert!(error.to_string().contains("`require_homed`"), "{error}");
+    arm.home().await.unwrap();
+    arm.perform_with(&near, strict).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_moving_arm_is_at_an_unknown_start() {
+    let arm = real_time().await;
+    assert!(arm.preflight().await.unwrap().arm().is_some());
+    let index = arm
+        .enqueue_set(&words::move_to(200.0, 100.0, 20.0, 0.0))
+        .await
+        .unwrap();
+    let waiting = arm.preflight().await.unwrap();
+    assert!(waiting.arm().is_none(), "a command waits in the queue");
+    arm.start_queue().await.unwrap();
+    let line = [words::line_to(200.0, 0.0, 20.0, 0.0)];
+    let error = arm.perform(&line).await.unwrap_err();
+    assert!(error.to_string().contains("`unknown_start`"), "{error}");
+    arm.wait(index).await.unwrap();
+    arm.perform(&line).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_speeds_in_force_are_read() {
+    let arm = fast().await;
+    let line = words::line_by(0.0, 100.0, 0.0, 0.0);
+    let slow = arm.preflight().await.unwrap().estimate(&[line]).unwrap();
+    arm.set(&magician::commands::PtpCommonParams {
+        velocity_ratio: 100.0,
+        acceleration_ratio: 100.0,
+    })
+    .await
+    .unwrap();
+    let fast = arm
+        .preflight_for(&[line])
+        .await
+        .unwrap()
+        .estimate(&[line])
+        .unwrap();
+    assert_eq!((slow.as_millis(), fast.as_millis()), (2000, 1414));
 }

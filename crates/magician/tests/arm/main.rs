@@ -3,8 +3,13 @@
 mod bench;
 mod blocking;
 mod checks;
+mod clones;
+mod desk;
 mod endings;
 mod holds;
+mod jogs;
 mod lines;
+mod onlookers;
+mod reconnecting;
 mod runs;
 mod verbs;

@@ -138,9 +138,11 @@ async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
         .unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}");
     assert!(error.to_string().contains("reset"), "{error}");
+    let (from, to) = (error.from_index().unwrap(), error.to_index().unwrap());
+    assert!(from > 1, "{error}");
     assert!(
-        error.from_index() > Some(1) && error.to_index() == Some(30),
-        "{error}"
+        to - from <= 4,
+        "no more than two seconds were queued: {error}"
     );
     assert_eq!(
         arm.left_space().await.unwrap(),

@@ -140,7 +140,10 @@ impl Sim {
         if self.tui {
             tui::check()?;
         }
-        let (mut profile, scenario) = (self.read_profile()?, self.read_scenario()?);
+        let (mut profile, scenario) = (
+            profile_of(self.profile.as_deref())?,
+            scenario_of(self.scenario.as_deref())?,
+        );
         profile.fidelity.strict |= self.strict;
         if let Some(picture) = &self.picture {
             picture.check(self.arms)?;
@@ -191,26 +194,6 @@ impl Sim {
         return self.pty.as_deref();
         #[cfg(not(unix))]
         None
-    }
-
-    fn read_profile(&self) -> Result<Profile, Failure> {
-        let Some(path) = &self.profile else {
-            return Ok(Profile::default());
-        };
-        let text = read(path)?;
-        Profile::from_toml(&text).map_err(|error| {
-            Failure::invalid(format!("{}: {error}", path.display()))
-                .hint("`magician sim --profile -` prints a whole profile as a pattern")
-        })
-    }
-
-    fn read_scenario(&self) -> Result<Scenario, Failure> {
-        let Some(path) = &self.scenario else {
-            return Ok(Scenario::default());
-        };
-        let text = read(path)?;
-        Scenario::from_toml(&text)
-            .map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
     }
 
     /// What leads from each arm to the picture, if there is one.
@@ -348,6 +331,28 @@ impl Sim {
             None => server,
         }
     }
+}
+
+/// The firmware profile in a file, or the built-in one.
+pub(crate) fn profile_of(path: Option<&Path>) -> Result<Profile, Failure> {
+    let Some(path) = path else {
+        return Ok(Profile::default());
+    };
+    let text = read(path)?;
+    Profile::from_toml(&text).map_err(|error| {
+        Failure::invalid(format!("{}: {error}", path.display()))
+            .hint("`magician sim --profile -` prints a whole profile as a pattern")
+    })
+}
+
+/// The scenario in a file, or the empty one.
+pub(crate) fn scenario_of(path: Option<&Path>) -> Result<Scenario, Failure> {
+    let Some(path) = path else {
+        return Ok(Scenario::default());
+    };
+    let text = read(path)?;
+    Scenario::from_toml(&text)
+        .map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
 }
 
 /// A file that somebody has written.

@@ -3,7 +3,7 @@
 use magician_protocol::commands::{DeviceName, QueuedCmdCurrentIndex};
 use magician_protocol::{Ctrl, NoArgs};
 
-use super::{SECOND, ready, wait};
+use super::{SECOND, lawful, ready, shared, wait};
 use crate::connection::{Failure, Request, Settings};
 use crate::pair::{Faults, Pair, index_of};
 
@@ -111,29 +111,22 @@ pub(super) fn a_wrong_index_is_not_believed() {
 
 #[test]
 fn a_window_of_four_streams_and_reports_a_loss_as_an_interval() {
-    let settings = Settings {
-        window: 4,
-        ..Settings::ORDERED
-    };
-    let mut pair = ready(settings, 16);
-    pair.ask(wait(0), SECOND).unwrap();
-    pair.ask(Request::get::<DeviceName>(&NoArgs).unwrap(), SECOND)
-        .unwrap();
+    let mut pair = lawful(4, 16);
     let deadline = pair.now + 20 * SECOND;
     let tickets: Vec<_> = (0..20)
-        .map(|_| pair.host.submit(wait(0).deadline(deadline)))
+        .map(|_| pair.host.submit(shared(0).deadline(deadline)))
         .collect();
     for (at, ticket) in tickets.into_iter().enumerate() {
         assert_eq!(
             index_of(&pair.finish(ticket, deadline).unwrap()),
-            2 + at as u64
+            5 + at as u64
         );
     }
     pair.ask(Request::get::<DeviceName>(&NoArgs).unwrap(), SECOND)
         .unwrap();
     // The line loses one request of a batch: nobody can tell which.
     let tickets: Vec<_> = (0..4)
-        .map(|_| pair.host.submit(wait(0).deadline(deadline)))
+        .map(|_| pair.host.submit(shared(0).deadline(deadline)))
         .collect();
     pair.lose_next_request();
     let fates: Vec<_> = tickets
@@ -141,44 +134,40 @@ fn a_window_of_four_streams_and_reports_a_loss_as_an_interval() {
         .map(|ticket| pair.finish(ticket, deadline))
         .collect();
     let interval = Failure::Uncertain {
-        from: Some(22),
-        to: Some(25),
+        from: Some(25),
+        to: Some(28),
     };
     assert!(fates.contains(&Err(interval)), "{fates:?}");
-    assert_eq!(pair.accepted.len(), 24, "nothing was sent again");
+    assert_eq!(pair.accepted.len(), 27, "nothing was sent again");
 }
 
 #[test]
 pub(super) fn a_request_lost_in_a_window_is_not_made_up_for_behind_the_next() {
-    let settings = Settings {
-        window: 4,
-        ..Settings::ORDERED
-    };
-    let mut pair = ready(settings, 17);
-    pair.ask(wait(0), SECOND).unwrap();
-    pair.ask(Request::get::<DeviceName>(&NoArgs).unwrap(), SECOND)
-        .unwrap();
+    let mut pair = lawful(4, 17);
     let deadline = pair.now + 20 * SECOND;
     // Two commands of different ids: the answer to the second proves the first lost.
-    let first = pair.host.submit(wait(1).deadline(deadline));
+    let first = pair.host.submit(shared(1).deadline(deadline));
     let suck = magician_protocol::commands::SetEndEffectorSuctionCup {
         enable_ctrl: magician_protocol::Flag::ON,
         suck: magician_protocol::Flag::ON,
     };
-    let second = Request::queued(&suck).unwrap().deadline(deadline);
+    let second = Request::queued(&suck)
+        .unwrap()
+        .repeatable()
+        .deadline(deadline);
     let second = pair.host.submit(second);
     pair.lose_next_request();
     let fates = [pair.finish(first, deadline), pair.finish(second, deadline)];
     let interval = Err(Failure::Uncertain {
-        from: Some(2),
-        to: Some(3),
+        from: Some(5),
+        to: Some(6),
     });
     assert_eq!(fates, [interval, interval]);
     let later = pair.now + SECOND;
     pair.run_until(later);
     assert_eq!(
         pair.accepted.len(),
-        2,
+        5,
         "the first is not sent after the second"
     );
 }

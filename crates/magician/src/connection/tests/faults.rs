@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 
 use magician_protocol::NoArgs;
-use magician_protocol::commands::{IoDi, QueuedCmdCurrentIndex};
+use magician_protocol::commands::{DeviceTime, IoDi, QueuedCmdCurrentIndex};
 
 use super::{SECOND, get_di, ready, wait};
-use crate::connection::{Failure, Request, Settings};
+use crate::connection::{Failure, Law, Request, Settings};
 use crate::pair::{Faults, Pair, index_of};
 
 /// Queued commands, each with a number of its own, and reads whose reply says what was asked.
@@ -33,8 +33,13 @@ fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
             let found: IoDi = reply.frame().read().unwrap();
             assert_eq!(found.address, address, "a reply to another request");
         }
+        if number % 5 == 0 {
+            let clock = Request::get::<DeviceTime>(&NoArgs).unwrap();
+            let _ = pair.ask(clock, 2 * SECOND);
+        }
         exchanges += 1;
     }
+    assert_eq!(pair.resets, 0);
     let settled = pair.now + 10 * SECOND;
     pair.set_faults(Faults::default());
     pair.run_until(settled);
@@ -55,6 +60,8 @@ fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
         }
     }
     assert!(executed.is_empty());
+    let law = pair.host.law();
+    assert!(!matches!(law, Law::Broken(_)), "{law:?}");
     (uncertain, exchanges)
 }
 

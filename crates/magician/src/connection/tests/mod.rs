@@ -1,15 +1,21 @@
 //! Host and arm on one virtual clock: what the connection promises, over good lines and bad ones.
 
 mod doubts;
+mod exhaustive;
 mod faults;
 mod flaws;
+mod full_line;
+mod interruption;
+mod law;
 mod replies;
 mod stops;
+mod toy;
+mod window;
 
 use magician_protocol::NoArgs;
 use magician_protocol::commands::{GetIoDi, IoDi, QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd};
 
-use crate::connection::{Request, Settings};
+use crate::connection::{Law, Request, Settings};
 use crate::pair::{Faults, Pair};
 
 const SECOND: u64 = 1_000_000;
@@ -32,5 +38,24 @@ fn ready(settings: Settings, seed: u64) -> Pair {
         .unwrap();
     pair.ask(Request::get::<QueuedCmdLeftSpace>(&NoArgs).unwrap(), SECOND)
         .unwrap();
+    pair
+}
+
+/// A command that may share a window.
+fn shared(ms: u32) -> Request {
+    wait(ms).repeatable()
+}
+
+/// A pair with this window that has seen the law hold: four commands were accepted.
+fn lawful(window: usize, seed: u64) -> Pair {
+    let settings = Settings {
+        window,
+        ..Settings::ORDERED
+    };
+    let mut pair = ready(settings, seed);
+    for _ in 0..4 {
+        pair.ask(wait(0), SECOND).unwrap();
+    }
+    assert_eq!(pair.host.law(), Law::Followed);
     pair
 }

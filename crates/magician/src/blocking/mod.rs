@@ -11,35 +11,29 @@
 //! # }
 //! ```
 
+mod owner;
+mod watches;
+
 use std::future::Future;
+use std::sync::Arc;
 
 use magician_protocol::{AlarmSet, Ctrl, FrameBuf, NoArgs, Queueable, Readable, Set, Writable};
-use tokio::runtime::{Builder, Handle, Runtime};
 
 use crate::connection::Stats;
-use crate::words::Preflight;
-use crate::{Error, ErrorKind, Options, Progress, QueueIndex, Ran, Result, RunOptions, Target};
+use crate::words::{Guards, Preflight};
+use crate::{Link, Options, Progress, QueueIndex, Ran, Result, RunOptions, Stopper, Target};
+use owner::Owner;
+pub use watches::{Events, Jog, StateWatch};
 
-/// An arm, for programs without async. What is true of [`crate::Arm`] is true of it: every call
-/// ends by its deadline, and dropping it stops what it set going.
+/// An arm, for programs without async. What is true of [`crate::Arm`] is true of it: clones share the connection and
+/// work from any thread, every call ends by its deadline, and dropping the last clone stops what it set going.
 ///
-/// It must not be used inside an async runtime, where waiting would block everything else: there
-/// every method returns [`ErrorKind::InvalidInput`] and sends nothing.
-#[derive(Debug)]
+/// A thread serves the connection, so that a stop, the end of a jog and a line that comes back do not wait for the
+/// next call. It must not be used inside an async runtime, where waiting would block everything else: there every
+/// method returns [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) and sends nothing.
+#[derive(Clone, Debug)]
 pub struct Arm {
-    /// `None` only while it is being dropped.
-    runtime: Option<Runtime>,
-    arm: Option<crate::Arm>,
-}
-
-/// Refuses to block an async runtime.
-fn outside_async() -> Result<()> {
-    match Handle::try_current() {
-        Err(_) => Ok(()),
-        Ok(_) => Err(Error::invalid(
-            "magician::blocking is used inside an async runtime; use magician::Arm there",
-        )),
-    }
+    owner: Arc<Owner>,
 }
 
 impl Arm {
@@ -56,7 +50,8 @@ impl Arm {
     /// # Errors
     /// As [`connect`](Self::connect).
     pub fn connect_with(target: &Target, options: Options) -> Result<Self> {
-        Self::begin(crate::Arm::connect_with(target, options))
+        let target = target.clone();
+        Self::begin(async move { crate::Arm::connect_with(&target, options).await })
     }
 
     /// See [`crate::Arm::simulated`].
@@ -65,48 +60,58 @@ impl Arm {
     /// As [`connect`](Self::connect).
     #[cfg(feature = "sim")]
     pub fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
-        Self::begin(crate::Arm::simulated(arm, options))
+        Self::begin(crate::Arm::simulated(arm.into(), options))
     }
 
-    fn begin(connecting: impl Future<Output = Result<crate::Arm>>) -> Result<Self> {
-        outside_async()?;
-        let runtime = Builder::new_current_thread().enable_all().build();
-        let runtime = runtime.map_err(|error| {
-            let message = format!("the system gives no timer or poller: {error}");
-            Error::new(ErrorKind::Port, message)
-        })?;
-        let arm = runtime.block_on(connecting)?;
-        Ok(Self {
-            runtime: Some(runtime),
-            arm: Some(arm),
-        })
+    fn begin(
+        connecting: impl Future<Output = Result<crate::Arm>> + Send + 'static,
+    ) -> Result<Self> {
+        let owner = Arc::new(Owner::connecting(connecting)?);
+        Ok(Self { owner })
     }
 
     fn block<'a, T, F>(&'a self, call: impl FnOnce(&'a crate::Arm) -> F) -> Result<T>
     where
         F: Future<Output = Result<T>>,
     {
-        outside_async()?;
-        match (&self.runtime, &self.arm) {
-            (Some(runtime), Some(arm)) => runtime.block_on(call(arm)),
-            _ => Err(Error::closed()),
-        }
+        self.owner.block(call)
     }
 
-    /// Lets what this handle set going go on when it is dropped.
+    /// See [`crate::Arm::detach`].
     pub fn detach(&self) {
-        if let Some(arm) = &self.arm {
-            arm.detach();
-        }
+        self.owner.arm.detach();
     }
 
-    /// Ends the connection as dropping it does.
-    pub fn close(self) {}
+    /// See [`crate::Arm::close`]: for all clones.
+    pub fn close(self) {
+        let _ = self.block(|arm| async {
+            arm.clone().close().await;
+            Ok(())
+        });
+    }
 
     /// What the connection is called in messages.
     #[must_use]
     pub fn name(&self) -> &str {
-        self.arm.as_ref().map_or("", crate::Arm::name)
+        self.owner.arm.name()
+    }
+
+    /// See [`crate::Arm::link`].
+    #[must_use]
+    pub fn link(&self) -> Link {
+        self.owner.arm.link()
+    }
+
+    /// See [`crate::Arm::moving`].
+    #[must_use]
+    pub fn moving(&self) -> bool {
+        self.owner.arm.moving()
+    }
+
+    /// See [`crate::Arm::stopper`]. It may be used inside an async runtime.
+    #[must_use]
+    pub fn stopper(&self) -> Stopper {
+        self.owner.arm.stopper()
     }
 
     /// See [`crate::Arm::get`].
@@ -155,6 +160,22 @@ impl Arm {
     /// As there.
     pub fn perform(&self, commands: &[Set]) -> Result<Ran> {
         self.block(|arm| async move { arm.perform(commands).await })
+    }
+
+    /// See [`crate::Arm::perform_with`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn perform_with(&self, commands: &[Set], guards: Guards) -> Result<Ran> {
+        self.block(|arm| async move { arm.perform_with(commands, guards).await })
+    }
+
+    /// See [`crate::Arm::preflight_for`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn preflight_for(&self, commands: &[Set]) -> Result<Preflight> {
+        self.block(|arm| async move { arm.preflight_for(commands).await })
     }
 
     /// See [`crate::Arm::run`].
@@ -214,6 +235,7 @@ same! {
     enqueue_set(command: &Set) -> QueueIndex;
     wait(index: QueueIndex) -> ();
     wait_still() -> ();
+    reconnected() -> ();
     stop() -> ();
     stop_gentle() -> ();
     stop_jog() -> ();
@@ -226,19 +248,4 @@ same! {
     left_space() -> u32;
     preflight() -> Preflight;
     stats() -> (Stats, u32);
-}
-
-impl Drop for Arm {
-    fn drop(&mut self) {
-        let (Some(runtime), Some(arm)) = (self.runtime.take(), self.arm.take()) else {
-            return;
-        };
-        if outside_async().is_ok() {
-            runtime.block_on(arm.close());
-        } else {
-            // Blocking is not allowed here. The task writes what it can when the runtime drops it.
-            drop(arm);
-            runtime.shutdown_background();
-        }
-    }
 }

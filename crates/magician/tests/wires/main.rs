@@ -1,6 +1,10 @@
 //! The handles over real descriptors: a pseudo-terminal, UDP and TCP.
 #![cfg(unix)]
 
+mod datagrams;
+mod replug;
+mod spoilt;
+
 use std::path::Path;
 use std::sync::mpsc::channel;
 use std::thread::JoinHandle;
@@ -8,7 +12,7 @@ use std::time::Duration;
 
 use magician::commands::{DeviceName, Pose};
 use magician::protocol::Text;
-use magician::sim::serve::{Endpoint, ServeError, Server};
+use magician::sim::serve::{Endpoint, Handle, ServeError, Server};
 use magician::sim::{Controller, Profile, Speed};
 use magician::{ErrorKind, Set, Target, blocking, words};
 use tokio::sync::oneshot;
@@ -16,6 +20,7 @@ use tokio::sync::oneshot;
 /// A virtual arm behind endpoints, on a thread of its own.
 struct Served {
     endpoints: Vec<Endpoint>,
+    handle: Handle,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<Result<(), ServeError>>>,
 }
@@ -24,7 +29,9 @@ fn serve(build: impl FnOnce(Server) -> Server) -> Served {
     let (ready, is_ready) = channel();
     let (stop, stopped) = oneshot::channel::<()>();
     let server = Server::new(Controller::new(Profile::default())).speed(Speed::Max);
-    let server = build(server).on_ready(move |endpoints| ready.send(endpoints.to_vec()).unwrap());
+    let server = build(server);
+    let handle = server.handle();
+    let server = server.on_ready(move |endpoints| ready.send(endpoints.to_vec()).unwrap());
     let thread = std::thread::spawn(move || {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
@@ -37,6 +44,7 @@ fn serve(build: impl FnOnce(Server) -> Server) -> Served {
     let endpoints = is_ready.recv_timeout(Duration::from_secs(20)).unwrap();
     Served {
         endpoints,
+        handle,
         stop: Some(stop),
         thread: Some(thread),
     }

@@ -1,49 +1,17 @@
-//! The check against the virtual arm: what it lets through raises no alarm, and what it refuses
-//! would have raised one. From random places, with random tools and jump heights, to random targets.
+//! Single moves against the virtual arm: what the check lets through raises no alarm, and what it
+//! refuses would have raised one. From random places, with random tools and jump heights, to random targets.
 
-use magician::commands::{
-    AlarmsState, ClearAlarmsState, EndEffectorParams, Pose, PtpCmd, PtpJump2Params,
-};
-use magician::protocol::{FrameBuf, NoArgs, PtpMode, Readable, Writable};
-use magician::sim::{Controller, LinkId, Profile};
-use magician::words::Preflight;
-use magician::{Ctrl, Limits, Set};
+use magician::commands::{ClearAlarmsState, EndEffectorParams, Pose, PtpCmd, PtpJump2Params};
+use magician::protocol::PtpMode;
+use magician::words::{Preflight, Readings};
+use magician::{Limits, Set};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
-const LINK: LinkId = LinkId(0);
+use crate::bench::Bench;
+
 const CASES: u32 = 20_000;
-
-/// The arm, and nothing but it: what is set is done when `set` returns.
-struct Bench {
-    arm: Controller,
-    now: u64,
-}
-
-impl Bench {
-    fn ask(&mut self, frame: &FrameBuf) -> FrameBuf {
-        self.arm.receive(LINK, frame.bytes());
-        self.arm.poll_transmit(LINK).expect("it answers")
-    }
-
-    fn get<T: Readable<Query = NoArgs>>(&mut self) -> T {
-        let reply = self.ask(&FrameBuf::get(&NoArgs, T::ROW).unwrap());
-        T::decode(reply.frame().params()).unwrap()
-    }
-
-    fn set<T: Writable>(&mut self, value: &T) {
-        self.ask(&FrameBuf::encode(T::ROW.id, Ctrl::SET, value).unwrap());
-        while let Some(at) = self.arm.poll_timeout() {
-            self.now = at.max(self.now);
-            self.arm.advance(self.now);
-        }
-    }
-
-    fn alarmed(&mut self) -> bool {
-        self.get::<AlarmsState>().alarms_state.blocking()
-    }
-}
 
 #[derive(Clone, Debug)]
 struct Case {
@@ -111,10 +79,7 @@ fn what_passes_raises_no_alarm_and_what_is_refused_would() {
     let mut through = Vec::new();
     for _ in 0..CASES {
         let case = case().new_tree(&mut runner).unwrap().current();
-        let mut bench = Bench {
-            arm: Controller::new(Profile::default()),
-            now: 0,
-        };
+        let mut bench = Bench::new();
         let [x_bias, y_bias, z_bias] = case.tool;
         let tool = EndEffectorParams {
             x_bias,
@@ -135,7 +100,10 @@ fn what_passes_raises_no_alarm_and_what_is_refused_would() {
             continue;
         }
         let command = ptp(PtpMode::from(case.mode), case.numbers);
-        let mut check = Preflight::new(&bench.get::<Pose>(), &tool, &jump);
+        let mut readings = Readings::default();
+        readings.pose = Some(bench.get());
+        (readings.tool, readings.jump) = (tool, jump);
+        let mut check = Preflight::new(&readings);
         let passes = check.check(&Set::from(command)).is_ok();
         bench.set(&command);
         match (passes, bench.alarmed()) {

@@ -1,0 +1,87 @@
+//! What the connection tells, and who hears it.
+
+use magician_protocol::{FrameBuf, QueuedCmdIndex};
+
+use super::explain::explain;
+use super::{Driver, To};
+use crate::Result;
+use crate::arm::events;
+use crate::arm::exposure::Exposure;
+use crate::arm::shared::Mishap;
+use crate::connection::{Event, Failure, Ticket};
+
+impl Driver {
+    /// Passes the connection's events on; whether there were any.
+    pub(super) fn tell(&mut self) -> bool {
+        let mut told = false;
+        while let Some(event) = self.connection.poll_event() {
+            told = true;
+            match event {
+                Event::Done { ticket, result } => self.deliver(ticket, result),
+                Event::Reset => self.was_reset(),
+                Event::Unaccounted { from, to } => {
+                    tracing::warn!(
+                        from,
+                        to,
+                        "{}: queued commands nobody here sent, or sent once",
+                        self.shared.name
+                    );
+                    self.shared.befall(Mishap::Unaccounted { from, to });
+                    let (from, to) = (QueuedCmdIndex(from), QueuedCmdIndex(to));
+                    self.happens(events::Event::Unaccounted { from, to });
+                }
+            }
+        }
+        told
+    }
+
+    fn was_reset(&mut self) {
+        tracing::warn!(
+            "{}: the arm was switched off and on, or reset",
+            self.shared.name
+        );
+        let gone = self.exposure().reset();
+        self.shared.befall(Mishap::Reset(gone));
+        self.note_reset();
+        self.see_reset();
+        let gone = gone.map(|(first, last)| (QueuedCmdIndex(first), QueuedCmdIndex(last)));
+        self.happens(events::Event::Reset { gone });
+    }
+
+    fn deliver(&mut self, ticket: Ticket, result: Result<FrameBuf, Failure>) {
+        if self.program_answered(ticket, &result) {
+            return;
+        }
+        let Some(at) = self.waiting.iter().position(|one| one.ticket == ticket) else {
+            return;
+        };
+        let done = self.waiting.swap_remove(at);
+        let request = done.request.frame();
+        self.exposure().ends(&request);
+        match &result {
+            Ok(reply) => {
+                self.exposure().answered(&request, reply);
+                self.overhear(reply);
+                self.observe(&request, &reply.frame());
+            }
+            Err(Failure::Uncertain { .. }) if request.ctrl().queued() => {
+                Exposure::maybe_queued(&mut self.exposure());
+            }
+            Err(_) => {}
+        }
+        let result = result.map_err(|failure| match failure {
+            Failure::Lost => self.gone(),
+            failure => explain(&request, failure),
+        });
+        match done.to {
+            To::Caller(reply) => drop(reply.send(result)),
+            To::Halt(number) => self.halt_answered(number, result.map(drop)),
+            To::Settling => self.settles(result.map(drop)),
+            To::Poll => self.polled(),
+            To::Jog(reply, life) => self.jog_began(result, reply, &life),
+            To::JogStop => self.jog_stopped(result),
+            To::JogPose => self.jog_pose(result),
+            To::Nobody => {}
+        }
+    }
+}

@@ -1,0 +1,68 @@
+use magician_protocol::commands::{JogCmd, QueuedCmdForceStopExec, QueuedCmdStartExec};
+use magician_protocol::{Frame, Row, Writable};
+
+use crate::arm::exposure::moves;
+use crate::connection::Failure;
+use crate::{Error, ErrorKind};
+
+/// The vendor's name of what a request does, or its id.
+pub(in crate::arm) fn command_name(request: &Frame<'_>) -> String {
+    match Row::with_id(request.id()) {
+        Some(row) => row.form_name(request.ctrl()).to_owned(),
+        None => format!("command {}", request.id()),
+    }
+}
+
+/// Whether a request ends a motion at once.
+pub(super) fn halts(request: &Frame<'_>) -> bool {
+    let ends_jog = request.id() == JogCmd::ROW.id && request.params().get(1) == Some(&0);
+    ends_jog || request.id() == QueuedCmdForceStopExec::ROW.id
+}
+
+/// Whether a request is a movement, or lets the queue make one.
+pub(super) fn sets_going(request: &Frame<'_>) -> bool {
+    let immediate = moves(request.id()) && request.ctrl().write() && !halts(request);
+    request.ctrl().queued() || immediate || request.id() == QueuedCmdStartExec::ROW.id
+}
+
+/// Why a request failed, in words.
+pub(super) fn explain(request: &Frame<'_>, failure: Failure) -> Error {
+    failed(failure).with_command(command_name(request))
+}
+
+/// A failure in words.
+pub(super) fn failed(failure: Failure) -> Error {
+    match failure {
+        Failure::Timeout { sent: 0 } => Error::new(
+            ErrorKind::Timeout,
+            "it could not be sent in time: the arm did not answer what went before",
+        ),
+        Failure::Timeout { sent } => {
+            let times = if sent == 1 { "once" } else { "again and again" };
+            Error::new(
+                ErrorKind::Timeout,
+                format!("no answer; it was sent {times}"),
+            )
+        }
+        Failure::Uncertain { from, to } => Error::uncertain(from, to),
+        Failure::QueueFull => Error::new(
+            ErrorKind::QueueFull,
+            "the arm's queue is full; nothing was stored",
+        ),
+        Failure::Refused => Error::new(ErrorKind::Unexpected, "the arm refuses it"),
+        Failure::NoIndex => Error::new(
+            ErrorKind::Unexpected,
+            "the answer to a queued command carries no index",
+        ),
+        Failure::Stopped => Error::new(
+            ErrorKind::Closed,
+            "a stop, or a reset of the arm, came first; it was not sent",
+        ),
+        Failure::Lost => Error::new(ErrorKind::Port, "the line to the arm broke"),
+        Failure::Draining => Error::new(
+            ErrorKind::Timeout,
+            "it was not sent: the queue was cleared, and the command under way has not finished",
+        ),
+        Failure::Busy => Error::invalid("too many requests wait at once"),
+    }
+}

@@ -1,0 +1,91 @@
+//! What is said when the last handle has gone.
+
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+use super::{Driver, To, command_name};
+use crate::Error;
+use crate::arm::link::Link;
+use crate::connection::Request;
+
+/// How long a connection that ends gives the arm to confirm the stop.
+pub(crate) const FAREWELL: Duration = Duration::from_millis(500);
+
+impl Driver {
+    /// What was set going is to be stopped; false when there is nothing to do, or nothing to do it with.
+    pub(super) fn say_farewell(&mut self) -> bool {
+        self.leaving = true;
+        self.messages.close();
+        let deadline = Instant::now() + FAREWELL;
+        let requests = self.last_requests();
+        self.end_program(Err(Error::closed()));
+        self.leave_unanswered();
+        self.jogging.close();
+        if !self.link_is_up() {
+            self.warn_of_what_goes_on();
+            return false;
+        }
+        for request in requests {
+            self.submit(request, deadline, To::Nobody);
+        }
+        !self.waiting.is_empty()
+    }
+
+    /// Nobody waits for these answers any more; of a command that may be in the queue that is said.
+    fn leave_unanswered(&mut self) {
+        for one in self.waiting.drain(..) {
+            let request = one.request.frame();
+            if let (To::Caller(reply), true) = (one.to, request.ctrl().queued()) {
+                let error = Error::uncertain(None, None);
+                let _ = reply.send(Err(error.with_command(command_name(&request))));
+            }
+        }
+    }
+
+    fn last_requests(&self) -> Vec<Request> {
+        if self.shared.detached.load(Ordering::SeqCst) {
+            return Vec::new();
+        }
+        let (moving, laser) = {
+            let exposure = self.exposure();
+            (exposure.moving(), exposure.laser())
+        };
+        let Ok([stop, dark, clear]) = Request::halt() else {
+            return Vec::new();
+        };
+        let wanted = [(moving, stop), (laser, dark), (moving, clear)];
+        let wanted = wanted.into_iter().filter(|(wanted, _)| *wanted);
+        wanted.map(|(_, request)| request).collect()
+    }
+
+    /// The arm was not told to stop, or has not said that it does.
+    pub(super) fn warn_of_what_goes_on(&self) {
+        if !self.last_requests().is_empty() {
+            tracing::warn!(
+                "{}: the connection ends and the arm has not confirmed that it stops: it may finish what is in its \
+                 queue, a jog may go on, a laser stay on",
+                self.shared.name
+            );
+        }
+    }
+}
+
+impl Drop for Driver {
+    /// The runtime may go before the farewell is over: what can still be written is written.
+    fn drop(&mut self) {
+        if !self.leaving || !self.waiting.is_empty() {
+            let requests = self.last_requests();
+            match self.line.wire() {
+                Some(wire) => wire.blurt(requests.iter().map(|request| *request.frame())),
+                None => self.warn_of_what_goes_on(),
+            }
+        }
+        // Whoever waits for the end may open the port anew.
+        self.line.let_go();
+        self.jogging.close();
+        self.publish_link(Link::Closed);
+        self.refuse_halts();
+    }
+}

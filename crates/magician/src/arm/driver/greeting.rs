@@ -1,0 +1,103 @@
+//! Who is at the end of a line that was found again.
+
+use std::task::Context;
+
+use magician_protocol::commands::{DeviceSn, DeviceVersion};
+use magician_protocol::{Layout, NoArgs};
+
+use super::wire::Wire;
+use crate::connection::{Connection, Event, Micros, Request, Settings, Ticket};
+use crate::transport::Line;
+
+/// How long it may take to say who it is.
+const PATIENCE: Micros = 1_000_000;
+
+/// A line on which it is asked who is there, over a connection of its own: what another arm answers must not be taken
+/// for the word of the one of before.
+pub(super) struct Greeting {
+    wire: Wire,
+    connection: Connection,
+    /// Questions that have not been answered.
+    version: Option<Ticket>,
+    serial: Option<Ticket>,
+    /// What it says its serial number is.
+    said: Option<String>,
+}
+
+/// Who is there: a serial number, `None` when it was not asked for or there is none. Or why nobody is.
+pub(super) type Met = Result<Option<String>, String>;
+
+impl Greeting {
+    /// `ask_serial`: a serial number is known that it can be compared with.
+    pub(super) fn new(now: Micros, line: Line, ask_serial: bool) -> Self {
+        let settings = Settings {
+            window: 1,
+            ..line.settings
+        };
+        let mut connection = Connection::new(settings);
+        let mut ask = |request: Result<Request, _>| {
+            let request: Option<Request> = request.ok();
+            request.map(|request| connection.submit(request.deadline(now.saturating_add(PATIENCE))))
+        };
+        let version = ask(Request::get::<DeviceVersion>(&NoArgs));
+        let serial = ask_serial.then(|| ask(Request::get::<DeviceSn>(&NoArgs)));
+        Self {
+            wire: Wire::new(line.transport),
+            connection,
+            version,
+            serial: serial.flatten(),
+            said: None,
+        }
+    }
+
+    pub(super) fn poll_timeout(&self) -> Option<Micros> {
+        self.connection.poll_timeout()
+    }
+
+    pub(super) fn let_time_pass(&mut self, now: Micros) {
+        if self.connection.poll_timeout().is_some_and(|at| at <= now) {
+            self.connection.handle_timeout(now);
+        }
+    }
+
+    /// Reads and writes; whether anything happened, and who is there once that is known.
+    pub(super) fn go_on(&mut self, cx: &mut Context<'_>, now: Micros) -> (bool, Option<Met>) {
+        let read = self.wire.read(cx, now, &mut self.connection);
+        let wrote = self.wire.write(cx, now, &mut self.connection, |_| {});
+        if let Some(met) = self.hear() {
+            return (true, Some(met));
+        }
+        match (read, wrote) {
+            (Ok(read), Ok(wrote)) => (read || wrote, None),
+            (Err(error), _) | (_, Err(error)) => (true, Some(Err(error.to_string()))),
+        }
+    }
+
+    fn hear(&mut self) -> Option<Met> {
+        while let Some(event) = self.connection.poll_event() {
+            let Event::Done { ticket, result } = event else {
+                continue;
+            };
+            let Ok(reply) = result else {
+                return Some(Err("a line is there but no arm answers yet".to_owned()));
+            };
+            if self.version.take_if(|asked| *asked == ticket).is_none() {
+                self.serial = None;
+                self.said = serial_number(reply.frame().params());
+            }
+        }
+        let known = self.version.is_none() && self.serial.is_none();
+        known.then(|| Ok(self.said.take()))
+    }
+
+    pub(super) fn into_wire(self) -> Wire {
+        self.wire
+    }
+}
+
+/// A serial number that can tell one arm from another.
+pub(super) fn serial_number(params: &[u8]) -> Option<String> {
+    let said = DeviceSn::decode(params).ok()?.device_sn.to_string();
+    let said = said.trim();
+    (!said.is_empty()).then(|| said.to_owned())
+}

@@ -1,0 +1,79 @@
+//! Stops that are asked for from outside of any task.
+
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+use super::{Driver, To};
+use crate::arm::halt::{HALT, Waiter};
+use crate::connection::Request;
+use crate::{Error, Result};
+
+/// A stop whose answers are awaited.
+pub(super) struct Halting {
+    number: u64,
+    /// Answers that have not come.
+    left: usize,
+    outcome: Result<()>,
+    waiters: Vec<Waiter>,
+}
+
+impl Driver {
+    /// Stops the arm at once, and tells these when it has confirmed that.
+    pub(super) fn halt(&mut self, waiters: Vec<Waiter>) {
+        self.owes_halt = false;
+        let Ok(requests) = Request::halt() else {
+            return;
+        };
+        self.halts += 1;
+        self.halting.push(Halting {
+            number: self.halts,
+            left: requests.len(),
+            outcome: Ok(()),
+            waiters,
+        });
+        let deadline = Instant::now() + HALT - Duration::from_millis(5);
+        for request in requests {
+            self.submit(request, deadline, To::Halt(self.halts));
+        }
+    }
+
+    pub(super) fn halt_answered(&mut self, number: u64, answer: Result<()>) {
+        let Some(at) = self.halting.iter().position(|one| one.number == number) else {
+            return;
+        };
+        let Some(one) = self.halting.get_mut(at) else {
+            return;
+        };
+        if one.outcome.is_ok() {
+            one.outcome = answer;
+        }
+        one.left = one.left.saturating_sub(1);
+        if one.left == 0 {
+            let done = self.halting.swap_remove(at);
+            // One that the line has swallowed is said again when it is back.
+            let lost = !self.link_is_up();
+            self.owes_halt |= lost && done.outcome.is_err();
+            done.tell();
+        }
+    }
+
+    /// Nobody is left to stop the arm.
+    pub(super) fn refuse_halts(&mut self) {
+        for waiter in self.shared.take_halt().unwrap_or_default() {
+            waiter.tell(Err(Error::closed()));
+        }
+    }
+}
+
+impl Halting {
+    fn tell(self) {
+        let copy = |outcome: &Result<()>| match outcome {
+            Ok(()) => Ok(()),
+            Err(error) => Err(Error::new(error.kind(), error.to_string())),
+        };
+        for waiter in self.waiters {
+            waiter.tell(copy(&self.outcome));
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! The line: in use, broken, looked for, found again.
+//!
+//! A line that was found is not trusted at once. A connection of its own asks who is there (`search.rs`, `greeting.rs`); only when that
+//! is the arm of before, the line is handed to the connection that knows the indices, which then reads how far the arm
+//! has come. Until that is settled every call is refused. Nothing is sent again.
+
+use std::future::Future;
+use std::io;
+use std::pin::Pin;
+use std::task::Context;
+
+use tokio::time::Instant;
+
+use super::Driver;
+use super::greeting::Greeting;
+use super::wire::Wire;
+use crate::arm::events::Event;
+use crate::arm::link::Link;
+use crate::connection::{Failure, Micros};
+use crate::transport::Line;
+use crate::{Error, ErrorKind, Result};
+
+/// How soon after its loss a line is looked for, and how often.
+const FIRST_LOOK: Micros = 100_000;
+pub(super) const LOOK: Micros = 250_000;
+
+/// Opens the line again.
+pub(in crate::arm) type Opener = Box<dyn FnMut() -> Opening + Send>;
+pub(super) type Opening = Pin<Box<dyn Future<Output = Result<Line>> + Send>>;
+
+/// The line, and the way to it.
+pub(super) struct State {
+    pub(super) opener: Option<Opener>,
+    pub(super) stage: Stage,
+    /// How it was lost, until it is up again.
+    pub(super) lost: Option<Lost>,
+}
+
+// There is one of it in a task that is boxed anyway.
+#[allow(clippy::large_enum_variant)]
+pub(super) enum Stage {
+    Up(Wire),
+    /// Found again, and the arm tells how far it is.
+    Settling {
+        wire: Wire,
+        /// Answers that have not come.
+        left: usize,
+        reset: bool,
+    },
+    Greeting(Greeting),
+    Opening(Opening),
+    /// The instant of the next look, if there is to be one.
+    Lost(Option<Micros>),
+}
+
+/// How it was lost.
+pub(super) struct Lost {
+    since: Instant,
+    error: Broken,
+    /// What is wrong, when it is not only that the line broke.
+    pub(super) stranger: Option<String>,
+}
+
+/// An I/O error that can be told any number of times.
+enum Broken {
+    System(i32),
+    Kind(io::ErrorKind),
+}
+
+impl From<&io::Error> for Broken {
+    fn from(error: &io::Error) -> Self {
+        (error.raw_os_error()).map_or_else(|| Self::Kind(error.kind()), Self::System)
+    }
+}
+
+impl Broken {
+    fn error(&self) -> io::Error {
+        match self {
+            Self::System(code) => io::Error::from_raw_os_error(*code),
+            Self::Kind(kind) => (*kind).into(),
+        }
+    }
+}
+
+impl State {
+    pub(super) fn up(
+        transport: Box<dyn crate::transport::Transport>,
+        opener: Option<Opener>,
+    ) -> Self {
+        Self {
+            opener,
+            stage: Stage::Up(Wire::new(transport)),
+            lost: None,
+        }
+    }
+
+    /// The line to the arm, for those who do not wait until it has settled.
+    pub(super) fn wire(&mut self) -> Option<&mut Wire> {
+        match &mut self.stage {
+            Stage::Up(wire) | Stage::Settling { wire, .. } => Some(wire),
+            Stage::Greeting(_) | Stage::Opening(_) | Stage::Lost(_) => None,
+        }
+    }
+
+    /// Closes the line, and looks for it no more.
+    pub(super) fn let_go(&mut self) {
+        self.opener = None;
+        self.stage = Stage::Lost(None);
+    }
+
+    pub(super) fn poll_timeout(&self) -> Option<Micros> {
+        match &self.stage {
+            Stage::Lost(look) => *look,
+            Stage::Greeting(greeting) => greeting.poll_timeout(),
+            Stage::Up(_) | Stage::Settling { .. } | Stage::Opening(_) => None,
+        }
+    }
+
+    pub(super) fn let_time_pass(&mut self, now: Micros) {
+        if let Stage::Greeting(greeting) = &mut self.stage {
+            greeting.let_time_pass(now);
+        }
+    }
+}
+
+/// Bytes.
+impl Driver {
+    /// Whether the line is there and calls go over it.
+    pub(super) fn link_is_up(&self) -> bool {
+        matches!(self.line.stage, Stage::Up(_))
+    }
+
+    /// Whether the line to the arm is there, for what is to be said before anything else.
+    pub(super) fn link_is_open(&self) -> bool {
+        matches!(self.line.stage, Stage::Up(_) | Stage::Settling { .. })
+    }
+
+    /// Reads what has come, or looks for the line; whether anything happened.
+    pub(super) fn read(&mut self, cx: &mut Context<'_>) -> bool {
+        let now = self.now();
+        if let Some(wire) = self.line.wire() {
+            return match wire.read(cx, now, &mut self.connection) {
+                Ok(read) => read,
+                Err(error) => self.lose(&error),
+            };
+        }
+        // Whoever leaves waits for no line.
+        !self.leaving && self.look_for_it(cx, now)
+    }
+
+    pub(super) fn write(&mut self, cx: &mut Context<'_>) -> bool {
+        let now = self.now();
+        let Some(wire) = self.line.wire() else {
+            return false;
+        };
+        let shared = &self.shared;
+        let begins = |frame: &magician_protocol::FrameBuf| {
+            tracing::trace!(frame = ?frame, "to {}", shared.name);
+            shared.exposure().sends(&frame.frame());
+        };
+        match wire.write(cx, now, &mut self.connection, begins) {
+            Ok(wrote) => wrote,
+            Err(error) => self.lose(&error),
+        }
+    }
+
+    /// The line broke. Everything under way ends as the connection says.
+    pub(super) fn lose(&mut self, error: &io::Error) -> bool {
+        let first = self.line.lost.is_none();
+        self.line.lost.get_or_insert_with(|| Lost {
+            since: Instant::now(),
+            error: Broken::from(error),
+            stranger: None,
+        });
+        self.look_again(if first { FIRST_LOOK } else { LOOK });
+        let under_way: Vec<_> = self.waiting.iter().map(|one| one.request).collect();
+        under_way.iter().for_each(|one| self.owe(&one.frame()));
+        self.interrupt_jog();
+        self.polls.interrupt();
+        if let Some(program) = &mut self.program {
+            program.stream.interrupt(Failure::Lost);
+        }
+        self.connection.interrupt();
+        if first {
+            tracing::warn!("{}", self.gone());
+        }
+        self.publish_loss();
+        if first {
+            let why = self.gone().to_string().into();
+            self.happens(Event::LinkLost { why });
+        }
+        true
+    }
+
+    pub(super) fn look_again(&mut self, pause: Micros) {
+        let sought = self.line.opener.is_some();
+        let look = self.now().saturating_add(pause);
+        self.line.stage = Stage::Lost(sought.then_some(look));
+    }
+
+    /// Why a call fails while there is no line.
+    pub(super) fn gone(&self) -> Error {
+        let Some(lost) = &self.line.lost else {
+            return Error::new(ErrorKind::Port, "the line to the arm broke");
+        };
+        if let Some(stranger) = &lost.stranger {
+            return Error::new(ErrorKind::Port, stranger);
+        }
+        let source = lost.error.error();
+        if self.line.opener.is_none() {
+            return Error::gone(&self.shared.name, source);
+        }
+        let message = format!(
+            "the connection to {} broke off: {source}; it is being looked for again",
+            self.shared.name
+        );
+        Error::new(ErrorKind::Port, message).with_source(source)
+    }
+
+    pub(super) fn publish_loss(&self) {
+        if let Some(lost) = &self.line.lost {
+            let sought = self.line.opener.is_some();
+            let link = Link::lost(lost.since, self.gone().to_string(), sought);
+            self.publish_link(link);
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! What the handles want.
+
+use std::task::{Context, Poll};
+
+use magician_protocol::commands::JogCmd;
+use magician_protocol::{Frame, FrameBuf, Writable};
+use tokio::sync::oneshot;
+use tokio::time::Instant;
+
+use super::explain::{explain, halts, sets_going};
+use super::jog::JogStart;
+use super::{Driver, Program, To, Waiting, micros};
+use crate::Result;
+use crate::arm::jog::Why;
+use crate::connection::{Failure, Request, Stats};
+
+/// A handle's wish. Nearly all are requests, so their size is no waste.
+#[allow(clippy::large_enum_variant)]
+pub(in crate::arm) enum Message {
+    Submit {
+        request: Request,
+        deadline: Instant,
+        /// Stops before this was begun.
+        stops: u64,
+        reply: oneshot::Sender<Result<FrameBuf>>,
+    },
+    /// Runs a program.
+    Run(Box<Program>),
+    Stats(oneshot::Sender<(Stats, u32)>),
+    Jog(JogStart),
+    /// Something that both know has changed; look at it.
+    Nudge,
+    /// Ends the connection, whoever else has a handle.
+    Close,
+}
+
+impl Driver {
+    /// Ready when the handles are gone.
+    pub(super) fn take_messages(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        while let Poll::Ready(message) = self.messages.poll_recv(cx) {
+            match message {
+                None | Some(Message::Close) => return Poll::Ready(()),
+                Some(Message::Nudge) => {}
+                Some(Message::Run(program)) => self.take_program(program),
+                Some(Message::Jog(start)) => self.start_jog(start),
+                Some(Message::Stats(reply)) => {
+                    let answer = (self.connection.stats(), self.connection.capacity());
+                    let _ = reply.send(answer);
+                }
+                Some(Message::Submit {
+                    request,
+                    deadline,
+                    stops,
+                    reply,
+                }) => self.take_request(request, deadline, stops, reply),
+            }
+        }
+        self.take_halts();
+        Poll::Pending
+    }
+
+    fn take_request(
+        &mut self,
+        request: Request,
+        deadline: Instant,
+        stops: u64,
+        reply: oneshot::Sender<Result<FrameBuf>>,
+    ) {
+        let frame = request.frame().frame();
+        let over = stops != self.shared.stops();
+        if over && sets_going(&frame) {
+            let _ = reply.send(Err(explain(&frame, Failure::Stopped)));
+        } else if !self.link_is_up() {
+            self.owe(&frame);
+            let _ = reply.send(Err(self.gone()));
+        } else {
+            self.submit(request, deadline, To::Caller(reply));
+        }
+    }
+
+    /// Takes up the stops that were asked for from outside of any task.
+    fn take_halts(&mut self) {
+        let Some(waiters) = self.shared.take_halt() else {
+            return;
+        };
+        if !self.link_is_up() {
+            self.owes_halt = true;
+            for waiter in waiters {
+                waiter.tell(Err(self.gone()));
+            }
+            return;
+        }
+        self.halt(waiters);
+    }
+
+    /// A stop that there is no line for is the first thing to be said over the next one.
+    pub(super) fn owe(&mut self, request: &Frame<'_>) {
+        if !halts(request) {
+            return;
+        }
+        match request.id() == JogCmd::ROW.id {
+            true => self.end_any_jog(),
+            false => self.owes_halt = true,
+        }
+    }
+
+    pub(super) fn submit(&mut self, request: Request, deadline: Instant, to: To) {
+        let deadline = micros(deadline.saturating_duration_since(self.begun));
+        let frame = *request.frame();
+        if halts(&frame.frame()) && !matches!(to, To::JogStop) {
+            self.end_jog(Why::Stopped);
+        }
+        self.exposure().begins(&frame.frame());
+        let ticket = self.connection.submit(request.deadline(deadline));
+        self.waiting.push(Waiting {
+            ticket,
+            request: frame,
+            to,
+        });
+    }
+
+    /// Withdraws what nobody waits for any more.
+    pub(super) fn withdraw(&mut self, cx: &mut Context<'_>) {
+        for one in &mut self.waiting {
+            if let To::Caller(reply) = &mut one.to
+                && reply.poll_closed(cx).is_ready()
+            {
+                one.to = To::Nobody;
+                self.connection.cancel(one.ticket);
+            }
+        }
+    }
+}

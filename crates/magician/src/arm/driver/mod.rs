@@ -1,0 +1,290 @@
+//! The task between the handles and their line: it owns the connection and the transport, it stops the arm when the last
+//! handle goes, and it looks for a line that broke.
+//!
+//! It is one future that does everything there is to do and then sleeps until a byte, a message or an instant comes. Its
+//! parts are methods of [`Driver`], a file each.
+
+mod answers;
+mod explain;
+mod farewell;
+mod greeting;
+mod halt;
+mod jog;
+mod line;
+mod messages;
+mod polls;
+mod search;
+mod sight;
+mod streaming;
+mod wire;
+
+use std::future::{Future, poll_fn};
+use std::pin::Pin;
+use std::sync::{Arc, MutexGuard};
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use magician_protocol::FrameBuf;
+use tokio::sync::{broadcast, mpsc, oneshot};
+use tokio::task::yield_now;
+use tokio::time::{Instant, Sleep, sleep_until};
+
+use super::Shared;
+use super::events::Event;
+use super::exposure::Exposure;
+use super::jog::Life;
+use crate::Result;
+use crate::connection::{Connection, Micros, Settings, Ticket};
+use crate::transport::Line;
+pub(super) use explain::command_name;
+pub(crate) use farewell::FAREWELL;
+use halt::Halting;
+pub(super) use jog::JogStart;
+use jog::Jogging;
+pub(super) use line::Opener;
+use line::State;
+pub(super) use messages::Message;
+use polls::Polls;
+use sight::Sight;
+pub(super) use streaming::{End, Program, Reached};
+
+/// Rounds of reading and writing before other tasks get their turn.
+const ROUNDS: usize = 64;
+/// A task that was not served for so long may have missed something.
+const AWAY: Micros = 20_000;
+
+/// A request that is under way.
+struct Waiting {
+    ticket: Ticket,
+    request: FrameBuf,
+    to: To,
+}
+
+/// Who gets the answer.
+enum To {
+    /// A handle.
+    Caller(oneshot::Sender<Result<FrameBuf>>),
+    /// A stop from outside of any task: its number.
+    Halt(u64),
+    /// What is read of an arm that was found again.
+    Settling,
+    /// The onlookers.
+    Poll,
+    /// Who begins a jog.
+    Jog(oneshot::Sender<Result<FrameBuf>>, Arc<Life>),
+    /// The end of a jog.
+    JogStop,
+    JogPose,
+    /// Nobody any more, or nobody but those who look at whatever passes.
+    Nobody,
+}
+
+/// Why the task's round ended.
+enum Ended {
+    /// Nobody looked at the line for a while; the system is to be asked what has come.
+    Away,
+    /// The handles are gone.
+    Left,
+    /// The farewell is said.
+    Farewell,
+}
+
+pub(super) struct Driver {
+    connection: Connection,
+    line: State,
+    messages: mpsc::Receiver<Message>,
+    shared: Arc<Shared>,
+    waiting: Vec<Waiting>,
+    /// The program that runs.
+    program: Option<Program>,
+    begun: Instant,
+    timer: Pin<Box<Sleep>>,
+    /// Stops from outside of any task that are not answered yet, and how many there were.
+    halting: Vec<Halting>,
+    halts: u64,
+    /// A stop was asked for while there was no line: it is the first thing to be said over the next one.
+    owes_halt: bool,
+    /// The arm's serial number, once it has told it.
+    serial: Option<String>,
+    /// When the arm is to be asked for it.
+    introduction: Option<Micros>,
+    /// The stop of handles that have gone is under way.
+    leaving: bool,
+    polls: Polls,
+    jogging: Jogging,
+    sight: Sight,
+    events: broadcast::Sender<Event>,
+    /// When the task was served last.
+    served: Micros,
+    /// The line was looked at since.
+    looked: bool,
+}
+
+impl Driver {
+    /// `opener` opens the line again when it breaks; `introduce` asks the arm for what it can be told by.
+    pub(super) fn new(
+        line: Line,
+        window: usize,
+        opener: Option<Opener>,
+        introduce: bool,
+        messages: mpsc::Receiver<Message>,
+        (shared, events): (Arc<Shared>, broadcast::Sender<Event>),
+    ) -> Self {
+        let settings = Settings {
+            window,
+            ..line.settings
+        };
+        let begun = shared.begun;
+        let introduce = introduce && opener.is_some();
+        Self {
+            connection: Connection::new(settings),
+            line: State::up(line.transport, opener),
+            messages,
+            shared,
+            waiting: Vec::new(),
+            program: None,
+            begun,
+            timer: Box::pin(sleep_until(begun)),
+            halting: Vec::new(),
+            halts: 0,
+            owes_halt: false,
+            serial: None,
+            introduction: introduce.then_some(search::INTRODUCTION),
+            leaving: false,
+            polls: Polls::default(),
+            jogging: Jogging::default(),
+            sight: Sight::default(),
+            events,
+            served: 0,
+            looked: false,
+        }
+    }
+
+    /// Serves the handles until they go, then stops what they set going.
+    pub(super) async fn run(mut self) {
+        self.serve().await;
+        if self.say_farewell() {
+            self.serve().await;
+            self.warn_of_what_goes_on();
+        }
+    }
+
+    async fn serve(&mut self) {
+        loop {
+            match poll_fn(|cx| self.poll(cx)).await {
+                // This gives the runtime the time to ask the system.
+                Ended::Away => yield_now().await,
+                Ended::Left | Ended::Farewell => return,
+            }
+        }
+    }
+
+    fn poll(&mut self, cx: &mut Context<'_>) -> Poll<Ended> {
+        if self.was_away() {
+            return Poll::Ready(Ended::Away);
+        }
+        for _ in 0..ROUNDS {
+            // What has come comes first: it may be what a timeout is about to give up.
+            let read = self.read(cx);
+            self.let_time_pass();
+            if !self.leaving && self.take_messages(cx).is_ready() {
+                return Poll::Ready(Ended::Left);
+            }
+            self.let_time_pass();
+            self.withdraw(cx);
+            self.do_what_is_due();
+            let fed = self.drive_program(cx);
+            let wrote = self.write(cx);
+            let told = self.tell();
+            if self.leaving && (self.waiting.is_empty() || !self.link_is_up()) {
+                return Poll::Ready(Ended::Farewell);
+            }
+            if !read && !wrote && !told && !fed && self.sleep(cx).is_pending() {
+                self.looked = false;
+                return Poll::Pending;
+            }
+        }
+        cx.waker().wake_by_ref();
+        Poll::Pending
+    }
+
+    /// Whether an answer that nobody waits for any more may lie unread, to be taken for the answer
+    /// to what is asked next. A task that shares its thread is woken by a wish before the runtime
+    /// has asked the system what came meanwhile.
+    fn was_away(&mut self) -> bool {
+        let now = self.now();
+        let idle = now.saturating_sub(std::mem::replace(&mut self.served, now));
+        let at_rest = self.connection.is_idle();
+        let owed = self.link_is_up() && self.connection.is_owed();
+        let away = !self.looked && owed && (at_rest || idle > AWAY);
+        self.looked = true;
+        away
+    }
+
+    fn let_time_pass(&mut self) {
+        let now = self.now();
+        if self.connection.poll_timeout().is_some_and(|at| at <= now) {
+            self.connection.handle_timeout(now);
+        }
+        self.line.let_time_pass(now);
+    }
+
+    /// Our own requests whose time has come.
+    fn do_what_is_due(&mut self) {
+        if self.leaving {
+            return;
+        }
+        let now = self.now();
+        if self.link_is_up() {
+            self.introduce(now);
+            self.poll_state(now);
+        }
+        if self.link_is_open() {
+            self.mind_jog(now);
+        }
+    }
+
+    /// When something is due next.
+    fn next_timeout(&self) -> Option<Micros> {
+        let up = self.link_is_up() && !self.leaving;
+        let program = (self.program.as_ref()).and_then(|program| program.stream.poll_timeout());
+        let open = self.link_is_open() && !self.leaving;
+        let due = [
+            self.connection.poll_timeout(),
+            self.line.poll_timeout().filter(|_| !self.leaving),
+            self.introduction.filter(|_| up),
+            program,
+            self.polls.poll_timeout().filter(|_| up),
+            self.jogging.poll_timeout().filter(|_| open),
+        ];
+        due.into_iter().flatten().min()
+    }
+
+    /// Pending with the timer set, or ready when its instant has come.
+    fn sleep(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        let Some(at) = self.next_timeout() else {
+            return Poll::Pending;
+        };
+        self.timer
+            .as_mut()
+            .reset(self.begun + Duration::from_micros(at));
+        self.timer.as_mut().poll(cx)
+    }
+
+    fn exposure(&self) -> MutexGuard<'_, Exposure> {
+        self.shared.exposure()
+    }
+
+    fn now(&self) -> Micros {
+        micros(self.begun.elapsed())
+    }
+
+    /// The instant so many microseconds from the beginning.
+    fn at(&self, time: Micros) -> Instant {
+        self.begun + Duration::from_micros(time)
+    }
+}
+
+pub(in crate::arm) fn micros(time: Duration) -> Micros {
+    Micros::try_from(time.as_micros()).unwrap_or(Micros::MAX)
+}

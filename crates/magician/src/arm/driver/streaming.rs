@@ -1,0 +1,251 @@
+//! A program on its way: the stream, fed by the handle that runs it.
+
+use std::task::{Context, Poll};
+
+use magician_protocol::{FrameBuf, QueuedCmdIndex};
+use tokio::sync::{mpsc, oneshot, watch};
+
+use super::explain::failed;
+use super::{Driver, To, Waiting};
+use crate::arm::exposure::Exposure;
+use crate::connection::{Failure, Law, Ticket};
+use crate::stream::{Item, Leftover, Stream, StreamEvent, StreamFailure};
+use crate::{Error, ErrorKind, Result};
+
+/// A program that a handle wants to be run.
+#[derive(Debug)]
+pub(in crate::arm) struct Program {
+    pub(in crate::arm) stream: Stream,
+    /// Its commands, in order; closed after the last.
+    pub(in crate::arm) feed: mpsc::Receiver<Item>,
+    /// Stops before it was begun.
+    pub(in crate::arm) stops: u64,
+    pub(in crate::arm) reached: watch::Sender<Reached>,
+    pub(in crate::arm) end: oneshot::Sender<End>,
+}
+
+/// How far a program is.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::arm) struct Reached {
+    /// Commands that the arm has taken.
+    pub(in crate::arm) accepted: u64,
+    /// Indices of the first and the last of them.
+    pub(in crate::arm) indices: Option<(u64, u64)>,
+}
+
+/// How a program ended.
+#[derive(Debug)]
+pub(in crate::arm) struct End {
+    pub(in crate::arm) outcome: Result<()>,
+    pub(in crate::arm) reached: Reached,
+    /// What was not done, and what was not even looked at.
+    pub(in crate::arm) rest: Option<(Leftover, mpsc::Receiver<Item>)>,
+}
+
+impl Driver {
+    /// Begins a program.
+    pub(super) fn take_program(&mut self, program: Box<Program>) {
+        let refusal = if program.stops != self.shared.stops() {
+            Some(failed(Failure::Stopped))
+        } else if !self.link_is_up() {
+            Some(self.gone())
+        } else if self.program.is_some() {
+            Some(Error::invalid("another program runs"))
+        } else {
+            self.refuse_window(&program.stream)
+        };
+        match refusal {
+            Some(error) => end(*program, Err(error)),
+            None => {
+                self.exposure().runs(true);
+                self.program = Some(*program);
+            }
+        }
+    }
+
+    /// A window that this arm, or this line, does not bear.
+    fn refuse_window(&self, stream: &Stream) -> Option<Error> {
+        let Law::Broken(breach) = self.connection.law() else {
+            return None;
+        };
+        (stream.settings().window > 1).then(|| {
+            let message = format!("a window above 1 cannot be used here: {breach}");
+            Error::new(ErrorKind::Unsupported, message)
+        })
+    }
+
+    /// Feeds the stream and lets it submit what is due; whether anything happened.
+    pub(super) fn drive_program(&mut self, cx: &mut Context<'_>) -> bool {
+        let now = self.now();
+        let Some(mut program) = self.program.take() else {
+            return false;
+        };
+        if program.end.poll_closed(cx).is_ready() {
+            // Nobody waits for it any more: what waits in the connection does not go out.
+            program.stream.withdraw(&mut self.connection);
+            self.program = Some(program);
+            self.end_program(Err(failed(Failure::Stopped)));
+            return true;
+        }
+        if program.stops != self.shared.stops() {
+            program.stream.interrupt(Failure::Stopped);
+        }
+        let mut fed = false;
+        while program.stream.room() > 0 {
+            match program.feed.poll_recv(cx) {
+                Poll::Pending => break,
+                Poll::Ready(None) => {
+                    program.stream.finish();
+                    break;
+                }
+                Poll::Ready(Some(item)) => {
+                    fed = true;
+                    if let Err(refused) = program.stream.offer(item) {
+                        let error = Error::invalid(refused.to_string());
+                        let name = item.command.row().set_name;
+                        self.program = Some(program);
+                        self.end_program(Err(error.with_command(name)));
+                        return true;
+                    }
+                }
+            }
+        }
+        program.stream.advance(now, &mut self.connection);
+        self.program = Some(program);
+        self.tell_program() || fed
+    }
+
+    /// Passes on what the stream has to tell; whether there was anything.
+    fn tell_program(&mut self) -> bool {
+        let mut told = false;
+        while let Some(program) = &mut self.program
+            && let Some(event) = program.stream.poll_event()
+        {
+            told = true;
+            let name = &self.shared.name;
+            match event {
+                StreamEvent::Sent {
+                    accepted,
+                    first,
+                    last,
+                    ..
+                } => {
+                    program.reached.send_replace(Reached {
+                        accepted,
+                        indices: Some((first, last)),
+                    });
+                }
+                StreamEvent::Starved { times } => {
+                    tracing::debug!(times, "{name}: the arm's queue ran dry");
+                }
+                StreamEvent::Places { counted, read } => {
+                    tracing::warn!(counted, read, "{name}: the queue has other places");
+                }
+                StreamEvent::Recovered { again, window } => tracing::warn!(
+                    again,
+                    window,
+                    "{name}: commands were lost on the line; the path goes on from its last certain point"
+                ),
+                StreamEvent::Resumed { found, waiting } => {
+                    tracing::info!(found, waiting, "{name}: the program goes on");
+                }
+                StreamEvent::Finished { .. } => self.end_program(Ok(())),
+                StreamEvent::Failed(failure) => {
+                    let error = self.explain_stream(failure);
+                    self.end_program(Err(error));
+                }
+            }
+        }
+        told
+    }
+
+    pub(super) fn end_program(&mut self, outcome: Result<()>) {
+        let Some(program) = self.program.take() else {
+            return;
+        };
+        // What becomes of them counts for what this connection has set going.
+        for (ticket, request) in program.stream.under_way() {
+            self.exposure().begins(&request.frame());
+            self.waiting.push(Waiting {
+                ticket,
+                request,
+                to: To::Nobody,
+            });
+        }
+        self.exposure().runs(false);
+        end(program, outcome);
+    }
+
+    /// A request has ended; whether it was the stream's. What the handles have to know of it is noted.
+    pub(super) fn program_answered(
+        &mut self,
+        ticket: Ticket,
+        result: &Result<FrameBuf, Failure>,
+    ) -> bool {
+        let now = self.now();
+        let Some(program) = &mut self.program else {
+            return false;
+        };
+        let stream = &mut program.stream;
+        if !stream.answered(now, ticket, result, &mut self.connection) {
+            return false;
+        }
+        match result {
+            Ok(reply) => {
+                // The reply has the id and Ctrl of its request, and the exposure needs no more of what a stream sends.
+                let view = reply.frame();
+                if let (true, Ok(QueuedCmdIndex(index))) = (view.ctrl().queued(), view.read())
+                    && let Some(item) = stream.item_at(index)
+                {
+                    self.shared
+                        .own()
+                        .accepted(QueuedCmdIndex(index), &item.command);
+                }
+                self.exposure().answered(&view, reply);
+                self.observe(&view, &view);
+            }
+            Err(Failure::Uncertain { .. }) => Exposure::maybe_queued(&mut self.exposure()),
+            Err(_) => {}
+        }
+        true
+    }
+
+    /// Somebody's answer passes that the stream can use too.
+    pub(super) fn overhear(&mut self, reply: &FrameBuf) {
+        let now = self.now();
+        if let Some(program) = &mut self.program {
+            program.stream.overhear(now, reply);
+        }
+    }
+
+    /// Why a program ended, in words.
+    fn explain_stream(&self, failure: StreamFailure) -> Error {
+        let kind = match failure {
+            StreamFailure::Request(Failure::Lost) => return self.gone(),
+            StreamFailure::Request(failure) => return failed(failure),
+            StreamFailure::Dropped { .. } | StreamFailure::Reset { .. } => ErrorKind::Closed,
+            StreamFailure::NotDrained { .. } => ErrorKind::Timeout,
+            StreamFailure::Index { .. } | StreamFailure::Unclear { .. } => ErrorKind::Uncertain,
+            _ => ErrorKind::Unexpected,
+        };
+        Error::new(kind, failure.to_string())
+    }
+}
+
+fn end(program: Program, outcome: Result<()>) {
+    let Program {
+        stream,
+        mut feed,
+        reached,
+        end,
+        ..
+    } = program;
+    feed.close();
+    let rest = outcome.is_err().then(|| (stream.leftover(), feed));
+    let reached = *reached.borrow();
+    let _ = end.send(End {
+        outcome,
+        reached,
+        rest,
+    });
+}

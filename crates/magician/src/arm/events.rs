@@ -1,0 +1,92 @@
+use std::sync::Arc;
+
+use tokio::sync::broadcast;
+use tokio::sync::broadcast::error::RecvError;
+
+use super::Arm;
+use crate::QueueIndex;
+
+/// How many events are kept for those who do not look.
+pub(super) const KEPT: usize = 256;
+
+/// Something that has happened. It is noticed in what passes over the line anyway, in the answers to waits, runs, reads
+/// and [state watches](Arm::state): events cost no reads of their own, and without any reads there are none. Who wants
+/// to hear of an alarm within 100 ms keeps a state watch at 10 Hz.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Event {
+    /// An alarm stands that did not at the last reading. [`Alarm::with_code`](crate::Alarm::with_code) tells its name,
+    /// cause and cure.
+    AlarmRaised {
+        /// Its code, 0x00 to 0xFF.
+        code: u8,
+    },
+    /// An alarm stands no more.
+    AlarmCleared {
+        /// Its code, 0x00 to 0xFF.
+        code: u8,
+    },
+    /// Queued commands have finished, whoever queued them: one, or all from `first` to `last` between two readings.
+    CommandFinished {
+        /// Index of the first.
+        first: QueueIndex,
+        /// Index of the last.
+        last: QueueIndex,
+    },
+    /// The line broke.
+    LinkLost {
+        /// How, in a sentence.
+        why: Arc<str>,
+    },
+    /// The line is back, and the same arm is at it.
+    LinkFound {
+        /// The arm was reset meanwhile: what was in its queue is gone. An [`Event::Reset`] went before.
+        reset: bool,
+    },
+    /// The arm was switched off and on, or reset.
+    Reset {
+        /// Indices, first and last, that this connection had queued and that had not finished.
+        gone: Option<(QueueIndex, QueueIndex)>,
+    },
+    /// The arm has taken more commands than this connection sent: the network doubled one, or another program uses it.
+    Unaccounted {
+        /// First index.
+        from: QueueIndex,
+        /// Last index.
+        to: QueueIndex,
+    },
+    /// Nobody took events for so long that the oldest were dropped.
+    Missed {
+        /// How many.
+        events: u64,
+    },
+}
+
+/// The events of a connection from [`Arm::events`] on. It does not keep the connection.
+#[derive(Debug)]
+pub struct Events {
+    receiver: Option<broadcast::Receiver<Event>>,
+}
+
+impl Events {
+    /// The next event, waited for; `None` when the connection has ended.
+    pub async fn next(&mut self) -> Option<Event> {
+        match self.receiver.as_mut()?.recv().await {
+            Ok(event) => Some(event),
+            Err(RecvError::Lagged(events)) => Some(Event::Missed { events }),
+            Err(RecvError::Closed) => None,
+        }
+    }
+}
+
+impl Arm {
+    /// What happens from now on, for any number of listeners. Each may fall 256 events behind; then it
+    /// [misses](Event::Missed) the oldest.
+    #[must_use]
+    pub fn events(&self) -> Events {
+        let sender = self.inner.shared.events.upgrade();
+        Events {
+            receiver: sender.map(|sender| sender.subscribe()),
+        }
+    }
+}

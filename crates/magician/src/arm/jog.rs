@@ -1,0 +1,313 @@
+//! Jogging that ends by itself when nobody keeps it up.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use magician_protocol::commands::JogCommonParams;
+use magician_protocol::{Ctrl, FrameBuf, JogCommand, Layout, NoArgs, Set};
+use tokio::sync::{oneshot, watch};
+use tokio::time::{Instant, timeout_at};
+
+use super::driver::{JogStart, Message, micros};
+use super::{Arm, Shared};
+use crate::connection::{Micros, Request};
+use crate::{Error, ErrorKind, Result};
+
+/// How a [`Jog`] behaves.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct JogOptions {
+    /// The jog ends when [`Jog::keep`] has not been called for so long; 300 ms unless set, 20 ms to 2 s.
+    pub keep: Duration,
+    /// Share of the set jog speed, 1 to 100 %. It is set before the jog begins, and stays. `None`: as it is.
+    pub ratio: Option<f32>,
+}
+
+impl Default for JogOptions {
+    fn default() -> Self {
+        Self {
+            keep: Duration::from_millis(300),
+            ratio: None,
+        }
+    }
+}
+
+impl JogOptions {
+    /// Sets [`keep`](Self::keep).
+    #[must_use]
+    pub fn keep(mut self, keep: Duration) -> Self {
+        self.keep = keep;
+        self
+    }
+
+    /// Sets [`ratio`](Self::ratio).
+    #[must_use]
+    pub fn ratio(mut self, percent: f32) -> Self {
+        self.ratio = Some(percent);
+        self
+    }
+
+    fn check(&self) -> Result<()> {
+        let longest = Duration::from_secs(2);
+        if self.keep < Duration::from_millis(20) || self.keep > longest {
+            let message = format!("a jog kept for {:?}: it must be 20 ms to 2 s", self.keep);
+            return Err(Error::invalid(message));
+        }
+        match self.ratio {
+            Some(ratio) if !(1.0..=100.0).contains(&ratio) => Err(Error::invalid(format!(
+                "a jog at {ratio} % of its speed: it must be 1 to 100"
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Why a jog ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Why {
+    /// Its guard was dropped or told to stop.
+    Released,
+    /// Nobody kept it up.
+    NotKept,
+    /// The arm did not confirm that it began.
+    Failed,
+    /// A stop came.
+    Stopped,
+    /// Another jog took its place.
+    Replaced,
+    /// The line broke.
+    LinkLost,
+    /// The connection ended.
+    Closed,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Phase {
+    Running,
+    Ending(Why),
+    /// The arm stands, or there is nothing more that can be done about it.
+    Over(Why, Stands),
+}
+
+/// Whether the arm was seen to stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stands {
+    Seen,
+    Unknown,
+}
+
+/// What a jog's guard and the connection's task both know.
+#[derive(Debug)]
+pub(super) struct Life {
+    pub(super) phase: watch::Sender<Phase>,
+    /// It goes on for so long after it was kept up.
+    pub(super) keep: Micros,
+    /// When it was kept up last, since the connection's beginning.
+    kept: AtomicU64,
+    released: AtomicBool,
+}
+
+impl Life {
+    /// When it ends unless it is kept up.
+    pub(super) fn ends(&self) -> Micros {
+        let kept = self.kept.load(Ordering::SeqCst);
+        kept.saturating_add(self.keep)
+    }
+
+    pub(super) fn kept(&self, now: Micros) {
+        self.kept.store(now, Ordering::SeqCst);
+    }
+
+    pub(super) fn released(&self) -> bool {
+        self.released.load(Ordering::SeqCst)
+    }
+}
+
+/// A jog under way: a dead man's control. It goes on only while [`keep`](Self::keep) is called often enough; when that
+/// ends, when this is dropped, when the line fails, when anything stops the arm, the stop is sent, at once and past the
+/// queue, and sent again until two equal poses show that the arm stands. That happens in the task that owns the line, so it
+/// does not depend on the program that called.
+///
+/// The arm itself has no such watchdog: when the computer dies or the cable breaks, a jog goes on to the end of its range.
+/// This is a convenience, not a safety function.
+///
+/// ```no_run
+/// use magician::{blocking::Arm, protocol::JogCommand, words};
+///
+/// # fn main() -> magician::Result<()> {
+/// # let button_is_pressed = || true;
+/// let arm = Arm::connect(&"/dev/ttyUSB0".parse()?)?;
+/// let jog = arm.jog(words::jog_joint(JogCommand::Axis1Plus))?;
+/// while button_is_pressed() {
+///     jog.keep()?;
+/// }
+/// jog.stop()?;
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Jog {
+    arm: Arm,
+    life: Arc<Life>,
+}
+
+impl Jog {
+    /// Lets it go on. Costs nothing: nothing is sent.
+    ///
+    /// # Errors
+    /// It has ended or is about to: [`ErrorKind::Timeout`] when this was called too late, [`ErrorKind::Port`] when the
+    /// line broke, [`ErrorKind::Closed`] when a stop or another jog came.
+    pub fn keep(&self) -> Result<()> {
+        self.life.kept(self.arm.inner.shared.now());
+        let phase = *self.life.phase.borrow();
+        match phase {
+            Phase::Running => Ok(()),
+            Phase::Ending(why) | Phase::Over(why, _) => Err(self.ended(why)),
+        }
+    }
+
+    /// Ends it, and returns when the arm stands: two equal poses. The connection's task goes on with stopping even when
+    /// this returns an error.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Timeout`] when that cannot be made sure of in time, [`ErrorKind::Port`] when the line broke.
+    pub async fn stop(self) -> Result<()> {
+        let deadline = self.arm.deadline();
+        self.release();
+        let mut phase = self.life.phase.subscribe();
+        let over = phase.wait_for(|phase| matches!(phase, Phase::Over(..)));
+        let over = timeout_at(deadline, over).await;
+        let over = over.ok().and_then(Result::ok).map(|phase| *phase);
+        match over {
+            Some(Phase::Over(_, Stands::Seen) | Phase::Over(Why::Replaced, _)) => Ok(()),
+            Some(Phase::Over(why @ (Why::LinkLost | Why::Closed), _)) => Err(self.ended(why)),
+            _ => {
+                let message =
+                    "the jog's end is not confirmed: the arm does not answer, or still moves";
+                Err(Error::new(ErrorKind::Timeout, message))
+            }
+        }
+    }
+
+    fn release(&self) {
+        self.life.released.store(true, Ordering::SeqCst);
+        // A task with so many messages before it is awake, and looks.
+        let _ = self.arm.inner.messages.try_send(Message::Nudge);
+    }
+
+    fn ended(&self, why: Why) -> Error {
+        let keep = Duration::from_micros(self.life.keep);
+        let (kind, message) = match why {
+            Why::NotKept => (
+                ErrorKind::Timeout,
+                format!("the jog was ended: nobody kept it up for {keep:?}"),
+            ),
+            Why::LinkLost => (
+                ErrorKind::Port,
+                "the line broke during a jog: the arm is told to stop as soon as it is found again"
+                    .to_owned(),
+            ),
+            Why::Replaced => (ErrorKind::Closed, "another jog took its place".to_owned()),
+            Why::Stopped => (ErrorKind::Closed, "a stop ended the jog".to_owned()),
+            Why::Released => (ErrorKind::Closed, "the jog was ended".to_owned()),
+            Why::Failed => (ErrorKind::Timeout, "the jog did not begin".to_owned()),
+            Why::Closed => return Error::closed(),
+        };
+        Error::new(kind, message)
+    }
+}
+
+impl Drop for Jog {
+    fn drop(&mut self) {
+        self.release();
+    }
+}
+
+impl Shared {
+    /// Microseconds since the connection's beginning.
+    pub(super) fn now(&self) -> Micros {
+        micros(self.begun.elapsed())
+    }
+}
+
+impl Arm {
+    /// Jogs, one axis or joint in one direction, for as long as the guard that this returns is
+    /// [kept up](Jog::keep), every 300 ms at least. `command` is what `words::jog_axis` and `words::jog_joint` make.
+    /// It acts at once, past the queue. One jog at a time: a new one takes the place of one under way, and waits for
+    /// the end of one that is being stopped.
+    ///
+    /// # Errors
+    /// [`ErrorKind::InvalidInput`] for a command that is no jog, else as [`set`](Self::set). When it is not certain that
+    /// the jog did not begin, its stop is sent all the same.
+    pub async fn jog(&self, command: impl Into<Set>) -> Result<Jog> {
+        self.jog_with(command, JogOptions::default()).await
+    }
+
+    /// As [`jog`](Self::jog), with options.
+    ///
+    /// # Errors
+    /// As [`jog`](Self::jog); [`ErrorKind::InvalidInput`] for options out of range.
+    pub async fn jog_with(&self, command: impl Into<Set>, options: JogOptions) -> Result<Jog> {
+        let stops = self.stops();
+        let deadline = self.deadline();
+        let command = command.into();
+        let Set::JogCmd(cmd) = command else {
+            return Err(Error::invalid("it is no jog").with_command(command.row().set_name));
+        };
+        if cmd.cmd == JogCommand::Stop {
+            return Err(Error::invalid(
+                "a jog that is a stop; Arm::stop_jog ends a jog",
+            ));
+        }
+        options.check()?;
+        if let Some(ratio) = options.ratio {
+            let read = Request::get::<JogCommonParams>(&NoArgs)?;
+            let read = self.ask_until(read, deadline).await?;
+            let slower = JogCommonParams {
+                velocity_ratio: ratio,
+                ..JogCommonParams::decode(read.frame().params())?
+            };
+            self.ask_until(Request::set(&slower)?, deadline).await?;
+        }
+        self.begin_jog(&command, options, stops, deadline).await
+    }
+
+    async fn begin_jog(
+        &self,
+        command: &Set,
+        options: JogOptions,
+        stops: u64,
+        deadline: Instant,
+    ) -> Result<Jog> {
+        let frame = FrameBuf::set(command, Ctrl::SET)?;
+        let life = Arc::new(Life {
+            phase: watch::Sender::new(Phase::Running),
+            keep: micros(options.keep),
+            kept: AtomicU64::new(self.inner.shared.now()),
+            released: AtomicBool::new(false),
+        });
+        // From here on giving up ends it: the guard is dropped.
+        let jog = Jog {
+            arm: self.clone(),
+            life: Arc::clone(&life),
+        };
+        let (reply, answer) = oneshot::channel();
+        let start = JogStart {
+            request: Request::of(frame),
+            deadline,
+            stops,
+            life,
+            reply,
+        };
+        let sent = self.inner.messages.send(Message::Jog(start));
+        let sent = timeout_at(deadline, sent).await;
+        match sent {
+            Ok(Ok(())) => {}
+            Ok(Err(_)) => return Err(Error::closed()),
+            Err(_) => return Err(Error::new(ErrorKind::Timeout, "the connection is stuck")),
+        }
+        self.answer(answer, &frame, deadline).await?;
+        Ok(jog)
+    }
+}

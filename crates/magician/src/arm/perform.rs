@@ -1,0 +1,133 @@
+//! Programs that are checked first.
+
+use std::sync::atomic::Ordering;
+
+use magician_protocol::commands::{DeviceWithL, HomeCmd, Pose, PoseL};
+use magician_protocol::{Alarm, Set};
+
+use super::Arm;
+use super::run::{Ran, RunOptions};
+use crate::preflight::{Needs, refuse};
+use crate::words::{Guards, Preflight, Readings};
+use crate::{Error, ErrorKind, Result};
+
+impl Arm {
+    /// Checks a program as the arm stands now, before any of it is sent, and runs it.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Unreachable`] with value and limit and
+    /// [`ErrorKind::InvalidInput`] from the check,
+    /// [`ErrorKind::Alarm`] when one holds the queue already, else as
+    /// [`run`](Self::run).
+    pub async fn perform(&self, commands: &[Set]) -> Result<Ran> {
+        self.perform_with(commands, Guards::default()).await
+    }
+
+    /// As [`perform`](Self::perform), refusing only what these guards refuse.
+    ///
+    /// # Errors
+    /// As [`perform`](Self::perform).
+    pub async fn perform_with(&self, commands: &[Set], guards: Guards) -> Result<Ran> {
+        if guards.alarms || guards.require_homed {
+            self.check_alarms(commands, guards).await?;
+        }
+        let check = self.preflight_for(commands).await?;
+        check.clone().guards(guards).program(commands)?;
+        let run = self.begin(commands.iter().copied(), RunOptions::default());
+        run.along(check).finish(|_| {}).await
+    }
+
+    /// An alarm that holds the queue would let nothing of the program run but homing.
+    async fn check_alarms(&self, commands: &[Set], guards: Guards) -> Result<()> {
+        let homes = matches!(commands.first(), Some(Set::HomeCmd(_)));
+        let alarms = self.alarms().await?;
+        if guards.alarms && alarms.blocking() && !homes {
+            return Err(Error::alarm(alarms));
+        }
+        let reset = alarms.contains(Alarm::ResetOccurred);
+        let why = "the arm was reset and nobody has homed it since (`magician home`)";
+        refuse(
+            guards.require_homed && reset && !homes,
+            "require_homed",
+            why,
+        )
+    }
+
+    /// What commands from here would meet: reads where the arm stands, its tool, and all speeds.
+    ///
+    /// While the arm moves, or has commands in its queue, its start is unknown; and where homing would
+    /// lead is, but for [`preflight_for`](Self::preflight_for) a program that homes.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub async fn preflight(&self) -> Result<Preflight> {
+        let on_rail = self.get::<DeviceWithL>().await?.with_l.is_on();
+        let needs = Needs {
+            home: false,
+            arc: true,
+            path: true,
+            rail: on_rail,
+        };
+        self.read(needs, on_rail).await
+    }
+
+    /// As [`preflight`](Self::preflight), reading only what these commands depend on.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub async fn preflight_for(&self, commands: &[Set]) -> Result<Preflight> {
+        let needs = Needs::of(commands);
+        let on_rail = needs.rail && self.get::<DeviceWithL>().await?.with_l.is_on();
+        self.read(needs, on_rail).await
+    }
+
+    async fn read(&self, needs: Needs, on_rail: bool) -> Result<Preflight> {
+        let before = self.get::<Pose>().await?;
+        let mut read = Readings {
+            tool: self.get().await?,
+            laser: self.get().await?,
+            joint_speeds: self.get().await?,
+            line_speeds: self.get().await?,
+            ratios: self.get().await?,
+            jump: self.get().await?,
+            with_rail: on_rail,
+            ..Readings::default()
+        };
+        if needs.home {
+            read.home = match self.get().await {
+                Ok(home) => Some(home),
+                // An arm may have none to tell before one was set.
+                Err(error) if error.kind() == ErrorKind::Unexpected => None,
+                Err(error) => return Err(error),
+            };
+        }
+        if needs.arc {
+            read.arc_speeds = self.get().await?;
+        }
+        if needs.path {
+            read.path_speeds = self.get().await?;
+        }
+        if needs.rail {
+            read.rail = Some(self.get::<PoseL>().await?.pose_l);
+            read.rail_speeds = self.get().await?;
+        }
+        let room = self.left_space().await?;
+        let (_, capacity) = self.stats().await?;
+        let waits = room < capacity;
+        let pose = self.get::<Pose>().await?;
+        read.pose = (!waits && pose == before).then_some(pose);
+        Ok(Preflight::new(&read))
+    }
+
+    /// Homes the arm, waits until it is done, and clears the alarms (document 1.6.2). It takes up to
+    /// half a minute.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub async fn home(&self) -> Result<()> {
+        self.inner.warned.store(true, Ordering::SeqCst);
+        let home = Set::from(HomeCmd { reserved: 0 });
+        self.run([home], |_| {}).await?;
+        self.clear_alarms().await
+    }
+}

@@ -1,0 +1,125 @@
+//! What the handles of a connection and its task both know.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tokio::sync::{broadcast, watch};
+use tokio::time::Instant;
+
+use super::events::Event;
+use super::exposure::Exposure;
+use super::halt::Halts;
+use super::link::Link;
+use super::state::{Status, Watches};
+use super::watch::Own;
+use crate::{Error, Result};
+
+#[derive(Debug)]
+pub(super) struct Shared {
+    /// What the connection is called in messages.
+    pub(super) name: String,
+    /// What was set going goes on when the connection ends.
+    pub(super) detached: AtomicBool,
+    /// Stops so far. What was begun before the last one is over.
+    stops: AtomicU64,
+    exposure: Mutex<Exposure>,
+    own: Mutex<Own>,
+    mishap: Mutex<Option<Befallen>>,
+    pub(super) halts: Mutex<Halts>,
+    pub(super) link: watch::Sender<Link>,
+    pub(super) status: watch::Sender<Option<Status>>,
+    pub(super) watches: Mutex<Watches>,
+    pub(super) events: broadcast::WeakSender<Event>,
+    pub(super) begun: Instant,
+}
+
+/// What befell the queue without a word from this connection.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Mishap {
+    /// The arm was reset; these indices had not finished.
+    Reset(Option<(u64, u64)>),
+    /// The arm gave these indices to commands that this connection did not send, or sent once.
+    Unaccounted { from: u64, to: u64 },
+}
+
+/// The last mishap, and who has to hear of it.
+#[derive(Clone, Copy, Debug)]
+struct Befallen {
+    mishap: Mishap,
+    /// The stop as which it counts: what was begun before has to hear of it.
+    stop: u64,
+    /// Somebody has heard of it: what begins from now on has not to.
+    told: bool,
+}
+
+impl Shared {
+    pub(super) fn new(name: String, events: &broadcast::Sender<Event>) -> Self {
+        Self {
+            name,
+            detached: AtomicBool::new(false),
+            stops: AtomicU64::new(0),
+            exposure: Mutex::default(),
+            own: Mutex::default(),
+            mishap: Mutex::default(),
+            halts: Mutex::default(),
+            link: watch::Sender::new(Link::Up),
+            status: watch::Sender::new(None),
+            watches: Mutex::default(),
+            events: events.downgrade(),
+            begun: Instant::now(),
+        }
+    }
+
+    /// Stops so far.
+    pub(super) fn stops(&self) -> u64 {
+        self.stops.load(Ordering::SeqCst)
+    }
+
+    /// Ends what is going on; the number of the stop.
+    pub(super) fn stop(&self) -> u64 {
+        1 + self.stops.fetch_add(1, Ordering::SeqCst)
+    }
+
+    /// Ends what is going on as a stop does; the next wait or run tells why.
+    pub(super) fn befall(&self, mishap: Mishap) {
+        let mut last = held(&self.mishap);
+        let stop = self.stop();
+        *last = Some(Befallen {
+            mishap,
+            stop,
+            told: false,
+        });
+    }
+
+    /// What befell the queue, if whoever began after `since` stops has to hear of it; and whether it is the first to.
+    pub(super) fn mishap(&self, since: Option<u64>) -> Option<(Mishap, bool)> {
+        let mut last = held(&self.mishap);
+        let befallen = last.as_mut()?;
+        let mine = since.is_some_and(|stops| stops < befallen.stop);
+        let first = !std::mem::replace(&mut befallen.told, true);
+        (mine || first).then_some((befallen.mishap, first))
+    }
+
+    /// The commands of this connection that are in the queue.
+    pub(super) fn own(&self) -> MutexGuard<'_, Own> {
+        held(&self.own)
+    }
+
+    pub(super) fn exposure(&self) -> MutexGuard<'_, Exposure> {
+        held(&self.exposure)
+    }
+}
+
+/// A lock whose holder has panicked is still good: no holder leaves a value half changed.
+pub(super) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Mishap {
+    pub(super) fn told<T>(self) -> Result<T> {
+        Err(match self {
+            Self::Reset(gone) => Error::reset(gone),
+            Self::Unaccounted { from, to } => Error::unaccounted(from, to),
+        })
+    }
+}

@@ -1,0 +1,257 @@
+//! The arm's state for any number of onlookers, at the price of one.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use magician_protocol::AlarmSet;
+use magician_protocol::commands::Pose;
+use tokio::sync::watch;
+use tokio::time::{Instant, sleep_until};
+
+use super::driver::Message;
+use super::shared::held;
+use super::{Arm, Link, Shared};
+use crate::{Error, QueueIndex, Result};
+
+/// Readings a second that can be asked for.
+const RATES: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
+/// EIO addresses of the pins (document 1.15).
+const PINS: std::ops::RangeInclusive<u8> = 1..=20;
+
+/// The state of an arm as it was read last.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Status {
+    /// Where the tool point is, and the joints.
+    pub pose: Pose,
+    /// The queued command that was finished last.
+    pub current: QueueIndex,
+    /// Free places in the queue.
+    pub left_space: u32,
+    /// The alarms that stand.
+    pub alarms: AlarmSet,
+    /// Levels of the pins that somebody watches, in no order.
+    pub pins: Arc<[Level]>,
+    /// Whether there is a line; while there is none the rest is of before.
+    pub link: Link,
+    /// When the pose was read. The rest was read within one period of it.
+    pub at: std::time::Instant,
+}
+
+impl Status {
+    /// What a pin was at, if somebody watches it: 0 or 1, counts (4095 at 3.3 V) for an analog one.
+    #[must_use]
+    pub fn level(&self, pin: Pin) -> Option<u16> {
+        let level = self.pins.iter().find(|level| level.pin == pin);
+        level.map(|level| level.value)
+    }
+}
+
+/// A pin to watch: its EIO address, 1 to 20. It must have been given its function (`words::multiplex`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Pin {
+    /// A digital input.
+    Input(u8),
+    /// A digital output.
+    Output(u8),
+    /// An analog input.
+    Analog(u8),
+}
+
+impl Pin {
+    /// Its EIO address.
+    #[must_use]
+    pub const fn address(self) -> u8 {
+        match self {
+            Self::Input(address) | Self::Output(address) | Self::Analog(address) => address,
+        }
+    }
+}
+
+/// A pin and what it was at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Level {
+    /// The pin.
+    pub pin: Pin,
+    /// 0 or 1; counts (4095 at 3.3 V) for an analog one.
+    pub value: u16,
+}
+
+/// What a [`StateWatch`] is to see, and how often.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct StateOptions {
+    /// Whole readings a second, 0.01 to 1000.
+    pub rate: f64,
+    /// Pins to read as well.
+    pub pins: Vec<Pin>,
+}
+
+impl StateOptions {
+    /// So many whole readings a second.
+    #[must_use]
+    pub fn at(rate: f64) -> Self {
+        Self {
+            rate,
+            pins: Vec::new(),
+        }
+    }
+
+    /// Sets [`pins`](Self::pins).
+    #[must_use]
+    pub fn pins(mut self, pins: impl IntoIterator<Item = Pin>) -> Self {
+        self.pins = pins.into_iter().collect();
+        self
+    }
+
+    fn check(&self) -> Result<Duration> {
+        if !RATES.contains(&self.rate) {
+            return Err(Error::invalid(format!(
+                "{} readings a second: it must be {} to {}",
+                self.rate,
+                RATES.start(),
+                RATES.end()
+            )));
+        }
+        let wrong = self.pins.iter().find(|pin| !PINS.contains(&pin.address()));
+        if let Some(pin) = wrong {
+            return Err(Error::invalid(format!(
+                "there is no pin {}: EIO addresses are {} to {}",
+                pin.address(),
+                PINS.start(),
+                PINS.end()
+            )));
+        }
+        Ok(Duration::from_secs_f64(self.rate.recip()))
+    }
+}
+
+/// Who watches what, for the task that reads it.
+#[derive(Debug, Default)]
+pub(super) struct Watches {
+    wanted: Vec<(u64, Duration, Vec<Pin>)>,
+    next: u64,
+}
+
+impl Watches {
+    /// The shortest period that is wanted.
+    pub(super) fn period(&self) -> Option<Duration> {
+        self.wanted.iter().map(|(_, period, _)| *period).min()
+    }
+
+    /// Every pin that is wanted, once.
+    pub(super) fn pins(&self) -> Vec<Pin> {
+        let mut pins: Vec<Pin> = Vec::new();
+        for pin in self.wanted.iter().flat_map(|(.., pins)| pins) {
+            if !pins.contains(pin) {
+                pins.push(*pin);
+            }
+        }
+        pins
+    }
+}
+
+/// A look at the arm's state, kept fresh. However many there are, the arm is asked once: at the highest rate that
+/// somebody wants, one read at a time and evenly spread (pose, index, space, alarms, then the pins), and less often
+/// when the line is busy. When the last is dropped, nothing is asked any more. It does not keep the connection.
+///
+/// ```
+/// # #[tokio::main(flavor = "current_thread")]
+/// # async fn main() -> magician::Result<()> {
+/// let arm = magician::Arm::connect(&"sim".parse()?).await?;
+/// let mut state = arm.state(20.0)?;
+/// let seen = state.changed().await?;
+/// assert_eq!(seen.left_space, 32);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct StateWatch {
+    shared: Arc<Shared>,
+    id: u64,
+    status: watch::Receiver<Option<Status>>,
+    link: watch::Receiver<Link>,
+    period: Duration,
+    /// Not told again before.
+    next: Instant,
+}
+
+impl StateWatch {
+    /// The state as it was read last, by this watch or another one; `None` before the first whole reading.
+    #[must_use]
+    pub fn latest(&self) -> Option<Status> {
+        self.status.borrow().clone()
+    }
+
+    /// Waits for the next reading, for as long as it takes, and not sooner than this watch's own rate says. A line that
+    /// is lost or found counts as one.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Closed`](crate::ErrorKind::Closed) when the connection has ended.
+    pub async fn changed(&mut self) -> Result<Status> {
+        sleep_until(self.next).await;
+        loop {
+            tokio::select! {
+                biased;
+                ended = self.link.wait_for(|link| *link == Link::Closed) => {
+                    drop(ended);
+                    return Err(Error::closed());
+                }
+                changed = self.status.changed() => changed.map_err(|_| Error::closed())?,
+            }
+            let status = self.status.borrow_and_update().clone();
+            if let Some(status) = status {
+                // Readings of a common pace are not to be missed by a hair.
+                self.next = Instant::now() + self.period.mul_f64(0.9);
+                return Ok(status);
+            }
+        }
+    }
+}
+
+impl Drop for StateWatch {
+    fn drop(&mut self) {
+        let mut watches = held(&self.shared.watches);
+        watches.wanted.retain(|(id, ..)| *id != self.id);
+        if watches.wanted.is_empty() {
+            // Whoever comes next is not shown what was long ago.
+            self.shared.status.send_replace(None);
+        }
+    }
+}
+
+impl Arm {
+    /// Keeps an eye on the arm: pose, queue, alarms and link, so many times a second.
+    ///
+    /// # Errors
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a rate outside of 0.01 to 1000 a second.
+    pub fn state(&self, rate: f64) -> Result<StateWatch> {
+        self.state_with(StateOptions::at(rate))
+    }
+
+    /// As [`state`](Self::state), with pins.
+    ///
+    /// # Errors
+    /// As [`state`](Self::state), and for a pin whose address is not 1 to 20.
+    pub fn state_with(&self, options: StateOptions) -> Result<StateWatch> {
+        let period = options.check()?;
+        let shared = Arc::clone(&self.inner.shared);
+        let id = {
+            let mut watches = held(&shared.watches);
+            watches.next += 1;
+            let id = watches.next;
+            watches.wanted.push((id, period, options.pins));
+            id
+        };
+        // A task with so many messages before it is awake, and looks.
+        let _ = self.inner.messages.try_send(Message::Nudge);
+        Ok(StateWatch {
+            status: shared.status.subscribe(),
+            link: shared.link.subscribe(),
+            shared,
+            id,
+            period,
+            next: Instant::now(),
+        })
+    }
+}

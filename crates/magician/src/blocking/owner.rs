@@ -1,0 +1,109 @@
+use std::future::Future;
+use std::sync::Arc;
+use std::thread;
+
+use tokio::runtime::{Builder, Handle};
+use tokio::sync::oneshot;
+use tokio::time::timeout;
+
+use crate::arm::FAREWELL;
+use crate::{Arm, Error, ErrorKind, Result};
+
+/// Refuses to block an async runtime.
+pub(super) fn outside_async() -> Result<()> {
+    match Handle::try_current() {
+        Err(_) => Ok(()),
+        Ok(_) => Err(Error::invalid(
+            "magician::blocking is used inside an async runtime; use magician::Arm there",
+        )),
+    }
+}
+
+/// The thread that serves a connection while its callers are elsewhere: what must not wait for the next call (a stop from
+/// another thread, the end of a jog that nobody keeps up, a line that comes back) happens there.
+///
+/// It lasts as long as anything that may wait on it, and then until the farewell is said.
+#[derive(Debug)]
+pub(super) struct Server {
+    handle: Handle,
+    _until: oneshot::Sender<()>,
+}
+
+impl Server {
+    /// Starts it with a connection.
+    fn connecting(
+        connecting: impl Future<Output = Result<Arm>> + Send + 'static,
+    ) -> Result<(Self, Arm)> {
+        let failed = |error| {
+            let message = format!("the system gives no timer, poller or thread: {error}");
+            Error::new(ErrorKind::Port, message)
+        };
+        let runtime = Builder::new_current_thread().enable_all().build();
+        let runtime = runtime.map_err(failed)?;
+        let handle = runtime.handle().clone();
+        let (until, over) = oneshot::channel();
+        let (tell, told) = std::sync::mpsc::sync_channel(1);
+        let serve = move || {
+            runtime.block_on(async {
+                let connected = connecting.await;
+                let ended = connected.as_ref().ok().map(Arm::ended);
+                let _ = tell.send(connected);
+                let _ = over.await;
+                if let Some(ended) = ended {
+                    ended.await;
+                }
+            });
+        };
+        let thread = thread::Builder::new().name("magician".to_owned());
+        thread.spawn(serve).map_err(failed)?;
+        let arm = told.recv().map_err(|_| Error::closed())??;
+        let server = Self {
+            handle,
+            _until: until,
+        };
+        Ok((server, arm))
+    }
+
+    pub(super) fn block<T>(&self, call: impl Future<Output = Result<T>>) -> Result<T> {
+        outside_async()?;
+        self.handle.block_on(call)
+    }
+}
+
+/// What the clones of a blocking handle share.
+#[derive(Debug)]
+pub(super) struct Owner {
+    pub(super) arm: Arm,
+    pub(super) server: Arc<Server>,
+}
+
+impl Owner {
+    pub(super) fn connecting(
+        connecting: impl Future<Output = Result<Arm>> + Send + 'static,
+    ) -> Result<Self> {
+        outside_async()?;
+        let (server, arm) = Server::connecting(connecting)?;
+        Ok(Self {
+            arm,
+            server: Arc::new(server),
+        })
+    }
+
+    pub(super) fn block<'a, T, F>(&'a self, call: impl FnOnce(&'a Arm) -> F) -> Result<T>
+    where
+        F: Future<Output = Result<T>>,
+    {
+        self.server.block(call(&self.arm))
+    }
+}
+
+impl Drop for Owner {
+    /// The last handle waits until the farewell is said, where waiting is allowed; else the thread says it.
+    fn drop(&mut self) {
+        let arm = self.arm.clone();
+        let _ = self.server.block(async {
+            let _ = timeout(2 * FAREWELL, arm.close()).await;
+            Ok(())
+        });
+    }
+}

@@ -1,0 +1,537 @@
+//! Every way in which a short program can go wrong: a queue of a few places, a few commands, and a line that may lose,
+//! double and hold up each frame, a controller that may be reset and a queue that may be cleared at each instant. All
+//! choices are tried, with a bounded number of mishaps in one run; the connection is the real one.
+//!
+//! The property: each command is taken once and in its order, or its fate is reported as not known. What is reported as
+//! not taken was not taken; what is confirmed stands in the place that it claims.
+
+use std::collections::{HashMap, VecDeque};
+
+use magician_protocol::commands::{
+    CpCmd, DeviceTime, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, WaitCmd,
+};
+use magician_protocol::{Ctrl, FrameBuf, NoArgs, Writable};
+
+use super::toy::{TICK, Toy};
+use crate::connection::flaw::{Flaw, is_noticed};
+use crate::connection::{
+    Connection, Event, Failure, Law, Micros, Priority, Request, Settings, Ticket,
+};
+use crate::pair::index_of;
+
+/// A run is over by then.
+const END: u64 = 600;
+
+/// Ticks without a line.
+const AWAY: u64 = 6;
+
+/// A queued command with a number of its own; every third has another id.
+fn command(number: u32) -> Request {
+    let id = if number.is_multiple_of(3) {
+        CpCmd::ROW.id
+    } else {
+        WaitCmd::ROW.id
+    };
+    Request::raw(id, Ctrl::QUEUED, &number.to_le_bytes()).unwrap()
+}
+
+/// What may happen, and how often in one run.
+#[derive(Clone, Copy, Debug)]
+struct Scope {
+    settings: Settings,
+    commands: u32,
+    places: usize,
+    takes: u64,
+    mishaps: u32,
+    /// Frames may come twice (datagrams).
+    doubles: bool,
+    resets: bool,
+    clears: bool,
+    /// The cable may be pulled; it is back after [`AWAY`] ticks.
+    cuts: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    ToArm,
+    ToHost,
+}
+
+#[derive(Clone)]
+struct World {
+    scope: Scope,
+    tick: u64,
+    host: Connection,
+    toy: Toy,
+    /// Frames that were just put on the line; what becomes of them is chosen one by one.
+    undecided: VecDeque<(Way, FrameBuf)>,
+    /// Frames on their way, and the ticks at which they come.
+    lines: [VecDeque<(u64, FrameBuf)>; 2],
+    mishaps: u32,
+    /// This tick was chosen to be without a reset and a clear.
+    calm: bool,
+    tickets: HashMap<Ticket, u32>,
+    fates: HashMap<u32, Result<u64, Failure>>,
+    confirmed: Vec<u32>,
+    reported: bool,
+    /// Resets that were noticed. What was told before one is not confirmed any more.
+    resets: u32,
+    doubled: bool,
+    finishing: bool,
+    /// When the cable is put back.
+    back: Option<u64>,
+}
+
+impl World {
+    fn new(scope: Scope) -> Self {
+        let mut world = Self {
+            scope,
+            tick: 0,
+            host: Connection::new(scope.settings),
+            toy: Toy {
+                places: scope.places,
+                takes: 1,
+                next: 1,
+                current: 0,
+                queue: VecDeque::new(),
+                begun: 0,
+                booted: 0,
+                accepted: Vec::new(),
+            },
+            undecided: VecDeque::new(),
+            lines: [VecDeque::new(), VecDeque::new()],
+            mishaps: u32::MAX,
+            calm: true,
+            tickets: HashMap::new(),
+            fates: HashMap::new(),
+            confirmed: Vec::new(),
+            reported: false,
+            resets: 0,
+            doubled: false,
+            finishing: false,
+            back: None,
+        };
+        world.look();
+        world.settle();
+        for number in 1..=4 {
+            world.submit(number, command(number));
+            world.settle();
+        }
+        world.look();
+        world.settle();
+        assert_eq!(world.host.law(), Law::Followed);
+        world.toy.takes = scope.takes;
+        world.mishaps = 0;
+        world.calm = false;
+        for number in 5..5 + scope.commands {
+            world.submit(number, command(number).repeatable());
+            if number == 6 {
+                let read = Request::get::<DeviceTime>(&NoArgs).unwrap();
+                world.host.submit(read.deadline(world.now() + 100 * TICK));
+            }
+        }
+        world
+    }
+
+    fn now(&self) -> Micros {
+        self.tick * TICK
+    }
+
+    fn submit(&mut self, number: u32, request: Request) {
+        let ticket = self.host.submit(request.deadline(self.now() + 150 * TICK));
+        self.tickets.insert(ticket, number);
+    }
+
+    /// Reads what shows a stranger's commands and settles those before.
+    fn look(&mut self) {
+        let deadline = self.now() + 200 * TICK;
+        for read in [
+            Request::get::<QueuedCmdCurrentIndex>(&NoArgs).unwrap(),
+            Request::get::<QueuedCmdLeftSpace>(&NoArgs).unwrap(),
+            Request::get::<DeviceTime>(&NoArgs).unwrap(),
+        ] {
+            self.host.submit(read.deadline(deadline));
+        }
+    }
+
+    /// Runs without mishaps until nothing is left to do.
+    fn settle(&mut self) {
+        self.listen();
+        while !(self.host.is_idle() && self.undecided.is_empty() && self.toy.queue.is_empty()) {
+            assert!(self.tick < END, "no end");
+            match self.undecided.pop_front() {
+                Some((way, frame)) => self.put(way, frame, 0),
+                None => self.pass(),
+            }
+            self.listen();
+        }
+    }
+
+    fn put(&mut self, way: Way, frame: FrameBuf, late: u64) {
+        let line = &mut self.lines[way as usize];
+        let mut at = self.tick + 1 + late;
+        if self.scope.settings.ordered {
+            at = at.max(line.back().map_or(0, |(at, _)| *at));
+        }
+        line.push_back((at, frame));
+    }
+
+    /// One tick passes.
+    fn pass(&mut self) {
+        self.tick += 1;
+        self.calm = false;
+        self.toy.pass(self.tick);
+        if self.back.take_if(|at| *at <= self.tick).is_some() {
+            self.host.restored();
+        }
+        while let Some(request) = self.take(Way::ToArm) {
+            let reply = self.toy.answer(&request, self.tick);
+            self.undecided.push_back((Way::ToHost, reply));
+        }
+        while let Some(reply) = self.take(Way::ToHost) {
+            let now = self.now();
+            self.host.receive(now, reply.bytes());
+            self.listen();
+        }
+        if self.host.poll_timeout().is_some_and(|at| at <= self.now()) {
+            self.host.handle_timeout(self.now());
+            self.listen();
+        }
+    }
+
+    fn take(&mut self, way: Way) -> Option<FrameBuf> {
+        let line = &mut self.lines[way as usize];
+        let at = line.iter().position(|(at, _)| *at <= self.tick)?;
+        line.remove(at).map(|(_, frame)| frame)
+    }
+
+    fn listen(&mut self) {
+        while let Some(frame) = self.host.poll_transmit(self.now()) {
+            self.undecided.push_back((Way::ToArm, frame));
+        }
+        while let Some(event) = self.host.poll_event() {
+            match event {
+                Event::Done { ticket, result } => {
+                    if let Some(number) = self.tickets.remove(&ticket) {
+                        let fate = result.map(|reply| index_of(&reply));
+                        self.fates.insert(number, fate);
+                    }
+                }
+                Event::Unaccounted { .. } => self.reported = true,
+                Event::Reset => self.resets += 1,
+            }
+        }
+        self.check_confirmed();
+    }
+
+    /// What is confirmed stands where it claims to.
+    fn check_confirmed(&mut self) {
+        let Some(confirmed) = self.host.confirmed_index() else {
+            return;
+        };
+        for (number, fate) in &self.fates {
+            let new = !self.confirmed.contains(number);
+            if let Ok(index) = fate
+                && *index <= confirmed.0
+                && new
+            {
+                self.confirmed.push(*number);
+                let taken = self.toy.accepted.contains(&(*number, *index));
+                assert!(taken || self.may_be_mistaken(), "{}", self.story());
+            }
+        }
+    }
+
+    /// The one thing that no index shows: a doubled datagram took the place of another command that was lost.
+    fn may_be_mistaken(&self) -> bool {
+        self.doubled
+    }
+
+    /// All that may come next; none when the run is over.
+    fn successors(mut self) -> Vec<Self> {
+        if let Some((way, frame)) = self.undecided.pop_front() {
+            return self.decide(way, &frame);
+        }
+        if !self.calm && !self.finishing && self.mishaps < self.scope.mishaps {
+            self.calm = true;
+            let mut all = Vec::new();
+            if self.scope.resets {
+                let mut other = self.clone();
+                other.mishaps += 1;
+                other.toy.reset(self.tick);
+                all.push(other);
+            }
+            if self.scope.clears && !self.tickets.is_empty() {
+                let mut other = self.clone();
+                other.mishaps += 1;
+                let clear = Request::set(&QueuedCmdClear {}).unwrap();
+                let clear = clear.priority(Priority::Stop);
+                other.host.submit(clear.deadline(self.now() + 100 * TICK));
+                other.listen();
+                all.push(other);
+            }
+            if self.scope.cuts && self.back.is_none() {
+                for answers_survive in [false, true] {
+                    let mut other = self.clone();
+                    other.cut(answers_survive);
+                    all.push(other);
+                }
+            }
+            all.push(self);
+            return all;
+        }
+        let silent = self.lines.iter().all(VecDeque::is_empty);
+        if self.tickets.is_empty() && self.host.is_idle() && silent && self.back.is_none() {
+            if self.finishing {
+                self.judge();
+                return Vec::new();
+            }
+            self.finishing = true;
+            self.look();
+            self.listen();
+            return vec![self];
+        }
+        assert!(self.tick < END, "no end: {}", self.story());
+        self.pass();
+        self.listen();
+        vec![self]
+    }
+
+    /// The cable is pulled. What the arm said already may wait in an adapter until it is back.
+    fn cut(&mut self, answers_survive: bool) {
+        self.mishaps += 1;
+        let [to_arm, to_host] = &mut self.lines;
+        to_arm.clear();
+        match answers_survive {
+            true => (to_host.iter_mut()).for_each(|(at, _)| *at = self.tick + AWAY + 1),
+            false => to_host.clear(),
+        }
+        self.host.interrupt();
+        self.back = Some(self.tick + AWAY);
+        self.listen();
+    }
+
+    fn decide(mut self, way: Way, frame: &FrameBuf) -> Vec<Self> {
+        let mut all = Vec::new();
+        if self.mishaps < self.scope.mishaps && !self.finishing {
+            let mut lost = self.clone();
+            lost.mishaps += 1;
+            all.push(lost);
+            for late in 1..=2 {
+                let mut other = self.clone();
+                other.mishaps += 1;
+                other.put(way, *frame, late);
+                all.push(other);
+            }
+            if self.scope.doubles {
+                for late in [0, 2] {
+                    let mut other = self.clone();
+                    other.mishaps += 1;
+                    other.doubled |= way == Way::ToArm && frame.frame().ctrl().queued();
+                    other.put(way, *frame, 0);
+                    other.put(way, *frame, late);
+                    all.push(other);
+                }
+            }
+        }
+        self.put(way, *frame, 0);
+        all.push(self);
+        all
+    }
+
+    /// The property, at the end of a run.
+    fn judge(&self) {
+        let accepted = &self.toy.accepted;
+        let mut numbers: Vec<u32> = accepted.iter().map(|(number, _)| *number).collect();
+        let in_order = numbers.is_sorted();
+        numbers.dedup();
+        let once = numbers.len() == accepted.len();
+        let from = |fate: &Result<u64, Failure>| match fate {
+            Err(Failure::Uncertain { from, .. }) => Some(from.unwrap_or(0)),
+            _ => None,
+        };
+        let gap = self.fates.values().filter_map(from).min();
+        let reported = self.reported || gap.is_some();
+        let excused = self.doubled && reported || self.may_be_mistaken();
+        assert!(once && in_order || excused, "{}", self.story());
+        assert!(
+            !self.reported || self.doubled || gap.is_some(),
+            "without need: {}",
+            self.story()
+        );
+        for (number, fate) in &self.fates {
+            let taken = accepted.iter().filter(|(taken, _)| taken == number);
+            let right = match fate {
+                Ok(index) => {
+                    let confirmed = self.confirmed.contains(number)
+                        || self.resets > 0
+                        || self.scope.settings.window == 1;
+                    let doubtful = gap.is_some_and(|from| from <= *index);
+                    confirmed && taken.eq([&(*number, *index)]) || doubtful
+                }
+                Err(Failure::Uncertain { .. }) => taken.count() <= 1,
+                Err(_) => taken.count() == 0,
+            };
+            assert!(right || excused, "{number}: {}", self.story());
+        }
+    }
+
+    fn story(&self) -> String {
+        let mut fates: Vec<_> = self.fates.iter().collect();
+        fates.sort_by_key(|(number, _)| **number);
+        format!(
+            "at tick {} with {} mishaps: accepted {:?}, told {fates:?}, confirmed {:?}",
+            self.tick, self.mishaps, self.toy.accepted, self.confirmed
+        )
+    }
+}
+
+/// Tries everything; the number of states and of whole runs.
+fn explore(scope: Scope) -> (u64, u64) {
+    let (mut states, mut runs) = (0, 0);
+    let mut open = vec![World::new(scope)];
+    // What was submitted goes out.
+    open[0].listen();
+    while let Some(world) = open.pop() {
+        states += 1;
+        let next = world.successors();
+        runs += u64::from(next.is_empty());
+        open.extend(next);
+    }
+    (states, runs)
+}
+
+/// A link whose timeouts are short of its longest delays, so that an answer may come after its timeout.
+const TIGHT: Settings = Settings {
+    initial_timeout: 3 * TICK,
+    floor: 3 * TICK,
+    ceiling: 3 * TICK,
+    ..Settings::ORDERED
+};
+
+const SERIAL: Scope = Scope {
+    settings: TIGHT,
+    commands: 3,
+    places: 4,
+    takes: 3,
+    mishaps: 3,
+    doubles: false,
+    resets: true,
+    clears: true,
+    cuts: false,
+};
+
+const WINDOW: Scope = Scope {
+    settings: Settings { window: 4, ..TIGHT },
+    commands: 5,
+    ..SERIAL
+};
+
+const DATAGRAMS: Scope = Scope {
+    settings: Settings {
+        ordered: false,
+        lifetime: 8 * TICK,
+        ..TIGHT
+    },
+    takes: 40,
+    doubles: true,
+    ..SERIAL
+};
+
+fn report(name: &str, scope: Scope) {
+    let (states, runs) = explore(scope);
+    let Scope {
+        commands,
+        places,
+        takes,
+        mishaps,
+        ..
+    } = scope;
+    println!(
+        "{name}, {commands} commands of {takes} ticks, {places} places, {mishaps} mishaps: {states} states, {runs} runs"
+    );
+    assert!(runs > 100);
+}
+
+#[test]
+pub(super) fn over_a_serial_line_each_command_is_taken_once_or_reported() {
+    report("serial", SERIAL);
+    for (takes, places) in [(1, 1), (3, 2), (5, 3), (200, 4)] {
+        let scope = Scope {
+            takes,
+            places,
+            commands: 6,
+            mishaps: 2,
+            ..SERIAL
+        };
+        report("serial", scope);
+    }
+}
+
+#[test]
+pub(super) fn in_a_window_each_command_is_taken_once_or_reported() {
+    report("window 4", WINDOW);
+    for (takes, places) in [(1, 1), (3, 2), (5, 3), (200, 4)] {
+        let scope = Scope {
+            takes,
+            places,
+            mishaps: 2,
+            commands: 6,
+            ..WINDOW
+        };
+        report("window 4", scope);
+    }
+}
+
+#[test]
+pub(super) fn over_datagrams_each_command_is_taken_once_or_reported() {
+    let scope = Scope {
+        commands: 2,
+        ..DATAGRAMS
+    };
+    report("datagrams", scope);
+    for (takes, places) in [(1, 1), (3, 2), (5, 3)] {
+        let scope = Scope {
+            takes,
+            places,
+            commands: 6,
+            mishaps: 2,
+            ..DATAGRAMS
+        };
+        report("datagrams", scope);
+    }
+}
+
+#[test]
+pub(super) fn when_the_cable_is_pulled_each_command_is_taken_once_or_reported() {
+    for scope in [SERIAL, WINDOW, DATAGRAMS] {
+        let scope = Scope {
+            cuts: true,
+            doubles: false,
+            clears: false,
+            mishaps: 2,
+            ..scope
+        };
+        report("cable", scope);
+    }
+}
+
+/// A check that cannot fail proves nothing: without a safeguard the same exploration finds a fault.
+#[test]
+fn the_exploration_finds_what_is_planted() {
+    let serial = over_a_serial_line_each_command_is_taken_once_or_reported;
+    let window = in_a_window_each_command_is_taken_once_or_reported;
+    let datagrams = over_datagrams_each_command_is_taken_once_or_reported;
+    let planted: [(Flaw, fn()); 5] = [
+        (Flaw::ResendBlindly, serial),
+        (Flaw::ResendBlindly, datagrams),
+        (Flaw::AcceptGaps, window),
+        (Flaw::ConfirmAtOnce, window),
+        (Flaw::JudgeInWindow, window),
+    ];
+    let silent: Vec<_> = (planted.iter())
+        .filter(|(flaw, check)| !is_noticed(*flaw, *check))
+        .map(|(flaw, _)| flaw)
+        .collect();
+    assert!(silent.is_empty(), "{silent:?} would go unnoticed");
+}

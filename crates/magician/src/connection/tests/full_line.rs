@@ -1,0 +1,215 @@
+//! A line of 115200 baud, to the byte and in virtual time: how full it is, and how soon a stop is on it.
+
+use magician_protocol::commands::{
+    CpCmd, Pose, QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdLeftSpace,
+    QueuedCmdStartExec, WaitCmd,
+};
+use magician_protocol::{CpMode, NoArgs, Writable};
+use magician_sim::{Controller, Line, LinkId, Profile, Runner, Speed};
+
+use super::SECOND;
+use crate::connection::{
+    Connection, Event, Failure, Law, Micros, Priority, Request, Settings, Ticket,
+};
+use crate::pair::Dice;
+
+const BAUD: u32 = 115_200;
+/// A CP command's 23 bytes on the line, us.
+const CP_TIME: Micros = 1_997;
+
+/// A host on a paced line, with the time at which each frame begins to pass.
+struct Paced {
+    host: Connection,
+    arm: Runner,
+    now: Micros,
+    /// When the line to the arm is free, ns.
+    free: u64,
+    results: Vec<(Ticket, Result<(), Failure>)>,
+    answered: u32,
+    vertex: u32,
+    waiting: usize,
+    /// When the first byte of the latest stop was on the line.
+    stop_begins: Option<Micros>,
+}
+
+impl Paced {
+    fn new(window: usize, turnaround: Micros, baud: Option<u32>) -> Self {
+        let settings = Settings {
+            window,
+            baud,
+            ..Settings::ORDERED
+        };
+        let line = Line {
+            baud: Some(BAUD),
+            turnaround,
+        };
+        let controller = Controller::new(Profile::default());
+        let mut paced = Self {
+            host: Connection::new(settings),
+            arm: Runner::new(controller, Speed::Max, line),
+            now: 0,
+            free: 0,
+            results: Vec::new(),
+            answered: 0,
+            vertex: 0,
+            waiting: 0,
+            stop_begins: None,
+        };
+        paced.ask(Request::set(&QueuedCmdStartExec {}).unwrap());
+        paced.ask(Request::get::<QueuedCmdLeftSpace>(&NoArgs).unwrap());
+        for _ in 0..4 {
+            paced.ask(Request::queued(&WaitCmd { timeout: 0 }).unwrap());
+        }
+        assert_eq!(paced.host.law(), Law::Followed);
+        paced
+    }
+
+    fn ask(&mut self, request: Request) {
+        let ticket = self.host.submit(request.deadline(self.now + SECOND));
+        while !self.results.iter().any(|(done, _)| *done == ticket) {
+            self.step(self.now + SECOND);
+        }
+        assert!(self.results.iter().all(|(_, result)| result.is_ok()));
+        self.results.clear();
+        self.answered = 0;
+    }
+
+    fn exchange(&mut self) {
+        while let Some(reply) = self.arm.poll_transmit(self.now, LinkId(0)) {
+            self.host.receive(self.now, reply.bytes());
+        }
+        while let Some(frame) = self.host.poll_transmit(self.now) {
+            let begins = self.free.max(self.now * 1000);
+            self.free = begins + frame.bytes().len() as u64 * 10_000_000_000 / u64::from(BAUD);
+            if frame.frame().id() == QueuedCmdForceStopExec::ROW.id {
+                self.stop_begins = Some(begins.div_ceil(1000));
+            }
+            self.arm.receive(self.now, LinkId(0), frame.bytes());
+        }
+        while let Some(event) = self.host.poll_event() {
+            if let Event::Done { ticket, result } = event {
+                self.answered +=
+                    u32::from(result.is_ok_and(|reply| reply.frame().id() == CpCmd::ROW.id));
+                self.results.push((ticket, result.map(|_| ())));
+            }
+        }
+    }
+
+    /// To the next instant at which something happens, at most to `end`.
+    fn step(&mut self, end: Micros) {
+        self.exchange();
+        let soonest = [self.host.poll_timeout(), self.arm.poll_timeout()];
+        let next = soonest.into_iter().flatten().min().unwrap_or(end).min(end);
+        self.now = next.max(self.now + 1).min(end);
+        self.arm.handle_timeout(self.now);
+        self.host.handle_timeout(self.now);
+        self.exchange();
+    }
+
+    /// Keeps segments waiting, so that the window is always full.
+    fn feed(&mut self) {
+        let told = self.results.len();
+        self.waiting = self.waiting.saturating_sub(told);
+        while self.waiting < 12 {
+            self.vertex += 1;
+            let segment = CpCmd {
+                cp_mode: CpMode::Absolute,
+                x: 200.0 + (self.vertex % 100) as f32 * 0.2,
+                y: 0.0,
+                z: 50.0,
+                velocity_or_power: 0.0,
+            };
+            let request = Request::queued(&segment).unwrap().repeatable();
+            self.host.submit(request.deadline(self.now + 5 * SECOND));
+            self.waiting += 1;
+        }
+    }
+}
+
+/// Commands a second with reads of pose, index and left space at 20 Hz, and the longest that a read took.
+fn rate(window: usize, turnaround: Micros) -> (f64, Micros) {
+    let mut paced = Paced::new(window, turnaround, Some(BAUD));
+    let begun = paced.now;
+    let end = begun + 5 * SECOND;
+    let mut next_reads = begun;
+    let mut reads: Vec<(Ticket, Micros)> = Vec::new();
+    let (mut slowest, mut commands) = (0, 0);
+    while paced.now < end {
+        if paced.now >= next_reads {
+            next_reads += 50_000;
+            for read in [
+                Request::get::<Pose>(&NoArgs).unwrap(),
+                Request::get::<QueuedCmdCurrentIndex>(&NoArgs).unwrap(),
+                Request::get::<QueuedCmdLeftSpace>(&NoArgs).unwrap(),
+            ] {
+                let ticket = paced.host.submit(read.deadline(paced.now + SECOND));
+                reads.push((ticket, paced.now));
+            }
+        }
+        for (ticket, result) in &paced.results {
+            assert_eq!(*result, Ok(()));
+            if let Some(at) = reads.iter().position(|(read, _)| read == ticket) {
+                slowest = slowest.max(paced.now - reads.swap_remove(at).1);
+                paced.waiting += 1;
+            }
+        }
+        commands += std::mem::take(&mut paced.answered);
+        paced.feed();
+        paced.results.clear();
+        paced.step(end.min(next_reads));
+    }
+    assert!(paced.host.confirmed_index().is_some());
+    (f64::from(commands) / 5.0, slowest)
+}
+
+#[test]
+fn four_in_flight_fill_the_line_and_reads_have_their_turn() {
+    for turnaround in [0, 500, 1_000] {
+        let (rate, slowest) = rate(4, turnaround);
+        println!("window 4, turnaround {turnaround} us: {rate} CP/s, reads within {slowest} us");
+        assert!(rate >= 460.0, "{rate}");
+        assert!(slowest < 50_000, "{slowest}");
+    }
+}
+
+#[test]
+fn one_at_a_time_is_as_fast_as_stop_and_wait_can_be() {
+    for (turnaround, computed) in [(0, 268.0), (2_000, 142.0), (4_000, 86.0)] {
+        let (rate, slowest) = rate(1, turnaround);
+        println!("window 1, turnaround {turnaround} us: {rate} CP/s, reads within {slowest} us");
+        assert!(rate >= 0.95 * computed, "{rate}");
+    }
+}
+
+/// How long stops wait for the line in a saturated stream, from their submission to their first byte: the longest.
+fn longest_wait(baud: Option<u32>) -> Micros {
+    let mut dice = Dice::new(5);
+    let mut longest = 0;
+    for round in 0..400 {
+        let mut paced = Paced::new(4, dice.roll(1_000), baud);
+        let at = paced.now + 20_000 + dice.roll(20_000);
+        while paced.now < at {
+            paced.feed();
+            paced.results.clear();
+            paced.step(at);
+        }
+        let stop = Request::set(&QueuedCmdForceStopExec {}).unwrap();
+        let stop = stop.priority(Priority::Stop);
+        paced.host.submit(stop.deadline(at + SECOND));
+        paced.exchange();
+        let begins = paced
+            .stop_begins
+            .unwrap_or_else(|| panic!("{round}: held back"));
+        longest = longest.max(begins - at);
+    }
+    longest
+}
+
+#[test]
+fn a_stop_waits_for_the_frame_under_way_and_a_millisecond() {
+    let longest = longest_wait(Some(BAUD));
+    println!("a stop waits for at most {longest} us");
+    assert!(longest <= CP_TIME + 1_000, "{longest}");
+    // Without pacing it waits for all that was handed to the system.
+    assert!(longest_wait(None) > CP_TIME + 1_000);
+}

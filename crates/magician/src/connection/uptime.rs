@@ -1,0 +1,136 @@
+use super::Micros;
+
+/// A clock that is so much behind what the elapsed time asks of it was set back, per mille. Crystals are better than that.
+const DRIFT: u64 = 950;
+/// And by so much more, us.
+const SLACK: Micros = 50_000;
+/// Readings at least so far apart tell how fast the controller's clock runs.
+const BASELINE: Micros = 1_000_000;
+/// The slowest clock that is assumed before one was measured, per mille: a virtual arm may be slowed down.
+const SLOWEST: u64 = 60;
+
+/// The controller's clock, which begins at 0 when it is switched on (document 1.3.5): 32 bits of milliseconds that run
+/// over after 49.7 days. It shows a reset by standing further back than the time that has passed allows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Uptime {
+    reading: Option<Reading>,
+    /// How fast it runs at least, per mille of our time.
+    rate: Option<u64>,
+    /// One reading behind was seen, and not believed yet.
+    suspect: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Reading {
+    asked: Micros,
+    heard: Micros,
+    value: u32,
+}
+
+impl Uptime {
+    /// A reading that was asked for at `asked` and came at `heard`; true when it shows a reset. On an unordered link one
+    /// alone may have been held up and proves nothing.
+    pub(super) fn read(&mut self, value: u32, asked: Micros, heard: Micros, ordered: bool) -> bool {
+        let new = Reading {
+            asked,
+            heard,
+            value,
+        };
+        let Some(before) = self.reading else {
+            self.reading = Some(new);
+            return false;
+        };
+        let behind = self.is_behind(before, new);
+        if behind && !ordered && !self.suspect {
+            self.suspect = true;
+            return false;
+        }
+        if !behind {
+            self.learn(before, new);
+        }
+        self.suspect = false;
+        self.reading = Some(new);
+        behind
+    }
+
+    /// The reset is known; the next reading is a new beginning.
+    pub(super) fn forget(&mut self) {
+        self.reading = None;
+    }
+
+    fn is_behind(&self, before: Reading, new: Reading) -> bool {
+        let least = new.asked.saturating_sub(before.heard);
+        let most = new.heard.saturating_sub(before.asked);
+        if most / 1000 >= u64::from(u32::MAX / 2) {
+            return false;
+        }
+        let passed = new.value.wrapping_sub(before.value);
+        if passed > u32::MAX / 2 {
+            return true;
+        }
+        let owed = (least / 1000).saturating_mul(self.rate.unwrap_or(SLOWEST)) * DRIFT / 1000;
+        u64::from(passed) * 1000 + SLACK < owed
+    }
+
+    fn learn(&mut self, before: Reading, new: Reading) {
+        let span = new.heard.saturating_sub(before.asked);
+        if span < BASELINE {
+            return;
+        }
+        let passed = u64::from(new.value.wrapping_sub(before.value));
+        let rate = (passed * 1_000_000 / span).min(1000);
+        self.rate = Some(self.rate.map_or(rate, |slowest| slowest.min(rate)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DAY: Micros = 86_400_000_000;
+
+    fn after(readings: &[(Micros, u32)], ordered: bool) -> Vec<bool> {
+        let mut uptime = Uptime::default();
+        (readings.iter())
+            .map(|(at, value)| uptime.read(*value, *at, at + 3_000, ordered))
+            .collect()
+    }
+
+    #[test]
+    fn a_clock_that_goes_back_or_falls_behind_shows_a_reset() {
+        let back = [(0, 90_000), (2_000_000, 1_500)];
+        assert_eq!(after(&back, true), [false, true]);
+        let behind = [(0, 1_000), (5_000_000, 6_000), (3_600_000_000, 20_000)];
+        assert_eq!(after(&behind, true), [false, false, true]);
+        let twice = [(0, 1_000), (3_600_000_000, 20_000)];
+        assert_eq!(after(&twice, true), [false, true], "with no rate measured");
+    }
+
+    #[test]
+    fn a_clock_that_runs_over_is_no_reset() {
+        let end = u32::MAX - 900;
+        let over = [(0, end), (2_000_000, end.wrapping_add(2_000))];
+        assert_eq!(after(&over, true), [false, false]);
+        let days = 30 * DAY;
+        let long = [(0, end), (days, end.wrapping_add((days / 1000) as u32))];
+        assert_eq!(after(&long, true), [false, false]);
+    }
+
+    #[test]
+    fn a_clock_that_runs_slower_or_faster_or_drifts_is_no_reset() {
+        for per_mille in [100, 500, 990, 1_000, 1_010, 20_000] {
+            let readings: Vec<_> = (0..100)
+                .map(|second: u64| (second * 2_000_000, (second * 2 * per_mille) as u32))
+                .collect();
+            assert!(!after(&readings, true).contains(&true), "{per_mille}");
+        }
+    }
+
+    #[test]
+    fn a_reading_held_up_by_an_unordered_link_is_no_reset() {
+        let held = [(0, 9_000), (1_000_000, 8_000), (2_000_000, 11_000)];
+        assert_eq!(after(&held, false), [false, false, false]);
+        let reset = [(0, 9_000), (1_000_000, 100), (2_000_000, 1_100)];
+        assert_eq!(after(&reset, false), [false, false, true]);
+    }
+}

@@ -1,0 +1,229 @@
+//! Checks before a byte is sent, and how long things will take.
+
+mod guards;
+mod laser;
+mod motion;
+mod numbers;
+mod path;
+mod rail;
+mod readings;
+
+use std::time::Duration;
+
+use magician_motion::{ArmState, JointAngles, Limits, ToolBias};
+use magician_protocol::Set;
+use magician_protocol::commands::EndEffectorParams;
+
+pub use guards::Guards;
+pub(crate) use guards::refuse;
+use laser::Laser;
+use path::Path;
+pub(crate) use readings::Needs;
+pub use readings::Readings;
+
+use crate::Result;
+
+/// The time of what has no end that is known, in microseconds.
+const FOREVER: u64 = u64::MAX;
+
+/// Checks commands before a byte of them is sent: numbers that are none, speeds that are none,
+/// targets out of reach, whole ways that leave it (the corners of a jump, an arc, each segment of a
+/// path), and a laser left burning. [`Guards`] names what is refused. It also tells how long each
+/// command will take.
+///
+/// It follows the arm: each command is checked from where the one before ends, at the speeds and with
+/// the tool in force by then.
+///
+/// ```
+/// use magician::words::{self, Preflight};
+/// use magician::{ErrorKind, JointAngles, ToolBias};
+///
+/// let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
+/// let step = check.check(&words::line_to(250.0, 50.0, 20.0, 0.0))?;
+/// assert_eq!(step.time.as_millis(), 1526);
+///
+/// let error = check.check(&words::line_to(400.0, 0.0, 0.0, 0.0)).unwrap_err();
+/// assert_eq!(error.kind(), ErrorKind::Unreachable);
+/// assert!(error.value() > error.limit());
+/// # Ok::<(), magician::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Preflight {
+    limits: Limits,
+    guards: Guards,
+    /// The settings in force by then.
+    now: Readings,
+    /// Where the arm is by then, when that is known.
+    at: Option<ArmState>,
+    /// Where the carriage on the rail is by then, when that is known, mm.
+    rail: Option<f64>,
+    /// Where homing leads, when that is known.
+    home: Option<magician_motion::Pose>,
+    /// The program has set it, so it does not depend on the tool.
+    home_is_set: bool,
+    laser: Laser,
+    path: Path,
+}
+
+/// What a command that passed the check will do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Step {
+    /// How long the arm will be busy with it; [`Duration::MAX`] if it has no end that is known: a
+    /// trigger, homing, a way from an unknown start.
+    ///
+    /// Exact but for segments of a continuous path. There the time is by how much it makes the path
+    /// longer that would end with it: the sum is never less than the arm takes so far, and exact at
+    /// the end of the path.
+    pub time: Duration,
+    /// Where the arm stands then, when that is known.
+    pub end: Option<ArmState>,
+    /// The laser may burn when it has ended.
+    pub laser: bool,
+}
+
+impl Preflight {
+    /// Starts from what the arm reports.
+    #[must_use]
+    pub fn new(readings: &Readings) -> Self {
+        let at = readings.pose.map(|pose| ArmState {
+            joints: pose.joint_angle.map(f64::from).into(),
+            pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from).into(),
+        });
+        let home = readings.home;
+        Self {
+            limits: Limits::CONTROLLER,
+            guards: Guards::default(),
+            now: *readings,
+            at,
+            rail: readings.rail.map(f64::from),
+            home: home.map(|home| [home.x, home.y, home.z, home.r].map(f64::from).into()),
+            home_is_set: false,
+            laser: Laser::reported(readings),
+            path: Path::default(),
+        }
+    }
+
+    /// Starts from joint angles, with power-up settings.
+    #[must_use]
+    pub fn at(joints: JointAngles, tool: ToolBias) -> Self {
+        let tool = EndEffectorParams {
+            x_bias: tool.x as f32,
+            y_bias: tool.y as f32,
+            z_bias: tool.z as f32,
+        };
+        let mut check = Self::new(&Readings {
+            tool,
+            ..Readings::default()
+        });
+        check.at = Some(ArmState::at_joints(&check.now.geometry(), &joints));
+        check
+    }
+
+    /// Checks against other limits than the controller's, [`Limits::GUARANTEED`] for one.
+    #[must_use]
+    pub fn limits(mut self, limits: Limits) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// Sets what is refused.
+    #[must_use]
+    pub fn guards(mut self, guards: Guards) -> Self {
+        self.guards = guards;
+        self
+    }
+
+    /// Where the arm is after the commands checked so far, when it is known.
+    #[must_use]
+    pub fn arm(&self) -> Option<&ArmState> {
+        self.at.as_ref()
+    }
+
+    /// Checks the next command. One that is refused changes nothing: the next is checked from where
+    /// this one would have begun.
+    ///
+    /// # Errors
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for what makes no sense or what a guard refuses,
+    /// [`Unreachable`](crate::ErrorKind::Unreachable) with value and limit.
+    pub fn check(&mut self, command: &Set) -> Result<Step> {
+        let passed = numbers::check(command)
+            .and_then(|()| self.laser.check(command, self.guards.laser))
+            .and_then(|()| self.follow(command));
+        let own = passed.map_err(|error| error.with_command(command.row().set_name))?;
+        self.laser = self.laser.after(command);
+        let path = match command {
+            Set::CpCmd(_) | Set::CpLeCmd(_) => 0,
+            _ => self.path.end(),
+        };
+        Ok(Step {
+            time: match own.saturating_add(path) {
+                FOREVER => Duration::MAX,
+                time => Duration::from_micros(time),
+            },
+            end: self.at,
+            laser: self.laser.burns(),
+        })
+    }
+
+    /// Whether a program may end here.
+    ///
+    /// # Errors
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if it leaves the laser burning.
+    pub fn finish(&self) -> Result<()> {
+        let why = "the laser would burn on after the program: end it with laser(false)";
+        refuse(self.guards.laser && self.laser.burns(), "laser", why)
+    }
+
+    /// Checks a whole program from here on, its end included, and tells how long it takes:
+    /// [`estimate`](Self::estimate) and [`finish`](Self::finish) in one.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check) and [`finish`](Self::finish).
+    pub fn program(&mut self, commands: &[Set]) -> Result<Duration> {
+        let mut whole = self.clone();
+        let time = whole.sum(commands)?;
+        whole.finish()?;
+        *self = whole;
+        Ok(time)
+    }
+
+    /// How long these commands take, one after the other from here on, on an arm whose queue never
+    /// runs short: to the microsecond that of the virtual arm. [`Duration::MAX`] if one of them has no
+    /// end that is known.
+    ///
+    /// ```
+    /// use std::time::Duration;
+    /// use magician::words::{self, Preflight};
+    /// use magician::{JointAngles, ToolBias};
+    ///
+    /// let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    /// let there_and_back = [
+    ///     words::line_by(0.0, 100.0, 0.0, 0.0),
+    ///     words::wait(Duration::from_millis(500)),
+    ///     words::line_by(0.0, -100.0, 0.0, 0.0),
+    /// ];
+    /// let time = check.estimate(&there_and_back)?;
+    /// assert_eq!(time, Duration::from_millis(2000 + 500 + 2000));
+    /// # Ok::<(), magician::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn estimate(&self, commands: &[Set]) -> Result<Duration> {
+        self.clone().sum(commands)
+    }
+
+    fn sum(&mut self, commands: &[Set]) -> Result<Duration> {
+        // What has been told of a path under way is not part of it.
+        self.path.end();
+        self.path = Path::lazy();
+        let mut sum = Duration::ZERO;
+        for command in commands {
+            sum = sum.saturating_add(self.check(command)?.time);
+        }
+        let rest = self.path.end();
+        self.path = Path::default();
+        Ok(sum.saturating_add(Duration::from_micros(rest)))
+    }
+}

@@ -1,0 +1,329 @@
+//! Where each command leads, and how long it takes.
+
+use magician_motion::{
+    ArmState, CpSegment, JointAngles, LookAhead, MotionError, Move, MoveKind, Plan, Planner, Rates,
+    Speeds, Target, Transfer,
+};
+use magician_protocol::commands::{CircleCmd, EMotorS};
+use magician_protocol::{CpMode, JogCommand, PtpMode, Set};
+
+use super::guards::refuse;
+use super::{FOREVER, Preflight};
+use crate::{Error, ErrorKind, Result};
+
+/// The J1 that homing looks for, deg (model section 15a).
+const HOME_SWITCH: f64 = -135.0;
+/// No stepper follows faster pulses, pulses/s.
+const FASTEST_PULSES: f64 = 1e6;
+
+/// A point-to-point move as its commands give it.
+struct Ptp {
+    mode: PtpMode,
+    numbers: [f32; 4],
+    rail: Option<f32>,
+}
+
+/// The move that a command asks for.
+fn ptp_of(command: &Set) -> Option<Ptp> {
+    macro_rules! ptp {
+        ($ptp:ident, $rail:expr) => {
+            Ptp {
+                mode: $ptp.ptp_mode,
+                numbers: [$ptp.x, $ptp.y, $ptp.z, $ptp.r],
+                rail: $rail,
+            }
+        };
+    }
+    Some(match command {
+        Set::PtpCmd(ptp) => ptp!(ptp, None),
+        Set::PtpPoCmd(ptp) => ptp!(ptp, None),
+        Set::PtpWithLCmd(ptp) => ptp!(ptp, Some(ptp.l)),
+        Set::PtpPoWithLCmd(ptp) => ptp!(ptp, Some(ptp.l)),
+        _ => return None,
+    })
+}
+
+impl Preflight {
+    /// Goes where a command leads; how long it takes, us.
+    pub(super) fn follow(&mut self, command: &Set) -> Result<u64> {
+        if let Some(ptp) = ptp_of(command) {
+            return self.ptp(&ptp);
+        }
+        match command {
+            Set::CpCmd(cp) => self.segment(cp.cp_mode, [cp.x, cp.y, cp.z]),
+            Set::CpLeCmd(cp) => self.segment(cp.cp_mode, [cp.x, cp.y, cp.z]),
+            Set::ArcCmd(arc) => self.arc(arc.cir_point, arc.to_point),
+            Set::CircleCmd(circle) => self.circle(circle),
+            Set::WaitCmd(wait) => Ok(u64::from(wait.timeout) * 1000),
+            Set::TrigCmd(_) => Ok(FOREVER),
+            Set::EMotorS(motor) => Ok(turning(motor)),
+            Set::HomeCmd(_) => self.homing(),
+            Set::JogCmd(jog) if jog.cmd != JogCommand::Stop => self.jog(jog.cmd),
+            Set::ResetPose(_) => {
+                self.at = None;
+                Ok(0)
+            }
+            Set::EndEffectorParams(_) => {
+                self.now.note(command);
+                let (joints, geometry) = (self.at.map(|at| at.joints), self.now.geometry());
+                self.at = joints.map(|at| ArmState::at_joints(&geometry, &at));
+                // A home that nobody has set stays at its joints, and which it is does not show.
+                let home = self.now.home.filter(|_| self.home_is_set);
+                self.home = home.map(|home| [home.x, home.y, home.z, home.r].map(f64::from).into());
+                Ok(0)
+            }
+            Set::HomeParams(home) => {
+                self.check_points([[home.x, home.y, home.z, home.r]])?;
+                self.now.note(command);
+                self.home = Some([home.x, home.y, home.z, home.r].map(f64::from).into());
+                self.home_is_set = true;
+                Ok(0)
+            }
+            _ => {
+                self.now.note(command);
+                Ok(0)
+            }
+        }
+    }
+
+    fn planner(&self, speeds: Speeds) -> Planner {
+        Planner {
+            geometry: self.now.geometry(),
+            limits: self.limits,
+            speeds,
+        }
+    }
+
+    fn ptp(&mut self, ptp: &Ptp) -> Result<u64> {
+        let request = self.request(ptp)?;
+        let course = self.course(ptp.mode, ptp.rail)?;
+        let Some(from) = self.at else {
+            self.arrive(&request)?;
+            self.rail = course.to;
+            return Ok(FOREVER);
+        };
+        let planner = self.planner(self.now.ptp_speeds());
+        let least = course.time.unwrap_or(0);
+        let plan = planner.plan_lasting(&from, &request, least);
+        if let Ok(Plan {
+            crossing: Some(_), ..
+        }) = plan
+        {
+            self.say_end(&from, &request)?;
+        }
+        let arm = self.arrive_by(plan)?;
+        self.rail = course.to;
+        Ok(course.time.map_or(FOREVER, |rail| arm.max(rail)))
+    }
+
+    /// What a mode and its numbers ask for (errata E28, model section 7).
+    fn request(&self, ptp: &Ptp) -> Result<Move> {
+        let numbers = ptp.numbers.map(f64::from);
+        let jump = |transfer| MoveKind::Jump(self.now.jump_heights(), transfer);
+        let (target, kind) = match ptp.mode {
+            PtpMode::JumpXyz => (Target::Pose(numbers.into()), jump(Transfer::Joint)),
+            PtpMode::MovjXyz => (Target::Pose(numbers.into()), MoveKind::Joint),
+            PtpMode::MovlXyz => (Target::Pose(numbers.into()), MoveKind::Line),
+            PtpMode::JumpAngle => (Target::Joints(numbers.into()), jump(Transfer::Joint)),
+            PtpMode::MovjAngle => (Target::Joints(numbers.into()), MoveKind::Joint),
+            PtpMode::MovlAngle => (Target::Joints(numbers.into()), MoveKind::Line),
+            PtpMode::MovjAngleInc => (Target::JointIncrement(numbers.into()), MoveKind::Joint),
+            PtpMode::MovlXyzInc => (Target::PoseIncrement(numbers.into()), MoveKind::Line),
+            PtpMode::MovjXyzInc => (Target::PoseIncrement(numbers.into()), MoveKind::Joint),
+            PtpMode::JumpMovlXyz => (Target::Pose(numbers.into()), jump(Transfer::Line)),
+            PtpMode::Unknown(mode) => {
+                let message =
+                    format!("point-to-point mode {mode} does not exist; there are 0 to 9");
+                return Err(Error::invalid(message).with_limit(mode.into(), 9.0, "mode"));
+            }
+        };
+        Ok(Move { target, kind })
+    }
+
+    /// A target in joints beyond its limit says more than the limit on the way there.
+    fn say_end(&self, from: &ArmState, request: &Move) -> Result<()> {
+        let end = match request.target {
+            Target::Joints(joints) => joints,
+            Target::JointIncrement(by) => from.joints.offset_by(&by),
+            Target::Pose(_) | Target::PoseIncrement(_) => return Ok(()),
+        };
+        self.reached(self.limits.check(&end)).map(drop)
+    }
+
+    /// The arm gets there, or something is in the way; how long it takes, us.
+    fn arrive_by(&mut self, plan: Result<Plan, MotionError>) -> Result<u64> {
+        let Some(plan) = self.reached(plan)? else {
+            // It would be refused, and the arm stay where it is.
+            return Ok(0);
+        };
+        if let Some(crossing) = plan.crossing.filter(|_| self.guards.reach) {
+            let done = 100.0 * crossing.progress;
+            return Err(Error::from(crossing.cause).on_the_way(done));
+        }
+        self.at = Some(*plan.trajectory.end());
+        Ok(plan.trajectory.duration_us())
+    }
+
+    /// What is out of reach is refused if it is to be; then there is no value.
+    fn reached<T>(&self, planned: Result<T, MotionError>) -> Result<Option<T>> {
+        match planned.map_err(Error::from) {
+            Ok(value) => Ok(Some(value)),
+            Err(error) if error.kind() == ErrorKind::Unreachable && !self.guards.reach => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Nobody knows where the way begins.
+    pub(super) fn unknown_way(&self, what: &str) -> Result<()> {
+        let why = format!(
+            "nobody knows where the arm is by then, and so not {what}; let it go to a pose or to \
+             joint angles with all joints together first"
+        );
+        refuse(self.guards.unknown_start, "unknown_start", why)
+    }
+
+    /// Only the end: nobody knows where the motion begins. Joints that go together from within their limits to
+    /// within them stay there; only J2 - J3 could leave its own for a moment, where one of them is much slower.
+    fn arrive(&mut self, request: &Move) -> Result<()> {
+        if request.kind != MoveKind::Joint {
+            self.unknown_way("which way it will go")?;
+        }
+        let end = match &request.target {
+            Target::Pose(pose) => ArmState::at_pose(&self.now.geometry(), pose, &self.limits),
+            Target::Joints(joints) => {
+                let state = ArmState::at_joints(&self.now.geometry(), joints);
+                self.limits.check(joints).map(|()| state)
+            }
+            Target::PoseIncrement(_) | Target::JointIncrement(_) => {
+                self.unknown_way("where it will end")?;
+                self.at = None;
+                return Ok(());
+            }
+        };
+        self.at = self.reached(end)?;
+        Ok(())
+    }
+
+    /// A segment of a continuous path: straight, with J4 at rest.
+    fn segment(&mut self, mode: CpMode, point: [f32; 3]) -> Result<u64> {
+        let look_ahead = LookAhead::new(&self.now.cp_speeds())?;
+        let to = point.map(f64::from);
+        let Some(from) = self.at else {
+            self.unknown_way("which way the path begins")?;
+            let [x, y, z] = to;
+            if mode == CpMode::Absolute {
+                let target = Target::Pose([x, y, z, 0.0].into());
+                let kind = MoveKind::Joint;
+                self.arrive(&Move { target, kind })?;
+            }
+            return Ok(FOREVER);
+        };
+        let start = [from.pose.x, from.pose.y, from.pose.z];
+        let [x, y, z] = to;
+        let to = match (mode, start) {
+            (CpMode::Relative, [a, b, c]) => [a + x, b + y, c + z],
+            _ => to,
+        };
+        let way = CpSegment::between(start, to);
+        if way.is_empty() {
+            return Ok(0);
+        }
+        // The way does not depend on the speed.
+        let rates = Rates {
+            velocity: 100.0,
+            acceleration: 100.0,
+        };
+        let plan = (self.planner(Speeds::POWER_UP)).segment(&from, to, 0.0, 0.0, rates);
+        self.arrive_by(plan)?;
+        Ok(self.path.add(look_ahead, way))
+    }
+
+    fn arc(&mut self, via: [f32; 4], to: [f32; 4]) -> Result<u64> {
+        let Some(from) = self.at else {
+            self.unknown_way("which arc leads from there")?;
+            let (target, kind) = (Target::Pose(to.map(f64::from).into()), MoveKind::Joint);
+            self.arrive(&Move { target, kind })?;
+            return Ok(FOREVER);
+        };
+        let [via, to] = [via, to].map(|point| point.map(f64::from).into());
+        let plan = self.planner(self.now.arc_speeds()).arc(&from, &via, &to);
+        self.arrive_by(plan)
+    }
+
+    fn circle(&mut self, circle: &CircleCmd) -> Result<u64> {
+        let points = [circle.cir_point, circle.to_point];
+        let Some(from) = self.at else {
+            self.unknown_way("which circle leads through there")?;
+            self.check_points(points)?;
+            return Ok(FOREVER);
+        };
+        let [via, to] = points.map(|point| point.map(f64::from).into());
+        let planner = self.planner(self.now.arc_speeds());
+        self.arrive_by(planner.circle(&from, &via, &to, circle.count))
+    }
+
+    /// Points that the arm passes and does not stay at.
+    fn check_points<const N: usize>(&self, points: [[f32; 4]; N]) -> Result<()> {
+        let geometry = self.now.geometry();
+        for point in points {
+            let pose = point.map(f64::from).into();
+            self.reached(geometry.inverse_within(&pose, &self.limits))?;
+        }
+        Ok(())
+    }
+
+    /// From the switch of J1 to the home point, all joints together (model section 11). How long the search takes
+    /// depends on where the base really stands.
+    fn homing(&mut self) -> Result<u64> {
+        let Some(home) = self.home else {
+            self.at = None;
+            return Ok(self.homed());
+        };
+        let request = Move {
+            target: Target::Pose(home),
+            kind: MoveKind::Joint,
+        };
+        match self.at {
+            None => self.arrive(&request)?,
+            Some(at) => {
+                let joints = JointAngles {
+                    j1: HOME_SWITCH,
+                    ..at.joints
+                };
+                let planner = self.planner(Speeds::HOMING);
+                let from = ArmState::at_joints(&planner.geometry, &joints);
+                self.arrive_by(planner.plan(&from, &request))?;
+            }
+        }
+        Ok(self.homed())
+    }
+
+    fn homed(&mut self) -> u64 {
+        if self.now.with_rail {
+            self.rail = Some(0.0);
+        }
+        FOREVER
+    }
+
+    /// A jog goes on until a limit ends it.
+    fn jog(&mut self, command: JogCommand) -> Result<u64> {
+        let why = "a jog in a program goes on until a limit stops it with an alarm; jog at once, and \
+                   end it with stop_jog";
+        refuse(self.guards.jog, "jog", why)?;
+        match command {
+            JogCommand::RailPlus | JogCommand::RailMinus if !self.now.with_rail => return Ok(0),
+            JogCommand::RailPlus | JogCommand::RailMinus => self.rail = None,
+            _ => self.at = None,
+        }
+        Ok(FOREVER)
+    }
+}
+
+/// How long a motor counts its pulses, us.
+fn turning(motor: &EMotorS) -> u64 {
+    let rate = motor.pulses_per_second().abs().min(FASTEST_PULSES);
+    if !motor.is_enabled.is_on() || rate == 0.0 {
+        return 0;
+    }
+    (f64::from(motor.distance) / rate * 1e6).round() as u64
+}

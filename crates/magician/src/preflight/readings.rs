@@ -1,0 +1,235 @@
+use magician_motion::{CpSpeeds, Geometry, JumpHeights, Rates, Speeds, ToolBias};
+use magician_protocol::commands::{
+    ArcCommonParams, ArcParams, CpParams, EndEffectorLaser, EndEffectorParams, HomeParams, Pose,
+    PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpJump2Params, PtpLParams,
+};
+use magician_protocol::{Flag, Set};
+
+/// The 20 ms by which the arm limits the corners of a path (model section 8), seconds.
+const PERIOD: f64 = 0.02;
+
+/// What an arm says of itself before a program: where it is, and what decides how it will move.
+///
+/// The default are the settings of an arm that has just been switched on (model section 6), at a place that
+/// is not known. [`Arm::preflight`](crate::Arm::preflight) reads all of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Readings {
+    /// Where the arm stands; nothing while it moves.
+    pub pose: Option<Pose>,
+    /// Tool bias, mm.
+    pub tool: EndEffectorParams,
+    /// Whether the laser burns.
+    pub laser: EndEffectorLaser,
+    /// Where homing ends.
+    pub home: Option<HomeParams>,
+    /// Speeds of the joints, deg/s and deg/s2.
+    pub joint_speeds: PtpJointParams,
+    /// Speeds of the tool on straight lines.
+    pub line_speeds: PtpCoordinateParams,
+    /// Share of the point-to-point speeds, percent.
+    pub ratios: PtpCommonParams,
+    /// Heights of jumps, mm.
+    pub jump: PtpJump2Params,
+    /// Speeds on arcs and circles.
+    pub arc_speeds: ArcParams,
+    /// Share of the speeds on arcs, percent; not in the vendor's document, so it is not read.
+    pub arc_ratios: ArcCommonParams,
+    /// Speeds on continuous paths.
+    pub path_speeds: CpParams,
+    /// Whether the arm stands on a rail that is in use.
+    pub with_rail: bool,
+    /// Where on the rail, mm.
+    pub rail: Option<f32>,
+    /// Speeds on the rail, mm/s and mm/s2.
+    pub rail_speeds: PtpLParams,
+}
+
+impl Default for Readings {
+    fn default() -> Self {
+        Self {
+            pose: None,
+            tool: EndEffectorParams {
+                x_bias: 0.0,
+                y_bias: 0.0,
+                z_bias: 0.0,
+            },
+            laser: EndEffectorLaser {
+                is_ctrl_enabled: Flag::OFF,
+                is_on: Flag::OFF,
+            },
+            home: None,
+            joint_speeds: PtpJointParams {
+                velocity: [200.0; 4],
+                acceleration: [200.0; 4],
+            },
+            line_speeds: PtpCoordinateParams {
+                xyz_velocity: 200.0,
+                r_velocity: 100.0,
+                xyz_acceleration: 200.0,
+                r_acceleration: 100.0,
+            },
+            ratios: PtpCommonParams {
+                velocity_ratio: 50.0,
+                acceleration_ratio: 50.0,
+            },
+            jump: PtpJump2Params {
+                start_jump_height: 20.0,
+                end_jump_height: 20.0,
+                z_limit: 100.0,
+            },
+            arc_speeds: ArcParams {
+                xyz_velocity: 200.0,
+                r_velocity: 200.0,
+                xyz_acceleration: 200.0,
+                r_acceleration: 200.0,
+            },
+            arc_ratios: ArcCommonParams {
+                velocity_ratio: 100.0,
+                acceleration_ratio: 100.0,
+            },
+            path_speeds: CpParams {
+                plan_acc: 100.0,
+                junction_vel: 100.0,
+                acc_or_period: 100.0,
+                real_time_track: Flag::OFF,
+            },
+            with_rail: false,
+            rail: None,
+            rail_speeds: PtpLParams {
+                velocity: 100.0,
+                acceleration: 100.0,
+            },
+        }
+    }
+}
+
+impl Readings {
+    /// Follows a command that sets one of them, but for what moves.
+    pub(super) fn note(&mut self, command: &Set) {
+        match command {
+            Set::EndEffectorParams(tool) => self.tool = *tool,
+            Set::HomeParams(home) => self.home = Some(*home),
+            Set::PtpJointParams(speeds) => self.joint_speeds = *speeds,
+            Set::PtpCoordinateParams(speeds) => self.line_speeds = *speeds,
+            Set::PtpCommonParams(ratios) => self.ratios = *ratios,
+            Set::PtpJump2Params(jump) => self.jump = *jump,
+            // One height is both heights of the second set (model section 7).
+            Set::PtpJumpParams(jump) => {
+                self.jump = PtpJump2Params {
+                    start_jump_height: jump.jump_height,
+                    end_jump_height: jump.jump_height,
+                    z_limit: jump.z_limit,
+                }
+            }
+            Set::PtpLParams(speeds) => self.rail_speeds = *speeds,
+            Set::ArcParams(speeds) => self.arc_speeds = *speeds,
+            Set::ArcCommonParams(ratios) => self.arc_ratios = *ratios,
+            Set::CpParams(speeds) => self.path_speeds = *speeds,
+            Set::SetDeviceWithL(rail) => self.with_rail = rail.with_l.is_on(),
+            _ => {}
+        }
+    }
+
+    pub(super) fn geometry(&self) -> Geometry {
+        let EndEffectorParams {
+            x_bias,
+            y_bias,
+            z_bias,
+        } = self.tool;
+        Geometry::magician(ToolBias::new(x_bias.into(), y_bias.into(), z_bias.into()))
+    }
+
+    pub(super) fn jump_heights(&self) -> JumpHeights {
+        JumpHeights {
+            start: self.jump.start_jump_height.into(),
+            end: self.jump.end_jump_height.into(),
+            z_limit: self.jump.z_limit.into(),
+        }
+    }
+
+    /// The speeds of point-to-point moves; the planner knows the arm's ceilings.
+    pub(super) fn ptp_speeds(&self) -> Speeds {
+        let (line, ratios) = (&self.line_speeds, &self.ratios);
+        Speeds {
+            joint_velocity: self.joint_speeds.velocity.map(f64::from),
+            joint_acceleration: self.joint_speeds.acceleration.map(f64::from),
+            linear_velocity: line.xyz_velocity.into(),
+            linear_acceleration: line.xyz_acceleration.into(),
+            rotation_velocity: line.r_velocity.into(),
+            rotation_acceleration: line.r_acceleration.into(),
+            velocity_ratio: ratios.velocity_ratio.into(),
+            acceleration_ratio: ratios.acceleration_ratio.into(),
+        }
+    }
+
+    /// The speeds of arcs and circles.
+    pub(super) fn arc_speeds(&self) -> Speeds {
+        let (arc, ratios) = (&self.arc_speeds, &self.arc_ratios);
+        Speeds {
+            linear_velocity: arc.xyz_velocity.into(),
+            linear_acceleration: arc.xyz_acceleration.into(),
+            rotation_velocity: arc.r_velocity.into(),
+            rotation_acceleration: arc.r_acceleration.into(),
+            velocity_ratio: ratios.velocity_ratio.into(),
+            acceleration_ratio: ratios.acceleration_ratio.into(),
+            ..self.ptp_speeds()
+        }
+    }
+
+    /// The speeds of continuous paths.
+    pub(super) fn cp_speeds(&self) -> CpSpeeds {
+        let path = &self.path_speeds;
+        let real_time = path.real_time_track.is_on();
+        CpSpeeds {
+            plan_acceleration: path.plan_acc.into(),
+            junction_velocity: path.junction_vel.into(),
+            period_s: if real_time {
+                f64::from(path.acc_or_period) / 1000.0
+            } else {
+                PERIOD
+            },
+            real_time,
+            whole_periods: false,
+        }
+    }
+
+    /// The speeds on the rail; nothing if one of them is none.
+    pub(super) fn rail_rates(&self) -> Option<Rates> {
+        let (rail, ratios) = (&self.rail_speeds, &self.ratios);
+        let scaled = |value: f32, percent: f32| {
+            // NaN is not above 0; f64::min would hide one.
+            let sensible = value > 0.0 && percent > 0.0;
+            sensible.then_some(f64::from(value) * f64::from(percent).min(100.0) / 100.0)
+        };
+        Some(Rates {
+            velocity: scaled(rail.velocity, ratios.velocity_ratio)?,
+            acceleration: scaled(rail.acceleration, ratios.acceleration_ratio)?,
+        })
+    }
+}
+
+/// What a program depends on besides what every program does.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Needs {
+    pub(crate) home: bool,
+    pub(crate) arc: bool,
+    pub(crate) path: bool,
+    pub(crate) rail: bool,
+}
+
+impl Needs {
+    pub(crate) fn of(commands: &[Set]) -> Self {
+        let mut needs = Self::default();
+        for command in commands {
+            match command {
+                Set::HomeCmd(_) => needs.home = true,
+                Set::ArcCmd(_) | Set::CircleCmd(_) => needs.arc = true,
+                Set::CpCmd(_) | Set::CpLeCmd(_) => needs.path = true,
+                Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) => needs.rail = true,
+                _ => {}
+            }
+        }
+        needs
+    }
+}

@@ -1,0 +1,169 @@
+use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex};
+
+use super::drive::Phase;
+use super::item::{Entry, Fate};
+use super::reading::SOON;
+use super::{Stream, StreamEvent, StreamFailure};
+use crate::connection::{Connection, Failure, Micros, Ticket};
+
+impl Stream {
+    /// The connection has ended a request; whether it was one of the stream's. Call [`advance`](Self::advance)
+    /// afterwards.
+    pub fn answered(
+        &mut self,
+        now: Micros,
+        ticket: Ticket,
+        result: &Result<FrameBuf, Failure>,
+        connection: &mut Connection,
+    ) -> bool {
+        let flying = |entry: &Entry| entry.fate == Fate::Flying(ticket);
+        if let Some(at) = self.entries.iter().position(flying) {
+            self.command_answered(now, at, result);
+            return true;
+        }
+        if self.control.take_if(|control| *control == ticket).is_some() {
+            self.control_answered(now, result);
+            return true;
+        }
+        self.reading_answered(now, ticket, result, connection)
+    }
+
+    fn command_answered(&mut self, now: Micros, at: usize, result: &Result<FrameBuf, Failure>) {
+        let index = |frame: &FrameBuf| QueuedCmdIndex::decode(frame.frame().params());
+        match result {
+            Ok(frame) => match index(frame) {
+                Ok(QueuedCmdIndex(index)) => self.command_accepted(now, at, index),
+                Err(_) => self.command_failed(now, at, Failure::NoIndex),
+            },
+            Err(failure) => self.command_failed(now, at, *failure),
+        }
+    }
+
+    fn command_accepted(&mut self, now: Micros, at: usize, index: u64) {
+        if self.unfinished().next().is_none() {
+            self.reader.begins(now);
+        }
+        let Some(entry) = self.entries.get_mut(at) else {
+            return;
+        };
+        entry.fate = Fate::Accepted(index);
+        self.accepted += u64::from(!entry.inserted);
+        self.first.get_or_insert(index);
+        if let Some(expected) = self.expected
+            && expected != index
+        {
+            entry.fate = Fate::Doubtful;
+            return self.fail(StreamFailure::Index {
+                expected,
+                found: index,
+            });
+        }
+        // It travelled alone, and so did all before it.
+        if self.unconfirmed().all(|entry| entry.index() == Some(index)) {
+            self.confirmed = Some(index);
+        }
+        self.last = Some(index);
+        self.expected = index.checked_add(1);
+        self.tell_progress();
+    }
+
+    pub(super) fn tell_progress(&mut self) {
+        if let (Some(first), Some(last), false) = (self.first, self.last, self.is_over()) {
+            self.events.push(StreamEvent::Sent {
+                accepted: self.accepted,
+                first,
+                last,
+                current: self.reader.current,
+            });
+        }
+    }
+
+    fn command_failed(&mut self, now: Micros, at: usize, failure: Failure) {
+        let nowhere = match failure {
+            Failure::Uncertain { .. } | Failure::NoIndex | Failure::Timeout { sent: 1.. } => false,
+            Failure::Timeout { .. }
+            | Failure::QueueFull
+            | Failure::Refused
+            | Failure::Stopped
+            | Failure::Lost
+            | Failure::Draining
+            | Failure::Busy => true,
+        };
+        if let Some(entry) = self.entries.get_mut(at) {
+            entry.fate = match nowhere {
+                true => Fate::Waiting,
+                false => Fate::Doubtful,
+            };
+        }
+        if nowhere && let Some(group) = &mut self.group {
+            *group += 1;
+        }
+        let overtaken = self
+            .entries
+            .iter()
+            .skip(at + 1)
+            .any(|entry| !entry.is_waiting());
+        match failure {
+            // It ended before, or what became of it is being found out.
+            _ if self.is_over() || matches!(self.phase, Phase::Resolve(_)) => {}
+            // It waited behind the gap.
+            Failure::Stopped if self.gap => {}
+            Failure::Uncertain { .. } => self.gapes(failure),
+            Failure::QueueFull | Failure::Busy | Failure::Draining if overtaken => {
+                self.gapes(failure);
+            }
+            // The queue was empty when the group was measured: it must not start with a part of it.
+            Failure::QueueFull if self.stopped && self.group.is_some() => {
+                self.fail(StreamFailure::Request(failure));
+            }
+            Failure::QueueFull => {
+                self.credit.full = true;
+                self.reader.want_left();
+                self.reader.look(now.saturating_add(SOON));
+            }
+            Failure::Busy | Failure::Draining => self.retry_at = Some(now.saturating_add(SOON)),
+            _ => self.fail(StreamFailure::Request(failure)),
+        }
+    }
+
+    /// Something was lost between others, or nobody knows whether it was.
+    fn gapes(&mut self, failure: Failure) {
+        match self.settings.window > 1 && self.may_repeat() {
+            true => self.gap = true,
+            false => self.fail(StreamFailure::Request(failure)),
+        }
+    }
+
+    fn control_answered(&mut self, now: Micros, result: &Result<FrameBuf, Failure>) {
+        match result {
+            Err(Failure::Busy) => self.retry_at = Some(now.saturating_add(SOON)),
+            Err(failure) => self.fail(StreamFailure::Request(*failure)),
+            Ok(_) if self.is_over() => {}
+            Ok(_) => {
+                self.phase = match self.phase {
+                    Phase::Stop => {
+                        self.stopped = true;
+                        Phase::Load
+                    }
+                    Phase::Start => {
+                        self.stopped = false;
+                        self.reader.begins(now);
+                        Phase::Run
+                    }
+                    Phase::Halt => {
+                        self.stopped = true;
+                        Phase::Clear
+                    }
+                    Phase::Clear => {
+                        self.reader.look_closely(now, false);
+                        Phase::Drain {
+                            since: now,
+                            left: 0,
+                        }
+                    }
+                    other => other,
+                };
+            }
+        }
+    }
+}

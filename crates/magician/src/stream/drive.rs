@@ -1,0 +1,297 @@
+use magician_protocol::commands::{QueuedCmdClear, QueuedCmdStartExec, QueuedCmdStopExec};
+use magician_protocol::{Ctrl, EncodeError, FrameBuf};
+
+use super::item::{Entry, Fate};
+use super::resume::Glance;
+use super::{Stream, StreamEvent};
+use crate::connection::{Connection, Micros, Priority, Request};
+
+/// How long the first commands wait for more, us, before it is decided that this is no batch.
+pub(super) const GATHER: Micros = 20_000;
+
+/// What a stream is about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Phase {
+    /// Waits for the first command and looks at the arm.
+    Begin,
+    /// Decides what goes in while the queue is stopped.
+    Choose,
+    /// The queue is being stopped, because a group goes in.
+    Stop,
+    /// A group goes in.
+    Load,
+    /// The queue is being started.
+    Start,
+    /// Commands flow.
+    Run,
+    /// Something was lost: the other answers are waited for.
+    Settle,
+    /// The queue is being stopped, because something was lost.
+    Halt,
+    Clear,
+    /// The cleared queue finishes what is under way; its left space, and since when it stands.
+    Drain {
+        since: Micros,
+        left: u32,
+    },
+    /// Finds out what became of what was sent before an interruption.
+    Resolve(Option<Glance>),
+    Over,
+}
+
+impl Stream {
+    /// Submits what is due.
+    pub fn advance(&mut self, now: Micros, connection: &mut Connection) {
+        if self.credit.places == 0 {
+            self.credit.places = connection.capacity();
+        }
+        self.retry_at = self.retry_at.filter(|at| *at > now);
+        self.retire(connection);
+        if self.gap && self.phase != Phase::Settle {
+            self.begin_recovery();
+        }
+        while !self.is_over() && self.step(now, connection) {}
+        if !self.is_over() {
+            self.read(now, connection);
+        }
+    }
+
+    /// Does what the phase asks for; true when it has become another one.
+    fn step(&mut self, now: Micros, to: &mut Connection) -> bool {
+        let before = self.phase;
+        match self.phase {
+            Phase::Begin => self.begin(now),
+            Phase::Choose => self.choose(now),
+            Phase::Stop | Phase::Halt => self.control(now, Request::set(&QueuedCmdStopExec {}), to),
+            Phase::Clear => self.control(now, Request::set(&QueuedCmdClear {}), to),
+            Phase::Start => self.control(now, Request::set(&QueuedCmdStartExec {}), to),
+            Phase::Load => self.load(now, to),
+            Phase::Run => self.run(now, to),
+            Phase::Settle => self.settle(now),
+            Phase::Drain { .. } | Phase::Resolve(_) | Phase::Over => {}
+        }
+        self.phase != before
+    }
+
+    fn begin(&mut self, now: Micros) {
+        if self.next().is_none() {
+            if self.ended {
+                self.phase = Phase::Run;
+            }
+        } else if !self.reader.is_planned() {
+            self.reader.look_closely(now, self.settings.start);
+        }
+    }
+
+    /// The first look is complete.
+    fn begun(&mut self, last: Option<u64>) {
+        let places = self.credit.places.max(self.reader.left);
+        self.credit.places = places;
+        self.credit.strangers = places - self.reader.left;
+        let tail = self
+            .reader
+            .current
+            .saturating_add(self.credit.strangers.into());
+        self.base = tail.max(last.unwrap_or(0));
+        if self.settings.start && self.credit.strangers == 0 {
+            self.stood = Some(self.reader.pose);
+        }
+        self.phase = match self.settings.start {
+            true => Phase::Choose,
+            false => Phase::Run,
+        };
+    }
+
+    /// A look is complete: what it means for the phase.
+    pub(super) fn look_complete(&mut self, now: Micros, last: Option<u64>) {
+        match self.phase {
+            Phase::Begin => self.begun(last),
+            Phase::Drain { since, left } => self.drained(now, since, left),
+            Phase::Resolve(before) => self.resolve(now, before),
+            _ => self.tell_progress(),
+        }
+    }
+
+    /// Decides what goes in while the queue is stopped.
+    fn choose(&mut self, now: Micros) {
+        let Some(next) = self.next() else {
+            self.phase = if self.stopped {
+                Phase::Start
+            } else {
+                Phase::Run
+            };
+            return;
+        };
+        let gathered = (self.gathers).is_some_and(|at| at.saturating_add(GATHER) <= now);
+        let lights = self
+            .entries
+            .get(next)
+            .is_some_and(|entry| self.is_held(entry));
+        let group = match lights {
+            true => self.chunk(next, gathered).map(Some),
+            false => self.batch(gathered),
+        };
+        let Some(group) = group else {
+            self.gathers = (!gathered).then(|| self.gathers.unwrap_or(now));
+            return;
+        };
+        (self.group, self.gathers) = (group, None);
+        let several = group.map_or_else(|| self.waiting().nth(1).is_some(), |count| count > 1);
+        let empty = self.reader.left >= self.credit.places && self.unfinished().next().is_none();
+        let stops = !self.stopped && (lights || several && empty);
+        self.phase = if stops { Phase::Stop } else { Phase::Load };
+    }
+
+    /// How many commands go in before the queue is started: `Some(None)` as many as may, `None` when more have to be
+    /// offered before it can be told.
+    fn batch(&self, gathered: bool) -> Option<Option<usize>> {
+        let waiting = || self.waiting().map(|entry| &entry.item);
+        let count = waiting().count();
+        let time = waiting().fold(0, |sum: Micros, item| sum.saturating_add(item.time));
+        let burns = self.waiting().any(Entry::burns);
+        let places = self.credit().min(self.places());
+        if count > places || time > self.horizon(burns) {
+            return Some(None);
+        }
+        if self.ended {
+            return Some(Some(count));
+        }
+        gathered.then_some(None)
+    }
+
+    fn control(&mut self, now: Micros, request: Result<Request, EncodeError>, to: &mut Connection) {
+        if let (None, None, Ok(request)) = (self.control, self.retry_at, request) {
+            self.control = Some(self.submit(now, request, Priority::Stream, to));
+        }
+    }
+
+    fn load(&mut self, now: Micros, to: &mut Connection) {
+        self.send(now, to);
+        if self.flying() > 0 || self.retry_at.is_some() || self.credit.full {
+            self.pace(now);
+            return;
+        }
+        let complete = match self.group {
+            Some(left) => left == 0,
+            None => self.blocked(),
+        };
+        match complete {
+            true => {
+                self.group = None;
+                self.phase = Phase::Start;
+            }
+            false => self.pace(now),
+        }
+    }
+
+    fn run(&mut self, now: Micros, to: &mut Connection) {
+        self.send(now, to);
+        let idle = self.flying() == 0 && self.unfinished().next().is_none();
+        let next = self.next().and_then(|next| self.entries.get(next));
+        if idle && next.is_some_and(|next| self.settings.start && self.is_held(next)) {
+            self.phase = Phase::Choose;
+        } else if self.ended && self.entries.is_empty() {
+            self.told = true;
+            self.events.push(StreamEvent::Finished { last: self.last });
+        } else {
+            self.pace(now);
+        }
+    }
+
+    /// Whether nothing can be added to what is in the stopped queue.
+    fn blocked(&self) -> bool {
+        let next = self.next().and_then(|next| self.entries.get(next));
+        next.is_none_or(|next| {
+            self.is_held(next) || self.credit() == 0 || !self.within_horizon(next)
+        })
+    }
+
+    /// Whether commands go in while the arm runs.
+    pub(super) fn flows(&self) -> bool {
+        self.phase == Phase::Run
+    }
+
+    /// Whether the queue holds what was counted.
+    pub(super) fn takes_stock(&self) -> bool {
+        matches!(self.phase, Phase::Load | Phase::Start | Phase::Run)
+    }
+
+    /// Submits all that may go out.
+    fn send(&mut self, now: Micros, to: &mut Connection) {
+        while !self.gap && self.retry_at.is_none() && self.group != Some(0) {
+            let Some(next) = self.next() else { return };
+            let Some(entry) = self.entries.get(next).copied() else {
+                return;
+            };
+            let apart = self.group.is_none() && self.settings.start;
+            if apart && (self.is_held(&entry) || !self.within_horizon(&entry)) {
+                return;
+            }
+            if self.credit() == 0 || !self.may_fly(now, &entry) {
+                return;
+            }
+            let Ok(frame) = FrameBuf::set(&entry.item.command, Ctrl::QUEUED) else {
+                return;
+            };
+            let request = match self.window > 1 && entry.repeatable {
+                true => Request::of(frame).repeatable(),
+                false => Request::of(frame),
+            };
+            let ticket = self.submit(now, request, Priority::Stream, to);
+            if let Some(entry) = self.entries.get_mut(next) {
+                entry.fate = Fate::Flying(ticket);
+            }
+            if let Some(group) = &mut self.group {
+                *group = group.saturating_sub(1);
+            }
+        }
+    }
+
+    /// Whether a command may be in flight beside those that are: repeatable ones up to the window, everything else
+    /// alone, and only when all before it is beyond doubt.
+    fn may_fly(&mut self, now: Micros, entry: &Entry) -> bool {
+        let flying = self.flying();
+        let shares = self.window > 1 && entry.repeatable && self.may_repeat();
+        if flying > 0 {
+            return shares && flying < self.window;
+        }
+        let certain = self.unconfirmed().next().is_none();
+        if !certain && !shares && !self.reader.is_planned() {
+            self.reader.look(now);
+        }
+        certain || shares
+    }
+
+    /// What went out and is not beyond doubt.
+    pub(super) fn unconfirmed(&self) -> impl Iterator<Item = &Entry> {
+        let confirmed = self.confirmed;
+        (self.entries.iter()).filter(move |entry| match entry.fate {
+            Fate::Waiting => false,
+            Fate::Accepted(index) => confirmed.is_none_or(|confirmed| index > confirmed),
+            Fate::Flying(_) | Fate::Doubtful => true,
+        })
+    }
+
+    /// Whether all that is not beyond doubt may be done once more.
+    pub(super) fn may_repeat(&self) -> bool {
+        self.unconfirmed().all(|entry| entry.repeatable)
+    }
+
+    /// Lets go of what is finished and beyond doubt.
+    pub(super) fn retire(&mut self, connection: &Connection) {
+        let accepted = connection.confirmed_index().map(|index| index.0);
+        if self.expected.is_some() {
+            // A new count of the connection's knows nothing of what was accepted before.
+            self.confirmed = self.confirmed.max(accepted.min(self.last));
+        }
+        let (current, confirmed) = (self.reader.current, self.confirmed);
+        let over = |index: u64| index <= current && confirmed.is_some_and(|all| index <= all);
+        while self
+            .entries
+            .front()
+            .is_some_and(|entry| entry.index().is_some_and(over))
+        {
+            self.stood = self.entries.pop_front().and_then(|entry| entry.item.end);
+        }
+    }
+}

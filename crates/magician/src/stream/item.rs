@@ -1,0 +1,184 @@
+use magician_protocol::commands::{CpLeCmd, PtpCmd, PtpWithLCmd, SetEndEffectorLaser};
+use magician_protocol::{CpMode, Flag, PtpMode, Set};
+
+use crate::connection::{Micros, Ticket};
+
+/// A command for the queue, with what is known of it beforehand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Item {
+    /// What goes into the queue.
+    pub command: Set,
+    /// How long the arm will be busy with it, us; [`u64::MAX`]: nobody knows.
+    pub time: Micros,
+    /// Where the arm stands when it has finished: x, y, z in mm and r in degrees, when that is known.
+    pub end: Option<[f64; 4]>,
+    /// The laser may be lit during it or when it has ended.
+    pub laser: bool,
+}
+
+/// How a [`Stream`](super::Stream) behaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StreamSettings {
+    /// Most motion in the queue, us.
+    pub horizon: Micros,
+    /// Most motion in the queue while the laser may be lit, us.
+    pub laser_horizon: Micros,
+    /// Most repeatable commands in flight; 1: each waits for the answer to the one before. The connection's window must
+    /// be as large.
+    pub window: usize,
+    /// Starts the queue. Otherwise it is left as it is, and only its places limit what is put in.
+    pub start: bool,
+    /// How long an answer may take, us, until the stream ends with the request's failure.
+    pub patience: Micros,
+    /// The laser of a path (`CPLECmd`) is trusted to go out when the path comes to rest (model section 8, from the
+    /// sibling arm's code). Otherwise such segments go in chunks too, each ended by a segment of no power to where it
+    /// stands.
+    pub dark_at_rest: bool,
+    /// Resumes although nobody knows where the arm should stand.
+    pub trust_pose: bool,
+}
+
+impl Default for StreamSettings {
+    fn default() -> Self {
+        Self {
+            horizon: 2_000_000,
+            laser_horizon: 1_000_000,
+            window: 1,
+            start: true,
+            patience: 5_000_000,
+            dark_at_rest: true,
+            trust_pose: false,
+        }
+    }
+}
+
+/// What became of a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fate {
+    /// It has not gone out, or is known to have gone nowhere.
+    Waiting,
+    Flying(Ticket),
+    Accepted(u64),
+    /// Nobody can tell whether the controller took it.
+    Doubtful,
+}
+
+/// A command in the stream's care.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    pub(super) item: Item,
+    pub(super) fate: Fate,
+    /// Absolute, and the same when it is done once more.
+    pub(super) repeatable: bool,
+    /// The stream put it in by itself, to put the laser out between two chunks and light it again.
+    pub(super) inserted: bool,
+    /// The laser stays lit after it whatever the arm does.
+    pub(super) lit: bool,
+}
+
+impl Entry {
+    pub(super) fn new(item: Item, lit: bool) -> Self {
+        Self {
+            item,
+            fate: Fate::Waiting,
+            repeatable: is_repeatable(&item.command),
+            inserted: false,
+            lit,
+        }
+    }
+
+    /// A command of the stream's own: it takes no time and leaves the arm where it is.
+    pub(super) fn inserted(command: Set, end: Option<[f64; 4]>, lit: bool) -> Self {
+        let item = Item {
+            command,
+            time: 0,
+            end,
+            laser: lit,
+        };
+        Self {
+            inserted: true,
+            ..Self::new(item, lit)
+        }
+    }
+
+    pub(super) fn index(&self) -> Option<u64> {
+        match self.fate {
+            Fate::Accepted(index) => Some(index),
+            _ => None,
+        }
+    }
+
+    pub(super) fn is_waiting(&self) -> bool {
+        self.fate == Fate::Waiting
+    }
+
+    pub(super) fn is_flying(&self) -> bool {
+        matches!(self.fate, Fate::Flying(_))
+    }
+
+    /// Whether the laser may be lit by it or during it.
+    pub(super) fn burns(&self) -> bool {
+        self.item.laser || self.lit || path_power(&self.item.command) != 0.0
+    }
+
+    /// Whether a stop of the queue would cut it short instead of letting it end (model section 14).
+    pub(super) fn is_cut_by_stop(&self) -> bool {
+        matches!(self.item.command, Set::WaitCmd(_) | Set::TrigCmd(_))
+    }
+}
+
+/// The laser power of a segment, percent; 0 for everything else.
+pub(super) fn path_power(command: &Set) -> f32 {
+    match command {
+        Set::CpLeCmd(segment) => segment.velocity_or_power,
+        _ => 0.0,
+    }
+}
+
+/// What a command makes of the laser that burns whether the arm moves or not.
+pub(super) fn switched(command: &Set) -> Option<bool> {
+    match command {
+        Set::SetEndEffectorLaser(SetEndEffectorLaser { enable_ctrl, on }) => {
+            Some(enable_ctrl.is_on() && on.is_on())
+        }
+        _ => None,
+    }
+}
+
+/// The command that puts out the laser that burns whether the arm moves or not.
+pub(super) fn dark() -> Set {
+    Set::SetEndEffectorLaser(SetEndEffectorLaser {
+        enable_ctrl: Flag::ON,
+        on: Flag::OFF,
+    })
+}
+
+/// Whether doing it once more from anywhere leads to the same end and has no other effect: absolute segments without
+/// laser power, and absolute point-to-point moves.
+fn is_repeatable(command: &Set) -> bool {
+    match command {
+        Set::CpCmd(segment) => segment.cp_mode == CpMode::Absolute,
+        Set::CpLeCmd(CpLeCmd {
+            cp_mode,
+            velocity_or_power,
+            ..
+        }) => *cp_mode == CpMode::Absolute && *velocity_or_power == 0.0,
+        Set::PtpCmd(PtpCmd { ptp_mode, .. }) | Set::PtpWithLCmd(PtpWithLCmd { ptp_mode, .. }) => {
+            is_absolute(*ptp_mode)
+        }
+        _ => false,
+    }
+}
+
+fn is_absolute(mode: PtpMode) -> bool {
+    matches!(
+        mode,
+        PtpMode::JumpXyz
+            | PtpMode::MovjXyz
+            | PtpMode::MovlXyz
+            | PtpMode::JumpAngle
+            | PtpMode::MovjAngle
+            | PtpMode::MovlAngle
+            | PtpMode::JumpMovlXyz
+    )
+}

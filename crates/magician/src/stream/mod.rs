@@ -1,0 +1,341 @@
+//! Any number of queued commands, kept flowing through a [`Connection`]: never more in the arm than may run on when the
+//! host dies, never less than keeps it moving, and every command accounted for.
+//!
+//! A [`Stream`] does no I/O and reads no clock. Its methods come in the kinds of the connection's, and a shell calls them
+//! in the same round:
+//!
+//! * look: `&self` methods, which change nothing;
+//! * our own side: [`offer`](Stream::offer) a command while there is [`room`](Stream::room), [`finish`](Stream::finish)
+//!   when no more comes, [`interrupt`](Stream::interrupt) when the line is lost or somebody stops the arm,
+//!   [`reset`](Stream::reset) when the connection says that the controller was reset;
+//! * [`answered`](Stream::answered): the connection has ended a request;
+//! * time: [`advance`](Stream::advance) submits what is due. It is called after each of the calls above, and at the
+//!   instant that [`poll_timeout`](Stream::poll_timeout) names;
+//! * what comes out: [`poll_event`](Stream::poll_event), until it returns `None`.
+//!
+//! The same calls give the same results. Memory is bounded and taken when the stream is made: offered commands wait in
+//! [`WAITING`] places, and a command is kept until the arm has finished it and nobody doubts it, at most [`KEPT`] of them.
+//!
+//! # How much is in the arm
+//!
+//! *Credit* is the number of places minus the commands that were accepted and not finished, by their indices, minus those
+//! in flight. Left space is read now and then beside it; the lower of both counts. When they disagree in
+//! [`STRIKES`](credit::STRIKES) readings in a row, left space wins: fewer places are used from then on
+//! ([`StreamEvent::Places`]), or, if commands are missing from the queue, somebody cleared it and the stream fails.
+//!
+//! The *horizon* bounds what the arm does when the host dies: the times of all that is accepted or in flight and not
+//! finished, the one under way counted whole. Two commands are allowed whatever they take, so that the arm always has the
+//! next one. An unknown time fills the horizon. With [`start`](StreamSettings::start) off there is no horizon: whoever only
+//! fills a queue decides himself when it runs.
+//!
+//! # Stopped first, then started
+//!
+//! A program that fits (all of it offered, finished with `finish`, within places and horizon) is put in whole while the
+//! queue is stopped and then started: nothing moves unless all of it was taken. A longer one is put in up to the horizon,
+//! started, and goes on. A queue in which earlier commands wait is not stopped (a stop would cut short a WAIT of theirs),
+//! nor is one stopped for a single command. Whether a program is a batch is known when it is finished or more than a batch
+//! is offered; a caller who does neither is waited for [`GATHER`](drive::GATHER) us.
+//!
+//! # The laser
+//!
+//! There are two lights. The laser of a path (`CPLECmd`) goes out when the path comes to rest (model section 8): such
+//! segments stream like others with the shorter [`laser_horizon`](StreamSettings::laser_horizon), and when nothing follows
+//! they end dark by themselves. The laser that `SetEndEffectorLaser` switches burns until it is switched off, so it is
+//! never lit by a queue that does not hold what puts it out again: from the command that lights it to the one that puts
+//! it out is a *chunk*, which is put in whole while the queue is stopped and empty, and then started. A chunk that would
+//! take longer than the laser's horizon, or more places than there are, is split at the end of a command: the stream
+//! inserts a command that puts the laser out and one that lights it again for the next chunk. On the work this shows: at
+//! every seam (once a second; with 32 places every 30 segments, if they are short) the arm stands still and dark while the
+//! next chunk goes in, a tenth of a second or two, and because it brakes before the seam with the laser at full power and
+//! speeds up after it, the line is darker there. A caller who wants an even line uses `CPLECmd`. A program that ends with
+//! the laser lit is left as it was asked for. A laser lit through its IO pins or before the stream is not seen as switched;
+//! for it, as for all that has [`Item::laser`] set, the shorter horizon holds.
+//!
+//! # Above window 1
+//!
+//! Absolute moves that may be done once more share the window; everything else travels alone, and only when all before it
+//! is beyond doubt. When a command is lost between others, the queue is stopped (the segment under way ends at its end
+//! point) and cleared, and when it has drained everything after the last vertex that is both finished and confirmed goes
+//! again: the arm goes straight from where it stood to the first vertex in doubt, and may pass a few vertices twice. After
+//! [`GAPS`](recover::GAPS) of them the rest goes at window 1. If something that must not be done twice is in doubt, the
+//! stream fails instead, and nothing goes again.
+//!
+//! # Going on after an interruption
+//!
+//! Nothing is resumed by itself. [`leftover`](Stream::leftover) has what is not known to be finished, and
+//! [`resume`](Stream::resume) finds out what became of it (current index and left space until they stand, then the pose)
+//! before it sends anything; what does not add up is a [`StreamFailure`] with both values.
+
+mod answer;
+mod credit;
+mod drive;
+mod event;
+mod item;
+mod laser;
+mod reading;
+mod recover;
+mod resume;
+#[cfg(test)]
+mod tests;
+
+use std::collections::VecDeque;
+
+use magician_protocol::{Ctrl, FrameBuf};
+
+use crate::connection::{Connection, Micros, Priority, Request, Ticket};
+use credit::Credit;
+use drive::Phase;
+use event::Events;
+pub use event::{Refused, StreamEvent, StreamFailure};
+use item::{Entry, Fate, switched};
+pub use item::{Item, StreamSettings};
+use reading::Reader;
+pub use resume::{Leftover, POSE_TOLERANCE};
+
+/// Most commands that wait in a stream.
+pub const WAITING: usize = 40;
+/// Most commands that a stream keeps which are in the controller or on their way.
+pub const KEPT: usize = 40;
+/// Two of the stream's own for each chunk that may be split while all places are taken.
+const SPARE: usize = 8;
+
+/// A queued program on its way to the arm; see the [module](self).
+#[derive(Debug)]
+pub struct Stream {
+    settings: StreamSettings,
+    entries: VecDeque<Entry>,
+    phase: Phase,
+    credit: Credit,
+    reader: Reader,
+    events: Events,
+    /// Repeatable commands that may be in flight at present.
+    window: usize,
+    gaps: usize,
+    /// Something was lost between others.
+    gap: bool,
+    /// No more comes.
+    ended: bool,
+    /// `Finished` was told.
+    told: bool,
+    /// The laser stays lit after the command offered last.
+    lit: bool,
+    /// The stream has stopped the queue and not started it since.
+    stopped: bool,
+    /// Commands of the group that goes in while the queue is stopped which have not gone out; `None`: as many as may.
+    group: Option<usize>,
+    control: Option<Ticket>,
+    /// Nothing is submitted before, because the connection had no room.
+    retry_at: Option<Micros>,
+    /// When the first command was seen to wait for more.
+    gathers: Option<Micros>,
+    /// Commands of the caller that were accepted, and the first and last index given.
+    accepted: u64,
+    first: Option<u64>,
+    last: Option<u64>,
+    /// The index that has to come next.
+    expected: Option<u64>,
+    confirmed: Option<u64>,
+    /// Where the arm stands after what was finished and let go, when that is known.
+    stood: Option<[f64; 4]>,
+    /// The index given last before the stream's first.
+    base: u64,
+    /// What it was about when it ended.
+    was: Phase,
+    /// On resuming: commands that turned out to have been taken.
+    found: usize,
+    starved: u64,
+    dry: bool,
+}
+
+/// Look.
+impl Stream {
+    /// A stream without commands.
+    #[must_use]
+    pub fn new(settings: StreamSettings) -> Self {
+        let settings = StreamSettings {
+            window: settings.window.max(1),
+            ..settings
+        };
+        Self {
+            settings,
+            entries: VecDeque::with_capacity(WAITING + KEPT + SPARE),
+            phase: Phase::Begin,
+            credit: Credit::new(),
+            reader: Reader::new(),
+            events: Events::new(),
+            window: settings.window,
+            gaps: 0,
+            gap: false,
+            ended: false,
+            told: false,
+            lit: false,
+            stopped: false,
+            group: None,
+            control: None,
+            retry_at: None,
+            gathers: None,
+            accepted: 0,
+            first: None,
+            last: None,
+            expected: None,
+            confirmed: None,
+            stood: None,
+            base: 0,
+            was: Phase::Begin,
+            found: 0,
+            starved: 0,
+            dry: false,
+        }
+    }
+
+    /// How many commands may be offered at present.
+    #[must_use]
+    pub fn room(&self) -> usize {
+        match self.ended || self.is_over() {
+            true => 0,
+            false => WAITING.saturating_sub(self.waiting().count()),
+        }
+    }
+
+    /// Whether nothing goes out any more: everything is finished, or it has failed.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.told || self.phase == Phase::Over
+    }
+
+    /// Index of the command accepted last.
+    #[must_use]
+    pub fn last_index(&self) -> Option<u64> {
+        self.last
+    }
+
+    /// How it behaves.
+    #[must_use]
+    pub fn settings(&self) -> &StreamSettings {
+        &self.settings
+    }
+
+    /// The command that was given this index, while it is not known to be finished.
+    #[must_use]
+    pub fn item_at(&self, index: u64) -> Option<&Item> {
+        let found = (self.entries.iter()).find(|entry| entry.index() == Some(index));
+        found.map(|entry| &entry.item)
+    }
+
+    fn waiting(&self) -> impl Iterator<Item = &Entry> {
+        self.entries.iter().filter(|entry| entry.is_waiting())
+    }
+
+    /// The place of the first command that waits.
+    fn next(&self) -> Option<usize> {
+        self.entries.iter().position(Entry::is_waiting)
+    }
+
+    fn flying(&self) -> usize {
+        let flying = self.entries.iter().filter(|entry| entry.is_flying());
+        flying.count()
+    }
+
+    /// What is in the controller and not finished, as far as was read, in order.
+    fn unfinished(&self) -> impl Iterator<Item = &Entry> {
+        let current = self.reader.current;
+        (self.entries.iter()).filter(move |entry| entry.index().is_some_and(|at| at > current))
+    }
+}
+
+/// Our own side.
+impl Stream {
+    /// Takes the next command.
+    ///
+    /// # Errors
+    /// [`Refused`]; nothing was taken.
+    pub fn offer(&mut self, item: Item) -> Result<(), Refused> {
+        if self.ended || self.is_over() {
+            return Err(Refused::Over);
+        }
+        if self.room() == 0 {
+            return Err(Refused::Full);
+        }
+        if !item.command.row().queueable {
+            return Err(Refused::NotQueueable);
+        }
+        FrameBuf::set(&item.command, Ctrl::QUEUED).map_err(|_| Refused::TooLong)?;
+        self.lit = switched(&item.command).unwrap_or(self.lit);
+        self.entries.push_back(Entry::new(item, self.lit));
+        Ok(())
+    }
+
+    /// No more comes.
+    pub fn finish(&mut self) {
+        self.ended = true;
+    }
+
+    /// The line is lost, or a stop goes out: the stream ends with this failure. Call it before the connection's own
+    /// `interrupt` or stop, and go on giving it the answers, so that it knows what became of what was in flight.
+    pub fn interrupt(&mut self, failure: crate::connection::Failure) {
+        self.fail(StreamFailure::Request(failure));
+    }
+
+    /// Nobody waits for it any more: what has not gone out will not.
+    pub fn withdraw(&self, connection: &mut Connection) {
+        for (ticket, _) in self.under_way() {
+            connection.cancel(ticket);
+        }
+        if let Some(ticket) = self.control {
+            connection.cancel(ticket);
+        }
+    }
+
+    /// The commands that the connection has and has not ended, with the frames that answers are to.
+    pub fn under_way(&self) -> impl Iterator<Item = (Ticket, FrameBuf)> {
+        self.entries.iter().filter_map(|entry| match entry.fate {
+            Fate::Flying(ticket) => {
+                let frame = FrameBuf::set(&entry.item.command, Ctrl::QUEUED).ok()?;
+                Some((ticket, frame))
+            }
+            _ => None,
+        })
+    }
+
+    /// The connection has told that the controller was reset: the stream ends, for what was queued is gone.
+    pub fn reset(&mut self) {
+        let before = self.reader.current;
+        self.fail(StreamFailure::Reset { before, now: None });
+    }
+
+    /// The next thing to tell.
+    pub fn poll_event(&mut self) -> Option<StreamEvent> {
+        self.events.pop()
+    }
+
+    /// The instant at which [`advance`](Self::advance) is to be called, if any.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<Micros> {
+        if self.is_over() {
+            return None;
+        }
+        let gathered = self.gathers.map(|at| at.saturating_add(drive::GATHER));
+        let all = [self.reader.poll_timeout(), self.retry_at, gathered];
+        all.into_iter().flatten().min()
+    }
+
+    fn fail(&mut self, failure: StreamFailure) {
+        if !self.is_over() {
+            self.note_interruption();
+            self.phase = Phase::Over;
+            self.events.push(StreamEvent::Failed(failure));
+        }
+    }
+
+    /// Puts a request into the connection; the answer has to come within the stream's patience.
+    fn submit(
+        &self,
+        now: Micros,
+        request: Request,
+        priority: Priority,
+        to: &mut Connection,
+    ) -> Ticket {
+        let deadline = now.saturating_add(self.settings.patience);
+        to.submit(request.priority(priority).deadline(deadline))
+    }
+}

@@ -1,0 +1,320 @@
+use magician_protocol::commands::{Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
+use magician_protocol::{FrameBuf, NoArgs, Readable};
+
+use super::item::Entry;
+use super::{Stream, StreamEvent, StreamFailure};
+use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
+
+/// Shortest time between two looks.
+pub(super) const SOON: Micros = 10_000;
+/// Longest time between two looks while something is under way.
+const LATE: Micros = 200_000;
+/// Shortest time between two looks at left space while commands flow.
+const CROSS_CHECK: Micros = 50_000;
+
+/// One request of a look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reading {
+    Left,
+    Current,
+    Pose,
+}
+
+/// Looks at the queue: left space if it is wanted, then the current index, then the pose if it is wanted.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reader {
+    flight: Option<(Reading, Ticket)>,
+    /// What the look under way still has to read.
+    rest: [Option<Reading>; 3],
+    /// When the next look begins.
+    due: Option<Micros>,
+    wants_left: bool,
+    wants_pose: bool,
+    /// Command that was finished last, 0 before the first look.
+    pub(super) current: u64,
+    known: bool,
+    /// A lower current index was read last; the next look tells whether to believe it.
+    lower: bool,
+    /// When the current index went on last.
+    changed: Micros,
+    misses: u32,
+    /// Left space as read last, and when.
+    pub(super) left: u32,
+    left_at: Option<Micros>,
+    /// Index accepted last when left space was asked for, and the most that was queued when it came.
+    accepted: Option<u64>,
+    at_most: u32,
+    compares: bool,
+    pub(super) pose: [f64; 4],
+}
+
+impl Reader {
+    pub(super) fn new() -> Self {
+        Self {
+            flight: None,
+            rest: [None; 3],
+            due: None,
+            wants_left: false,
+            wants_pose: false,
+            current: 0,
+            known: false,
+            lower: false,
+            changed: 0,
+            misses: 0,
+            left: 0,
+            left_at: None,
+            accepted: None,
+            at_most: 0,
+            compares: false,
+            pose: [0.0; 4],
+        }
+    }
+
+    /// As an interrupted stream begins: what was finished by then is known.
+    pub(super) fn after(current: u64) -> Self {
+        Self {
+            current,
+            known: true,
+            ..Self::new()
+        }
+    }
+
+    pub(super) fn poll_timeout(&self) -> Option<Micros> {
+        self.due.filter(|_| !self.is_busy())
+    }
+
+    fn is_busy(&self) -> bool {
+        self.flight.is_some() || self.rest.iter().any(Option::is_some)
+    }
+
+    /// Whether a look is under way or planned.
+    pub(super) fn is_planned(&self) -> bool {
+        self.is_busy() || self.due.is_some()
+    }
+
+    /// The arm begins with what it has.
+    pub(super) fn begins(&mut self, now: Micros) {
+        (self.changed, self.misses) = (now, 0);
+    }
+
+    /// The next look is to begin then at the latest.
+    pub(super) fn look(&mut self, at: Micros) {
+        self.due = Some(self.due.map_or(at, |due| due.min(at)));
+    }
+
+    /// The next look is at everything a stopped arm shows.
+    pub(super) fn look_closely(&mut self, at: Micros, pose: bool) {
+        (self.wants_left, self.wants_pose) = (true, pose);
+        self.look(at);
+    }
+
+    /// The next look reads left space too.
+    pub(super) fn want_left(&mut self) {
+        self.wants_left = true;
+    }
+}
+
+fn request(reading: Reading) -> Option<Request> {
+    let request = match reading {
+        Reading::Left => Request::get::<QueuedCmdLeftSpace>(&NoArgs),
+        Reading::Current => Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
+        Reading::Pose => Request::get::<Pose>(&NoArgs),
+    };
+    request.ok()
+}
+
+impl Stream {
+    /// Begins a look that is due, and goes on with one that has begun.
+    pub(super) fn read(&mut self, now: Micros, to: &mut Connection) {
+        let reader = &mut self.reader;
+        if !reader.is_busy() && reader.due.is_some_and(|due| due <= now) {
+            let stale = reader
+                .left_at
+                .is_none_or(|at| at.saturating_add(CROSS_CHECK) <= now);
+            let left = reader.wants_left || stale;
+            reader.rest = [
+                left.then_some(Reading::Left),
+                Some(Reading::Current),
+                reader.wants_pose.then_some(Reading::Pose),
+            ];
+            reader.compares = left;
+            (reader.due, reader.wants_left, reader.wants_pose) = (None, false, false);
+        }
+        if reader.flight.is_some() {
+            return;
+        }
+        let Some(reading) = reader.rest.iter_mut().find_map(Option::take) else {
+            return;
+        };
+        if reading == Reading::Left {
+            self.reader.accepted = self.last;
+        }
+        if let Some(request) = request(reading) {
+            let ticket = self.submit(now, request, Priority::Poll, to);
+            self.reader.flight = Some((reading, ticket));
+        }
+    }
+
+    /// A request has ended; whether it was a reading of the stream's.
+    pub(super) fn reading_answered(
+        &mut self,
+        now: Micros,
+        ticket: Ticket,
+        result: &Result<FrameBuf, Failure>,
+        connection: &mut Connection,
+    ) -> bool {
+        let Some((reading, _)) = self.reader.flight.take_if(|(_, flying)| *flying == ticket) else {
+            return false;
+        };
+        match result {
+            Ok(frame) if self.note(now, reading, frame).is_some() => {
+                if !self.reader.is_busy() {
+                    self.looked(now, connection);
+                }
+            }
+            // Answered with something else, or there was no room: look again.
+            Ok(_) | Err(Failure::Busy) => {
+                self.reader.rest = [None; 3];
+                self.reader.look_closely(now.saturating_add(SOON), true);
+            }
+            Err(failure) => self.fail(StreamFailure::Request(*failure)),
+        }
+        true
+    }
+
+    /// An answer to somebody else's question that passes: a current index saves the stream a look of its own. Call
+    /// [`advance`](Self::advance) afterwards.
+    pub fn overhear(&mut self, now: Micros, frame: &FrameBuf) {
+        let view = frame.frame();
+        let read = match view.ctrl().write() || view.ctrl().queued() {
+            true => return,
+            false => view.read::<QueuedCmdCurrentIndex>(),
+        };
+        let is_it = view.id() == <QueuedCmdCurrentIndex as Readable>::ROW.id;
+        if let (true, true, Ok(read)) = (is_it, self.flows(), read) {
+            self.note_current(now, read.queued_cmd_current_index);
+            self.tell_progress();
+        }
+    }
+
+    fn note(&mut self, now: Micros, reading: Reading, frame: &FrameBuf) -> Option<()> {
+        let view = frame.frame();
+        match reading {
+            Reading::Left => {
+                self.reader.left = view.read::<QueuedCmdLeftSpace>().ok()?.left_space;
+                self.reader.left_at = Some(now);
+                self.reader.at_most = self.at_most();
+            }
+            Reading::Current => {
+                let read = view.read::<QueuedCmdCurrentIndex>().ok()?;
+                self.note_current(now, read.queued_cmd_current_index);
+            }
+            Reading::Pose => {
+                let pose = view.read::<Pose>().ok()?;
+                self.reader.pose = [pose.x, pose.y, pose.z, pose.r].map(f64::from);
+            }
+        }
+        Some(())
+    }
+
+    fn note_current(&mut self, now: Micros, read: u64) {
+        let reader = &mut self.reader;
+        if reader.known && read < reader.current {
+            // On an unordered link one lower reading may be an old one.
+            if reader.lower {
+                let (before, now) = (reader.current, Some(read));
+                self.fail(StreamFailure::Reset { before, now });
+            } else {
+                reader.lower = true;
+                reader.look(now);
+            }
+            return;
+        }
+        reader.misses = match read > reader.current {
+            true => 0,
+            false => reader.misses.saturating_add(1),
+        };
+        if read > reader.current || !reader.known {
+            reader.changed = now;
+        }
+        (reader.current, reader.known, reader.lower) = (read, true, false);
+    }
+
+    /// A look is complete.
+    fn looked(&mut self, now: Micros, connection: &mut Connection) {
+        if self.reader.lower || self.is_over() {
+            return;
+        }
+        if self.reader.compares && self.takes_stock() {
+            let Self { reader, .. } = self;
+            let (left, accepted, at_most) = (reader.left, reader.accepted, reader.at_most);
+            if !self.compare(left, accepted, at_most, connection) {
+                self.reader.look_closely(now, false);
+            }
+        }
+        if self.is_over() {
+            return;
+        }
+        self.note_dryness(connection.round_trip().unwrap_or(0));
+        self.look_complete(now, connection.last_index().map(|index| index.0));
+        self.retire(connection);
+    }
+
+    /// Counts how often the arm ran dry although there was work.
+    fn note_dryness(&mut self, round_trip: Micros) {
+        let dry = self.flows() && self.is_dry(round_trip);
+        if dry && !self.dry {
+            self.starved = self.starved.saturating_add(1);
+            let times = self.starved;
+            self.events.push(StreamEvent::Starved { times });
+        }
+        self.dry = dry;
+    }
+
+    /// Whether the arm has nothing to do although there is something, or so little that it will have nothing before more
+    /// can arrive: on a full line a reading never finds the queue empty, for it travels behind a command.
+    fn is_dry(&self, round_trip: Micros) -> bool {
+        let moves = |entry: &Entry| entry.item.time > 0;
+        let accepted = self
+            .entries
+            .iter()
+            .rev()
+            .find(|entry| entry.index().is_some());
+        let next = self.entries.iter().find(|entry| entry.index().is_none());
+        if !accepted.is_some_and(moves) || !next.is_some_and(moves) {
+            return false;
+        }
+        let mut unfinished = self.unfinished();
+        match (unfinished.next(), unfinished.next()) {
+            (None, _) => true,
+            (Some(only), None) => self.flying() > 0 && only.item.time < round_trip,
+            _ => false,
+        }
+    }
+
+    /// Plans the next look by what the queue holds: when about three eighths of it will have been done while more is to
+    /// be sent, when all of it will have been done else. Without anything to wait for there is none.
+    pub(super) fn pace(&mut self, now: Micros) {
+        if self.reader.is_planned() {
+            return;
+        }
+        let count = self.unfinished().count();
+        let kept = self.entries.iter().any(|entry| !entry.is_waiting());
+        if !kept && !self.credit.full {
+            return;
+        }
+        let ahead = match self.next() {
+            Some(_) => (count * 3 / 8).max(1),
+            None => count,
+        };
+        let times = self.unfinished().take(ahead).map(|entry| entry.item.time);
+        let time = times.fold(0, Micros::saturating_add);
+        let since = now.saturating_sub(self.reader.changed);
+        let wait = match time.saturating_sub(since) {
+            // It takes longer than was thought.
+            0 => time.min(SOON << self.reader.misses.min(4)),
+            wait => wait,
+        };
+        self.reader.look(now.saturating_add(wait.clamp(SOON, LATE)));
+    }
+}

@@ -1,0 +1,266 @@
+use super::drive::Phase;
+use super::item::{Entry, Fate, Item};
+use super::reading::Reader;
+use super::{Stream, StreamEvent, StreamFailure, StreamSettings};
+use crate::connection::Micros;
+
+/// How far from where it should stand an arm may be found, in mm for x, y, z and degrees for r.
+pub const POSE_TOLERANCE: f64 = 0.5;
+
+/// Pause between looks at an arm that moves.
+const MOVING_PAUSE: Micros = 50_000;
+
+/// What was read of the arm in one look.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Glance {
+    current: u64,
+    left: u32,
+    pose: [f64; 4],
+}
+
+/// What an ended stream has not seen finished, and what is known of it.
+#[derive(Debug)]
+pub struct Leftover(Stream);
+
+impl Leftover {
+    /// The commands that are not known to be finished and confirmed, in order, with the indices of those that are known
+    /// to have been taken. A few that the stream put in by itself between two chunks of the laser are among them.
+    pub fn items(&self) -> impl Iterator<Item = (Option<u64>, &Item)> {
+        (self.0.entries.iter()).map(|entry| (entry.index(), &entry.item))
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.0.entries.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.entries.is_empty()
+    }
+
+    /// Index of the command that was seen finished last.
+    #[must_use]
+    pub fn current(&self) -> u64 {
+        self.0.reader.current
+    }
+
+    /// Where the arm stands when it has finished all that it is known to have taken, in mm and degrees, when that is
+    /// known.
+    #[must_use]
+    pub fn expected_pose(&self) -> Option<[f64; 4]> {
+        self.0.pose_after(u64::MAX)
+    }
+}
+
+impl Stream {
+    /// What is not known to be finished and confirmed. Commands that the connection has not ended yet are in doubt; the
+    /// stream that goes on with them takes their answers.
+    #[must_use]
+    pub fn leftover(mut self) -> Leftover {
+        if self.phase != Phase::Over {
+            self.note_interruption();
+        }
+        Leftover(self)
+    }
+
+    /// Goes on where another stream ended, on the same arm. It first finds out what became of what that one sent, and
+    /// waits until the arm has finished what it had; then the arm must stand where its last finished command leaves it,
+    /// within [`POSE_TOLERANCE`], and the first command that was not taken is the next to go. What does not add up ends the
+    /// stream with a reason, and nothing is sent. Alarms are not its business. More may be offered if the interrupted stream
+    /// had not been told that no more comes.
+    #[must_use]
+    pub fn resume(leftover: Leftover, settings: StreamSettings) -> Self {
+        let Leftover(mut stream) = leftover;
+        stream.settings = StreamSettings {
+            window: settings.window.max(1),
+            ..settings
+        };
+        stream.window = stream.settings.window;
+        let begun = stream.first.is_some() || !stream.entries.iter().all(Entry::is_waiting);
+        stream.reader = match begun {
+            true => Reader::after(stream.reader.current),
+            false => Reader::new(),
+        };
+        stream.phase = match begun {
+            true => Phase::Resolve(None),
+            false => Phase::Begin,
+        };
+        stream.reader.look_closely(0, true);
+        (stream.control, stream.retry_at, stream.gathers) = (None, None, None);
+        (stream.gap, stream.told, stream.dry, stream.credit.full) = (false, false, false, false);
+        stream
+    }
+
+    /// The stream ends: what it was about decides how it is resumed.
+    pub(super) fn note_interruption(&mut self) {
+        self.was = match self.phase {
+            // It had not found out.
+            Phase::Resolve(_) | Phase::Over => self.was,
+            _ if self.gap => Phase::Settle,
+            phase => phase,
+        };
+    }
+
+    /// A look while it is found out what became of what was sent.
+    pub(super) fn resolve(&mut self, now: Micros, before: Option<Glance>) {
+        let reader = &mut self.reader;
+        let (current, left, pose) = (reader.current, reader.left, reader.pose);
+        let glance = Glance {
+            current,
+            left,
+            pose,
+        };
+        self.phase = Phase::Resolve(Some(glance));
+        self.reader
+            .look_closely(now.saturating_add(MOVING_PAUSE), true);
+        if before != Some(glance) {
+            return;
+        }
+        self.credit.places = self.credit.places.max(left);
+        match self.must_recover() {
+            true => self.go_back(),
+            false => self.account(current, left),
+        }
+    }
+
+    /// Whether indices say nothing because the queue was or may have been cleared.
+    fn must_recover(&self) -> bool {
+        let recovering = matches!(
+            self.was,
+            Phase::Settle | Phase::Halt | Phase::Clear | Phase::Drain { .. }
+        );
+        recovering || self.gaps > 0 && self.expected.is_none()
+    }
+
+    /// The arm stands still: accounts for everything by the last index it gave.
+    fn account(&mut self, current: u64, left: u32) {
+        let queued = u64::from(self.credit.places.saturating_sub(left));
+        let tail = current.max(self.base).saturating_add(queued);
+        let last = self.last.unwrap_or(self.base);
+        let gone = self.entries.iter().filter(|entry| !entry.is_waiting());
+        let doubtful = gone.filter(|entry| entry.index().is_none()).count() as u64;
+        let unsure = (self.unconfirmed().count() as u64).saturating_sub(doubtful);
+        let (from, to) = (last.saturating_sub(unsure), last.saturating_add(doubtful));
+        if !(from..=to).contains(&tail) {
+            return self.fail(StreamFailure::Tail {
+                found: tail,
+                from,
+                to,
+            });
+        }
+        let none = unsure == 0 && tail == last;
+        if tail != to && !none {
+            // Something may be missing in the middle.
+            return match self.may_repeat() {
+                true => self.go_back(),
+                false => {
+                    let confirmed = self.confirmed;
+                    self.fail(StreamFailure::Unclear {
+                        confirmed,
+                        found: tail,
+                    });
+                }
+            };
+        }
+        let found = self.adopt(last, tail);
+        if current >= tail {
+            return self.go_on(found);
+        }
+        let loading = matches!(self.was, Phase::Load | Phase::Start);
+        if loading && self.check_pose(current) {
+            // It stands although commands wait: the queue was not started yet.
+            self.phase = Phase::Load;
+            self.tell_resumed(found);
+        }
+    }
+
+    /// All up to `tail` was taken, and nothing else; returns how many of these had been in doubt.
+    fn adopt(&mut self, last: u64, tail: u64) -> usize {
+        let mut next = last.saturating_add(1);
+        let mut found = 0;
+        for entry in &mut self.entries {
+            if entry.is_waiting() || entry.index().is_some() {
+                continue;
+            }
+            if next > tail {
+                entry.fate = Fate::Waiting;
+                if let Some(group) = &mut self.group {
+                    *group += 1;
+                }
+                continue;
+            }
+            entry.fate = Fate::Accepted(next);
+            self.accepted += u64::from(!entry.inserted);
+            (self.first, self.last) = (self.first.or(Some(next)), Some(next));
+            next = next.saturating_add(1);
+            found += 1;
+        }
+        (self.confirmed, self.expected) = (Some(tail), tail.checked_add(1));
+        self.found += found;
+        self.found
+    }
+
+    /// The arm has finished all it had.
+    fn go_on(&mut self, found: usize) {
+        if self.check_pose(u64::MAX) {
+            (self.credit.strangers, self.stopped, self.group) = (0, false, None);
+            self.phase = match self.settings.start {
+                true => Phase::Choose,
+                false => Phase::Run,
+            };
+            self.tell_resumed(found);
+        }
+    }
+
+    /// What is not certain may all be done once more: clears the queue and goes back to the last certain vertex.
+    fn go_back(&mut self) {
+        if !self.may_repeat() {
+            let (confirmed, found) = (self.confirmed, self.reader.current);
+            return self.fail(StreamFailure::Unclear { confirmed, found });
+        }
+        if self.check_pose(self.reader.current) {
+            // The queue is cleared in any case.
+            for entry in self.entries.iter_mut().filter(|entry| entry.is_flying()) {
+                entry.fate = Fate::Doubtful;
+            }
+            self.tell_resumed(0);
+            self.stopped = false;
+            self.begin_recovery();
+        }
+    }
+
+    fn tell_resumed(&mut self, found: usize) {
+        let waiting = self.waiting().count();
+        self.found = 0;
+        self.events.push(StreamEvent::Resumed { found, waiting });
+    }
+
+    /// Where the arm stands after the command of this index, when that is known.
+    fn pose_after(&self, index: u64) -> Option<[f64; 4]> {
+        let done = |entry: &&Entry| entry.index().is_some_and(|at| at <= index);
+        match self.entries.iter().rev().find(done) {
+            Some(entry) => entry.item.end,
+            None => self.stood,
+        }
+    }
+
+    /// Whether the arm stands where it should after the command of this index. Ends the stream if not.
+    fn check_pose(&mut self, index: u64) -> bool {
+        let found = self.reader.pose;
+        let Some(expected) = self.pose_after(index) else {
+            if !self.settings.trust_pose {
+                self.fail(StreamFailure::PoseUnknown { found });
+            }
+            return self.settings.trust_pose;
+        };
+        let mut both = expected.iter().zip(&found);
+        let there = both.all(|(expected, found)| (expected - found).abs() <= POSE_TOLERANCE);
+        if !there {
+            self.fail(StreamFailure::Pose { expected, found });
+        }
+        there
+    }
+}

@@ -1,0 +1,135 @@
+use magician_protocol::Set;
+
+use super::rig::{Rig, SECOND, along, burnt, laser, rest_to_rest, segment};
+use crate::connection::Settings;
+use crate::stream::{Item, StreamSettings};
+
+/// How long the laser of this arm stays lit from now on, when nobody says anything any more.
+fn burns_on(rig: &Rig) -> u64 {
+    let mut arm = rig.pair.arm.clone();
+    let begin = arm.now();
+    let mut last = begin;
+    for step in 1..=1500 {
+        let now = begin + step * 5_000;
+        arm.advance(now);
+        if arm.state().laser {
+            last = now;
+        }
+    }
+    last - begin
+}
+
+/// Engraves, and lets the host die in the middle of it, again and again; returns the longest that the laser burned on,
+/// and whether it burned at all.
+fn engrave(program: &[Item], settings: StreamSettings) -> (u64, bool) {
+    let mut rig = Rig::new(Settings::ORDERED, settings, program);
+    let (mut longest, mut lit, mut turns) = (0, false, 0_u32);
+    while !rig.stream.is_over() {
+        rig.turn(600 * SECOND);
+        turns += 1;
+        lit |= rig.pair.arm.state().laser;
+        if turns.is_multiple_of(7) {
+            longest = longest.max(burns_on(&rig));
+        }
+    }
+    assert_eq!(rig.failure(), None);
+    assert!(!rig.pair.arm.state().laser);
+    let sent: Vec<_> = rig.taken(program).into_iter().flatten().collect();
+    let dark = |item: &Item| matches!(item.command, Set::SetEndEffectorLaser(_));
+    let order: Vec<_> = sent.iter().filter(|at| !dark(&program[**at])).collect();
+    let expected: Vec<_> = (0..program.len())
+        .filter(|at| !dark(&program[*at]))
+        .collect();
+    assert_eq!(
+        order,
+        expected.iter().collect::<Vec<_>>(),
+        "every segment once"
+    );
+    (longest, lit)
+}
+
+/// A line of the switched laser between two dark ways.
+fn switched(count: usize, step: f64) -> Vec<Item> {
+    let dark = |at: usize| segment(along(step, at), rest_to_rest(step, at));
+    let lit = |at: usize| Item {
+        laser: true,
+        ..dark(at)
+    };
+    let mut program = vec![dark(1), laser(true, along(step, 1))];
+    program.extend((2..count).map(lit));
+    program.push(laser(false, along(step, count - 1)));
+    program.push(dark(count));
+    program
+}
+
+/// The longest command of a program, us.
+fn longest_of(program: &[Item]) -> u64 {
+    program.iter().map(|item| item.time).max().unwrap()
+}
+
+#[test]
+fn a_host_that_dies_leaves_the_switched_laser_dark_within_a_second_and_a_segment() {
+    // Three segments a second, and as many as there are places for.
+    for (step, count) in [(1.0, 40), (0.02, 150)] {
+        let program = switched(count, step);
+        let (longest, lit) = engrave(&program, StreamSettings::default());
+        assert!(lit);
+        assert!(longest > 200_000, "{longest}");
+        assert!(longest <= 1_000_000 + longest_of(&program), "{longest}");
+    }
+}
+
+#[test]
+fn a_host_that_dies_leaves_the_laser_of_a_path_dark_within_a_second_and_a_segment() {
+    for (step, count) in [(1.0, 40), (0.1, 120)] {
+        let lit = |at| burnt(along(step, at), rest_to_rest(step, at));
+        let mut path = vec![segment(along(step, 0), 900_000)];
+        path.extend((1..count).map(lit));
+        let (longest, lit) = engrave(&path, StreamSettings::default());
+        assert!(lit);
+        assert!(longest > 200_000, "{longest}");
+        assert!(longest <= 1_000_000 + longest_of(&path), "{longest}");
+    }
+}
+
+#[test]
+fn a_path_whose_laser_is_not_trusted_goes_in_chunks_too() {
+    let settings = StreamSettings {
+        dark_at_rest: false,
+        ..StreamSettings::default()
+    };
+    let mut path = vec![segment(along(0.5, 0), 900_000)];
+    path.extend((1..60).map(|at| burnt(along(0.5, at), rest_to_rest(0.5, at))));
+    let mut rig = Rig::new(Settings::ORDERED, settings, &path);
+    rig.run(60 * SECOND).unwrap();
+    let sealed = rig
+        .taken(&path)
+        .iter()
+        .filter(|place| place.is_none())
+        .count();
+    assert!(sealed >= 2, "{sealed}");
+    assert!(rig.taken(&path).last().unwrap().is_none());
+    let (longest, _) = engrave(&path, settings);
+    assert!(longest <= 1_000_000 + longest_of(&path), "{longest}");
+}
+
+#[test]
+fn a_chunk_is_only_started_with_its_end_in_it() {
+    let program = switched(100, 0.1);
+    let mut rig = Rig::new(Settings::ORDERED, StreamSettings::default(), &program);
+    while !rig.stream.is_over() {
+        rig.turn(60 * SECOND);
+        let state = rig.pair.arm.state();
+        if !state.laser {
+            continue;
+        }
+        let waiting = rig
+            .pair
+            .accepted
+            .iter()
+            .filter(|(_, at)| *at > state.queue.current_index);
+        let dark = waiting.filter(|(params, _)| params[..] == [1, 0]);
+        assert!(dark.count() >= 1);
+    }
+    assert_eq!(rig.failure(), None);
+}

@@ -1,0 +1,151 @@
+//! The sliding rail under the arm. Its carriage goes from 0 to 1000 mm (model section 12).
+
+use magician_protocol::commands::{
+    JogCmd, JogLParams, Pose, PtpLParams, PtpPoWithLCmd, PtpWithLCmd, SetDeviceWithL,
+};
+use magician_protocol::{Flag, JogCommand, PtpMode, RailVersion, Set};
+
+use crate::{Error, Result};
+
+/// Says whether the arm stands on a rail, and of which generation (document 1.3.4, errata E15). An
+/// arm that was not told moves without its rail, and says nothing.
+#[must_use]
+pub fn rail(on: bool, version: RailVersion) -> Set {
+    SetDeviceWithL {
+        with_l: on.into(),
+        version: Some(version),
+    }
+    .into()
+}
+
+/// Goes to a pose and to `l` mm on the rail (0 to 1000) at the same time, as
+/// [`move_to`](super::move_to) does (document 1.10.7).
+#[must_use]
+pub fn move_with_rail(x: f32, y: f32, z: f32, r: f32, l: f32) -> Set {
+    let ptp_mode = PtpMode::MovjXyz;
+    PtpWithLCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+        l,
+    }
+    .into()
+}
+
+/// Lets any point-to-point move take the rail along, to `l` mm (0 to 1000), or by so much if the move
+/// is one by an increment (document 1.10.7 and 1.10.10). Arm and rail start and end together. Outputs that
+/// the move switches stay.
+///
+/// ```
+/// use magician::words;
+///
+/// let over_there = words::with_rail(words::jump_to(220.0, 0.0, -20.0, 0.0), 600.0)?;
+/// assert!(words::with_rail(words::suction(true), 600.0).is_err());
+/// # Ok::<(), magician::Error>(())
+/// ```
+///
+/// # Errors
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a command that is no point-to-point move, or one of
+/// more than 56 outputs.
+pub fn with_rail(command: Set, l: f32) -> Result<Set> {
+    macro_rules! on_rail {
+        ($to:ident, $ptp:ident $(, $po:ident)?) => {
+            $to {
+                ptp_mode: $ptp.ptp_mode,
+                x: $ptp.x,
+                y: $ptp.y,
+                z: $ptp.z,
+                r: $ptp.r,
+                l,
+                $($po: $ptp.$po,)?
+            }
+            .into()
+        };
+    }
+    match command {
+        Set::PtpCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
+        Set::PtpWithLCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
+        Set::PtpPoCmd(ptp) if ptp.po.as_slice().len() > MOST_OUTPUTS => Err(Error::invalid(
+            format!("a move with the rail switches at most {MOST_OUTPUTS} outputs"),
+        )),
+        Set::PtpPoCmd(ptp) => Ok(on_rail!(PtpPoWithLCmd, ptp, po)),
+        Set::PtpPoWithLCmd(ptp) => Ok(on_rail!(PtpPoWithLCmd, ptp, po)),
+        other => Err(no_move(&other)),
+    }
+}
+
+/// Outputs of a move with the rail (errata E29).
+pub(super) const MOST_OUTPUTS: usize = 56;
+
+pub(super) fn no_move(command: &Set) -> Error {
+    Error::invalid("it is no point-to-point move").with_command(command.row().set_name)
+}
+
+/// Moves the carriage alone to `l` mm (0 to 1000): the arm keeps the joints of the pose that it
+/// reported last. [`rail_by`] needs no pose.
+#[must_use]
+pub fn rail_to(l: f32, pose: &Pose) -> Set {
+    let [x, y, z, r] = pose.joint_angle;
+    PtpWithLCmd {
+        ptp_mode: PtpMode::MovjAngle,
+        x,
+        y,
+        z,
+        r,
+        l,
+    }
+    .into()
+}
+
+/// Moves the carriage alone, by so many mm; the arm keeps its joints.
+#[must_use]
+pub fn rail_by(dl: f32) -> Set {
+    PtpWithLCmd {
+        ptp_mode: PtpMode::MovjAngleInc,
+        x: 0.0,
+        y: 0.0,
+        z: 0.0,
+        r: 0.0,
+        l: dl,
+    }
+    .into()
+}
+
+/// Speed (mm/s) and acceleration (mm/s2) on the rail in point-to-point moves; the ratios of
+/// [`speed`](super::speed) scale them (document 1.10.6, errata E26).
+#[must_use]
+pub fn rail_speed(velocity: f32, acceleration: f32) -> Set {
+    PtpLParams {
+        velocity,
+        acceleration,
+    }
+    .into()
+}
+
+/// Moves the carriage, towards 1000 mm if `forward`, until told to stop: send it at once, and end it with
+/// [`Arm::stop_jog`](crate::Arm::stop_jog) (document 1.9.4, errata E25).
+#[must_use]
+pub fn jog_rail(forward: bool) -> Set {
+    let cmd = match forward {
+        true => JogCommand::RailPlus,
+        false => JogCommand::RailMinus,
+    };
+    JogCmd {
+        is_joint: Flag::ON,
+        cmd,
+    }
+    .into()
+}
+
+/// Speed (mm/s) and acceleration (mm/s2) of jogs on the rail; [`jog_speed`](super::jog_speed) scales the
+/// speed (document 1.9.5, errata E25).
+#[must_use]
+pub fn jog_rail_speed(velocity: f32, acceleration: f32) -> Set {
+    JogLParams {
+        velocity,
+        acceleration,
+    }
+    .into()
+}

@@ -1,0 +1,134 @@
+//! Sensors beside the arm: switching them on, and what their readings mean.
+
+use magician_protocol::commands::{
+    ColorSensor, GetColorSensor, GetIoAdc, GetIoDi, GetIrSwitch, IoAdc, IoDi, IrSwitch,
+    SetColorSensor, SetIrSwitch,
+};
+use magician_protocol::{Port, SensorVersion, Set};
+
+/// Volts at the highest count of an analog input (model section 13).
+const FULL_SCALE: f32 = 3.3;
+const MOST_COUNTS: f32 = 4095.0;
+
+/// Switches the colour sensor on a port (document 1.15.7, errata E42). Ask
+/// `arm.get_with::<ColorSensor>(&words::color_at(port))` for what it sees.
+#[must_use]
+pub fn color_sensor(port: Port, on: bool, version: SensorVersion) -> Set {
+    SetColorSensor {
+        is_enabled: on.into(),
+        port,
+        version: Some(version),
+    }
+    .into()
+}
+
+/// Switches the infrared sensor on a port (document 1.15.8, errata E43). Ask
+/// `arm.get_with::<IrSwitch>(&words::infrared_at(port))` for what it sees.
+#[must_use]
+pub fn infrared(port: Port, on: bool, version: SensorVersion) -> Set {
+    SetIrSwitch {
+        is_enabled: on.into(),
+        port,
+        version: Some(version),
+    }
+    .into()
+}
+
+/// What to ask a colour sensor by.
+#[must_use]
+pub fn color_at(port: Port) -> GetColorSensor {
+    GetColorSensor { port: Some(port) }
+}
+
+/// What to ask an infrared sensor by.
+#[must_use]
+pub fn infrared_at(port: Port) -> GetIrSwitch {
+    GetIrSwitch { port: Some(port) }
+}
+
+/// What to ask a digital input by (EIO address 1 to 20): `arm.get_with::<IoDi>(&words::level_at(19))`.
+#[must_use]
+pub fn level_at(address: u8) -> GetIoDi {
+    GetIoDi {
+        address: Some(address),
+    }
+}
+
+/// What to ask an analog input by (EIO address 1 to 20): `arm.get_with::<IoAdc>(&words::analog_at(12))`.
+#[must_use]
+pub fn analog_at(address: u8) -> GetIoAdc {
+    GetIoAdc {
+        address: Some(address),
+    }
+}
+
+/// A colour that the colour sensor tells apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Color {
+    /// More red than anything.
+    Red,
+    /// More green than anything.
+    Green,
+    /// More blue than anything.
+    Blue,
+}
+
+/// A reading of a sensor as what it means.
+pub trait Sensed {
+    /// What it is taken for.
+    type Value;
+
+    /// What was sensed.
+    ///
+    /// ```
+    /// use magician::commands::{ColorSensor, IoAdc};
+    /// use magician::words::{Color, Sensed};
+    ///
+    /// assert_eq!(ColorSensor { r: 10, g: 200, b: 12 }.sensed(), Some(Color::Green));
+    /// assert_eq!(ColorSensor { r: 0, g: 0, b: 0 }.sensed(), None);
+    /// assert!(IoAdc { address: 12, value: 4095 }.sensed() == 3.3);
+    /// ```
+    fn sensed(&self) -> Self::Value;
+}
+
+impl Sensed for ColorSensor {
+    type Value = Option<Color>;
+
+    /// The strongest of the three; nothing where two are as strong, and of a sensor that sees nothing.
+    fn sensed(&self) -> Option<Color> {
+        let Self { r, g, b } = *self;
+        match (r, g, b) {
+            _ if r > g && r > b => Some(Color::Red),
+            _ if g > r && g > b => Some(Color::Green),
+            _ if b > r && b > g => Some(Color::Blue),
+            _ => None,
+        }
+    }
+}
+
+impl Sensed for IrSwitch {
+    type Value = bool;
+
+    /// Whether something is in front of it.
+    fn sensed(&self) -> bool {
+        self.state.is_on()
+    }
+}
+
+impl Sensed for IoDi {
+    type Value = bool;
+
+    /// Whether the input is high.
+    fn sensed(&self) -> bool {
+        self.level.is_on()
+    }
+}
+
+impl Sensed for IoAdc {
+    type Value = f32;
+
+    /// Volts, 0 to 3.3.
+    fn sensed(&self) -> f32 {
+        f32::from(self.value) / MOST_COUNTS * FULL_SCALE
+    }
+}

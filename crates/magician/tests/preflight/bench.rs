@@ -1,0 +1,147 @@
+//! An arm in virtual time, and chance from a seed.
+
+use magician::protocol::{FrameBuf, NoArgs, Readable, Writable};
+use magician::sim::{Controller, LinkId, Profile};
+use magician::words::Readings;
+use magician::{Ctrl, Set};
+
+const LINK: LinkId = LinkId(0);
+
+/// The arm, and nothing but it.
+#[derive(Clone)]
+pub(crate) struct Bench {
+    pub(crate) arm: Controller,
+    pub(crate) now: u64,
+}
+
+impl Bench {
+    pub(crate) fn new() -> Self {
+        Self {
+            arm: Controller::new(Profile::default()),
+            now: 0,
+        }
+    }
+
+    fn ask(&mut self, frame: &FrameBuf) -> FrameBuf {
+        self.arm.receive(LINK, frame.bytes());
+        self.arm.poll_transmit(LINK).expect("it answers")
+    }
+
+    pub(crate) fn get<T: Readable<Query = NoArgs>>(&mut self) -> T {
+        self.get_with(&NoArgs)
+    }
+
+    pub(crate) fn get_with<T: Readable>(&mut self, query: &T::Query) -> T {
+        let reply = self.ask(&FrameBuf::get(query, T::ROW).unwrap());
+        T::decode(reply.frame().params()).unwrap()
+    }
+
+    /// Sets it at once, and waits until nothing is to come.
+    pub(crate) fn set<T: Writable>(&mut self, value: &T) {
+        self.ask(&FrameBuf::encode(T::ROW.id, Ctrl::SET, value).unwrap());
+        while self.pass() {}
+    }
+
+    pub(crate) fn enqueue(&mut self, command: &Set) {
+        self.ask(&FrameBuf::set(command, Ctrl::QUEUED).unwrap());
+    }
+
+    /// Time goes on to the next event, if there is one.
+    pub(crate) fn pass(&mut self) -> bool {
+        let next = self.arm.poll_timeout();
+        if let Some(at) = next {
+            self.now = at.max(self.now);
+            self.arm.advance(self.now);
+        }
+        next.is_some()
+    }
+
+    /// Runs one command through the queue to its end, or to an alarm. How long that took.
+    pub(crate) fn run(&mut self, command: &Set) -> u64 {
+        let begun = self.now;
+        let index = self.arm.state().queue.current_index + 1;
+        self.enqueue(command);
+        while self.arm.state().queue.current_index < index && self.pass() {}
+        self.now - begun
+    }
+
+    /// Runs a program with a queue that is kept full. How long it took.
+    pub(crate) fn run_all(&mut self, program: &[Set]) -> u64 {
+        let begun = self.now;
+        let mut rest = program.iter();
+        let last = self.arm.state().queue.current_index + program.len() as u64;
+        while self.arm.state().queue.current_index < last {
+            let queue = self.arm.state().queue;
+            let taken = queue.waiting + usize::from(queue.running.is_some());
+            for command in rest.by_ref().take(queue.capacity - taken) {
+                self.enqueue(command);
+            }
+            self.start();
+            if !self.pass() {
+                break;
+            }
+        }
+        self.now - begun
+    }
+
+    pub(crate) fn start(&mut self) {
+        self.set_now(&magician::commands::QueuedCmdStartExec {});
+    }
+
+    /// Sets it at once.
+    pub(crate) fn set_now<T: Writable>(&mut self, value: &T) {
+        self.ask(&FrameBuf::encode(T::ROW.id, Ctrl::SET, value).unwrap());
+    }
+
+    pub(crate) fn alarmed(&self) -> bool {
+        self.arm.state().alarms.blocking()
+    }
+
+    /// All that the arm says before a program.
+    pub(crate) fn readings(&mut self) -> Readings {
+        let mut read = Readings::default();
+        read.pose = Some(self.get());
+        read.tool = self.get();
+        read.laser = self.get();
+        read.home = Some(self.get());
+        read.joint_speeds = self.get();
+        read.line_speeds = self.get();
+        read.ratios = self.get();
+        read.jump = self.get();
+        read.arc_speeds = self.get();
+        read.path_speeds = self.get();
+        read.with_rail = self.get::<magician::commands::DeviceWithL>().with_l.is_on();
+        read.rail = Some(self.get::<magician::commands::PoseL>().pose_l);
+        read.rail_speeds = self.get();
+        read
+    }
+}
+
+/// Chance from a seed, the same everywhere (xorshift64*).
+pub(crate) struct Dice(u64);
+
+impl Dice {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
+    }
+
+    /// From 0 to below `sides`.
+    pub(crate) fn roll(&mut self, sides: u64) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 16) % sides
+    }
+
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.roll(1 << 32) as f64 / (1u64 << 32) as f64
+    }
+
+    pub(crate) fn number(&mut self, low: f32, high: f32) -> f32 {
+        self.between(low.into(), high.into()) as f32
+    }
+
+    pub(crate) fn numbers<const N: usize>(&mut self, ranges: [(f32, f32); N]) -> [f32; N] {
+        ranges.map(|(low, high)| self.number(low, high))
+    }
+}

@@ -1,0 +1,8 @@
+//! The check before a program, against the virtual arm.
+
+mod bench;
+mod guards;
+mod moves;
+mod programs;
+mod times;
+mod words;

@@ -1,0 +1,204 @@
+//! How long things take: what the check says, and what the virtual arm takes.
+
+use std::time::Duration;
+
+use magician::commands::CpParams;
+use magician::protocol::Flag;
+use magician::words::{self, Preflight};
+use magician::{JointAngles, Set, ToolBias};
+
+use crate::bench::{Bench, Dice};
+
+const PROGRAMS: usize = 150;
+const PATHS: usize = 60;
+/// Motion that may wait in a queue while a program is streamed, us.
+const HORIZON: u64 = 2_000_000;
+
+/// What the 32 bits cost in which the arm tells where it is, us.
+const ROUNDING: f64 = 10.0;
+
+/// A stretch of a drawing, relative to where it begins: lines, curves, corners, dots.
+fn drawing(dice: &mut Dice, segments: usize) -> Vec<[f32; 2]> {
+    let step = [0.2, 0.5, 1.0, 3.0, 10.0][dice.roll(5) as usize];
+    let mut heading = dice.between(0.0, std::f64::consts::TAU);
+    let mut bend = 0.0;
+    let mut at = [0.0f64; 2];
+    let mut points = Vec::with_capacity(segments);
+    for _ in 0..segments {
+        match dice.roll(40) {
+            0 => heading = dice.between(0.0, std::f64::consts::TAU),
+            1 => bend = dice.between(-0.2, 0.2),
+            2 => bend = 0.0,
+            _ => heading += bend,
+        }
+        // Back towards the middle of the sheet.
+        if at[0].hypot(at[1]) > 40.0 {
+            heading = (-at[1]).atan2(-at[0]);
+        }
+        at[0] += step * heading.cos();
+        at[1] += step * heading.sin();
+        points.push(at.map(|value| value as f32));
+    }
+    points
+}
+
+fn path(dice: &mut Dice, segments: usize) -> Vec<Set> {
+    let points = drawing(dice, segments);
+    (points.iter())
+        .map(|[x, y]| words::path_to(200.0 + x, *y, 20.0))
+        .collect()
+}
+
+fn path_params(dice: &mut Dice) -> Set {
+    let [velocity, acceleration] = dice.numbers([(10.0, 300.0), (20.0, 400.0)]);
+    match dice.roll(3) {
+        // The host clocks the path, a segment every so many ms.
+        0 => CpParams {
+            plan_acc: acceleration,
+            junction_vel: velocity,
+            acc_or_period: dice.number(5.0, 50.0),
+            real_time_track: Flag::ON,
+        }
+        .into(),
+        _ => words::path_speed(velocity, acceleration),
+    }
+}
+
+fn mix(dice: &mut Dice) -> Vec<Set> {
+    let mut program = vec![words::move_to(200.0, 0.0, 20.0, 0.0)];
+    for _ in 0..6 {
+        let [x, y, z] = dice.numbers([(180.0, 230.0), (-60.0, 60.0), (-10.0, 50.0)]);
+        match dice.roll(8) {
+            0 => program.push(words::move_to(x, y, z, 0.0)),
+            1 => program.push(words::line_to(x, y, z, 10.0)),
+            2 => program.push(words::jump_to(x, y, z, -10.0)),
+            3 => program.push(words::wait(Duration::from_millis(dice.roll(900)))),
+            4 => program.push(words::speed(
+                dice.number(10.0, 100.0),
+                dice.number(10.0, 100.0),
+            )),
+            5 => program.push(path_params(dice)),
+            6 => {
+                program.push(words::move_to(200.0, 0.0, 20.0, 0.0));
+                program.push(words::arc_to([210.0, 20.0, 20.0, 0.0], [x, 40.0, z, 0.0]));
+            }
+            _ => {
+                program.push(words::move_to(200.0, 0.0, 20.0, 0.0));
+                let segments = 1 + dice.roll(120) as usize;
+                program.extend(path(dice, segments));
+                program.push(words::suction(dice.roll(2) == 0));
+            }
+        }
+    }
+    program
+}
+
+#[test]
+fn a_program_takes_as_long_as_was_estimated() {
+    let mut dice = Dice::new(3);
+    let (mut worst, mut longest, mut programs) = (0.0f64, 0, 0);
+    for _ in 0..PROGRAMS {
+        let program = mix(&mut dice);
+        let mut bench = Bench::new();
+        let check = Preflight::new(&bench.readings());
+        let Ok(estimate) = check.estimate(&program) else {
+            continue;
+        };
+        let steps: Duration = {
+            let mut check = check.clone();
+            let step = |command| check.check(command).unwrap().time;
+            program.iter().map(step).sum()
+        };
+        let took = bench.run_all(&program);
+        assert!(!bench.alarmed());
+        for told in [estimate, steps] {
+            worst = worst.max((told.as_micros() as f64 - took as f64).abs());
+        }
+        (longest, programs) = (longest.max(took), programs + 1);
+    }
+    println!("{programs} programs: estimates at most {worst} us off");
+    assert!(longest > 10_000_000 && 2 * programs > PROGRAMS, "{longest}");
+    assert!(worst <= ROUNDING, "an estimate is {worst} us off");
+}
+
+/// When each command of a program ended.
+fn ends(bench: &mut Bench, program: &[Set]) -> Vec<u64> {
+    let mut ends = vec![0; program.len()];
+    let (begun, mut rest, mut done) = (bench.now, program.iter(), 0);
+    while done < program.len() {
+        let queue = bench.arm.state().queue;
+        let taken = queue.waiting + usize::from(queue.running.is_some());
+        for command in rest.by_ref().take(queue.capacity - taken) {
+            bench.enqueue(command);
+        }
+        bench.start();
+        let current = bench.arm.state().queue.current_index as usize;
+        ends[done..current].fill(bench.now - begun);
+        done = current;
+        if done < program.len() {
+            assert!(bench.pass(), "it stands still");
+        }
+    }
+    ends
+}
+
+#[test]
+fn the_times_of_segments_add_up_to_what_a_queue_holds() {
+    let mut dice = Dice::new(5);
+    let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+    let mut ahead = f64::INFINITY;
+    for _ in 0..PATHS {
+        let mut program = vec![
+            words::path_speed(dice.number(10.0, 150.0), dice.number(50.0, 300.0)),
+            words::move_to(200.0, 0.0, 20.0, 0.0),
+        ];
+        program.extend(path(&mut dice, 400));
+        let mut bench = Bench::new();
+        let mut check = Preflight::new(&bench.readings());
+        let mut sums = vec![0];
+        for command in &program {
+            let time = check.check(command).unwrap().time.as_micros() as u64;
+            sums.push(sums.last().unwrap() + time);
+        }
+        let mut took = vec![0];
+        took.extend(ends(&mut bench, &program));
+        // What has been told up to a command is never less than the arm takes up to there.
+        for (told, took) in sums.iter().zip(&took) {
+            ahead = ahead.min(*told as f64 - *took as f64);
+        }
+        // Any stretch of the program that the horizon lets into the queue.
+        for from in 0..program.len() {
+            let to = sums[from..].partition_point(|sum| sum - sums[from] < HORIZON) + from;
+            let to = to.min(program.len());
+            if sums[to] - sums[from] < HORIZON {
+                break;
+            }
+            let ratio = (sums[to] - sums[from]) as f64 / (took[to] - took[from]) as f64;
+            (least, most) = (least.min(ratio), most.max(ratio));
+        }
+    }
+    println!("2 s of segments are {least:.2} to {most:.2} of what they take; ahead {ahead} us");
+    assert!(ahead >= -ROUNDING, "told {ahead} us too little");
+    assert!(least >= 0.5 && most <= 2.0, "{least} to {most}");
+}
+
+#[test]
+fn the_closed_forms() {
+    let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    let line = check
+        .estimate(&[words::line_by(0.0, 100.0, 0.0, 0.0)])
+        .unwrap();
+    assert_eq!(line, Duration::from_secs(2));
+    let full = [
+        words::speed(100.0, 100.0),
+        words::line_by(0.0, 100.0, 0.0, 0.0),
+    ];
+    assert_eq!(check.estimate(&full).unwrap().as_millis(), 1414);
+    let turn = check
+        .estimate(&[words::move_joints_by(90.0, 0.0, 0.0, 0.0)])
+        .unwrap();
+    assert_eq!(turn.as_millis(), 1897);
+    for endless in [words::home(), words::wait_for_level(19, true)] {
+        assert_eq!(check.estimate(&[endless]).unwrap(), Duration::MAX);
+    }
+}
