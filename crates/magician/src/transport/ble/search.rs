@@ -75,12 +75,15 @@ async fn look(adapter: &Adapter, wanted: &str) -> Result<(Vec<Peripheral>, Vec<S
         let Ok(Some(properties)) = device.properties().await else {
             continue;
         };
+        let address = device.address().to_string();
         let connected = device.is_connected().await.unwrap_or(false);
         seen.push(Seen {
             arm: (properties.services.iter()).any(|one| one.as_u128() == SERVICE),
             present: connected || properties.rssi.is_some(),
-            name: properties.advertisement_name.or(properties.local_name),
-            address: device.address().to_string(),
+            // A device without a name is called by its address on some systems.
+            name: (properties.advertisement_name.or(properties.local_name))
+                .filter(|name| !same(name, &address)),
+            address,
             id: device.id().to_string(),
             before: before.as_ref() == Some(&device.id()),
         });
@@ -113,11 +116,9 @@ fn meaning(seen: &[Seen], wanted: &str, absent: bool) -> Meaning {
 impl Seen {
     fn is(&self, wanted: &str) -> bool {
         let name = self.name.as_deref().unwrap_or_default().to_lowercase();
-        let same = |text: &str| text.replace('-', ":").eq_ignore_ascii_case(wanted);
         name == wanted.to_lowercase()
             || self.id.eq_ignore_ascii_case(wanted)
-            || same(&self.address)
-            || self.address.eq_ignore_ascii_case(&wanted.replace('-', ":"))
+            || same(wanted, &self.address)
     }
 
     fn describe(&self) -> String {
@@ -131,6 +132,11 @@ impl Seen {
             None => format!("{address} (no name{arm})"),
         }
     }
+}
+
+/// Whether a text is an address, written with whichever signs between its bytes.
+fn same(text: &str, address: &str) -> bool {
+    text.replace('-', ":").eq_ignore_ascii_case(address)
 }
 
 fn not_found(wanted: &str, seen: &[Seen]) -> Error {
