@@ -126,6 +126,8 @@ class Adapter(Object):
 
     @dbus.service.method(ADAPTER, sender_keyword="sender")
     def StartDiscovery(self, sender):
+        if self.world.forbidden:
+            raise dbus.DBusException("Rejected send message", name="org.freedesktop.DBus.Error.AccessDenied")
         self.world.asked.append("scan")
         if not self.properties["Powered"]:
             raise Failed("NotReady", "Resource Not Ready")
@@ -331,7 +333,7 @@ class World:
             self.asked.append("left scanning")
             adapter.still()
 
-    def set(self, adapter=True, powered=True, flags=None, mtu=None, interval=0, around=(), refuse=0, writes_left=-1):
+    def set(self, adapter=True, powered=True, flags=None, mtu=None, interval=0, around=(), refuse=0, forbidden=False):
         """Another world: what was known is forgotten."""
         for one in reversed(list(self.objects.values())):
             if isinstance(one, Device) and one.properties["Connected"]:
@@ -340,7 +342,8 @@ class World:
             one.remove()
         self.asked, self.written, self.notified = [], [], []
         self.flags = flags or {"1": ["read", "notify"], "2": ["write", "write-without-response"]}
-        self.mtu, self.interval, self.refuse, self.writes_left = mtu, interval, refuse, writes_left
+        self.mtu, self.interval, self.refuse = mtu, interval, refuse
+        self.forbidden, self.writes_left = forbidden, -1
         self.around = self.near = list(around)
         if adapter:
             Adapter(self, powered)

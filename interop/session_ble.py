@@ -8,6 +8,7 @@ import json
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -133,6 +134,25 @@ def looks_and_moves(checks, desk):
     checks.ok("no write is longer than 20 bytes", max(size for _, _, size in written) == 20, len(written))
     checks.ok("without responses", {kind for _, kind, _ in written} == {"command"})
     checks.ok("nothing stays connected", desk.air.let_go())
+
+
+def stops(checks, desk):
+    print("Ctrl-C during a slow move")
+    desk.air.do("set", around=AROUND, interval=15)
+    desk.run("move", "220", "60", "40", "0")
+    begun = desk.pose()[:3]
+    moving = desk.air.start([desk.magician, "--port", "ble:Magician", "move", "220", "-60", "40", "0", "--linear", "--speed-ratio", "1"])
+    while desk.pose()[:3] == begun and moving.poll() is None:
+        time.sleep(0.002)
+    moving.send_signal(signal.SIGINT)
+    moving.communicate(timeout=20)
+    checks.equal("exit status", moving.returncode, 130)
+    stopped = desk.pose()
+    time.sleep(0.1)
+    checks.ok("it stands, short of its goal", desk.pose() == stopped and stopped[1] > -59, f"y {stopped[1]:.1f}")
+    checks.ok("and is let go", desk.air.let_go())
+    desk.run("queue", "clear")
+    desk.run("set", "PTPCommonParams", "velocity_ratio=100", "acceleration_ratio=100")
 
 
 def either_way_round(checks, desk):
@@ -339,6 +359,10 @@ def refusals(checks, desk):
     status, message, _ = desk.error("pose")
     checks.ok(f"but not for ever: {message}", status == PORT and "cannot be connected to" in message)
 
+    air.do("set", forbidden=True, around=AROUND)
+    status, message, _ = desk.error("pose")
+    checks.ok(f"forbidden: {message}", status == PORT and "usermod -aG bluetooth" in message)
+
     air.do("set", powered=False, around=AROUND)
     status, message, seconds = desk.error("pose")
     checks.ok(f"Bluetooth off: {message}", status == PORT and "Bluetooth is off" in message and seconds < 3)
@@ -374,7 +398,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="magician-ble-") as home:
         air = Air(home, int(tcp))
         desk = Desk(air, magician, int(tcp))
-        for part in (looks_and_moves, either_way_round, widths, streams, rates, comes_back, never_twice, refusals):
+        for part in (looks_and_moves, stops, either_way_round, widths, streams, rates, comes_back, never_twice, refusals):
             checks.section(part, desk)
         air.close()
     checks.section(without_bluez, magician, int(tcp))

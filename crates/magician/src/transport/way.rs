@@ -18,7 +18,9 @@ use crate::VirtualArm;
 use crate::connection::Settings;
 use crate::faults::Faults;
 use crate::ports::{self, Port, Remembered};
-use crate::{Error, ErrorKind, Result, Target};
+#[cfg(not(all(feature = "sim", feature = "ble")))]
+use crate::{Error, ErrorKind};
+use crate::{Result, Target};
 
 /// The way to an arm, to be gone again when its line was lost.
 ///
