@@ -15,7 +15,7 @@ const SELDOM: Micros = 400_000;
 /// When the room will be gone in so much time, it is looked whether there is more.
 const AHEAD: Micros = 30_000;
 /// Shortest time between two looks at left space while commands flow.
-const CROSS_CHECK: Micros = 500_000;
+const CROSS_CHECK: Micros = 50_000;
 
 /// One request of a look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,9 +136,10 @@ impl Stream {
     pub(super) fn read(&mut self, now: Micros, to: &mut Connection) {
         let reader = &mut self.reader;
         if !reader.is_busy() && reader.due.is_some_and(|due| due <= now) {
+            let check = if reader.seldom { SELDOM } else { CROSS_CHECK };
             let stale = reader
                 .left_at
-                .is_none_or(|at| at.saturating_add(CROSS_CHECK) <= now);
+                .is_none_or(|at| at.saturating_add(check) <= now);
             let left = reader.wants_left || stale;
             reader.rest = [
                 left.then_some(Reading::Left),
