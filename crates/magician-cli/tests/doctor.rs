@@ -217,6 +217,7 @@ fn bench_lets_an_arm_draw_only_when_told() {
     let index = run(&["--port", path, "--json", "queue", "status"]).object();
     assert_eq!(index["current_index"], 0);
     let speeds = run(&["--port", path, "--json", "get", "CPParams"]).object();
+    let stood = run(&["--port", path, "--json", "pose"]).object();
     let figures = bench(&["--only", "h2,h4", "--stops", "1", "--yes", "--window", "4"]);
     assert!(
         figures["h2"].is_object() && figures["h4"].is_object(),
@@ -225,5 +226,13 @@ fn bench_lets_an_arm_draw_only_when_told() {
     assert_eq!(figures["window"], 4);
     let after = run(&["--port", path, "--json", "get", "CPParams"]).object();
     assert_eq!(speeds, after, "the path speeds are given back");
+    let stands = run(&["--port", path, "--json", "pose"]).object();
+    for axis in ["x", "y", "z"] {
+        let [from, to] = [&stood, &stands].map(|pose| pose[axis].as_f64().expect("a number"));
+        assert!(
+            (from - to).abs() < 0.01,
+            "the arm is where it was: {stood} {stands}"
+        );
+    }
     drop(arm);
 }

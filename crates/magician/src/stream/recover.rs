@@ -61,7 +61,7 @@ impl Stream {
         let mut again = 0;
         for entry in self.entries.iter_mut().filter(|entry| !entry.is_waiting()) {
             let counted = entry.index().is_some() && !entry.inserted;
-            self.accepted -= u64::from(counted);
+            self.accepted = self.accepted.saturating_sub(counted.into());
             entry.fate = Fate::Waiting;
             again += 1;
         }

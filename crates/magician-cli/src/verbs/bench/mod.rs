@@ -76,28 +76,35 @@ impl Bench {
         self.only.is_empty() || self.only.contains(&which)
     }
 
+    /// Whether the arm is to draw over the first connection.
+    fn draws(&self) -> bool {
+        let drawn = [Which::H1, Which::H2, Which::H3, Which::H5];
+        drawn.into_iter().any(|which| self.wants(which))
+    }
+
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let sim = Sim {
             speed: SimSpeed::Times(1.0),
             unasked: false,
         };
         let target = context.target(Some(sim))?;
-        let draws = context.global.yes || matches!(target, Target::Sim(_));
+        let allowed = context.global.yes || matches!(target, Target::Sim(_));
+        let draws = allowed && (self.draws() || self.wants(Which::H4));
         let quiet = context.global.json;
         let options = context.options();
         let mut figures = Figures::new(&target, options.window, self.seconds);
         let debts = context.debts.clone();
-        context.moving(Some(sim), async |arm, _| {
+        let ring = context.moving(Some(sim), async |arm, _| {
             reads::measure(arm, &self, quiet, &mut figures).await?;
-            if draws {
-                paths::measure(arm, &self, quiet, &debts, &mut figures).await?;
-            }
-            Ok(())
+            Ok(match draws {
+                true => Some(paths::measure(arm, &self, quiet, &debts, &mut figures).await?),
+                false => None,
+            })
         })?;
-        if draws && self.wants(Which::H4) {
+        if let (Some(ring), true) = (ring, self.wants(Which::H4)) {
             let paced = figures.paced();
             let stops = context.attending(async |_| {
-                paths::stops(&target, options, paced, self.stops, quiet).await
+                paths::stops(&target, options, paced, ring, self.stops, quiet).await
             })?;
             figures.stops(&stops);
         }
@@ -105,7 +112,7 @@ impl Bench {
             let added = context.attending(async |_| reads::added(quiet).await)?;
             figures.added(&added);
         }
-        figures.drawn(draws);
+        figures.drawn(allowed);
         context.show(&figures, |out| show::write(&figures, out))
     }
 }

@@ -40,6 +40,9 @@ impl Driver {
             "{}: the arm was switched off and on, or reset",
             self.shared.name
         );
+        if let Some(program) = &mut self.program {
+            program.stream.reset();
+        }
         let gone = self.exposure().reset();
         self.shared.befall(Mishap::Reset(gone));
         self.note_reset();
