@@ -50,7 +50,7 @@ pub enum Target {
         /// Port.
         port: u16,
     },
-    /// `ble:NAME`: Bluetooth.
+    /// `ble:NAME`: Bluetooth LE, by name or address, in a build with the feature `ble`.
     Ble(String),
 }
 

@@ -22,7 +22,7 @@ impl Arm {
     /// # Errors
     /// [`ErrorKind::Port`] when the port is not there, not allowed or in use, [`ErrorKind::Timeout`]
     /// when nothing answers, [`ErrorKind::Unexpected`] when something else does,
-    /// [`ErrorKind::Unsupported`] for Bluetooth.
+    /// [`ErrorKind::Unsupported`] for Bluetooth in a build without it.
     pub async fn connect(target: &Target) -> Result<Self> {
         Self::connect_with(target, Options::default()).await
     }

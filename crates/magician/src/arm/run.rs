@@ -17,6 +17,9 @@ use crate::{Error, QueueIndex, Result};
 
 /// Longest time between two looks for alarms.
 const LOOK_PAUSE: Duration = Duration::from_millis(100);
+/// The same while commands flow and are finished: an alarm that holds the queue would end that, and looks cost as much of
+/// the line as commands.
+const SELDOM: Duration = Duration::from_secs(1);
 /// Commands on their way to the task.
 const FEED: usize = 64;
 /// So few are in the arm whatever they take: their times are of no use.
@@ -380,15 +383,22 @@ impl<C: Iterator<Item = Set>> Run<C> {
     ) -> Result<End> {
         let mut pause = FIRST_PAUSE;
         let mut look = Instant::now() + pause;
+        let mut looked = Instant::now();
         loop {
             tokio::select! {
                 biased;
                 end = &mut ending => return end.map_err(|_| Error::closed()),
                 () = sleep_until(look) => {
-                    self.note(*reached.borrow());
+                    let before = self.ran.commands;
+                    let seen = *reached.borrow();
+                    self.note(seen);
                     watch.sent(self.ran.commands, self.ran.last);
-                    if self.ran.last.is_some() {
+                    let flows = self.ran.commands > before && seen.flows();
+                    if flows && looked.elapsed() < SELDOM {
+                        progress(watch.saw(seen.current));
+                    } else if self.ran.last.is_some() {
                         progress(self.arm.look(watch).await?);
+                        looked = Instant::now();
                     }
                     pause = (pause * 2).min(LOOK_PAUSE);
                     look = Instant::now() + pause;

@@ -149,6 +149,15 @@ impl Watch {
         self.progress.last = last.unwrap_or(self.progress.last);
     }
 
+    /// The index of the command that finished last is told by somebody else who has read it.
+    pub(super) fn saw(&mut self, current: u64) -> Progress {
+        if current > self.progress.current.0 {
+            self.progress.current.0 = current;
+            self.changed();
+        }
+        self.progress
+    }
+
     /// Everything has finished.
     pub(super) fn at_its_end(&mut self) -> Progress {
         self.progress.current = self.progress.last;

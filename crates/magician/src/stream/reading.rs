@@ -9,8 +9,13 @@ use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
 pub(super) const SOON: Micros = 10_000;
 /// Longest time between two looks while something is under way.
 const LATE: Micros = 200_000;
+/// Time between two looks while commands flow and there is room for many more: a look costs as much of the line as a
+/// command.
+const SELDOM: Micros = 400_000;
+/// When the room will be gone in so much time, it is looked whether there is more.
+const AHEAD: Micros = 30_000;
 /// Shortest time between two looks at left space while commands flow.
-const CROSS_CHECK: Micros = 50_000;
+const CROSS_CHECK: Micros = 500_000;
 
 /// One request of a look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +35,8 @@ pub(super) struct Reader {
     due: Option<Micros>,
     wants_left: bool,
     wants_pose: bool,
+    /// The look that is planned is in no hurry.
+    seldom: bool,
     /// Command that was finished last, 0 before the first look.
     pub(super) current: u64,
     known: bool,
@@ -56,6 +63,7 @@ impl Reader {
             due: None,
             wants_left: false,
             wants_pose: false,
+            seldom: false,
             current: 0,
             known: false,
             lower: false,
@@ -240,6 +248,12 @@ impl Stream {
         (reader.current, reader.known, reader.lower) = (read, true, false);
     }
 
+    /// Whether there is room for all that can be sent before a look would tell of more.
+    fn has_room(&self) -> bool {
+        let soon = self.window as u64 * AHEAD / self.round_trip.max(1);
+        self.credit() as u64 > soon.saturating_add(4)
+    }
+
     /// A look is complete.
     fn looked(&mut self, now: Micros, connection: &mut Connection) {
         if self.reader.lower || self.is_over() {
@@ -292,11 +306,17 @@ impl Stream {
         }
     }
 
-    /// Plans the next look by what the queue holds: when about three eighths of it will have been done while more is to
-    /// be sent, when all of it will have been done else. Without anything to wait for there is none.
+    /// Plans the next look: seldom while there is room for what is to be sent. Else by what the queue holds: when about
+    /// three eighths of it will have been done while more is to be sent, when all of it will have been done else. Without
+    /// anything to wait for there is none.
     pub(super) fn pace(&mut self, now: Micros) {
-        if self.reader.is_planned() {
+        let flows = self.flows() && self.flying() > 0 && self.has_room();
+        if self.reader.is_planned() && (flows || !self.reader.seldom) {
             return;
+        }
+        self.reader.seldom = flows;
+        if flows {
+            return self.reader.look(now.saturating_add(SELDOM));
         }
         let count = self.unfinished().count();
         let kept = self.entries.iter().any(|entry| !entry.is_waiting());

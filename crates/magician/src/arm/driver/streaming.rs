@@ -31,6 +31,15 @@ pub(in crate::arm) struct Reached {
     pub(in crate::arm) accepted: u64,
     /// Indices of the first and the last of them.
     pub(in crate::arm) indices: Option<(u64, u64)>,
+    /// Index of the command that the arm finished last, as read last.
+    pub(in crate::arm) current: u64,
+}
+
+impl Reached {
+    /// Whether the arm finishes commands.
+    pub(in crate::arm) fn flows(&self) -> bool {
+        self.indices.is_some_and(|(first, _)| self.current >= first)
+    }
 }
 
 /// How a program ended.
@@ -128,11 +137,12 @@ impl Driver {
                     accepted,
                     first,
                     last,
-                    ..
+                    current,
                 } => {
                     program.reached.send_replace(Reached {
                         accepted,
                         indices: Some((first, last)),
+                        current,
                     });
                 }
                 StreamEvent::Starved { times } => {
