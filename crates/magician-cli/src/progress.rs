@@ -9,6 +9,8 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
+use crate::output::obeys;
+
 /// Waits shorter than this need no telling.
 const PATIENCE: Duration = Duration::from_secs(1);
 const FRAME: Duration = Duration::from_millis(100);
@@ -24,7 +26,7 @@ pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Outpu
     if let Ok(done) = timeout(PATIENCE, &mut work).await {
         return done;
     }
-    if !io::stderr().is_terminal() {
+    if !obeys(&io::stderr()) {
         let _ = writeln!(io::stderr(), "{what} ...");
         return work.await;
     }
