@@ -17,8 +17,8 @@ use crate::{Error, QueueIndex, Result};
 
 /// Longest time between two looks for alarms.
 const LOOK_PAUSE: Duration = Duration::from_millis(100);
-/// The same while commands flow and are finished: an alarm that holds the queue would end that, and looks cost as much of
-/// the line as commands.
+/// The same while commands go out: an alarm that holds the queue would end that soon, and a look costs as much of the line
+/// as a command.
 const SELDOM: Duration = Duration::from_secs(1);
 /// Commands on their way to the task.
 const FEED: usize = 64;
@@ -223,8 +223,9 @@ impl Arm {
 }
 
 impl<C: Iterator<Item = Set>> Run<C> {
-    /// The commands are followed from here.
-    pub(super) fn along(mut self, course: Preflight) -> Self {
+    /// Tells how long the commands take and where they lead from this check, made before them, instead of reading the
+    /// arm's settings once more: what passed [`Preflight::program`] need not be looked up again.
+    pub fn along(mut self, course: Preflight) -> Self {
         self.course = Some(course.guards(Guards::NONE));
         self.planned = true;
         self
@@ -393,8 +394,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
                     let seen = *reached.borrow();
                     self.note(seen);
                     watch.sent(self.ran.commands, self.ran.last);
-                    let flows = self.ran.commands > before && seen.flows();
-                    if flows && looked.elapsed() < SELDOM {
+                    if self.ran.commands > before && looked.elapsed() < SELDOM {
                         progress(watch.saw(seen.current));
                     } else if self.ran.last.is_some() {
                         progress(self.arm.look(watch).await?);

@@ -48,7 +48,6 @@ impl Stream {
         // Where the connection sends one at a time, nothing may be lost between others, and nothing is gone back to.
         let window = self.settings.window.min(connection.window());
         (self.settings.window, self.window) = (window, self.window.min(window));
-        self.round_trip = connection.round_trip().unwrap_or(0);
         self.retry_at = self.retry_at.filter(|at| *at > now);
         self.retire(connection);
         if self.gap && self.phase != Phase::Settle {

@@ -167,8 +167,6 @@ pub struct Stream {
     found: usize,
     starved: u64,
     dry: bool,
-    /// Time from a request to its answer, us.
-    round_trip: Micros,
 }
 
 /// Look.
@@ -209,7 +207,6 @@ impl Stream {
             found: 0,
             starved: 0,
             dry: false,
-            round_trip: 0,
         }
     }
 

@@ -12,8 +12,6 @@ const LATE: Micros = 200_000;
 /// Time between two looks while commands flow and there is room for many more: a look costs as much of the line as a
 /// command.
 const SELDOM: Micros = 400_000;
-/// When the room will be gone in so much time, it is looked whether there is more.
-const AHEAD: Micros = 30_000;
 /// Shortest time between two looks at left space while commands flow.
 const CROSS_CHECK: Micros = 50_000;
 
@@ -249,10 +247,10 @@ impl Stream {
         (reader.current, reader.known, reader.lower) = (read, true, false);
     }
 
-    /// Whether there is room for all that can be sent before a look would tell of more.
+    /// Whether there is room for all that will be sent before a look can tell of more: what is in flight, what goes
+    /// before the look has its turn, and what goes until its answer is there.
     fn has_room(&self) -> bool {
-        let soon = self.window as u64 * AHEAD / self.round_trip.max(1);
-        self.credit() as u64 > soon.saturating_add(4)
+        self.credit() > 2 * self.window + 4
     }
 
     /// A look is complete.

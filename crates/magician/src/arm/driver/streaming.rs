@@ -35,13 +35,6 @@ pub(in crate::arm) struct Reached {
     pub(in crate::arm) current: u64,
 }
 
-impl Reached {
-    /// Whether the arm finishes commands.
-    pub(in crate::arm) fn flows(&self) -> bool {
-        self.indices.is_some_and(|(first, _)| self.current >= first)
-    }
-}
-
 /// How a program ended.
 #[derive(Debug)]
 pub(in crate::arm) struct End {
