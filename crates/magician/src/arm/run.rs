@@ -394,10 +394,14 @@ impl<C: Iterator<Item = Set>> Run<C> {
                     let seen = *reached.borrow();
                     self.note(seen);
                     watch.sent(self.ran.commands, self.ran.last);
-                    if self.ran.commands > before && looked.elapsed() < SELDOM {
+                    let flows = self.ran.commands > before;
+                    if flows && looked.elapsed() < SELDOM {
                         progress(watch.saw(seen.current));
                     } else if self.ran.last.is_some() {
-                        progress(self.arm.look(watch).await?);
+                        progress(match flows {
+                            true => self.arm.look_from(watch, seen.current).await?,
+                            false => self.arm.look(watch).await?,
+                        });
                         looked = Instant::now();
                     }
                     pause = (pause * 2).min(LOOK_PAUSE);

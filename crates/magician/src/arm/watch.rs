@@ -149,9 +149,9 @@ impl Watch {
         self.progress.last = last.unwrap_or(self.progress.last);
     }
 
-    /// The index of the command that finished last is told by somebody else who has read it.
+    /// The index of the command that finished last was read.
     pub(super) fn saw(&mut self, current: u64) -> Progress {
-        if current > self.progress.current.0 {
+        if current != self.progress.current.0 {
             self.progress.current.0 = current;
             self.changed();
         }
@@ -226,13 +226,13 @@ impl Arm {
     /// One look at the queue, the alarms and, when the index stands, the arm.
     pub(super) async fn look(&self, watch: &mut Watch) -> Result<Progress> {
         let read = self.get::<QueuedCmdCurrentIndex>().await?;
+        self.look_from(watch, read.queued_cmd_current_index).await
+    }
+
+    /// As [`look`](Self::look), when the current index has been read already.
+    pub(super) async fn look_from(&self, watch: &mut Watch, current: u64) -> Result<Progress> {
         self.mishap(Some(watch.stops))?;
-        let current = read.queued_cmd_current_index;
-        if current != watch.progress.current.0 {
-            watch.progress.current.0 = current;
-            watch.changed();
-        }
-        let progress = watch.progress;
+        let progress = watch.saw(current);
         if progress.current >= progress.last {
             return Ok(progress);
         }

@@ -12,8 +12,9 @@ const LATE: Micros = 200_000;
 /// Time between two looks while commands flow and there is room for many more: a look costs as much of the line as a
 /// command.
 const SELDOM: Micros = 400_000;
-/// Shortest time between two looks at left space while commands flow.
+/// Shortest time between two looks at left space while the arm is waited for, and while the line is.
 const CROSS_CHECK: Micros = 50_000;
+const RARE_CHECK: Micros = 1_000_000;
 
 /// One request of a look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,9 +133,10 @@ fn request(reading: Reading) -> Option<Request> {
 impl Stream {
     /// Begins a look that is due, and goes on with one that has begun.
     pub(super) fn read(&mut self, now: Micros, to: &mut Connection) {
+        let flies = self.flows() && self.flying() > 0;
         let reader = &mut self.reader;
         if !reader.is_busy() && reader.due.is_some_and(|due| due <= now) {
-            let check = if reader.seldom { SELDOM } else { CROSS_CHECK };
+            let check = if flies { RARE_CHECK } else { CROSS_CHECK };
             let stale = reader
                 .left_at
                 .is_none_or(|at| at.saturating_add(check) <= now);
