@@ -249,10 +249,10 @@ impl Stream {
         (reader.current, reader.known, reader.lower) = (read, true, false);
     }
 
-    /// Whether there is room for all that will be sent before a look can tell of more: what is in flight, what goes
-    /// before the look has its turn, and what goes until its answer is there.
+    /// Whether there is room for all that will be sent before a look can tell of more. One that is late costs nothing as
+    /// long as there is any: it takes its turn among the commands.
     fn has_room(&self) -> bool {
-        self.credit() > 2 * self.window + 4
+        self.credit() > self.window + 2
     }
 
     /// A look is complete.
