@@ -4,6 +4,7 @@ mod alarms;
 mod bench;
 mod fidelity;
 mod gallery;
+mod soak;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -15,7 +16,9 @@ Usage: cargo xtask CHORE
   fidelity   list what the virtual arm's behaviour rests on: docs/FIDELITY.md
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   bench [WHAT...] [--json]
-             measure what the virtual arm costs";
+             measure what the virtual arm costs
+  soak [NAME [--cases N] [--seed S]] [--json]
+             try the driver's promises for as long as you like; lists them without a name";
 
 fn main() -> ExitCode {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -26,6 +29,7 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
+        Some((chore, rest)) if chore == "soak" => soak::run(rest),
         _ => {
             eprintln!("{USAGE}");
             return ExitCode::from(2);

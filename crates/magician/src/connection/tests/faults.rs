@@ -26,7 +26,7 @@ fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
             uncertain += 1;
         }
         fates.insert(number, fate);
-        let address = 1 + pair.dice.roll(20) as u8;
+        let address = 1 + pair.dice.below(20) as u8;
         if let Ok(reply) = pair.ask(get_di(address), 2 * SECOND)
             && check_gets
         {
@@ -63,10 +63,10 @@ fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
 #[test]
 pub(super) fn executes_each_command_once_over_a_serial_line_that_loses_damages_and_delays() {
     let faults = Faults {
-        lose: 15,
-        damage: 30,
-        late: 20,
-        late_by: 900_000,
+        drop_chunk: 0.015,
+        flip: 0.0015,
+        stall: 0.02,
+        stall_for: 900_000,
         ..Faults::default()
     };
     let mut uncertain = 0;
@@ -84,10 +84,10 @@ pub(super) fn executes_each_command_once_over_a_serial_line_that_loses_damages_a
 #[test]
 fn a_line_that_doubles_replies_never_doubles_commands() {
     let faults = Faults {
-        lose: 20,
-        double: 50,
-        late: 20,
-        late_by: 300_000,
+        drop_chunk: 0.02,
+        duplicate_chunk: 0.05,
+        stall: 0.02,
+        stall_for: 300_000,
         ..Faults::default()
     };
     for seed in 300..400 {
@@ -104,10 +104,9 @@ fn a_line_that_doubles_replies_never_doubles_commands() {
 #[test]
 pub(super) fn datagrams_lost_late_and_out_of_order_lead_to_no_silent_mistake() {
     let faults = Faults {
-        lose: 50,
-        late: 50,
-        late_by: 900_000,
-        reorder: true,
+        drop_chunk: 0.05,
+        late_chunk: 0.05,
+        late_for: 900_000,
         ..Faults::default()
     };
     let mut uncertain = 0;
@@ -124,11 +123,10 @@ pub(super) fn datagrams_lost_late_and_out_of_order_lead_to_no_silent_mistake() {
 #[test]
 fn a_line_that_doubles_requests_does_so_never_unnoticed() {
     let faults = Faults {
-        lose: 30,
-        double: 40,
-        late: 100,
-        late_by: 900_000,
-        reorder: true,
+        drop_chunk: 0.03,
+        duplicate_chunk: 0.04,
+        late_chunk: 0.1,
+        late_for: 900_000,
         ..Faults::default()
     };
     let (mut doubled, mut clean, mut silent) = (0, 0, 0);
@@ -172,16 +170,15 @@ fn a_line_that_doubles_requests_does_so_never_unnoticed() {
 #[test]
 pub(super) fn datagrams_that_overtake_each_other_are_not_mixed_up() {
     let faults = Faults {
-        late: 500,
-        late_by: 900_000,
-        reorder: true,
+        late_chunk: 0.5,
+        late_for: 900_000,
         ..Faults::default()
     };
     for seed in 900..930 {
         let mut pair = ready(Settings::DATAGRAMS, seed);
         pair.set_faults(faults);
         for _ in 0..20 {
-            let address = 1 + pair.dice.roll(20) as u8;
+            let address = 1 + pair.dice.below(20) as u8;
             if let Ok(reply) = pair.ask(get_di(address), 300_000) {
                 assert_eq!(reply.frame().read::<IoDi>().unwrap().address, address);
             }

@@ -75,8 +75,8 @@ fn a_bad_line_is_gone_back_on_until_the_rest_goes_one_by_one() {
         }
         rig.pair.dice = Dice::new(seed);
         rig.pair.set_faults(Faults {
-            lose: 15,
-            damage: 15,
+            drop_chunk: 0.015,
+            flip: 0.00075,
             ..Faults::default()
         });
         rig.run(600 * SECOND).unwrap();
@@ -105,8 +105,8 @@ fn what_must_not_be_done_twice_travels_alone_and_is_done_once() {
         }
         rig.pair.dice = Dice::new(seed);
         rig.pair.set_faults(Faults {
-            lose: 10,
-            damage: 10,
+            drop_chunk: 0.01,
+            flip: 0.0005,
             ..Faults::default()
         });
         let outcome = rig.run(600 * SECOND);
