@@ -10,8 +10,9 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, commands, completions, conform, decode, demo, enqueue, forward, get, help, home, info,
-    inverse, io, man, ports, pose, queue, set, shell, sim, stop, tools, travel,
+    alarms, bench, commands, completions, conform, decode, demo, doctor, enqueue, forward, get,
+    help, home, info, inverse, io, man, ports, pose, proxy, queue, replay, set, shell, sim, stop,
+    tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -83,6 +84,18 @@ pub(crate) struct Global {
     #[arg(long, global = true, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) timeout: Option<Duration>,
 
+    /// Requests in flight at once, 1 to 8; more than 1 for an arm of which `magician doctor` has found that it takes
+    /// them
+    #[arg(
+        long,
+        global = true,
+        env = "MAGICIAN_WINDOW",
+        hide_env_values = true,
+        value_name = "N",
+        value_parser = clap::value_parser!(u8).range(1..=8)
+    )]
+    pub(crate) window: Option<u8>,
+
     /// Say more on stderr; more often, more still
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub(crate) verbose: u8,
@@ -109,9 +122,13 @@ pub(crate) enum Verb {
     Shell(shell::Shell),
     Demo(demo::Demo),
     Sim(Box<sim::Sim>),
+    Proxy(Box<proxy::Proxy>),
     Conform(conform::Conform),
+    Doctor(doctor::Doctor),
+    Bench(bench::Bench),
     Commands(commands::Commands),
     Decode(decode::Decode),
+    Replay(replay::Replay),
     Forward(forward::Forward),
     Inverse(inverse::Inverse),
     Completions(completions::Completions),
@@ -141,9 +158,13 @@ impl Verb {
             Self::Shell(verb) => verb.run(context),
             Self::Demo(verb) => verb.run(context),
             Self::Sim(verb) => verb.run(context),
+            Self::Proxy(verb) => verb.run(context),
             Self::Conform(verb) => verb.run(context),
+            Self::Doctor(verb) => verb.run(context),
+            Self::Bench(verb) => verb.run(context),
             Self::Commands(verb) => verb.run(context),
             Self::Decode(verb) => verb.run(context),
+            Self::Replay(verb) => verb.run(context),
             Self::Forward(verb) => verb.run(context),
             Self::Inverse(verb) => verb.run(context),
             Self::Completions(verb) => verb.run(context),

@@ -28,12 +28,16 @@ pub(crate) struct Context {
     pub(crate) in_shell: bool,
     /// Whether the system wants this program to end, more lines or not.
     pub(crate) terminated: bool,
-    /// Whether something may be under way in the arm that was set going here.
+    /// Whether a verb has set something going that the connection cannot know of: what earlier programs queued, a
+    /// laser, a move that is only planned yet. What it knows of, [`Arm::moving`] tells.
     going: bool,
 }
 
 /// How long a stop may take before this program ends without knowing.
 const STAND_BY: Duration = Duration::from_secs(3);
+
+/// How long connections that were dropped get for their last words.
+const FAREWELL: Duration = Duration::from_millis(600);
 
 /// How a verb treats the virtual arm in this process.
 #[derive(Clone, Copy, Debug)]
@@ -145,7 +149,8 @@ impl Context {
         Ok(done)
     }
 
-    /// From here on Ctrl-C stops the arm, if `going`: the verb sets something going that lasts.
+    /// From here on Ctrl-C stops the arm, if `going`: the verb sets something going that lasts, and the connection
+    /// cannot tell.
     pub(crate) fn sets_going(&mut self, going: bool) {
         self.going |= going;
     }
@@ -217,7 +222,7 @@ impl Context {
     /// Stops what was set going, and waits until the arm stands. A second signal ends the wait.
     async fn halt(&mut self, signals: &mut Signals) -> Failure {
         let failure = match &self.arm {
-            Some(connected) if self.going => {
+            Some(connected) if self.going || connected.arm.moving() => {
                 let stopped = timeout(STAND_BY, stop(&connected.arm, &self.debts));
                 let stopped = attended(self.global.json, "stopping", stopped);
                 tokio::select! {
@@ -246,6 +251,29 @@ impl Context {
         Failure::new(Kind::Interrupted, message)
     }
 
+    /// Does what opens its lines itself. Ctrl-C ends it, and what it has open stops what it set going.
+    pub(crate) fn attending<T>(
+        &mut self,
+        work: impl AsyncFnOnce(&mut Output) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        self.let_go()?;
+        let runtime = self.runtime()?;
+        let out = &mut self.out;
+        let outcome = runtime.block_on(async {
+            let mut signals = Signals::listen()?;
+            let signal = tokio::select! {
+                outcome = work(out) => return Ok::<_, Failure>(Ok(outcome?)),
+                signal = signals.next() => signal,
+            };
+            tokio::time::sleep(FAREWELL).await;
+            Ok(Err(signal))
+        })?;
+        outcome.map_err(|signal| {
+            self.terminated |= signal == Signal::Terminate;
+            Failure::interrupted()
+        })
+    }
+
     /// Gives up the line to the arm, for a verb that opens it in its own way.
     pub(crate) fn let_go(&mut self) -> Result<(), Failure> {
         let runtime = self.runtime()?;
@@ -263,10 +291,18 @@ impl Context {
     async fn connect(&self, sim: Option<Sim>) -> Result<Connected, Failure> {
         let port = self.global.port.clone();
         let target = self.target(sim)?;
+        let arm = Arm::connect_with(&target, self.options()).await?;
+        Ok(Connected { arm, port })
+    }
+
+    /// How a connection is to behave.
+    pub(crate) fn options(&self) -> Options {
         let mut options = Options::default();
         options.timeout = self.global.timeout.unwrap_or(options.timeout);
-        let arm = Arm::connect_with(&target, options).await?;
-        Ok(Connected { arm, port })
+        options.window = self.global.window.map_or(options.window, usize::from);
+        // A verb whose line breaks fails; only a shell lasts until the cable is back.
+        options.reconnect = self.in_shell;
+        options
     }
 
     /// Where the arm is.

@@ -63,6 +63,11 @@ impl Paint {
         self.with("1;31", text)
     }
 
+    /// What is as it should be.
+    pub(crate) fn good(self, text: impl Display) -> impl Display {
+        self.with("32", text)
+    }
+
     /// What a list is about.
     pub(crate) fn name(self, text: impl Display) -> impl Display {
         self.with("1", text)

@@ -6,6 +6,7 @@ use std::io::{self, IsTerminal, Write};
 use std::pin::pin;
 use std::time::Duration;
 
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 /// Waits shorter than this need no telling.
@@ -42,6 +43,38 @@ pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Outpu
         }
     }
     work.await
+}
+
+/// A bar on stderr while something is counted: on a terminal only, and gone afterwards.
+pub(crate) struct Bar(ProgressBar);
+
+impl Bar {
+    /// From 0 to `total`.
+    pub(crate) fn begin(quiet: bool, what: &str, total: u64) -> Self {
+        let target = match !quiet && io::stderr().is_terminal() {
+            true => ProgressDrawTarget::stderr(),
+            false => ProgressDrawTarget::hidden(),
+        };
+        let bar = ProgressBar::with_draw_target(Some(total), target);
+        let style = ProgressStyle::with_template("{spinner} {msg} {bar:30} {pos}/{len}");
+        if let Ok(style) = style {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_message(what.to_owned());
+        bar.tick();
+        Self(bar)
+    }
+
+    /// So many are done.
+    pub(crate) fn at(&self, done: u64) {
+        self.0.set_position(done);
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
 }
 
 /// Takes the live line off the screen, also when the wait is given up.

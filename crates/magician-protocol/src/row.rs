@@ -260,6 +260,14 @@ impl Row {
         }
     }
 
+    /// Whether a frame with this Ctrl only looks: it changes nothing, and one answer will do for
+    /// several hosts that ask at the same time. A look at the hand teaching trigger (42) does not:
+    /// it may take away what it reads (errata, open question 11).
+    #[must_use]
+    pub const fn only_looks(&self, ctrl: Ctrl) -> bool {
+        self.value.is_some() && !self.sets(ctrl) && ctrl.destination() == 0 && self.id != 42
+    }
+
     /// Ids 240 to 245: they steer the queue, act at once and are never queued themselves.
     #[must_use]
     pub const fn steers_queue(&self) -> bool {

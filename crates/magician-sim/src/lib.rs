@@ -20,6 +20,8 @@
 
 #[cfg(feature = "record")]
 pub mod record;
+#[cfg(feature = "trace")]
+pub mod replay;
 #[cfg(feature = "serve")]
 pub mod serve;
 #[cfg(feature = "trace")]

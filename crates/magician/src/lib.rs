@@ -5,6 +5,7 @@
 //! * [`Target`] says where the arm is; [`ports`](fn@ports) lists where it could be.
 //! * [`words`] makes commands of intentions; [`commands`] has every command of the protocol.
 //! * [`connection`] is the engine under both handles, without I/O and without a clock.
+//! * [`proxy`] lets several programs share one arm.
 //!
 //! Lengths are mm, angles degrees, times seconds unless a name says otherwise.
 //!
@@ -35,10 +36,12 @@ pub mod connection;
 pub mod discovery;
 mod error;
 pub mod faults;
+pub mod measure;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
 mod ports;
 mod preflight;
+pub mod proxy;
 mod raw;
 pub mod stream;
 mod target;

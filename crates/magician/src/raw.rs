@@ -1,18 +1,25 @@
 use std::future::poll_fn;
+use std::io;
+use std::task::{Context, Poll, ready};
 
+use tokio::io::{AsyncRead, AsyncWrite};
+
+use crate::connection::Settings;
 use crate::faults::Faults;
 #[cfg(feature = "trace")]
 use crate::transport::Tracer;
-use crate::transport::{Line, Transport, Way};
+use crate::transport::{self, Line, Stream, Transport, Way};
 use crate::{Error, Result, Target};
 
 /// Bytes to an arm and back as they are, for programs that look at the bytes themselves: tests of
 /// an arm, bridges. Nothing is matched, sent again or waited for; [`Arm`](crate::Arm) does that.
 pub struct RawLine {
-    way: Way,
+    /// There is none back to a stream of the caller's.
+    way: Option<Way>,
     /// `None` when it was lost.
     transport: Option<Box<dyn Transport>>,
     name: String,
+    settings: Settings,
 }
 
 /// What is put between a [`RawLine`] and its port.
@@ -84,12 +91,16 @@ impl RawLine {
             None => way,
         };
         let Line {
-            transport, name, ..
+            transport,
+            name,
+            settings,
+            ..
         } = way.open().await?;
         Ok(Self {
-            way,
+            way: Some(way),
             transport: Some(transport),
             name,
+            settings,
         })
     }
 
@@ -101,8 +112,37 @@ impl RawLine {
     pub async fn reopen(&mut self) -> Result<()> {
         // Gives the port back before it is asked for.
         self.transport = None;
-        self.transport = Some(self.way.open().await?.transport);
+        let Some(way) = &self.way else {
+            return Err(self.gone());
+        };
+        self.transport = Some(way.open().await?.transport);
         Ok(())
+    }
+
+    /// Opens a serial port at another speed than the arm's, to hear whether something else is there.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub async fn open_at(path: &str, baud: u32) -> Result<Self> {
+        Ok(Self {
+            way: None,
+            transport: Some(transport::serial_at(path, baud)?),
+            name: path.to_owned(),
+            settings: Settings::ORDERED,
+        })
+    }
+
+    /// A line over any stream of bytes that keeps their order, called `name` in messages.
+    pub fn over<T>(stream: T, name: &str) -> Self
+    where
+        T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
+    {
+        Self {
+            way: None,
+            transport: Some(Box::new(Stream(stream))),
+            name: name.to_owned(),
+            settings: Settings::ORDERED,
+        }
     }
 
     /// What the line is called in messages: the target as it was given.
@@ -111,24 +151,35 @@ impl RawLine {
         &self.name
     }
 
+    /// How such a line is to be treated: whether it keeps its order, and how long an answer may take.
+    #[must_use]
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+
     /// Sends bytes; over UDP they are one datagram.
     ///
     /// # Errors
     /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
     pub async fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        let Some(transport) = &mut self.transport else {
-            return Err(self.gone());
-        };
         let mut rest = bytes;
         while !rest.is_empty() {
-            let sent = poll_fn(|cx| transport.poll_write(cx, rest)).await;
-            let count = sent.map_err(|error| Error::gone(&self.name, error))?;
-            if count == 0 {
-                return Err(self.gone());
-            }
+            let count = poll_fn(|cx| self.poll_send(cx, rest)).await?;
             rest = rest.get(count..).unwrap_or_default();
         }
         Ok(())
+    }
+
+    /// Takes bytes from the front of what is to be sent; how many.
+    ///
+    /// # Errors
+    /// As [`send`](Self::send).
+    pub fn poll_send(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<Result<usize>> {
+        let Some(transport) = &mut self.transport else {
+            return Poll::Ready(Err(self.gone()));
+        };
+        let sent = ready!(transport.poll_write(cx, bytes));
+        Poll::Ready(self.passed(sent))
     }
 
     /// Waits for bytes and puts them into `bytes`; how many. Dropping the wait loses none.
@@ -136,11 +187,23 @@ impl RawLine {
     /// # Errors
     /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
     pub async fn receive(&mut self, bytes: &mut [u8]) -> Result<usize> {
+        poll_fn(|cx| self.poll_receive(cx, bytes)).await
+    }
+
+    /// Puts bytes that have come into `bytes`; how many.
+    ///
+    /// # Errors
+    /// As [`receive`](Self::receive).
+    pub fn poll_receive(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<Result<usize>> {
         let Some(transport) = &mut self.transport else {
-            return Err(self.gone());
+            return Poll::Ready(Err(self.gone()));
         };
-        let came = poll_fn(|cx| transport.poll_read(cx, bytes)).await;
-        match came {
+        let came = ready!(transport.poll_read(cx, bytes));
+        Poll::Ready(self.passed(came))
+    }
+
+    fn passed(&self, count: io::Result<usize>) -> Result<usize> {
+        match count {
             Ok(0) => Err(self.gone()),
             Ok(count) => Ok(count),
             Err(error) => Err(Error::gone(&self.name, error)),
@@ -148,6 +211,6 @@ impl RawLine {
     }
 
     fn gone(&self) -> Error {
-        Error::gone(&self.name, std::io::ErrorKind::UnexpectedEof.into())
+        Error::gone(&self.name, io::ErrorKind::UnexpectedEof.into())
     }
 }

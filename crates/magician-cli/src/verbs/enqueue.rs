@@ -47,7 +47,6 @@ impl Enqueue {
         refuse_danger(row, context)?;
         let command = magician::Set::decode(row.id, &params)
             .map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;
-        context.sets_going(self.start);
         let index = context.with_arm(async |arm, _| {
             let index = arm.enqueue_set(&command).await?;
             if self.start {

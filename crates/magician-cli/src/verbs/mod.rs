@@ -1,11 +1,13 @@
 //! The verbs, a file each.
 
 pub(crate) mod alarms;
+pub(crate) mod bench;
 pub(crate) mod commands;
 pub(crate) mod completions;
 pub(crate) mod conform;
 pub(crate) mod decode;
 pub(crate) mod demo;
+pub(crate) mod doctor;
 pub(crate) mod enqueue;
 pub(crate) mod forward;
 pub(crate) mod get;
@@ -17,7 +19,9 @@ pub(crate) mod io;
 pub(crate) mod man;
 pub(crate) mod ports;
 pub(crate) mod pose;
+pub(crate) mod proxy;
 pub(crate) mod queue;
+pub(crate) mod replay;
 pub(crate) mod set;
 pub(crate) mod shell;
 pub(crate) mod sim;

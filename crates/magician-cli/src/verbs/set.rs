@@ -1,6 +1,6 @@
 use clap::Args;
 use magician::Ctrl;
-use magician_protocol::{Chapter, LayoutInfo, Row};
+use magician_protocol::{LayoutInfo, Row};
 
 use crate::catalogue::{self, Wanted};
 use crate::context::Context;
@@ -31,7 +31,6 @@ impl Set {
         let (row, layout) = writable(name)?;
         let params = values::params(row, layout, &self.wanted.fields)?;
         refuse_danger(row, context)?;
-        context.sets_going(lasts(row));
         let json = context.global.json;
         context.with_arm(async |arm, out| {
             arm.raw(row.id, Ctrl::SET, &params).await?;
@@ -39,18 +38,6 @@ impl Set {
             if json { out.line("{}") } else { Ok(()) }
         })
     }
-}
-
-/// Whether what this orders goes on when it has been answered.
-fn lasts(row: &Row) -> bool {
-    let moves = [
-        Chapter::Home,
-        Chapter::Jog,
-        Chapter::Ptp,
-        Chapter::Cp,
-        Chapter::Arc,
-    ];
-    row.value.is_none() && moves.contains(&row.chapter)
 }
 
 /// The command of a name, if it can be set.

@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "every test binary uses another part")]
 
 #[cfg(unix)]
+pub(crate) mod device;
+#[cfg(unix)]
 pub(crate) mod served;
 #[cfg(target_os = "linux")]
 pub(crate) mod terminal;

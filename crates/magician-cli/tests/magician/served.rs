@@ -1,8 +1,9 @@
-//! A virtual arm served by the command, for the tests that need one in another process.
+//! A virtual arm or a proxy served by the command, for the tests that need one in another process.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
 
 use super::command;
 
@@ -13,13 +14,21 @@ pub(crate) struct Served {
     /// What stderr said before it was ready.
     pub(crate) doors: Vec<String>,
     /// What it says from then on.
-    log: Option<JoinHandle<Vec<String>>>,
+    log: Receiver<String>,
+    /// What of that has been looked at.
+    seen: Vec<String>,
 }
 
 impl Served {
+    /// A virtual arm with so many doors.
     pub(crate) fn start(arguments: &[&str], doors: usize) -> Self {
+        Self::verb("sim", arguments, doors + 1)
+    }
+
+    /// A verb that says so many lines before it is ready.
+    pub(crate) fn verb(verb: &str, arguments: &[&str], lines_first: usize) -> Self {
         let mut child = command()
-            .arg("sim")
+            .arg(verb)
             .args(arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -34,14 +43,16 @@ impl Served {
         let mut lines = BufReader::new(stderr)
             .lines()
             .map(|line| line.expect("UTF-8"));
-        let doors = lines.by_ref().take(doors + 1).collect();
+        let doors = lines.by_ref().take(lines_first).collect();
         // Somebody has to read on, or the arm would wait for us.
-        let log = std::thread::spawn(move || lines.collect());
+        let (sender, log) = channel();
+        std::thread::spawn(move || lines.try_for_each(|line| sender.send(line)));
         Self {
             child,
             stdout,
             doors,
-            log: Some(log),
+            log,
+            seen: Vec::new(),
         }
     }
 
@@ -73,8 +84,24 @@ impl Served {
         let status = self.child.wait().expect("it ends");
         let mut rest = String::new();
         self.stdout.read_to_string(&mut rest).expect("UTF-8");
-        let log = self.log.take().expect("taken once");
-        (status, rest, log.join().expect("UTF-8").join("\n"))
+        let mut said = std::mem::take(&mut self.seen);
+        said.extend(self.log.iter());
+        (status, rest, said.join("\n"))
+    }
+
+    /// Waits until it says this; the line.
+    pub(crate) fn until(&mut self, what: impl Fn(&str) -> bool) -> String {
+        // A test that waits for what never comes should fail, not hang.
+        let deadline = Instant::now() + Duration::from_secs(20);
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let line = self.log.recv_timeout(left);
+            let line = line.unwrap_or_else(|_| panic!("not said: {:?}", self.seen));
+            self.seen.push(line.clone());
+            if what(&line) {
+                return line;
+            }
+        }
     }
 
     /// Ends it with SIGTERM; what stderr said since it was ready.

@@ -6,7 +6,7 @@ use super::door::{self, Ports};
 use super::handle::Orders;
 use super::hub::Hub;
 use super::timer::Timer;
-use super::{Endpoint, Notice, OnReady, ServeError, Server};
+use super::{Endpoint, Notice, OnReady, ServeError, Server, Service};
 use crate::Runner;
 
 /// An arm that is being served: all its endpoints are open.

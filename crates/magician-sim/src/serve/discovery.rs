@@ -6,9 +6,8 @@ use std::task::{Context, Poll};
 use tokio::io::ReadBuf;
 use tokio::net::UdpSocket;
 
-use super::hub::Hub;
 use super::udp::{DATAGRAM, bound, refused};
-use super::{Endpoint, Port, READS_PER_TURN};
+use super::{Endpoint, Port, READS_PER_TURN, Service};
 
 /// Where a Wi-Fi module listens for hosts that look for one (model section 15).
 pub(super) const PORT: u16 = 48_899;
@@ -43,12 +42,12 @@ pub(super) struct Answerer {
 }
 
 impl Answerer {
-    pub(super) fn bind(address: SocketAddr, hub: &mut Hub) -> io::Result<Self> {
+    pub(super) fn bind(address: SocketAddr, service: &mut dyn Service) -> io::Result<Self> {
         let (socket, address) = bound(address)?;
         Ok(Self {
             socket,
             address,
-            mac: Mac::of(hub.device_id()),
+            mac: Mac::of(service.device_id()),
             question: vec![0; DATAGRAM].into_boxed_slice(),
             answer: String::new(),
         })
@@ -87,9 +86,9 @@ impl Port for Answerer {
         Endpoint::Discovery(self.address)
     }
 
-    fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         // The module has its power from the arm's connector.
-        let plugged = hub.runner().plugged();
+        let plugged = service.plugged();
         for _ in 0..READS_PER_TURN {
             let mut buffer = ReadBuf::new(&mut self.question);
             match self.socket.poll_recv_from(cx, &mut buffer) {
@@ -106,7 +105,7 @@ impl Port for Answerer {
         Ok(())
     }
 
-    fn unplug(&mut self, _: &mut Hub) {}
+    fn unplug(&mut self, _: &mut dyn Service) {}
 }
 
 /// Whether a datagram is the question, with or without an end of line or of string.

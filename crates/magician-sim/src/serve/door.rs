@@ -6,14 +6,13 @@ use magician_protocol::UDP_PORT;
 
 use super::address::resolve;
 use super::discovery::{self, Answerer, Discovery};
-use super::hub::Hub;
 #[cfg(unix)]
 use super::pty::{self, Pty};
 #[cfg(unix)]
 use super::several::numbered;
 use super::tcp::Tcp;
 use super::udp::Udp;
-use super::{Notice, Port, ServeError};
+use super::{Notice, Port, ServeError, Service};
 
 /// An endpoint that was asked for.
 pub(super) enum Door {
@@ -53,13 +52,13 @@ pub(super) fn open_all(
     doors: &[Door],
     discovery: &Discovery,
     number: Number,
-    hub: &mut Hub,
+    service: &mut dyn Service,
 ) -> Result<Ports, ServeError> {
     let mut ports = Ports::new();
     for door in doors {
         match door {
             #[cfg(unix)]
-            Door::Pty(path) => ports.push(Box::new(Pty::open(&of_arm(path, number), hub)?)),
+            Door::Pty(path) => ports.push(Box::new(Pty::open(&of_arm(path, number), service)?)),
             Door::Udp(text) => {
                 let place = Place::find(text, Some(UDP_PORT), number)?;
                 let port = Udp::bind(place.address);
@@ -67,7 +66,7 @@ pub(super) fn open_all(
                     port.map_err(|error| place.refused("bind", error))?,
                 ));
                 if *discovery == Discovery::Auto && place.address.port() == UDP_PORT {
-                    ports.extend(beside(place.address, hub));
+                    ports.extend(beside(place.address, service));
                 }
             }
             Door::Tcp(text) => {
@@ -81,7 +80,7 @@ pub(super) fn open_all(
     }
     if let Discovery::At(text) = discovery {
         let place = Place::find(text, Some(discovery::PORT), number)?;
-        let port = Answerer::bind(place.address, hub);
+        let port = Answerer::bind(place.address, service);
         ports.push(Box::new(
             port.map_err(|error| place.refused("bind", error))?,
         ));
@@ -90,12 +89,12 @@ pub(super) fn open_all(
 }
 
 /// Discovery that nobody asked for by name: served where it can be.
-fn beside(mut address: SocketAddr, hub: &mut Hub) -> Option<Box<dyn Port + Send>> {
+fn beside(mut address: SocketAddr, service: &mut dyn Service) -> Option<Box<dyn Port + Send>> {
     address.set_port(discovery::PORT);
-    match Answerer::bind(address, hub) {
+    match Answerer::bind(address, service) {
         Ok(port) => Some(Box::new(port)),
         Err(error) => {
-            hub.notice(Notice::Undiscoverable { address, error });
+            service.notice(Notice::Undiscoverable { address, error });
             None
         }
     }

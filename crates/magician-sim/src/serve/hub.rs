@@ -6,7 +6,7 @@ use magician_protocol::{Direction, FrameBuf, NoArgs, Readable};
 
 use super::keep::Keeper;
 use super::recording::Recording;
-use super::{Notice, OnNotice, ServeError};
+use super::{Notice, OnNotice, ServeError, Service};
 use crate::{FlashError, LinkId, Micros, Runner};
 
 /// What all endpoints share: the arm on the wall clock, the log and the trace.
@@ -18,13 +18,6 @@ pub(super) struct Hub {
     tape: tape::Tape,
     keeper: Option<Keeper>,
     recording: Recording,
-}
-
-/// A client: its link to the arm and its place in the trace.
-pub(super) struct Peer {
-    link: LinkId,
-    name: String,
-    tape: tape::Place,
 }
 
 impl Hub {
@@ -67,76 +60,6 @@ impl Hub {
 
     pub(super) fn runner_mut(&mut self) -> &mut Runner {
         &mut self.runner
-    }
-
-    /// A client came, or may come.
-    pub(super) fn open(&mut self, name: String) -> Peer {
-        let tape = self.tape.open(&name);
-        self.taped(tape.1);
-        Peer {
-            link: self.next_link(&name),
-            name,
-            tape: tape.0,
-        }
-    }
-
-    /// A client left, and the next will be known by the same name.
-    #[cfg(unix)]
-    pub(super) fn renew(&mut self, peer: &mut Peer) {
-        self.forget(peer);
-        peer.link = self.next_link(&peer.name);
-    }
-
-    /// A client that may have come did not, and will not.
-    pub(super) fn forget(&mut self, peer: &Peer) {
-        self.runner.close(peer.link);
-        let written = self.tape.close(&peer.tape);
-        self.taped(written);
-    }
-
-    /// A client left.
-    pub(super) fn close(&mut self, peer: Peer) {
-        self.forget(&peer);
-        self.notice(Notice::Left(peer.name));
-    }
-
-    /// Bytes that the client may send before it should be made to wait.
-    pub(super) fn room(&self, peer: &Peer) -> usize {
-        self.runner.room(peer.link)
-    }
-
-    pub(super) fn receive(&mut self, peer: &Peer, bytes: &[u8]) {
-        let now = self.now();
-        let written = self.tape.record(&peer.tape, now, Direction::Request, bytes);
-        self.taped(written);
-        self.runner.receive(now, peer.link, bytes);
-    }
-
-    pub(super) fn reply(&mut self, peer: &Peer) -> Option<FrameBuf> {
-        let now = self.now();
-        let reply = self.runner.poll_transmit(now, peer.link)?;
-        let written = self
-            .tape
-            .record(&peer.tape, now, Direction::Reply, reply.bytes());
-        self.taped(written);
-        Some(reply)
-    }
-
-    /// The three words by which the arm can be told from all others, as it answers them.
-    pub(super) fn device_id(&mut self) -> [u32; 3] {
-        let link = self.next_link("discovery");
-        let controller = self.runner.controller_mut();
-        if let Ok(request) = FrameBuf::get(&NoArgs, DeviceId::ROW) {
-            controller.receive(link, request.bytes());
-        }
-        let reply = controller.poll_transmit(link);
-        controller.close(link);
-        let value = reply.and_then(|reply| reply.frame().read::<DeviceId>().ok());
-        value.map_or([0; 3], |id| id.device_id)
-    }
-
-    pub(super) fn notice(&mut self, notice: Notice) {
-        (self.on_notice)(notice);
     }
 
     /// Lets time pass.
@@ -205,6 +128,69 @@ impl Hub {
     }
 }
 
+impl Service for Hub {
+    fn open(&mut self, name: &str) -> LinkId {
+        let link = self.next_link(name);
+        let written = self.tape.open(link, name);
+        self.taped(written);
+        link
+    }
+
+    fn close(&mut self, link: LinkId) {
+        self.runner.close(link);
+        let written = self.tape.close(link);
+        self.taped(written);
+    }
+
+    fn renew(&mut self, link: LinkId, name: &str) -> LinkId {
+        self.runner.close(link);
+        let next = self.next_link(name);
+        let written = self.tape.renew(link, next);
+        self.taped(written);
+        next
+    }
+
+    fn room(&self, link: LinkId) -> usize {
+        self.runner.room(link)
+    }
+
+    fn receive(&mut self, link: LinkId, bytes: &[u8]) {
+        let now = self.now();
+        let written = self.tape.record(link, now, Direction::Request, bytes);
+        self.taped(written);
+        self.runner.receive(now, link, bytes);
+    }
+
+    fn reply(&mut self, link: LinkId) -> Option<FrameBuf> {
+        let now = self.now();
+        let reply = self.runner.poll_transmit(now, link)?;
+        let bytes = reply.bytes();
+        let written = self.tape.record(link, now, Direction::Reply, bytes);
+        self.taped(written);
+        Some(reply)
+    }
+
+    fn notice(&mut self, notice: Notice) {
+        (self.on_notice)(notice);
+    }
+
+    fn plugged(&self) -> bool {
+        self.runner.plugged()
+    }
+
+    fn device_id(&mut self) -> [u32; 3] {
+        let link = self.next_link("discovery");
+        let controller = self.runner.controller_mut();
+        if let Ok(request) = FrameBuf::get(&NoArgs, DeviceId::ROW) {
+            controller.receive(link, request.bytes());
+        }
+        let reply = controller.poll_transmit(link);
+        controller.close(link);
+        let value = reply.and_then(|reply| reply.frame().read::<DeviceId>().ok());
+        value.map_or([0; 3], |id| id.device_id)
+    }
+}
+
 impl Drop for Hub {
     fn drop(&mut self) {
         if let Some(mut keeper) = self.keeper.take() {
@@ -216,24 +202,24 @@ impl Drop for Hub {
 
 #[cfg(feature = "trace")]
 mod tape {
+    use std::collections::BTreeMap;
     use std::io::{self, Write};
     use std::time::SystemTime;
 
     use magician_protocol::Direction;
 
-    use crate::Micros;
     use crate::trace::{TraceLink, TraceWriter};
+    use crate::{LinkId, Micros};
 
     /// The trace, if there is one.
     pub(super) struct Tape(Option<Running>);
 
     struct Running {
         writer: TraceWriter<Box<dyn Write + Send>>,
+        places: BTreeMap<LinkId, TraceLink>,
         /// Microseconds since 1970 when the wall clock of the runner showed 0.
         epoch: u64,
     }
-
-    pub(super) struct Place(Option<TraceLink>);
 
     impl Tape {
         pub(super) const OFF: Self = Self(None);
@@ -242,37 +228,54 @@ mod tape {
             let epoch = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
             Ok(Self(Some(Running {
                 writer: TraceWriter::new(out)?,
+                places: BTreeMap::new(),
                 epoch: u64::try_from(epoch.as_micros()).unwrap_or_default(),
             })))
         }
 
-        pub(super) fn open(&mut self, name: &str) -> (Place, io::Result<()>) {
-            let link = self.0.as_mut().map(|tape| tape.writer.link(name));
-            match link.transpose() {
-                Ok(link) => (Place(link), Ok(())),
-                Err(error) => (Place(None), Err(error)),
+        pub(super) fn open(&mut self, link: LinkId, name: &str) -> io::Result<()> {
+            if let Some(tape) = &mut self.0 {
+                let place = tape.writer.link(name)?;
+                tape.places.insert(link, place);
             }
+            Ok(())
         }
 
         pub(super) fn record(
             &mut self,
-            place: &Place,
+            link: LinkId,
             now: Micros,
             direction: Direction,
             bytes: &[u8],
         ) -> io::Result<()> {
-            let (Some(tape), Some(link)) = (&mut self.0, place.0) else {
+            let Some(tape) = &mut self.0 else {
+                return Ok(());
+            };
+            let Some(place) = tape.places.get(&link) else {
                 return Ok(());
             };
             let time = tape.epoch.saturating_add(now);
-            tape.writer.record(link, time, direction, bytes)
+            tape.writer.record(*place, time, direction, bytes)
         }
 
-        pub(super) fn close(&mut self, place: &Place) -> io::Result<()> {
-            match (&mut self.0, place.0) {
-                (Some(tape), Some(link)) => tape.writer.close(link),
-                _ => Ok(()),
-            }
+        pub(super) fn close(&mut self, link: LinkId) -> io::Result<()> {
+            let Some(tape) = &mut self.0 else {
+                return Ok(());
+            };
+            let place = tape.places.remove(&link);
+            place.map_or(Ok(()), |place| tape.writer.close(place))
+        }
+
+        /// The place of one client becomes that of the next.
+        pub(super) fn renew(&mut self, link: LinkId, next: LinkId) -> io::Result<()> {
+            let Some(tape) = &mut self.0 else {
+                return Ok(());
+            };
+            let Some(place) = tape.places.remove(&link) else {
+                return Ok(());
+            };
+            tape.places.insert(next, place);
+            tape.writer.close(place)
         }
     }
 }
@@ -284,21 +287,20 @@ mod tape {
 
     use magician_protocol::Direction;
 
-    use crate::Micros;
+    use crate::{LinkId, Micros};
 
     pub(super) struct Tape;
-    pub(super) struct Place;
 
     impl Tape {
         pub(super) const OFF: Self = Self;
 
-        pub(super) fn open(&mut self, _: &str) -> (Place, io::Result<()>) {
-            (Place, Ok(()))
+        pub(super) fn open(&mut self, _: LinkId, _: &str) -> io::Result<()> {
+            Ok(())
         }
 
         pub(super) fn record(
             &mut self,
-            _: &Place,
+            _: LinkId,
             _: Micros,
             _: Direction,
             _: &[u8],
@@ -306,7 +308,11 @@ mod tape {
             Ok(())
         }
 
-        pub(super) fn close(&mut self, _: &Place) -> io::Result<()> {
+        pub(super) fn close(&mut self, _: LinkId) -> io::Result<()> {
+            Ok(())
+        }
+
+        pub(super) fn renew(&mut self, _: LinkId, _: LinkId) -> io::Result<()> {
             Ok(())
         }
     }

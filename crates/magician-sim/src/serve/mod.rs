@@ -1,5 +1,7 @@
 //! The virtual arm for programs outside: pseudo-terminals, UDP and TCP, all to the same arm.
 //!
+//! [`Doors`] are the same endpoints in front of anything else.
+//!
 //! A [`Server`] needs a tokio runtime with I/O (and, except on Linux, time) enabled. It is one
 //! future on one thread, and so are several together ([`serve_all`]); a current-thread runtime
 //! answers fastest. Signals are the caller's: [`Server::serve_until`] ends when the future given to
@@ -24,6 +26,7 @@ mod arm;
 mod bell;
 mod discovery;
 mod door;
+mod doors;
 mod handle;
 mod hub;
 mod keep;
@@ -33,18 +36,20 @@ mod pty;
 #[cfg(unix)]
 mod reactor;
 mod recording;
+mod service;
 mod several;
 mod tcp;
 mod timer;
 mod udp;
 
 pub use discovery::Discovery;
+pub use doors::{Doors, OpenDoors};
 pub use handle::{Answer, Ended, Handle};
+pub use service::Service;
 pub use several::{numbered, serve_all};
 
 use door::{Door, Number};
 use handle::Orders;
-use hub::Hub;
 
 /// Reads on one endpoint before the others get their turn.
 const READS_PER_TURN: u32 = 16;
@@ -354,11 +359,11 @@ trait Port {
     fn endpoint(&self) -> Endpoint;
     /// Reads what is there, writes what is due, and registers to be woken for more. While the arm
     /// is unplugged, what is read goes nowhere.
-    fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()>;
+    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()>;
     /// The arm's cable was pulled, perhaps once more: no client is a client any longer.
-    fn unplug(&mut self, hub: &mut Hub);
+    fn unplug(&mut self, service: &mut dyn Service);
     /// The cable is back.
-    fn plug(&mut self, _: &mut Hub) -> Result<(), ServeError> {
+    fn plug(&mut self, _: &mut dyn Service) -> Result<(), ServeError> {
         Ok(())
     }
 }

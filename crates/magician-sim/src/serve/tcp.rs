@@ -6,8 +6,8 @@ use std::task::{Context, Poll};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
 
-use super::hub::{Hub, Peer};
 use super::outbox::Outbox;
+use super::service::{Peer, Service};
 use super::{Endpoint, Notice, Port, READS_PER_TURN};
 
 /// Connections that are kept open at a time.
@@ -38,26 +38,26 @@ impl Tcp {
         })
     }
 
-    fn accept(&mut self, cx: &mut Context<'_>, hub: &mut Hub) {
+    fn accept(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) {
         for _ in 0..READS_PER_TURN {
             match self.listener.poll_accept(cx) {
                 Poll::Pending => return,
                 // The connection was gone before it was taken, or the system is short of
                 // descriptors; neither is a reason to leave the others alone.
                 Poll::Ready(Err(_)) => return,
-                Poll::Ready(Ok(_)) if !hub.runner().plugged() => {}
+                Poll::Ready(Ok(_)) if !service.plugged() => {}
                 Poll::Ready(Ok((stream, from))) => {
                     let name = format!("tcp:{from}");
                     if self.connections.len() >= CONNECTIONS {
-                        hub.notice(Notice::Refused(name));
+                        service.notice(Notice::Refused(name));
                         continue;
                     }
                     // Frames are small and each is waited for.
                     let _ = stream.set_nodelay(true);
-                    hub.notice(Notice::Connected(name.clone()));
+                    service.notice(Notice::Connected(name.clone()));
                     self.connections.push(Connection {
                         stream,
-                        peer: hub.open(name),
+                        peer: Peer::open(name, service),
                         outbox: Outbox::default(),
                     });
                 }
@@ -72,30 +72,30 @@ impl Port for Tcp {
         Endpoint::Tcp(self.address)
     }
 
-    fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
-        self.accept(cx, hub);
-        let turn = |connection: &mut Connection| !connection.turn(cx, hub).unwrap_or(false);
+    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
+        self.accept(cx, service);
+        let turn = |connection: &mut Connection| !connection.turn(cx, service).unwrap_or(false);
         let gone: Vec<Connection> = self.connections.extract_if(.., turn).collect();
         for connection in gone {
-            hub.close(connection.peer);
+            connection.peer.leave(service);
         }
         Ok(())
     }
 
-    fn unplug(&mut self, hub: &mut Hub) {
+    fn unplug(&mut self, service: &mut dyn Service) {
         for connection in self.connections.drain(..) {
-            hub.close(connection.peer);
+            connection.peer.leave(service);
         }
     }
 }
 
 impl Connection {
     /// Reads and writes; false when the client has closed the connection.
-    fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<bool> {
-        self.send(cx, hub)?;
+    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<bool> {
+        self.send(cx, service)?;
         for _ in 0..READS_PER_TURN {
             let mut bytes = [0; BUFFER];
-            let room = hub.room(&self.peer).min(BUFFER);
+            let room = service.room(self.peer.link()).min(BUFFER);
             if room == 0 {
                 // The arm's clock wakes us when the line has moved on.
                 return Ok(true);
@@ -104,20 +104,20 @@ impl Connection {
             match Pin::new(&mut self.stream).poll_read(cx, &mut buffer) {
                 Poll::Pending => return Ok(true),
                 Poll::Ready(Ok(())) if buffer.filled().is_empty() => return Ok(false),
-                Poll::Ready(Ok(())) => hub.receive(&self.peer, buffer.filled()),
+                Poll::Ready(Ok(())) => service.receive(self.peer.link(), buffer.filled()),
                 Poll::Ready(Err(error)) => return Err(error),
             }
-            self.send(cx, hub)?;
+            self.send(cx, service)?;
         }
         cx.waker().wake_by_ref();
         Ok(true)
     }
 
-    fn send(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+    fn send(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         let stream = &mut self.stream;
         let mut write = |bytes: &[u8]| Pin::new(&mut *stream).poll_write(cx, bytes);
         self.outbox.flush(&mut write)?;
-        while let Some(reply) = hub.reply(&self.peer) {
+        while let Some(reply) = service.reply(self.peer.link()) {
             self.outbox.send(reply, &mut write)?;
         }
         Ok(())

@@ -6,7 +6,7 @@ use std::task::{Context, Poll};
 use tokio::io::ReadBuf;
 use tokio::net::UdpSocket;
 
-use super::hub::{Hub, Peer};
+use super::service::{Peer, Service};
 use super::{Endpoint, Notice, Port, READS_PER_TURN};
 
 /// Senders that are remembered.
@@ -35,7 +35,7 @@ impl Udp {
     }
 
     /// Moves the sender to the end of the peers, or adds it there in the place of the first.
-    fn hear(&mut self, from: SocketAddr, hub: &mut Hub) {
+    fn hear(&mut self, from: SocketAddr, service: &mut dyn Service) {
         let known = self.peers.iter().position(|(address, _)| *address == from);
         let peer = match known.and_then(|at| self.peers.remove(at)) {
             Some(peer) => peer,
@@ -43,19 +43,19 @@ impl Udp {
                 if self.peers.len() >= PEERS
                     && let Some((_, forgotten)) = self.peers.pop_front()
                 {
-                    hub.close(forgotten);
+                    forgotten.leave(service);
                 }
                 let name = format!("udp:{from}");
-                hub.notice(Notice::Connected(name.clone()));
-                (from, hub.open(name))
+                service.notice(Notice::Connected(name.clone()));
+                (from, Peer::open(name, service))
             }
         };
         self.peers.push_back(peer);
     }
 
-    fn send(&self, cx: &mut Context<'_>, hub: &mut Hub) {
+    fn send(&self, cx: &mut Context<'_>, service: &mut dyn Service) {
         for (address, peer) in &self.peers {
-            while let Some(reply) = hub.reply(peer) {
+            while let Some(reply) = service.reply(peer.link()) {
                 // A datagram that finds no space or no reader is lost, as datagrams are.
                 let _ = self.socket.poll_send_to(cx, reply.bytes(), *address);
             }
@@ -68,8 +68,8 @@ impl Port for Udp {
         Endpoint::Udp(self.address)
     }
 
-    fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
-        self.send(cx, hub);
+    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
+        self.send(cx, service);
         for _ in 0..READS_PER_TURN {
             let mut buffer = ReadBuf::new(&mut self.buffer);
             let from = match self.socket.poll_recv_from(cx, &mut buffer) {
@@ -79,24 +79,24 @@ impl Port for Udp {
                 Poll::Ready(Err(error)) => return Err(error),
             };
             let count = buffer.filled().len();
-            if !hub.runner().plugged() {
+            if !service.plugged() {
                 continue;
             }
-            self.hear(from, hub);
+            self.hear(from, service);
             if let Some((_, peer)) = self.peers.back()
-                && hub.room(peer) > 0
+                && service.room(peer.link()) > 0
             {
-                hub.receive(peer, &self.buffer[..count]);
+                service.receive(peer.link(), &self.buffer[..count]);
             }
-            self.send(cx, hub);
+            self.send(cx, service);
         }
         cx.waker().wake_by_ref();
         Ok(())
     }
 
-    fn unplug(&mut self, hub: &mut Hub) {
+    fn unplug(&mut self, service: &mut dyn Service) {
         for (_, peer) in self.peers.drain(..) {
-            hub.close(peer);
+            peer.leave(service);
         }
     }
 }

@@ -108,7 +108,7 @@ impl Arm {
         Self::greet(line, None, options).await
     }
 
-    async fn greet(line: Line, again: Option<Opener>, options: Options) -> Result<Self> {
+    pub(crate) async fn greet(line: Line, again: Option<Opener>, options: Options) -> Result<Self> {
         if options.window > 1 && !line.settings.ordered {
             let message = format!(
                 "a window of {} needs a line that keeps the order of what it carries, and {} does not: leave it at 1",

@@ -39,9 +39,29 @@ pub(super) struct Exposure {
     free: bool,
     /// It may have switched the laser on.
     laser: bool,
+    /// Queued commands that are handed to the connection and have not ended.
+    unanswered: u32,
+    /// A program runs.
+    program: bool,
 }
 
 impl Exposure {
+    /// A request is handed to the connection.
+    pub(super) fn begins(&mut self, request: &Frame<'_>) {
+        self.unanswered += u32::from(request.ctrl().queued());
+    }
+
+    /// A request has ended.
+    pub(super) fn ends(&mut self, request: &Frame<'_>) {
+        let queued = u32::from(request.ctrl().queued());
+        self.unanswered = self.unanswered.saturating_sub(queued);
+    }
+
+    /// A program begins or ends.
+    pub(super) fn runs(&mut self, program: bool) {
+        self.program = program;
+    }
+
     /// A request goes out.
     pub(super) fn sends(&mut self, request: &Frame<'_>) {
         let (id, ctrl, params) = (request.id(), request.ctrl(), request.params());
@@ -118,7 +138,8 @@ impl Exposure {
 
     /// Whether motion of this handle may be under way.
     pub(super) fn moving(&self) -> bool {
-        let queued = self.last.is_some_and(|last| last > self.current);
+        let unfinished = self.last.is_some_and(|last| last > self.current);
+        let queued = self.unanswered > 0 || self.program || unfinished;
         self.free || queued && self.started != Some(false)
     }
 

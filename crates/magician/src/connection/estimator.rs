@@ -4,7 +4,7 @@ use super::{Micros, Settings};
 /// smoothed round trip plus four times its deviation, doubled with every loss, never sampled from
 /// a request that went out twice).
 #[derive(Clone, Debug)]
-pub(super) struct Estimator {
+pub(crate) struct Estimator {
     smoothed: Option<Micros>,
     deviation: Micros,
     doublings: u32,
@@ -14,7 +14,7 @@ pub(super) struct Estimator {
 }
 
 impl Estimator {
-    pub(super) fn new(settings: &Settings) -> Self {
+    pub(crate) fn new(settings: &Settings) -> Self {
         Self {
             smoothed: None,
             deviation: 0,
@@ -26,7 +26,7 @@ impl Estimator {
     }
 
     /// An answer took `time`.
-    pub(super) fn sample(&mut self, time: Micros) {
+    pub(crate) fn sample(&mut self, time: Micros) {
         let time = time.min(self.ceiling);
         self.doublings = 0;
         match self.smoothed {
@@ -42,17 +42,17 @@ impl Estimator {
     }
 
     /// An answer did not come in time.
-    pub(super) fn back_off(&mut self) {
+    pub(crate) fn back_off(&mut self) {
         self.doublings = (self.doublings + 1).min(16);
     }
 
     /// The smoothed round trip.
-    pub(super) fn round_trip(&self) -> Option<Micros> {
+    pub(crate) fn round_trip(&self) -> Option<Micros> {
         self.smoothed
     }
 
     /// From when on an answer counts as lost.
-    pub(super) fn timeout(&self) -> Micros {
+    pub(crate) fn timeout(&self) -> Micros {
         let base = match self.smoothed {
             Some(smoothed) => smoothed.saturating_add(4 * self.deviation),
             None => self.initial,

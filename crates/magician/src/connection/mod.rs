@@ -42,35 +42,78 @@
 //! asked again, can pass off an old reading as a new one; queued commands are safe from that too,
 //! by their index.
 //!
-//! # Queued commands are never sent again blindly
+//! # Queued commands: taken once, or reported
 //!
-//! A reply is accepted when its index follows the one accepted last. When it is lost, or repeats
-//! the last index, the command is *in doubt*: current index and left space are read until two
-//! pairs in succession are equal, and the ledger judges (its file says how). Lost: it is sent again.
-//! Taken: on we go. Anything else: [`Failure::Uncertain`] with the interval of indices, and the
-//! next accepted index is a new beginning. The readings follow the command on the wire, so on an
-//! ordered link it can no longer be under way when they arrive; on an unordered one, "lost" is
-//! concluded only from readings made after its lifetime.
+//! A queued command moves the arm again when it is sent again, and no reply says which frame it answers. What is certain
+//! rests on the index law (errata E37): the controller gives every command that it takes the index after the last one.
+//! Whether this arm keeps it is [learnt by listening](Connection::law) and nothing is queued to find out.
 //!
-//! A datagram that the network doubles is executed twice by any controller. A surplus answer, or a
+//! A command is in one of these states, and only these steps lead on:
+//!
+//! | state | what happens | next |
+//! |---|---|---|
+//! | waiting | its turn: no doubt, no stop, no drain, a line, room in the window | in flight |
+//! | in flight, alone | its answer, with the next index | taken, confirmed |
+//! | | its answer, with the last index again | in doubt |
+//! | | its answer, with any other index | uncertain |
+//! | | no answer in time, or one to a later frame | in doubt; uncertain if the law is broken |
+//! | in flight, in a window | its answer, with the next index | taken; confirmed at the next *settle point* |
+//! | | anything else, of it or of one beside it | uncertain, with all that are not confirmed |
+//! | in doubt | two equal readings of current index and left space: not taken | in flight again; [`Failure::Lost`] if the line broke meanwhile; [`Failure::Stopped`] after a stop |
+//! | | … : taken | taken, confirmed |
+//! | | … : neither; a Clear, a reset, a stop or the deadline came first; the law is broken | uncertain |
+//! | | the line breaks | in doubt until [`restored`](Connection::restored) |
+//!
+//! *Uncertain* is [`Failure::Uncertain`] with the interval of indices that may have been given: from the one after the last
+//! confirmed to the last one accepted and one for each command unanswered. It is never sent again, the next accepted
+//! index is a new beginning, and above window 1 the queued commands that wait behind it are dropped.
+//!
+//! Why *not taken* is certain. While one command is in doubt no other queued command is unanswered and none goes out, so
+//! the controller has given the last known index or the one after, and current index, capacity and left space tell which
+//! (the `ledger` says how, and when they do not). A single pair may be torn by a command that ends between its two
+//! readings; between two equal pairs none did. On an ordered link a reading follows the command on the wire, so when its
+//! answer is there the command is no longer under way; on an unordered one "not taken" is concluded only from readings
+//! begun after its [lifetime](Settings::lifetime). So nothing that is sent again can still arrive from the first time.
+//!
+//! Why *confirmed* is certain. In a window commands share a key, so when one of them is lost the next one's answer passes for
+//! its own, with the index it would have had. But then one answer too few comes. A settle point is an answer to a
+//! request of another kind on an ordered link, or the moment when nothing queued is unanswered: each frame sent before has
+//! been answered or will never be (rules 2 and 3). As many answers as frames, with indices in a row: each was taken, in
+//! its place. One less: the interval above. Reads are settle points; where none are asked for, a fence is one after every
+//! few commands. Only [repeatable](Request::repeatable) commands share a window, because what follows a gap may have been
+//! taken without it: the caller stops, clears, and goes on from what [`confirmed_index`](Connection::confirmed_index) said.
+//! Datagrams have no settle points, and no window.
+//!
+//! After a reset (current index or [clock](Event::Reset) going back) nothing is sent again. After a lost line nothing of the
+//! stream goes out until the controller's clock, current index and left space were read on the new one; frames of the old
+//! one stay outstanding, so that a late answer from there is known for what it is.
+//!
+//! What is not excluded: a datagram that the network doubles is executed twice by any controller. A surplus answer, or a
 //! current index beyond the last one accepted, shows that: [`Event::Unaccounted`]. What no index
 //! shows is a second copy that takes the very place of the next command of the same id when that one
-//! is lost: over UDP the arm then repeats the one and leaves out the other.
+//! is lost: over UDP the arm then repeats the one and leaves out the other. And an arm that breaks the law before it was
+//! recognised may take a command twice; the next index then reports it.
+//!
+//! # What goes first
+//!
+//! A [stop](Priority::Stop) overtakes everything and is handed out at once. Of the others the stream goes before
+//! reads, but after a few of the stream a read that waits has its turn, the sooner the more of them wait. With
+//! [`Settings::baud`] set frames are handed out only as fast as the line carries them.
 
 mod doubt;
-mod estimator;
+pub(crate) mod estimator;
 mod flaw;
 mod interruption;
 mod job;
 mod law;
 mod ledger;
-mod outstanding;
+pub(crate) mod outstanding;
 mod pace;
 mod reply;
 mod request;
 #[cfg(test)]
 mod tests;
-mod transmit;
+pub(crate) mod transmit;
 mod uptime;
 
 use std::collections::VecDeque;

@@ -6,13 +6,13 @@ use super::{Micros, Ticket};
 
 /// What a reply repeats of its request: id and Ctrl (errata E06), the error bit aside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Key {
-    pub(super) id: u8,
-    pub(super) ctrl: Ctrl,
+pub(crate) struct Key {
+    pub(crate) id: u8,
+    pub(crate) ctrl: Ctrl,
 }
 
 impl Key {
-    pub(super) fn of(frame: &Frame<'_>) -> Self {
+    pub(crate) fn of(frame: &Frame<'_>) -> Self {
         Self {
             id: frame.id(),
             ctrl: Ctrl(frame.ctrl().0 & !Ctrl(0).with_error().0),
@@ -30,17 +30,17 @@ impl Key {
 
 /// A frame that went out and whose reply may still come.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Copy {
-    pub(super) key: Key,
-    pub(super) ticket: Ticket,
-    pub(super) at: Micros,
+pub(crate) struct Copy {
+    pub(crate) key: Key,
+    pub(crate) ticket: Ticket,
+    pub(crate) at: Micros,
     /// How many queued commands had gone out by then, itself among them.
-    pub(super) order: u64,
+    pub(crate) order: u64,
 }
 
 /// Every frame that went out and whose reply may still come, in the order of sending.
 #[derive(Clone, Debug)]
-pub(super) struct Outstanding {
+pub(crate) struct Outstanding {
     copies: VecDeque<Copy>,
     ordered: bool,
 }
@@ -51,48 +51,48 @@ const CAPACITY: usize = 256;
 const STOPS: usize = 4 * CAPACITY;
 
 impl Outstanding {
-    pub(super) fn new(ordered: bool) -> Self {
+    pub(crate) fn new(ordered: bool) -> Self {
         Self {
             copies: VecDeque::with_capacity(CAPACITY),
             ordered,
         }
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.copies.is_empty()
     }
 
-    pub(super) fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.copies.len() >= CAPACITY
     }
 
-    pub(super) fn is_choked(&self) -> bool {
+    pub(crate) fn is_choked(&self) -> bool {
         self.copies.len() >= STOPS
     }
 
-    pub(super) fn sent(&mut self, copy: Copy) {
+    pub(crate) fn sent(&mut self, copy: Copy) {
         self.copies.push_back(copy);
     }
 
     /// Whether a reply with this key could belong to a request that is not `waited_for`.
-    pub(super) fn haunted(&self, key: Key, waited_for: impl Fn(Ticket) -> bool) -> bool {
+    pub(crate) fn haunted(&self, key: Key, waited_for: impl Fn(Ticket) -> bool) -> bool {
         let mut copies = self.copies.iter();
         copies.any(|copy| copy.key == key && !waited_for(copy.ticket))
     }
 
     /// Whether a frame with this key is unanswered.
-    pub(super) fn contains(&self, key: Key) -> bool {
+    pub(crate) fn contains(&self, key: Key) -> bool {
         self.copies.iter().any(|copy| copy.key == key)
     }
 
     /// Whether a copy of this request is unanswered.
-    pub(super) fn awaits(&self, ticket: Ticket) -> bool {
+    pub(crate) fn awaits(&self, ticket: Ticket) -> bool {
         self.copies.iter().any(|copy| copy.ticket == ticket)
     }
 
     /// A reply has come: it belongs to the oldest unanswered frame of its key. On an ordered link
     /// no reply to an older frame can come any more. `None` for a reply nobody asked for.
-    pub(super) fn answered(&mut self, key: Key) -> Option<Copy> {
+    pub(crate) fn answered(&mut self, key: Key) -> Option<Copy> {
         let at = self.copies.iter().position(|copy| copy.key == key)?;
         let copy = self.copies.remove(at);
         if self.ordered {
@@ -102,13 +102,13 @@ impl Outstanding {
     }
 
     /// Gives up frames that went out more than `lifetime` ago.
-    pub(super) fn expire(&mut self, now: Micros, lifetime: Micros) {
+    pub(crate) fn expire(&mut self, now: Micros, lifetime: Micros) {
         self.copies
             .retain(|copy| copy.at.saturating_add(lifetime) > now);
     }
 
     /// When the oldest frame will be given up.
-    pub(super) fn next_expiry(&self, lifetime: Micros) -> Option<Micros> {
+    pub(crate) fn next_expiry(&self, lifetime: Micros) -> Option<Micros> {
         let oldest = self.copies.iter().map(|copy| copy.at).min()?;
         Some(oldest.saturating_add(lifetime))
     }

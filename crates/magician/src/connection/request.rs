@@ -16,7 +16,7 @@ pub enum Priority {
 
 /// Names one submitted request until its [`Event`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Ticket(pub(super) u64);
+pub struct Ticket(pub(crate) u64);
 
 /// A request to the controller: a frame, how urgent it is, and when its answer is no longer wanted.
 #[derive(Clone, Copy, Debug)]

@@ -16,7 +16,7 @@ const STREAK: u32 = 4;
 /// or a moment without any in flight, confirms them.
 const UNSETTLED: u64 = 8;
 /// Reads that every controller answers: fences are taken from these in turn.
-const FENCES: [&Row; 6] = [
+pub(crate) const FENCES: [&Row; 6] = [
     QueuedCmdCurrentIndex::ROW,
     QueuedCmdLeftSpace::ROW,
     <AlarmsState as Readable>::ROW,

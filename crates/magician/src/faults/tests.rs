@@ -121,7 +121,7 @@ fn a_replaced_byte_is_another_one_and_a_turned_one_differs_in_one_bit() {
 
 #[test]
 fn bytes_are_lost_added_doubled_and_swapped() {
-    assert_eq!(joined(&through("drop=1", 1).1), []);
+    assert_eq!(joined(&through("drop=1", 1).1), Vec::<u8>::new());
     let double = |bytes: Vec<u8>| {
         bytes
             .into_iter()

@@ -32,14 +32,17 @@ impl Stream {
         let index = |frame: &FrameBuf| QueuedCmdIndex::decode(frame.frame().params());
         match result {
             Ok(frame) => match index(frame) {
-                Ok(QueuedCmdIndex(index)) => self.command_accepted(at, index),
+                Ok(QueuedCmdIndex(index)) => self.command_accepted(now, at, index),
                 Err(_) => self.command_failed(now, at, Failure::NoIndex),
             },
             Err(failure) => self.command_failed(now, at, *failure),
         }
     }
 
-    fn command_accepted(&mut self, at: usize, index: u64) {
+    fn command_accepted(&mut self, now: Micros, at: usize, index: u64) {
+        if self.unfinished().next().is_none() {
+            self.reader.begins(now);
+        }
         let Some(entry) = self.entries.get_mut(at) else {
             return;
         };
@@ -144,6 +147,7 @@ impl Stream {
                     }
                     Phase::Start => {
                         self.stopped = false;
+                        self.reader.begins(now);
                         Phase::Run
                     }
                     Phase::Halt => {

@@ -277,15 +277,24 @@ impl Stream {
     }
 
     /// Nobody waits for it any more: what has not gone out will not.
-    pub fn withdraw(self, connection: &mut Connection) {
-        for entry in &self.entries {
-            if let Fate::Flying(ticket) = entry.fate {
-                connection.cancel(ticket);
-            }
+    pub fn withdraw(&self, connection: &mut Connection) {
+        for (ticket, _) in self.under_way() {
+            connection.cancel(ticket);
         }
         if let Some(ticket) = self.control {
             connection.cancel(ticket);
         }
+    }
+
+    /// The commands that the connection has and has not ended, with the frames that answers are to.
+    pub fn under_way(&self) -> impl Iterator<Item = (Ticket, FrameBuf)> {
+        self.entries.iter().filter_map(|entry| match entry.fate {
+            Fate::Flying(ticket) => {
+                let frame = FrameBuf::set(&entry.item.command, Ctrl::QUEUED).ok()?;
+                Some((ticket, frame))
+            }
+            _ => None,
+        })
     }
 
     /// The connection has told that the controller was reset: the stream ends, for what was queued is gone.

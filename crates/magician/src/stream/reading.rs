@@ -92,6 +92,11 @@ impl Reader {
         self.is_busy() || self.due.is_some()
     }
 
+    /// The arm begins with what it has.
+    pub(super) fn begins(&mut self, now: Micros) {
+        (self.changed, self.misses) = (now, 0);
+    }
+
     /// The next look is to begin then at the latest.
     pub(super) fn look(&mut self, at: Micros) {
         self.due = Some(self.due.map_or(at, |due| due.min(at)));
@@ -250,32 +255,41 @@ impl Stream {
         if self.is_over() {
             return;
         }
-        self.note_dryness();
+        self.note_dryness(connection.round_trip().unwrap_or(0));
         self.look_complete(now, connection.last_index().map(|index| index.0));
         self.retire(connection);
     }
 
-    /// Counts how often the arm had nothing to do although there was something.
-    fn note_dryness(&mut self) {
-        let moves = |entry: &Entry| entry.item.time > 0;
-        let accepted = self
-            .entries
-            .iter()
-            .rev()
-            .find(|entry| entry.index().is_some());
-        let had = accepted.is_some_and(moves) && self.unfinished().next().is_none();
-        let has = self
-            .entries
-            .iter()
-            .find(|entry| entry.index().is_none())
-            .is_some_and(moves);
-        let dry = self.flows() && had && has;
+    /// Counts how often the arm ran dry although there was work.
+    fn note_dryness(&mut self, round_trip: Micros) {
+        let dry = self.flows() && self.is_dry(round_trip);
         if dry && !self.dry {
             self.starved = self.starved.saturating_add(1);
             let times = self.starved;
             self.events.push(StreamEvent::Starved { times });
         }
         self.dry = dry;
+    }
+
+    /// Whether the arm has nothing to do although there is something, or so little that it will have nothing before more
+    /// can arrive: on a full line a reading never finds the queue empty, for it travels behind a command.
+    fn is_dry(&self, round_trip: Micros) -> bool {
+        let moves = |entry: &Entry| entry.item.time > 0;
+        let accepted = self
+            .entries
+            .iter()
+            .rev()
+            .find(|entry| entry.index().is_some());
+        let next = self.entries.iter().find(|entry| entry.index().is_none());
+        if !accepted.is_some_and(moves) || !next.is_some_and(moves) {
+            return false;
+        }
+        let mut unfinished = self.unfinished();
+        match (unfinished.next(), unfinished.next()) {
+            (None, _) => true,
+            (Some(only), None) => self.flying() > 0 && only.item.time < round_trip,
+            _ => false,
+        }
     }
 
     /// Plans the next look by what the queue holds: when about three eighths of it will have been done while more is to
@@ -297,8 +311,8 @@ impl Stream {
         let time = times.fold(0, Micros::saturating_add);
         let since = now.saturating_sub(self.reader.changed);
         let wait = match time.saturating_sub(since) {
-            // It takes longer than was thought, or nobody knew.
-            0 => SOON << self.reader.misses.min(4),
+            // It takes longer than was thought.
+            0 => time.min(SOON << self.reader.misses.min(4)),
             wait => wait,
         };
         self.reader.look(now.saturating_add(wait.clamp(SOON, LATE)));

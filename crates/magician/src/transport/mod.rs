@@ -51,6 +51,11 @@ pub(crate) struct Line {
     pub(crate) tried: &'static str,
 }
 
+/// Opens a serial port at another speed than the arm's.
+pub(crate) fn serial_at(path: &str, baud: u32) -> crate::Result<Box<dyn Transport>> {
+    Ok(Box::new(serial::open_at(path, baud)?))
+}
+
 /// The name of a host that cannot be reached.
 fn unreachable_host(host: &str, port: u16, error: io::Error) -> Error {
     let message = format!("{host} port {port} cannot be reached: {error}");

@@ -19,11 +19,16 @@ pub(crate) struct Serial {
 
 /// Opens a port at 115200 8N1, raw, and throws away what came before.
 pub(super) fn open(path: &str) -> Result<Serial> {
+    open_at(path, BAUD_RATE)
+}
+
+/// As [`open`], at another speed.
+pub(super) fn open_at(path: &str, baud: u32) -> Result<Serial> {
     #[cfg(unix)]
     let _lock = lock(path)?;
     let port = SerialPort::open(path, |mut settings: serial2_tokio::Settings| {
         settings.set_raw();
-        settings.set_baud_rate(BAUD_RATE)?;
+        settings.set_baud_rate(baud)?;
         settings.set_char_size(serial2_tokio::CharSize::Bits8);
         settings.set_stop_bits(serial2_tokio::StopBits::One);
         settings.set_parity(serial2_tokio::Parity::None);

@@ -162,6 +162,26 @@ async fn a_stop_ends_a_jog_and_a_new_jog_takes_its_place() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_jog_that_waits_for_an_end_that_does_not_come_never_begins() {
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
+    let first = arm.jog(turn()).await.unwrap();
+    desk.swallow(&[JOG, 10]);
+    drop(first);
+    sleep(Duration::from_millis(10)).await;
+    let begun = Instant::now();
+    let error = arm
+        .jog(words::jog_joint(JogCommand::Axis2Plus))
+        .await
+        .unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
+    assert!(begun.elapsed() <= Duration::from_millis(3010));
+    desk.swallow(&[]);
+    sleep(Duration::from_secs(2)).await;
+    assert!(!desk.moves());
+}
+
+#[tokio::test(start_paused = true)]
 async fn options_and_what_is_no_jog() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician::commands::{Pose, WaitCmd};
 use magician::protocol::JogCommand;
-use magician::{Arm, ErrorKind, Event, Link, Options, Set, words};
+use magician::{Arm, ErrorKind, Event, Link, Options, RunOptions, Set, words};
 use tokio::io::DuplexStream;
 use tokio::time::{Instant, sleep};
 
@@ -102,12 +102,17 @@ async fn a_cable_pulled_during_a_run() {
     let other = arm.clone();
     let running = tokio::spawn(async move {
         let wait = words::wait(Duration::from_millis(300));
-        other.run(std::iter::repeat_n(wait, 30), |_| {}).await
+        let mut run = other.begin(std::iter::repeat_n(wait, 30), RunOptions::default());
+        let error = run.finish(|_| {}).await.unwrap_err();
+        (run, error)
     });
     sleep(Duration::from_secs(2)).await;
     desk.unplug();
-    let error = running.await.unwrap().unwrap_err();
+    let (mut run, error) = running.await.unwrap();
     assert_eq!(error.kind(), ErrorKind::Port, "{error}");
+    assert!(run.is_interrupted());
+    let last = run.ran().last.unwrap();
+    assert!((7..15).contains(&last.0), "two seconds ahead: {last:?}");
     assert!(arm.moving());
     sleep(Duration::from_secs(1)).await;
     desk.heard();
@@ -116,13 +121,15 @@ async fn a_cable_pulled_during_a_run() {
     assert!(only_reads(&desk.heard()));
     assert!(arm.moving(), "nothing is forgotten");
     // What is in the queue can be waited for as before.
-    arm.wait(magician::protocol::QueuedCmdIndex(30))
-        .await
-        .unwrap();
+    arm.wait(last).await.unwrap();
     assert!(!arm.moving());
-    arm.run([words::wait(Duration::from_millis(1))], |_| {})
-        .await
-        .unwrap();
+    // When it is told to, it goes on with the very next one.
+    let ran = run.finish(|_| {}).await.unwrap();
+    assert_eq!(
+        (ran.commands, ran.last.map(|index| index.0)),
+        (30, Some(30))
+    );
+    assert!(!run.is_interrupted());
 }
 
 #[tokio::test(start_paused = true)]
@@ -280,6 +287,24 @@ async fn a_stop_that_there_was_no_line_for_comes_first() {
     let greeting = heard.iter().take_while(|(id, _)| [0, 2].contains(id));
     assert_eq!(stop, Some(greeting.count()), "{heard:?}");
     assert!(!desk.with(|arm| arm.state().queue.started));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_from_a_thread_waits_for_the_line_too() {
+    let desk = Desk::new();
+    let arm = acquainted(&desk).await;
+    arm.start_queue().await.unwrap();
+    arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
+    desk.unplug();
+    sleep(Duration::from_millis(50)).await;
+    arm.stopper().request_stop().unwrap();
+    sleep(Duration::from_millis(50)).await;
+    desk.plug();
+    arm.reconnected().await.unwrap();
+    assert!(!desk.with(|arm| arm.state().queue.started));
+    desk.heard();
+    sleep(Duration::from_secs(5)).await;
+    assert_eq!(desk.count(FORCE_STOP), 0, "once is enough");
 }
 
 #[tokio::test(start_paused = true)]

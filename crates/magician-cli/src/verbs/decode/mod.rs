@@ -11,8 +11,12 @@ use std::ffi::OsString;
 use clap::{Args, ValueEnum};
 use magician_protocol::{DecodeError, Description, Direction, Frame, Rejection, describe};
 
+use magician_sim::trace::Packet;
+
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
+use crate::output::Output;
+pub(crate) use record::hex;
 use stream::{Origin, Tally};
 
 /// Explain bytes of the protocol: hex, a file, or stdin
@@ -67,7 +71,7 @@ impl From {
 }
 
 /// A direction in a word.
-fn word(direction: Direction) -> &'static str {
+pub(crate) fn word(direction: Direction) -> &'static str {
     match direction {
         Direction::Request => "request",
         Direction::Reply => "reply",
@@ -102,6 +106,42 @@ trait Printer {
     fn flush(&mut self) -> Result<(), Failure>;
 }
 
+impl<P: Printer + ?Sized> Printer for Box<P> {
+    fn frame(
+        &mut self,
+        place: Place<'_>,
+        frame: &Frame<'_>,
+        meaning: Result<Description<'_>, DecodeError>,
+    ) -> Result<(), Failure> {
+        (**self).frame(place, frame, meaning)
+    }
+
+    fn rejected(
+        &mut self,
+        place: Place<'_>,
+        bytes: &[u8],
+        reason: Rejection,
+    ) -> Result<(), Failure> {
+        (**self).rejected(place, bytes, reason)
+    }
+
+    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure> {
+        (**self).noise_begins(place)
+    }
+
+    fn noise(&mut self, bytes: &[u8]) -> Result<(), Failure> {
+        (**self).noise(bytes)
+    }
+
+    fn noise_ends(&mut self) -> Result<(), Failure> {
+        (**self).noise_ends()
+    }
+
+    fn flush(&mut self) -> Result<(), Failure> {
+        (**self).flush()
+    }
+}
+
 impl Decode {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let out = &mut context.out;
@@ -116,6 +156,37 @@ impl Decode {
         let mut decoder = stream::Decoder::new(self.from, printer);
         source::read(&self.input, &mut decoder)?;
         decoder.finish()
+    }
+}
+
+/// Explains the packets of a capture as they come.
+pub(crate) struct Packets<'o> {
+    decoder: stream::Decoder<Box<dyn Printer + 'o>>,
+}
+
+impl<'o> Packets<'o> {
+    pub(crate) fn new(out: &'o mut Output, json: bool) -> Self {
+        let printer: Box<dyn Printer + 'o> = match json {
+            true => Box::new(record::Records { out }),
+            false => Box::new(human::Lines::new(out)),
+        };
+        let decoder = stream::Decoder::new(From::Auto, printer);
+        Self { decoder }
+    }
+
+    /// Explains one more.
+    pub(crate) fn packet(&mut self, packet: &Packet<'_>) -> Result<(), Failure> {
+        self.decoder.push(Origin::of(packet), packet.bytes)
+    }
+
+    /// Shows what has been found so far.
+    pub(crate) fn flush(&mut self) -> Result<(), Failure> {
+        self.decoder.flush()
+    }
+
+    /// Ends, with a failure if something was not understood.
+    pub(crate) fn finish(self) -> Result<(), Failure> {
+        verdict(self.decoder.finish()?)
     }
 }
 

@@ -84,7 +84,7 @@ struct Rejected<'a> {
 }
 
 /// Bytes in hex, as JSON has them.
-pub(super) fn hex(bytes: &[u8]) -> String {
+pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02X}")).collect()
 }
 

@@ -156,14 +156,7 @@ impl<'d, P: Printer> Feed<'d, P> {
         let mut wrong = None;
         for packet in read_trace(&bytes) {
             match packet {
-                Ok(packet) => {
-                    let origin = Origin {
-                        direction: packet.direction,
-                        link: Some((packet.link, &packet.link_name)),
-                        time: Some(packet.time),
-                    };
-                    self.decoder.push(origin, packet.bytes)?;
-                }
+                Ok(packet) => self.decoder.push(Origin::of(&packet), packet.bytes)?,
                 Err(error) => wrong = wrong.or(Some(error)),
             }
         }

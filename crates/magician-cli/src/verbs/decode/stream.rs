@@ -1,6 +1,7 @@
 //! Bytes to pieces: frames, rejected candidates, runs of noise.
 
 use magician_protocol::{Deframer, Direction, Event};
+use magician_sim::trace::Packet;
 
 use super::{From, Place, Printer};
 use crate::failure::Failure;
@@ -26,7 +27,16 @@ pub(super) struct Origin<'a> {
 /// The bytes of one direction of one link.
 type Stream = (Option<u32>, Option<bool>);
 
-impl Origin<'_> {
+impl<'a> Origin<'a> {
+    /// What a packet of a capture tells.
+    pub(super) fn of(packet: &'a Packet<'_>) -> Self {
+        Self {
+            direction: packet.direction,
+            link: Some((packet.link, &packet.link_name)),
+            time: Some(packet.time),
+        }
+    }
+
     fn stream(&self) -> Stream {
         let reply = self
             .direction

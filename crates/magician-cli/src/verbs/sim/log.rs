@@ -7,6 +7,7 @@ use magician_sim::serve::{Endpoint, Notice};
 use magician_sim::{Event, Identity, Scenario, Speed};
 
 use super::tui::Feed;
+use crate::serving::serving;
 
 /// What kind of arm is served.
 pub(super) fn title(identity: &Identity, speed: Speed) -> String {
@@ -63,13 +64,7 @@ impl Log {
         }
         self.say(title);
         for endpoint in endpoints {
-            self.say(&match endpoint {
-                #[cfg(unix)]
-                Endpoint::Pty { path, device } => {
-                    format!("serving {} ({})", path.display(), device.display())
-                }
-                endpoint => format!("serving {endpoint}"),
-            });
+            self.say(&serving(endpoint));
         }
     }
 

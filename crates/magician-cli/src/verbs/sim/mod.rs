@@ -5,22 +5,21 @@ mod log;
 mod picture;
 mod tui;
 
-use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
-use magician::ErrorKind;
-use magician_sim::serve::{self, Discovery, Handle, ServeError, Server, serve_all};
+use magician_sim::serve::{self, Discovery, Handle, Server, serve_all};
 use magician_sim::{
     Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World, document,
 };
 
 use crate::context::Context;
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::interrupt::{self, Signal};
 use crate::output::Text;
+use crate::serving::{create, say_ready};
 
 use log::Log;
 use tui::{Dashboard, Feed, Subject};
@@ -141,7 +140,10 @@ impl Sim {
         if self.tui {
             tui::check()?;
         }
-        let (mut profile, scenario) = (self.read_profile()?, self.read_scenario()?);
+        let (mut profile, scenario) = (
+            profile_of(self.profile.as_deref())?,
+            scenario_of(self.scenario.as_deref())?,
+        );
         profile.fidelity.strict |= self.strict;
         if let Some(picture) = &self.picture {
             picture.check(self.arms)?;
@@ -192,26 +194,6 @@ impl Sim {
         return self.pty.as_deref();
         #[cfg(not(unix))]
         None
-    }
-
-    fn read_profile(&self) -> Result<Profile, Failure> {
-        let Some(path) = &self.profile else {
-            return Ok(Profile::default());
-        };
-        let text = read(path)?;
-        Profile::from_toml(&text).map_err(|error| {
-            Failure::invalid(format!("{}: {error}", path.display()))
-                .hint("`magician sim --profile -` prints a whole profile as a pattern")
-        })
-    }
-
-    fn read_scenario(&self) -> Result<Scenario, Failure> {
-        let Some(path) = &self.scenario else {
-            return Ok(Scenario::default());
-        };
-        let text = read(path)?;
-        Scenario::from_toml(&text)
-            .map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
     }
 
     /// What leads from each arm to the picture, if there is one.
@@ -351,6 +333,28 @@ impl Sim {
     }
 }
 
+/// The firmware profile in a file, or the built-in one.
+pub(crate) fn profile_of(path: Option<&Path>) -> Result<Profile, Failure> {
+    let Some(path) = path else {
+        return Ok(Profile::default());
+    };
+    let text = read(path)?;
+    Profile::from_toml(&text).map_err(|error| {
+        Failure::invalid(format!("{}: {error}", path.display()))
+            .hint("`magician sim --profile -` prints a whole profile as a pattern")
+    })
+}
+
+/// The scenario in a file, or the empty one.
+pub(crate) fn scenario_of(path: Option<&Path>) -> Result<Scenario, Failure> {
+    let Some(path) = path else {
+        return Ok(Scenario::default());
+    };
+    let text = read(path)?;
+    Scenario::from_toml(&text)
+        .map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
+}
+
 /// A file that somebody has written.
 fn read(path: &Path) -> Result<String, Failure> {
     document::read(path).map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
@@ -373,41 +377,4 @@ fn flash_of(profile: &Profile, path: &Path) -> Result<Flash, Failure> {
     let flash = Flash::new(profile);
     flash.save(path).map_err(wrong)?;
     Ok(flash)
-}
-
-/// A file to write from its beginning; one that another arm is writing stays as it is.
-fn create(path: &Path) -> Result<File, Failure> {
-    let wrong = |error: &dyn std::fmt::Display| {
-        Failure::invalid(format!("{} cannot be written: {error}", path.display()))
-    };
-    let mut options = File::options();
-    options.write(true).create(true).truncate(false);
-    let file = options.open(path).map_err(|error| wrong(&error))?;
-    if file.metadata().is_ok_and(|metadata| metadata.is_file()) {
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => {
-                return Err(wrong(&"another program is writing it"));
-            }
-            // Some file systems know no locks.
-            Ok(()) | Err(TryLockError::Error(_)) => {}
-        }
-        file.set_len(0).map_err(|error| wrong(&error))?;
-    }
-    Ok(file)
-}
-
-/// A parent that does not listen is no reason to stop serving.
-fn say_ready() {
-    let mut stdout = io::stdout().lock();
-    let _ = writeln!(stdout, "ready").and_then(|()| stdout.flush());
-}
-
-impl From<ServeError> for Failure {
-    fn from(error: ServeError) -> Self {
-        let kind = match &error {
-            ServeError::Address { .. } => ErrorKind::InvalidInput,
-            _ => ErrorKind::Port,
-        };
-        Self::new(Kind::Driver(kind), error.to_string())
-    }
 }

@@ -2,8 +2,8 @@ use std::io;
 use std::path::Path;
 use std::task::{Context, Poll};
 
-use super::super::hub::{Hub, Peer};
 use super::super::outbox::Outbox;
+use super::super::service::{Peer, Service};
 use super::super::{Notice, READS_PER_TURN, ServeError};
 use super::symlink::{Symlink, Way};
 use super::terminal::Terminal;
@@ -24,14 +24,14 @@ pub(super) struct Jack {
 
 impl Jack {
     /// Makes a terminal and has the way lead to it.
-    pub(super) fn open(way: &Way, hub: &mut Hub) -> Result<Self, ServeError> {
+    pub(super) fn open(way: &Way, service: &mut dyn Service) -> Result<Self, ServeError> {
         let failed = |action| move |source: io::Error| ServeError::at(way, action, source);
         way.check()?;
         let terminal = Terminal::open().map_err(failed("make a pseudo-terminal"))?;
         let watch = Watch::new(&terminal.device).map_err(failed("watch the pseudo-terminal"))?;
         let symlink = Symlink::announce(way, &terminal.device)?;
         Ok(Self {
-            peer: hub.open(way.to_string()),
+            peer: Peer::open(way.to_string(), service),
             symlink,
             terminal,
             watch,
@@ -45,27 +45,31 @@ impl Jack {
     }
 
     /// Pulls it out: clients are hung up on.
-    pub(super) fn close(self, hub: &mut Hub) {
+    pub(super) fn close(self, service: &mut dyn Service) {
         if self.occupied {
-            hub.close(self.peer);
+            self.peer.leave(service);
         } else {
-            hub.forget(&self.peer);
+            self.peer.forget(service);
         }
     }
 
     /// Reads and writes, and sees who comes and goes.
-    pub(super) fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+    pub(super) fn turn(
+        &mut self,
+        cx: &mut Context<'_>,
+        service: &mut dyn Service,
+    ) -> io::Result<()> {
         // First, because it may replace the descriptor that the rest registers with.
         while let Poll::Ready(seen) = self.watch.poll(cx)? {
-            self.seen(&seen, cx, hub)?;
+            self.seen(&seen, cx, service)?;
         }
-        self.send(cx, hub)?;
+        self.send(cx, service)?;
         let mut turns = 0;
         loop {
-            match hub.room(&self.peer) {
+            match service.room(self.peer.link()) {
                 // The arm's clock wakes us when the line has moved on.
                 0 => break,
-                room if self.read(cx, hub, room)? => {}
+                room if self.read(cx, service, room)? => {}
                 _ => break,
             }
             turns += 1;
@@ -78,47 +82,57 @@ impl Jack {
     }
 
     /// Reads what clients wrote, at most `most` bytes; false when there was nothing.
-    fn read(&mut self, cx: &mut Context<'_>, hub: &mut Hub, most: usize) -> io::Result<bool> {
+    fn read(
+        &mut self,
+        cx: &mut Context<'_>,
+        service: &mut dyn Service,
+        most: usize,
+    ) -> io::Result<bool> {
         let mut bytes = [0; BUFFER];
         let bytes = &mut bytes[..most.min(BUFFER)];
         let Poll::Ready(count) = self.terminal.poll_read(cx, bytes)? else {
             return Ok(false);
         };
-        hub.receive(&self.peer, &bytes[..count]);
-        self.send(cx, hub)?;
+        service.receive(self.peer.link(), &bytes[..count]);
+        self.send(cx, service)?;
         Ok(true)
     }
 
     /// Reads all that clients wrote, whether the line has room for it or not.
-    fn read_all(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+    fn read_all(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         let mut bytes = [0; BUFFER];
         for _ in 0..READS_PER_TURN {
             match self.terminal.read_now(&mut bytes) {
-                Ok(count) => hub.receive(&self.peer, &bytes[..count]),
+                Ok(count) => service.receive(self.peer.link(), &bytes[..count]),
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
                 Err(error) => return Err(error),
             }
-            self.send(cx, hub)?;
+            self.send(cx, service)?;
         }
         Ok(())
     }
 
-    fn send(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+    fn send(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         let mut write = |bytes: &[u8]| self.terminal.poll_write(cx, bytes);
         self.outbox.flush(&mut write)?;
-        while let Some(reply) = hub.reply(&self.peer) {
+        while let Some(reply) = service.reply(self.peer.link()) {
             self.outbox.send(reply, &mut write)?;
         }
         Ok(())
     }
 
-    fn seen(&mut self, seen: &Seen, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+    fn seen(
+        &mut self,
+        seen: &Seen,
+        cx: &mut Context<'_>,
+        service: &mut dyn Service,
+    ) -> io::Result<()> {
         if seen.opened && !self.occupied {
             self.occupied = true;
-            hub.notice(Notice::Connected(self.symlink.to_string()));
+            service.notice(Notice::Connected(self.symlink.to_string()));
         }
         if seen.closed {
-            self.client_left(cx, hub)?;
+            self.client_left(cx, service)?;
         }
         if watch::BLIND {
             self.terminal.clear_exclusive()?;
@@ -127,18 +141,18 @@ impl Jack {
     }
 
     /// Some client closed the terminal. If it was the last, the next finds it as new.
-    fn client_left(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+    fn client_left(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         // All that it wrote comes before anything its successor writes, so it is read before the
         // question who is there; what is read after belongs to a successor.
-        self.read_all(cx, hub)?;
+        self.read_all(cx, service)?;
         if !self.terminal.alone(&mut self.watch)? {
             return Ok(());
         }
         self.outbox.clear();
-        hub.renew(&mut self.peer);
+        self.peer.renew(service);
         self.terminal.forget_replies()?;
         if std::mem::take(&mut self.occupied) {
-            hub.notice(Notice::Left(self.symlink.to_string()));
+            service.notice(Notice::Left(self.symlink.to_string()));
         }
         Ok(())
     }

@@ -4,8 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::task::Context;
 
-use super::hub::Hub;
-use super::{Endpoint, Port, ServeError};
+use super::{Endpoint, Port, ServeError, Service};
 
 mod jack;
 mod symlink;
@@ -31,9 +30,9 @@ pub(super) struct Pty {
 }
 
 impl Pty {
-    pub(super) fn open(path: &Path, hub: &mut Hub) -> Result<Self, ServeError> {
+    pub(super) fn open(path: &Path, service: &mut dyn Service) -> Result<Self, ServeError> {
         let way = Way::new(path)?;
-        let jack = Jack::open(&way, hub)?;
+        let jack = Jack::open(&way, service)?;
         Ok(Self {
             device: jack.device().to_owned(),
             jack: Some(jack),
@@ -50,21 +49,21 @@ impl Port for Pty {
         }
     }
 
-    fn turn(&mut self, cx: &mut Context<'_>, hub: &mut Hub) -> io::Result<()> {
+    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         match &mut self.jack {
-            Some(jack) => jack.turn(cx, hub),
+            Some(jack) => jack.turn(cx, service),
             None => Ok(()),
         }
     }
 
-    fn unplug(&mut self, hub: &mut Hub) {
+    fn unplug(&mut self, service: &mut dyn Service) {
         if let Some(jack) = self.jack.take() {
-            jack.close(hub);
+            jack.close(service);
         }
     }
 
-    fn plug(&mut self, hub: &mut Hub) -> Result<(), ServeError> {
-        let jack = Jack::open(&self.way, hub)?;
+    fn plug(&mut self, service: &mut dyn Service) -> Result<(), ServeError> {
+        let jack = Jack::open(&self.way, service)?;
         jack.device().clone_into(&mut self.device);
         self.jack = Some(jack);
         Ok(())

@@ -57,6 +57,7 @@ impl Driver {
         };
         let done = self.waiting.swap_remove(at);
         let request = done.request.frame();
+        self.exposure().ends(&request);
         match &result {
             Ok(reply) => {
                 self.exposure().answered(&request, reply);
@@ -77,7 +78,7 @@ impl Driver {
             To::Halt(number) => self.halt_answered(number, result.map(drop)),
             To::Settling => self.settles(result.map(drop)),
             To::Poll => self.polled(),
-            To::Jog(reply) => self.jog_began(result, reply),
+            To::Jog(reply, life) => self.jog_began(result, reply, &life),
             To::JogStop => self.jog_stopped(result),
             To::JogPose => self.jog_pose(result),
             To::Nobody => {}

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-use super::{Driver, To, Waiting, command_name};
+use super::{Driver, To, command_name};
 use crate::Error;
 use crate::arm::link::Link;
 use crate::connection::Request;
@@ -24,7 +24,7 @@ impl Driver {
         self.leave_unanswered();
         self.jogging.close();
         if !self.link_is_up() {
-            self.warn_of_what_goes_on(&requests);
+            self.warn_of_what_goes_on();
             return false;
         }
         for request in requests {
@@ -48,13 +48,8 @@ impl Driver {
         if self.shared.detached.load(Ordering::SeqCst) {
             return Vec::new();
         }
-        let queued = |one: &Waiting| one.request.frame().ctrl().queued();
-        let unanswered = self.program.is_some() || self.waiting.iter().any(queued);
         let (moving, laser) = {
-            let mut exposure = self.exposure();
-            if unanswered {
-                exposure.maybe_queued();
-            }
+            let exposure = self.exposure();
             (exposure.moving(), exposure.laser())
         };
         let Ok([stop, dark, clear]) = Request::halt() else {
@@ -65,11 +60,12 @@ impl Driver {
         wanted.map(|(_, request)| request).collect()
     }
 
-    fn warn_of_what_goes_on(&self, unsaid: &[Request]) {
-        if !unsaid.is_empty() || self.owes_halt {
+    /// The arm was not told to stop, or has not said that it does.
+    pub(super) fn warn_of_what_goes_on(&self) {
+        if !self.last_requests().is_empty() {
             tracing::warn!(
-                "{}: the connection ends while its line is lost, so the arm cannot be told to stop: it finishes what is \
-                 in its queue, a jog goes on, a laser stays on",
+                "{}: the connection ends and the arm has not confirmed that it stops: it may finish what is in its \
+                 queue, a jog may go on, a laser stay on",
                 self.shared.name
             );
         }
@@ -83,7 +79,7 @@ impl Drop for Driver {
             let requests = self.last_requests();
             match self.line.wire() {
                 Some(wire) => wire.blurt(requests.iter().map(|request| *request.frame())),
-                None => self.warn_of_what_goes_on(&requests),
+                None => self.warn_of_what_goes_on(),
             }
         }
         // Whoever waits for the end may open the port anew.

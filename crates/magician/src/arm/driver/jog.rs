@@ -123,6 +123,10 @@ impl Driver {
         if !self.link_is_up() {
             return drop(start.reply.send(Err(self.gone())));
         }
+        // Its caller has given up meanwhile.
+        if start.life.released() {
+            return;
+        }
         if self.jogging.now.is_some() && !self.jogging.runs() {
             if let Some(earlier) = self.jogging.next.replace(start) {
                 let error = explain(&earlier.request.frame().frame(), Failure::Stopped);
@@ -132,13 +136,17 @@ impl Driver {
         }
         start.life.kept(self.now());
         let active = Active {
-            life: Some(start.life),
+            life: Some(Arc::clone(&start.life)),
             ending: None,
         };
         if let Some(before) = self.jogging.now.replace(active) {
             before.over(Why::Replaced, Stands::Unknown);
         }
-        self.submit(start.request, start.deadline, To::Jog(start.reply));
+        self.submit(
+            start.request,
+            start.deadline,
+            To::Jog(start.reply, start.life),
+        );
     }
 
     /// The arm has answered to the beginning of a jog, or not.
@@ -146,9 +154,14 @@ impl Driver {
         &mut self,
         answer: Result<FrameBuf>,
         to: oneshot::Sender<Result<FrameBuf>>,
+        life: &Arc<Life>,
     ) {
         let failed = answer.is_err();
-        if to.send(answer).is_err() || failed {
+        let unheard = to.send(answer).is_err();
+        let active = self.jogging.now.as_ref();
+        let runs = active.and_then(|active| active.life.as_ref());
+        // Another jog may have taken its place.
+        if (failed || unheard) && runs.is_some_and(|runs| Arc::ptr_eq(runs, life)) {
             self.end_jog(Why::Failed);
         }
     }
@@ -209,7 +222,7 @@ impl Driver {
                 );
                 self.end_jog(Why::NotKept);
             }
-            (_, Some(_)) | (_, None) => {}
+            _ => {}
         }
         self.go_on_ending(now);
     }

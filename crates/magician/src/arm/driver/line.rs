@@ -1,57 +1,44 @@
 //! The line: in use, broken, looked for, found again.
 //!
-//! A line that was found is not trusted at once. A connection of its own asks who is there (`greeting.rs`); only when that
+//! A line that was found is not trusted at once. A connection of its own asks who is there (`search.rs`, `greeting.rs`); only when that
 //! is the arm of before, the line is handed to the connection that knows the indices, which then reads how far the arm
 //! has come. Until that is settled every call is refused. Nothing is sent again.
 
 use std::future::Future;
 use std::io;
 use std::pin::Pin;
-use std::task::{Context, Poll};
-use std::time::Duration;
+use std::task::Context;
 
-use magician_protocol::NoArgs;
-use magician_protocol::commands::{
-    DeviceSn, DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace,
-};
 use tokio::time::Instant;
 
-use super::greeting::{Greeting, Met};
+use super::Driver;
+use super::greeting::Greeting;
 use super::wire::Wire;
-use super::{Driver, To};
 use crate::arm::events::Event;
 use crate::arm::link::Link;
-use crate::connection::{Failure, Micros, Request};
+use crate::connection::{Failure, Micros};
 use crate::transport::Line;
 use crate::{Error, ErrorKind, Result};
 
 /// How soon after its loss a line is looked for, and how often.
 const FIRST_LOOK: Micros = 100_000;
-const LOOK: Micros = 250_000;
-/// How often where another arm was found.
-const STRANGER: Micros = 1_000_000;
-/// How soon the arm is asked what it can be told by: programs that are done by then do not pay for it.
-pub(super) const INTRODUCTION: Micros = 100_000;
-/// How long an arm may take to answer what is of no hurry.
-const PATIENCE: Duration = Duration::from_millis(500);
-/// How long one that was found again may take to tell how far it is.
-const SETTLING: Duration = Duration::from_secs(1);
+pub(super) const LOOK: Micros = 250_000;
 
 /// Opens the line again.
 pub(in crate::arm) type Opener = Box<dyn FnMut() -> Opening + Send>;
-type Opening = Pin<Box<dyn Future<Output = Result<Line>> + Send>>;
+pub(super) type Opening = Pin<Box<dyn Future<Output = Result<Line>> + Send>>;
 
 /// The line, and the way to it.
 pub(super) struct State {
-    opener: Option<Opener>,
-    stage: Stage,
+    pub(super) opener: Option<Opener>,
+    pub(super) stage: Stage,
     /// How it was lost, until it is up again.
-    lost: Option<Lost>,
+    pub(super) lost: Option<Lost>,
 }
 
 // There is one of it in a task that is boxed anyway.
 #[allow(clippy::large_enum_variant)]
-enum Stage {
+pub(super) enum Stage {
     Up(Wire),
     /// Found again, and the arm tells how far it is.
     Settling {
@@ -67,11 +54,11 @@ enum Stage {
 }
 
 /// How it was lost.
-struct Lost {
+pub(super) struct Lost {
     since: Instant,
     error: Broken,
     /// What is wrong, when it is not only that the line broke.
-    stranger: Option<String>,
+    pub(super) stranger: Option<String>,
 }
 
 /// An I/O error that can be told any number of times.
@@ -178,7 +165,7 @@ impl Driver {
     }
 
     /// The line broke. Everything under way ends as the connection says.
-    fn lose(&mut self, error: &io::Error) -> bool {
+    pub(super) fn lose(&mut self, error: &io::Error) -> bool {
         let first = self.line.lost.is_none();
         self.line.lost.get_or_insert_with(|| Lost {
             since: Instant::now(),
@@ -205,7 +192,7 @@ impl Driver {
         true
     }
 
-    fn look_again(&mut self, pause: Micros) {
+    pub(super) fn look_again(&mut self, pause: Micros) {
         let sought = self.line.opener.is_some();
         let look = self.now().saturating_add(pause);
         self.line.stage = Stage::Lost(sought.then_some(look));
@@ -230,167 +217,11 @@ impl Driver {
         Error::new(ErrorKind::Port, message).with_source(source)
     }
 
-    fn publish_loss(&self) {
+    pub(super) fn publish_loss(&self) {
         if let Some(lost) = &self.line.lost {
             let sought = self.line.opener.is_some();
             let link = Link::lost(lost.since, self.gone().to_string(), sought);
             self.publish_link(link);
-        }
-    }
-}
-
-/// The way back.
-impl Driver {
-    /// Goes on with looking for the line; whether anything happened.
-    fn look_for_it(&mut self, cx: &mut Context<'_>, now: Micros) -> bool {
-        match &mut self.line.stage {
-            Stage::Lost(Some(look)) if *look <= now => {
-                let Some(opener) = &mut self.line.opener else {
-                    return false;
-                };
-                self.line.stage = Stage::Opening(opener());
-                true
-            }
-            Stage::Opening(opening) => {
-                let Poll::Ready(opened) = opening.as_mut().poll(cx) else {
-                    return false;
-                };
-                match opened {
-                    Ok(line) => {
-                        let greeting = Greeting::new(now, line, self.serial.is_some());
-                        self.line.stage = Stage::Greeting(greeting);
-                    }
-                    Err(error) => {
-                        tracing::debug!(%error, "{}: not found yet", self.shared.name);
-                        self.look_again(LOOK);
-                    }
-                }
-                true
-            }
-            Stage::Greeting(greeting) => {
-                let (busy, met) = greeting.go_on(cx, now);
-                if let Some(met) = met {
-                    self.meet(met);
-                }
-                busy
-            }
-            Stage::Lost(_) | Stage::Up(_) | Stage::Settling { .. } => false,
-        }
-    }
-
-    /// Somebody is at the end of the line, or nobody.
-    fn meet(&mut self, met: Met) {
-        match met {
-            Err(why) => {
-                tracing::debug!("{}: {why}", self.shared.name);
-                self.look_again(LOOK);
-            }
-            Ok(said) => match (&self.serial, said) {
-                (Some(known), Some(other)) if *known == other => self.settle(),
-                (None, _) => self.settle(),
-                (Some(known), other) => {
-                    let stranger = self.stranger(known, other.as_deref());
-                    self.refuse_stranger(stranger);
-                }
-            },
-        }
-    }
-
-    fn stranger(&self, known: &str, other: Option<&str>) -> String {
-        let other = other.map_or_else(
-            || "it has no serial number".to_owned(),
-            |other| format!("its serial number is {other}"),
-        );
-        format!(
-            "another arm answers at {}: {other}, and this connection is to {known}; plug that one in again, or connect \
-             anew",
-            self.shared.name
-        )
-    }
-
-    fn refuse_stranger(&mut self, stranger: String) {
-        self.look_again(STRANGER);
-        if let Some(lost) = &mut self.line.lost
-            && lost.stranger.as_ref() != Some(&stranger)
-        {
-            tracing::warn!("{stranger}");
-            lost.stranger = Some(stranger);
-            self.publish_loss();
-        }
-    }
-
-    /// It is the arm of before: how far has it come?
-    fn settle(&mut self) {
-        let stage = std::mem::replace(&mut self.line.stage, Stage::Lost(None));
-        let Stage::Greeting(greeting) = stage else {
-            return;
-        };
-        let requests = [
-            Request::get::<DeviceTime>(&NoArgs),
-            Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
-            Request::get::<QueuedCmdLeftSpace>(&NoArgs),
-        ];
-        self.line.stage = Stage::Settling {
-            wire: greeting.into_wire(),
-            left: requests.len(),
-            reset: false,
-        };
-        self.connection.restored();
-        if self.owes_halt {
-            self.halt(Vec::new());
-        }
-        let deadline = Instant::now() + SETTLING;
-        for request in requests.into_iter().flatten() {
-            self.submit(request, deadline, To::Settling);
-        }
-    }
-
-    /// An answer of an arm that was found again.
-    pub(super) fn settles(&mut self, answer: Result<()>) {
-        let Stage::Settling { left, .. } = &mut self.line.stage else {
-            return;
-        };
-        if answer.is_err() {
-            // It fell silent again: what is known of it is not enough to go on.
-            self.lose(&io::ErrorKind::TimedOut.into());
-            return;
-        }
-        *left = left.saturating_sub(1);
-        if *left > 0 {
-            return;
-        }
-        let stage = std::mem::replace(&mut self.line.stage, Stage::Lost(None));
-        if let Stage::Settling { wire, reset, .. } = stage {
-            self.line.stage = Stage::Up(wire);
-            self.line.lost = None;
-            tracing::info!(reset, "{}: the line is up again", self.shared.name);
-            self.publish_link(Link::Up);
-            self.happens(Event::LinkFound { reset });
-            if self.owes_halt {
-                self.halt(Vec::new());
-            }
-        }
-    }
-
-    /// The arm was reset, perhaps while the line was gone.
-    pub(super) fn note_reset(&mut self) {
-        if let Stage::Settling { reset, .. } = &mut self.line.stage {
-            *reset = true;
-        }
-    }
-
-    /// Asks the arm, once, for what it can be told by, and for its clock, which tells whether it was reset.
-    pub(super) fn introduce(&mut self, now: Micros) {
-        if self.introduction.take_if(|at| *at <= now).is_none() {
-            return;
-        }
-        let deadline = self.at(now) + PATIENCE;
-        let requests = [
-            Request::get::<DeviceSn>(&NoArgs),
-            Request::get::<DeviceTime>(&NoArgs),
-        ];
-        for request in requests.into_iter().flatten() {
-            self.submit(request, deadline, To::Nobody);
         }
     }
 }

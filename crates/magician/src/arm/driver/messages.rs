@@ -110,6 +110,7 @@ impl Driver {
         if halts(&frame.frame()) && !matches!(to, To::JogStop) {
             self.end_jog(Why::Stopped);
         }
+        self.exposure().begins(&frame.frame());
         let ticket = self.connection.submit(request.deadline(deadline));
         self.waiting.push(Waiting {
             ticket,

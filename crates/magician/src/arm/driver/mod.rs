@@ -13,6 +13,7 @@ mod jog;
 mod line;
 mod messages;
 mod polls;
+mod search;
 mod sight;
 mod streaming;
 mod wire;
@@ -31,6 +32,7 @@ use tokio::time::{Instant, Sleep, sleep_until};
 use super::Shared;
 use super::events::Event;
 use super::exposure::Exposure;
+use super::jog::Life;
 use crate::Result;
 use crate::connection::{Connection, Micros, Settings, Ticket};
 use crate::transport::Line;
@@ -69,7 +71,7 @@ enum To {
     /// The onlookers.
     Poll,
     /// Who begins a jog.
-    Jog(oneshot::Sender<Result<FrameBuf>>),
+    Jog(oneshot::Sender<Result<FrameBuf>>, Arc<Life>),
     /// The end of a jog.
     JogStop,
     JogPose,
@@ -147,7 +149,7 @@ impl Driver {
             halts: 0,
             owes_halt: false,
             serial: None,
-            introduction: introduce.then_some(line::INTRODUCTION),
+            introduction: introduce.then_some(search::INTRODUCTION),
             leaving: false,
             polls: Polls::default(),
             jogging: Jogging::default(),
@@ -163,6 +165,7 @@ impl Driver {
         self.serve().await;
         if self.say_farewell() {
             self.serve().await;
+            self.warn_of_what_goes_on();
         }
     }
 

@@ -5,8 +5,8 @@ use std::task::{Context, Poll};
 use magician_protocol::{FrameBuf, QueuedCmdIndex};
 use tokio::sync::{mpsc, oneshot, watch};
 
-use super::Driver;
 use super::explain::failed;
+use super::{Driver, To, Waiting};
 use crate::arm::exposure::Exposure;
 use crate::connection::{Failure, Law, Ticket};
 use crate::stream::{Item, Leftover, Stream, StreamEvent, StreamFailure};
@@ -56,7 +56,10 @@ impl Driver {
         };
         match refusal {
             Some(error) => end(*program, Err(error)),
-            None => self.program = Some(*program),
+            None => {
+                self.exposure().runs(true);
+                self.program = Some(*program);
+            }
         }
     }
 
@@ -80,6 +83,8 @@ impl Driver {
         if program.end.poll_closed(cx).is_ready() {
             // Nobody waits for it any more: what waits in the connection does not go out.
             program.stream.withdraw(&mut self.connection);
+            self.program = Some(program);
+            self.end_program(Err(failed(Failure::Stopped)));
             return true;
         }
         if program.stops != self.shared.stops() {
@@ -98,8 +103,8 @@ impl Driver {
                     if let Err(refused) = program.stream.offer(item) {
                         let error = Error::invalid(refused.to_string());
                         let name = item.command.row().set_name;
-                        program.stream.interrupt(Failure::Stopped);
-                        end(program, Err(error.with_command(name)));
+                        self.program = Some(program);
+                        self.end_program(Err(error.with_command(name)));
                         return true;
                     }
                 }
@@ -155,9 +160,20 @@ impl Driver {
     }
 
     pub(super) fn end_program(&mut self, outcome: Result<()>) {
-        if let Some(program) = self.program.take() {
-            end(program, outcome);
+        let Some(program) = self.program.take() else {
+            return;
+        };
+        // What becomes of them counts for what this connection has set going.
+        for (ticket, request) in program.stream.under_way() {
+            self.exposure().begins(&request.frame());
+            self.waiting.push(Waiting {
+                ticket,
+                request,
+                to: To::Nobody,
+            });
         }
+        self.exposure().runs(false);
+        end(program, outcome);
     }
 
     /// A request has ended; whether it was the stream's. What the handles have to know of it is noted.

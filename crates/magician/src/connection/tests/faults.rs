@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use magician_protocol::NoArgs;
-use magician_protocol::commands::{IoDi, QueuedCmdCurrentIndex};
+use magician_protocol::commands::{DeviceTime, IoDi, QueuedCmdCurrentIndex};
 
 use super::{SECOND, get_di, ready, wait};
 use crate::connection::{Failure, Law, Request, Settings};
@@ -33,8 +33,13 @@ fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
             let found: IoDi = reply.frame().read().unwrap();
             assert_eq!(found.address, address, "a reply to another request");
         }
+        if number % 5 == 0 {
+            let clock = Request::get::<DeviceTime>(&NoArgs).unwrap();
+            let _ = pair.ask(clock, 2 * SECOND);
+        }
         exchanges += 1;
     }
+    assert_eq!(pair.resets, 0);
     let settled = pair.now + 10 * SECOND;
     pair.set_faults(Faults::default());
     pair.run_until(settled);
@@ -64,7 +69,7 @@ fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
 pub(super) fn executes_each_command_once_over_a_serial_line_that_loses_damages_and_delays() {
     let faults = Faults {
         drop_chunk: 0.015,
-        flip: 0.0015,
+        flip: 0.0005,
         stall: 0.02,
         stall_for: 900_000,
         ..Faults::default()

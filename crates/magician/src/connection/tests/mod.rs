@@ -9,6 +9,7 @@ mod interruption;
 mod law;
 mod replies;
 mod stops;
+mod toy;
 mod window;
 
 use magician_protocol::NoArgs;

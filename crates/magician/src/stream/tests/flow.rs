@@ -41,7 +41,7 @@ fn nothing_is_lost_doubled_or_swapped_at_window_1_however_bad_the_line() {
                 "{failure}"
             );
             interrupted += 1;
-            rig.resume();
+            rig.go_on();
         }
         assert_eq!(rig.taken(&program), all(&program), "seed {seed}");
         assert_eq!(rig.done(&program), (0..program.len()).collect::<Vec<_>>());

@@ -98,9 +98,8 @@ fn a_path_whose_laser_is_not_trusted_goes_in_chunks_too() {
         dark_at_rest: false,
         ..StreamSettings::default()
     };
-    let path: Vec<_> = (1..60)
-        .map(|at| burnt(along(0.5, at), rest_to_rest(0.5, at)))
-        .collect();
+    let mut path = vec![segment(along(0.5, 0), 900_000)];
+    path.extend((1..60).map(|at| burnt(along(0.5, at), rest_to_rest(0.5, at))));
     let mut rig = Rig::new(Settings::ORDERED, settings, &path);
     rig.run(60 * SECOND).unwrap();
     let sealed = rig

@@ -101,9 +101,8 @@ impl Rig {
 
     /// The line breaks.
     pub(super) fn interrupt(&mut self) {
-        self.pair.cut();
         self.stream.interrupt(Failure::Lost);
-        self.pair.host.interrupt();
+        self.pair.pull_cable();
         let now = self.pair.now;
         self.pair.step(now);
         self.deliver();
@@ -111,8 +110,12 @@ impl Rig {
 
     /// The line is there again, and the program goes on.
     pub(super) fn resume(&mut self) {
-        self.pair.cut();
-        self.pair.host.restored();
+        self.pair.put_cable_back();
+        self.go_on();
+    }
+
+    /// The program goes on on the line as it is.
+    pub(super) fn go_on(&mut self) {
         let stream = std::mem::replace(&mut self.stream, Stream::new(self.settings));
         while let Some(event) = self.stream.poll_event() {
             self.events.push(event);

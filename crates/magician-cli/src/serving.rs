@@ -1,0 +1,58 @@
+//! What the verbs that serve others have in common: `sim` and `proxy`.
+
+use std::fs::{File, TryLockError};
+use std::io::{self, Write};
+use std::path::Path;
+
+use magician::ErrorKind;
+use magician_sim::serve::{Endpoint, ServeError};
+
+use crate::failure::{Failure, Kind};
+
+/// Says where something is served.
+pub(crate) fn serving(endpoint: &Endpoint) -> String {
+    match endpoint {
+        #[cfg(unix)]
+        Endpoint::Pty { path, device } => {
+            format!("serving {} ({})", path.display(), device.display())
+        }
+        endpoint => format!("serving {endpoint}"),
+    }
+}
+
+/// A file to write from its beginning; one that another program is writing stays as it is.
+pub(crate) fn create(path: &Path) -> Result<File, Failure> {
+    let wrong = |error: &dyn std::fmt::Display| {
+        Failure::invalid(format!("{} cannot be written: {error}", path.display()))
+    };
+    let mut options = File::options();
+    options.write(true).create(true).truncate(false);
+    let file = options.open(path).map_err(|error| wrong(&error))?;
+    if file.metadata().is_ok_and(|metadata| metadata.is_file()) {
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                return Err(wrong(&"another program is writing it"));
+            }
+            // Some file systems know no locks.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        file.set_len(0).map_err(|error| wrong(&error))?;
+    }
+    Ok(file)
+}
+
+/// A parent that does not listen is no reason to stop serving.
+pub(crate) fn say_ready() {
+    let mut stdout = io::stdout().lock();
+    let _ = writeln!(stdout, "ready").and_then(|()| stdout.flush());
+}
+
+impl From<ServeError> for Failure {
+    fn from(error: ServeError) -> Self {
+        let kind = match &error {
+            ServeError::Address { .. } => ErrorKind::InvalidInput,
+            _ => ErrorKind::Port,
+        };
+        Self::new(Kind::Driver(kind), error.to_string())
+    }
+}

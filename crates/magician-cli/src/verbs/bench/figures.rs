@@ -1,0 +1,341 @@
+//! The figures, their goals, and their form in JSON.
+
+use std::time::Duration;
+
+use magician::Target;
+use magician::measure::{Exchange, LineSpeed, Mixed, Stops, Streamed};
+use serde::Serialize;
+
+/// Rounds of polls a second beside a stream.
+pub(super) const POLLS: f64 = 20.0;
+/// Share of the computed rates to reach (h1).
+const SHARE: f64 = 0.95;
+/// Segments a second with polls at a window of 4 (h2).
+const FULL_LINE: f64 = 460.0;
+const FULL_LINE_WINDOW: usize = 4;
+/// Segments a second of the streams of h3 and h5; a rate below this share of it proves nothing.
+const DENSE_RATE: f64 = 450.0;
+const FAST_RATE: f64 = 200.0;
+const NEARLY: f64 = 0.97;
+/// Share of a core (h5).
+const PROCESSOR: f64 = 2.0;
+/// Longest wait for the line: its frame under way, the longest that a host sends here, and 1 ms (h4).
+const STOP_MARGIN: Duration = Duration::from_millis(1);
+/// Microseconds added, at p50 and p99 (h7).
+const ADDED: [f64; 2] = [50.0, 200.0];
+
+/// A rate and the one that was computed.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Compared {
+    pub(super) per_s: f64,
+    /// `None`: the line has no speed to compute with.
+    pub(super) computed_per_s: Option<f64>,
+    pub(super) ratio: Option<f64>,
+}
+
+/// Rates against the computed stop-and-wait rates.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct H1 {
+    pub(super) get_pose: Option<Compared>,
+    pub(super) current_index: Option<Compared>,
+    pub(super) enqueue: Option<Compared>,
+    pub(super) enqueue_polled: Option<Compared>,
+    pub(super) goal: f64,
+    pub(super) unit: &'static str,
+    pub(super) met: Option<bool>,
+}
+
+/// The full line.
+#[derive(Debug, Serialize)]
+pub(super) struct H2 {
+    pub(super) enqueue_polled_per_s: f64,
+    pub(super) bound_per_s: f64,
+    /// Whether the indices of all commands are in one row.
+    pub(super) in_a_row: bool,
+    pub(super) goal: f64,
+    pub(super) unit: &'static str,
+    pub(super) met: bool,
+}
+
+/// One stream with pauses of the host.
+#[derive(Debug, Serialize)]
+pub(super) struct Starvation {
+    pub(super) segments_per_s: f64,
+    pub(super) fewest_queued: Option<u32>,
+    pub(super) dry_looks: u64,
+    pub(super) looks: u64,
+}
+
+/// Whether the queue runs dry.
+#[derive(Debug, Serialize)]
+pub(super) struct H3 {
+    pub(super) dense: Starvation,
+    pub(super) fast: Starvation,
+    pub(super) goal: u64,
+    pub(super) unit: &'static str,
+    /// `None` when it was the arm that took no more.
+    pub(super) met: Option<bool>,
+}
+
+/// How soon a stop is on the line.
+#[derive(Debug, Serialize)]
+pub(super) struct H4 {
+    pub(super) stops: usize,
+    pub(super) on_the_line_p50_ms: Option<f64>,
+    pub(super) on_the_line_p99_ms: Option<f64>,
+    pub(super) answered_p50_ms: Option<f64>,
+    pub(super) answered_p99_ms: Option<f64>,
+    pub(super) goal: f64,
+    pub(super) unit: &'static str,
+    pub(super) met: Option<bool>,
+}
+
+/// Processor time.
+#[derive(Debug, Serialize)]
+pub(super) struct H5 {
+    pub(super) segments_per_s: f64,
+    pub(super) core_percent: Option<f64>,
+    pub(super) goal: f64,
+    pub(super) unit: &'static str,
+    /// `None` when the line did not carry the segments.
+    pub(super) met: Option<bool>,
+}
+
+/// What the driver adds to a round trip.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct AddedFigures {
+    pub(super) bare_p50_us: Option<f64>,
+    pub(super) bare_p99_us: Option<f64>,
+    pub(super) added_p50_us: f64,
+    pub(super) added_p99_us: f64,
+    pub(super) goal_p50: f64,
+    pub(super) goal_p99: f64,
+    pub(super) unit: &'static str,
+    pub(super) met: bool,
+}
+
+/// All of a run.
+#[derive(Debug, Serialize)]
+pub(super) struct Figures {
+    pub(super) port: String,
+    pub(super) window: usize,
+    pub(super) seconds: f64,
+    pub(super) line_baud: Option<f64>,
+    /// As measured.
+    pub(super) turnaround_ms: Option<f64>,
+    pub(super) jitter_ms: Option<f64>,
+    /// What the computed rates are for.
+    pub(super) computed_for_ms: Option<f64>,
+    pub(super) get_pose_per_s: Option<f64>,
+    pub(super) current_index_per_s: Option<f64>,
+    pub(super) enqueue_per_s: Option<f64>,
+    pub(super) enqueue_polled_per_s: Option<f64>,
+    pub(super) h1: Option<H1>,
+    pub(super) h2: Option<H2>,
+    pub(super) h3: Option<H3>,
+    pub(super) h4: Option<H4>,
+    pub(super) h5: Option<H5>,
+    /// Beside other libraries: `interop/bench_pydobot.py`.
+    pub(super) h6: Option<()>,
+    pub(super) h7: Option<AddedFigures>,
+    /// Whether the arm was allowed to draw.
+    #[serde(skip)]
+    pub(super) drawn: bool,
+    #[serde(skip)]
+    turnaround: Option<Duration>,
+}
+
+/// Whether a stream never ran dry at its full rate; `None` when it was the arm that took no more.
+fn fed(seen: &Streamed, rate: f64) -> Option<bool> {
+    let kept_full = seen.fewest? >= seen.capacity / 2;
+    match (seen.dry, seen.rate.per_second() >= NEARLY * rate) {
+        (0, true) => Some(true),
+        (0, false) if kept_full => None,
+        _ => Some(false),
+    }
+}
+
+/// So many digits behind the point.
+fn rounded(value: f64, digits: i32) -> f64 {
+    let scale = 10_f64.powi(digits);
+    (value * scale).round() / scale
+}
+
+pub(super) fn milliseconds(time: Duration) -> f64 {
+    rounded(time.as_secs_f64() * 1e3, 3)
+}
+
+fn microseconds(time: Duration) -> f64 {
+    rounded(time.as_secs_f64() * 1e6, 1)
+}
+
+impl Figures {
+    pub(super) fn new(target: &Target, window: usize, seconds: Duration) -> Self {
+        Self {
+            port: target.to_string(),
+            window,
+            seconds: seconds.as_secs_f64(),
+            line_baud: None,
+            turnaround_ms: None,
+            jitter_ms: None,
+            computed_for_ms: None,
+            get_pose_per_s: None,
+            current_index_per_s: None,
+            enqueue_per_s: None,
+            enqueue_polled_per_s: None,
+            h1: None,
+            h2: None,
+            h3: None,
+            h4: None,
+            h5: None,
+            h6: None,
+            h7: None,
+            drawn: false,
+            turnaround: None,
+        }
+    }
+
+    /// Whether bytes take their time.
+    pub(super) fn paced(&self) -> bool {
+        self.line_baud.is_some()
+    }
+
+    pub(super) fn drawn(&mut self, drawn: bool) {
+        self.drawn = drawn;
+    }
+
+    /// What was found of the line, and what is known of it.
+    pub(super) fn line(&mut self, line: LineSpeed, known: Option<Duration>) {
+        self.line_baud = line.baud.map(f64::round);
+        self.turnaround_ms = Some(milliseconds(line.turnaround));
+        self.jitter_ms = Some(milliseconds(line.jitter));
+        // Without a speed there is nothing to compute with.
+        self.turnaround = line.baud.map(|_| known.unwrap_or(line.turnaround));
+        self.computed_for_ms = self.turnaround.map(milliseconds);
+    }
+
+    fn compare(&self, per_s: f64, computed: impl FnOnce(Duration) -> f64) -> Option<Compared> {
+        let computed = self.turnaround.map(computed);
+        let ratio = computed.filter(|computed| *computed > 0.0);
+        Some(Compared {
+            per_s: rounded(per_s, 1),
+            computed_per_s: computed.map(|rate| rounded(rate, 1)),
+            ratio: ratio.map(|computed| rounded(per_s / computed, 3)),
+        })
+    }
+
+    fn h1(&mut self) -> &mut H1 {
+        self.h1.get_or_insert_with(|| H1 {
+            goal: SHARE,
+            unit: "share of the computed rate",
+            ..H1::default()
+        })
+    }
+
+    fn judge_h1(&mut self) {
+        let h1 = self.h1();
+        let all = [h1.get_pose, h1.current_index, h1.enqueue, h1.enqueue_polled];
+        let mut ratios = all.iter().flatten().map(|one| one.ratio);
+        h1.met = ratios.try_fold(true, |met, ratio| Some(met && ratio? >= SHARE));
+    }
+
+    pub(super) fn reads(&mut self, poses: f64, indices: f64) {
+        self.get_pose_per_s = Some(rounded(poses, 1));
+        self.current_index_per_s = Some(rounded(indices, 1));
+        self.h1().get_pose = self.compare(poses, |time| Exchange::POSE.stop_and_wait(time));
+        self.h1().current_index =
+            self.compare(indices, |time| Exchange::CURRENT_INDEX.stop_and_wait(time));
+        self.judge_h1();
+    }
+
+    pub(super) fn segments(&mut self, seen: &Streamed) {
+        let rate = seen.rate.per_second();
+        self.enqueue_per_s = Some(rounded(rate, 1));
+        self.h1().enqueue = self.compare(rate, |time| Exchange::SEGMENT.stop_and_wait(time));
+        self.judge_h1();
+    }
+
+    pub(super) fn polled_segments(&mut self, seen: &Streamed) {
+        let (rate, mixed) = (seen.rate.per_second(), Mixed { rounds: POLLS });
+        self.enqueue_polled_per_s = Some(rounded(rate, 1));
+        self.h1().enqueue_polled = self.compare(rate, |time| mixed.stop_and_wait(time));
+        self.judge_h1();
+        self.h2 = (self.window >= FULL_LINE_WINDOW).then(|| H2 {
+            enqueue_polled_per_s: rounded(rate, 1),
+            bound_per_s: rounded(mixed.pipelined(), 1),
+            in_a_row: seen.in_a_row,
+            goal: FULL_LINE,
+            unit: "1/s",
+            met: rate >= FULL_LINE && seen.in_a_row,
+        });
+    }
+
+    pub(super) fn starvation(&mut self, dense: &Streamed, fast: &Streamed) {
+        let of = |seen: &Streamed| Starvation {
+            segments_per_s: rounded(seen.rate.per_second(), 1),
+            fewest_queued: seen.fewest,
+            dry_looks: seen.dry,
+            looks: seen.looks,
+        };
+        self.h3 = Some(H3 {
+            dense: of(dense),
+            fast: of(fast),
+            goal: 0,
+            unit: "looks at a dry queue",
+            met: fed(dense, DENSE_RATE).and_then(|met| Some(met && fed(fast, FAST_RATE)?)),
+        });
+    }
+
+    pub(super) fn stops(&mut self, seen: &Stops) {
+        let goal = milliseconds(Exchange::SEGMENT.request_time() + STOP_MARGIN);
+        let late = seen.on_the_line.p99().map(milliseconds);
+        self.h4 = Some(H4 {
+            stops: seen.on_the_line.count(),
+            on_the_line_p50_ms: seen.on_the_line.p50().map(milliseconds),
+            on_the_line_p99_ms: late,
+            answered_p50_ms: seen.answered.p50().map(milliseconds),
+            answered_p99_ms: seen.answered.p99().map(milliseconds),
+            goal,
+            unit: "ms to the line, p99",
+            met: late.map(|late| late <= goal),
+        });
+    }
+
+    pub(super) fn processor(&mut self, seen: &Streamed) {
+        let rate = seen.rate.per_second();
+        let share = |used: Duration| 100.0 * used.as_secs_f64() / seen.took.as_secs_f64();
+        let percent = seen.processor.map(|used| rounded(share(used), 2));
+        let carried = rate >= NEARLY * DENSE_RATE;
+        self.h5 = Some(H5 {
+            segments_per_s: rounded(rate, 1),
+            core_percent: percent,
+            goal: PROCESSOR,
+            unit: "percent of a core",
+            met: percent
+                .filter(|_| carried)
+                .map(|percent| percent <= PROCESSOR),
+        });
+    }
+
+    pub(super) fn added(&mut self, added: &Option<AddedFigures>) {
+        self.h7 = *added;
+    }
+}
+
+#[cfg(unix)]
+impl AddedFigures {
+    pub(super) fn new(added: &magician::measure::Added, at: (Duration, Duration)) -> Self {
+        let [p50, p99] = [at.0, at.1].map(microseconds);
+        let [goal_p50, goal_p99] = ADDED;
+        Self {
+            bare_p50_us: added.bare.p50().map(microseconds),
+            bare_p99_us: added.bare.p99().map(microseconds),
+            added_p50_us: p50,
+            added_p99_us: p99,
+            goal_p50,
+            goal_p99,
+            unit: "us",
+            met: p50 <= goal_p50 && p99 <= goal_p99,
+        }
+    }
+}

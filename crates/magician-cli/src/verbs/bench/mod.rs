@@ -1,0 +1,111 @@
+//! `bench`: what the line and the driver reach on an arm, beside what can be computed.
+
+mod figures;
+mod paths;
+mod reads;
+mod show;
+
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+use magician::{SimSpeed, Target};
+
+use crate::args::seconds;
+use crate::context::{Context, Sim};
+use crate::failure::Failure;
+use figures::Figures;
+
+/// Measure what the line and the driver reach, beside what can be computed
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician bench --port /dev/ttyUSB0                 what only reads
+  magician bench --port /dev/ttyUSB0 --yes           and with a path that the arm draws
+  magician bench --port ./arm --window 4 --yes --seconds 60 --only h2,h3
+
+h1  answers a second of GetPose and of the current index, segments of a path (17-byte CP) a second alone and with pose, current
+    index and left space read 20 times a second: against the rate computed for the turnaround
+h2  the last of these with a window of 4 or more
+h3  whether the queue runs dry: 0.2 mm segments at 450 a second with pauses of 10 ms, 0.5 mm at 100 mm/s with pauses of 50 ms
+h4  from a stop to its first byte on the line and to its answer, while segments fill the line
+h5  processor time of this process at 450 segments a second and 50 poses
+h7  what the driver adds to a bare round trip over a pseudo-terminal; it needs no arm
+
+h2 to h5 and the segments of h1 let the arm draw rings of 20 mm through where it stands, away from its reach's ends, at up to \
+100 mm/s. A real arm does that only with --yes: nothing may be in its way. Its path speeds are given back at the end. `sim` \
+needs no --yes, but there the virtual arm's own work is in h5. What was not measured is null.
+
+An arm whose acceleration and queue bound it to fewer than 450 segments a second leaves h3 and h5 open; a virtual arm takes \
+more with `magician sim --speed 1.5`.")]
+pub(crate) struct Bench {
+    /// How long each measurement takes
+    #[arg(long, value_name = "N", default_value = "3", value_parser = seconds)]
+    seconds: Duration,
+    /// Milliseconds that the arm is known to take besides the bytes' own time; measured if not given
+    #[arg(long, value_name = "MS", value_parser = milliseconds)]
+    turnaround: Option<Duration>,
+    /// Stops to time for h4
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    stops: u32,
+    /// Only these measurements; separated by commas
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    only: Vec<Which>,
+}
+
+/// A measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Which {
+    H1,
+    H2,
+    H3,
+    H4,
+    H5,
+    H7,
+}
+
+/// Milliseconds, 0 or more.
+fn milliseconds(text: &str) -> Result<Duration, String> {
+    let wrong = || "expected milliseconds from 0 on, such as 2.5".to_owned();
+    let number = text.strip_suffix("ms").unwrap_or(text).trim();
+    let value: f64 = number.parse().map_err(|_| wrong())?;
+    Duration::try_from_secs_f64(value / 1e3).map_err(|_| wrong())
+}
+
+impl Bench {
+    fn wants(&self, which: Which) -> bool {
+        self.only.is_empty() || self.only.contains(&which)
+    }
+
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let sim = Sim {
+            speed: SimSpeed::Times(1.0),
+            unasked: false,
+        };
+        let target = context.target(Some(sim))?;
+        let draws = context.global.yes || matches!(target, Target::Sim(_));
+        let quiet = context.global.json;
+        let options = context.options();
+        let mut figures = Figures::new(&target, options.window, self.seconds);
+        let debts = context.debts.clone();
+        context.moving(Some(sim), async |arm, _| {
+            reads::measure(arm, &self, quiet, &mut figures).await?;
+            if draws {
+                paths::measure(arm, &self, quiet, &debts, &mut figures).await?;
+            }
+            Ok(())
+        })?;
+        if draws && self.wants(Which::H4) {
+            let paced = figures.paced();
+            let stops = context.attending(async |_| {
+                paths::stops(&target, options, paced, self.stops, quiet).await
+            })?;
+            figures.stops(&stops);
+        }
+        if self.wants(Which::H7) {
+            let added = context.attending(async |_| reads::added(quiet).await)?;
+            figures.added(&added);
+        }
+        figures.drawn(draws);
+        context.show(&figures, |out| show::write(&figures, out))
+    }
+}

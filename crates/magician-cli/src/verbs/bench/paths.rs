@@ -1,0 +1,104 @@
+//! Measurements for which the arm draws.
+
+use std::time::Duration;
+
+use magician::commands::CpParams;
+use magician::measure::{Load, Ring, Stops, Streamed, streamed};
+use magician::{Arm, Options, Target};
+
+use super::figures::{Figures, POLLS};
+use super::{Bench, Which};
+use crate::debts::Debts;
+use crate::failure::Failure;
+use crate::progress::{Bar, attended};
+
+/// Segments so short that the arm outruns any line: mm, and mm/s at most.
+const SHORT: (f64, f32) = (0.05, 100.0);
+/// 450 segments a second.
+const DENSE: (f64, f32) = (0.2, 90.0);
+/// 100 mm/s in longer segments.
+const FAST: (f64, f32) = (0.5, 100.0);
+
+/// Draws for a time and beside a load.
+struct Drawing<'a> {
+    arm: &'a Arm,
+    quiet: bool,
+    time: Duration,
+}
+
+impl Drawing<'_> {
+    async fn draw(
+        &self,
+        what: &str,
+        (length, speed): (f64, f32),
+        load: Load,
+    ) -> Result<Streamed, Failure> {
+        let ring = Ring::here(self.arm, length, speed).await?;
+        self.arm.set(&ring.speeds()).await?;
+        // The pause is of the whole program, as by a scheduler that serves others.
+        let pause = async |time| std::thread::sleep(time);
+        let work = streamed(self.arm, ring, self.time, load, pause);
+        Ok(attended(self.quiet, what, work).await?)
+    }
+}
+
+pub(super) async fn measure(
+    arm: &Arm,
+    bench: &Bench,
+    quiet: bool,
+    debts: &Debts,
+    figures: &mut Figures,
+) -> Result<(), Failure> {
+    debts.owe(arm.get::<CpParams>().await?);
+    let drawing = Drawing {
+        arm,
+        quiet,
+        time: bench.seconds,
+    };
+    let polls = Load {
+        poses: POLLS,
+        queue: POLLS,
+        ..Load::default()
+    };
+    if bench.wants(Which::H1) {
+        let alone = drawing.draw("h1: segments alone", SHORT, Load::default());
+        figures.segments(&alone.await?);
+    }
+    if bench.wants(Which::H1) || bench.wants(Which::H2) {
+        let polled = drawing.draw("h1, h2: segments and polls", SHORT, polls);
+        figures.polled_segments(&polled.await?);
+    }
+    if bench.wants(Which::H3) {
+        let pausing = |milliseconds| Load {
+            pause: Duration::from_millis(milliseconds),
+            queue: POLLS,
+            ..Load::default()
+        };
+        let dense = drawing.draw("h3: 0.2 mm segments, pauses of 10 ms", DENSE, pausing(10));
+        let dense = dense.await?;
+        let fast = drawing.draw("h3: 0.5 mm segments, pauses of 50 ms", FAST, pausing(50));
+        figures.starvation(&dense, &fast.await?);
+    }
+    if bench.wants(Which::H5) {
+        let load = Load {
+            poses: 50.0,
+            ..Load::default()
+        };
+        let busy = drawing.draw("h5: processor time", DENSE, load).await?;
+        figures.processor(&busy);
+    }
+    debts.pay(arm).await
+}
+
+/// Times stops of a stream, on a line of their own.
+pub(super) async fn stops(
+    target: &Target,
+    options: Options,
+    paced: bool,
+    count: u32,
+    quiet: bool,
+) -> Result<Stops, Failure> {
+    let bar = Bar::begin(quiet, "h4: stopping a stream", u64::from(count));
+    let tick = |done| bar.at(u64::from(done));
+    Ok(magician::measure::stops(target, options, paced, count, tick).await?)
+}

@@ -1,0 +1,60 @@
+//! Measurements that only read, or need no arm.
+
+use magician::Arm;
+use magician::commands::{Pose, QueuedCmdCurrentIndex};
+use magician::measure::{LineSpeed, reads, round_trips};
+
+use super::figures::{AddedFigures, Figures};
+use super::{Bench, Which};
+use crate::failure::Failure;
+use crate::progress::{Bar, attended};
+
+/// Answers that are timed for the turnaround, of each of two kinds.
+const ANSWERS: u64 = 100;
+
+pub(super) async fn measure(
+    arm: &Arm,
+    bench: &Bench,
+    quiet: bool,
+    figures: &mut Figures,
+) -> Result<(), Failure> {
+    let bar = Bar::begin(quiet, "timing answers", 2 * ANSWERS);
+    let pose = round_trips::<Pose>(arm, ANSWERS, |done| bar.at(done)).await?;
+    let index = round_trips::<QueuedCmdCurrentIndex>(arm, ANSWERS, |done| bar.at(ANSWERS + done));
+    let index = index.await?;
+    drop(bar);
+    if let Some(line) = LineSpeed::of(&pose, &index) {
+        figures.line(line, bench.turnaround);
+    }
+    if bench.wants(Which::H1) {
+        let work = reads::<Pose>(arm, bench.seconds);
+        let poses = attended(quiet, "h1: reading the pose", work).await?;
+        let work = reads::<QueuedCmdCurrentIndex>(arm, bench.seconds);
+        let indices = attended(quiet, "h1: reading the current index", work).await?;
+        figures.reads(poses.per_second(), indices.per_second());
+    }
+    Ok(())
+}
+
+/// What the driver adds to a round trip.
+#[cfg(unix)]
+pub(super) async fn added(quiet: bool) -> Result<Option<AddedFigures>, Failure> {
+    /// Enough for one in a hundred.
+    const TRIPS: usize = 5000;
+    let bar = Bar::begin(
+        quiet,
+        "h7: round trips with and without the driver",
+        TRIPS as u64,
+    );
+    let added = magician::measure::added_latency(TRIPS, |done| bar.at(done as u64)).await?;
+    Ok(added
+        .at(50)
+        .zip(added.at(99))
+        .map(|at| AddedFigures::new(&added, at)))
+}
+
+/// There are no pseudo-terminals here.
+#[cfg(not(unix))]
+pub(super) async fn added(_: bool) -> Result<Option<AddedFigures>, Failure> {
+    Ok(None)
+}

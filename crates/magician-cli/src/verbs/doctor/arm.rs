@@ -1,0 +1,213 @@
+//! The arm itself: who it is, how fast it answers, what it complains of.
+
+use std::time::Duration;
+
+use magician::commands::{
+    DeviceName, DeviceSn, DeviceTime, DeviceVersion, Pose, QueuedCmdCurrentIndex,
+};
+use magician::measure::{LineSpeed, Timed, round_trips};
+use magician::{Alarm, Arm};
+use serde_json::json;
+
+use super::{Finding, Report};
+use crate::failure::Failure;
+use crate::output::Output;
+use crate::progress::Bar;
+
+/// Answers that take longer than this on a cable show an adapter or hub that holds bytes back.
+const SLOW: Duration = Duration::from_millis(20);
+/// How much later one answer in a hundred may be.
+const UNSTEADY: Duration = Duration::from_millis(50);
+/// The arm's speed.
+const BAUD: f64 = 115_200.0;
+/// How far a measured speed may be off.
+const TOLERANCE: f64 = 0.1;
+/// How long a queue gets to show that it runs.
+const RUNS: Duration = Duration::from_millis(500);
+
+pub(super) async fn examine(
+    arm: &Arm,
+    count: u64,
+    serial: bool,
+    report: &mut Report,
+    out: &mut Output,
+) -> Result<(), Failure> {
+    identity(arm, report, out).await?;
+    let quiet = report.quiet();
+    let bar = Bar::begin(quiet, "timing answers", 2 * count);
+    let pose = round_trips::<Pose>(arm, count, |done| bar.at(done)).await?;
+    let index =
+        round_trips::<QueuedCmdCurrentIndex>(arm, count, |done| bar.at(count + done)).await?;
+    drop(bar);
+    answers(&pose, &index, serial, report, out)?;
+    losses(&pose, &index, count, report, out)?;
+    alarms(arm, report, out).await?;
+    queue(arm, report, out).await
+}
+
+async fn identity(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), Failure> {
+    let version = arm.get::<DeviceVersion>().await?;
+    let firmware = [
+        version.major_version,
+        version.minor_version,
+        version.revision,
+    ];
+    let firmware = firmware.map(|number| number.to_string()).join(".");
+    let name = arm.get::<DeviceName>().await?.device_name.to_string();
+    let number = arm.get::<DeviceSn>().await?.device_sn.to_string();
+    let seconds = arm.get::<DeviceTime>().await?.g_systick / 1000;
+    let text = format!("{name}, serial number {number}, firmware {firmware}, on for {seconds} s");
+    let value =
+        json!({"name": name, "serial_number": number, "firmware": firmware, "uptime_s": seconds});
+    report.add(Finding::good("identity", text).value(value), out)
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    // Three digits behind the point: microseconds.
+    (time.as_secs_f64() * 1e6).round() / 1e3
+}
+
+fn answers(
+    pose: &Timed,
+    index: &Timed,
+    serial: bool,
+    report: &mut Report,
+    out: &mut Output,
+) -> Result<(), Failure> {
+    let Some(line) = LineSpeed::of(pose, index) else {
+        return Ok(());
+    };
+    if serial {
+        let finding = match line.baud {
+            Some(baud) => {
+                let right = (baud / BAUD - 1.0).abs() <= TOLERANCE;
+                let text = format!("bytes pass as at {:.0} baud", baud);
+                let finding = if right {
+                    Finding::good("line_speed", text)
+                } else {
+                    Finding::note("line_speed", text)
+                };
+                finding.value(baud.round()).unit("baud")
+            }
+            None => Finding::note(
+                "line_speed",
+                "bytes take no time: this is no serial line but a pseudo-terminal",
+            ),
+        };
+        report.add(finding, out)?;
+    }
+    let turnaround = milliseconds(line.turnaround);
+    report.turnaround_ms = Some(turnaround);
+    let what = if line.baud.is_some() {
+        "besides what the bytes take"
+    } else {
+        "in all"
+    };
+    let text = format!("{turnaround} ms from request to answer {what}, half of them");
+    let finding = Finding::judged("turnaround", !serial || line.turnaround <= SLOW, text);
+    let finding = finding.value(turnaround).unit("ms");
+    report.add(
+        finding.cure("an adapter or hub holds bytes back: plug the arm into the computer itself"),
+        out,
+    )?;
+    let jitter = milliseconds(line.jitter);
+    let text = format!("one answer in a hundred is {jitter} ms later");
+    let finding = Finding::judged("jitter", !serial || line.jitter <= UNSTEADY, text);
+    let finding = finding.value(jitter).unit("ms");
+    report.add(
+        finding.cure("the computer or a hub is busy: close what is not needed, use another socket"),
+        out,
+    )
+}
+
+fn losses(
+    pose: &Timed,
+    index: &Timed,
+    count: u64,
+    report: &mut Report,
+    out: &mut Output,
+) -> Result<(), Failure> {
+    let both = |of: fn(&Timed) -> u64| of(pose) + of(index);
+    let lost = both(|timed| timed.resent);
+    let late = both(|timed| timed.late);
+    let damaged = both(|timed| timed.noise);
+    let foreign = both(|timed| timed.unsolicited);
+    let clean = pose.clean() && index.clean();
+    let text = match clean {
+        true => format!(
+            "{} requests, every answer came in time and whole",
+            2 * count
+        ),
+        false => format!(
+            "of {} requests {lost} had to be sent again; {late} answers late, {damaged} damaged, {foreign} not asked for",
+            2 * count
+        ),
+    };
+    let finding = Finding::judged("losses", clean, text).value(lost + late + damaged + foreign);
+    let cure =
+        "a shorter cable, another socket, no hub, away from motors; on Wi-Fi nearer to the router";
+    report.add(finding.cure(cure), out)
+}
+
+async fn alarms(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), Failure> {
+    let alarms = arm.alarms().await?;
+    if alarms.is_empty() {
+        report.add(Finding::good("alarms", "none").value(0), out)?;
+    }
+    for code in alarms.codes() {
+        let known = Alarm::with_code(code);
+        let name = known.map_or("unknown to this program", |alarm| alarm.name);
+        let cause = known.map_or(String::new(), |alarm| format!(": {}", alarm.cause));
+        let text = format!("{code:#04x} {name}{cause}");
+        let finding = match Alarm::blocks(code) {
+            true => Finding::bad("alarms", format!("{text}; it holds the queue")),
+            false => Finding::note("alarms", text),
+        };
+        let cure = known.map_or("", |alarm| alarm.cure);
+        let hint = match Alarm::blocks(code) {
+            true => format!("{cure}; then `magician alarms --clear`")
+                .trim_start_matches("; ")
+                .to_owned(),
+            false => cure.to_owned(),
+        };
+        let finding = finding.value(code);
+        let finding = if hint.is_empty() {
+            finding
+        } else {
+            finding.hint(hint)
+        };
+        report.add(finding, out)?;
+    }
+    let finding = match alarms.contains(Alarm::ResetOccurred) {
+        true => Finding::note(
+            "homed",
+            "probably not: the arm was reset, and nobody has cleared that alarm since",
+        )
+        .hint("`magician home` makes its positions true; it moves through much of its range"),
+        false => Finding::note("homed", "not known: the arm has no word for it"),
+    };
+    report.add(finding, out)
+}
+
+async fn queue(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), Failure> {
+    let (_, capacity) = arm.stats().await?;
+    let waiting = capacity.saturating_sub(arm.left_space().await?);
+    let current = arm.current_index().await?;
+    if waiting == 0 {
+        let text = format!(
+            "empty, room for {capacity}, finished {}",
+            super::super::queue::finished(current.0)
+        );
+        return report.add(Finding::good("queue", text).value(0).unit("commands"), out);
+    }
+    tokio::time::sleep(RUNS).await;
+    let finding = match arm.current_index().await? > current {
+        true => Finding::note("queue", format!("{waiting} commands wait, and it runs")),
+        false => Finding::bad(
+            "queue",
+            format!("{waiting} commands of an earlier program wait, and nothing finishes"),
+        )
+        .hint("`magician stop` drops them, `magician queue start` runs them: the arm may move"),
+    };
+    report.add(finding.value(waiting).unit("commands"), out)
+}

@@ -1,0 +1,164 @@
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use magician::proxy::{Chunk, Client, Proxy, Settings};
+use magician_protocol::{Direction, FrameBuf};
+use magician_sim::LinkId;
+use magician_sim::serve::{Endpoint, Notice, Service};
+
+use super::log::Log;
+use super::tape::{Tape, wall_clock};
+
+/// What the doors lead to: the proxy on the wall clock, with its log and its trace.
+pub(super) struct Hall {
+    pub(super) proxy: Proxy,
+    begun: Instant,
+    names: BTreeMap<Client, String>,
+    links: u32,
+    log: Log,
+    tape: Option<Tape>,
+    /// What the arm's line is called in the trace.
+    arm: String,
+}
+
+impl Hall {
+    pub(super) fn new(settings: Settings, log: Log, arm: &str) -> Self {
+        Self {
+            proxy: Proxy::new(settings),
+            begun: Instant::now(),
+            names: BTreeMap::new(),
+            links: 0,
+            log,
+            tape: None,
+            arm: format!("arm {arm}"),
+        }
+    }
+
+    pub(super) fn trace(&mut self, tape: Tape) {
+        self.tape = Some(tape);
+    }
+
+    pub(super) fn say_serving(&self, arm: &str, endpoints: &[Endpoint]) {
+        self.log.serving(arm, endpoints);
+    }
+
+    /// Microseconds since this began.
+    pub(super) fn now(&self) -> u64 {
+        u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
+    }
+
+    /// Lets time pass.
+    pub(super) fn tick(&mut self) {
+        let now = self.now();
+        self.proxy.handle_timeout(now);
+    }
+
+    pub(super) fn receive_from_arm(&mut self, bytes: &[u8]) {
+        self.record(None, Direction::Reply, bytes);
+        let now = self.now();
+        self.proxy.receive_from_arm(now, bytes);
+    }
+
+    pub(super) fn transmit_to_arm(&mut self) -> Option<Chunk> {
+        let now = self.now();
+        let chunk = self.proxy.poll_transmit_to_arm(now)?;
+        self.record(None, Direction::Request, chunk.bytes());
+        Some(chunk)
+    }
+
+    pub(super) fn lose_line(&mut self, why: &magician::Error) {
+        self.proxy.lose_line();
+        self.log.line_lost(why);
+    }
+
+    pub(super) fn find_line(&mut self) {
+        self.proxy.find_line();
+        self.log.line_found(&self.arm);
+    }
+
+    /// Everybody leaves.
+    pub(super) fn close_all(&mut self) {
+        let clients: Vec<Client> = self.names.keys().copied().collect();
+        for client in clients {
+            self.proxy.close(client);
+        }
+    }
+
+    /// The arm did not confirm that it stands.
+    pub(super) fn say_unconfirmed(&self) {
+        self.log.unconfirmed();
+    }
+
+    /// Shows what has happened.
+    pub(super) fn show(&mut self) {
+        while let Some(event) = self.proxy.poll_event() {
+            self.log.event(&event, &self.names);
+        }
+        self.log.flush();
+    }
+
+    /// A trace that cannot be written ends; the proxy does not.
+    fn record(&mut self, client: Option<Client>, direction: Direction, bytes: &[u8]) {
+        let Some(tape) = &mut self.tape else {
+            return;
+        };
+        let name = match client {
+            Some(client) => self.names.get(&client),
+            None => Some(&self.arm),
+        };
+        let Some(name) = name else {
+            return;
+        };
+        if let Err(error) = tape.record(name, wall_clock(), direction, bytes) {
+            self.tape = None;
+            self.log.trace_ended(&error);
+        }
+    }
+}
+
+fn client(link: LinkId) -> Client {
+    Client(link.0)
+}
+
+impl Service for Hall {
+    fn open(&mut self, name: &str) -> LinkId {
+        let link = LinkId(self.links);
+        self.links = self.links.wrapping_add(1);
+        self.proxy.open(client(link));
+        self.names.insert(client(link), name.to_owned());
+        link
+    }
+
+    fn close(&mut self, link: LinkId) {
+        self.proxy.close(client(link));
+        // While the name is known.
+        self.show();
+        let name = self.names.remove(&client(link));
+        if let (Some(tape), Some(name)) = (&mut self.tape, name)
+            && let Err(error) = tape.close(&name)
+        {
+            self.tape = None;
+            self.log.trace_ended(&error);
+        }
+    }
+
+    fn room(&self, link: LinkId) -> usize {
+        self.proxy.room(client(link))
+    }
+
+    fn receive(&mut self, link: LinkId, bytes: &[u8]) {
+        self.record(Some(client(link)), Direction::Request, bytes);
+        let now = self.now();
+        self.proxy.receive(now, client(link), bytes);
+    }
+
+    fn reply(&mut self, link: LinkId) -> Option<FrameBuf> {
+        let frame = self.proxy.poll_transmit(client(link))?;
+        self.record(Some(client(link)), Direction::Reply, frame.bytes());
+        Some(frame)
+    }
+
+    fn notice(&mut self, notice: Notice) {
+        self.log.notice(&notice);
+    }
+}

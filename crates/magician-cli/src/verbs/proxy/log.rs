@@ -1,0 +1,326 @@
+//! What passes, and what becomes of doors and line, in lines or objects on stderr.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::io::{self, Write};
+
+use magician::proxy::{Client, Event};
+use magician_protocol::{Description, Direction, Frame, FrameBuf, Row, describe};
+use magician_sim::serve::{Endpoint, Notice};
+use serde_json::{Map, Value, json};
+
+use super::tape::wall_clock;
+use crate::output::Paint;
+use crate::serving::serving;
+use crate::verbs::decode::{hex, word};
+
+/// Columns of a name, unless there is a longer one.
+const NAME: usize = 8;
+/// Columns of a direction, or what stands in its place.
+const WORD: usize = 11;
+
+/// How much is shown, and how.
+pub(super) struct Style {
+    pub(super) json: bool,
+    /// Whether frames are shown.
+    pub(super) frames: bool,
+    /// Ids of those that are; all if empty.
+    pub(super) only: Vec<u8>,
+    pub(super) verbose: u8,
+}
+
+/// Writes the log. What belongs together goes out together; a stderr that cannot be written to is
+/// no reason to stop.
+pub(super) struct Log {
+    style: Style,
+    paint: Paint,
+    begun: u64,
+    width: usize,
+    text: String,
+}
+
+impl Log {
+    pub(super) fn new(style: Style) -> Self {
+        Self {
+            style,
+            paint: Paint::for_stderr(),
+            begun: wall_clock(),
+            width: NAME,
+            text: String::new(),
+        }
+    }
+
+    /// Hands on what has been written.
+    pub(super) fn flush(&mut self) {
+        if !self.text.is_empty() {
+            let _ = io::stderr().lock().write_all(self.text.as_bytes());
+            self.text.clear();
+        }
+    }
+
+    pub(super) fn serving(&self, arm: &str, endpoints: &[Endpoint]) {
+        self.say(json!({"event": "proxy", "arm": arm}), || {
+            format!("proxy for the arm at {arm}")
+        });
+        for endpoint in endpoints {
+            self.say(
+                json!({"event": "serving", "endpoint": endpoint.to_string()}),
+                || serving(endpoint),
+            );
+        }
+    }
+
+    pub(super) fn notice(&self, notice: &Notice) {
+        let at_all = self.style.frames || self.style.verbose > 0;
+        match notice {
+            Notice::Connected(who) if at_all => {
+                self.say(json!({"event": "connected", "link": who}), || {
+                    format!("{who} connected")
+                });
+            }
+            Notice::Left(who) if at_all => {
+                self.say(json!({"event": "left", "link": who}), || {
+                    format!("{who} left")
+                });
+            }
+            Notice::Refused(who) => self.say(json!({"event": "refused", "link": who}), || {
+                format!("{who} refused: too many connections")
+            }),
+            _ => {}
+        }
+    }
+
+    pub(super) fn line_lost(&self, why: &magician::Error) {
+        let object = json!({"event": "line-lost", "message": why.to_string()});
+        self.say(object, || {
+            format!("{why}; the line is looked for, and until then nothing is answered")
+        });
+    }
+
+    pub(super) fn line_found(&self, arm: &str) {
+        self.say(json!({"event": "line-found"}), || {
+            format!("the line to the {arm} is back")
+        });
+    }
+
+    pub(super) fn trace_ended(&self, error: &io::Error) {
+        let object = json!({"event": "trace-ended", "message": error.to_string()});
+        self.say(object, || format!("the trace ends here: {error}"));
+    }
+
+    pub(super) fn unconfirmed(&self) {
+        self.say(json!({"event": "jog-not-confirmed"}), || {
+            "the arm did not confirm that the jog has ended".to_owned()
+        });
+    }
+
+    fn say(&self, object: Value, text: impl FnOnce() -> String) {
+        let line = match self.style.json {
+            true => object.to_string(),
+            false => text(),
+        };
+        let _ = writeln!(io::stderr().lock(), "{line}");
+    }
+
+    /// Shows something that passed, or did not.
+    pub(super) fn event(&mut self, event: &Event, names: &BTreeMap<Client, String>) {
+        if !self.style.frames {
+            return;
+        }
+        let (who, shown) = match event {
+            Event::Foreign {
+                from,
+                bytes,
+                passed,
+            } => {
+                let who = from.and_then(|client| names.get(&client));
+                let who = who.map_or("arm", String::as_str);
+                return self.foreign(who, bytes.bytes(), *passed);
+            }
+            Event::Request { client, frame } => (
+                names.get(client),
+                Shown::new("request", frame, Direction::Request),
+            ),
+            Event::Reply {
+                client,
+                frame,
+                shared,
+            } => {
+                let shown = Shown::new("reply", frame, Direction::Reply);
+                let note = shared.then(|| "shared".to_owned());
+                (names.get(client), Shown { note, ..shown })
+            }
+            Event::Unanswered { client, frame } => {
+                let shown = Shown::new("unanswered", frame, Direction::Request);
+                (names.get(client), Shown { bad: true, ..shown })
+            }
+            Event::Dropped {
+                client,
+                frame,
+                reason,
+            } => {
+                let shown = Shown::new("dropped", frame, Direction::Request);
+                let note = Some(reason.to_string());
+                (
+                    names.get(client),
+                    Shown {
+                        note,
+                        bad: true,
+                        ..shown
+                    },
+                )
+            }
+            Event::Own { frame } => (None, Shown::new("own", frame, Direction::Request)),
+            Event::Unclaimed { frame } => {
+                let shown = Shown::new("unclaimed", frame, Direction::Reply);
+                (None, Shown { bad: true, ..shown })
+            }
+        };
+        let who = match (who, event) {
+            (Some(name), _) => name.as_str(),
+            (None, Event::Own { .. }) => "proxy",
+            (None, Event::Unclaimed { .. }) => "arm",
+            (None, _) => "?",
+        };
+        let only = &self.style.only;
+        if only.is_empty() || only.contains(&shown.frame.id()) {
+            match self.style.json {
+                true => self.object(shown.object(who)),
+                false => self.frame(who, &shown),
+            }
+        }
+    }
+
+    fn frame(&mut self, who: &str, shown: &Shown<'_>) {
+        let paint = self.paint;
+        let values = shown.values();
+        let note = shown.note.as_ref().map(|note| format!("  ({note})"));
+        let note = paint.note(note.unwrap_or_default()).to_string();
+        let name = paint.name(shown.name()).to_string();
+        let word = format!("{:<WORD$}", shown.word);
+        let word = match shown.bad {
+            true => paint.error(word).to_string(),
+            false => word,
+        };
+        self.line(who, format_args!("{word}{name}{values}{note}"));
+    }
+
+    fn foreign(&mut self, who: &str, bytes: &[u8], passed: bool) {
+        if self.style.json {
+            return self.object(json!({
+                "time": wall_clock(), "link": who, "event": "noise", "hex": hex(bytes),
+                "ok": false, "passed": passed,
+            }));
+        }
+        let word = self.paint.error(format!("{:<WORD$}", "noise")).to_string();
+        let text = bytes.escape_ascii();
+        let fate = match (who, passed) {
+            ("arm", _) => "",
+            (_, true) => "  (passed on)",
+            (_, false) => "  (dropped)",
+        };
+        let fate = self.paint.note(fate).to_string();
+        self.line(who, format_args!("{word}\"{text}\"{fate}"));
+    }
+
+    fn object(&mut self, object: Value) {
+        self.text += &object.to_string();
+        self.text.push('\n');
+    }
+
+    fn line(&mut self, who: &str, rest: impl Display) {
+        self.width = self.width.max(who.chars().count());
+        let since = wall_clock().saturating_sub(self.begun);
+        let (seconds, micros) = (since / 1_000_000, since % 1_000_000);
+        let time = format!("{seconds:>5}.{micros:06}");
+        let time = self.paint.dim(time).to_string();
+        let width = self.width;
+        self.text += &format!("{time}  {who:<width$}  {rest}\n");
+    }
+}
+
+/// A frame to show.
+struct Shown<'a> {
+    word: &'static str,
+    frame: Frame<'a>,
+    meaning: Option<Description<'a>>,
+    direction: Direction,
+    note: Option<String>,
+    bad: bool,
+}
+
+impl<'a> Shown<'a> {
+    fn new(word: &'static str, frame: &'a FrameBuf, direction: Direction) -> Self {
+        let frame = frame.frame();
+        Self {
+            word,
+            meaning: describe(&frame, direction).ok(),
+            frame,
+            direction,
+            note: None,
+            bad: false,
+        }
+    }
+
+    fn known_name(&self) -> Option<&'static str> {
+        let row = Row::with_id(self.frame.id())?;
+        Some(row.form_name(self.frame.ctrl()))
+    }
+
+    fn name(&self) -> String {
+        match self.known_name() {
+            Some(name) => name.to_owned(),
+            None => format!("unknown id {}", self.frame.id()),
+        }
+    }
+
+    /// The fields as they are typed, or the bytes of what nobody understands.
+    fn values(&self) -> String {
+        let queued = if self.frame.ctrl().queued() {
+            "  queued"
+        } else {
+            ""
+        };
+        let values = self
+            .meaning
+            .as_ref()
+            .and_then(|meaning| meaning.values().ok());
+        match values {
+            Some(values) => {
+                let values = values.map(|(field, value)| {
+                    let value = value.to_string().replace(", ", ",");
+                    format!(" {}={value}", field.name)
+                });
+                format!("{queued} {}", values.collect::<String>())
+                    .trim_end()
+                    .to_owned()
+            }
+            None if self.frame.params().is_empty() => queued.to_owned(),
+            None => format!("{queued}  {}", hex(self.frame.params())),
+        }
+    }
+
+    fn object(&self, who: &str) -> Value {
+        let (frame, ctrl) = (&self.frame, self.frame.ctrl());
+        let mut object = Map::new();
+        let mut put = |key: &str, value: Value| object.insert(key.to_owned(), value);
+        put("time", json!(wall_clock()));
+        put("link", json!(who));
+        put("event", json!(self.word));
+        put("direction", json!(word(self.direction)));
+        put("hex", json!(hex(frame.bytes())));
+        put("ok", json!(self.meaning.is_some()));
+        put("id", json!(frame.id()));
+        put("command", json!(self.known_name()));
+        put("write", json!(ctrl.write()));
+        put("queued", json!(ctrl.queued()));
+        let raw = || json!({"raw": hex(frame.params())});
+        let meaning = self.meaning.as_ref();
+        let params = meaning.and_then(|meaning| serde_json::to_value(meaning).ok());
+        put("params", params.unwrap_or_else(raw));
+        if let Some(note) = &self.note {
+            put("note", json!(note));
+        }
+        Value::Object(object)
+    }
+}

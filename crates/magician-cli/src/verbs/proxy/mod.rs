@@ -1,0 +1,198 @@
+//! `proxy`: several programs at one arm.
+
+mod hall;
+mod log;
+mod session;
+mod tape;
+mod wire;
+
+use std::io::BufWriter;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use magician::faults::Faults;
+use magician::proxy::Settings;
+use magician::{LineOptions, RawLine};
+use magician_protocol::Row;
+use magician_sim::serve::Doors;
+
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::interrupt::{Signal, Signals};
+use crate::serving::{create, say_ready};
+
+use hall::Hall;
+use log::{Log, Style};
+use session::Session;
+use tape::Tape;
+use wire::Wire;
+
+/// Let several programs share one arm, and watch what passes
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Prints the one line `ready` when every endpoint accepts; what passes goes to stderr. Ends with Ctrl-C or SIGTERM.
+
+  magician proxy --port /dev/ttyUSB0 --pty ./A --pty ./B
+  magician proxy --port /dev/ttyUSB0 --pty ./A --trace session.pcapng --quiet
+  magician proxy --port udp:192.168.1.5 --tcp 127.0.0.1:9000 --only PTPCmd,GetPose
+  magician proxy --port sim --pty ./A --faults drop=1e-3,seed=7
+
+Every program sees an arm of its own: its requests are answered once each, in its own order, and never with what \
+belongs to another. One request is under way to the arm at a time and programs take turns; a stop (ForceStop, StopExec, \
+Clear, the end of a jog) overtakes all that waits, and what the same program asked for just before it is not done after it. \
+Reads of the same thing are answered together: an answer younger than --fresh will do for another program, if nothing \
+that may change the arm went out meanwhile.
+
+Nothing is sent twice. What the arm does not answer is not answered; asking again is left to the program. Bytes that \
+are no frame, a frame with a wrong checksum among them, are shown and dropped, because they would disturb the others; \
+--transparent passes them on. Frames with unknown ids are passed on always.
+
+A program that leaves takes its waiting requests along, and a jog that it began is ended; what it has queued goes on. \
+If the line to the arm is lost, programs stay connected and get no answers until it is back; nothing is done later that \
+was asked for meanwhile.
+
+--faults spoils the line to the arm: rates between 0 and 1 for bytes (flip, replace, drop, insert, duplicate, swap), for \
+chunks (drop-chunk, duplicate-chunk, swap-chunk, stall, rechunk, unplug), seed=N.")]
+pub(crate) struct Proxy {
+    /// Serve a new pseudo-terminal and make PATH a symlink to it; once for every program
+    #[cfg(unix)]
+    #[arg(long, value_name = "PATH")]
+    pty: Vec<PathBuf>,
+    /// Serve UDP; the port is 8899 unless given
+    #[arg(long, value_name = "HOST[:PORT]")]
+    udp: Vec<String>,
+    /// Serve TCP
+    #[arg(long, value_name = "HOST:PORT")]
+    tcp: Vec<String>,
+    /// Write all that passes to a pcapng file: an interface for every program, and one for the arm
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Spoil the line to the arm, from a seed: flip=1e-4,drop=1e-5,seed=7
+    #[arg(long, value_name = "SPEC")]
+    faults: Option<Faults>,
+    /// How old an answer may be that another program gets too; 0: every read goes to the arm
+    #[arg(long, value_name = "MS", default_value = "20", value_parser = milliseconds)]
+    fresh: Duration,
+    /// Show these commands only
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',', value_parser = command)]
+    only: Vec<u8>,
+    /// Do not show what passes
+    #[arg(short, long)]
+    quiet: bool,
+    /// Pass bytes on to the arm that are no frame
+    #[arg(long)]
+    transparent: bool,
+    /// Let a jog go on when the program that began it leaves
+    #[arg(long)]
+    keep_going: bool,
+}
+
+/// Milliseconds, with or without the unit.
+fn milliseconds(text: &str) -> Result<Duration, String> {
+    let value = text
+        .strip_suffix("ms")
+        .unwrap_or(text)
+        .trim()
+        .parse::<f64>();
+    let value = value.ok().filter(|value| (0.0..=10_000.0).contains(value));
+    let value = value.ok_or_else(|| "expected milliseconds from 0 to 10000".to_owned())?;
+    Ok(Duration::from_secs_f64(value / 1000.0))
+}
+
+/// The id of a command that a person names.
+fn command(name: &str) -> Result<u8, String> {
+    let row =
+        Row::find(name).map_err(|error| format!("{error}; `magician commands` lists them"))?;
+    Ok(row.id)
+}
+
+impl Proxy {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let (doors, count) = self.doors();
+        if count == 0 {
+            let hint = "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT";
+            return Err(Failure::usage("no program could come in").hint(hint));
+        }
+        let target = context.target(None)?;
+        let style = Style {
+            json: context.global.json,
+            frames: !self.quiet,
+            only: self.only.clone(),
+            verbose: context.global.verbose,
+        };
+        let runtime = context.runtime()?;
+        let signal = runtime.block_on(async {
+            let mut signals = Signals::listen()?;
+            let options = LineOptions::default().faults(self.faults.unwrap_or_default());
+            let line = RawLine::open_with(&target, options).await?;
+            let settings = Settings {
+                line: line.settings(),
+                fresh: u64::try_from(self.fresh.as_micros()).unwrap_or(u64::MAX),
+                transparent: self.transparent,
+                keep_going: self.keep_going,
+            };
+            let log = Log::new(style);
+            let mut hall = Hall::new(settings, log, line.name());
+            let doors = doors.open(&mut hall)?;
+            // After the doors: what cannot be served leaves an earlier trace as it was.
+            if let Some(path) = &self.trace {
+                hall.trace(Tape::new(BufWriter::new(create(path)?))?);
+            }
+            hall.say_serving(line.name(), &doors.endpoints());
+            say_ready();
+            let mut session = Session::new(hall, doors, Wire::new(line));
+            let signal = tokio::select! {
+                signal = signals.next() => signal,
+                failure = session.serve() => return Err(failure),
+            };
+            session.end().await;
+            Ok::<_, Failure>(signal)
+        })?;
+        match signal {
+            Signal::Interrupt => Err(Failure::interrupted()),
+            Signal::Terminate => Ok(()),
+        }
+    }
+
+    /// The doors, and how many.
+    fn doors(&self) -> (Doors, usize) {
+        let doors = Doors::new();
+        #[cfg(unix)]
+        let doors = self.pty.iter().fold(doors, |doors, path| doors.pty(path));
+        let doors = (self.udp.iter()).fold(doors, |doors, address| doors.udp(address));
+        let doors = (self.tcp.iter()).fold(doors, |doors, address| doors.tcp(address));
+        #[cfg(unix)]
+        let ptys = self.pty.len();
+        #[cfg(not(unix))]
+        let ptys = 0;
+        (doors, ptys + self.udp.len() + self.tcp.len())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn milliseconds_with_and_without_their_unit() {
+        for text in ["20", "20ms", "20 ms"] {
+            assert_eq!(milliseconds(text), Ok(Duration::from_millis(20)), "{text}");
+        }
+        for wrong in ["", "-1", "20s", "nan", "1e9"] {
+            assert!(milliseconds(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn commands_are_named_as_elsewhere() {
+        for name in ["PTPCmd", "ptp-cmd", "SetPTPCmd", "84"] {
+            assert_eq!(command(name), Ok(84), "{name}");
+        }
+        assert!(
+            command("Teleport")
+                .unwrap_err()
+                .contains("magician commands")
+        );
+    }
+}

@@ -1,0 +1,98 @@
+use std::future::{Future, poll_fn};
+use std::pin::Pin;
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use magician_sim::serve::OpenDoors;
+use tokio::task::unconstrained;
+use tokio::time::{Instant, Sleep, sleep, timeout};
+
+use super::hall::Hall;
+use super::wire::Wire;
+use crate::failure::Failure;
+
+/// Rounds in one turn before the runtime looks at signals.
+const ROUNDS: u32 = 32;
+/// How long the end of a jog may take when this program ends.
+const STAND_BY: Duration = Duration::from_secs(2);
+
+/// Doors, proxy and line at work.
+pub(super) struct Session {
+    /// Dropped before the rest: what leads to the arm is gone before the arm.
+    doors: Option<OpenDoors>,
+    hall: Hall,
+    wire: Wire,
+    timer: Pin<Box<Sleep>>,
+}
+
+impl Session {
+    pub(super) fn new(hall: Hall, doors: OpenDoors, wire: Wire) -> Self {
+        Self {
+            doors: Some(doors),
+            hall,
+            wire,
+            timer: Box::pin(sleep(Duration::ZERO)),
+        }
+    }
+
+    /// Serves until a door breaks down.
+    pub(super) async fn serve(&mut self) -> Failure {
+        unconstrained(poll_fn(|cx| match self.turn(cx) {
+            Ok(()) => Poll::Pending,
+            Err(failure) => Poll::Ready(failure),
+        }))
+        .await
+    }
+
+    /// Closes the doors and ends the jogs that were begun through them.
+    pub(super) async fn end(mut self) {
+        self.doors = None;
+        self.hall.close_all();
+        let stands = poll_fn(|cx| match self.turn(cx) {
+            Ok(()) if self.hall.proxy.is_letting_go() => Poll::Pending,
+            _ => Poll::Ready(()),
+        });
+        if timeout(STAND_BY, stands).await.is_err() {
+            self.hall.say_unconfirmed();
+        }
+    }
+
+    /// Does all that can be done now and sees to being woken for the rest.
+    fn turn(&mut self, cx: &mut Context<'_>) -> Result<(), Failure> {
+        let turned = self.rounds(cx);
+        self.hall.show();
+        turned
+    }
+
+    fn rounds(&mut self, cx: &mut Context<'_>) -> Result<(), Failure> {
+        for _ in 0..ROUNDS {
+            self.hall.tick();
+            let came = self.wire.read(cx, &mut self.hall);
+            if let Some(doors) = &mut self.doors {
+                doors.turn(cx, &mut self.hall)?;
+            }
+            let went = self.wire.write(cx, &mut self.hall);
+            let idle = !came && !went && !self.hall.proxy.is_answering();
+            if idle && self.sleeps(cx) {
+                return Ok(());
+            }
+        }
+        cx.waker().wake_by_ref();
+        Ok(())
+    }
+
+    /// Whether nothing is due; then the task is woken when something will be.
+    fn sleeps(&mut self, cx: &mut Context<'_>) -> bool {
+        let Some(at) = self.hall.proxy.poll_timeout() else {
+            return true;
+        };
+        let now = self.hall.now();
+        if at <= now {
+            return false;
+        }
+        // Rounded up: an instant that has not quite come would be waited for in vain.
+        let at = Instant::now() + Duration::from_micros(at - now) + Duration::from_micros(1);
+        self.timer.as_mut().reset(at);
+        self.timer.as_mut().poll(cx).is_pending()
+    }
+}

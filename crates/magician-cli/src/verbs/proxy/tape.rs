@@ -1,0 +1,52 @@
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::time::SystemTime;
+
+use magician_protocol::Direction;
+use magician_sim::trace::{TraceLink, TraceWriter};
+
+/// The trace: an interface for everybody by name, the arm's line among them.
+pub(super) struct Tape {
+    writer: TraceWriter<Box<dyn Write>>,
+    places: BTreeMap<String, TraceLink>,
+}
+
+impl Tape {
+    pub(super) fn new(out: impl Write + 'static) -> io::Result<Self> {
+        let out: Box<dyn Write> = Box::new(out);
+        Ok(Self {
+            writer: TraceWriter::new(out)?,
+            places: BTreeMap::new(),
+        })
+    }
+
+    pub(super) fn record(
+        &mut self,
+        name: &str,
+        time: u64,
+        direction: Direction,
+        bytes: &[u8],
+    ) -> io::Result<()> {
+        let place = match self.places.get(name) {
+            Some(place) => *place,
+            None => {
+                let place = self.writer.link(name)?;
+                self.places.insert(name.to_owned(), place);
+                place
+            }
+        };
+        self.writer.record(place, time, direction, bytes)
+    }
+
+    /// Who is known by this name left: what was left of a frame is no frame.
+    pub(super) fn close(&mut self, name: &str) -> io::Result<()> {
+        let place = self.places.get(name);
+        place.map_or(Ok(()), |place| self.writer.close(*place))
+    }
+}
+
+/// Microseconds since 1970.
+pub(super) fn wall_clock() -> u64 {
+    let since = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
+    u64::try_from(since.as_micros()).unwrap_or(u64::MAX)
+}

@@ -1,0 +1,112 @@
+use std::future::Future;
+use std::pin::Pin;
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use magician::proxy::Chunk;
+use magician::{Error, RawLine};
+
+use super::hall::Hall;
+
+/// Between two attempts to open a line that was lost.
+const PAUSE: Duration = Duration::from_millis(250);
+const BUFFER: usize = 4096;
+
+/// The line to the arm, which may be lost and found.
+pub(super) struct Wire {
+    state: State,
+    /// On its way out, and how much of it has gone.
+    out: Option<(Chunk, usize)>,
+}
+
+enum State {
+    Open(Box<RawLine>),
+    Lost(Pin<Box<dyn Future<Output = RawLine>>>),
+    /// Only between the two.
+    Changing,
+}
+
+impl Wire {
+    pub(super) fn new(line: RawLine) -> Self {
+        Self {
+            state: State::Open(Box::new(line)),
+            out: None,
+        }
+    }
+
+    /// Takes what the arm says; whether anything happened.
+    pub(super) fn read(&mut self, cx: &mut Context<'_>, hall: &mut Hall) -> bool {
+        let mut bytes = [0; BUFFER];
+        let came = match &mut self.state {
+            State::Open(line) => line.poll_receive(cx, &mut bytes),
+            State::Lost(search) => {
+                let Poll::Ready(line) = search.as_mut().poll(cx) else {
+                    return false;
+                };
+                self.state = State::Open(Box::new(line));
+                hall.find_line();
+                return true;
+            }
+            State::Changing => return false,
+        };
+        match came {
+            Poll::Pending => false,
+            Poll::Ready(Ok(count)) => {
+                hall.receive_from_arm(bytes.get(..count).unwrap_or_default());
+                true
+            }
+            Poll::Ready(Err(error)) => {
+                self.lose(hall, &error);
+                true
+            }
+        }
+    }
+
+    /// Says to the arm what there is to say; whether anything went out.
+    pub(super) fn write(&mut self, cx: &mut Context<'_>, hall: &mut Hall) -> bool {
+        let mut went = false;
+        while let State::Open(line) = &mut self.state {
+            let (chunk, sent) = match self.out.take() {
+                Some(under_way) => under_way,
+                None => match hall.transmit_to_arm() {
+                    Some(chunk) => (chunk, 0),
+                    None => break,
+                },
+            };
+            let rest = chunk.bytes().get(sent..).unwrap_or_default();
+            match line.poll_send(cx, rest) {
+                Poll::Ready(Ok(count)) => {
+                    went = true;
+                    self.out = Some((chunk, sent + count)).filter(|_| count < rest.len());
+                }
+                Poll::Pending => {
+                    self.out = Some((chunk, sent));
+                    break;
+                }
+                Poll::Ready(Err(error)) => {
+                    self.lose(hall, &error);
+                    return true;
+                }
+            }
+        }
+        went
+    }
+
+    fn lose(&mut self, hall: &mut Hall, error: &Error) {
+        self.out = None;
+        if let State::Open(line) = std::mem::replace(&mut self.state, State::Changing) {
+            self.state = State::Lost(Box::pin(find_again(*line)));
+        }
+        hall.lose_line(error);
+    }
+}
+
+/// Opens the line again as soon as it is there.
+async fn find_again(mut line: RawLine) -> RawLine {
+    loop {
+        if line.reopen().await.is_ok() {
+            return line;
+        }
+        tokio::time::sleep(PAUSE).await;
+    }
+}

@@ -1,0 +1,222 @@
+//! `replay`: a recorded session on a virtual arm, or explained.
+
+mod session;
+mod tell;
+
+use std::fs::File;
+use std::io::{self, BufWriter, Read};
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use magician_sim::replay::{Replay as Session, Tolerances};
+use magician_sim::trace::TraceWriter;
+use magician_sim::{Controller, Speed, World};
+
+use super::{decode, sim};
+use crate::args::number;
+use crate::context::Context;
+use crate::failure::{Failure, Kind};
+use crate::serving;
+use session::{Pace, attend};
+use tell::Teller;
+
+/// A larger file is no trace of an arm: an hour of polling has 150 MB.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Send a recorded session to a virtual arm and compare the answers
+#[derive(Args, Debug)]
+#[command(after_help = "\
+A TRACE is what `magician sim --trace` writes: a pcapng file of link type USER0.
+
+  magician replay session.pcapng
+  magician replay session.pcapng --scenario cell.toml --ignore GetPose.joint_angle --json
+  magician replay session.pcapng --to decode --speed 1
+
+The virtual arm is new, as if just switched on, and lives in the trace's own time, which passes at once unless --speed says \
+otherwise. Queue indices are counted from the first; the arm's clock is compared by what passes between two readings \
+(--time-tolerance); floats that can only be read, such as a pose, may be off by --tolerance; all else must be equal bit for bit. \
+--ignore leaves out a command (GetPose), a field of one (GetPose.x) or every field of a name (queued_cmd_index). An answer that \
+takes more than 3 s was none.
+
+A session that was recorded from its middle differs in what was set before. A trace is never sent to a real arm: it would move \
+as somebody else's did, and nobody would know from where.
+
+Exit status 10 if an answer differs (with --to decode: if something is not understood).")]
+pub(crate) struct Replay {
+    /// The trace
+    #[arg(value_name = "TRACE")]
+    trace: PathBuf,
+    /// Where the session goes
+    #[arg(long, value_name = "WHERE", default_value = "sim")]
+    to: To,
+    /// Only what passed on this link, by name or number; all of them are sent to the one arm unless given
+    #[arg(long, value_name = "NAME")]
+    link: Option<String>,
+    /// Trace seconds per second, or `max`
+    #[arg(long, value_name = "X|max", default_value = "max")]
+    speed: Speed,
+    /// Arm seconds per trace second, or `max`: the --speed of the arm that was recorded
+    #[arg(long, value_name = "X|max", default_value = "1")]
+    clock: Speed,
+    /// Leave out a COMMAND, a COMMAND.FIELD or a FIELD; may be given several times
+    #[arg(long, value_name = "NAME")]
+    ignore: Vec<String>,
+    /// How far a measured value may be off, in its unit
+    #[arg(long, value_name = "X", default_value_t = Tolerances::default().measured, value_parser = tolerance)]
+    tolerance: f32,
+    /// How far the arm's clock may be off between two readings
+    #[arg(long, value_name = "MS", default_value_t = Tolerances::default().time_ms)]
+    time_tolerance: u32,
+    /// The world around the arm, in TOML
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// Firmware profile in TOML
+    #[arg(long, value_name = "FILE")]
+    profile: Option<PathBuf>,
+    /// Write the new session to a pcapng file
+    #[arg(long, value_name = "FILE")]
+    save: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum To {
+    /// A virtual arm
+    Sim,
+    /// The decoder
+    Decode,
+}
+
+fn tolerance(text: &str) -> Result<f32, String> {
+    let value = number::<f32>(text)?;
+    let usable = value.is_finite() && value >= 0.0;
+    usable
+        .then_some(value)
+        .ok_or_else(|| "expected 0 or more".to_owned())
+}
+
+impl Replay {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let bytes = read(&self.trace)?;
+        let session = self.session(&bytes)?;
+        match self.to {
+            To::Sim => self.simulate(&session, context),
+            To::Decode => self.explain(&session, context),
+        }
+    }
+
+    fn session<'a>(&self, bytes: &'a [u8]) -> Result<Session<'a>, Failure> {
+        let wrong = |error| Failure::invalid(format!("{}: {error}", self.trace.display()));
+        let mut session = Session::new(bytes).map_err(wrong)?;
+        if let Some(link) = &self.link {
+            session = session.only_link(link).map_err(wrong)?;
+        }
+        for name in &self.ignore {
+            let wrong = |error| Failure::usage(format!("--ignore: {error}"));
+            session = session.ignoring(name).map_err(wrong)?;
+        }
+        let tolerances = Tolerances {
+            measured: self.tolerance,
+            time_ms: self.time_tolerance,
+        };
+        Ok(session.tolerances(tolerances).clock(self.clock))
+    }
+
+    fn simulate(&self, session: &Session<'_>, context: &mut Context) -> Result<(), Failure> {
+        let profile = sim::profile_of(self.profile.as_deref())?;
+        let scenario = sim::scenario_of(self.scenario.as_deref())?;
+        let world = match self.scenario {
+            Some(_) => World::from_scenario(&scenario),
+            None => World::default(),
+        };
+        let mut arm = Controller::in_world(profile, world);
+        let mut saved = self.save(session)?;
+        let quiet = context.global.json;
+        let runtime = context.runtime()?;
+        let mut teller = Teller::new(&mut context.out, quiet);
+        let mut play = session.play(&mut arm);
+        let mut pace = Pace::new(self.speed, session);
+        let work = async {
+            loop {
+                if let Some(packet) = session.packets().get(play.done()) {
+                    if pace.is_slow() {
+                        teller.flush()?;
+                    }
+                    pace.wait(packet.time).await;
+                }
+                let Some(moment) = play.step() else {
+                    return Ok(());
+                };
+                if let Some(saved) = &mut saved {
+                    saved.moment(&moment)?;
+                }
+                for difference in &moment.differences {
+                    teller.difference(difference)?;
+                }
+            }
+        };
+        let what = format!("replaying {} packets", session.packets().len());
+        runtime.block_on(attend(&mut context.terminated, quiet, &what, work))?;
+        teller.end(&play.finish())
+    }
+
+    fn save(&self, session: &Session<'_>) -> Result<Option<session::Saved>, Failure> {
+        let Some(path) = &self.save else {
+            return Ok(None);
+        };
+        let same = |path: &Path| path.canonicalize().ok();
+        if same(path).is_some() && same(path) == same(&self.trace) {
+            return Err(Failure::usage(
+                "--save would write over the trace that is replayed",
+            ));
+        }
+        let writer = TraceWriter::new(BufWriter::new(serving::create(path)?))?;
+        Ok(Some(session::Saved::new(writer, session)?))
+    }
+
+    fn explain(&self, session: &Session<'_>, context: &mut Context) -> Result<(), Failure> {
+        let about = ["--scenario", "--profile", "--save"];
+        let given = [&self.scenario, &self.profile, &self.save];
+        if let Some((option, _)) = about.iter().zip(given).find(|(_, given)| given.is_some()) {
+            return Err(Failure::usage(format!("{option} needs --to sim")));
+        }
+        let quiet = context.global.json;
+        let runtime = context.runtime()?;
+        let mut packets = decode::Packets::new(&mut context.out, quiet);
+        let mut pace = Pace::new(self.speed, session);
+        let work = async {
+            for packet in session.packets() {
+                if pace.is_slow() {
+                    packets.flush()?;
+                }
+                pace.wait(packet.time).await;
+                packets.packet(packet)?;
+            }
+            Ok(())
+        };
+        // What is shown tells how far it is.
+        runtime.block_on(attend(&mut context.terminated, true, "", work))?;
+        packets.finish()
+    }
+}
+
+/// The trace, whole: its blocks refer to each other.
+fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    let name = path.display();
+    let unreadable = |error: io::Error| Failure::invalid(format!("{name} cannot be read: {error}"));
+    let file = File::open(path).map_err(unreadable)?;
+    if file.metadata().is_ok_and(|metadata| metadata.is_dir()) {
+        return Err(Failure::invalid(format!("{name} is a directory")));
+    }
+    let mut bytes = Vec::new();
+    (file.take(MOST_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        let failure = Failure::invalid(format!("{name} is larger than 1 GB"));
+        return Err(failure.hint("cut it: `editcap -c 1000000 FILE PART.pcapng`"));
+    }
+    Ok(bytes)
+}
+
+/// What a difference is called in the exit.
+fn failed(message: String) -> Failure {
+    Failure::new(Kind::CheckFailed, message)
+}

@@ -1,0 +1,117 @@
+//! The replay as it runs: its pace, its interruption, its record.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::future::Future;
+use std::io::BufWriter;
+use std::time::Duration;
+
+use magician_protocol::Direction;
+use magician_sim::Speed;
+use magician_sim::replay::{Moment, Replay};
+use magician_sim::trace::{TraceLink, TraceWriter};
+use tokio::time::{Instant, sleep_until};
+
+use crate::failure::Failure;
+use crate::interrupt::{Signal, Signals};
+use crate::progress::attended;
+
+/// Packets between two looks at signals and the clock.
+const STRETCH: u64 = 256;
+
+/// Lets the trace's time pass, or not.
+pub(super) struct Pace {
+    times: Option<f64>,
+    begin: u64,
+    begun: Option<Instant>,
+    packets: u64,
+}
+
+impl Pace {
+    pub(super) fn new(speed: Speed, replay: &Replay<'_>) -> Self {
+        Self {
+            times: match speed {
+                Speed::Max => None,
+                Speed::Times(times) => Some(times),
+            },
+            begin: replay.packets().first().map_or(0, |packet| packet.time),
+            begun: None,
+            packets: 0,
+        }
+    }
+
+    /// Whether somebody may want to see what has been found before the next packet.
+    pub(super) fn is_slow(&self) -> bool {
+        self.times.is_some()
+    }
+
+    /// Waits until it is time for a packet.
+    pub(super) async fn wait(&mut self, time: u64) {
+        self.packets += 1;
+        let Some(times) = self.times else {
+            if self.packets.is_multiple_of(STRETCH) {
+                tokio::task::yield_now().await;
+            }
+            return;
+        };
+        let begun = *self.begun.get_or_insert_with(Instant::now);
+        let since = time.saturating_sub(self.begin) as f64 / 1e6 / times;
+        let due = Duration::try_from_secs_f64(since).unwrap_or(Duration::MAX);
+        match begun.checked_add(due) {
+            Some(due) => sleep_until(due).await,
+            None => std::future::pending().await,
+        }
+    }
+}
+
+/// Does the work unless a signal comes; notes whether the system wants an end.
+pub(super) async fn attend(
+    terminated: &mut bool,
+    quiet: bool,
+    what: &str,
+    work: impl Future<Output = Result<(), Failure>>,
+) -> Result<(), Failure> {
+    let mut signals = Signals::listen()?;
+    tokio::select! {
+        biased;
+        signal = signals.next() => {
+            *terminated |= signal == Signal::Terminate;
+            Err(Failure::interrupted())
+        }
+        done = attended(quiet, what, work) => done,
+    }
+}
+
+/// The new session as a trace.
+pub(super) struct Saved {
+    writer: TraceWriter<BufWriter<File>>,
+    links: BTreeMap<u32, TraceLink>,
+}
+
+impl Saved {
+    pub(super) fn new(
+        mut writer: TraceWriter<BufWriter<File>>,
+        replay: &Replay<'_>,
+    ) -> Result<Self, Failure> {
+        let mut links = BTreeMap::new();
+        for (number, name) in replay.links() {
+            links.insert(number, writer.link(&name)?);
+        }
+        Ok(Self { writer, links })
+    }
+
+    /// Writes the requests as they were and the answers that came now.
+    pub(super) fn moment(&mut self, moment: &Moment<'_>) -> Result<(), Failure> {
+        let packet = moment.packet;
+        let Some(link) = self.links.get(&packet.link) else {
+            return Ok(());
+        };
+        if packet.direction == Some(Direction::Request) {
+            (self.writer).record(*link, packet.time, Direction::Request, packet.bytes)?;
+        }
+        for reply in &moment.replies {
+            (self.writer).record(*link, packet.time, Direction::Reply, reply.bytes())?;
+        }
+        Ok(())
+    }
+}

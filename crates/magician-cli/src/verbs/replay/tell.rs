@@ -1,0 +1,160 @@
+//! What a replay came to, for people and as JSON.
+
+use magician_protocol::FieldValue;
+use magician_sim::replay::{Difference, Report, What};
+use serde::Serialize;
+
+use super::failed;
+use crate::failure::Failure;
+use crate::output::Output;
+
+/// Tells of differences as they are found.
+pub(super) struct Teller<'o> {
+    out: &'o mut Output,
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Found<'a> {
+    /// Seconds since the trace began.
+    time: f64,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    link: &'a str,
+    id: u8,
+    command: Option<&'static str>,
+    difference: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    field: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<FieldValue<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    replayed: Option<FieldValue<'a>>,
+}
+
+#[derive(Serialize)]
+struct Summary {
+    requests: u64,
+    answers: u64,
+    fields: u64,
+    ignored: u64,
+    unanswered: u64,
+    undirected: u64,
+    differences: u64,
+}
+
+impl<'o> Teller<'o> {
+    pub(super) fn new(out: &'o mut Output, json: bool) -> Self {
+        Self { out, json }
+    }
+
+    pub(super) fn flush(&mut self) -> Result<(), Failure> {
+        self.out.flush()
+    }
+
+    pub(super) fn difference(&mut self, found: &Difference) -> Result<(), Failure> {
+        if self.json {
+            return self.out.json(&Found::of(found));
+        }
+        let (seconds, micros) = (found.time / 1_000_000, found.time % 1_000_000);
+        let link = found.link.escape_debug();
+        let place = self
+            .out
+            .paint
+            .dim(format!("{seconds}.{micros:06} s  {link}"))
+            .to_string();
+        self.out.line(format_args!("{place}  {found}"))
+    }
+
+    /// The end: a summary, and a failure if there was a difference.
+    pub(super) fn end(&mut self, report: &Report) -> Result<(), Failure> {
+        let summary = Summary {
+            requests: report.requests,
+            answers: report.answers,
+            fields: report.fields,
+            ignored: report.ignored,
+            unanswered: report.unanswered,
+            undirected: report.undirected,
+            differences: report.found,
+        };
+        match self.json {
+            true => self.out.json(&summary)?,
+            false => self.out.line(in_words(&summary))?,
+        }
+        match report.found {
+            0 => Ok(()),
+            1 => Err(failed("1 difference from the recorded session".to_owned())),
+            found => Err(failed(format!(
+                "{found} differences from the recorded session"
+            ))),
+        }
+    }
+}
+
+impl<'a> Found<'a> {
+    fn of(found: &'a Difference) -> Self {
+        let difference = match found.what {
+            What::Value(_) => "value",
+            What::Form => "form",
+            What::Silent => "silent",
+            What::Answered => "answered",
+            What::Unasked => "unasked",
+        };
+        let field = match found.what {
+            What::Value(field) => Some(field.name),
+            _ => None,
+        };
+        // The value, or the whole frame where it is about that.
+        let shown = |replayed| {
+            let frame = match replayed {
+                false => found.recorded.as_ref(),
+                true => found.replayed.as_ref(),
+            };
+            match found.what {
+                What::Value(_) => found.value(replayed),
+                _ => frame.map(|frame| FieldValue::Bytes(frame.bytes())),
+            }
+        };
+        Self {
+            time: found.time as f64 / 1e6,
+            link: &found.link,
+            id: found.id,
+            command: Some(found.command).filter(|command| !command.is_empty()),
+            difference,
+            field,
+            recorded: shown(false),
+            replayed: shown(true),
+        }
+    }
+}
+
+/// `120 requests, 118 answers the same in 540 fields; 2 unanswered in both`.
+fn in_words(summary: &Summary) -> String {
+    let several = |count: u64, what: &str| match count {
+        1 => format!("1 {what}"),
+        count => format!("{count} {what}s"),
+    };
+    let mut text = format!(
+        "{}, {} compared in {}: {}",
+        several(summary.requests, "request"),
+        several(summary.answers, "answer"),
+        several(summary.fields, "field"),
+        match summary.differences {
+            0 => "all the same".to_owned(),
+            count => several(count, "difference"),
+        }
+    );
+    let more = [
+        (summary.ignored, "left out as told"),
+        (
+            summary.unanswered,
+            "unanswered in both, or at the end of the trace",
+        ),
+        (summary.undirected, "packets of no known direction left out"),
+    ];
+    for (count, what) in more {
+        if count > 0 {
+            text += &format!("; {count} {what}");
+        }
+    }
+    text
+}

@@ -1,0 +1,274 @@
+//! `magician proxy` as other programs use it: an arm that several share.
+#![cfg(unix)]
+
+mod magician;
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::Path;
+
+use ::magician::commands::JogCmd;
+use ::magician::protocol::{Ctrl, Flag, FrameBuf, JogCommand, Writable};
+use magician::run;
+use magician::served::Served;
+use serde_json::{Value, json};
+
+/// A directory with paths for an arm and two programs.
+struct Desk {
+    dir: tempfile::TempDir,
+}
+
+impl Desk {
+    fn new() -> Self {
+        let dir = tempfile::tempdir().expect("directory");
+        Self { dir }
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.dir
+            .path()
+            .join(name)
+            .to_str()
+            .expect("UTF-8")
+            .to_owned()
+    }
+
+    fn arm(&self) -> Served {
+        let path = self.path("arm");
+        Served::start(&["--pty", &path, "--speed", "max"], 1)
+    }
+
+    /// A proxy for the arm with two pseudo-terminals.
+    fn proxy(&self, more: &[&str]) -> Served {
+        let [arm, a, b] = ["arm", "A", "B"].map(|name| self.path(name));
+        let arguments = [&["--port", &arm, "--pty", &a, "--pty", &b], more].concat();
+        Served::verb("proxy", &arguments, 3)
+    }
+}
+
+fn pose(port: &str) -> Value {
+    run(&["--port", port, "pose", "--json"]).object()
+}
+
+fn objects(said: &str) -> Vec<Value> {
+    said.lines()
+        .map(|line| serde_json::from_str(line).unwrap_or_else(|_| panic!("{line}")))
+        .collect()
+}
+
+#[test]
+fn two_programs_share_an_arm() {
+    let desk = Desk::new();
+    let _arm = desk.arm();
+    let trace = desk.path("trace.pcapng");
+    let proxy = desk.proxy(&["--trace", &trace, "--tcp", "127.0.0.1:0"]);
+    let [a, b] = ["A", "B"].map(|name| desk.path(name));
+    assert_eq!(run(&["--port", &a, "move", "220", "40", "30"]).status, 0);
+    let stands = pose(&b);
+    assert_eq!((&stands["x"], &stands["z"]), (&json!(220.0), &json!(30.0)));
+    let (status, rest, said) = proxy.end_telling("-TERM");
+    assert_eq!((status.code(), rest.as_str()), (Some(0), ""));
+    assert!(!Path::new(&a).is_symlink() && !Path::new(&b).is_symlink());
+    let told = |who: &str, what: &str| {
+        said.lines()
+            .any(|line| line.contains(who) && line.contains(what))
+    };
+    assert!(
+        told(&a, "request    SetPTPCmd  queued  ptp_mode="),
+        "{said}"
+    );
+    assert!(
+        told(&a, "reply      SetPTPCmd  queued  queued_cmd_index="),
+        "{said}"
+    );
+    assert!(told(&b, "reply      GetPose  x=220 y=40"), "{said}");
+    assert!(!told(&b, "SetPTPCmd"), "{said}");
+
+    let decoded = run(&["decode", "--json", &trace]);
+    assert_eq!(decoded.status, 0);
+    let links: std::collections::BTreeSet<String> = (decoded.objects().iter())
+        .map(|packet| packet["link"].as_str().expect("named").to_owned())
+        .collect();
+    let arm = format!("arm {}", desk.path("arm"));
+    assert_eq!(links.into_iter().collect::<Vec<_>>(), [a, b, arm]);
+}
+
+#[test]
+fn programs_at_the_same_time_do_not_disturb_each_other() {
+    let desk = Desk::new();
+    let _arm = desk.arm();
+    let proxy = desk.proxy(&["--json", "--only", "GetPose,PTPCmd"]);
+    let [a, b] = ["A", "B"].map(|name| desk.path(name));
+    let watcher = std::thread::spawn(move || (0..10).map(|_| pose(&b)).collect::<Vec<_>>());
+    for x in ["220", "230", "240", "250"] {
+        assert_eq!(run(&["--port", &a, "move", x, "0", "30", "0"]).status, 0);
+    }
+    let watched = watcher.join().expect("every pose was answered");
+    assert!(watched.iter().all(|pose| pose["x"].is_f64()));
+    let said = objects(&proxy.end_telling("-TERM").2);
+    let asked = (said.iter())
+        .filter(|object| object["event"] == "request")
+        .count();
+    let answered = (said.iter())
+        .filter(|object| object["event"] == "reply")
+        .count();
+    assert!(
+        asked == answered && asked > 14,
+        "{asked} asked, {answered} answered"
+    );
+    let frames = said.iter().filter(|object| !object["command"].is_null());
+    let mut commands: Vec<&str> = frames
+        .filter_map(|object| object["command"].as_str())
+        .collect();
+    commands.sort_unstable();
+    commands.dedup();
+    assert_eq!(commands, ["GetPose", "SetPTPCmd"]);
+}
+
+#[test]
+fn the_lines_before_ready_are_objects_too() {
+    let desk = Desk::new();
+    let _arm = desk.arm();
+    let proxy = desk.proxy(&["--json", "--quiet", "--udp", "127.0.0.1:0"]);
+    let first = objects(&proxy.doors.join("\n"));
+    assert_eq!(first[0], json!({"event": "proxy", "arm": desk.path("arm")}));
+    assert_eq!(
+        first[1],
+        json!({"event": "serving", "endpoint": desk.path("A")})
+    );
+    assert!(pose(&desk.path("A"))["x"].is_f64());
+    let said = objects(&proxy.end_telling("-TERM").2);
+    assert_eq!(said.len(), 1, "the third door and nothing else: {said:?}");
+}
+
+#[test]
+fn an_interrupt_ends_it_with_130() {
+    let desk = Desk::new();
+    let _arm = desk.arm();
+    let (status, rest) = desk.proxy(&[]).end("-INT");
+    assert_eq!((status.code(), rest.as_str()), (Some(130), ""));
+}
+
+#[test]
+fn what_cannot_be_served_is_an_error_and_nothing_is_left() {
+    let desk = Desk::new();
+    let _arm = desk.arm();
+    let [arm, taken, free] = ["arm", "taken", "free"].map(|name| desk.path(name));
+    std::fs::write(&taken, "mine").expect("written");
+    let occupied = run(&[
+        "proxy", "--port", &arm, "--pty", &free, "--pty", &taken, "--json",
+    ]);
+    assert_eq!((occupied.status, occupied.out.as_str()), (4, ""));
+    assert_eq!(occupied.error()["kind"], "port");
+    assert!(!Path::new(&free).is_symlink());
+    assert_eq!(std::fs::read_to_string(&taken).expect("left alone"), "mine");
+
+    let without = run(&["proxy", "--port", &arm]);
+    assert_eq!((without.status, without.out.as_str()), (2, ""));
+    let unknown = run(&[
+        "proxy", "--port", &arm, "--pty", &free, "--only", "Teleport",
+    ]);
+    assert_eq!(unknown.status, 2);
+    let nowhere = run(&["proxy", "--port", &desk.path("nowhere"), "--pty", &free]);
+    assert_eq!((nowhere.status, nowhere.out.as_str()), (4, ""));
+
+    let _first = desk.proxy(&[]);
+    let second = run(&["proxy", "--port", &arm, "--pty", &free]);
+    assert_eq!((second.status, second.out.as_str()), (4, ""));
+    assert!(second.err.contains("in use"), "{second:?}");
+}
+
+#[test]
+fn a_lost_line_is_found_again_under_programs_that_stay() {
+    let desk = Desk::new();
+    let arm = desk.arm();
+    let mut proxy = desk.proxy(&[]);
+    let a = desk.path("A");
+    let mut program = File::options()
+        .read(true)
+        .write(true)
+        .open(&a)
+        .expect("it opens");
+    let get_pose = FrameBuf::new(10, Ctrl::GET, &[]).expect("a frame");
+    let mut ask = || {
+        program.write_all(get_pose.bytes()).expect("written");
+        let mut answer = [0; 38];
+        program.read_exact(&mut answer).expect("an answer");
+        answer
+    };
+    let before = ask();
+    drop(arm);
+    proxy.until(|line| line.contains("broke off"));
+    // Nobody answers now, and nobody will answer later what is asked now.
+    assert_ne!(
+        run(&["--port", &desk.path("B"), "--timeout", "0.2", "pose"]).status,
+        0
+    );
+    let _arm = desk.arm();
+    proxy.until(|line| line.contains("is back"));
+    assert_eq!(ask(), before);
+}
+
+#[test]
+fn a_jog_ends_with_the_program_that_began_it() {
+    let desk = Desk::new();
+    let _arm = desk.arm();
+    let begin = JogCmd {
+        is_joint: Flag::ON,
+        cmd: JogCommand::Axis1Plus,
+    };
+    let begin = FrameBuf::encode(JogCmd::ROW.id, Ctrl::SET, &begin).expect("a frame");
+    let jog = |proxy: &mut Served| {
+        let mut program = File::options()
+            .read(true)
+            .write(true)
+            .open(desk.path("A"))
+            .expect("it opens");
+        program.write_all(begin.bytes()).expect("written");
+        proxy.until(|line| line.contains("reply      SetJOGCmd"));
+        program
+    };
+    let own = |line: &str| {
+        line.contains("proxy") && line.contains("own        SetJOGCmd  is_joint=1 cmd=0")
+    };
+    let mut proxy = desk.proxy(&[]);
+    drop(jog(&mut proxy));
+    proxy.until(own);
+    // And when the proxy itself is ended.
+    let _program = jog(&mut proxy);
+    let (status, _, said) = proxy.end_telling("-TERM");
+    assert_eq!(status.code(), Some(0));
+    assert_eq!(said.lines().filter(|line| own(line)).count(), 2, "{said}");
+    assert!(!said.contains("did not confirm"), "{said}");
+}
+
+#[test]
+fn a_line_can_be_spoilt() {
+    let desk = Desk::new();
+    let _arm = desk.arm();
+    let proxy = desk.proxy(&["--faults", "drop=1,only=replies,seed=7"]);
+    let asked = run(&[
+        "--port",
+        &desk.path("A"),
+        "--timeout",
+        "1.5",
+        "pose",
+        "--json",
+    ]);
+    assert_eq!((asked.status, asked.out.as_str()), (5, ""), "{asked:?}");
+    let said = proxy.log();
+    assert!(
+        said.iter().any(|line| line.contains("unanswered")),
+        "{said:?}"
+    );
+    let wrong = run(&[
+        "proxy",
+        "--port",
+        "sim",
+        "--pty",
+        &desk.path("C"),
+        "--faults",
+        "flop=1",
+    ]);
+    assert_eq!(wrong.status, 2, "{wrong:?}");
+}

@@ -1,0 +1,308 @@
+//! `magician replay`: a session that was recorded, on a virtual arm and in the decoder.
+#![cfg(unix)]
+
+mod magician;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+
+use magician::served::Served;
+use magician::{command, run};
+use magician_protocol::Direction::{Reply, Request};
+use magician_sim::trace::{TraceWriter, read_trace};
+use serde_json::{Value, json};
+
+const GET_POSE: [u8; 6] = [0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6];
+
+/// A trace of a virtual arm that a shell worked with.
+fn session(dir: &Path, speed: &str) -> PathBuf {
+    let path = dir.join("session.pcapng");
+    let trace = path.to_str().expect("UTF-8");
+    let served = Served::start(
+        &["--tcp", "127.0.0.1:0", "--speed", speed, "--trace", trace],
+        1,
+    );
+    let port = served.door("tcp");
+    for words in [
+        &["get", "DeviceTime"][..],
+        &[
+            "set",
+            "PTPCommonParams",
+            "velocity_ratio=100",
+            "acceleration_ratio=100",
+        ],
+        &["move", "220", "30", "20", "0"],
+        &["pose"],
+        &["move", "200", "-30", "40", "0", "--linear"],
+        &["pose"],
+    ] {
+        let run = run(&[&["--port", &port], words].concat());
+        assert_eq!(run.status, 0, "{words:?}: {run:?}");
+    }
+    let (status, _) = served.end("-TERM");
+    assert!(status.success());
+    path
+}
+
+/// A trace with these packets on one link.
+fn written(path: &Path, packets: &[(u64, bool, &[u8])]) {
+    let mut trace = TraceWriter::new(fs::File::create(path).expect("a file")).expect("begun");
+    let link = trace.link("./arm").expect("a link");
+    for (time, reply, bytes) in packets {
+        let direction = if *reply { Reply } else { Request };
+        trace
+            .record(link, *time, direction, bytes)
+            .expect("written");
+    }
+}
+
+fn replay(arguments: &[&str], trace: &Path) -> magician::Run {
+    run(&[&["replay", trace.to_str().expect("UTF-8")], arguments].concat())
+}
+
+#[test]
+fn a_recorded_session_comes_out_the_same() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = session(dir.path(), "max");
+    // What depends on the very microsecond of a poll is left out: the process had a wall clock.
+    let ignore = ["--clock", "max", "--ignore", "QueuedCmdCurrentIndex"];
+    let first = replay(&[&ignore[..], &["--json"]].concat(), &path);
+    assert_eq!(first.status, 0, "{first:?}");
+    let summary = first.object();
+    assert_eq!(summary["differences"], 0);
+    assert!(summary["answers"].as_u64().is_some_and(|count| count > 20));
+    assert_eq!(summary["answers"], summary["requests"]);
+    assert_eq!(replay(&ignore, &path).out.lines().count(), 1);
+}
+
+#[test]
+fn a_saved_session_is_the_same_as_itself() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let (path, new) = (dir.path().join("old.pcapng"), dir.path().join("new.pcapng"));
+    let bad = [0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF7];
+    let noise = b"M10\r\n";
+    let requests = [
+        (5, false, &noise[..]),
+        (9, false, &GET_POSE),
+        (11, false, &bad),
+        (12, false, &GET_POSE),
+    ];
+    written(&path, &requests);
+    let run = replay(&["--save", new.to_str().expect("UTF-8")], &path);
+    assert_eq!(run.status, 0, "{run:?}");
+    let bytes = fs::read(&new).expect("saved");
+    let packets: Vec<_> = read_trace(&bytes)
+        .map(|packet| packet.expect("a packet"))
+        .collect();
+    let sent: Vec<u8> = (packets
+        .iter()
+        .filter(|packet| packet.direction == Some(Request)))
+    .flat_map(|packet| packet.bytes.to_vec())
+    .collect();
+    assert_eq!(sent, requests.map(|(_, _, bytes)| bytes).concat());
+    assert_eq!(
+        packets
+            .iter()
+            .filter(|packet| packet.direction == Some(Reply))
+            .count(),
+        2
+    );
+    assert_eq!(packets[0].link_name, "./arm");
+    let again = replay(&["--json"], &new);
+    assert_eq!(again.status, 0, "{again:?}");
+    assert_eq!(
+        (
+            again.object()["requests"].clone(),
+            again.object()["answers"].clone()
+        ),
+        (json!(2), json!(2))
+    );
+}
+
+#[test]
+fn a_difference_is_told_with_both_values_and_status_10() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = dir.path().join("session.pcapng");
+    // A pose of the vendor's document, where this arm does not stand.
+    let pose = [
+        0xAA, 0xAA, 0x22, 0x0A, 0x00, 0xB0, 0x0A, 0x42, 0x43, 0x36, 0x85, 0x95, 0x42, 0x94, 0xE8,
+        0x06, 0x43, 0xA0, 0x90, 0xA8, 0x41, 0xA0, 0x90, 0xA8, 0x41, 0x00, 0xB6, 0xBD, 0xBC, 0x98,
+        0x0C, 0x12, 0x3D, 0x00, 0x00, 0x00, 0x00, 0x0C,
+    ];
+    written(
+        &path,
+        &[(1_000_000, false, &GET_POSE), (1_000_400, true, &pose)],
+    );
+    let told = replay(&[], &path);
+    assert_eq!(told.status, 10);
+    assert!(
+        told.out
+            .starts_with("0.000000 s  ./arm  GetPose x: recorded 194.04175, now 199.404"),
+        "{}",
+        told.out
+    );
+    assert_eq!(
+        told.out.lines().last(),
+        Some("1 request, 1 answer compared in 5 fields: 5 differences")
+    );
+    let run = replay(
+        &[
+            "--json",
+            "--ignore",
+            "GetPose.joint_angle",
+            "--ignore",
+            "r",
+            "--ignore",
+            "Pose.y",
+        ],
+        &path,
+    );
+    assert_eq!(
+        (run.status, run.error()["kind"].clone()),
+        (10, json!("check-failed"))
+    );
+    let objects = run.objects();
+    assert_eq!(objects.len(), 3);
+    assert_eq!(objects[0]["recorded"], json!(194.04175));
+    assert_eq!(objects[0]["command"], "GetPose");
+    assert_eq!(
+        (objects[0]["field"].clone(), objects[1]["field"].clone()),
+        (json!("x"), json!("z"))
+    );
+    assert_eq!(
+        (
+            objects[2]["ignored"].clone(),
+            objects[2]["differences"].clone()
+        ),
+        (json!(3), json!(2))
+    );
+    assert_eq!(replay(&["--ignore", "10"], &path).status, 0);
+    assert_eq!(replay(&["--tolerance", "1000"], &path).status, 0);
+}
+
+#[test]
+fn a_scenario_and_a_profile_are_those_of_the_new_arm() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = dir.path().join("session.pcapng");
+    let device_name = [0xAA, 0xAA, 0x02, 0x01, 0x00, 0xFF];
+    written(&path, &[(1, false, &device_name)]);
+    let profile = run(&["sim", "--profile", "-"])
+        .out
+        .replace("Dobot 2.0", "Anna");
+    let file = dir.path().join("profile.toml");
+    fs::write(&file, profile).expect("written");
+    let new = dir.path().join("new.pcapng");
+    let new = new.to_str().expect("UTF-8");
+    let done = replay(
+        &["--profile", file.to_str().expect("UTF-8"), "--save", new],
+        &path,
+    );
+    assert_eq!(done.status, 0, "{done:?}");
+    let explained: Vec<Value> = run(&["decode", "--json", new]).objects();
+    assert_eq!(explained[1]["params"]["device_name"], "Anna");
+    let scenario = dir.path().join("scenario.toml");
+    fs::write(&scenario, "nonsense = 1").expect("written");
+    assert_eq!(
+        replay(&["--scenario", scenario.to_str().expect("UTF-8")], &path).status,
+        3
+    );
+}
+
+#[test]
+fn the_decoder_says_of_a_trace_what_decode_says() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = dir.path().join("session.pcapng");
+    written(
+        &path,
+        &[
+            (1, false, b"M10\r\n"),
+            (2, false, &GET_POSE),
+            (20_003, false, &GET_POSE),
+        ],
+    );
+    let name = path.to_str().expect("UTF-8");
+    for json in [&[][..], &["--json"]] {
+        let decoded = run(&[&["decode", name], json].concat());
+        for more in [&[][..], &["--speed", "1"]] {
+            let replayed = replay(&[&["--to", "decode"], json, more].concat(), &path);
+            assert_eq!(
+                (replayed.status, &replayed.out),
+                (decoded.status, &decoded.out)
+            );
+        }
+    }
+    assert_eq!(replay(&["--to", "decode", "--save", "x"], &path).status, 2);
+}
+
+#[test]
+fn bad_input_is_refused_with_the_reason() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = dir.path().join("session.pcapng");
+    let refused = |about: &str| {
+        let run = replay(&["--json"], &path);
+        assert_eq!((run.status, run.out.as_str()), (3, ""), "{run:?}");
+        let message = run.error()["message"]
+            .as_str()
+            .unwrap_or_default()
+            .to_owned();
+        assert!(message.contains(about), "{message}");
+    };
+    refused("cannot be read");
+    fs::write(&path, b"").expect("written");
+    refused("is empty");
+    fs::write(&path, b"AA AA 02 0A 00 F6").expect("written");
+    refused("not a trace");
+    written(&path, &[(1, true, &GET_POSE)]);
+    refused("no request");
+    written(&path, &[(9, false, &GET_POSE), (2, false, &GET_POSE)]);
+    refused("out of order");
+    written(&path, &[(1, false, &GET_POSE)]);
+    let whole = fs::read(&path).expect("there");
+    fs::write(&path, &whole[..whole.len() - 1]).expect("written");
+    refused("ends inside the block");
+    // A hole of more than 1 GB takes no place on the disk.
+    fs::File::options()
+        .write(true)
+        .open(&path)
+        .and_then(|file| file.set_len((1 << 30) + 1))
+        .expect("longer");
+    refused("larger than 1 GB");
+    fs::write(&path, &whole).expect("written");
+    let none = replay(&["--link", "ble:x"], &path);
+    assert_eq!(none.status, 3);
+    assert!(none.err.contains("it has `./arm`"), "{}", none.err);
+    assert_eq!(replay(&["--ignore", "warmth"], &path).status, 2);
+    assert_eq!(
+        replay(&["--save", path.to_str().expect("UTF-8")], &path).status,
+        2
+    );
+    assert_eq!(fs::read(&path).expect("there"), whole);
+    assert_eq!(replay(&["--tolerance", "nan"], &path).status, 2);
+}
+
+#[test]
+fn it_can_be_interrupted_while_it_waits() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let path = dir.path().join("session.pcapng");
+    written(
+        &path,
+        &[(1, false, &GET_POSE), (3_600_000_001, false, &GET_POSE)],
+    );
+    let mut replay = command();
+    replay
+        .args(["replay", "--to", "decode", "--speed", "1"])
+        .arg(&path);
+    let mut child = replay
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    let mut first = [0; 1];
+    std::io::Read::read_exact(child.stdout.as_mut().expect("stdout"), &mut first).expect("a byte");
+    let kill = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(kill.expect("kill runs").success());
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+}

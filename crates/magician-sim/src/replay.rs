@@ -1,0 +1,356 @@
+//! Recorded sessions on a virtual arm: what hosts sent is sent again, and the answers are compared.
+//!
+//! A [`Replay`] is a [trace](crate::trace) that has been read; [`Replay::against`] hands its requests to a
+//! [`Controller`] in the trace's own time, which costs what the motions cost and not what they take, and gives a
+//! [`Report`]. So a trace that came with a bug report becomes a test:
+//!
+//! ```
+//! use magician_sim::Controller;
+//! use magician_sim::replay::Replay;
+//!
+//! # let file = tempfile::NamedTempFile::new()?;
+//! # let path = file.path();
+//! # {
+//! #     use magician_protocol::Direction::{Reply, Request};
+//! #     use magician_sim::trace::TraceWriter;
+//! #     let mut trace = TraceWriter::new(std::fs::File::create(path)?)?;
+//! #     let link = trace.link("arm")?;
+//! #     trace.record(link, 1, Request, &[0xAA, 0xAA, 0x04, 0x03, 0x01, 0x01, 0x00, 0xFB])?;
+//! #     trace.record(link, 2, Reply, &[0xAA, 0xAA, 0x02, 0x03, 0x01, 0xFC])?;
+//! # }
+//! // In a test: let path = "tests/reports/the_arm_forgot_its_rail.pcapng";
+//! let trace = std::fs::read(path)?;
+//! let report = Replay::new(&trace)?.against(&mut Controller::default());
+//! assert_eq!(report.differences, []);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What counts as the same
+//!
+//! * Queue indices are rebased: the first answer with an index says how far the two sessions are apart, and only an
+//!   index that breaks the row is a difference. The current index is held against the same distance.
+//! * The arm's clock (`DeviceTime`) is rebased too: from one reading to the next both must have gone on by as much,
+//!   within [`Tolerances::time_ms`]. If the trace holds a reading in its first hour of uptime, the virtual arm has been
+//!   on for as long when the replay begins.
+//! * Floats of values that can only be read (`Pose`, `PoseL`, ...) are measured: they may differ by
+//!   [`Tolerances::measured`]. Settings must be equal bit for bit.
+//! * What [`Replay::ignoring`] names is not looked at.
+//! * A request that is unanswered in both is the same, and so is one that the trace ends too early for.
+//!
+//! Which answer belongs to which request is known by link, id, Ctrl and order; one that has waited for 3 s is given up,
+//! so that a lost answer does not shift all that follow.
+//!
+//! The virtual arm begins as it is handed in: a trace that begins in the middle of a session knows nothing of the
+//! parameters and the pose that the arm had, and will differ in them. Nothing here sends to a real arm.
+
+use std::collections::BTreeMap;
+
+use magician_protocol::{Direction, Frame, Layout, Readable, Row, TABLE, commands};
+use thiserror::Error;
+
+use crate::trace::{Packet, TraceError, read_trace};
+use crate::{Controller, Micros, Speed};
+
+mod compare;
+mod play;
+mod report;
+
+pub use play::{Moment, Play};
+pub use report::{Difference, Report, What};
+
+/// A longer trace has a clock that jumped.
+const LONGEST: Micros = 31 * 24 * 3_600_000_000;
+
+/// Why a trace cannot be replayed.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ReplayError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Trace(#[from] TraceError),
+    /// There is nothing in it.
+    #[error("the trace is empty")]
+    Empty,
+    /// There is no packet that says it went to the arm.
+    #[error(
+        "the trace holds no request: none of its {packets} packets says that it went to the arm"
+    )]
+    NoRequests {
+        /// Packets that there are.
+        packets: usize,
+    },
+    /// No link has this name.
+    #[error("the trace has no link `{name}`; it has {known}")]
+    NoLink {
+        /// The name.
+        name: String,
+        /// Those that there are, in words.
+        known: String,
+    },
+    /// The clock went back on one direction of a link.
+    #[error(
+        "the trace's packets are out of order: packet {packet} was {by} us before the one before it on link `{link}`"
+    )]
+    Order {
+        /// Number of the packet, from 1.
+        packet: usize,
+        /// The link.
+        link: String,
+        /// How far back.
+        by: Micros,
+    },
+    /// It is longer than a month: a clock has been set meanwhile.
+    #[error(
+        "the trace goes over {days} days, more than 31: was a clock set while it was recorded?"
+    )]
+    Span {
+        /// How many days.
+        days: u64,
+    },
+    /// Nothing has this name.
+    #[error("`{name}` is neither a command, a COMMAND.FIELD nor a field")]
+    NoSuchField {
+        /// The name.
+        name: String,
+    },
+}
+
+/// How far two answers may be apart and still count as the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerances {
+    /// For floats that are measured, in their own unit (mm, deg, ...).
+    pub measured: f32,
+    /// For what has passed between two readings of the arm's clock, ms.
+    pub time_ms: u32,
+}
+
+impl Default for Tolerances {
+    /// 0.01 mm or deg, and 100 ms.
+    fn default() -> Self {
+        Self {
+            measured: 0.01,
+            time_ms: 100,
+        }
+    }
+}
+
+/// A recorded session, ready to be replayed.
+#[derive(Clone, Debug)]
+pub struct Replay<'a> {
+    /// In the order of time.
+    packets: Vec<Packet<'a>>,
+    tolerances: Tolerances,
+    ignored: Vec<Ignored>,
+    clock: Speed,
+}
+
+/// What is not looked at: a field of a command, or either.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Ignored {
+    id: Option<u8>,
+    field: Option<&'static str>,
+}
+
+impl<'a> Replay<'a> {
+    /// Reads a trace file.
+    ///
+    /// # Errors
+    /// [`ReplayError`] when it is no trace, damaged, empty, out of order, or holds no request.
+    pub fn new(trace: &'a [u8]) -> Result<Self, ReplayError> {
+        if trace.is_empty() {
+            return Err(ReplayError::Empty);
+        }
+        let mut packets = Vec::new();
+        let mut foreign = None;
+        for packet in read_trace(trace) {
+            match packet {
+                Ok(packet) => packets.push(packet),
+                // A link that carries something else has no part in this.
+                Err(error @ TraceError::LinkType { .. }) => foreign = foreign.or(Some(error)),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        if let (true, Some(error)) = (packets.is_empty(), foreign) {
+            return Err(error.into());
+        }
+        in_order(&packets)?;
+        // A run that never became a frame is written late, with the time at which it passed.
+        packets.sort_by_key(|packet| packet.time);
+        let replay = Self {
+            packets,
+            tolerances: Tolerances::default(),
+            ignored: Vec::new(),
+            clock: Speed::default(),
+        };
+        replay.check()?;
+        Ok(replay)
+    }
+
+    fn check(&self) -> Result<(), ReplayError> {
+        let requests = |packet: &Packet<'_>| packet.direction == Some(Direction::Request);
+        if self.packets.is_empty() {
+            return Err(ReplayError::Empty);
+        }
+        if !self.packets.iter().any(requests) {
+            let packets = self.packets.len();
+            return Err(ReplayError::NoRequests { packets });
+        }
+        if self.span() > LONGEST {
+            let days = self.span() / (24 * 3_600_000_000);
+            return Err(ReplayError::Span { days });
+        }
+        Ok(())
+    }
+
+    /// Only what passed on the link of this name, or of this number in the file, from 0.
+    ///
+    /// # Errors
+    /// [`ReplayError::NoLink`], and [`ReplayError::NoRequests`] when there is none on it.
+    pub fn only_link(mut self, name: &str) -> Result<Self, ReplayError> {
+        let links = self.links();
+        let named = |(number, link): &(u32, String)| link == name || number.to_string() == name;
+        let wanted: Vec<u32> = (links.iter().filter(|link| named(link)))
+            .map(|(number, _)| *number)
+            .collect();
+        if wanted.is_empty() {
+            let known: Vec<String> = links.iter().map(|(_, name)| format!("`{name}`")).collect();
+            return Err(ReplayError::NoLink {
+                name: name.to_owned(),
+                known: known.join(", "),
+            });
+        }
+        self.packets.retain(|packet| wanted.contains(&packet.link));
+        self.check()?;
+        Ok(self)
+    }
+
+    /// Leaves out a command (`GetPose`, `Pose`, `10`), a field of one (`Pose.joint_angle`) or every field of a name
+    /// (`queued_cmd_index`).
+    ///
+    /// # Errors
+    /// [`ReplayError::NoSuchField`].
+    pub fn ignoring(mut self, name: &str) -> Result<Self, ReplayError> {
+        let found = Ignored::named(name).ok_or_else(|| ReplayError::NoSuchField {
+            name: name.to_owned(),
+        })?;
+        self.ignored.push(found);
+        Ok(self)
+    }
+
+    /// How far answers may be apart.
+    #[must_use]
+    pub fn tolerances(mut self, tolerances: Tolerances) -> Self {
+        self.tolerances = tolerances;
+        self
+    }
+
+    /// How fast the recorded arm's clock ran: real time unless given. A trace of `magician sim --speed 20` wants 20.
+    #[must_use]
+    pub fn clock(mut self, clock: Speed) -> Self {
+        self.clock = clock;
+        self
+    }
+
+    /// The links, by number and name.
+    #[must_use]
+    pub fn links(&self) -> Vec<(u32, String)> {
+        let links = self.packets.iter();
+        let links = links.map(|packet| (packet.link, packet.link_name.to_string()));
+        links.collect::<BTreeMap<_, _>>().into_iter().collect()
+    }
+
+    /// The packets that are replayed, in the order of time.
+    #[must_use]
+    pub fn packets(&self) -> &[Packet<'a>] {
+        &self.packets
+    }
+
+    /// Microseconds from the first packet to the last.
+    #[must_use]
+    pub fn span(&self) -> Micros {
+        let last = self.packets.last().map_or(0, |packet| packet.time);
+        last.saturating_sub(self.begin())
+    }
+
+    fn begin(&self) -> Micros {
+        self.packets.first().map_or(0, |packet| packet.time)
+    }
+
+    /// How long the recorded arm had been on when the trace began, microseconds, if it tells.
+    fn uptime(&self) -> Option<Micros> {
+        let row = commands::DeviceTime::ROW;
+        let readings = self.packets.iter().filter_map(|packet| {
+            let frame = Frame::new(packet.bytes)?;
+            let reply = packet.direction == Some(Direction::Reply) && frame.id() == row.id;
+            let read = reply.then(|| commands::DeviceTime::decode(frame.params()))?;
+            Some((packet.time, read.ok()?))
+        });
+        let (time, reading) = readings.take(1).next()?;
+        let Speed::Times(times) = self.clock else {
+            return None;
+        };
+        let since = (time.saturating_sub(self.begin()) as f64 * times) as Micros;
+        (Micros::from(reading.g_systick) * 1000).checked_sub(since)
+    }
+
+    /// Begins to replay on this arm, for callers that look on as it goes.
+    pub fn play<'r>(&'r self, arm: &'r mut Controller) -> Play<'r, 'a> {
+        Play::new(self, arm)
+    }
+
+    /// Replays all on this arm.
+    pub fn against(&self, arm: &mut Controller) -> Report {
+        let mut play = self.play(arm);
+        while play.step().is_some() {}
+        play.finish()
+    }
+}
+
+/// Times may only go back between directions and links: what waits for the rest of its frame is written last.
+fn in_order(packets: &[Packet<'_>]) -> Result<(), ReplayError> {
+    let mut last = BTreeMap::new();
+    for (at, packet) in packets.iter().enumerate() {
+        let reply = packet
+            .direction
+            .map(|direction| direction == Direction::Reply);
+        let before = last.insert((packet.link, reply), packet.time);
+        if let Some(by) = before.and_then(|time| time.checked_sub(packet.time))
+            && by > 0
+        {
+            return Err(ReplayError::Order {
+                packet: at + 1,
+                link: packet.link_name.to_string(),
+                by,
+            });
+        }
+    }
+    Ok(())
+}
+
+impl Ignored {
+    fn named(name: &str) -> Option<Self> {
+        if let Some((command, field)) = name.split_once('.') {
+            let row = Row::find(command).ok()?;
+            let layouts = [row.value, Some(magician_protocol::QueuedCmdIndex::INFO)];
+            let field = layouts.into_iter().flatten().find_map(|l| l.field(field))?;
+            return Some(Self {
+                id: Some(row.id),
+                field: Some(field.name),
+            });
+        }
+        if let Ok(row) = Row::find(name) {
+            let id = Some(row.id);
+            return Some(Self { id, field: None });
+        }
+        let index = std::iter::once(magician_protocol::QueuedCmdIndex::INFO);
+        let layouts = TABLE.iter().filter_map(|row| row.value).chain(index);
+        let field = layouts.filter_map(|layout| layout.field(name)).next()?;
+        Some(Self {
+            id: None,
+            field: Some(field.name),
+        })
+    }
+
+    fn covers(&self, id: u8, field: Option<&str>) -> bool {
+        self.id.is_none_or(|own| own == id) && self.field.is_none_or(|own| Some(own) == field)
+    }
+}

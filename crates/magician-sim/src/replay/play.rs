@@ -1,0 +1,326 @@
+//! The replay itself: packet by packet, in the trace's time.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use magician_protocol::{
+    Ctrl, Deframer, Direction, Event, Frame, FrameBuf, INTER_BYTE_TIMEOUT_MS, Row,
+};
+
+use super::compare::Comparer;
+use super::report::{Difference, Report, What};
+use super::{Packet, Replay};
+use crate::pace::ArmClock;
+use crate::{Controller, LinkId, Micros, Observer};
+
+/// Nobody looks on.
+type Nobody = Option<Box<dyn Observer + Send>>;
+
+/// After so long an answer will not come any more.
+const PATIENCE: Micros = 3_000_000;
+/// An arm that has been on for longer is not waited for: who knows what a scenario would do meanwhile.
+const LONGEST_UPTIME: Micros = 3_600_000_000;
+const SILENCE: Micros = INTER_BYTE_TIMEOUT_MS * 1000;
+
+/// A packet that has been replayed.
+#[derive(Clone, Debug)]
+pub struct Moment<'a> {
+    /// The packet.
+    pub packet: &'a Packet<'a>,
+    /// What the virtual arm answered to it.
+    pub replies: Vec<FrameBuf>,
+    /// What is now known to differ.
+    pub differences: Vec<Difference>,
+}
+
+/// A replay under way; made by [`Replay::play`].
+#[derive(Debug)]
+pub struct Play<'r, 'a> {
+    replay: &'r Replay<'a>,
+    arm: &'r mut Controller,
+    clock: ArmClock,
+    next: usize,
+    links: BTreeMap<u32, Link>,
+    comparer: Comparer,
+    report: Report,
+    /// Whether the trace has answers at all: one of requests only is not compared.
+    answered: bool,
+}
+
+/// What has passed on a link.
+#[derive(Debug, Default)]
+struct Link {
+    name: String,
+    requests: Deframer,
+    replies: Deframer,
+    /// When bytes came last for the arm.
+    heard: Micros,
+    asked: VecDeque<Asked>,
+}
+
+/// A request, and what the virtual arm said to it.
+#[derive(Debug)]
+struct Asked {
+    time: Micros,
+    request: FrameBuf,
+    reply: Option<FrameBuf>,
+}
+
+impl Asked {
+    fn is_answered_by(&self, frame: &Frame<'_>) -> bool {
+        let own = self.request.frame();
+        own.id() == frame.id() && own.ctrl().with_error() == frame.ctrl().with_error()
+    }
+}
+
+impl<'r, 'a> Play<'r, 'a> {
+    pub(super) fn new(replay: &'r Replay<'a>, arm: &'r mut Controller) -> Self {
+        if let Some(uptime) = replay.uptime().filter(|uptime| *uptime <= LONGEST_UPTIME) {
+            arm.advance(uptime);
+        }
+        let replies = |packet: &Packet<'_>| packet.direction == Some(Direction::Reply);
+        Self {
+            clock: ArmClock::new(replay.clock, arm.now()),
+            comparer: Comparer::new(replay.tolerances, replay.ignored.clone()),
+            answered: replay.packets.iter().any(replies),
+            replay,
+            arm,
+            next: 0,
+            links: BTreeMap::new(),
+            report: Report::default(),
+        }
+    }
+
+    /// Replays the next packet; `None` after the last.
+    pub fn step(&mut self) -> Option<Moment<'r>> {
+        let replay = self.replay;
+        let packet = replay.packets.get(self.next)?;
+        self.next += 1;
+        let known = self.report.differences.len();
+        let time = packet.time.saturating_sub(replay.begin());
+        self.clock.pass(self.arm, &mut Nobody::None, time);
+        let link = self.links.entry(packet.link).or_default();
+        if link.name.is_empty() {
+            link.name = packet.link_name.to_string();
+        }
+        let replies = match packet.direction {
+            Some(Direction::Request) => self.request(packet, time),
+            Some(Direction::Reply) => {
+                self.recorded(packet, time);
+                Vec::new()
+            }
+            None => {
+                self.report.undirected += 1;
+                Vec::new()
+            }
+        };
+        self.give_up(packet.link, time);
+        let fresh = self.report.differences.get(known..).unwrap_or_default();
+        Some(Moment {
+            packet,
+            replies,
+            differences: fresh.to_vec(),
+        })
+    }
+
+    /// How many packets have been replayed.
+    #[must_use]
+    pub fn done(&self) -> usize {
+        self.next
+    }
+
+    /// Ends the replay: what has not been answered by now was not.
+    #[must_use]
+    pub fn finish(mut self) -> Report {
+        let links: Vec<u32> = self.links.keys().copied().collect();
+        let end = self.replay.span();
+        for number in links {
+            self.give_up(number, end);
+            let left = self.links.get_mut(&number).map(|link| link.asked.len());
+            self.report.unanswered += left.unwrap_or_default() as u64;
+        }
+        self.report.fields = self.comparer.fields;
+        self.report.ignored = self.comparer.left_out;
+        self.report
+    }
+
+    /// The host's bytes go to the arm.
+    fn request(&mut self, packet: &Packet<'_>, time: Micros) -> Vec<FrameBuf> {
+        let Self {
+            links, arm, report, ..
+        } = self;
+        let id = LinkId(packet.link);
+        let Some(link) = links.get_mut(&packet.link) else {
+            return Vec::new();
+        };
+        let mut replies = Vec::new();
+        let first = link.asked.len();
+        if time.saturating_sub(link.heard) >= SILENCE {
+            link.requests.expire();
+            arm.expire(id);
+            link.ask(time, &[]);
+        }
+        link.heard = time;
+        link.ask(time, packet.bytes);
+        // One request at a time: at full speed the arm finishes what it was given before it reads on.
+        let mut input = packet.bytes;
+        loop {
+            let handled = arm.receive_one(id, &mut input);
+            while let Some(reply) = arm.poll_transmit(id) {
+                link.answer(first, &reply);
+                replies.push(reply);
+            }
+            if !handled {
+                break;
+            }
+            self.clock.jump(arm, &mut Nobody::None, time);
+        }
+        report.requests += (link.asked.len() - first) as u64;
+        replies
+    }
+
+    /// The recorded arm's bytes are compared with what the virtual one said.
+    fn recorded(&mut self, packet: &Packet<'_>, time: Micros) {
+        let Some(link) = self.links.get_mut(&packet.link) else {
+            return;
+        };
+        let mut frames = Vec::new();
+        let mut input = packet.bytes;
+        while let Some(event) = link.replies.next(&mut input) {
+            if let Event::Frame { frame, .. } = event {
+                frames.push(FrameBuf::from(frame));
+            }
+        }
+        for frame in frames {
+            self.compare(packet.link, time, &frame);
+        }
+    }
+
+    fn compare(&mut self, number: u32, time: Micros, recorded: &FrameBuf) {
+        let Some(link) = self.links.get_mut(&number) else {
+            return;
+        };
+        let position =
+            (link.asked.iter()).position(|asked| asked.is_answered_by(&recorded.frame()));
+        let Some(at) = position else {
+            self.differ(
+                number,
+                time,
+                &recorded.frame(),
+                What::Unasked,
+                Some(recorded),
+                None,
+            );
+            return;
+        };
+        // Answers come in order: what was asked before this and not answered will not be.
+        let passed: Vec<Asked> = link.asked.drain(..=at).collect();
+        let Some((asked, silent)) = passed.split_last() else {
+            return;
+        };
+        for asked in silent {
+            self.unanswered(number, asked);
+        }
+        let Some(reply) = &asked.reply else {
+            self.differ(
+                number,
+                asked.time,
+                &recorded.frame(),
+                What::Silent,
+                Some(recorded),
+                None,
+            );
+            return;
+        };
+        self.report.answers += 1;
+        for what in self.comparer.compare(&recorded.frame(), &reply.frame()) {
+            self.differ(
+                number,
+                asked.time,
+                &recorded.frame(),
+                what,
+                Some(recorded),
+                Some(reply),
+            );
+        }
+    }
+
+    /// Requests that have waited too long were not answered.
+    fn give_up(&mut self, number: u32, now: Micros) {
+        let old = |asked: &Asked| now.saturating_sub(asked.time) > PATIENCE;
+        while let Some(link) = self.links.get_mut(&number)
+            && link.asked.front().is_some_and(old)
+        {
+            if let Some(asked) = link.asked.pop_front() {
+                self.unanswered(number, &asked);
+            }
+        }
+    }
+
+    /// The recorded arm did not answer.
+    fn unanswered(&mut self, number: u32, asked: &Asked) {
+        match &asked.reply {
+            Some(reply) if self.answered => {
+                self.differ(
+                    number,
+                    asked.time,
+                    &reply.frame(),
+                    What::Answered,
+                    None,
+                    Some(reply),
+                );
+            }
+            _ => self.report.unanswered += 1,
+        }
+    }
+
+    fn differ(
+        &mut self,
+        number: u32,
+        time: Micros,
+        about: &Frame<'_>,
+        what: What,
+        recorded: Option<&FrameBuf>,
+        replayed: Option<&FrameBuf>,
+    ) {
+        let (id, ctrl) = (about.id(), Ctrl(about.ctrl().0));
+        if self.comparer.ignores(id, None) {
+            return;
+        }
+        let link = self.links.get(&number);
+        self.report.add(Difference {
+            time,
+            link: link.map(|link| link.name.clone()).unwrap_or_default(),
+            id,
+            command: Row::with_id(id).map_or("", |row| row.form_name(ctrl)),
+            what,
+            recorded: recorded.copied(),
+            replayed: replayed.copied(),
+        });
+    }
+}
+
+impl Link {
+    /// Finds the requests in bytes for the arm.
+    fn ask(&mut self, time: Micros, bytes: &[u8]) {
+        let mut input = bytes;
+        while let Some(event) = self.requests.next(&mut input) {
+            if let Event::Frame { frame, .. } = event {
+                self.asked.push_back(Asked {
+                    time,
+                    request: frame.into(),
+                    reply: None,
+                });
+            }
+        }
+    }
+
+    /// Gives an answer of the virtual arm to the request that it belongs to, of those since `first`.
+    fn answer(&mut self, first: usize, reply: &FrameBuf) {
+        let mut open = self.asked.iter_mut().skip(first);
+        let asked =
+            open.find(|asked| asked.reply.is_none() && asked.is_answered_by(&reply.frame()));
+        if let Some(asked) = asked {
+            asked.reply = Some(*reply);
+        }
+    }
+}

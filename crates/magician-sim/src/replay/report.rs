@@ -1,0 +1,122 @@
+use magician_protocol::{Direction, Field, FieldValue, FrameBuf, describe};
+
+use crate::Micros;
+
+/// What a replay came to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Requests that were sent again: whole frames.
+    pub requests: u64,
+    /// Answers that were compared with the recorded ones.
+    pub answers: u64,
+    /// Fields that were compared.
+    pub fields: u64,
+    /// Fields that were left out as told.
+    pub ignored: u64,
+    /// Requests that neither arm answered, or that the trace ends too early for.
+    pub unanswered: u64,
+    /// Packets whose direction the trace does not tell: left out.
+    pub undirected: u64,
+    /// How many differences there are in all.
+    pub found: u64,
+    /// The differences in the order of time, the first [`Report::MOST`] of them.
+    pub differences: Vec<Difference>,
+}
+
+impl Report {
+    /// Most differences that are kept.
+    pub const MOST: usize = 10_000;
+
+    pub(super) fn add(&mut self, difference: Difference) {
+        self.found += 1;
+        if self.differences.len() < Self::MOST {
+            self.differences.push(difference);
+        }
+    }
+}
+
+/// In what an answer of the virtual arm is not the recorded one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum What {
+    /// A field has another value, or is there in one of the two only.
+    Value(&'static Field),
+    /// The form is another: Ctrl (the error bit, say), or parameters that fit no layout.
+    Form,
+    /// There is a recorded answer, and none now.
+    Silent,
+    /// There is an answer now, and no recorded one.
+    Answered,
+    /// The recorded answer belongs to no request.
+    Unasked,
+}
+
+/// One difference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// When the request was sent (the answer came, if it belongs to none): microseconds since the trace began.
+    pub time: Micros,
+    /// Name of the link.
+    pub link: String,
+    /// Id of the command.
+    pub id: u8,
+    /// Name of the command, as the vendor writes it; empty for an unknown id.
+    pub command: &'static str,
+    /// In what.
+    pub what: What,
+    /// The recorded answer.
+    pub recorded: Option<FrameBuf>,
+    /// The virtual arm's answer.
+    pub replayed: Option<FrameBuf>,
+}
+
+impl Difference {
+    /// The field's value in the recorded answer; in the virtual arm's with `replayed`. `None` if it is not a field that
+    /// differs, or not there.
+    #[must_use]
+    pub fn value(&self, replayed: bool) -> Option<FieldValue<'_>> {
+        let What::Value(field) = self.what else {
+            return None;
+        };
+        let frame = if replayed {
+            &self.replayed
+        } else {
+            &self.recorded
+        };
+        let description = describe(&frame.as_ref()?.frame(), Direction::Reply).ok()?;
+        let mut values = description.values().ok()?;
+        values.find_map(|(own, value)| (own.name == field.name).then_some(value))
+    }
+}
+
+impl std::fmt::Display for Difference {
+    /// `GetPose x: recorded 200, now 199.4`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let value = |replayed| match self.value(replayed) {
+            Some(value) => value.to_string(),
+            None => "nothing".to_owned(),
+        };
+        match self.command {
+            "" => write!(f, "unknown command {}", self.id)?,
+            name => f.write_str(name)?,
+        }
+        match self.what {
+            What::Value(field) => {
+                let (name, recorded, now) = (field.name, value(false), value(true));
+                write!(f, " {name}: recorded {recorded}, now {now}")
+            }
+            What::Form => {
+                let bytes = |frame: &Option<FrameBuf>| match frame {
+                    Some(frame) => format!("{:?}", frame.frame()),
+                    None => "nothing".to_owned(),
+                };
+                let (recorded, now) = (bytes(&self.recorded), bytes(&self.replayed));
+                write!(f, ": another form: recorded {recorded}, now {now}")
+            }
+            What::Silent => f.write_str(": was answered, and is not now"),
+            What::Answered => f.write_str(": was not answered, and is now"),
+            What::Unasked => {
+                f.write_str(": an answer was recorded that no request in the trace asked for")
+            }
+        }
+    }
+}

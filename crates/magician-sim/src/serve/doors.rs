@@ -1,0 +1,98 @@
+use std::fmt;
+#[cfg(unix)]
+use std::path::PathBuf;
+use std::task::Context;
+
+use super::door::{self, Door, Ports};
+use super::{Discovery, Endpoint, ServeError, Service};
+
+/// Endpoints that lead to a [`Service`] of your own: a bridge, a proxy. They are what
+/// [`Server`](super::Server) has for a virtual arm, and need the same of tokio.
+#[derive(Default)]
+pub struct Doors {
+    doors: Vec<Door>,
+}
+
+impl Doors {
+    /// No door.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A pseudo-terminal behind a symlink at `path`, as [`Server::pty`](super::Server::pty).
+    #[cfg(unix)]
+    #[must_use]
+    pub fn pty(mut self, path: impl Into<PathBuf>) -> Self {
+        self.doors.push(Door::Pty(path.into()));
+        self
+    }
+
+    /// A UDP socket at `HOST[:PORT]`, as [`Server::udp`](super::Server::udp), without discovery.
+    #[must_use]
+    pub fn udp(mut self, address: impl Into<String>) -> Self {
+        self.doors.push(Door::Udp(address.into()));
+        self
+    }
+
+    /// A TCP listener at `HOST:PORT`, as [`Server::tcp`](super::Server::tcp).
+    #[must_use]
+    pub fn tcp(mut self, address: impl Into<String>) -> Self {
+        self.doors.push(Door::Tcp(address.into()));
+        self
+    }
+
+    /// Opens all of them, in their order, or none.
+    ///
+    /// # Errors
+    /// [`ServeError`] when one cannot be opened; what is certain to fail does so before anything is
+    /// touched.
+    pub fn open(&self, service: &mut dyn Service) -> Result<OpenDoors, ServeError> {
+        self.doors.iter().try_for_each(|door| door.check(None))?;
+        let ports = door::open_all(&self.doors, &Discovery::Off, None, service)?;
+        Ok(OpenDoors { ports })
+    }
+}
+
+impl fmt::Debug for Doors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Doors").finish_non_exhaustive()
+    }
+}
+
+/// Endpoints that accept. What they made (symlinks, sockets) is gone when this is dropped.
+pub struct OpenDoors {
+    ports: Ports,
+}
+
+impl fmt::Debug for OpenDoors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.endpoints()).finish()
+    }
+}
+
+impl OpenDoors {
+    /// What they are called outside, in their order.
+    #[must_use]
+    pub fn endpoints(&self) -> Vec<Endpoint> {
+        self.ports.iter().map(|port| port.endpoint()).collect()
+    }
+
+    /// Reads what is there, writes what is due, and registers to be woken for more. Turns are
+    /// bounded here: the runtime's own bound ([`tokio::task::coop`]) would look like a full
+    /// socket, so poll within [`tokio::task::unconstrained`].
+    ///
+    /// # Errors
+    /// [`ServeError`] when a door breaks down.
+    pub fn turn(
+        &mut self,
+        cx: &mut Context<'_>,
+        service: &mut dyn Service,
+    ) -> Result<(), ServeError> {
+        for port in &mut self.ports {
+            let turned = port.turn(cx, service);
+            turned.map_err(|source| ServeError::at(port.endpoint(), "go on", source))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,83 @@
+use magician_protocol::FrameBuf;
+
+use super::Notice;
+use crate::LinkId;
+
+/// What stands behind doors: it is told who comes and goes, takes bytes and gives frames. A
+/// [`Server`](super::Server) has one for a virtual arm; [`Doors`](super::Doors) lead to any other.
+///
+/// Every call comes from one task, and none may block.
+pub trait Service {
+    /// A client came, or on a pseudo-terminal may come; `name` is what people call it. The answer
+    /// names it from now on, and names nobody else meanwhile.
+    fn open(&mut self, name: &str) -> LinkId;
+
+    /// It left, or never came.
+    fn close(&mut self, link: LinkId);
+
+    /// It left, and the next one will be known by the same name: what that one is called.
+    fn renew(&mut self, link: LinkId, name: &str) -> LinkId {
+        self.close(link);
+        self.open(name)
+    }
+
+    /// Bytes that it may send before it should be made to wait. Whoever makes it wait has the doors
+    /// take another turn when there is room again.
+    fn room(&self, link: LinkId) -> usize;
+
+    /// It sent bytes, cut anywhere; datagrams may be longer than the room.
+    fn receive(&mut self, link: LinkId, bytes: &[u8]);
+
+    /// The next frame for it.
+    fn reply(&mut self, link: LinkId) -> Option<FrameBuf>;
+
+    /// Something worth a line in a log.
+    fn notice(&mut self, notice: Notice);
+
+    /// Whether anything can be reached at present: while not, connections are refused and what
+    /// comes goes nowhere.
+    fn plugged(&self) -> bool {
+        true
+    }
+
+    /// The arm's id (errata E14), by which hosts that look for one tell it from others.
+    fn device_id(&mut self) -> [u32; 3] {
+        [0; 3]
+    }
+}
+
+/// A client as its door knows it.
+pub(super) struct Peer {
+    link: LinkId,
+    name: String,
+}
+
+impl Peer {
+    /// A client came, or may come.
+    pub(super) fn open(name: String, service: &mut dyn Service) -> Self {
+        let link = service.open(&name);
+        Self { link, name }
+    }
+
+    pub(super) fn link(&self) -> LinkId {
+        self.link
+    }
+
+    /// A client left, and the next will be known by the same name.
+    #[cfg(unix)]
+    pub(super) fn renew(&mut self, service: &mut dyn Service) {
+        self.link = service.renew(self.link, &self.name);
+    }
+
+    /// A client that may have come did not, and will not.
+    #[cfg(unix)]
+    pub(super) fn forget(self, service: &mut dyn Service) {
+        service.close(self.link);
+    }
+
+    /// A client left.
+    pub(super) fn leave(self, service: &mut dyn Service) {
+        service.close(self.link);
+        service.notice(Notice::Left(self.name));
+    }
+}

@@ -1,0 +1,66 @@
+//! Streams a drawing of any number of short segments through the arm's queue, which holds 32.
+//!
+//! `cargo run --release -p magician --example 05_drawing -- PORT [SEGMENTS [WINDOW]]`
+//!
+//! The arm draws a ring of 20 mm through where it stands, in segments of 0.05 mm: the line to it, not the arm, is what
+//! takes time. The driver asks for the room in the queue as seldom as it can, and accounts for every segment by its
+//! index. A WINDOW above 1 sends that many segments before the answer to the first has come; `magician doctor` finds
+//! out what an arm takes. The last line is an object with the seconds it took.
+
+use std::env::args;
+use std::time::Instant;
+
+use magician::commands::{CpCmd, CpParams, Pose};
+use magician::protocol::{CpMode, Flag};
+use magician::{Options, Set, blocking::Arm, words};
+
+/// Radius of the ring and length of a segment, mm.
+const RADIUS: f32 = 10.0;
+const SEGMENT: f32 = 0.05;
+
+/// Where the pen is after so many segments.
+fn point(start: &Pose, count: u32) -> CpCmd {
+    let angle = count as f32 * SEGMENT / RADIUS;
+    CpCmd {
+        cp_mode: CpMode::Absolute,
+        x: start.x - RADIUS + RADIUS * angle.cos(),
+        y: start.y + RADIUS * angle.sin(),
+        z: start.z,
+        velocity_or_power: 0.0,
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let port = args().nth(1).unwrap_or_else(|| "sim".to_owned());
+    let segments = args().nth(2).map_or(Ok(1000), |text| text.parse())?;
+    let window = args().nth(3).map_or(Ok(1), |text| text.parse())?;
+
+    let arm = Arm::connect_with(&port.parse()?, Options::default().window(window))?;
+    let before = arm.get::<CpParams>()?;
+    arm.set(&CpParams {
+        plan_acc: 1000.0,
+        junction_vel: 100.0,
+        acc_or_period: 1000.0,
+        real_time_track: Flag::OFF,
+    })?;
+    let start = arm.get::<Pose>()?;
+    let mut check: words::Preflight = arm.preflight()?;
+    for count in 1..=segments {
+        check.check(&point(&start, count).into())?;
+    }
+
+    let begun = Instant::now();
+    let ran = arm.run(
+        (1..=segments).map(|count| Set::from(point(&start, count))),
+        |_| {},
+    )?;
+    let seconds = begun.elapsed().as_secs_f64();
+    arm.set(&before)?;
+
+    let rate = f64::from(segments) / seconds;
+    println!(
+        r#"{{"segments":{},"window":{window},"seconds":{seconds:.6},"per_s":{rate:.1}}}"#,
+        ran.commands
+    );
+    Ok(())
+}

@@ -1,0 +1,183 @@
+//! The way back to an arm whose line broke.
+
+use std::io;
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use magician_protocol::NoArgs;
+use magician_protocol::commands::{
+    DeviceSn, DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace,
+};
+use tokio::time::Instant;
+
+use super::greeting::{Greeting, Met};
+use super::line::{LOOK, Stage};
+use super::{Driver, To};
+use crate::Result;
+use crate::arm::events::Event;
+use crate::arm::link::Link;
+use crate::connection::{Micros, Request};
+
+/// How often where another arm was found.
+const STRANGER: Micros = 1_000_000;
+/// How soon the arm is asked what it can be told by: programs that are done by then do not pay for it.
+pub(super) const INTRODUCTION: Micros = 100_000;
+/// How long an arm may take to answer what is of no hurry.
+const PATIENCE: Duration = Duration::from_millis(500);
+/// How long one that was found again may take to tell how far it is.
+const SETTLING: Duration = Duration::from_secs(1);
+
+impl Driver {
+    /// Goes on with looking for the line; whether anything happened.
+    pub(super) fn look_for_it(&mut self, cx: &mut Context<'_>, now: Micros) -> bool {
+        match &mut self.line.stage {
+            Stage::Lost(Some(look)) if *look <= now => {
+                let Some(opener) = &mut self.line.opener else {
+                    return false;
+                };
+                self.line.stage = Stage::Opening(opener());
+                true
+            }
+            Stage::Opening(opening) => {
+                let Poll::Ready(opened) = opening.as_mut().poll(cx) else {
+                    return false;
+                };
+                match opened {
+                    Ok(line) => {
+                        let greeting = Greeting::new(now, line, self.serial.is_some());
+                        self.line.stage = Stage::Greeting(greeting);
+                    }
+                    Err(error) => {
+                        tracing::debug!(%error, "{}: not found yet", self.shared.name);
+                        self.look_again(LOOK);
+                    }
+                }
+                true
+            }
+            Stage::Greeting(greeting) => {
+                let (busy, met) = greeting.go_on(cx, now);
+                if let Some(met) = met {
+                    self.meet(met);
+                }
+                busy
+            }
+            Stage::Lost(_) | Stage::Up(_) | Stage::Settling { .. } => false,
+        }
+    }
+
+    /// Somebody is at the end of the line, or nobody.
+    fn meet(&mut self, met: Met) {
+        match met {
+            Err(why) => {
+                tracing::debug!("{}: {why}", self.shared.name);
+                self.look_again(LOOK);
+            }
+            Ok(said) => match (&self.serial, said) {
+                (Some(known), Some(other)) if *known == other => self.settle(),
+                (None, _) => self.settle(),
+                (Some(known), other) => {
+                    let stranger = self.stranger(known, other.as_deref());
+                    self.refuse_stranger(stranger);
+                }
+            },
+        }
+    }
+
+    fn stranger(&self, known: &str, other: Option<&str>) -> String {
+        let other = other.map_or_else(
+            || "it has no serial number".to_owned(),
+            |other| format!("its serial number is {other}"),
+        );
+        format!(
+            "another arm answers at {}: {other}, and this connection is to {known}; plug that one in again, or connect \
+             anew",
+            self.shared.name
+        )
+    }
+
+    fn refuse_stranger(&mut self, stranger: String) {
+        self.look_again(STRANGER);
+        if let Some(lost) = &mut self.line.lost
+            && lost.stranger.as_ref() != Some(&stranger)
+        {
+            tracing::warn!("{stranger}");
+            lost.stranger = Some(stranger);
+            self.publish_loss();
+        }
+    }
+
+    /// It is the arm of before: how far has it come?
+    fn settle(&mut self) {
+        let stage = std::mem::replace(&mut self.line.stage, Stage::Lost(None));
+        let Stage::Greeting(greeting) = stage else {
+            return;
+        };
+        let requests = [
+            Request::get::<DeviceTime>(&NoArgs),
+            Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
+            Request::get::<QueuedCmdLeftSpace>(&NoArgs),
+        ];
+        self.line.stage = Stage::Settling {
+            wire: greeting.into_wire(),
+            left: requests.len(),
+            reset: false,
+        };
+        self.connection.restored();
+        if self.owes_halt {
+            self.halt(Vec::new());
+        }
+        let deadline = Instant::now() + SETTLING;
+        for request in requests.into_iter().flatten() {
+            self.submit(request, deadline, To::Settling);
+        }
+    }
+
+    /// An answer of an arm that was found again.
+    pub(super) fn settles(&mut self, answer: Result<()>) {
+        let Stage::Settling { left, .. } = &mut self.line.stage else {
+            return;
+        };
+        if answer.is_err() {
+            // It fell silent again: what is known of it is not enough to go on.
+            self.lose(&io::ErrorKind::TimedOut.into());
+            return;
+        }
+        *left = left.saturating_sub(1);
+        if *left > 0 {
+            return;
+        }
+        let stage = std::mem::replace(&mut self.line.stage, Stage::Lost(None));
+        if let Stage::Settling { wire, reset, .. } = stage {
+            self.line.stage = Stage::Up(wire);
+            self.line.lost = None;
+            tracing::info!(reset, "{}: the line is up again", self.shared.name);
+            self.publish_link(Link::Up);
+            self.happens(Event::LinkFound { reset });
+            if self.owes_halt {
+                self.halt(Vec::new());
+            }
+        }
+    }
+
+    /// The arm was reset, perhaps while the line was gone.
+    pub(super) fn note_reset(&mut self) {
+        if let Stage::Settling { reset, .. } = &mut self.line.stage {
+            *reset = true;
+        }
+    }
+
+    /// Asks the arm, once, for what it can be told by, and for its clock, which tells whether it was reset.
+    pub(super) fn introduce(&mut self, now: Micros) {
+        if self.introduction.take_if(|at| *at <= now).is_none() {
+            return;
+        }
+        let deadline = self.at(now) + PATIENCE;
+        let requests = [
+            Request::get::<DeviceSn>(&NoArgs),
+            Request::get::<DeviceTime>(&NoArgs),
+        ];
+        for request in requests.into_iter().flatten() {
+            self.submit(request, deadline, To::Nobody);
+        }
+    }
+}

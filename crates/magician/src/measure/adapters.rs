@@ -1,0 +1,111 @@
+//! USB adapters that are plugged in and have no port: their driver is missing.
+
+use std::path::Path;
+
+use crate::Usb;
+
+/// An adapter of a kind that arms have, without a port.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Adapter {
+    /// What the system says about it.
+    pub usb: Usb,
+    /// What it is called.
+    pub chip: &'static str,
+    /// The Linux module that makes a port of it.
+    pub module: &'static str,
+}
+
+/// Vendor, product, chip, Linux module of the serial adapters that Magicians and their cables have.
+const KNOWN: [(u16, u16, &str, &str); 4] = [
+    (0x10C4, 0xEA60, "CP210x", "cp210x"),
+    (0x1A86, 0x7523, "CH340", "ch341"),
+    (0x1A86, 0x5523, "CH341", "ch341"),
+    (0x0403, 0x6001, "FT232R", "ftdi_sio"),
+];
+
+/// The adapters that are plugged in and have no port. Linux only; none elsewhere.
+#[must_use]
+pub fn unbound_adapters() -> Vec<Adapter> {
+    unbound_below(Path::new("/sys/bus/usb/devices"))
+}
+
+/// Those below a folder of the form of sysfs.
+fn unbound_below(folder: &Path) -> Vec<Adapter> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut found: Vec<_> = entries.map(|entry| entry.path()).collect();
+    found.sort();
+    let adapters = found.iter().filter_map(|device| adapter(device));
+    adapters.collect()
+}
+
+/// The device in a folder, if it is an adapter without a port.
+fn adapter(device: &Path) -> Option<Adapter> {
+    let text = |file: &str| {
+        let text = std::fs::read_to_string(device.join(file)).ok()?;
+        Some(text.trim().to_owned()).filter(|text| !text.is_empty())
+    };
+    let number = |file: &str| u16::from_str_radix(&text(file)?, 16).ok();
+    let (vendor, product) = (number("idVendor")?, number("idProduct")?);
+    let known = KNOWN
+        .iter()
+        .find(|known| (known.0, known.1) == (vendor, product))?;
+    let (.., chip, module) = *known;
+    if has_port(device) {
+        return None;
+    }
+    Some(Adapter {
+        usb: Usb {
+            vendor,
+            product,
+            name: text("product"),
+            manufacturer: text("manufacturer"),
+            serial: text("serial"),
+            ..Usb::default()
+        },
+        chip,
+        module,
+    })
+}
+
+/// Whether an interface of the device (`1-1:1.0` in `1-1`) has made a terminal.
+fn has_port(device: &Path) -> bool {
+    let names = |dir: &Path| {
+        let entries = std::fs::read_dir(dir).into_iter().flatten().flatten();
+        entries.map(|entry| entry.path()).collect::<Vec<_>>()
+    };
+    let is_terminal = |path: &Path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with("tty")
+    };
+    let interfaces = names(device).into_iter().filter(|path| path.is_dir());
+    interfaces.into_iter().any(|interface| {
+        let inside = names(&interface);
+        inside.iter().any(|path| is_terminal(path))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plug(folder: &Path, name: &str, vendor: &str, product: &str) -> std::path::PathBuf {
+        let device = folder.join(name);
+        std::fs::create_dir_all(device.join(format!("{name}:1.0"))).unwrap();
+        std::fs::write(device.join("idVendor"), format!("{vendor}\n")).unwrap();
+        std::fs::write(device.join("idProduct"), format!("{product}\n")).unwrap();
+        device
+    }
+
+    #[test]
+    fn an_adapter_without_a_port_is_found_with_its_module() {
+        let folder = tempfile::tempdir().unwrap();
+        plug(folder.path(), "usb1", "1d6b", "0002");
+        plug(folder.path(), "1-1", "1a86", "7523");
+        let bound = plug(folder.path(), "1-2", "10c4", "ea60");
+        std::fs::create_dir_all(bound.join("1-2:1.0/ttyUSB0")).unwrap();
+        let found = unbound_below(folder.path());
+        let found: Vec<_> = found.iter().map(|adapter| adapter.module).collect();
+        assert_eq!(found, ["ch341"]);
+        assert_eq!(unbound_below(Path::new("/no/such/folder")), []);
+    }
+}

@@ -1,0 +1,165 @@
+//! What the driver adds to a line: the same exchange with bare system calls and with the driver, over a pseudo-terminal
+//! of our own whose other end answers at once.
+
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::os::fd::OwnedFd;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use magician_protocol::commands::Pose;
+use magician_protocol::{Deframer, Event, FrameBuf, NoArgs, Readable};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use tokio::time::Instant;
+
+use super::Spread;
+use crate::{Arm, Error, ErrorKind, Options, Result, Target};
+
+/// Round trips of GetPose to a bare responder.
+#[derive(Clone, Debug, Default)]
+pub struct Added {
+    /// With a bare write and read.
+    pub bare: Spread,
+    /// With the driver.
+    pub driver: Spread,
+}
+
+impl Added {
+    /// What the driver adds at a percentile.
+    #[must_use]
+    pub fn at(&self, percent: u8) -> Option<Duration> {
+        let (bare, driver) = (
+            self.bare.percentile(percent)?,
+            self.driver.percentile(percent)?,
+        );
+        Some(driver.saturating_sub(bare))
+    }
+}
+
+/// Measures so many round trips each way, in turns.
+///
+/// # Errors
+/// [`ErrorKind::Port`] when the system gives no pseudo-terminal.
+pub async fn added_latency(count: usize, mut tick: impl FnMut(usize)) -> Result<Added> {
+    let failed = |error: io::Error| {
+        let message = format!("the system gives no pseudo-terminal: {error}");
+        Error::new(ErrorKind::Port, message).with_source(error)
+    };
+    let (path, keep, responder) = responder().map_err(failed)?;
+    let outcome = measure(&path, count, &mut tick).await;
+    // The responder reads until no one has the line open.
+    drop(keep);
+    let _ = responder.join();
+    outcome.map_err(|error| match error {
+        Trouble::System(error) => failed(error),
+        Trouble::Driver(error) => error,
+    })
+}
+
+enum Trouble {
+    System(io::Error),
+    Driver(Error),
+}
+
+/// Rounds in turns: what else the computer does meanwhile falls on both.
+const TURN: usize = 100;
+
+async fn measure(
+    path: &str,
+    count: usize,
+    tick: &mut impl FnMut(usize),
+) -> std::result::Result<Added, Trouble> {
+    let (mut bare, mut driver) = (Vec::new(), Vec::new());
+    while bare.len() < count {
+        let turn = TURN.min(count - bare.len());
+        bare_trips(path, turn, &mut bare).map_err(Trouble::System)?;
+        let target = Target::Serial(path.to_owned());
+        let arm = Arm::connect_with(&target, Options::default().probe(false));
+        let arm = arm.await.map_err(Trouble::Driver)?;
+        arm.detach();
+        for _ in 0..turn {
+            let begun = Instant::now();
+            arm.get::<Pose>().await.map_err(Trouble::Driver)?;
+            driver.push(begun.elapsed());
+        }
+        arm.close().await;
+        tick(bare.len());
+    }
+    Ok(Added {
+        bare: Spread::from(bare),
+        driver: Spread::from(driver),
+    })
+}
+
+fn bare_trips(path: &str, count: usize, times: &mut Vec<Duration>) -> io::Result<()> {
+    let mut line = File::options().read(true).write(true).open(path)?;
+    let request = FrameBuf::get(&NoArgs, Pose::ROW).map_err(io::Error::other)?;
+    let mut reply = [0; 64];
+    for _ in 0..count {
+        let begun = Instant::now();
+        line.write_all(request.bytes())?;
+        let mut seen = 0;
+        while seen < usize::try_from(super::Exchange::POSE.reply).unwrap_or(usize::MAX) {
+            match line.read(&mut reply)? {
+                0 => return Err(io::ErrorKind::UnexpectedEof.into()),
+                some => seen += some,
+            }
+        }
+        times.push(begun.elapsed());
+    }
+    Ok(())
+}
+
+/// A pseudo-terminal whose other end answers every request on a thread of its own: its path, a hold on it, the thread.
+fn responder() -> io::Result<(String, OwnedFd, JoinHandle<()>)> {
+    let server = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+    grantpt(&server)?;
+    unlockpt(&server)?;
+    let path = ptsname(&server, Vec::new())?.to_string_lossy().into_owned();
+    let keep = OwnedFd::from(File::options().read(true).write(true).open(&path)?);
+    let mut modes = tcgetattr(&keep)?;
+    modes.make_raw();
+    tcsetattr(&keep, OptionalActions::Now, &modes)?;
+    let thread = std::thread::spawn(move || {
+        // Ends with the last hold on the line.
+        let _ = respond(File::from(server));
+    });
+    Ok((path, keep, thread))
+}
+
+fn respond(mut line: File) -> io::Result<()> {
+    let mut deframer = Deframer::new();
+    let mut bytes = [0; 256];
+    loop {
+        let count = line.read(&mut bytes)?;
+        if count == 0 {
+            return Ok(());
+        }
+        let mut rest = bytes.get(..count).unwrap_or_default();
+        while let Some(event) = deframer.next(&mut rest) {
+            let Event::Frame { frame, .. } = event else {
+                continue;
+            };
+            // Long enough for any value; every reader takes surplus bytes.
+            let reply = FrameBuf::new(frame.id(), frame.ctrl(), &[0; 32]);
+            line.write_all(reply.map_err(io::Error::other)?.bytes())?;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn both_ways_are_measured_as_often_as_asked() {
+        let mut told = 0;
+        let added = added_latency(150, |done| told = done).await.unwrap();
+        assert_eq!(
+            (added.bare.count(), added.driver.count(), told),
+            (150, 150, 150)
+        );
+        assert!(added.at(50).is_some());
+    }
+}

@@ -1,0 +1,215 @@
+//! Who is at the other end of a line that may not be an arm's.
+
+use std::io;
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::time::Duration;
+
+use magician_protocol::commands::DeviceVersion;
+use magician_protocol::{Ctrl, Deframer, Event, FrameBuf, Layout, NoArgs, Readable};
+use tokio::net::{UdpSocket, lookup_host};
+use tokio::time::{Instant, timeout, timeout_at};
+
+use crate::{Error, ErrorKind, RawLine, Result};
+
+/// Serial speeds other than the arm's at which devices with the same adapters talk.
+pub const OTHER_SPEEDS: [u32; 7] = [9600, 19_200, 38_400, 57_600, 230_400, 250_000, 1_000_000];
+
+/// Bytes that are looked at.
+const ENOUGH: usize = 512;
+/// A line that has said something and then nothing for so long has had its say.
+const PAUSE: Duration = Duration::from_millis(150);
+
+/// What answers the question for the version.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// An arm, and its firmware: major, minor, revision.
+    Arm([u8; 3]),
+    /// Frames of the protocol, none of them the answer: another program may share the line.
+    Frames(usize),
+    /// Text: another device.
+    Text(String),
+    /// Bytes that are neither: another device, or another speed.
+    Bytes(Vec<u8>),
+    /// What was asked, just as it was sent: the line ends in a loop.
+    Echo,
+    /// Nothing.
+    Nothing,
+    /// The computer is there and says that nothing listens at the port (UDP).
+    Refused,
+}
+
+/// Asks for the version, twice, and listens.
+///
+/// # Errors
+/// [`ErrorKind::Port`] when the line is gone.
+pub async fn listen(line: &mut RawLine, patience: Duration) -> Result<Heard> {
+    let question = question()?;
+    let mut heard = Vec::new();
+    for _ in 0..2 {
+        line.send(question.bytes()).await?;
+        let until = Instant::now() + patience / 2;
+        gather(line, until, &mut heard).await?;
+        if let found @ Heard::Arm(_) = judge(&heard) {
+            return Ok(found);
+        }
+    }
+    Ok(judge(&heard))
+}
+
+fn question() -> Result<FrameBuf> {
+    Ok(FrameBuf::get(&NoArgs, DeviceVersion::ROW)?)
+}
+
+/// Collects bytes until the arm has answered, a pause after the last, enough, or the end of patience.
+async fn gather(line: &mut RawLine, until: Instant, heard: &mut Vec<u8>) -> Result<()> {
+    let mut bytes = [0; ENOUGH];
+    let mut end = until;
+    while heard.len() < ENOUGH {
+        let Ok(count) = timeout_at(end.min(until), line.receive(&mut bytes)).await else {
+            return Ok(());
+        };
+        heard.extend_from_slice(bytes.get(..count?).unwrap_or_default());
+        if matches!(judge(heard), Heard::Arm(_)) {
+            return Ok(());
+        }
+        end = Instant::now() + PAUSE;
+    }
+    Ok(())
+}
+
+/// What bytes are.
+fn judge(heard: &[u8]) -> Heard {
+    let mut deframer = Deframer::new();
+    let (mut rest, mut frames, mut echoes) = (heard, 0, 0);
+    while let Some(event) = deframer.next(&mut rest) {
+        let Event::Frame { frame, .. } = event else {
+            continue;
+        };
+        frames += 1;
+        if frame.id() != <DeviceVersion as Readable>::ROW.id || frame.ctrl() != Ctrl::GET {
+            continue;
+        }
+        match DeviceVersion::decode(frame.params()) {
+            Ok(found) => {
+                let DeviceVersion {
+                    major_version,
+                    minor_version,
+                    revision,
+                    ..
+                } = found;
+                return Heard::Arm([major_version, minor_version, revision]);
+            }
+            Err(_) => echoes += usize::from(frame.params().is_empty()),
+        }
+    }
+    let printable = |byte: &&u8| matches!(byte, b'\t' | b'\n' | b'\r' | b' '..=b'~');
+    let printed = heard.iter().filter(printable).count();
+    match (heard.len(), frames) {
+        (0, _) => Heard::Nothing,
+        (_, some) if some > 0 && some == echoes => Heard::Echo,
+        (_, some) if some > 0 => Heard::Frames(some),
+        (all, _) if all >= 4 && printed * 10 >= all * 9 => {
+            Heard::Text(String::from_utf8_lossy(heard).into_owned())
+        }
+        _ => Heard::Bytes(heard.to_vec()),
+    }
+}
+
+/// Asks for the version by datagrams, and tells a host that refuses from one that is silent.
+///
+/// # Errors
+/// [`ErrorKind::Port`] when the host has no address or there is no way to it.
+pub async fn hear_datagrams(host: &str, port: u16, patience: Duration) -> Result<Heard> {
+    let failed = |error: io::Error| {
+        let message = format!("{host} port {port} cannot be reached: {error}");
+        Error::new(ErrorKind::Port, message).with_source(error)
+    };
+    let mut addresses = lookup_host((host, port)).await.map_err(failed)?;
+    let peer = (addresses.next()).ok_or_else(|| failed(io::ErrorKind::NotFound.into()))?;
+    let any: SocketAddr = match peer {
+        SocketAddr::V4(_) => (Ipv4Addr::UNSPECIFIED, 0).into(),
+        SocketAddr::V6(_) => (Ipv6Addr::UNSPECIFIED, 0).into(),
+    };
+    let socket = UdpSocket::bind(any).await.map_err(failed)?;
+    socket.connect(peer).await.map_err(failed)?;
+    let question = question()?;
+    let (mut heard, mut refused) = (Vec::new(), false);
+    let mut bytes = [0; ENOUGH];
+    for _ in 0..3 {
+        let asked = async {
+            socket.send(question.bytes()).await?;
+            socket.recv(&mut bytes).await
+        };
+        match timeout(patience / 3, asked).await {
+            Ok(Ok(count)) => heard.extend_from_slice(bytes.get(..count).unwrap_or_default()),
+            Ok(Err(error)) if error.kind() == io::ErrorKind::ConnectionRefused => refused = true,
+            Ok(Err(error)) => return Err(failed(error)),
+            Err(_) => {}
+        }
+        if let found @ Heard::Arm(_) = judge(&heard) {
+            return Ok(found);
+        }
+    }
+    match judge(&heard) {
+        Heard::Nothing if refused => Ok(Heard::Refused),
+        heard => Ok(heard),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_told_apart() {
+        let version = DeviceVersion::decode(&[3, 6, 14]).unwrap();
+        let id = <DeviceVersion as Readable>::ROW.id;
+        let answer = FrameBuf::encode(id, Ctrl::GET, &version).unwrap();
+        let late = [b"ok\r\n", answer.bytes()].concat();
+        assert_eq!(judge(&late), Heard::Arm([3, 6, 14]));
+        let echo = question().unwrap();
+        assert_eq!(judge(echo.bytes()), Heard::Echo);
+        let other = FrameBuf::new(10, Ctrl::GET, &[0; 32]).unwrap();
+        assert_eq!(judge(other.bytes()), Heard::Frames(1));
+        assert_eq!(
+            judge(b"start\r\nMarlin 2.1\r\n"),
+            Heard::Text("start\r\nMarlin 2.1\r\n".into())
+        );
+        assert_eq!(
+            judge(&[0xF8, 0x00, 0x78, 0x80]),
+            Heard::Bytes(vec![0xF8, 0x00, 0x78, 0x80])
+        );
+        assert_eq!(judge(&[]), Heard::Nothing);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_line_that_says_nothing_ends_in_time() {
+        let (ours, _theirs) = tokio::io::duplex(64);
+        let mut line = RawLine::over(ours, "a pipe");
+        let begun = Instant::now();
+        let heard = listen(&mut line, Duration::from_secs(1)).await.unwrap();
+        assert_eq!(heard, Heard::Nothing);
+        assert_eq!(begun.elapsed(), Duration::from_secs(1));
+    }
+
+    #[cfg(feature = "sim")]
+    #[tokio::test(start_paused = true)]
+    async fn a_virtual_arm_is_one() {
+        let target = "sim".parse().unwrap();
+        let mut line = RawLine::open(&target).await.unwrap();
+        let heard = listen(&mut line, Duration::from_secs(1)).await.unwrap();
+        assert!(matches!(heard, Heard::Arm(_)), "{heard:?}");
+    }
+
+    #[tokio::test]
+    async fn a_host_that_refuses_is_told_from_one_that_is_silent() {
+        let silent = UdpSocket::bind("127.0.0.1:0").await.unwrap();
+        let port = silent.local_addr().unwrap().port();
+        let patience = Duration::from_millis(300);
+        let heard = hear_datagrams("127.0.0.1", port, patience).await;
+        assert_eq!(heard.unwrap(), Heard::Nothing);
+        drop(silent);
+        let heard = hear_datagrams("127.0.0.1", port, patience).await;
+        assert_eq!(heard.unwrap(), Heard::Refused);
+    }
+}

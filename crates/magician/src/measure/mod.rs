@@ -1,0 +1,40 @@
+//! Measuring an arm and the line to it: what `magician doctor` and `magician bench` show.
+//!
+//! * What is computed: [`Exchange`] and [`LineSpeed`], the rates that a line allows.
+//! * What only reads, and is harmless on any arm: [`round_trips`], [`reads`], [`back_to_back`], [`listen`].
+//! * What uses the queue: [`queue_trial`] with commands that do nothing; [`streamed`] and [`stops`] with a path that
+//!   the arm really draws ([`Ring`]).
+//! * What needs no arm: [`added_latency`], [`unbound_adapters`].
+//!
+//! Nothing here decides whether a figure is good.
+
+mod adapters;
+#[cfg(unix)]
+mod added;
+mod cpu;
+mod exchange;
+mod hearing;
+mod line_speed;
+mod rates;
+mod ring;
+mod spread;
+mod stopping;
+mod stream;
+mod tap;
+#[cfg(all(test, feature = "sim"))]
+mod tests;
+mod trial;
+
+pub use adapters::{Adapter, unbound_adapters};
+#[cfg(unix)]
+pub use added::{Added, added_latency};
+pub use cpu::processor_time;
+pub use exchange::{Exchange, Mixed};
+pub use hearing::{Heard, OTHER_SPEEDS, hear_datagrams, listen};
+pub use line_speed::LineSpeed;
+pub use rates::{Rate, Timed, reads, round_trips};
+pub use ring::Ring;
+pub use spread::Spread;
+pub use stopping::{Stops, stops};
+pub use stream::{Load, Streamed, streamed};
+pub use trial::{BackToBack, QueueTrial, back_to_back, queue_trial};

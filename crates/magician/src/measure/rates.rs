@@ -1,0 +1,97 @@
+use std::time::Duration;
+
+use magician_protocol::{NoArgs, Readable};
+use tokio::time::Instant;
+
+use super::Spread;
+use crate::connection::Stats;
+use crate::{Arm, Result};
+
+/// So many in such a time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Rate {
+    /// How many.
+    pub count: u64,
+    /// In what time.
+    pub took: Duration,
+}
+
+impl Rate {
+    /// How many a second; 0 for none.
+    #[must_use]
+    pub fn per_second(self) -> f64 {
+        match self.took.is_zero() {
+            true => 0.0,
+            false => self.count as f64 / self.took.as_secs_f64(),
+        }
+    }
+}
+
+/// How long answers took, and what went wrong meanwhile.
+#[derive(Clone, Debug, Default)]
+pub struct Timed {
+    /// From the call to its answer.
+    pub times: Spread,
+    /// Requests that had to be sent again.
+    pub resent: u64,
+    /// Answers that came too late.
+    pub late: u64,
+    /// Damaged frames and runs of foreign bytes.
+    pub noise: u64,
+    /// Frames nobody had asked for.
+    pub unsolicited: u64,
+}
+
+impl Timed {
+    /// Whether every answer came, in time and whole.
+    #[must_use]
+    pub fn clean(&self) -> bool {
+        self.resent + self.late + self.noise + self.unsolicited == 0
+    }
+
+    fn since(times: Vec<Duration>, before: Stats, after: Stats) -> Self {
+        Self {
+            times: Spread::from(times),
+            resent: after.resent - before.resent,
+            late: after.late - before.late,
+            noise: after.noise - before.noise,
+            unsolicited: after.unsolicited - before.unsolicited,
+        }
+    }
+}
+
+/// Asks for a value so many times, one after the other. `tick` hears after each how many are done.
+///
+/// # Errors
+/// As [`Arm::get`]; a request that went out several times before it was answered is no error.
+pub async fn round_trips<T: Readable<Query = NoArgs>>(
+    arm: &Arm,
+    count: u64,
+    mut tick: impl FnMut(u64),
+) -> Result<Timed> {
+    let (before, _) = arm.stats().await?;
+    let mut times = Vec::new();
+    for done in 1..=count {
+        let begun = Instant::now();
+        arm.get::<T>().await?;
+        times.push(begun.elapsed());
+        tick(done);
+    }
+    let (after, _) = arm.stats().await?;
+    Ok(Timed::since(times, before, after))
+}
+
+/// Asks for a value again and again for a time.
+///
+/// # Errors
+/// As [`Arm::get`].
+pub async fn reads<T: Readable<Query = NoArgs>>(arm: &Arm, time: Duration) -> Result<Rate> {
+    let begun = Instant::now();
+    let mut rate = Rate::default();
+    while rate.took < time {
+        arm.get::<T>().await?;
+        rate.count += 1;
+        rate.took = begun.elapsed();
+    }
+    Ok(rate)
+}

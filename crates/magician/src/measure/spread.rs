@@ -1,0 +1,69 @@
+use std::time::Duration;
+
+/// Times of the same thing, done again and again.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Spread {
+    sorted: Vec<Duration>,
+}
+
+impl From<Vec<Duration>> for Spread {
+    fn from(mut times: Vec<Duration>) -> Self {
+        times.sort_unstable();
+        Self { sorted: times }
+    }
+}
+
+impl Spread {
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.sorted.len()
+    }
+
+    /// The time that so many percent of all do not exceed (nearest rank); `None` of none.
+    #[must_use]
+    pub fn percentile(&self, percent: u8) -> Option<Duration> {
+        let rank = (self.sorted.len() * usize::from(percent.min(100))).div_ceil(100);
+        self.sorted.get(rank.saturating_sub(1)).copied()
+    }
+
+    /// The middle one.
+    #[must_use]
+    pub fn p50(&self) -> Option<Duration> {
+        self.percentile(50)
+    }
+
+    /// The one that one in a hundred exceeds.
+    #[must_use]
+    pub fn p99(&self) -> Option<Duration> {
+        self.percentile(99)
+    }
+
+    /// The same times with so much taken off each, not below zero.
+    #[must_use]
+    pub fn less(&self, much: Duration) -> Self {
+        let less = self.sorted.iter().map(|time| time.saturating_sub(much));
+        Self {
+            sorted: less.collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_of_the_nearest_rank() {
+        let times = (1..=200).rev().map(Duration::from_millis);
+        let spread = Spread::from(times.collect::<Vec<_>>());
+        let percentile = |percent| spread.percentile(percent).map(|time| time.as_millis());
+        assert_eq!(percentile(0), Some(1));
+        assert_eq!(percentile(50), Some(100));
+        assert_eq!(percentile(99), Some(198));
+        assert_eq!(percentile(100), Some(200));
+        let less = spread.less(Duration::from_millis(100));
+        assert_eq!(less.p50(), Some(Duration::ZERO));
+        assert_eq!(Spread::default().p50(), None);
+    }
+}

@@ -1,0 +1,98 @@
+use std::time::Duration;
+
+use tokio::time::{Instant, sleep};
+
+use super::tap::{Log, Tap};
+use super::{Ring, Spread};
+use crate::transport::Way;
+use crate::{Arm, Error, ErrorKind, Options, Result, RunOptions, Target};
+
+/// How long stops took while a stream of segments filled the line.
+#[derive(Clone, Debug, Default)]
+pub struct Stops {
+    /// From the call until its first byte was on the line. Bytes that were handed to a line of 115200 baud before are
+    /// counted with their time.
+    pub on_the_line: Spread,
+    /// From the call until the arm's answer had come.
+    pub answered: Spread,
+}
+
+/// How long a stream runs before it is stopped, at least and at most.
+const STREAM: [Duration; 2] = [Duration::from_millis(80), Duration::from_millis(120)];
+/// Spreads the instants of the stops evenly over that time, whatever their number (the golden ratio).
+const PHASE: f64 = 0.618_033_988_749_895;
+
+/// Stops a stream so many times, on a line of its own. `paced` says that its bytes take their time at 115200 baud.
+/// The arm stands after each stop; the speeds of continuous paths are the caller's to set and to give back.
+/// `tick` hears after each how many are done.
+///
+/// # Errors
+/// As [`Arm::connect`], [`Arm::run`] and [`Arm::stop`].
+pub async fn stops(
+    target: &Target,
+    options: Options,
+    paced: bool,
+    count: u32,
+    mut tick: impl FnMut(u32),
+) -> Result<Stops> {
+    let mut line = Way::to(target).open().await?;
+    let log = Log::default();
+    line.transport = Box::new(Tap::new(line.transport, paced, log.clone())?);
+    let arm = Arm::greet(line, None, options).await?;
+    let ring = Ring::here(&arm, 0.2, 90.0).await?;
+    let speeds = arm.get::<magician_protocol::commands::CpParams>().await?;
+    arm.set(&ring.speeds()).await?;
+    let mut times = Times::default();
+    let outcome = async {
+        for done in 1..=count {
+            stop_once(&arm, ring, done, &log, &mut times).await?;
+            tick(done);
+        }
+        Ok::<_, Error>(())
+    }
+    .await;
+    let restored = arm.set(&speeds).await;
+    arm.close().await;
+    outcome.and(restored)?;
+    Ok(Stops {
+        on_the_line: Spread::from(times.on_the_line),
+        answered: Spread::from(times.answered),
+    })
+}
+
+#[derive(Default)]
+struct Times {
+    on_the_line: Vec<Duration>,
+    answered: Vec<Duration>,
+}
+
+async fn stop_once(arm: &Arm, ring: Ring, turn: u32, log: &Log, times: &mut Times) -> Result<()> {
+    let [least, most] = STREAM;
+    let wait = least + (most - least).mul_f64((f64::from(turn) * PHASE).fract());
+    let stream = arm.run_with(ring.segments(), RunOptions::default(), |_| {});
+    let stop = async {
+        sleep(wait).await;
+        log.forget();
+        let begun = Instant::now();
+        arm.stop().await?;
+        let seen = log.seen();
+        let missed = || Error::new(ErrorKind::Unexpected, "the stop was not seen on the line");
+        times
+            .on_the_line
+            .push(seen.sent.ok_or_else(missed)? - begun);
+        times
+            .answered
+            .push(seen.answered.ok_or_else(missed)? - begun);
+        Ok::<_, Error>(())
+    };
+    let (streamed, stopped) = tokio::join!(stream, stop);
+    stopped?;
+    match streamed {
+        Err(error) if error.kind() == ErrorKind::Closed => Ok(()),
+        Err(error) => Err(error),
+        Ok(_) => Err(Error::new(
+            ErrorKind::Unexpected,
+            "an endless stream came to its end",
+        )),
+    }
+}

@@ -1,0 +1,708 @@
+//! A proxy, a virtual arm and clients on one virtual clock.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use magician_protocol::commands::{
+    DeviceTime, IoDo, JogCmd, Pose, PtpCommonParams, QueuedCmdClear, QueuedCmdForceStopExec,
+    QueuedCmdStartExec,
+};
+use magician_protocol::{Ctrl, Deframer, Flag, FrameBuf, JogCommand, Readable, Row, Writable};
+use magician_sim::{Controller, LinkId, Profile};
+
+use super::*;
+use crate::pair::Dice;
+
+const MS: Micros = 1_000;
+const USB: LinkId = LinkId(0);
+
+/// What the line to the arm does.
+#[derive(Clone, Copy)]
+struct Faults {
+    /// Frames lost, per mille, each way.
+    lose: u64,
+    /// Answers that come late, per mille, and by how much at most.
+    late: (u64, Micros),
+}
+
+const NONE: Faults = Faults {
+    lose: 0,
+    late: (0, 0),
+};
+
+/// The proxy between an arm and whoever calls.
+struct Bench {
+    now: Micros,
+    proxy: Proxy,
+    arm: Controller,
+    dice: Dice,
+    faults: Faults,
+    to_arm: VecDeque<(Micros, Vec<u8>)>,
+    from_arm: VecDeque<(Micros, Vec<u8>)>,
+    /// Every frame that went to the arm.
+    sent: Vec<FrameBuf>,
+    events: Vec<Event>,
+    inboxes: BTreeMap<Client, VecDeque<FrameBuf>>,
+}
+
+impl Bench {
+    fn new(settings: Settings, faults: Faults, seed: u64) -> Self {
+        Self {
+            now: 0,
+            proxy: Proxy::new(settings),
+            arm: Controller::new(Profile::default()),
+            dice: Dice::new(seed),
+            faults,
+            to_arm: VecDeque::new(),
+            from_arm: VecDeque::new(),
+            sent: Vec::new(),
+            events: Vec::new(),
+            inboxes: BTreeMap::new(),
+        }
+    }
+
+    fn with_clients(count: u32) -> Self {
+        let mut bench = Self::new(Settings::default(), NONE, 1);
+        (0..count).for_each(|number| bench.open(number));
+        bench
+    }
+
+    fn open(&mut self, number: u32) {
+        self.proxy.open(Client(number));
+        self.inboxes.insert(Client(number), VecDeque::new());
+    }
+
+    fn close(&mut self, number: u32) {
+        self.proxy.close(Client(number));
+        self.exchange();
+    }
+
+    fn say(&mut self, number: u32, frame: &FrameBuf) {
+        self.proxy.receive(self.now, Client(number), frame.bytes());
+        self.exchange();
+    }
+
+    fn exchange(&mut self) {
+        loop {
+            let mut quiet = true;
+            while let Some(bytes) = self.proxy.poll_transmit_to_arm(self.now) {
+                self.put(bytes.bytes());
+                quiet = false;
+            }
+            for (client, inbox) in &mut self.inboxes {
+                while let Some(frame) = self.proxy.poll_transmit(*client) {
+                    inbox.push_back(frame);
+                    quiet = false;
+                }
+            }
+            self.events
+                .extend(std::iter::from_fn(|| self.proxy.poll_event()));
+            if due(&self.to_arm, self.now)
+                && let Some((_, bytes)) = self.to_arm.pop_front()
+            {
+                self.arm_hears(&bytes);
+                quiet = false;
+            }
+            if due(&self.from_arm, self.now)
+                && let Some((_, bytes)) = self.from_arm.pop_front()
+            {
+                self.proxy.receive_from_arm(self.now, &bytes);
+                quiet = false;
+            }
+            if quiet {
+                return;
+            }
+        }
+    }
+
+    fn put(&mut self, bytes: &[u8]) {
+        let mut input = bytes;
+        if let Some(magician_protocol::Event::Frame { frame, .. }) =
+            Deframer::new().next(&mut input)
+        {
+            self.sent.push(FrameBuf::from(frame));
+        }
+        if self.dice.below(1000) >= self.faults.lose {
+            self.to_arm.push_back((self.now + MS, bytes.to_vec()));
+        }
+    }
+
+    fn arm_hears(&mut self, bytes: &[u8]) {
+        self.arm.receive(USB, bytes);
+        while let Some(reply) = self.arm.poll_transmit(USB) {
+            let (late, by) = self.faults.late;
+            let late = match self.dice.below(1000) < late {
+                true => self.dice.below(by),
+                false => 0,
+            };
+            // An ordered line: what is late delays what follows.
+            let last = self.from_arm.back().map_or(0, |(at, _)| *at);
+            let at = (self.now + MS + late).max(last);
+            if self.dice.below(1000) >= self.faults.lose {
+                self.from_arm.push_back((at, reply.bytes().to_vec()));
+            }
+        }
+    }
+
+    /// Goes to the next instant at which something happens, but not beyond `end`.
+    fn step(&mut self, end: Micros) {
+        let lines = [&self.to_arm, &self.from_arm];
+        let arrivals = lines.into_iter().filter_map(|line| line.front());
+        let next = arrivals.map(|(at, _)| *at).chain(self.proxy.poll_timeout());
+        self.now = next.chain([end]).min().unwrap_or(end).clamp(self.now, end);
+        self.arm.advance(self.now);
+        self.proxy.handle_timeout(self.now);
+        self.exchange();
+    }
+
+    fn run_until(&mut self, end: Micros) {
+        let mut steps = 0;
+        while self.now < end {
+            self.step(end);
+            steps += 1;
+            assert!(steps < 1_000_000, "time stands still at {}", self.now);
+        }
+    }
+
+    fn run_for(&mut self, time: Micros) {
+        self.run_until(self.now + time);
+    }
+
+    /// What a client has received since it last looked.
+    fn received(&mut self, number: u32) -> Vec<FrameBuf> {
+        let inbox = self.inboxes.get_mut(&Client(number));
+        inbox.map_or_else(Vec::new, |inbox| inbox.drain(..).collect())
+    }
+
+    /// Asks and waits for the answer.
+    fn ask(&mut self, number: u32, frame: &FrameBuf) -> FrameBuf {
+        self.say(number, frame);
+        self.run_for(50 * MS);
+        let mut received = self.received(number);
+        assert_eq!(received.len(), 1, "one answer");
+        received.remove(0)
+    }
+
+    fn ids_sent(&self) -> Vec<u8> {
+        self.sent.iter().map(|frame| frame.frame().id()).collect()
+    }
+}
+
+fn due(line: &VecDeque<(Micros, Vec<u8>)>, now: Micros) -> bool {
+    line.front().is_some_and(|(at, _)| *at <= now)
+}
+
+fn get<T: Readable>() -> FrameBuf {
+    FrameBuf::new(T::ROW.id, Ctrl::GET, &[]).unwrap()
+}
+
+fn set<T: Writable>(value: &T) -> FrameBuf {
+    FrameBuf::encode(T::ROW.id, Ctrl::SET, value).unwrap()
+}
+
+fn get_output(pin: u8) -> FrameBuf {
+    FrameBuf::new(<IoDo as Readable>::ROW.id, Ctrl::GET, &[pin]).unwrap()
+}
+
+fn ratio(percent: f32) -> FrameBuf {
+    set(&PtpCommonParams {
+        velocity_ratio: percent,
+        acceleration_ratio: percent,
+    })
+}
+
+fn jog(cmd: JogCommand) -> FrameBuf {
+    let is_joint = Flag::OFF;
+    set(&JogCmd { is_joint, cmd })
+}
+
+/// A client that asks for its own pins one after the other, `window` at a time, and gives up what
+/// is not answered in time.
+struct Asker {
+    number: u32,
+    window: usize,
+    next: u8,
+    /// What it waits for, and since when.
+    waiting: VecDeque<(u8, Micros)>,
+    answered: u32,
+    given_up: u32,
+}
+
+const PINS: u8 = 6;
+
+impl Asker {
+    fn new(number: u32, window: usize) -> Self {
+        Self {
+            number,
+            window,
+            next: 0,
+            waiting: VecDeque::new(),
+            answered: 0,
+            given_up: 0,
+        }
+    }
+
+    fn turn(&mut self, bench: &mut Bench) {
+        for frame in bench.received(self.number) {
+            let pin = frame.frame().params()[0];
+            let at = self.waiting.iter().position(|(asked, _)| *asked == pin);
+            let at = at.unwrap_or_else(|| panic!("{} was given pin {pin}", self.number));
+            // In its own order: what stood before it was not answered.
+            self.given_up += at as u32;
+            self.waiting.drain(..=at);
+            self.answered += 1;
+        }
+        let now = bench.now;
+        while self
+            .waiting
+            .front()
+            .is_some_and(|(_, at)| at + 3_000 * MS <= now)
+        {
+            self.waiting.pop_front();
+            self.given_up += 1;
+        }
+        while self.waiting.len() < self.window {
+            let pin = 1 + self.number as u8 * PINS + self.next;
+            self.next = (self.next + 1) % PINS;
+            self.waiting.push_back((pin, now));
+            bench.say(self.number, &get_output(pin));
+        }
+    }
+}
+
+#[test]
+fn every_client_gets_its_answers_and_no_others() {
+    let hard = Faults {
+        lose: 30,
+        late: (30, 400 * MS),
+    };
+    for (faults, seeds) in [(NONE, 1), (hard, 40)] {
+        for seed in 0..seeds {
+            let mut bench = Bench::new(Settings::default(), faults, seed);
+            let mut askers = [1, 1, 3].into_iter().zip(0..);
+            let mut askers: Vec<Asker> = askers
+                .by_ref()
+                .map(|(window, number)| Asker::new(number, window))
+                .collect();
+            askers.iter().for_each(|asker| bench.open(asker.number));
+            while bench.now < 20_000 * MS {
+                askers.iter_mut().for_each(|asker| asker.turn(&mut bench));
+                bench.step(20_000 * MS);
+            }
+            let counts: Vec<u32> = askers.iter().map(|asker| asker.answered).collect();
+            let lost: u32 = askers.iter().map(|asker| asker.given_up).sum();
+            if seeds == 1 {
+                assert_eq!(lost, 0);
+                // A round trip of 2 ms, and clients take turns.
+                assert!(counts.iter().all(|count| *count >= 3_300), "{counts:?}");
+            } else {
+                assert!(counts.iter().all(|count| *count > 1), "{seed}: {counts:?}");
+                assert!(lost > 0, "{seed}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_second_terminal_costs_the_first_nothing() {
+    let mut bench = Bench::with_clients(2);
+    let mut counts = [0, 0];
+    let mut last = [0, 0];
+    let pose = get::<DeviceTime>();
+    bench.say(0, &pose);
+    bench.say(1, &pose);
+    while bench.now < 1_000 * MS {
+        bench.step(1_000 * MS);
+        for (number, (count, last)) in (0..).zip(counts.iter_mut().zip(&mut last)) {
+            for frame in bench.received(number) {
+                let time = frame.frame().read::<DeviceTime>().unwrap().g_systick;
+                assert!(time > *last || *count == 0, "nobody is told the same twice");
+                (*count, *last) = (*count + 1, time);
+                bench.say(number, &pose);
+            }
+        }
+    }
+    assert!(counts.iter().all(|count| *count >= 498), "{counts:?}");
+    assert!(bench.sent.len() <= 502, "{}", bench.sent.len());
+    let shared = |event: &&Event| matches!(event, Event::Reply { shared: true, .. });
+    assert!(bench.events.iter().filter(shared).count() >= 498);
+}
+
+#[test]
+fn a_shared_answer_is_fresh() {
+    let mut bench = Bench::with_clients(3);
+    let time = get::<DeviceTime>();
+    let read = |frame: FrameBuf| frame.frame().read::<DeviceTime>().unwrap().g_systick;
+    let first = read(bench.ask(0, &time));
+    bench.say(0, &time);
+    bench.run_for(2 * MS);
+    let again = bench.received(0);
+    assert_eq!(again.len(), 1);
+    let again = read(again[0]);
+    assert!(again > first);
+    bench.run_for(19 * MS);
+    bench.say(1, &time);
+    assert_eq!(
+        bench.received(1).into_iter().map(read).collect::<Vec<_>>(),
+        [again]
+    );
+    bench.run_for(MS);
+    bench.say(2, &time);
+    assert!(bench.received(2).is_empty(), "20 ms are over");
+    bench.run_for(2 * MS);
+    let latest = bench.received(2);
+    assert!(read(latest[0]) > again);
+    assert_eq!(bench.sent.len(), 3);
+}
+
+#[test]
+fn without_a_fresh_window_every_get_goes_to_the_arm() {
+    let settings = Settings {
+        fresh: 0,
+        ..Settings::default()
+    };
+    let mut bench = Bench::new(settings, NONE, 1);
+    (0..3).for_each(|number| bench.open(number));
+    (0..3).for_each(|number| bench.say(number, &get::<Pose>()));
+    bench.run_for(20 * MS);
+    assert!((0..3).all(|number| bench.received(number).len() == 1));
+    assert_eq!(bench.sent.len(), 3);
+}
+
+#[test]
+fn what_may_not_be_shared_is_asked_for_each() {
+    let taught = FrameBuf::new(42, Ctrl::GET, &[]).unwrap();
+    let last_pin = FrameBuf::new(<IoDo as Readable>::ROW.id, Ctrl::GET, &[]).unwrap();
+    let unknown = FrameBuf::new(99, Ctrl::GET, &[]).unwrap();
+    for frame in [taught, last_pin, unknown, ratio(40.0)] {
+        let mut bench = Bench::with_clients(2);
+        bench.say(0, &frame);
+        bench.say(1, &frame);
+        bench.run_for(2_000 * MS);
+        // Between two that are not answered there is a fence.
+        bench.sent.retain(|frame| frame.frame().id() != 246);
+        assert_eq!(bench.sent, [frame; 2]);
+    }
+    let mut bench = Bench::with_clients(2);
+    bench.say(0, &get_output(1));
+    bench.say(1, &get_output(2));
+    bench.run_for(20 * MS);
+    assert_eq!(bench.sent, [get_output(1), get_output(2)]);
+    bench.say(0, &get_output(2));
+    assert_eq!(
+        bench.received(0).len(),
+        2,
+        "the same pin is the same question"
+    );
+}
+
+#[test]
+fn every_get_of_the_table_but_one_can_be_shared() {
+    let apart: Vec<u8> = (0..=255)
+        .filter_map(Row::with_id)
+        .filter(|row| row.value.is_some() && !row.only_looks(Ctrl::GET))
+        .map(|row| row.id)
+        .collect();
+    assert_eq!(apart, [42]);
+}
+
+#[test]
+fn who_has_set_something_reads_what_he_set() {
+    let mut bench = Bench::with_clients(2);
+    let read = get::<PtpCommonParams>();
+    bench.say(1, &read);
+    for percent in 1..=99u8 {
+        let percent = f32::from(percent);
+        // Both at once: the look must not be answered by what the watcher asked before the set.
+        bench.say(0, &ratio(percent));
+        bench.say(0, &read);
+        for _ in 0..20 {
+            bench.step(bench.now + MS);
+            if !bench.received(1).is_empty() {
+                bench.say(1, &read);
+            }
+        }
+        let answers = bench.received(0);
+        assert_eq!(answers.len(), 2);
+        let value = answers[1].frame().read::<PtpCommonParams>().unwrap();
+        assert_eq!(value.velocity_ratio, percent);
+    }
+}
+
+#[test]
+fn a_stop_overtakes_all_that_waits() {
+    let mut bench = Bench::with_clients(3);
+    for _ in 0..20 {
+        bench.say(0, &get::<Pose>());
+        bench.say(1, &ratio(10.0));
+        bench.say(2, &get_output(3));
+    }
+    let before = bench.sent.len();
+    assert_eq!(before, 1, "one in flight");
+    bench.say(2, &set(&QueuedCmdForceStopExec {}));
+    bench.say(2, &set(&QueuedCmdClear {}));
+    assert_eq!(
+        bench.ids_sent()[before..],
+        [242],
+        "at once, beside the one in flight"
+    );
+    bench.run_for(2 * MS);
+    assert_eq!(bench.ids_sent()[before + 1], 245);
+    bench.run_for(1_000 * MS);
+    assert_eq!(bench.received(0).len(), 20);
+    assert_eq!(bench.received(1).len(), 20, "other clients lose nothing");
+    let own = bench.received(2);
+    let ids: Vec<u8> = own.iter().map(|frame| frame.frame().id()).collect();
+    let mut expected = vec![131; 20];
+    expected.extend([242, 245]);
+    assert_eq!(ids, expected, "and the client sees its own order");
+}
+
+#[test]
+fn nothing_that_a_stop_overtook_comes_after_it() {
+    let mut bench = Bench::with_clients(2);
+    bench.say(1, &get::<Pose>());
+    let start = set(&QueuedCmdStartExec {});
+    bench.say(0, &start);
+    bench.say(0, &jog(JogCommand::Axis1Plus));
+    bench.say(0, &set(&QueuedCmdForceStopExec {}));
+    bench.run_for(500 * MS);
+    assert_eq!(bench.ids_sent(), [10, 242]);
+    let ids: Vec<u8> = (bench.received(0).iter())
+        .map(|frame| frame.frame().id())
+        .collect();
+    assert_eq!(ids, [242]);
+    let dropped = |event: &&Event| {
+        matches!(
+            event,
+            Event::Dropped {
+                reason: Reason::Stopped,
+                ..
+            }
+        )
+    };
+    assert_eq!(bench.events.iter().filter(dropped).count(), 2);
+    bench.ask(0, &start);
+}
+
+#[test]
+fn a_stop_whose_first_answer_was_lost_is_answered_the_second_time() {
+    let mut bench = Bench::with_clients(1);
+    let stop = set(&QueuedCmdForceStopExec {});
+    bench.faults.lose = 1_000;
+    bench.say(0, &stop);
+    bench.run_for(3_000 * MS);
+    assert!(bench.received(0).is_empty(), "as from the arm");
+    bench.faults.lose = 0;
+    bench.ask(0, &stop);
+    assert_eq!(bench.ids_sent(), [242, 246, 242], "with a fence before it");
+}
+
+#[test]
+fn a_late_answer_goes_nowhere() {
+    let mut bench = Bench::with_clients(2);
+    bench.ask(0, &get::<Pose>());
+    bench.faults.late = (1_000, 1);
+    bench.say(0, &get_output(1));
+    // The answer is under way for longer than anybody waits.
+    bench.run_for(MS);
+    let (at, _) = bench.from_arm.front_mut().expect("an answer under way");
+    *at += 1_500 * MS;
+    bench.faults.late = (0, 0);
+    bench.run_for(1_000 * MS);
+    assert!(bench.received(0).is_empty());
+    let given_up = |event: &&Event| matches!(event, Event::Unanswered { .. });
+    assert_eq!(bench.events.iter().filter(given_up).count(), 1);
+    bench.say(1, &get_output(2));
+    bench.run_for(2_000 * MS);
+    let answers = bench.received(1);
+    assert_eq!(answers.len(), 1);
+    assert_eq!(answers[0].frame().params()[0], 2);
+    assert!(
+        bench.received(0).is_empty(),
+        "nobody is told what comes too late"
+    );
+    assert!(
+        bench
+            .events
+            .iter()
+            .any(|event| matches!(event, Event::Unclaimed { .. }))
+    );
+}
+
+#[test]
+fn who_joined_an_answer_that_does_not_come_is_asked_for_himself() {
+    let mut bench = Bench::with_clients(2);
+    bench.faults.lose = 1_000;
+    bench.say(0, &get::<Pose>());
+    bench.say(1, &get::<Pose>());
+    assert_eq!(bench.sent.len(), 1);
+    bench.run_for(MS);
+    bench.faults.lose = 0;
+    bench.run_for(2_000 * MS);
+    assert!(bench.received(0).is_empty());
+    assert_eq!(bench.received(1).len(), 1);
+    assert_eq!(bench.ids_sent(), [10, 246, 10]);
+}
+
+#[test]
+fn queued_sets_never_go_out_twice() {
+    let mut bench = Bench::with_clients(1);
+    let wait = FrameBuf::new(110, Ctrl::QUEUED, &[0; 4]).unwrap();
+    bench.faults.lose = 1_000;
+    bench.say(0, &wait);
+    bench.run_for(10_000 * MS);
+    assert_eq!(bench.sent, [wait]);
+}
+
+#[test]
+fn who_leaves_takes_what_waits_along_but_not_a_stop() {
+    let mut bench = Bench::with_clients(2);
+    bench.say(1, &get::<Pose>());
+    bench.say(0, &ratio(10.0));
+    bench.close(0);
+    bench.run_for(50 * MS);
+    assert_eq!(bench.ids_sent(), [10]);
+
+    bench.open(0);
+    bench.say(1, &set(&QueuedCmdForceStopExec {}));
+    bench.say(0, &set(&QueuedCmdClear {}));
+    bench.close(0);
+    bench.run_for(50 * MS);
+    assert_eq!(bench.ids_sent(), [10, 242, 245]);
+}
+
+#[test]
+fn a_jog_ends_when_its_client_leaves() {
+    for (keep_going, lose) in [(false, 0), (false, 200), (true, 0)] {
+        let settings = Settings {
+            keep_going,
+            ..Settings::default()
+        };
+        let mut bench = Bench::new(settings, NONE, 5);
+        bench.open(0);
+        bench.open(1);
+        bench.ask(0, &jog(JogCommand::Axis1Plus));
+        bench.close(1);
+        bench.run_for(100 * MS);
+        assert!(bench.arm.state().moving, "it was not that client's");
+        bench.faults.lose = lose;
+        bench.close(0);
+        bench.run_for(if lose == 0 { 200 } else { 20_000 } * MS);
+        let ended = bench.sent.last() == Some(&jog(JogCommand::Stop));
+        assert_eq!(ended, !keep_going);
+        assert_eq!(bench.arm.state().moving, keep_going);
+        assert!(!bench.proxy.is_letting_go());
+    }
+}
+
+#[test]
+fn a_jog_that_was_ended_is_nobodys() {
+    let mut bench = Bench::with_clients(1);
+    bench.ask(0, &jog(JogCommand::Axis1Plus));
+    bench.ask(0, &jog(JogCommand::Stop));
+    bench.close(0);
+    bench.run_for(100 * MS);
+    assert_eq!(bench.sent.len(), 2);
+}
+
+#[test]
+fn a_lost_line_is_silence_and_nothing_is_done_later() {
+    let mut bench = Bench::with_clients(2);
+    bench.ask(0, &jog(JogCommand::Axis1Plus));
+    bench.say(1, &get::<Pose>());
+    bench.say(0, &ratio(10.0));
+    bench.proxy.lose_line();
+    bench.from_arm.clear();
+    bench.to_arm.clear();
+    bench.say(1, &ratio(20.0));
+    bench.run_for(1_000 * MS);
+    assert!(bench.received(0).is_empty() && bench.received(1).is_empty());
+    let sent = bench.sent.len();
+    bench.proxy.find_line();
+    bench.run_for(1_000 * MS);
+    assert_eq!(bench.sent[sent..], [jog(JogCommand::Stop)]);
+    bench.ask(1, &get::<Pose>());
+}
+
+#[test]
+fn noise_and_damage_disturb_nobody() {
+    let mut damaged = ratio(10.0).bytes().to_vec();
+    *damaged.last_mut().unwrap() ^= 1;
+    for transparent in [false, true] {
+        let settings = Settings {
+            transparent,
+            ..Settings::default()
+        };
+        let mut bench = Bench::new(settings, NONE, 1);
+        bench.open(0);
+        bench.open(1);
+        let bytes = [b"M10\r\n".as_slice(), &damaged, get_output(1).bytes()].concat();
+        bench.proxy.receive(bench.now, Client(0), &bytes);
+        bench.say(1, &get_output(2));
+        bench.run_for(100 * MS);
+        assert_eq!(bench.received(0).len(), 1);
+        assert_eq!(bench.received(1).len(), 1);
+        let foreign = bench.events.iter().filter_map(|event| match event {
+            Event::Foreign { bytes, passed, .. } => Some((bytes.bytes().len(), *passed)),
+            _ => None,
+        });
+        let told: usize = foreign
+            .map(|(count, passed)| {
+                assert_eq!(passed, transparent);
+                count
+            })
+            .sum();
+        assert_eq!(told, 5 + damaged.len());
+    }
+}
+
+#[test]
+fn half_a_frame_is_given_up() {
+    let mut bench = Bench::with_clients(1);
+    let frame = ratio(10.0);
+    bench.proxy.receive(0, Client(0), &frame.bytes()[..7]);
+    bench.run_for(100 * MS);
+    bench.ask(0, &get::<Pose>());
+    assert_eq!(bench.ids_sent(), [10]);
+}
+
+#[test]
+fn a_client_that_sends_without_end_is_bounded() {
+    let mut bench = Bench::with_clients(2);
+    for _ in 0..1_000 {
+        bench.say(0, &ratio(1.0));
+    }
+    assert_eq!(bench.proxy.room(Client(0)), 0);
+    assert!(bench.proxy.room(Client(1)) > 0);
+    bench.say(1, &get::<Pose>());
+    bench.say(0, &set(&QueuedCmdForceStopExec {}));
+    bench.run_for(10 * MS);
+    assert_eq!(bench.received(1).len(), 1);
+    assert!(bench.ids_sent().contains(&242), "a stop has room");
+    bench.run_for(1_000 * MS);
+    assert!(bench.proxy.room(Client(0)) > 0);
+}
+
+#[test]
+fn on_datagrams_time_alone_tells() {
+    let settings = Settings {
+        line: connection::Settings::DATAGRAMS,
+        ..Settings::default()
+    };
+    let mut bench = Bench::new(settings, NONE, 1);
+    bench.open(0);
+    bench.open(1);
+    bench.faults.lose = 1_000;
+    bench.say(0, &get_output(1));
+    bench.run_for(1_000 * MS);
+    bench.faults.lose = 0;
+    bench.say(1, &get_output(2));
+    bench.ask(0, &get::<Pose>());
+    assert!(
+        bench.received(1).is_empty(),
+        "an answer to the first may still come"
+    );
+    bench.run_for(2_000 * MS);
+    assert_eq!(bench.received(1).len(), 1);
+    assert_eq!(bench.ids_sent(), [131, 10, 131], "without fences");
+}

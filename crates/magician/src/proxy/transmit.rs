@@ -1,0 +1,186 @@
+use magician_protocol::FrameBuf;
+
+use super::arm::Purpose;
+use super::event::{Chunk, Client, Event};
+use super::member::{Slot, State, What};
+use super::{Jog, Proxy, kind};
+use crate::connection::{Micros, Ticket};
+
+/// What goes out.
+impl Proxy {
+    /// The next answer to a client, `None` when there is none at present.
+    pub fn poll_transmit(&mut self, client: Client) -> Option<FrameBuf> {
+        let (frame, shared) = self.members.get_mut(&client)?.reply()?;
+        self.tell(Event::Reply {
+            client,
+            frame,
+            shared,
+        });
+        Some(frame)
+    }
+
+    /// The next bytes for the arm, `None` when there are none at present.
+    pub fn poll_transmit_to_arm(&mut self, now: Micros) -> Option<Chunk> {
+        if !self.online {
+            return None;
+        }
+        if let Some(frame) = self.transmit_stop(now) {
+            return Some(Chunk::from(&frame));
+        }
+        self.share(now);
+        // While a stop waits for the one before it, nothing else goes.
+        let stopping = !self.own.is_empty() || self.oldest_stop().is_some();
+        if stopping || self.arm.is_busy() {
+            return None;
+        }
+        self.transmit_in_turn(now)
+    }
+
+    fn transmit_stop(&mut self, now: Micros) -> Option<FrameBuf> {
+        if self.arm.is_stopping() {
+            return None;
+        }
+        let own = self.own.front().map(|(frame, _)| *frame);
+        let asked = self.oldest_stop();
+        let frame = own.or(asked.map(|(_, _, frame)| frame))?;
+        if self.arm.is_haunted(&frame)
+            && let Some(fence) = self.transmit_fence(now)
+        {
+            return Some(fence);
+        }
+        if let Some((frame, tries)) = self.own.pop_front() {
+            let tries = tries.saturating_sub(1);
+            self.tell(Event::Own { frame });
+            let ticket = self.ticket();
+            self.send(now, ticket, Purpose::Own { tries }, frame, None);
+            return Some(frame);
+        }
+        let (client, ticket, frame) = asked?;
+        self.mark_asked(client, ticket);
+        self.send(now, ticket, Purpose::Stop, frame, Some(client));
+        Some(frame)
+    }
+
+    /// The stop that has waited longest.
+    fn oldest_stop(&self) -> Option<(Client, Ticket, FrameBuf)> {
+        let slots = self.members.iter().flat_map(|(client, member)| {
+            let waiting = member.slots.iter().filter(|slot| slot.waits());
+            waiting.map(|slot| (*client, slot))
+        });
+        let stops = slots.filter_map(|(client, slot)| match slot.what {
+            What::Request { frame, stop: true } => Some((client, slot.ticket, frame)),
+            _ => None,
+        });
+        stops.min_by_key(|(_, ticket, _)| *ticket)
+    }
+
+    fn transmit_fence(&mut self, now: Micros) -> Option<FrameBuf> {
+        let frame = self.arm.fence()?;
+        self.tell(Event::Own { frame });
+        let ticket = self.ticket();
+        self.send(now, ticket, Purpose::Fence, frame, None);
+        Some(frame)
+    }
+
+    /// Answers and joins what needs not go to the arm.
+    fn share(&mut self, now: Micros) {
+        if self.settings.fresh == 0 {
+            return;
+        }
+        for (client, member) in &mut self.members {
+            // In the client's order: what comes after a request that waits, waits too.
+            while let Some(slot) = member.slots.iter_mut().find(|slot| slot.waits()) {
+                let What::Request { frame, stop: false } = &slot.what else {
+                    break;
+                };
+                if !kind::can_be_shared(&frame.frame()) {
+                    break;
+                }
+                if let Some(reply) = (self.readings).take(now, self.settings.fresh, *client, frame)
+                {
+                    slot.state = State::Answered {
+                        frame: reply,
+                        shared: true,
+                    };
+                    continue;
+                }
+                match self.arm.asking(frame, self.epoch) {
+                    Some(flight) if flight.takers.iter().all(|(taker, _)| taker != client) => {
+                        flight.takers.push((*client, slot.ticket));
+                        slot.state = State::Asked;
+                    }
+                    _ => break,
+                }
+            }
+        }
+    }
+
+    /// The next request of the client whose turn it is.
+    fn transmit_in_turn(&mut self, now: Micros) -> Option<Chunk> {
+        for client in self.in_turn() {
+            let slot = self.members.get(&client).and_then(|member| member.next());
+            let Some(Slot { ticket, what, .. }) = slot else {
+                continue;
+            };
+            let ticket = *ticket;
+            match *what {
+                What::Request { frame, .. } if self.arm.is_haunted(&frame) => {
+                    if let Some(fence) = self.transmit_fence(now) {
+                        return Some(Chunk::from(&fence));
+                    }
+                }
+                What::Request { frame, .. } => {
+                    self.turn = Some(client);
+                    self.mark_asked(client, ticket);
+                    self.send(now, ticket, Purpose::Request, frame, Some(client));
+                    return Some(Chunk::from(&frame));
+                }
+                What::Foreign(bytes) => {
+                    self.turn = Some(client);
+                    if let Some(member) = self.members.get_mut(&client) {
+                        member.remove(ticket);
+                    }
+                    self.changed();
+                    return Some(bytes);
+                }
+            }
+        }
+        None
+    }
+
+    /// All clients, the one after the last first.
+    fn in_turn(&self) -> Vec<Client> {
+        let after = |client: &&Client| self.turn.is_none_or(|last| **client > last);
+        let (first, rest): (Vec<&Client>, Vec<&Client>) = self.members.keys().partition(after);
+        first.into_iter().chain(rest).copied().collect()
+    }
+
+    fn mark_asked(&mut self, client: Client, ticket: Ticket) {
+        let member = self.members.get_mut(&client);
+        if let Some(slot) = member.and_then(|member| member.slot(ticket)) {
+            slot.state = State::Asked;
+        }
+    }
+
+    /// Puts a frame on the line.
+    fn send(
+        &mut self,
+        now: Micros,
+        ticket: Ticket,
+        purpose: Purpose,
+        frame: FrameBuf,
+        client: Option<Client>,
+    ) {
+        if kind::changes(&frame.frame()) {
+            self.changed();
+        }
+        let serial = (self.arm).send(now, ticket, purpose, frame, client, self.epoch);
+        if let (Some(client), Some(end)) = (client, kind::end_of_jog(&frame.frame())) {
+            self.jog = Some(Jog {
+                client,
+                end,
+                serial,
+            });
+        }
+    }
+}

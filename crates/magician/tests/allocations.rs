@@ -1,0 +1,154 @@
+//! A connection in a steady state allocates nothing, on a good line and on a bad one.
+#![allow(
+    unsafe_code,
+    reason = "counting allocations takes an allocator, and an allocator is unsafe"
+)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::collections::VecDeque;
+
+use magician::commands::{DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, WaitCmd};
+use magician::connection::{Connection, Event, Request, Settings};
+use magician::protocol::NoArgs;
+use magician::{Ctrl, FrameBuf};
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+fn count() {
+    // While a thread ends there is no counter any more.
+    let _ = COUNT.try_with(|count| count.set(count.get() + 1));
+}
+
+// SAFETY: everything is left to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: as promised by the caller.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: as promised by the caller.
+        unsafe { System.dealloc(memory, layout) }
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: as promised by the caller.
+        unsafe { System.realloc(memory, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const TICK: u64 = 1_000;
+
+/// A host that never stops, and an arm that does everything at once, one tick of line between them.
+struct Bench {
+    host: Connection,
+    tick: u64,
+    next: u64,
+    line: VecDeque<FrameBuf>,
+    /// One frame in so many comes to nothing.
+    loss: u64,
+    frames: u64,
+    told: u64,
+}
+
+impl Bench {
+    fn new(window: usize, loss: u64) -> Self {
+        let settings = Settings {
+            window,
+            baud: Some(115_200),
+            ..Settings::ORDERED
+        };
+        Self {
+            host: Connection::new(settings),
+            tick: 0,
+            next: 1,
+            line: VecDeque::with_capacity(64),
+            loss,
+            frames: 0,
+            told: 0,
+        }
+    }
+
+    fn answer(&mut self, request: &FrameBuf) -> FrameBuf {
+        let view = request.frame();
+        let last = (self.next - 1).to_le_bytes();
+        let clock = ((self.tick * TICK / 1000) as u32).to_le_bytes();
+        let room = 32u32.to_le_bytes();
+        let params: &[u8] = match (view.id(), view.ctrl().queued()) {
+            (_, true) => {
+                self.next += 1;
+                &(self.next - 1).to_le_bytes()
+            }
+            (246, _) => &last,
+            (247, _) => &room,
+            (4, _) => &clock,
+            _ => &[],
+        };
+        FrameBuf::new(view.id(), Ctrl(view.ctrl().0), params).unwrap()
+    }
+
+    fn pass(&mut self) {
+        self.tick += 1;
+        let now = self.tick * TICK;
+        let deadline = now + 10_000_000;
+        let command = Request::queued(&WaitCmd { timeout: 0 }).unwrap();
+        let command = match self.tick % 50 {
+            0 => command,
+            _ => command.repeatable(),
+        };
+        self.host.submit(command.deadline(deadline));
+        if self.tick.is_multiple_of(20) {
+            let reads = [
+                Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
+                Request::get::<QueuedCmdLeftSpace>(&NoArgs),
+                Request::get::<DeviceTime>(&NoArgs),
+            ];
+            for read in reads {
+                self.host.submit(read.unwrap().deadline(deadline));
+            }
+        }
+        while let Some(reply) = self.line.pop_front() {
+            self.host.receive(now, reply.bytes());
+        }
+        if self.host.poll_timeout().is_some_and(|at| at <= now) {
+            self.host.handle_timeout(now);
+        }
+        while let Some(frame) = self.host.poll_transmit(now) {
+            self.frames += 1;
+            let lost = |number: u64| self.loss > 0 && number.is_multiple_of(self.loss);
+            let (to_arm, to_host) = (lost(self.frames), lost(self.frames + 17));
+            if !to_arm {
+                let reply = self.answer(&frame);
+                if !to_host {
+                    self.line.push_back(reply);
+                }
+            }
+        }
+        while let Some(event) = self.host.poll_event() {
+            self.told += u64::from(matches!(event, Event::Done { .. }));
+        }
+    }
+}
+
+#[test]
+fn a_steady_state_allocates_nothing() {
+    for (window, loss) in [(1, 0), (4, 0), (8, 0), (1, 23), (4, 101)] {
+        let mut bench = Bench::new(window, loss);
+        (0..3_000).for_each(|_| bench.pass());
+        let (before, told) = (COUNT.get(), bench.told);
+        (0..20_000).for_each(|_| bench.pass());
+        assert_eq!(COUNT.get() - before, 0, "window {window}, loss {loss}");
+        assert!(bench.told > told + 10_000);
+        assert!(bench.frames > 2_000);
+    }
+}

@@ -1,0 +1,30 @@
+"""Virtual environments with other people's libraries, under target/interop, pinned by hash."""
+
+import hashlib
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parent
+TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
+
+
+def python_for(requirements):
+    """The interpreter with the library in it; made once, and again when the pins change."""
+    if requirements is None:
+        return sys.executable
+    pins = (HERE / requirements).read_bytes()
+    home = TARGET / "interop" / pathlib.Path(requirements).stem
+    stamp, want = home / "stamp", hashlib.sha256(pins + sys.version.encode()).hexdigest()
+    python = home / "bin" / "python"
+    if not (stamp.exists() and stamp.read_text() == want):
+        shutil.rmtree(home, ignore_errors=True)
+        subprocess.run([sys.executable, "-m", "venv", home], check=True)
+        install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-input", "--no-deps"]
+        command = [*install, "--retries", "5", "--require-hashes", "--only-binary", ":all:", "-r", HERE / requirements]
+        subprocess.run(command, check=True, timeout=600)
+        stamp.write_text(want)
+    return str(python)
