@@ -286,7 +286,8 @@ fn every_client_gets_its_answers_and_no_others() {
             askers.iter().for_each(|asker| bench.open(asker.number));
             while bench.now < 20_000 * MS {
                 askers.iter_mut().for_each(|asker| asker.turn(&mut bench));
-                bench.step(20_000 * MS);
+                // When everything is lost at once only the askers have something to wait for.
+                bench.step(bench.now + 1_000 * MS);
             }
             let counts: Vec<u32> = askers.iter().map(|asker| asker.answered).collect();
             let lost: u32 = askers.iter().map(|asker| asker.given_up).sum();
@@ -295,7 +296,7 @@ fn every_client_gets_its_answers_and_no_others() {
                 // A round trip of 2 ms, and clients take turns.
                 assert!(counts.iter().all(|count| *count >= 3_300), "{counts:?}");
             } else {
-                assert!(counts.iter().all(|count| *count > 1), "{seed}: {counts:?}");
+                assert!(counts.iter().all(|count| *count > 5), "{seed}: {counts:?}");
                 assert!(lost > 0, "{seed}");
             }
         }
