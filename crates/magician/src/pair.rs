@@ -117,6 +117,8 @@ pub struct Pair {
     pub resets: u32,
     /// How often the host noticed commands that nobody sent, or sent once.
     pub unaccounted: u32,
+    /// The intervals of indices of these, until somebody takes them.
+    pub reports: Vec<(u64, u64)>,
     standing: u32,
     /// Of every byte that the host has sent and received, and when: the same seed makes the same.
     pub digest: Digest,
@@ -146,6 +148,7 @@ impl Pair {
             results: HashMap::new(),
             resets: 0,
             unaccounted: 0,
+            reports: Vec::new(),
             standing: 0,
             digest: Digest::default(),
             mute: false,
@@ -291,7 +294,10 @@ impl Pair {
                         assert!(before.is_none(), "a ticket comes back once");
                     }
                     Event::Reset => self.resets += 1,
-                    Event::Unaccounted { .. } => self.unaccounted += 1,
+                    Event::Unaccounted { from, to } => {
+                        self.unaccounted += 1;
+                        self.reports.push((from, to));
+                    }
                 }
                 quiet = false;
             }

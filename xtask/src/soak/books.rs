@@ -16,8 +16,6 @@ struct Entry {
     fate: Option<Result<u64, Failure>>,
     /// The indices under which the arm took it.
     taken: Vec<u64>,
-    /// Before it was judged the host said that something is not as it should be.
-    reported: bool,
 }
 
 /// What came of all commands.
@@ -85,6 +83,8 @@ pub(super) struct Books {
     numbers: HashMap<Vec<u8>, u64>,
     /// What the arm took that nobody sent like this, by index.
     strays: VecDeque<u64>,
+    /// Intervals of indices that the host was told not to rely on.
+    reports: VecDeque<(u64, u64)>,
     newest: u64,
     pub(super) tally: Tally,
 }
@@ -99,7 +99,6 @@ impl Books {
             params: params.to_vec(),
             fate: None,
             taken: Vec::new(),
-            reported: false,
         });
         while self.entries.len() > KEPT {
             self.judge_first();
@@ -137,13 +136,21 @@ impl Books {
         if let Some(entry) = self.entry(number) {
             entry.fate = Some(fate);
         }
+        if let Err(Failure::Uncertain { from, to }) = fate {
+            self.report((from.unwrap_or(u64::MAX), to.unwrap_or(0)));
+        }
     }
 
-    /// The host was told that commands were taken more often than they were sent.
-    pub(super) fn report(&mut self) {
-        self.entries
-            .iter_mut()
-            .for_each(|entry| entry.reported = true);
+    /// The host was told that these indices are not what it thought.
+    pub(super) fn report(&mut self, interval: (u64, u64)) {
+        self.reports.push_back(interval);
+        if self.reports.len() > KEPT {
+            self.reports.pop_front();
+        }
+    }
+
+    fn is_reported(&self, index: u64) -> bool {
+        (self.reports.iter()).any(|(from, to)| (*from..=*to).contains(&index))
     }
 
     /// Judges what has not been.
@@ -158,10 +165,24 @@ impl Books {
             return;
         };
         self.numbers.remove(&entry.params);
+        let taken = entry.taken.as_slice();
+        let told = entry.fate.and_then(Result::ok);
+        let reported = match taken {
+            [] => told.is_some_and(|index| self.is_reported(index)),
+            // One of them was as it should be.
+            [..] => {
+                taken
+                    .iter()
+                    .filter(|index| self.is_reported(**index))
+                    .count()
+                    + 1
+                    >= taken.len()
+            }
+        };
         let tally = &mut self.tally;
         let wrong = match entry.fate {
-            Some(Ok(index)) => match entry.taken.as_slice() {
-                [taken] if *taken == index => {
+            Some(Ok(index)) => match taken {
+                [one] if *one == index => {
                     tally.once += 1;
                     return;
                 }
@@ -179,24 +200,24 @@ impl Books {
             },
             Some(Err(Failure::Uncertain { from, to })) => {
                 tally.uncertain += 1;
-                tally.uncertain_taken += entry.taken.len() as u64;
+                tally.uncertain_taken += u64::from(!taken.is_empty());
                 let inside = |index: &u64| {
                     from.is_none_or(|from| from <= *index) && to.is_none_or(|to| *index <= to)
                 };
-                match entry.taken.as_slice() {
+                match taken {
                     [] => return,
-                    [taken] if inside(taken) => return,
+                    [one] if inside(one) => return,
                     [_] => &mut tally.outside,
                     _ => &mut tally.twice,
                 }
             }
-            _ if entry.taken.is_empty() => {
+            _ if taken.is_empty() => {
                 tally.not_taken += 1;
                 return;
             }
             _ => &mut tally.denied,
         };
-        match entry.reported {
+        match reported && !matches!(taken, [_]) {
             true => tally.reported += 1,
             false => *wrong += 1,
         }

@@ -35,12 +35,20 @@ struct Soak {
     run: fn(Scope) -> Result<Found, Box<dyn Error>>,
 }
 
-const SOAKS: [Soak; 1] = [Soak {
-    name: "r1",
-    says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
-    cases: 1_000_000,
-    run: submitted::spoilt,
-}];
+const SOAKS: [Soak; 2] = [
+    Soak {
+        name: "r1",
+        says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
+        cases: 1_000_000,
+        run: submitted::spoilt,
+    },
+    Soak {
+        name: "r3",
+        says: "R3: queued commands over datagrams that are lost, doubled and out of order",
+        cases: 1_000_000,
+        run: submitted::datagrams,
+    },
+];
 
 fn help() -> String {
     let lines = SOAKS.map(|soak| {
@@ -124,7 +132,7 @@ mod tests {
     use super::*;
 
     /// Cases of each in a debug build.
-    const SHORT: [(&str, u64); 1] = [("r1", 5_000)];
+    const SHORT: [(&str, u64); 2] = [("r1", 5_000), ("r3", 3_000)];
 
     fn find(name: &str, cases: u64, seed: u64) -> Found {
         let soak = SOAKS.iter().find(|soak| soak.name == name).unwrap();

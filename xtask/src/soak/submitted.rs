@@ -6,7 +6,9 @@ use magician::connection::{Failure, Request, Settings};
 use magician::faults::Faults;
 use magician::pair::{Pair, index_of};
 use magician_protocol::NoArgs;
-use magician_protocol::commands::{QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd};
+use magician_protocol::commands::{
+    QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd,
+};
 
 use super::books::Books;
 use super::{Found, Scope, program};
@@ -78,17 +80,27 @@ pub(super) fn note(pair: &mut Pair, books: &mut Books) {
     for (params, index) in pair.accepted.drain(..) {
         books.take(&params, index);
     }
+    for interval in pair.reports.drain(..) {
+        books.report(interval);
+    }
     pair.heard.clear();
     while pair.arm.poll_event().is_some() {}
 }
 
-/// R1, each command when the one before has ended.
-pub(super) fn spoilt(scope: Scope) -> Result<Found, Box<dyn Error>> {
-    let mut pair =
-        ready(Settings::ORDERED, scope.seed).map_err(|failure| format!("{failure:?}"))?;
+/// A run of commands, each when the one before has ended.
+struct Outcome {
+    pair: Pair,
+    books: Books,
+    /// Frames beside one for each command.
+    extra: f64,
+    lasted: f64,
+}
+
+fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcome, Box<dyn Error>> {
+    let mut pair = ready(settings, scope.seed).map_err(|failure| format!("{failure:?}"))?;
     let before = pair.host.stats().sent;
     let began = pair.now;
-    pair.set_faults(SPOILT);
+    pair.set_faults(faults);
     let mut books = Books::default();
     for number in 1..=scope.cases {
         if number % 8 == 0 {
@@ -100,20 +112,63 @@ pub(super) fn spoilt(scope: Scope) -> Result<Found, Box<dyn Error>> {
         books.tell(number, fate.map(|reply| index_of(&reply)));
         note(&mut pair, &mut books);
     }
-    books.close();
-    let tally = books.tally;
+    settle(&mut pair, &mut books);
     let sent = pair.host.stats().sent - before;
-    let extra = (sent - tally.commands) as f64 / tally.commands as f64;
+    let extra = (sent - books.tally.commands) as f64 / books.tally.commands as f64;
+    let lasted = (pair.now - began) as f64 / 1e6;
+    Ok(Outcome {
+        pair,
+        books,
+        extra,
+        lasted,
+    })
+}
+
+/// The line is good again; what is under way arrives, and the host looks once more.
+fn settle(pair: &mut Pair, books: &mut Books) {
+    pair.set_faults(NONE);
+    let later = pair.now + 10 * SECOND;
+    pair.run_until(later);
+    if let Ok(index) = Request::get::<QueuedCmdCurrentIndex>(&NoArgs) {
+        pair.ask(index, 10 * SECOND).ok();
+    }
+    note(pair, books);
+    books.close();
+}
+
+/// R1, each command when the one before has ended.
+pub(super) fn spoilt(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    let run = one_by_one(scope, Settings::ORDERED, SPOILT)?;
+    let tally = run.books.tally;
     let mut figures = tally.figures();
     // Three in a million; in a short run one may be among them.
     let altered = 3.0 * (tally.commands as f64 / 1e6).max(1.0);
     figures.push(Figure::new("altered", tally.altered as f64, "commands").at_most(altered));
     figures.push(Figure::new("strays", tally.strays as f64, "commands"));
-    figures.push(Figure::new("extra exchanges", extra, "a command").at_most(0.3));
-    let virtual_time = (pair.now - began) as f64 / 1e6;
-    figures.push(Figure::new("virtual time", virtual_time, "s"));
+    figures.push(Figure::new("extra exchanges", run.extra, "a command").at_most(0.3));
+    figures.push(Figure::new("virtual time", run.lasted, "s"));
     Ok(Found {
         figures,
-        digest: Some(pair.digest.0),
+        digest: Some(run.pair.digest.0),
+    })
+}
+
+/// R3: what R1 does, over datagrams.
+pub(super) fn datagrams(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    let faults = Faults {
+        drop_chunk: 0.05,
+        duplicate_chunk: 0.01,
+        swap_chunk: 0.05,
+        ..NONE
+    };
+    let run = one_by_one(scope, Settings::DATAGRAMS, faults)?;
+    let mut figures = run.books.tally.figures();
+    let reports = f64::from(run.pair.unaccounted);
+    figures.push(Figure::new("reports of surplus commands", reports, ""));
+    figures.push(Figure::new("extra exchanges", run.extra, "a command"));
+    figures.push(Figure::new("virtual time", run.lasted, "s"));
+    Ok(Found {
+        figures,
+        digest: Some(run.pair.digest.0),
     })
 }
