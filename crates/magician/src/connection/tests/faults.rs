@@ -134,9 +134,14 @@ fn a_line_that_doubles_requests_does_so_never_unnoticed() {
         late_for: 900_000,
         ..Faults::default()
     };
-    let (mut doubled, mut clean, mut silent) = (0, 0, 0);
+    // As late as a second copy may be here.
+    let settings = Settings {
+        echo: SECOND,
+        ..Settings::DATAGRAMS
+    };
+    let (mut doubled, mut clean) = (0, 0);
     for seed in 700..820 {
-        let mut pair = ready(Settings::DATAGRAMS, seed);
+        let mut pair = ready(settings, seed);
         pair.ask(wait(0), SECOND).unwrap();
         pair.accepted.clear();
         pair.set_faults(faults);
@@ -158,18 +163,13 @@ fn a_line_that_doubles_requests_does_so_never_unnoticed() {
         if numbers.len() < taken {
             doubled += 1;
             let noticed = pair.unaccounted + uncertain > 0;
-            // The one thing no index tells: the second copy of a command takes the very place of the
-            // next one, which was lost, and answers for it.
-            let in_anothers_place = taken == 12;
-            assert!(noticed || in_anothers_place, "seed {seed}: in silence");
-            silent += u32::from(!noticed);
+            assert!(noticed, "seed {seed}: in silence");
         } else if pair.unaccounted + uncertain == 0 {
             clean += 1;
             assert_eq!(taken, 12, "seed {seed}");
         }
     }
     assert!(doubled > 20 && clean > 10, "{doubled} {clean}");
-    assert!(20 * silent < doubled, "{silent} of {doubled}");
 }
 
 #[test]
