@@ -5,6 +5,7 @@ mod bench;
 mod dissector;
 mod fidelity;
 mod gallery;
+mod soak;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -17,7 +18,9 @@ Usage: cargo xtask CHORE
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   bench [WHAT...] [--json]
-             measure what the virtual arm costs";
+             measure what the virtual arm costs
+  soak [NAME [--cases N] [--seed S]] [--json]
+             try the driver's promises for as long as you like; lists them without a name";
 
 fn main() -> ExitCode {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -29,6 +32,7 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
+        Some((chore, rest)) if chore == "soak" => soak::run(rest),
         _ => {
             eprintln!("{USAGE}");
             return ExitCode::from(2);

@@ -1,102 +1,88 @@
-//! A host's connection and a virtual arm on one virtual clock, with a line between them that loses, damages, doubles and
-//! delays, all from a seed: what reliability is tried with, deterministically and without waiting.
+//! A host's connection and a virtual arm on one virtual clock, with a line between them that has [`Faults`], all from a
+//! seed: what reliability is tried with, deterministically and without waiting.
 
 use std::collections::{HashMap, VecDeque};
 
 use crate::connection::{Connection, Event, Failure, Micros, Request, Settings, Ticket};
-use magician_protocol::{Deframer, FrameBuf, Layout, QueuedCmdIndex};
+pub use crate::faults::{Dice, Faults};
+use crate::faults::{Injector, Passed, Side};
+use magician_protocol::{Deframer, FrameBuf, INTER_BYTE_TIMEOUT_MS, Layout, QueuedCmdIndex};
 use magician_sim::{Controller, LinkId, Profile};
 
-/// A small generator of numbers (xorshift64*), the same on every platform.
-pub struct Dice(u64);
-
-impl Dice {
-    /// The numbers of this seed.
-    #[must_use]
-    pub fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
-    }
-
-    /// A number from 0 to below `sides`.
-    pub fn roll(&mut self, sides: u64) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 16) % sides
-    }
-
-    /// True in `per_mille` of a thousand cases.
-    pub fn chance(&mut self, per_mille: u64) -> bool {
-        self.roll(1000) < per_mille
-    }
-}
-
-/// What the line does to a frame; chances in per mille.
-#[derive(Clone, Copy, Default)]
-pub struct Faults {
-    /// Frames that come to nothing.
-    pub lose: u64,
-    /// Frames of which one bit is turned.
-    pub damage: u64,
-    /// Frames that come twice.
-    pub double: u64,
-    /// Frames that are late.
-    pub late: u64,
-    /// A frame that is late is late by up to this many us.
-    pub late_by: Micros,
-    /// Frames may overtake each other.
-    pub reorder: bool,
-}
-
+/// One direction: faults, then a delay.
 struct Line {
-    faults: Faults,
+    injector: Injector,
     under_way: VecDeque<(Micros, Vec<u8>)>,
-    latest: Micros,
     delay: Micros,
     lose_next: bool,
 }
 
 impl Line {
-    fn put(&mut self, now: Micros, frame: &[u8], dice: &mut Dice) {
-        if std::mem::take(&mut self.lose_next) {
-            return;
-        }
-        let Faults {
-            lose,
-            damage,
-            double,
-            late,
-            late_by,
-            reorder,
-        } = self.faults;
-        for _ in 0..=u32::from(dice.chance(double)) {
-            if dice.chance(lose) {
-                continue;
-            }
-            let mut bytes = frame.to_vec();
-            if dice.chance(damage) {
-                let at = dice.roll(bytes.len() as u64) as usize;
-                bytes[at] ^= 1 << dice.roll(8);
-            }
-            let mut at = now + self.delay;
-            if dice.chance(late) {
-                at += dice.roll(late_by);
-            }
-            if !reorder {
-                at = at.max(self.latest);
-                self.latest = at;
-            }
-            self.under_way.push_back((at, bytes));
+    fn new(faults: Faults, seed: u64) -> Self {
+        Self {
+            injector: Injector::new(faults, seed),
+            under_way: VecDeque::new(),
+            delay: 1_000,
+            lose_next: false,
         }
     }
 
-    fn take(&mut self, now: Micros) -> Option<Vec<u8>> {
+    /// From now on it does this; what is under way comes as it would have come.
+    fn set_faults(&mut self, now: Micros, faults: Faults, seed: u64) {
+        let mut old = std::mem::replace(&mut self.injector, Injector::new(faults, seed));
+        while let Some(at) = old.poll_timeout() {
+            if let Some(Passed::Bytes(bytes)) = old.poll(at) {
+                self.under_way.push_back((at.max(now) + self.delay, bytes));
+            }
+        }
+    }
+
+    fn put(&mut self, now: Micros, frame: &[u8]) {
+        if !std::mem::take(&mut self.lose_next) {
+            self.injector.push(now, frame);
+        }
+    }
+
+    /// What has passed; or what else struck the line.
+    fn take(&mut self, now: Micros) -> Option<Passed> {
+        while let Some(passed) = self.injector.poll(now) {
+            match passed {
+                Passed::Bytes(bytes) => self.under_way.push_back((now + self.delay, bytes)),
+                other => return Some(other),
+            }
+        }
         let at = self.under_way.iter().position(|(at, _)| *at <= now)?;
-        self.under_way.remove(at).map(|(_, bytes)| bytes)
+        let (_, bytes) = self.under_way.remove(at)?;
+        Some(Passed::Bytes(bytes))
     }
 
     fn next(&self) -> Option<Micros> {
-        self.under_way.iter().map(|(at, _)| *at).min()
+        let delayed = self.under_way.iter().map(|(at, _)| *at);
+        delayed.chain(self.injector.poll_timeout()).min()
+    }
+
+    fn clear(&mut self) {
+        self.under_way.clear();
+        self.injector.plug_in();
+    }
+}
+
+/// A number in which everything that passed has a part (FNV-1a).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Digest(pub u64);
+
+impl Default for Digest {
+    fn default() -> Self {
+        Self(0xCBF2_9CE4_8422_2325)
+    }
+}
+
+impl Digest {
+    /// These bytes passed now.
+    pub fn add(&mut self, now: Micros, bytes: &[u8]) {
+        for byte in now.to_le_bytes().iter().chain(bytes) {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01B3);
+        }
     }
 }
 
@@ -115,6 +101,12 @@ pub struct Pair {
     to_arm: Line,
     to_host: Line,
     arm_ear: Deframer,
+    /// When bytes came to it last.
+    arm_heard: Micros,
+    /// The plug is out; pulled by [`pull_cable`](Self::pull_cable), or by a fault of which nobody has told the host yet.
+    pub unplugged: bool,
+    /// How often the arm was switched off and on.
+    pub boots: u32,
     /// What the arm accepted into its queue: parameters and index, in order.
     pub accepted: Vec<(Vec<u8>, u64)>,
     /// Every frame that the arm got whole.
@@ -125,7 +117,11 @@ pub struct Pair {
     pub resets: u32,
     /// How often the host noticed commands that nobody sent, or sent once.
     pub unaccounted: u32,
+    /// The intervals of indices of these, until somebody takes them.
+    pub reports: Vec<(u64, u64)>,
     standing: u32,
+    /// Of every byte that the host has sent and received, and when: the same seed makes the same.
+    pub digest: Digest,
     /// The arm hears and does not answer.
     pub mute: bool,
 }
@@ -134,41 +130,42 @@ impl Pair {
     /// A host, and an arm that has just been switched on.
     #[must_use]
     pub fn new(settings: Settings, faults: Faults, seed: u64) -> Self {
-        let line = || Line {
-            faults,
-            under_way: VecDeque::new(),
-            latest: 0,
-            delay: 1_000,
-            lose_next: false,
-        };
+        let mut dice = Dice::new(seed);
         Self {
             now: 0,
             host: Connection::new(settings),
             arm: Controller::new(Profile::default()),
-            dice: Dice::new(seed),
             booted: 0,
-            to_arm: line(),
-            to_host: line(),
+            to_arm: Line::new(faults.on(Side::Requests), dice.number()),
+            to_host: Line::new(faults.on(Side::Replies), dice.number()),
+            dice,
             arm_ear: Deframer::new(),
+            arm_heard: 0,
+            unplugged: false,
+            boots: 0,
             accepted: Vec::new(),
             heard: Vec::new(),
             results: HashMap::new(),
             resets: 0,
             unaccounted: 0,
+            reports: Vec::new(),
             standing: 0,
+            digest: Digest::default(),
             mute: false,
         }
     }
 
     /// From now on the line does this, both ways.
     pub fn set_faults(&mut self, faults: Faults) {
-        self.to_arm.faults = faults;
-        self.to_host.faults = faults;
+        let seed = self.dice.number();
+        (self.to_arm).set_faults(self.now, faults.on(Side::Requests), seed);
+        self.set_reply_faults(faults);
     }
 
     /// From now on the line does this to what the arm says.
     pub fn set_reply_faults(&mut self, faults: Faults) {
-        self.to_host.faults = faults;
+        let seed = self.dice.number();
+        (self.to_host).set_faults(self.now, faults.on(Side::Replies), seed);
     }
 
     /// Every reply takes so long.
@@ -186,22 +183,36 @@ impl Pair {
         self.to_host.lose_next = true;
     }
 
+    /// The line breaks: what is under way on it comes to nothing.
+    pub fn cut(&mut self) {
+        self.to_arm.clear();
+        self.to_host.clear();
+    }
+
     /// Switches the arm off and on.
     pub fn power_cycle(&mut self) {
         self.arm = Controller::new(Profile::default());
         self.booted = self.now;
+        self.boots += 1;
+        self.arm_ear = Deframer::new();
     }
 
     /// The cable is pulled: what is under way is lost, and the host is told.
     pub fn pull_cable(&mut self) {
-        self.to_arm.under_way.clear();
-        self.to_host.under_way.clear();
-        self.arm_ear = Deframer::new();
+        self.unplug();
         self.host.interrupt();
+    }
+
+    fn unplug(&mut self) {
+        self.cut();
+        self.unplugged = true;
+        self.arm_ear = Deframer::new();
     }
 
     /// The cable is back, and the host is told.
     pub fn put_cable_back(&mut self) {
+        self.cut();
+        self.unplugged = false;
         self.host.restored();
     }
 
@@ -214,50 +225,66 @@ impl Pair {
 
     fn arm_hears(&mut self, bytes: &[u8]) {
         let mut input = bytes;
-        let mut frames = Vec::new();
+        self.arm_heard = self.now;
         while let Some(event) = self.arm_ear.next(&mut input) {
-            if let magician_protocol::Event::Frame { frame, .. } = event {
-                frames.push(FrameBuf::from(frame));
-            }
-        }
-        // The line fell silent after every write.
-        self.arm_ear.expire();
-        while let Some(event) = self.arm_ear.next(&mut &[][..]) {
-            if let magician_protocol::Event::Frame { frame, .. } = event {
-                frames.push(FrameBuf::from(frame));
-            }
-        }
-        for frame in frames {
+            let magician_protocol::Event::Frame { frame, .. } = event else {
+                continue;
+            };
+            let frame = FrameBuf::from(frame);
             self.heard.push(frame);
             self.arm.receive(LinkId(0), frame.bytes());
             while let Some(reply) = self.arm.poll_transmit(LinkId(0)) {
-                let view = frame.frame();
-                let index = reply.frame().read::<QueuedCmdIndex>();
-                if let (true, false, Ok(QueuedCmdIndex(index))) =
-                    (view.ctrl().queued(), reply.frame().ctrl().error(), index)
-                {
-                    self.accepted.push((view.params().to_vec(), index));
-                }
-                if !self.mute {
-                    self.to_host.put(self.now, reply.bytes(), &mut self.dice);
-                }
+                self.arm_says(&frame, &reply);
             }
         }
+    }
+
+    fn arm_says(&mut self, request: &FrameBuf, reply: &FrameBuf) {
+        let view = request.frame();
+        let index = reply.frame().read::<QueuedCmdIndex>();
+        if let (true, false, Ok(QueuedCmdIndex(index))) =
+            (view.ctrl().queued(), reply.frame().ctrl().error(), index)
+        {
+            self.accepted.push((view.params().to_vec(), index));
+        }
+        if !self.mute && !self.unplugged {
+            self.to_host.put(self.now, reply.bytes());
+        }
+    }
+
+    /// When a frame that has begun to come to the arm will not be completed any more.
+    fn arm_expires(&self) -> Option<Micros> {
+        let pending = self.arm_ear.pending();
+        pending.then_some(self.arm_heard + INTER_BYTE_TIMEOUT_MS * 1000)
     }
 
     fn exchange(&mut self) {
         loop {
             let mut quiet = true;
             while let Some(frame) = self.host.poll_transmit(self.now) {
-                self.to_arm.put(self.now, frame.bytes(), &mut self.dice);
+                self.digest.add(self.now, frame.bytes());
+                if !self.unplugged {
+                    self.to_arm.put(self.now, frame.bytes());
+                }
                 quiet = false;
             }
-            while let Some(bytes) = self.to_arm.take(self.now) {
-                self.arm_hears(&bytes);
+            while let Some(passed) = self.to_arm.take(self.now) {
+                match passed {
+                    Passed::Bytes(bytes) => self.arm_hears(&bytes),
+                    Passed::Unplugged => self.unplug(),
+                    Passed::Reset => self.power_cycle(),
+                }
                 quiet = false;
             }
-            while let Some(bytes) = self.to_host.take(self.now) {
-                self.host.receive(self.now, &bytes);
+            while let Some(passed) = self.to_host.take(self.now) {
+                match passed {
+                    Passed::Bytes(bytes) => {
+                        self.digest.add(self.now, &bytes);
+                        self.host.receive(self.now, &bytes);
+                    }
+                    Passed::Unplugged => self.unplug(),
+                    Passed::Reset => self.power_cycle(),
+                }
                 quiet = false;
             }
             while let Some(event) = self.host.poll_event() {
@@ -267,7 +294,10 @@ impl Pair {
                         assert!(before.is_none(), "a ticket comes back once");
                     }
                     Event::Reset => self.resets += 1,
-                    Event::Unaccounted { .. } => self.unaccounted += 1,
+                    Event::Unaccounted { from, to } => {
+                        self.unaccounted += 1;
+                        self.reports.push((from, to));
+                    }
                 }
                 quiet = false;
             }
@@ -288,6 +318,7 @@ impl Pair {
             self.arm.poll_timeout().map(|at| at + self.booted),
             self.to_arm.next(),
             self.to_host.next(),
+            self.arm_expires(),
         ];
         let next = soonest.into_iter().flatten().min().unwrap_or(end).min(end);
         self.standing = if next > self.now {
@@ -298,6 +329,10 @@ impl Pair {
         assert!(self.standing < 1000, "time stands still at {next}");
         self.now = next.max(self.now);
         self.arm.advance(self.now - self.booted);
+        if self.arm_expires().is_some_and(|at| at <= self.now) {
+            self.arm_ear.expire();
+            self.arm_hears(&[]);
+        }
         self.host.handle_timeout(self.now);
         self.exchange();
     }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 /// One measured number.
-pub(super) struct Figure {
+pub(crate) struct Figure {
     /// Short and stable: what programs look for.
     name: String,
     value: f64,
@@ -20,7 +20,7 @@ enum Goal {
 }
 
 impl Figure {
-    pub(super) fn new(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
+    pub(crate) fn new(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
         Self {
             name: name.into(),
             value,
@@ -30,19 +30,27 @@ impl Figure {
         }
     }
 
-    pub(super) fn with(mut self, name: &'static str, value: f64) -> Self {
+    pub(crate) fn with(mut self, name: &'static str, value: f64) -> Self {
         self.more.push((name, value));
         self
     }
 
-    pub(super) fn at_least(mut self, goal: f64) -> Self {
+    pub(crate) fn at_least(mut self, goal: f64) -> Self {
         self.goal = Some(Goal::AtLeast(goal));
         self
     }
 
-    pub(super) fn at_most(mut self, goal: f64) -> Self {
+    pub(crate) fn at_most(mut self, goal: f64) -> Self {
         self.goal = Some(Goal::AtMost(goal));
         self
+    }
+
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub(crate) fn is_missed(&self) -> bool {
+        self.goal().is_some_and(|(_, _, met)| !met)
     }
 
     fn goal(&self) -> Option<(&'static str, f64, bool)> {
@@ -101,22 +109,22 @@ fn shown(value: f64) -> String {
 }
 
 /// Where figures go.
-pub(super) struct Report {
+pub(crate) struct Report {
     json: bool,
 }
 
 impl Report {
-    pub(super) fn new(json: bool) -> Self {
+    pub(crate) fn new(json: bool) -> Self {
         Self { json }
     }
 
-    pub(super) fn title(&self, says: &str) {
+    pub(crate) fn title(&self, says: &str) {
         if !self.json {
             println!("{says}");
         }
     }
 
-    pub(super) fn print(&self, figure: &Figure) {
+    pub(crate) fn print(&self, figure: &Figure) {
         println!(
             "{}",
             if self.json {
@@ -132,7 +140,7 @@ impl Report {
 const ROUNDS: usize = 9;
 
 /// What `work` does a second: it says how much it did each time. The median of several rounds, and the best.
-pub(super) fn rate(mut work: impl FnMut() -> f64) -> (f64, f64) {
+pub(crate) fn rate(mut work: impl FnMut() -> f64) -> (f64, f64) {
     work();
     let mut rates: Vec<f64> = (0..ROUNDS)
         .map(|_| {

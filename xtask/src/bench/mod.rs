@@ -4,7 +4,7 @@
 //! nearer to what an idle machine would give.
 
 mod crowd;
-mod figure;
+pub(crate) mod figure;
 mod memory;
 mod pacing;
 mod program;

@@ -43,7 +43,14 @@ impl Connection {
                 self.missed_clock();
             }
             (Purpose::Current | Purpose::Left, _) if self.doubt.is_none() => {
-                self.flight.remove(at);
+                let sent = job.sent;
+                if self.vets_on(sent)
+                    && let Some(job) = self.flight.get_mut(at)
+                {
+                    job.due = true;
+                } else {
+                    self.flight.remove(at);
+                }
             }
             (_, Policy::Resend) if job.over => {
                 let job = self.flight.remove(at);
@@ -92,7 +99,7 @@ impl Connection {
     /// Takes a reading for the command in doubt, and judges it when two pairs are equal.
     pub(super) fn read(&mut self, purpose: Purpose, frame: &FrameBuf, now: Micros) {
         let Some(mut doubt) = self.doubt.take() else {
-            return;
+            return self.vet_reading(purpose, frame);
         };
         let view = frame.frame();
         match doubt.current {
@@ -137,7 +144,12 @@ impl Connection {
             verdict => verdict,
         };
         match verdict {
-            Verdict::Unclear => self.uncertain(doubt.job),
+            Verdict::Unclear => match self.ledger.tail(current, left) {
+                Some(tail) if !self.settings.ordered && self.ledger.is_beyond(tail) => {
+                    self.surpassed(doubt.job, tail);
+                }
+                _ => self.uncertain(doubt.job),
+            },
             Verdict::Taken(index) => {
                 self.ledger.accept(index, doubt.job.order);
                 self.ledger.confirm();
@@ -161,12 +173,23 @@ impl Connection {
         }
     }
 
+    /// Over datagrams: more commands were taken than were sent, up to this index. Which, nobody can tell; the next one
+    /// follows it.
+    pub(super) fn surpassed(&mut self, job: Job, to: u64) {
+        let from = self.ledger.last().map(|last| last.saturating_add(1));
+        let failure = Failure::Uncertain { from, to: Some(to) };
+        self.done(job.ticket, Err(failure));
+        self.rebase(to);
+    }
+
     /// Ends a command of which nobody can tell whether it was taken, and for a queued one all that
     /// are in flight with it. Above window 1 what waits behind such a gap does not go out either.
     pub(super) fn uncertain(&mut self, job: Job) {
         let (mut from, mut to) = (None, None);
         if job.queued() && !self.witness.is_broken() {
-            (from, to) = self.ledger.doubt(1 + self.queued_unanswered());
+            // A datagram may have come twice.
+            let copies = if self.settings.ordered { 1 } else { 2 };
+            (from, to) = self.ledger.doubt(copies * (1 + self.queued_unanswered()));
         }
         let failure = Failure::Uncertain { from, to };
         self.done(job.ticket, Err(failure));

@@ -16,6 +16,8 @@ pub(super) enum Flaw {
     NoInterByteTimeout,
     /// On an unordered link "lost" is concluded from readings made too early.
     NoLifetime,
+    /// Over datagrams the next command goes out although a copy of the one before may still come.
+    NoVet,
     /// What a stop dropped may go out once more.
     ResendAfterStop,
     /// Commands are accepted while a Clear may still be repeated.

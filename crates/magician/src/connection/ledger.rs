@@ -265,16 +265,19 @@ impl Ledger {
         }
     }
 
+    /// The index given last, by these readings.
+    pub(super) fn tail(&self, current: u64, left: u32) -> Option<u64> {
+        let sure = self.sure || left == self.capacity && !self.grown;
+        let head = self.floor.head(current).filter(|_| sure)?;
+        let waiting = self.capacity.checked_sub(left)?;
+        Some(head.saturating_add(waiting.into()))
+    }
+
     /// Judges the one command in doubt from readings that were equal twice.
     pub(super) fn judge(&self, current: u64, left: u32) -> Verdict {
-        let sure = self.sure || left == self.capacity && !self.grown;
-        let Some(head) = self.floor.head(current).filter(|_| sure) else {
+        let Some(tail) = self.tail(current, left) else {
             return Verdict::Unclear;
         };
-        let Some(waiting) = self.capacity.checked_sub(left) else {
-            return Verdict::Unclear;
-        };
-        let tail = head.saturating_add(waiting.into());
         match self.last {
             Some(last) if tail == last => Verdict::Lost,
             Some(last) if Some(tail) == last.checked_add(1) => Verdict::Taken(tail),

@@ -88,11 +88,14 @@
 //! stream goes out until the controller's clock, current index and left space were read on the new one; frames of the old
 //! one stay outstanding, so that a late answer from there is known for what it is.
 //!
-//! What is not excluded: a datagram that the network doubles is executed twice by any controller. A surplus answer, or a
-//! current index beyond the last one accepted, shows that: [`Event::Unaccounted`]. What no index
-//! shows is a second copy that takes the very place of the next command of the same id when that one
-//! is lost: over UDP the arm then repeats the one and leaves out the other. And an arm that breaks the law before it was
-//! recognised may take a command twice; the next index then reports it.
+//! A datagram that the network doubles is executed twice by any controller. A surplus answer, a current index or left
+//! space beyond the last one accepted shows that: [`Event::Unaccounted`]. What no index shows is a second copy that takes
+//! the very place of the next command when that one is lost. So over datagrams the next one goes out only when no second
+//! copy can come any more ([`Settings::echo`]) and two equal readings since then have shown that none was taken: from then
+//! on nothing but the command itself can take the next index. This costs the time and four reads for each queued command.
+//!
+//! What is not excluded: an arm that breaks the law before it was recognised may take a command twice; the next index then
+//! reports it. A second copy of the last command that is cleared before it was seen shows when the next one is taken.
 //!
 //! # What goes first
 //!
@@ -115,6 +118,7 @@ mod request;
 mod tests;
 pub(crate) mod transmit;
 mod uptime;
+mod vet;
 
 use std::collections::VecDeque;
 
@@ -133,6 +137,7 @@ use pace::Pace;
 pub use request::{Event, Failure, Priority, Request, Settings, Ticket};
 
 use uptime::Uptime;
+use vet::Vet;
 
 /// Microseconds from an origin of the caller's choice.
 pub type Micros = u64;
@@ -179,6 +184,7 @@ pub struct Connection {
     lanes: [VecDeque<Job>; 3],
     flight: Vec<Job>,
     doubt: Option<Doubt>,
+    vet: Option<Vet>,
     events: VecDeque<Event>,
     next_ticket: u64,
     streak: u32,
@@ -217,6 +223,7 @@ impl Connection {
             lanes: std::array::from_fn(|_| VecDeque::with_capacity(LANE)),
             flight: Vec::with_capacity(MAX_WINDOW + 4),
             doubt: None,
+            vet: None,
             events: VecDeque::with_capacity(4 * LANE),
             next_ticket: 0,
             streak: 0,
@@ -283,10 +290,11 @@ impl Connection {
         confirmed.map(QueuedCmdIndex)
     }
 
-    /// Whether nothing waits and nothing is in flight.
+    /// Whether nothing waits and nothing is in flight, and over datagrams nothing may come twice any more.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.flight.is_empty() && self.doubt.is_none() && self.lanes.iter().all(VecDeque::is_empty)
+        let settled = self.doubt.is_none() && !self.is_vetting();
+        settled && self.flight.is_empty() && self.lanes.iter().all(VecDeque::is_empty)
     }
 }
 
@@ -350,6 +358,7 @@ impl Connection {
             next = next.min(doubt.not_before.unwrap_or(Micros::MAX));
         }
         next = next.min(self.pace.wakes().unwrap_or(Micros::MAX));
+        next = next.min(self.vet_wakes().unwrap_or(Micros::MAX));
         if let (true, Some(at)) = (self.wants_drain(), self.drain_at) {
             next = next.min(at);
         }
@@ -372,6 +381,7 @@ impl Connection {
         }
         self.outstanding.expire(now, self.settings.lifetime);
         self.pace.pass(now);
+        self.pass_vet(now);
         if self.drain_at.is_some_and(|at| at <= now) {
             self.drain_at = None;
         }

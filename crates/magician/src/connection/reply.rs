@@ -86,10 +86,20 @@ impl Connection {
     }
 
     /// The controller has taken more commands than this connection knows of.
-    fn unaccounted(&mut self, to: u64) {
+    pub(super) fn unaccounted(&mut self, to: u64) {
         let from = self.ledger.last().map_or(to, |last| last.saturating_add(1));
         self.events.push_back(Event::Unaccounted { from, to });
-        self.ledger.forget();
+        match self.settings.ordered {
+            true => self.ledger.forget(),
+            false => self.rebase(to),
+        }
+    }
+
+    /// Over datagrams: this is the index given last, whoever it was given to.
+    pub(super) fn rebase(&mut self, to: u64) {
+        self.ledger.accept(to, self.order);
+        self.ledger.confirm();
+        self.witness.resume(Some(to));
     }
 
     /// The controller has finished more than it was given here. On an ordered link that was another
@@ -166,8 +176,12 @@ impl Connection {
             return;
         }
         if !self.settings.ordered {
-            // That was another command's answer come again; its own may follow.
+            // That was another command's answer come again, or the answer to its second copy; its own may follow.
             self.outstanding.sent(copy);
+            return match self.ledger.is_beyond(index) {
+                true => self.surpassed(job, index),
+                false => self.enter_doubt(job),
+            };
         }
         if self.ledger.last() == Some(index) && alone {
             self.enter_doubt(job);
@@ -232,7 +246,7 @@ impl Connection {
     }
 
     /// Whether no queued command waits for its answer.
-    fn is_accounted(&self) -> bool {
+    pub(super) fn is_accounted(&self) -> bool {
         self.doubt.is_none() && self.queued_unanswered() == 0
     }
 

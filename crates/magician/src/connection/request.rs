@@ -194,6 +194,10 @@ pub struct Settings {
     /// How long a request and its answer may be under way together, in us: what a frame that is no longer waited
     /// for can do harm. On an ordered link it only bounds the wait for a dead line.
     pub lifetime: Micros,
+    /// On an unordered link, how long after a datagram went out a second copy of it may come, in us; 0: none ever comes
+    /// twice. Queued commands go out so far apart, and current index and left space are read in between: the arm would
+    /// take a command twice, and where the next one is lost at the same time no index tells.
+    pub echo: Micros,
     /// Places in the controller's queue (model section 14). A larger number read from the
     /// controller replaces it.
     pub capacity: u32,
@@ -215,6 +219,7 @@ impl Settings {
         window: 1,
         ordered: true,
         lifetime: 60_000_000,
+        echo: 0,
         capacity: 32,
         initial_timeout: 500_000,
         floor: 100_000,
@@ -226,6 +231,7 @@ impl Settings {
     pub const DATAGRAMS: Self = Self {
         ordered: false,
         lifetime: 2_000_000,
+        echo: 100_000,
         initial_timeout: 700_000,
         floor: 200_000,
         ..Self::ORDERED

@@ -48,7 +48,7 @@ impl Connection {
         if busy >= self.window() {
             return None;
         }
-        if let Some(purpose) = self.next_reading() {
+        if let Some(purpose) = self.next_reading(now) {
             return self.send_reading(purpose, now);
         }
         let polls = u32::try_from(self.lanes[Priority::Poll as usize].len()).unwrap_or(u32::MAX);
@@ -86,7 +86,7 @@ impl Connection {
     }
 
     /// The reading that a command in doubt or a line found again needs next, unless one is in flight.
-    fn next_reading(&self) -> Option<Purpose> {
+    fn next_reading(&self, now: Micros) -> Option<Purpose> {
         let readings = [Purpose::Current, Purpose::Left, Purpose::Clock];
         if (self.flight.iter()).any(|job| readings.contains(&job.purpose)) {
             return None;
@@ -94,7 +94,9 @@ impl Connection {
         if let Some(purpose) = self.next_look() {
             return Some(purpose);
         }
-        let doubt = self.doubt.as_ref()?;
+        let Some(doubt) = &self.doubt else {
+            return self.next_vetting(now);
+        };
         if doubt.not_before.is_some() {
             return None;
         }
@@ -115,6 +117,9 @@ impl Connection {
         {
             doubt.begun.get_or_insert(now);
         }
+        if purpose != Purpose::Clock {
+            self.vetting();
+        }
         self.send_own(purpose, row, now)
     }
 
@@ -127,7 +132,7 @@ impl Connection {
             return self.send_own(Purpose::Drain, QueuedCmdLeftSpace::ROW, now);
         }
         let job = *self.lanes[lane as usize].front()?;
-        if !self.may_join(&job) {
+        if !self.may_join(&job) || job.queued() && !self.is_vetted(now) {
             return None;
         }
         let unsettled = self.order.saturating_sub(self.settled);
@@ -221,7 +226,10 @@ impl Connection {
         job.timer = now.saturating_add(self.estimator.timeout());
         job.clears = self.ledger.clears();
         match job.queued() {
-            true => self.order += 1,
+            true => {
+                self.order += 1;
+                self.begin_vet(now);
+            }
             false => self.settled = self.order,
         }
         job.order = self.order;

@@ -48,6 +48,8 @@ pub struct Tally {
     pub duplicated_chunks: u64,
     /// Chunks that let another one pass, or waited for one.
     pub swapped_chunks: u64,
+    /// Chunks that were late by themselves.
+    pub late_chunks: u64,
     /// Stalls.
     pub stalls: u64,
     /// Chunks that came in other cuts.
@@ -74,6 +76,7 @@ impl Tally {
             self.dropped_chunks,
             self.duplicated_chunks,
             self.swapped_chunks,
+            self.late_chunks,
             self.stalls,
             self.rechunked,
             self.unplugged,
@@ -94,7 +97,9 @@ pub struct Injector {
     chunk_dice: Dice,
     /// In the order in which it comes out; times never go down.
     under_way: VecDeque<(Micros, Passed)>,
-    /// Bytes in `under_way`.
+    /// Late by themselves, in no order.
+    late: Vec<(Micros, Vec<u8>)>,
+    /// Bytes in `under_way` and `late`.
     pub(super) load: usize,
     /// The last one under way may take the next chunk along.
     open: bool,
@@ -114,6 +119,7 @@ impl Injector {
             dice: Dice::new(seed),
             chunk_dice: Dice::new(seed ^ OTHER_DICE),
             under_way: VecDeque::new(),
+            late: Vec::new(),
             load: 0,
             open: false,
             held: None,
@@ -155,6 +161,15 @@ impl Injector {
     /// What has come through by now, in its order.
     pub fn poll(&mut self, now: Micros) -> Option<Passed> {
         self.release(now);
+        let first = self.under_way.front().map(|(at, _)| *at);
+        if let Some((place, at)) = self.next_late()
+            && at <= now
+            && first.is_none_or(|first| at < first)
+        {
+            let (_, bytes) = self.late.swap_remove(place);
+            self.load -= bytes.len();
+            return Some(Passed::Bytes(bytes));
+        }
         let (_, passed) = self.under_way.pop_front_if(|(at, _)| *at <= now)?;
         if let Passed::Bytes(bytes) = &passed {
             self.load -= bytes.len();
@@ -168,7 +183,15 @@ impl Injector {
     pub fn poll_timeout(&self) -> Option<Micros> {
         // What has waited for another one to pass still comes behind what is under way.
         let next = self.under_way.front().map(|(at, _)| *at);
-        next.or_else(|| self.held.as_ref().map(|(until, _)| *until))
+        let next = next.or_else(|| self.held.as_ref().map(|(until, _)| *until));
+        let late = self.next_late().map(|(_, at)| at);
+        next.into_iter().chain(late).min()
+    }
+
+    /// Which of the late ones comes first, and when.
+    fn next_late(&self) -> Option<(usize, Micros)> {
+        let times = self.late.iter().map(|(at, _)| *at).enumerate();
+        times.min_by_key(|(_, at)| *at)
     }
 
     /// The plug is in again, by whoever was told that it was pulled. What was under way is lost.
@@ -191,6 +214,7 @@ impl Injector {
 
     fn clear(&mut self) {
         self.under_way.clear();
+        self.late.clear();
         self.load = 0;
         self.open = false;
         self.held = None;
@@ -215,15 +239,32 @@ impl Injector {
             self.tally.swapped_chunks += 1;
             self.held = Some((at.saturating_add(self.faults.hold_for), chunk.clone()));
         } else {
-            self.cut(at, chunk.clone());
+            self.hurry(at, chunk.clone());
         }
         if twice {
             self.tally.duplicated_chunks += 1;
-            self.cut(at, chunk);
+            self.hurry(at, chunk);
         }
         if !wait && let Some((_, held)) = self.held.take() {
             self.cut(at, held);
         }
+    }
+
+    /// Sends a chunk in its turn, or late by itself.
+    fn hurry(&mut self, at: Micros, chunk: Vec<u8>) {
+        if !self.strikes(self.faults.late_chunk) {
+            return self.cut(at, chunk);
+        }
+        if self.late.len() >= CHUNKS || self.load + chunk.len() > ROOM {
+            self.tally.dropped_chunks += 1;
+            return;
+        }
+        self.tally.late_chunks += 1;
+        self.load += chunk.len();
+        let late = self
+            .chunk_dice
+            .below(self.faults.late_for.saturating_add(1));
+        self.late.push((at.saturating_add(late), chunk));
     }
 
     /// The chunk that waited for another one to pass has waited long enough.

@@ -27,5 +27,6 @@ mod rates;
 #[cfg(test)]
 mod tests;
 
+pub use dice::Dice;
 pub use injector::{Injector, Passed, Tally};
 pub use rates::{Faults, Side};

@@ -21,6 +21,7 @@ use crate::{Error, Result};
 /// | `drop-chunk` | a chunk is lost |
 /// | `duplicate-chunk` | a chunk comes twice |
 /// | `swap-chunk` | a chunk lets the next one pass, for which it waits at most `hold-ms` (50): reordered, or late |
+/// | `late-chunk` | a chunk is late by up to `late-ms` (500), and others pass it meanwhile: datagrams |
 /// | `stall` | the line stands still at a chunk for up to `stall-ms` (100) |
 /// | `rechunk` | a chunk comes in up to four pieces at different times, or in one with the next |
 /// | `unplug` | the plug is pulled at a chunk, for `unplug-ms` (200); it and what is under way are lost |
@@ -58,6 +59,8 @@ pub struct Faults {
     pub duplicate_chunk: f64,
     /// Chunks that let the next one pass.
     pub swap_chunk: f64,
+    /// Chunks that are late by themselves.
+    pub late_chunk: f64,
     /// Chunks at which the line stands still.
     pub stall: f64,
     /// Chunks that come in other cuts.
@@ -68,6 +71,8 @@ pub struct Faults {
     pub reset: f64,
     /// How long a chunk waits for the next one to pass it, us.
     pub hold_for: Micros,
+    /// The longest delay of a chunk that is late by itself, us.
+    pub late_for: Micros,
     /// The longest stall, us.
     pub stall_for: Micros,
     /// How long the plug stays out, us.
@@ -100,11 +105,13 @@ impl Default for Faults {
             drop_chunk: 0.0,
             duplicate_chunk: 0.0,
             swap_chunk: 0.0,
+            late_chunk: 0.0,
             stall: 0.0,
             rechunk: 0.0,
             unplug: 0.0,
             reset: 0.0,
             hold_for: 50_000,
+            late_for: 500_000,
             stall_for: 100_000,
             unplug_for: 200_000,
             only: None,
@@ -117,7 +124,7 @@ impl Default for Faults {
 type Field<T> = fn(&mut Faults) -> &mut T;
 
 /// The keys, and where each one's rate stands. Those of bytes come first.
-const RATES: [(&str, Field<f64>); 13] = [
+const RATES: [(&str, Field<f64>); 14] = [
     ("replace", |faults| &mut faults.replace),
     ("flip", |faults| &mut faults.flip),
     ("drop", |faults| &mut faults.drop),
@@ -127,6 +134,7 @@ const RATES: [(&str, Field<f64>); 13] = [
     ("drop-chunk", |faults| &mut faults.drop_chunk),
     ("duplicate-chunk", |faults| &mut faults.duplicate_chunk),
     ("swap-chunk", |faults| &mut faults.swap_chunk),
+    ("late-chunk", |faults| &mut faults.late_chunk),
     ("stall", |faults| &mut faults.stall),
     ("rechunk", |faults| &mut faults.rechunk),
     ("unplug", |faults| &mut faults.unplug),
@@ -134,8 +142,9 @@ const RATES: [(&str, Field<f64>); 13] = [
 ];
 
 /// The keys of times.
-const TIMES: [(&str, Field<Micros>); 3] = [
+const TIMES: [(&str, Field<Micros>); 4] = [
     ("hold-ms", |faults| &mut faults.hold_for),
+    ("late-ms", |faults| &mut faults.late_for),
     ("stall-ms", |faults| &mut faults.stall_for),
     ("unplug-ms", |faults| &mut faults.unplug_for),
 ];

@@ -43,7 +43,7 @@ fn a_command_that_went_nowhere_is_sent_again() {
     let mut pair = ready(Settings::ORDERED, 6);
     pair.ask(wait(10_000), SECOND).unwrap();
     pair.set_faults(Faults {
-        lose: 1000,
+        drop_chunk: 1.0,
         ..Faults::default()
     });
     let deadline = pair.now + 5 * SECOND;

@@ -26,7 +26,7 @@ fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
             uncertain += 1;
         }
         fates.insert(number, fate);
-        let address = 1 + pair.dice.roll(20) as u8;
+        let address = 1 + pair.dice.below(20) as u8;
         if let Ok(reply) = pair.ask(get_di(address), 2 * SECOND)
             && check_gets
         {
@@ -68,10 +68,10 @@ fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
 #[test]
 pub(super) fn executes_each_command_once_over_a_serial_line_that_loses_damages_and_delays() {
     let faults = Faults {
-        lose: 15,
-        damage: 30,
-        late: 20,
-        late_by: 900_000,
+        drop_chunk: 0.015,
+        flip: 0.0005,
+        stall: 0.02,
+        stall_for: 900_000,
         ..Faults::default()
     };
     let mut uncertain = 0;
@@ -89,10 +89,10 @@ pub(super) fn executes_each_command_once_over_a_serial_line_that_loses_damages_a
 #[test]
 fn a_line_that_doubles_replies_never_doubles_commands() {
     let faults = Faults {
-        lose: 20,
-        double: 50,
-        late: 20,
-        late_by: 300_000,
+        drop_chunk: 0.02,
+        duplicate_chunk: 0.05,
+        stall: 0.02,
+        stall_for: 300_000,
         ..Faults::default()
     };
     for seed in 300..400 {
@@ -109,10 +109,9 @@ fn a_line_that_doubles_replies_never_doubles_commands() {
 #[test]
 pub(super) fn datagrams_lost_late_and_out_of_order_lead_to_no_silent_mistake() {
     let faults = Faults {
-        lose: 50,
-        late: 50,
-        late_by: 900_000,
-        reorder: true,
+        drop_chunk: 0.05,
+        late_chunk: 0.05,
+        late_for: 900_000,
         ..Faults::default()
     };
     let mut uncertain = 0;
@@ -129,16 +128,20 @@ pub(super) fn datagrams_lost_late_and_out_of_order_lead_to_no_silent_mistake() {
 #[test]
 fn a_line_that_doubles_requests_does_so_never_unnoticed() {
     let faults = Faults {
-        lose: 30,
-        double: 40,
-        late: 100,
-        late_by: 900_000,
-        reorder: true,
+        drop_chunk: 0.03,
+        duplicate_chunk: 0.04,
+        late_chunk: 0.1,
+        late_for: 900_000,
         ..Faults::default()
     };
-    let (mut doubled, mut clean, mut silent) = (0, 0, 0);
+    // As late as a second copy may be here.
+    let settings = Settings {
+        echo: SECOND,
+        ..Settings::DATAGRAMS
+    };
+    let (mut doubled, mut clean) = (0, 0);
     for seed in 700..820 {
-        let mut pair = ready(Settings::DATAGRAMS, seed);
+        let mut pair = ready(settings, seed);
         pair.ask(wait(0), SECOND).unwrap();
         pair.accepted.clear();
         pair.set_faults(faults);
@@ -160,33 +163,27 @@ fn a_line_that_doubles_requests_does_so_never_unnoticed() {
         if numbers.len() < taken {
             doubled += 1;
             let noticed = pair.unaccounted + uncertain > 0;
-            // The one thing no index tells: the second copy of a command takes the very place of the
-            // next one, which was lost, and answers for it.
-            let in_anothers_place = taken == 12;
-            assert!(noticed || in_anothers_place, "seed {seed}: in silence");
-            silent += u32::from(!noticed);
+            assert!(noticed, "seed {seed}: in silence");
         } else if pair.unaccounted + uncertain == 0 {
             clean += 1;
             assert_eq!(taken, 12, "seed {seed}");
         }
     }
     assert!(doubled > 20 && clean > 10, "{doubled} {clean}");
-    assert!(20 * silent < doubled, "{silent} of {doubled}");
 }
 
 #[test]
 pub(super) fn datagrams_that_overtake_each_other_are_not_mixed_up() {
     let faults = Faults {
-        late: 500,
-        late_by: 900_000,
-        reorder: true,
+        late_chunk: 0.5,
+        late_for: 900_000,
         ..Faults::default()
     };
     for seed in 900..930 {
         let mut pair = ready(Settings::DATAGRAMS, seed);
         pair.set_faults(faults);
         for _ in 0..20 {
-            let address = 1 + pair.dice.roll(20) as u8;
+            let address = 1 + pair.dice.below(20) as u8;
             if let Ok(reply) = pair.ask(get_di(address), 300_000) {
                 assert_eq!(reply.frame().read::<IoDi>().unwrap().address, address);
             }

@@ -186,8 +186,8 @@ fn longest_wait(baud: Option<u32>) -> Micros {
     let mut dice = Dice::new(5);
     let mut longest = 0;
     for round in 0..400 {
-        let mut paced = Paced::new(4, dice.roll(1_000), baud);
-        let at = paced.now + 20_000 + dice.roll(20_000);
+        let mut paced = Paced::new(4, dice.below(1_000), baud);
+        let at = paced.now + 20_000 + dice.below(20_000);
         while paced.now < at {
             paced.feed();
             paced.results.clear();

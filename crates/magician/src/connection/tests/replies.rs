@@ -25,8 +25,6 @@ fn a_reply_after_its_timeout_is_not_the_answer_to_a_later_request() {
     let mut pair = ready(Settings::ORDERED, 3);
     // The reply to this one stays under way for two seconds; the caller gives up after 600 ms.
     pair.set_reply_faults(Faults {
-        late: 1000,
-        late_by: 1,
         ..Faults::default()
     });
     pair.delay_replies(2 * SECOND);
@@ -67,7 +65,7 @@ fn a_silent_port_ends_every_call_by_its_deadline() {
     let mut pair = Pair::new(
         Settings::ORDERED,
         Faults {
-            lose: 1000,
+            drop_chunk: 1.0,
             ..Faults::default()
         },
         11,
@@ -146,19 +144,19 @@ fn garbage_and_replies_that_nobody_asked_for_are_survived() {
     let mut pair = ready(Settings::ORDERED, 14);
     let mut dice = Dice::new(99);
     for round in 0..300 {
-        let garbage: Vec<u8> = (0..dice.roll(300))
+        let garbage: Vec<u8> = (0..dice.below(300))
             .map(|_| {
-                if dice.chance(300) {
+                if dice.chance(0.3) {
                     0xAA
                 } else {
-                    dice.roll(256) as u8
+                    dice.below(256) as u8
                 }
             })
             .collect();
         pair.inject(&garbage);
-        let alien = magician_protocol::FrameBuf::new(dice.roll(256) as u8, Ctrl(7), &[1, 2, 3]);
+        let alien = magician_protocol::FrameBuf::new(dice.below(256) as u8, Ctrl(7), &[1, 2, 3]);
         pair.inject(alien.unwrap().bytes());
-        let address = 1 + dice.roll(20) as u8;
+        let address = 1 + dice.below(20) as u8;
         let reply = pair.ask(get_di(address), 10 * SECOND).unwrap();
         assert_eq!(
             reply.frame().read::<IoDi>().unwrap().address,

@@ -94,10 +94,10 @@ fn stream(pair: &mut Pair, polls: bool) -> (u64, Option<Failure>) {
 #[test]
 fn what_is_confirmed_was_taken_in_order_and_in_its_place() {
     let faults = Faults {
-        lose: 6,
-        damage: 6,
-        late: 3,
-        late_by: 300_000,
+        drop_chunk: 0.006,
+        flip: 0.0003,
+        stall: 0.003,
+        stall_for: 300_000,
         ..Faults::default()
     };
     let (mut gaps, mut whole) = (0, 0);
@@ -132,8 +132,8 @@ fn a_stream_without_reads_is_confirmed_all_the_same() {
     let mut pair = lawful(4, 1);
     // One answer after the other, and never a moment without a command in flight.
     pair.set_reply_faults(Faults {
-        late: 900,
-        late_by: 5_000,
+        stall: 0.9,
+        stall_for: 5_000,
         ..Faults::default()
     });
     let deadline = pair.now + 20 * SECOND;

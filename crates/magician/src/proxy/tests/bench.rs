@@ -119,7 +119,7 @@ impl Bench {
         {
             self.sent.push(FrameBuf::from(frame));
         }
-        if !self.dice.chance(self.faults.lose) {
+        if self.dice.below(1000) >= self.faults.lose {
             self.to_arm.push_back((self.now + MS, bytes.to_vec()));
         }
     }
@@ -128,14 +128,14 @@ impl Bench {
         self.arm.receive(USB, bytes);
         while let Some(reply) = self.arm.poll_transmit(USB) {
             let (late, by) = self.faults.late;
-            let late = match self.dice.chance(late) {
-                true => self.dice.roll(by),
+            let late = match self.dice.below(1000) < late {
+                true => self.dice.below(by),
                 false => 0,
             };
             // An ordered line: what is late delays what follows.
             let last = self.from_arm.back().map_or(0, |(at, _)| *at);
             let at = (self.now + MS + late).max(last);
-            if !self.dice.chance(self.faults.lose) {
+            if self.dice.below(1000) >= self.faults.lose {
                 self.from_arm.push_back((at, reply.bytes().to_vec()));
             }
         }

@@ -32,8 +32,8 @@ fn nothing_is_lost_doubled_or_swapped_at_window_1_however_bad_the_line() {
         let mut rig = Rig::new(Settings::ORDERED, StreamSettings::default(), &program);
         rig.pair.dice = crate::pair::Dice::new(seed);
         rig.pair.set_faults(Faults {
-            lose: 40,
-            damage: 40,
+            drop_chunk: 0.04,
+            flip: 0.002,
             ..Faults::default()
         });
         // What nobody can tell at first is found out on resuming.

@@ -96,8 +96,8 @@ fn a_bad_line_is_gone_back_on_until_the_rest_goes_one_by_one() {
         }
         rig.pair.dice = Dice::new(seed);
         rig.pair.set_faults(Faults {
-            lose: 15,
-            damage: 15,
+            drop_chunk: 0.015,
+            flip: 0.00075,
             ..Faults::default()
         });
         rig.run(600 * SECOND).unwrap();
@@ -126,8 +126,8 @@ fn what_must_not_be_done_twice_travels_alone_and_is_done_once() {
         }
         rig.pair.dice = Dice::new(seed);
         rig.pair.set_faults(Faults {
-            lose: 10,
-            damage: 10,
+            drop_chunk: 0.01,
+            flip: 0.0005,
             ..Faults::default()
         });
         let outcome = rig.run(600 * SECOND);
@@ -214,7 +214,7 @@ fn a_queue_with_commands_of_others_is_never_cleared_nor_stopped() {
             // The first index is known before the line turns bad.
             if rig.pair.accepted.len() == 3 {
                 rig.pair.set_faults(Faults {
-                    lose: 20,
+                    drop_chunk: 0.02,
                     ..Faults::default()
                 });
             }

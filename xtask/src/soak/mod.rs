@@ -1,0 +1,168 @@
+//! The driver's promises, tried for as long as asked: simulations in virtual time, from a seed.
+//!
+//! Every soak is deterministic: the same name, cases and seed send and receive the same bytes at the same instants, and
+//! print the same digest of them. The tests of this crate run each for a moment.
+
+mod books;
+mod program;
+mod submitted;
+
+use std::error::Error;
+use std::time::Instant;
+
+use crate::bench::figure::{Figure, Report};
+
+/// How much of it.
+#[derive(Clone, Copy, Debug)]
+struct Scope {
+    /// Commands, faults, calls: what the soak counts.
+    cases: u64,
+    seed: u64,
+}
+
+/// What a soak found: figures, and the digest of what passed on the line where there is one.
+struct Found {
+    figures: Vec<Figure>,
+    digest: Option<u64>,
+}
+
+/// A promise.
+struct Soak {
+    name: &'static str,
+    says: &'static str,
+    /// Cases of a run of about a minute in a release build.
+    cases: u64,
+    run: fn(Scope) -> Result<Found, Box<dyn Error>>,
+}
+
+const SOAKS: [Soak; 2] = [
+    Soak {
+        name: "r1",
+        says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
+        cases: 1_000_000,
+        run: submitted::spoilt,
+    },
+    Soak {
+        name: "r3",
+        says: "R3: queued commands over datagrams that are lost, doubled and out of order",
+        cases: 1_000_000,
+        run: submitted::datagrams,
+    },
+];
+
+fn help() -> String {
+    let lines = SOAKS.map(|soak| {
+        format!(
+            "    {:<14}{} ({} cases)\n",
+            soak.name, soak.says, soak.cases
+        )
+    });
+    lines.concat()
+}
+
+/// Runs what `words` name.
+pub(crate) fn run(words: &[String]) -> Result<(), Box<dyn Error>> {
+    let (mut json, mut names) = (false, Vec::new());
+    let (mut cases, mut seed) = (None, 1);
+    let mut rest = words.iter();
+    while let Some(word) = rest.next() {
+        let mut number = || -> Result<u64, Box<dyn Error>> {
+            let text = rest
+                .next()
+                .ok_or_else(|| format!("{word} wants a number"))?;
+            let wrong = |error| format!("{word} {text}: {error}");
+            Ok(text.replace('_', "").parse().map_err(wrong)?)
+        };
+        match word.as_str() {
+            "--json" => json = true,
+            "--cases" => cases = Some(number()?),
+            "--seed" => seed = number()?,
+            name => names.push(name),
+        }
+    }
+    if names.is_empty() {
+        print!("{}", help());
+        return Ok(());
+    }
+    let mut missed = Vec::new();
+    for name in names {
+        let soak = (SOAKS.iter().find(|soak| soak.name == name))
+            .ok_or_else(|| format!("there is no soak `{name}`; there is\n{}", help()))?;
+        let cases = cases.unwrap_or(soak.cases);
+        missed.extend(report(soak, Scope { cases, seed }, json)?);
+    }
+    match missed.is_empty() {
+        true => Ok(()),
+        false => Err(format!("missed: {}", missed.join(", ")).into()),
+    }
+}
+
+/// Runs one and prints what it found; the names of what is not as it should be.
+fn report(soak: &Soak, scope: Scope, json: bool) -> Result<Vec<String>, Box<dyn Error>> {
+    let Scope { cases, seed } = scope;
+    let report = Report::new(json);
+    report.title(&format!(
+        "{} --cases {cases} --seed {seed}: {}",
+        soak.name, soak.says
+    ));
+    let began = Instant::now();
+    let found =
+        (soak.run)(scope).map_err(|error| format!("{} --seed {seed}: {error}", soak.name))?;
+    let wall = began.elapsed().as_secs_f64();
+    let mut missed = Vec::new();
+    for figure in &found.figures {
+        report.print(figure);
+        if figure.is_missed() {
+            missed.push(format!("{} {}", soak.name, figure.name()));
+        }
+    }
+    let speed = Figure::new("wall time", wall, "s").with("cases a second", cases as f64 / wall);
+    report.print(&speed);
+    if let Some(digest) = found.digest {
+        match json {
+            true => println!("{{\"name\":\"digest\",\"value\":\"{digest:016x}\"}}"),
+            false => println!("  digest of all bytes, and when      {digest:016x}"),
+        }
+    }
+    Ok(missed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cases of each in a debug build.
+    const SHORT: [(&str, u64); 2] = [("r1", 5_000), ("r3", 3_000)];
+
+    fn find(name: &str, cases: u64, seed: u64) -> Found {
+        let soak = SOAKS.iter().find(|soak| soak.name == name).unwrap();
+        (soak.run)(Scope { cases, seed }).unwrap()
+    }
+
+    #[test]
+    fn every_promise_holds_for_a_moment() {
+        for soak in &SOAKS {
+            let (_, cases) = SHORT.iter().find(|(name, _)| *name == soak.name).unwrap();
+            let missed = report(
+                soak,
+                Scope {
+                    cases: *cases,
+                    seed: 1,
+                },
+                false,
+            )
+            .unwrap();
+            assert!(missed.is_empty(), "{missed:?}");
+        }
+    }
+
+    #[test]
+    fn the_same_seed_makes_the_same_bytes_and_another_one_others() {
+        for (name, cases) in SHORT {
+            let digest = |seed| find(name, cases / 10, seed).digest;
+            let Some(first) = digest(7) else { continue };
+            assert_eq!(digest(7), Some(first), "{name}");
+            assert_ne!(digest(8), Some(first), "{name}");
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Queued commands of which each is another one than any of thousands around it, so that what the arm took tells which it
+//! was.
+
+use magician::connection::Request;
+use magician_protocol::commands::{CpCmd, PtpCmd, WaitCmd};
+use magician_protocol::{CpMode, Ctrl, FrameBuf, PtpMode, Set};
+
+/// A place of its own for each number, on a grid that the arm reaches with ease.
+pub(super) fn place(number: u64) -> [f32; 4] {
+    let (column, row) = (number % 250, number / 250 % 200);
+    [
+        200.0 + column as f32 * 0.2,
+        -40.0 + row as f32 * 0.4,
+        10.0,
+        0.0,
+    ]
+}
+
+/// The command of this number: moves of three kinds, and waits.
+pub(super) fn mixed(number: u64) -> Set {
+    match number % 4 {
+        0 => WaitCmd {
+            timeout: (number % 4096) as u32,
+        }
+        .into(),
+        1 => segment(number),
+        2 => to_point(number, PtpMode::MovlXyz),
+        _ => to_point(number, PtpMode::MovjXyz),
+    }
+}
+
+pub(super) fn to_point(number: u64, ptp_mode: PtpMode) -> Set {
+    let [x, y, z, r] = place(number);
+    PtpCmd {
+        ptp_mode,
+        x,
+        y,
+        z,
+        r,
+    }
+    .into()
+}
+
+pub(super) fn segment(number: u64) -> Set {
+    let [x, y, z, _] = place(number);
+    CpCmd {
+        cp_mode: CpMode::Absolute,
+        x,
+        y,
+        z,
+        velocity_or_power: 100.0,
+    }
+    .into()
+}
+
+pub(super) fn frame(command: &Set) -> FrameBuf {
+    FrameBuf::set(command, Ctrl::QUEUED).expect("short enough")
+}
+
+/// As a request for the queue.
+pub(super) fn request(command: &Set) -> Request {
+    let frame = frame(command);
+    let view = frame.frame();
+    Request::raw(view.id(), Ctrl::QUEUED, view.params()).expect("short enough")
+}

@@ -1,0 +1,174 @@
+//! Commands submitted one by one to a connection.
+
+use std::error::Error;
+
+use magician::connection::{Failure, Request, Settings};
+use magician::faults::Faults;
+use magician::pair::{Pair, index_of};
+use magician_protocol::NoArgs;
+use magician_protocol::commands::{
+    QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd,
+};
+
+use super::books::Books;
+use super::{Found, Scope, program};
+use crate::bench::figure::Figure;
+
+const SECOND: u64 = 1_000_000;
+
+/// What R1 says of a serial line.
+pub(super) const SPOILT: Faults = Faults {
+    replace: 1e-3,
+    drop: 1e-4,
+    ..NONE
+};
+
+/// None. (`Faults::default` is no constant.)
+const NONE: Faults = Faults {
+    replace: 0.0,
+    flip: 0.0,
+    drop: 0.0,
+    insert: 0.0,
+    duplicate: 0.0,
+    swap: 0.0,
+    drop_chunk: 0.0,
+    duplicate_chunk: 0.0,
+    swap_chunk: 0.0,
+    late_chunk: 0.0,
+    stall: 0.0,
+    rechunk: 0.0,
+    unplug: 0.0,
+    reset: 0.0,
+    hold_for: 50_000,
+    late_for: 500_000,
+    stall_for: 100_000,
+    unplug_for: 200_000,
+    only: None,
+    seed: 0,
+};
+
+/// A pair whose queue runs, was seen empty and has accepted a few commands, over a perfect line.
+pub(super) fn ready(settings: Settings, seed: u64) -> Result<Pair, Failure> {
+    let mut pair = Pair::new(settings, NONE, seed);
+    let bad = |_| Failure::Refused;
+    pair.ask(Request::set(&QueuedCmdStartExec {}).map_err(bad)?, SECOND)?;
+    pair.ask(
+        Request::get::<QueuedCmdLeftSpace>(&NoArgs).map_err(bad)?,
+        SECOND,
+    )?;
+    for _ in 0..4 {
+        pair.ask(
+            Request::queued(&WaitCmd { timeout: 0 }).map_err(bad)?,
+            10 * SECOND,
+        )?;
+    }
+    pair.accepted.clear();
+    pair.heard.clear();
+    Ok(pair)
+}
+
+/// Lets the arm work until there is room in its queue; the host has no part in it.
+pub(super) fn make_room(pair: &mut Pair) {
+    while pair.arm.state().queue.waiting > 16 {
+        let soon = pair.now + SECOND;
+        pair.step(soon);
+    }
+}
+
+/// What the arm took since it was asked last.
+pub(super) fn note(pair: &mut Pair, books: &mut Books) {
+    for (params, index) in pair.accepted.drain(..) {
+        books.take(&params, index);
+    }
+    for interval in pair.reports.drain(..) {
+        books.report(interval);
+    }
+    pair.heard.clear();
+    while pair.arm.poll_event().is_some() {}
+}
+
+/// A run of commands, each when the one before has ended.
+struct Outcome {
+    pair: Pair,
+    books: Books,
+    /// Frames beside one for each command.
+    extra: f64,
+    lasted: f64,
+}
+
+fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcome, Box<dyn Error>> {
+    let mut pair = ready(settings, scope.seed).map_err(|failure| format!("{failure:?}"))?;
+    let before = pair.host.stats().sent;
+    let began = pair.now;
+    pair.set_faults(faults);
+    let mut books = Books::default();
+    for number in 1..=scope.cases {
+        if number % 8 == 0 {
+            make_room(&mut pair);
+        }
+        let request = program::request(&program::mixed(number));
+        books.send(number, request.frame().frame().params());
+        let fate = pair.ask(request, 60 * SECOND);
+        books.tell(number, fate.map(|reply| index_of(&reply)));
+        note(&mut pair, &mut books);
+    }
+    settle(&mut pair, &mut books);
+    let sent = pair.host.stats().sent - before;
+    let extra = (sent - books.tally.commands) as f64 / books.tally.commands as f64;
+    let lasted = (pair.now - began) as f64 / 1e6;
+    Ok(Outcome {
+        pair,
+        books,
+        extra,
+        lasted,
+    })
+}
+
+/// The line is good again; what is under way arrives, and the host looks once more.
+fn settle(pair: &mut Pair, books: &mut Books) {
+    pair.set_faults(NONE);
+    let later = pair.now + 10 * SECOND;
+    pair.run_until(later);
+    if let Ok(index) = Request::get::<QueuedCmdCurrentIndex>(&NoArgs) {
+        pair.ask(index, 10 * SECOND).ok();
+    }
+    note(pair, books);
+    books.close();
+}
+
+/// R1, each command when the one before has ended.
+pub(super) fn spoilt(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    let run = one_by_one(scope, Settings::ORDERED, SPOILT)?;
+    let tally = run.books.tally;
+    let mut figures = tally.figures();
+    // Three in a million; in a short run one may be among them.
+    let altered = 3.0 * (tally.commands as f64 / 1e6).max(1.0);
+    figures.push(Figure::new("altered", tally.altered as f64, "commands").at_most(altered));
+    figures.push(Figure::new("strays", tally.strays as f64, "commands"));
+    figures.push(Figure::new("extra exchanges", run.extra, "a command").at_most(0.3));
+    figures.push(Figure::new("virtual time", run.lasted, "s"));
+    Ok(Found {
+        figures,
+        digest: Some(run.pair.digest.0),
+    })
+}
+
+/// R3: what R1 does, over datagrams.
+pub(super) fn datagrams(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    let faults = Faults {
+        drop_chunk: 0.05,
+        duplicate_chunk: 0.01,
+        swap_chunk: 0.05,
+        ..NONE
+    };
+    let run = one_by_one(scope, Settings::DATAGRAMS, faults)?;
+    let mut figures = run.books.tally.figures();
+    let reports = f64::from(run.pair.unaccounted);
+    figures.push(Figure::new("reports of surplus commands", reports, ""));
+    figures.push(Figure::new("extra exchanges", run.extra, "a command"));
+    figures.push(Figure::new("virtual time", run.lasted, "s"));
+    Ok(Found {
+        figures,
+        digest: Some(run.pair.digest.0),
+    })
+}
