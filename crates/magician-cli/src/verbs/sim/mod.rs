@@ -137,6 +137,10 @@ impl Sim {
             let hint = "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT";
             return Err(Failure::usage("the virtual arm would have no door").hint(hint));
         }
+        if context.global.faults.is_some() {
+            let hint = "put `magician proxy --faults SPEC` between the arm and its programs";
+            return Err(Failure::usage("`sim` serves an arm without --faults").hint(hint));
+        }
         if self.tui {
             tui::check()?;
         }
