@@ -30,17 +30,22 @@ impl Arm {
     /// As [`connect`](Self::connect), with other options.
     ///
     /// # Errors
-    /// As [`connect`](Self::connect).
+    /// As [`connect`](Self::connect); [`ErrorKind::InvalidInput`] for faults that cannot be done to this target.
     pub async fn connect_with(target: &Target, options: Options) -> Result<Self> {
-        let way = Arc::new(transport::Way::to(target));
+        // The line to an arm in this process does not break by itself.
+        let breaks = !matches!(target, Target::Sim(_)) || options.faults.unplug > 0.0;
+        Self::go(transport::Way::to(target), breaks, options).await
+    }
+
+    /// Goes a way, with the faults and the trace of the options on it, and again when a line that may break broke.
+    async fn go(way: transport::Way, breaks: bool, options: Options) -> Result<Self> {
+        let way = Arc::new(way.fitted(&options)?);
         let line = way.open().await?;
         let again: Opener = Box::new(move || {
             let way = Arc::clone(&way);
             Box::pin(async move { way.open().await })
         });
-        // An arm in this process is a new one every time, and its line does not break.
-        let same = !matches!(target, Target::Sim(_));
-        Self::greet(line, same.then_some(again), options).await
+        Self::greet(line, breaks.then_some(again), options).await
     }
 
     /// Talks to an arm over any stream of bytes that keeps their order. When it breaks, it is gone;
@@ -52,6 +57,7 @@ impl Arm {
     where
         T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
     {
+        options.bare()?;
         Self::greet(Line::over(stream), None, options).await
     }
 
@@ -79,6 +85,7 @@ impl Arm {
         O: Future<Output = io::Result<T>> + Send + 'static,
         T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
     {
+        options.bare()?;
         let mut again: Opener = Box::new(move || {
             let opening = opener();
             Box::pin(async move {
@@ -99,13 +106,8 @@ impl Arm {
     /// As [`connect`](Self::connect).
     #[cfg(feature = "sim")]
     pub async fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
-        let line = Line {
-            transport: Box::new(transport::Sim::new(arm.into())),
-            settings: Settings::ORDERED,
-            name: "sim".to_owned(),
-            tried: "a virtual arm",
-        };
-        Self::greet(line, None, options).await
+        let breaks = options.faults.unplug > 0.0;
+        Self::go(transport::Way::to_virtual(arm.into()), breaks, options).await
     }
 
     pub(crate) async fn greet(line: Line, again: Option<Opener>, options: Options) -> Result<Self> {

@@ -36,7 +36,7 @@ pub async fn stops(
     count: u32,
     mut tick: impl FnMut(u32),
 ) -> Result<Stops> {
-    let mut line = Way::to(target).open().await?;
+    let mut line = Way::to(target).fitted(&options)?.open().await?;
     let log = Log::default();
     line.transport = Box::new(Tap::new(line.transport, paced, log.clone())?);
     let arm = Arm::greet(line, None, options).await?;

@@ -20,7 +20,7 @@ use crate::faults::Faults;
 use crate::ports::{self, Port, Remembered};
 #[cfg(not(all(feature = "sim", feature = "ble")))]
 use crate::{Error, ErrorKind};
-use crate::{Result, Target};
+use crate::{Options, Result, Target};
 
 /// The way to an arm, to be gone again when its line was lost.
 ///
@@ -55,6 +55,18 @@ impl Way {
         let way = Self::to(&Target::Sim(crate::SimSpeed::Max));
         *lock(&way.arm) = Some(arm);
         way
+    }
+
+    /// With the faults and the trace that the options ask for.
+    pub(crate) fn fitted(self, options: &Options) -> Result<Self> {
+        options.faults.check()?;
+        let way = self.with_faults(options.faults);
+        #[cfg(feature = "trace")]
+        let way = match &options.trace {
+            Some(tracer) => way.with_trace(tracer.clone()),
+            None => way,
+        };
+        Ok(way)
     }
 
     /// Spoils what passes in both directions, from [`Faults::seed`]. Opening the line again goes on

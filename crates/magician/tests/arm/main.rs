@@ -6,6 +6,7 @@ mod checks;
 mod clones;
 mod desk;
 mod endings;
+mod fitted;
 mod holds;
 mod jogs;
 mod lines;

@@ -91,7 +91,7 @@ impl Bench {
         let allowed = context.global.yes || matches!(target, Target::Sim(_));
         let draws = allowed && (self.draws() || self.wants(Which::H4));
         let quiet = context.global.json;
-        let options = context.options();
+        let options = context.options()?;
         let mut figures = Figures::new(&target, options.window, self.seconds);
         let debts = context.debts.clone();
         let ring = context.moving(Some(sim), async |arm, _| {

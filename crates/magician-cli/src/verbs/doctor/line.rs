@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::measure::{Heard, OTHER_SPEEDS, back_to_back, hear_datagrams, listen, queue_trial};
-use magician::{ErrorKind, RawLine, Target};
+use magician::{ErrorKind, LineOptions, RawLine, Target};
 
 use super::{Finding, Report};
 use crate::failure::Failure;
@@ -22,10 +22,11 @@ const EXCERPT: usize = 60;
 
 pub(super) async fn open(
     target: &Target,
+    options: LineOptions,
     report: &mut Report,
     out: &mut Output,
 ) -> Result<RawLine, Failure> {
-    match RawLine::open(target).await {
+    match RawLine::open_with(target, options).await {
         Ok(line) => {
             let text = match target {
                 Target::Serial(_) => "it opens; nobody else uses it",

@@ -46,8 +46,9 @@ impl Doctor {
     fn examine(&self, context: &mut Context, report: &mut Report) -> Result<(), Failure> {
         let target = find::target(context, report)?;
         let (patience, yes) = (context.global.timeout, context.global.yes);
+        let options = context.line_options()?;
         context.attending(async |out| {
-            let mut line = line::open(&target, report, out).await?;
+            let mut line = line::open(&target, options, report, out).await?;
             line::hear(&mut line, &target, patience, report, out).await?;
             line::window(&mut line, report, out).await?;
             line::queue(&mut line, yes, report, out).await

@@ -135,6 +135,10 @@ impl Sim {
         if self.udp.is_none() && self.tcp.is_none() && self.pty.is_none() {
             return Err(Failure::usage("the virtual arm would have no door").hint(DOORS));
         }
+        if context.global.faults.is_some() {
+            let hint = "put `magician proxy --faults SPEC` between the arm and its programs";
+            return Err(Failure::usage("`sim` serves an arm without --faults").hint(hint));
+        }
         if self.tui {
             tui::check()?;
         }
