@@ -10,6 +10,7 @@ mod holds;
 mod jogs;
 mod lines;
 mod onlookers;
+mod over;
 mod reconnecting;
 mod runs;
 mod verbs;
