@@ -227,9 +227,8 @@ impl Arm {
             sent.map_err(|_| Error::closed())?;
             answer.await.map_err(|_| Error::closed())
         };
-        let stuck = || Error::new(ErrorKind::Timeout, "the connection is stuck");
         let answer = timeout_at(self.deadline(), asked).await;
-        answer.unwrap_or_else(|_| Err(stuck()))
+        answer.unwrap_or_else(|_| Err(Error::stuck()))
     }
 }
 

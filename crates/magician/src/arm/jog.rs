@@ -305,7 +305,7 @@ impl Arm {
         match sent {
             Ok(Ok(())) => {}
             Ok(Err(_)) => return Err(Error::closed()),
-            Err(_) => return Err(Error::new(ErrorKind::Timeout, "the connection is stuck")),
+            Err(_) => return Err(Error::stuck()),
         }
         self.answer(answer, &frame, deadline).await?;
         Ok(jog)

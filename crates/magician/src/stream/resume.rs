@@ -41,6 +41,12 @@ impl Leftover {
         self.0.entries.is_empty()
     }
 
+    /// Whether anything of it may have gone to the arm.
+    #[must_use]
+    pub fn has_begun(&self) -> bool {
+        self.0.first.is_some() || !self.0.entries.iter().all(Entry::is_waiting)
+    }
+
     /// Index of the command that was seen finished last.
     #[must_use]
     pub fn current(&self) -> u64 {
@@ -73,13 +79,13 @@ impl Stream {
     /// had not been told that no more comes.
     #[must_use]
     pub fn resume(leftover: Leftover, settings: StreamSettings) -> Self {
+        let begun = leftover.has_begun();
         let Leftover(mut stream) = leftover;
         stream.settings = StreamSettings {
             window: settings.window.max(1),
             ..settings
         };
         stream.window = stream.settings.window;
-        let begun = stream.first.is_some() || !stream.entries.iter().all(Entry::is_waiting);
         stream.reader = match begun {
             true => Reader::after(stream.reader.current),
             false => Reader::new(),

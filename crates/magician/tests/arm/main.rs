@@ -11,6 +11,7 @@ mod holds;
 mod jogs;
 mod lines;
 mod onlookers;
+mod over;
 mod reconnecting;
 mod runs;
 mod verbs;
