@@ -8,7 +8,7 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::{broadcast, mpsc, oneshot};
 use tokio::time::timeout_at;
 
-use super::driver::{Driver, Message, Opener};
+use super::driver::{Driver, Message, Opener, micros};
 use super::events::KEPT;
 use super::{Arm, Inner, Link, Options, Shared};
 use crate::connection::{Settings, Stats};
@@ -110,13 +110,20 @@ impl Arm {
         Self::go(transport::Way::to_virtual(arm.into()), breaks, options).await
     }
 
-    pub(crate) async fn greet(line: Line, again: Option<Opener>, options: Options) -> Result<Self> {
+    pub(crate) async fn greet(
+        mut line: Line,
+        again: Option<Opener>,
+        options: Options,
+    ) -> Result<Self> {
         if options.window > 1 && !line.settings.ordered {
             let message = format!(
                 "a window of {} needs a line that keeps the order of what it carries, and {} does not: leave it at 1",
                 options.window, line.name
             );
             return Err(Error::invalid(message));
+        }
+        if !line.settings.ordered {
+            line.settings.echo = micros(options.echo);
         }
         let (messages, inbox) = mpsc::channel(64);
         let (events, _) = broadcast::channel(KEPT);

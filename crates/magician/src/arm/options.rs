@@ -22,6 +22,10 @@ pub struct Options {
     /// that says none, or was not asked yet, cannot be told from another. A stream that was handed over with
     /// [`Arm::over`](crate::Arm::over) cannot be opened again, [`Arm::over_with`](crate::Arm::over_with) can.
     pub reconnect: bool,
+    /// Over UDP: how long after a datagram the network may still deliver a second copy of it. Queued commands go out so
+    /// far apart, because a second copy of one that takes the place of a lost next one would show in no index. 0.1 s at
+    /// first; zero, for a network that doubles nothing, sends them as fast as they are answered.
+    pub echo: Duration,
     /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
     pub faults: Faults,
     /// Where what passes on the line is written to, as this program says and hears it: not over a stream that the
@@ -37,6 +41,7 @@ impl Default for Options {
             window: 1,
             probe: true,
             reconnect: true,
+            echo: Duration::from_millis(100),
             faults: Faults::default(),
             #[cfg(feature = "trace")]
             trace: None,
@@ -70,6 +75,13 @@ impl Options {
     #[must_use]
     pub fn reconnect(mut self, reconnect: bool) -> Self {
         self.reconnect = reconnect;
+        self
+    }
+
+    /// Sets [`echo`](Self::echo).
+    #[must_use]
+    pub fn echo(mut self, echo: Duration) -> Self {
+        self.echo = echo;
         self
     }
 
