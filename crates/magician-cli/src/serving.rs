@@ -9,6 +9,9 @@ use magician_sim::serve::{Endpoint, ServeError};
 
 use crate::failure::{Failure, Kind};
 
+/// How the name of the arm's own line begins in a trace of `proxy`, beside those of its programs.
+pub(crate) const LINE_OF_ARM: &str = "arm ";
+
 /// Says where something is served.
 pub(crate) fn serving(endpoint: &Endpoint) -> String {
     match endpoint {
