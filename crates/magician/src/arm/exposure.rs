@@ -139,8 +139,9 @@ impl Exposure {
     /// Whether motion of this handle may be under way.
     pub(super) fn moving(&self) -> bool {
         let unfinished = self.last.is_some_and(|last| last > self.current);
-        let queued = self.unanswered > 0 || self.program || unfinished;
-        self.free || queued && self.started != Some(false)
+        let queued = self.unanswered > 0 || unfinished;
+        // A program fills a stopped queue before it starts it: left there, others would run it.
+        self.free || self.program || queued && self.started != Some(false)
     }
 
     /// Whether the laser may burn because of this handle.

@@ -222,9 +222,15 @@ impl Arm {
         if ours >= u64::from(waiting) {
             return Ok(());
         }
+        let (commands, them) = match waiting {
+            1 => ("1 command of an earlier program waits".to_owned(), "it"),
+            more => (
+                format!("{more} commands of an earlier program wait"),
+                "them",
+            ),
+        };
         Err(Error::invalid(format!(
-            "{waiting} commands of an earlier program wait in the arm's queue and would run first: \
-             `magician stop` drops them, `--keep` runs them"
+            "{commands} in the arm's queue and would run first: `magician stop` drops {them}, `--keep` runs {them}"
         )))
     }
 }

@@ -50,9 +50,16 @@ pub(super) async fn measure(
     quiet: bool,
     debts: &Debts,
     figures: &mut Figures,
-) -> Result<Ring, Failure> {
+) -> Result<(Ring, CpParams), Failure> {
+    let (_, capacity) = arm.stats().await?;
+    if arm.left_space().await? < capacity {
+        let message = "commands of another program are in the arm's queue";
+        return Err(Failure::invalid(message)
+            .hint("let them finish, or drop them with `magician stop`; without --yes only what reads is measured"));
+    }
     let ring = Ring::here(arm, DENSE.0, DENSE.1).await?;
-    debts.owe(arm.get::<CpParams>().await?);
+    let speeds = arm.get::<CpParams>().await?;
+    debts.owe(speeds);
     let drawing = Drawing {
         arm,
         quiet,
@@ -95,7 +102,7 @@ pub(super) async fn measure(
         arm.run([ring.back()], |_| {}).await?;
     }
     debts.pay(arm).await?;
-    Ok(ring)
+    Ok((ring, speeds))
 }
 
 /// Times stops of a stream, on a line of their own.
