@@ -68,6 +68,10 @@ impl Exposure {
         if !ctrl.write() && !ctrl.queued() {
             return;
         }
+        if id == QueuedCmdStartExec::ROW.id {
+            // It may run from here on, whether that is answered or not.
+            self.started = self.started.filter(|started| *started);
+        }
         if id == SetEndEffectorLaser::ROW.id {
             self.laser |= params.get(1).is_some_and(|on| *on != 0);
         }

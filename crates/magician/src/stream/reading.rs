@@ -41,7 +41,7 @@ pub(super) struct Reader {
     known: bool,
     /// A lower current index was read last; the next look tells whether to believe it.
     lower: bool,
-    /// When the current index went on last.
+    /// When the current index went on last, or was read for the first time; [`Micros::MAX`] before that.
     changed: Micros,
     misses: u32,
     /// Left space as read last, and when.
@@ -82,6 +82,7 @@ impl Reader {
         Self {
             current,
             known: true,
+            changed: Micros::MAX,
             ..Self::new()
         }
     }
@@ -102,6 +103,11 @@ impl Reader {
     /// The arm begins with what it has.
     pub(super) fn begins(&mut self, now: Micros) {
         (self.changed, self.misses) = (now, 0);
+    }
+
+    /// When the arm began with what it does at present, as far as was seen.
+    pub(super) fn begun(&self) -> Micros {
+        self.changed
     }
 
     /// The next look is to begin then at the latest.
@@ -243,7 +249,7 @@ impl Stream {
             true => 0,
             false => reader.misses.saturating_add(1),
         };
-        if read > reader.current || !reader.known {
+        if read > reader.current || !reader.known || reader.changed == Micros::MAX {
             reader.changed = now;
         }
         (reader.current, reader.known, reader.lower) = (read, true, false);

@@ -233,7 +233,8 @@ impl Stream {
                 entry.fate = Fate::Doubtful;
             }
             self.tell_resumed(0);
-            self.stopped = false;
+            // A start that was under way may have got through.
+            self.stopped &= self.was == Phase::Load;
             self.begin_recovery();
         }
     }

@@ -2,6 +2,7 @@
 
 mod bench;
 mod blocking;
+mod chaos;
 mod checks;
 mod clones;
 mod desk;

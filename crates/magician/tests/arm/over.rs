@@ -317,3 +317,40 @@ async fn a_stop_does_not_wait_for_a_line_to_settle() {
     sleep(Duration::from_millis(20)).await;
     assert!(!desk.with(|arm| arm.state().queue.started));
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_start_that_was_not_answered_is_stopped_when_the_last_handle_goes() {
+    let desk = Desk::new();
+    let arm = acquainted(&desk).await;
+    desk.swallow(&[240]);
+    let error = arm.run(waits(3, 60_000), |_| {}).await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
+    assert!(desk.with(|arm| arm.state().queue.started));
+    assert!(arm.moving());
+    arm.close().await;
+    assert!(!desk.with(|arm| arm.state().queue.started));
+}
+
+#[tokio::test(start_paused = true)]
+async fn any_number_of_commands() {
+    for window in [1, 4] {
+        for count in [0, 1, 2, 3, 31, 32, 33, 34, 64, 65, 104, 105, 106, 1000] {
+            let desk = Desk::new();
+            let arm = desk.connect(Options::default().window(window)).await;
+            let places = |at: usize| words::path_to(200.0 + (at % 40) as f32, 5.0, 20.0);
+            let mut sent = 0;
+            let ran = arm
+                .run((0..count).map(places), |progress| {
+                    assert!(progress.sent >= sent && progress.sent <= count as u64);
+                    sent = progress.sent;
+                })
+                .await
+                .unwrap();
+            assert_eq!(ran.commands, count as u64);
+            assert_eq!(
+                desk.with(|arm| arm.state().queue.current_index),
+                count as u64
+            );
+        }
+    }
+}
