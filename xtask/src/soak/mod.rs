@@ -5,6 +5,7 @@
 
 mod books;
 mod program;
+mod streamed;
 mod submitted;
 
 use std::error::Error;
@@ -35,12 +36,30 @@ struct Soak {
     run: fn(Scope) -> Result<Found, Box<dyn Error>>,
 }
 
-const SOAKS: [Soak; 2] = [
+const SOAKS: [Soak; 5] = [
     Soak {
         name: "r1",
         says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
         cases: 1_000_000,
         run: submitted::spoilt,
+    },
+    Soak {
+        name: "r1-stream",
+        says: "R1: a program streamed over such a line, one command in flight",
+        cases: 1_000_000,
+        run: streamed::spoilt,
+    },
+    Soak {
+        name: "r2",
+        says: "R2: and the plug is pulled and the controller restarts now and then",
+        cases: 1_000_000,
+        run: submitted::struck,
+    },
+    Soak {
+        name: "r2-stream",
+        says: "R2: the same for a program that is streamed and resumed",
+        cases: 1_000_000,
+        run: streamed::struck,
     },
     Soak {
         name: "r3",
@@ -132,7 +151,13 @@ mod tests {
     use super::*;
 
     /// Cases of each in a debug build.
-    const SHORT: [(&str, u64); 2] = [("r1", 5_000), ("r3", 3_000)];
+    const SHORT: [(&str, u64); 5] = [
+        ("r1", 20_000),
+        ("r1-stream", 10_000),
+        ("r2", 20_000),
+        ("r2-stream", 10_000),
+        ("r3", 10_000),
+    ];
 
     fn find(name: &str, cases: u64, seed: u64) -> Found {
         let soak = SOAKS.iter().find(|soak| soak.name == name).unwrap();
