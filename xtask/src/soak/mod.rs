@@ -4,7 +4,10 @@
 //! print the same digest of them. The tests of this crate run each for a moment.
 
 mod books;
+mod heap;
+mod hostile;
 mod program;
+mod resync;
 mod streamed;
 mod submitted;
 
@@ -36,7 +39,7 @@ struct Soak {
     run: fn(Scope) -> Result<Found, Box<dyn Error>>,
 }
 
-const SOAKS: [Soak; 5] = [
+const SOAKS: [Soak; 8] = [
     Soak {
         name: "r1",
         says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
@@ -66,6 +69,24 @@ const SOAKS: [Soak; 5] = [
         says: "R3: queued commands over datagrams that are lost, doubled and out of order",
         cases: 1_000_000,
         run: submitted::datagrams,
+    },
+    Soak {
+        name: "r4",
+        says: "R4: what one spoilt, lost or added byte costs",
+        cases: 30_000_000,
+        run: resync::faults,
+    },
+    Soak {
+        name: "r6-host",
+        says: "R6: steps of the host against a hostile arm",
+        cases: 100_000_000,
+        run: hostile::lives,
+    },
+    Soak {
+        name: "r7",
+        says: "R7: memory of a session through so many seconds of that",
+        cases: 86_400,
+        run: hostile::memory,
     },
 ];
 
@@ -151,12 +172,15 @@ mod tests {
     use super::*;
 
     /// Cases of each in a debug build.
-    const SHORT: [(&str, u64); 5] = [
+    const SHORT: [(&str, u64); 8] = [
         ("r1", 20_000),
         ("r1-stream", 10_000),
         ("r2", 20_000),
         ("r2-stream", 10_000),
         ("r3", 10_000),
+        ("r4", 60_000),
+        ("r6-host", 100_000),
+        ("r7", 86_400),
     ];
 
     fn find(name: &str, cases: u64, seed: u64) -> Found {
