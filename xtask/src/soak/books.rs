@@ -53,11 +53,6 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// What must never be.
-    pub(super) fn silent(&self) -> u64 {
-        self.lost + self.twice + self.disordered + self.misplaced + self.denied + self.outside
-    }
-
     pub(super) fn figures(&self) -> Vec<Figure> {
         let count = |name: &str, value: u64| Figure::new(name, value as f64, "commands");
         let never = |name, value| count(name, value).at_most(0.0);

@@ -8,6 +8,7 @@ mod heap;
 mod hostile;
 mod program;
 mod resync;
+mod shell;
 mod streamed;
 mod submitted;
 
@@ -39,7 +40,7 @@ struct Soak {
     run: fn(Scope) -> Result<Found, Box<dyn Error>>,
 }
 
-const SOAKS: [Soak; 8] = [
+const SOAKS: [Soak; 10] = [
     Soak {
         name: "r1",
         says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
@@ -65,6 +66,12 @@ const SOAKS: [Soak; 8] = [
         run: streamed::struck,
     },
     Soak {
+        name: "r2-handle",
+        says: "R2: the plug of a handle is pulled, and put in again",
+        cases: 20_000,
+        run: shell::plugs,
+    },
+    Soak {
         name: "r3",
         says: "R3: queued commands over datagrams that are lost, doubled and out of order",
         cases: 1_000_000,
@@ -75,6 +82,12 @@ const SOAKS: [Soak; 8] = [
         says: "R4: what one spoilt, lost or added byte costs",
         cases: 30_000_000,
         run: resync::faults,
+    },
+    Soak {
+        name: "r5",
+        says: "R5: calls of a handle on lines that stall, fall silent, die and go",
+        cases: 1_000_000,
+        run: shell::deadlines,
     },
     Soak {
         name: "r6-host",
@@ -172,12 +185,14 @@ mod tests {
     use super::*;
 
     /// Cases of each in a debug build.
-    const SHORT: [(&str, u64); 8] = [
+    const SHORT: [(&str, u64); 10] = [
         ("r1", 20_000),
         ("r1-stream", 10_000),
         ("r2", 20_000),
         ("r2-stream", 10_000),
+        ("r2-handle", 100),
         ("r3", 10_000),
+        ("r5", 3_000),
         ("r4", 60_000),
         ("r6-host", 100_000),
         ("r7", 86_400),
