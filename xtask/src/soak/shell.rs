@@ -317,8 +317,9 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
     let desk = Shared::new(scope.seed);
     let open = desk.clone();
     let arm = Arm::over_with(move || std::future::ready(open.open()), Options::default()).await?;
-    // It reads soon after the start what the arm can be told by.
-    sleep(300 * MS).await;
+    // It reads soon after the start what the arm can be told by; an arm that is reset within its first second looks the
+    // same afterwards.
+    sleep(3_000 * MS).await;
     let mut dice = Dice::new(scope.seed ^ 0xD1CE);
     let mut plugs = Plugs::default();
     let mut number = 0;
@@ -374,7 +375,8 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
         while let Ok(Some(event)) = timeout(Duration::ZERO, events.next()).await {
             plugs.told_resets += u64::from(event == Event::LinkFound { reset: true });
         }
-        sleep(MS * dice.below(500) as u32).await;
+        // The clock is all that tells a reset of an arm whose queue has not moved; it has to have run for a moment.
+        sleep(MS * (1_000 + dice.below(2_000)) as u32).await;
     }
     let digest = desk.with(|desk| desk.digest);
     Ok((plugs, digest))
