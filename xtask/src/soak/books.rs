@@ -16,6 +16,8 @@ struct Entry {
     fate: Option<Result<u64, Failure>>,
     /// The indices under which the arm took it.
     taken: Vec<u64>,
+    /// The arm was reset since a command was told as accepted.
+    reset: bool,
 }
 
 /// What came of all commands.
@@ -51,11 +53,6 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// What must never be.
-    pub(super) fn silent(&self) -> u64 {
-        self.lost + self.twice + self.disordered + self.misplaced + self.denied + self.outside
-    }
-
     pub(super) fn figures(&self) -> Vec<Figure> {
         let count = |name: &str, value: u64| Figure::new(name, value as f64, "commands");
         let never = |name, value| count(name, value).at_most(0.0);
@@ -86,6 +83,8 @@ pub(super) struct Books {
     /// Intervals of indices that the host was told not to rely on.
     reports: VecDeque<(u64, u64)>,
     newest: u64,
+    /// How often the arm had been reset when a command was told as accepted.
+    boots: u32,
     pub(super) tally: Tally,
 }
 
@@ -99,6 +98,7 @@ impl Books {
             params: params.to_vec(),
             fate: None,
             taken: Vec::new(),
+            reset: false,
         });
         while self.entries.len() > KEPT {
             self.judge_first();
@@ -131,10 +131,14 @@ impl Books {
         self.tally.disordered += u64::from(late && !again);
     }
 
-    /// The host was told.
-    pub(super) fn tell(&mut self, number: u64, fate: Result<u64, Failure>) {
+    /// The host was told; the arm has been reset so often.
+    pub(super) fn tell(&mut self, number: u64, fate: Result<u64, Failure>, boots: u32) {
+        let reset = boots != self.boots;
+        if fate.is_ok() {
+            self.boots = boots;
+        }
         if let Some(entry) = self.entry(number) {
-            entry.fate = Some(fate);
+            (entry.fate, entry.reset) = (Some(fate), reset);
         }
         if let Err(Failure::Uncertain { from, to }) = fate {
             self.report((from.unwrap_or(u64::MAX), to.unwrap_or(0)));
@@ -206,7 +210,7 @@ impl Books {
                 };
                 match taken {
                     [] => return,
-                    [one] if inside(one) => return,
+                    [one] if inside(one) || entry.reset => return,
                     [_] => &mut tally.outside,
                     _ => &mut tally.twice,
                 }

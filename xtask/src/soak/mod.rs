@@ -4,7 +4,12 @@
 //! print the same digest of them. The tests of this crate run each for a moment.
 
 mod books;
+mod heap;
+mod hostile;
 mod program;
+mod resync;
+mod shell;
+mod streamed;
 mod submitted;
 
 use std::error::Error;
@@ -35,7 +40,7 @@ struct Soak {
     run: fn(Scope) -> Result<Found, Box<dyn Error>>,
 }
 
-const SOAKS: [Soak; 2] = [
+const SOAKS: [Soak; 10] = [
     Soak {
         name: "r1",
         says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
@@ -43,10 +48,58 @@ const SOAKS: [Soak; 2] = [
         run: submitted::spoilt,
     },
     Soak {
+        name: "r1-stream",
+        says: "R1: a program streamed over such a line, one command in flight",
+        cases: 1_000_000,
+        run: streamed::spoilt,
+    },
+    Soak {
+        name: "r2",
+        says: "R2: and the plug is pulled and the controller restarts now and then",
+        cases: 1_000_000,
+        run: submitted::struck,
+    },
+    Soak {
+        name: "r2-stream",
+        says: "R2: the same for a program that is streamed and resumed",
+        cases: 1_000_000,
+        run: streamed::struck,
+    },
+    Soak {
+        name: "r2-handle",
+        says: "R2: the plug of a handle is pulled, and put in again",
+        cases: 20_000,
+        run: shell::plugs,
+    },
+    Soak {
         name: "r3",
         says: "R3: queued commands over datagrams that are lost, doubled and out of order",
         cases: 1_000_000,
         run: submitted::datagrams,
+    },
+    Soak {
+        name: "r4",
+        says: "R4: what one spoilt, lost or added byte costs",
+        cases: 30_000_000,
+        run: resync::faults,
+    },
+    Soak {
+        name: "r5",
+        says: "R5: calls of a handle on lines that stall, fall silent, die and go",
+        cases: 1_000_000,
+        run: shell::deadlines,
+    },
+    Soak {
+        name: "r6-host",
+        says: "R6: steps of the host against a hostile arm",
+        cases: 100_000_000,
+        run: hostile::lives,
+    },
+    Soak {
+        name: "r7",
+        says: "R7: memory of a session through so many seconds of that",
+        cases: 86_400,
+        run: hostile::memory,
     },
 ];
 
@@ -132,7 +185,18 @@ mod tests {
     use super::*;
 
     /// Cases of each in a debug build.
-    const SHORT: [(&str, u64); 2] = [("r1", 5_000), ("r3", 3_000)];
+    const SHORT: [(&str, u64); 10] = [
+        ("r1", 20_000),
+        ("r1-stream", 10_000),
+        ("r2", 20_000),
+        ("r2-stream", 10_000),
+        ("r2-handle", 100),
+        ("r3", 10_000),
+        ("r5", 3_000),
+        ("r4", 60_000),
+        ("r6-host", 100_000),
+        ("r7", 86_400),
+    ];
 
     fn find(name: &str, cases: u64, seed: u64) -> Found {
         let soak = SOAKS.iter().find(|soak| soak.name == name).unwrap();

@@ -2,6 +2,7 @@
 //! was.
 
 use magician::connection::Request;
+use magician::stream::Item;
 use magician_protocol::commands::{CpCmd, PtpCmd, WaitCmd};
 use magician_protocol::{CpMode, Ctrl, FrameBuf, PtpMode, Set};
 
@@ -51,6 +52,26 @@ pub(super) fn segment(number: u64) -> Set {
         velocity_or_power: 100.0,
     }
     .into()
+}
+
+/// As an item of a stream.
+pub(super) fn item(number: u64) -> Item {
+    let command = mixed(number);
+    let stands = if number % 4 == 0 {
+        number.saturating_sub(1)
+    } else {
+        number
+    };
+    let time = match command {
+        Set::WaitCmd(wait) => u64::from(wait.timeout) * 1_000,
+        _ => 60_000,
+    };
+    Item {
+        command,
+        time,
+        end: (stands > 0).then(|| place(stands).map(f64::from)),
+        laser: false,
+    }
 }
 
 pub(super) fn frame(command: &Set) -> FrameBuf {

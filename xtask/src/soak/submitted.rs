@@ -5,10 +5,11 @@ use std::error::Error;
 use magician::connection::{Failure, Request, Settings};
 use magician::faults::Faults;
 use magician::pair::{Pair, index_of};
-use magician_protocol::NoArgs;
 use magician_protocol::commands::{
-    QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd,
+    DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd,
 };
+
+use magician_protocol::{FrameBuf, NoArgs};
 
 use super::books::Books;
 use super::{Found, Scope, program};
@@ -24,7 +25,7 @@ pub(super) const SPOILT: Faults = Faults {
 };
 
 /// None. (`Faults::default` is no constant.)
-const NONE: Faults = Faults {
+pub(super) const NONE: Faults = Faults {
     replace: 0.0,
     flip: 0.0,
     drop: 0.0,
@@ -70,6 +71,9 @@ pub(super) fn ready(settings: Settings, seed: u64) -> Result<Pair, Failure> {
 /// Lets the arm work until there is room in its queue; the host has no part in it.
 pub(super) fn make_room(pair: &mut Pair) {
     while pair.arm.state().queue.waiting > 16 {
+        if !pair.arm.state().queue.started {
+            look(pair);
+        }
         let soon = pair.now + SECOND;
         pair.step(soon);
     }
@@ -101,6 +105,8 @@ fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcom
     let before = pair.host.stats().sent;
     let began = pair.now;
     pair.set_faults(faults);
+    let strikes = faults.reset > 0.0 || faults.unplug > 0.0;
+    let mut looks = 0;
     let mut books = Books::default();
     for number in 1..=scope.cases {
         if number % 8 == 0 {
@@ -108,13 +114,16 @@ fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcom
         }
         let request = program::request(&program::mixed(number));
         books.send(number, request.frame().frame().params());
-        let fate = pair.ask(request, 60 * SECOND);
-        books.tell(number, fate.map(|reply| index_of(&reply)));
+        let fate = ask(&mut pair, request);
+        books.tell(number, fate.map(|reply| index_of(&reply)), pair.boots);
         note(&mut pair, &mut books);
+        if strikes && number % 64 == 0 {
+            looks += look(&mut pair);
+        }
     }
     settle(&mut pair, &mut books);
     let sent = pair.host.stats().sent - before;
-    let extra = (sent - books.tally.commands) as f64 / books.tally.commands as f64;
+    let extra = (sent - looks - books.tally.commands) as f64 / books.tally.commands as f64;
     let lasted = (pair.now - began) as f64 / 1e6;
     Ok(Outcome {
         pair,
@@ -122,6 +131,43 @@ fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcom
         extra,
         lasted,
     })
+}
+
+/// One request to its end. A plug that is pulled meanwhile is put in again after a while.
+fn ask(pair: &mut Pair, request: Request) -> Result<FrameBuf, Failure> {
+    let deadline = pair.now + 60 * SECOND;
+    let ticket = pair.host.submit(request.deadline(deadline));
+    loop {
+        if let Some(result) = pair.results.remove(&ticket) {
+            return result;
+        }
+        pair.step(deadline);
+        if pair.unplugged {
+            pair.host.interrupt();
+            let back = pair.now + pair.dice.below(3 * SECOND);
+            pair.run_until(back);
+            pair.put_cable_back();
+        }
+    }
+}
+
+/// What a driver does now and then: looks how far the arm is and at its clock, and starts a queue that stands. Returns
+/// the requests.
+fn look(pair: &mut Pair) -> u64 {
+    let reads = [
+        Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
+        Request::get::<DeviceTime>(&NoArgs),
+    ];
+    for read in reads.into_iter().flatten() {
+        ask(pair, read).ok();
+    }
+    if !pair.arm.state().queue.started
+        && let Ok(start) = Request::set(&QueuedCmdStartExec {})
+    {
+        ask(pair, start).ok();
+        return 3;
+    }
+    2
 }
 
 /// The line is good again; what is under way arrives, and the host looks once more.
@@ -146,6 +192,29 @@ pub(super) fn spoilt(scope: Scope) -> Result<Found, Box<dyn Error>> {
     figures.push(Figure::new("altered", tally.altered as f64, "commands").at_most(altered));
     figures.push(Figure::new("strays", tally.strays as f64, "commands"));
     figures.push(Figure::new("extra exchanges", run.extra, "a command").at_most(0.3));
+    figures.push(Figure::new("virtual time", run.lasted, "s"));
+    Ok(Found {
+        figures,
+        digest: Some(run.pair.digest.0),
+    })
+}
+
+/// R2: and the plug is pulled, and the controller restarts.
+pub(super) fn struck(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    let faults = Faults {
+        unplug: 1e-5,
+        reset: 1e-5,
+        ..SPOILT
+    };
+    let run = one_by_one(scope, Settings::ORDERED, faults)?;
+    let tally = run.books.tally;
+    let mut figures = tally.figures();
+    let altered = 3.0 * (tally.commands as f64 / 1e6).max(1.0);
+    figures.push(Figure::new("altered", tally.altered as f64, "commands").at_most(altered));
+    let (boots, told) = (f64::from(run.pair.boots), f64::from(run.pair.resets));
+    figures.push(Figure::new("resets", boots, ""));
+    figures.push(Figure::new("resets that were not told", boots - told, "").at_most(0.0));
+    figures.push(Figure::new("extra exchanges", run.extra, "a command"));
     figures.push(Figure::new("virtual time", run.lasted, "s"));
     Ok(Found {
         figures,

@@ -144,6 +144,8 @@ pub type Micros = u64;
 
 /// Most requests that wait in one lane.
 const LANE: usize = 64;
+/// Requests of a lane, and events, for which there is room from the start: a frame is large, and a session seldom has more.
+const USUAL: usize = 8;
 /// Most requests that may be in flight.
 const MAX_WINDOW: usize = 8;
 /// Pause between looks at a queue that drains after a Clear.
@@ -220,11 +222,11 @@ impl Connection {
             pace: Pace::new(settings.baud),
             link: Link::Up,
             outstanding: Outstanding::new(settings.ordered),
-            lanes: std::array::from_fn(|_| VecDeque::with_capacity(LANE)),
+            lanes: std::array::from_fn(|_| VecDeque::with_capacity(USUAL)),
             flight: Vec::with_capacity(MAX_WINDOW + 4),
             doubt: None,
             vet: None,
-            events: VecDeque::with_capacity(4 * LANE),
+            events: VecDeque::with_capacity(USUAL),
             next_ticket: 0,
             streak: 0,
             next_fence: 0,

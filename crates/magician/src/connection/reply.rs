@@ -178,10 +178,11 @@ impl Connection {
         if !self.settings.ordered {
             // That was another command's answer come again, or the answer to its second copy; its own may follow.
             self.outstanding.sent(copy);
-            return match self.ledger.is_beyond(index) {
-                true => self.surpassed(job, index),
-                false => self.enter_doubt(job),
-            };
+            if alone && self.ledger.is_beyond(index) {
+                return self.surpassed(job, index);
+            } else if alone {
+                return self.enter_doubt(job);
+            }
         }
         if self.ledger.last() == Some(index) && alone {
             self.enter_doubt(job);

@@ -1,0 +1,336 @@
+//! R6 and R7: an arm that wishes the host ill. Frames of every kind, rubbish, silence, answers that are too early, too
+//! late, doubled and wrong; resets, lost lines. The host must neither panic nor hang nor grow.
+
+use std::error::Error;
+
+use magician::connection::{Connection, Event, Failure, Priority, Request, Settings, Ticket};
+use magician::faults::Dice;
+use magician::pair::Digest;
+use magician::stream::{Stream, StreamSettings};
+use magician_protocol::commands::{DeviceTime, Pose, QueuedCmdCurrentIndex, WaitCmd};
+use magician_protocol::{Ctrl, FrameBuf, NoArgs};
+
+use super::{Found, Scope, heap, program};
+use crate::bench::figure::Figure;
+
+const SECOND: u64 = 1_000_000;
+/// Every request ends so soon, and so does a stream's own.
+const PATIENCE: u64 = 5 * SECOND;
+
+/// A host whose arm is the enemy.
+struct Siege {
+    dice: Dice,
+    now: u64,
+    host: Connection,
+    stream: Stream,
+    /// Requests that have not ended, and when they end at the latest.
+    open: Vec<(Ticket, u64)>,
+    /// Frames that the host sent and the arm may still answer, the newest last.
+    heard: Vec<FrameBuf>,
+    /// Most requests of its own that the host has open.
+    most: usize,
+    index: u64,
+    number: u64,
+    late: u64,
+    ended: u64,
+    streams: u64,
+    digest: Digest,
+}
+
+impl Siege {
+    fn new(seed: u64) -> Self {
+        let mut dice = Dice::new(seed);
+        let settings = match dice.below(4) {
+            0 => Settings::DATAGRAMS,
+            1 => Settings {
+                window: 4,
+                baud: Some(115_200),
+                ..Settings::ORDERED
+            },
+            _ => Settings::ORDERED,
+        };
+        Self {
+            host: Connection::new(settings),
+            stream: stream(&mut dice),
+            dice,
+            now: 0,
+            open: Vec::with_capacity(256),
+            heard: Vec::with_capacity(16),
+            most: 200,
+            index: 1,
+            number: 0,
+            late: 0,
+            ended: 0,
+            streams: 1,
+            digest: Digest::default(),
+        }
+    }
+
+    fn step(&mut self) {
+        match self.dice.below(16) {
+            0..=4 => self.answer(),
+            5 => self.rubbish(),
+            6..=7 => self.submit(),
+            8..=9 => self.offer(),
+            10..=13 => self.pass(),
+            14 => self.strike(),
+            _ => {
+                let cut = self.dice.below(20) as usize;
+                let bytes: [u8; 20] = std::array::from_fn(|_| self.dice.byte());
+                self.receive(bytes.get(..cut).unwrap_or(&bytes));
+            }
+        }
+        self.turn();
+    }
+
+    fn receive(&mut self, bytes: &[u8]) {
+        self.digest.add(self.now, bytes);
+        self.host.receive(self.now, bytes);
+    }
+
+    /// An answer to something that was asked, more or less right.
+    fn answer(&mut self) {
+        let count = self.heard.len() as u64;
+        let Some(asked) = self.heard.get(self.dice.below(count) as usize).copied() else {
+            return;
+        };
+        let view = asked.frame();
+        let mut params = [0; 64];
+        let length = match (view.ctrl().queued(), view.id()) {
+            (true, _) | (_, 246) => 8,
+            (_, 247 | 4) => 4,
+            (_, 10) => 32,
+            (_, 20) => 16,
+            _ => self.dice.below(40) as usize,
+        };
+        let number = match view.id() {
+            247 => 32 - self.dice.below(3),
+            4 => self.now / 1_000,
+            246 => self.index.saturating_sub(self.dice.below(3)),
+            _ if view.ctrl().queued() => {
+                self.index += 1;
+                self.index
+            }
+            _ => 0,
+        };
+        params[..8].copy_from_slice(&number.to_le_bytes());
+        if self.dice.chance(0.1) {
+            params[self.dice.below(8) as usize] = self.dice.byte();
+        }
+        let ctrl = match self.dice.below(20) {
+            0 => view.ctrl().with_error(),
+            1 => Ctrl(self.dice.byte()),
+            _ => view.ctrl(),
+        };
+        let length = if self.dice.chance(0.02) { 3 } else { length };
+        if let Ok(reply) = FrameBuf::new(view.id(), ctrl, &params[..length]) {
+            let mut bytes = [0; 300];
+            let whole = reply.bytes();
+            bytes[..whole.len()].copy_from_slice(whole);
+            if self.dice.chance(0.05) {
+                bytes[self.dice.below(whole.len() as u64) as usize] = self.dice.byte();
+            }
+            for _ in 0..=u64::from(self.dice.chance(0.05)) {
+                let count = whole.len();
+                self.receive(&bytes[..count]);
+            }
+        }
+        if !self.dice.chance(0.3) {
+            self.heard.retain(|other| other.bytes() != asked.bytes());
+        }
+    }
+
+    /// A frame that nobody asked for.
+    fn rubbish(&mut self) {
+        let mut params = [0; 64];
+        params.fill_with(|| self.dice.byte());
+        let length = self.dice.below(64) as usize;
+        let (id, ctrl) = (self.dice.byte(), Ctrl(self.dice.byte()));
+        if let Ok(frame) = FrameBuf::new(id, ctrl, &params[..length]) {
+            self.receive(frame.bytes());
+        }
+    }
+
+    fn submit(&mut self) {
+        if self.open.len() >= self.most {
+            return;
+        }
+        self.number += 1;
+        let request = match self.dice.below(8) {
+            0 => Request::get::<Pose>(&NoArgs),
+            1 => Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
+            2 => Request::get::<DeviceTime>(&NoArgs),
+            3 => Request::queued(&WaitCmd { timeout: 1 }),
+            4 => Request::raw(self.dice.byte(), Ctrl(self.dice.byte()), &[1, 2, 3]),
+            5 => Request::halt().map(|[stop, _, _]| stop),
+            6 => Request::halt().map(|[_, _, clear]| clear),
+            _ => Ok(program::request(&program::mixed(self.number)).repeatable()),
+        };
+        let Ok(request) = request else { return };
+        let end = self.now + self.dice.below(PATIENCE);
+        let request = match self.dice.chance(0.02) {
+            true => request.priority(Priority::Stop),
+            false => request,
+        };
+        let ticket = self.host.submit(request.deadline(end));
+        if self.dice.chance(0.05) {
+            self.host.cancel(ticket);
+        }
+        self.open.push((ticket, end));
+    }
+
+    fn offer(&mut self) {
+        for _ in 0..self.dice.below(5) {
+            self.number += 1;
+            self.stream.offer(program::item(self.number)).ok();
+        }
+    }
+
+    fn pass(&mut self) {
+        let due = [self.host.poll_timeout(), self.stream.poll_timeout()];
+        let due = due.into_iter().flatten().min();
+        let by = match self.dice.below(8) {
+            0 => self.dice.below(3 * SECOND),
+            1..=3 => self.dice.below(20_000),
+            _ => due.unwrap_or(self.now).saturating_sub(self.now),
+        };
+        self.now += by.min(10 * SECOND);
+        self.host.handle_timeout(self.now);
+    }
+
+    /// The line is lost and found, the arm is reset, the stream is given up.
+    fn strike(&mut self) {
+        match self.dice.below(40) {
+            0 => {
+                self.stream.interrupt(Failure::Lost);
+                self.host.interrupt();
+                self.heard.clear();
+            }
+            1..=20 => self.host.restored(),
+            21 => self.index = 0,
+            22 => self.stream.finish(),
+            _ => {}
+        }
+    }
+
+    /// What a shell does after every call.
+    fn turn(&mut self) {
+        for _ in 0..64 {
+            self.stream.advance(self.now, &mut self.host);
+            let mut quiet = true;
+            while let Some(frame) = self.host.poll_transmit(self.now) {
+                self.digest.add(self.now, frame.bytes());
+                if self.heard.len() == self.heard.capacity() {
+                    self.heard.remove(0);
+                }
+                self.heard.push(frame);
+                quiet = false;
+            }
+            while let Some(event) = self.host.poll_event() {
+                self.tell(event);
+                quiet = false;
+            }
+            while self.stream.poll_event().is_some() {}
+            if quiet {
+                break;
+            }
+        }
+        // Overdue ones show when time has passed.
+        let now = self.now;
+        self.late += self.open.iter().filter(|(_, end)| *end + 1 < now).count() as u64;
+        if self.stream.is_over() {
+            let leftover = std::mem::replace(&mut self.stream, stream(&mut self.dice)).leftover();
+            self.streams += 1;
+            if self.dice.chance(0.7) && leftover.len() < 40 {
+                self.stream = Stream::resume(leftover, StreamSettings::default());
+            }
+        }
+    }
+
+    fn tell(&mut self, event: Event) {
+        match event {
+            Event::Done { ticket, result } => {
+                if let Some(at) = self.open.iter().position(|(open, _)| *open == ticket) {
+                    self.open.swap_remove(at);
+                    self.ended += 1;
+                } else {
+                    (self.stream).answered(self.now, ticket, &result, &mut self.host);
+                }
+            }
+            Event::Reset => self.stream.reset(),
+            Event::Unaccounted { .. } => {}
+        }
+    }
+}
+
+fn stream(dice: &mut Dice) -> Stream {
+    Stream::new(StreamSettings {
+        window: 1 + dice.below(4) as usize,
+        start: dice.chance(0.8),
+        trust_pose: dice.chance(0.5),
+        ..StreamSettings::default()
+    })
+}
+
+/// R6: lives of some thousand steps each.
+pub(super) fn lives(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    const LIFE: u64 = 5_000;
+    let (mut late, mut ended, mut streams, mut open) = (0, 0, 0, 0);
+    let mut digest = Digest::default();
+    for life in 0..scope.cases.div_ceil(LIFE) {
+        let mut siege = Siege::new(scope.seed.wrapping_mul(1_000_003).wrapping_add(life));
+        for _ in 0..LIFE {
+            siege.step();
+        }
+        // Left alone, everything ends.
+        let end = siege.now + 2 * PATIENCE;
+        while siege.now < end {
+            siege.now += 10_000;
+            siege.pass();
+            siege.turn();
+        }
+        (late, ended) = (late + siege.late, ended + siege.ended);
+        streams += siege.streams;
+        open += siege.open.len() as u64;
+        digest.add(siege.now, &siege.digest.0.to_le_bytes());
+    }
+    Ok(Found {
+        figures: vec![
+            Figure::new("steps", (scope.cases.div_ceil(LIFE) * LIFE) as f64, ""),
+            Figure::new("requests that ended", ended as f64, ""),
+            Figure::new("streams", streams as f64, ""),
+            Figure::new("requests beyond their deadline", late as f64, "").at_most(0.0),
+            Figure::new("requests that never ended", open as f64, "").at_most(0.0),
+        ],
+        digest: Some(digest.0),
+    })
+}
+
+/// R7: one session, for so many seconds of its time; what it holds of the memory at most.
+pub(super) fn memory(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    let before = heap::in_use();
+    let mut siege = Box::new(Siege::new(scope.seed));
+    // Not the session's: what the siege keeps.
+    let own = siege.open.capacity() * size_of::<(Ticket, u64)>()
+        + siege.heard.capacity() * size_of::<FrameBuf>();
+    // As many as a driver has open.
+    siege.most = 8;
+    let (mut most, mut steps) = (0, 0_u64);
+    let inline = size_of::<Siege>();
+    while siege.now < scope.cases * SECOND {
+        siege.step();
+        steps += 1;
+        most = most.max(heap::in_use().saturating_sub(before));
+    }
+    let session = most.saturating_sub(own) as f64 / 1024.0;
+    Ok(Found {
+        figures: vec![
+            Figure::new("steps", steps as f64, ""),
+            Figure::new("hours of the session's time", siege.now as f64 / 3.6e9, "h"),
+            Figure::new("memory at most", session, "KiB")
+                .with("of which inline", inline as f64 / 1024.0)
+                .at_most(64.0),
+        ],
+        digest: Some(siege.digest.0),
+    })
+}

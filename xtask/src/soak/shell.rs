@@ -1,0 +1,405 @@
+//! R5, and R2 once more: the handle that programs use, on a clock that only passes when nothing else happens.
+
+use std::collections::HashMap;
+use std::error::Error;
+use std::io;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use magician::commands::{HomeParams, Pose, PtpCommonParams, QueuedCmdLeftSpace, WaitCmd};
+use magician::faults::Dice;
+use magician::pair::Digest;
+use magician::sim::{Controller, LinkId, Profile};
+use magician::{Arm, ErrorKind, Event, Options};
+use magician_protocol::{Deframer, FrameBuf, QueuedCmdIndex};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
+use tokio::time::{Instant, sleep, sleep_until, timeout};
+
+use super::{Found, Scope};
+use crate::bench::figure::Figure;
+
+const LINK: LinkId = LinkId(0);
+const MS: Duration = Duration::from_millis(1);
+
+/// What the line does at present.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Mood {
+    #[default]
+    Fine,
+    /// The arm hears and does not answer.
+    Mute,
+    /// Nothing is taken from the host any more.
+    Dead,
+    /// Answers stand still; they come when it is fine again.
+    Stalled,
+    /// Every answer comes without its last byte.
+    Torn,
+    /// Half of the requests and answers are lost.
+    Lossy,
+    /// The plug is out.
+    Unplugged,
+}
+
+struct Desk {
+    arm: Controller,
+    booted: Instant,
+    mood: Mood,
+    /// Pulled so often: a line that was opened before is dead.
+    pulls: u64,
+    dice: Dice,
+    digest: Digest,
+    begun: Instant,
+    /// Commands taken: parameters, and how often.
+    taken: HashMap<Vec<u8>, u32>,
+}
+
+#[derive(Clone)]
+struct Shared(Arc<Mutex<Desk>>);
+
+impl Shared {
+    fn new(seed: u64) -> Self {
+        Self(Arc::new(Mutex::new(Desk {
+            arm: Controller::new(Profile::default()),
+            booted: Instant::now(),
+            mood: Mood::Fine,
+            pulls: 0,
+            dice: Dice::new(seed),
+            digest: Digest::default(),
+            begun: Instant::now(),
+            taken: HashMap::new(),
+        })))
+    }
+
+    fn with<R>(&self, look: impl FnOnce(&mut Desk) -> R) -> R {
+        look(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn set(&self, mood: Mood) {
+        self.with(|desk| {
+            desk.pulls += u64::from(mood == Mood::Unplugged);
+            desk.mood = mood;
+        });
+    }
+
+    fn mood(&self) -> Mood {
+        self.with(|desk| desk.mood)
+    }
+
+    /// Opens the port: a task carries what passes.
+    fn open(&self) -> io::Result<DuplexStream> {
+        if self.mood() == Mood::Unplugged {
+            return Err(io::ErrorKind::NotFound.into());
+        }
+        let (host, arm) = tokio::io::duplex(256);
+        tokio::spawn(carry(self.clone(), arm));
+        Ok(host)
+    }
+}
+
+impl Desk {
+    fn pass(&mut self) {
+        let now = self.booted.elapsed().as_micros();
+        self.arm.advance(u64::try_from(now).unwrap_or(u64::MAX));
+        while self.arm.poll_event().is_some() {}
+    }
+
+    fn reset(&mut self) {
+        self.arm = Controller::new(Profile::default());
+        self.booted = Instant::now();
+    }
+
+    fn answer(&mut self, request: &FrameBuf) -> Vec<u8> {
+        self.pass();
+        let lossy = self.mood == Mood::Lossy;
+        if lossy && self.dice.chance(0.5) {
+            return Vec::new();
+        }
+        self.arm.receive(LINK, request.bytes());
+        let mut said = Vec::new();
+        while let Some(reply) = self.arm.poll_transmit(LINK) {
+            let view = request.frame();
+            if view.ctrl().queued() && reply.frame().read::<QueuedCmdIndex>().is_ok() {
+                *self.taken.entry(view.params().to_vec()).or_default() += 1;
+            }
+            said.extend_from_slice(reply.bytes());
+        }
+        match self.mood {
+            Mood::Mute => said.clear(),
+            Mood::Torn => drop(said.pop()),
+            Mood::Lossy if self.dice.chance(0.5) => said.clear(),
+            _ => {}
+        }
+        said
+    }
+}
+
+/// Carries bytes between a host's end and the arm until the plug is pulled.
+async fn carry(desk: Shared, mut line: DuplexStream) {
+    let opened = desk.with(|desk| desk.pulls);
+    let mut ear = Deframer::new();
+    let mut waiting = Vec::new();
+    let mut bytes = [0; 256];
+    loop {
+        if desk.with(|desk| desk.pulls) != opened {
+            return;
+        }
+        if !waiting.is_empty() && desk.mood() != Mood::Stalled {
+            if line.write_all(&waiting).await.is_err() {
+                return;
+            }
+            waiting.clear();
+        }
+        if desk.mood() == Mood::Dead {
+            sleep(5 * MS).await;
+            continue;
+        }
+        let Ok(read) = timeout(2 * MS, line.read(&mut bytes)).await else {
+            continue;
+        };
+        let Ok(count @ 1..) = read else { return };
+        sleep(2 * MS).await;
+        let mut input = &bytes[..count];
+        desk.with(|desk| {
+            let now = u64::try_from(desk.begun.elapsed().as_micros()).unwrap_or(u64::MAX);
+            desk.digest.add(now, input);
+        });
+        while let Some(event) = ear.next(&mut input) {
+            if let magician_protocol::Event::Frame { frame, .. } = event {
+                let said = desk.with(|desk| desk.answer(&FrameBuf::from(frame)));
+                waiting.extend(said);
+            }
+        }
+    }
+}
+
+fn clock() -> io::Result<tokio::runtime::Runtime> {
+    tokio::runtime::Builder::new_current_thread()
+        .enable_time()
+        .start_paused(true)
+        .build()
+}
+
+/// What calls found.
+#[derive(Default)]
+struct Calls {
+    done: u64,
+    refused: u64,
+    slowest: Duration,
+    kinds: HashMap<&'static str, u64>,
+}
+
+impl Calls {
+    fn note(&mut self, took: Duration, error: Option<magician::Error>) {
+        self.slowest = self.slowest.max(took);
+        let Some(error) = error else {
+            self.done += 1;
+            return;
+        };
+        self.refused += 1;
+        let kind = match error.kind() {
+            ErrorKind::Timeout => "timeout",
+            ErrorKind::Port => "port",
+            ErrorKind::Uncertain => "uncertain",
+            ErrorKind::QueueFull => "queue full",
+            _ => "other",
+        };
+        *self.kinds.entry(kind).or_default() += 1;
+    }
+}
+
+async fn call(arm: &Arm, which: u64, number: u32) -> Result<(), magician::Error> {
+    match which {
+        0 => arm.get::<Pose>().await.map(drop),
+        1 => arm.get::<HomeParams>().await.map(drop),
+        2 => arm.current_index().await.map(drop),
+        3 => arm.get::<QueuedCmdLeftSpace>().await.map(drop),
+        4 => arm.alarms().await.map(drop),
+        5 => arm.clear_alarms().await,
+        6 => arm.enqueue(&WaitCmd { timeout: number }).await.map(drop),
+        7 => arm.set(&RATIOS).await,
+        8 => arm.start_queue().await,
+        _ => arm.enqueue(&RATIOS).await.map(drop),
+    }
+}
+
+const RATIOS: PtpCommonParams = PtpCommonParams {
+    velocity_ratio: 50.0,
+    acceleration_ratio: 50.0,
+};
+const PATIENCE: Duration = Duration::from_millis(300);
+
+async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
+    let desk = Shared::new(scope.seed);
+    let open = desk.clone();
+    let options = Options::default().timeout(PATIENCE);
+    let arm = Arm::over_with(move || std::future::ready(open.open()), options).await?;
+    let calls = Arc::new(Mutex::new(Calls::default()));
+    let mut dice = Dice::new(scope.seed ^ 0xD1CE);
+    // Several callers at once, while the line does what it likes.
+    let callers: Vec<_> = (0..3)
+        .map(|caller| {
+            let (arm, calls) = (arm.clone(), calls.clone());
+            let mut dice = Dice::new(dice.number());
+            let count = scope.cases / 3;
+            tokio::spawn(async move {
+                for number in 0..count {
+                    let begun = Instant::now();
+                    let outcome = call(&arm, dice.below(10), (3 * number + caller) as u32).await;
+                    calls
+                        .lock()
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .note(begun.elapsed(), outcome.err());
+                    sleep(MS * dice.below(40) as u32).await;
+                }
+            })
+        })
+        .collect();
+    let moods = [
+        Mood::Fine,
+        Mood::Fine,
+        Mood::Mute,
+        Mood::Dead,
+        Mood::Stalled,
+        Mood::Torn,
+        Mood::Lossy,
+        Mood::Unplugged,
+    ];
+    while !callers.iter().all(tokio::task::JoinHandle::is_finished) {
+        desk.set(moods[dice.below(moods.len() as u64) as usize]);
+        sleep(MS * dice.below(1_500) as u32).await;
+        if dice.chance(0.05) {
+            desk.with(Desk::reset);
+        }
+    }
+    let digest = desk.with(|desk| desk.digest);
+    let calls = std::mem::take(&mut *calls.lock().unwrap_or_else(PoisonError::into_inner));
+    Ok((calls, digest))
+}
+
+/// R5: calls on lines that stall, fall silent, die, and go.
+pub(super) fn deadlines(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    let (calls, digest) = clock()?.block_on(hurried(scope))?;
+    let over = calls.slowest.saturating_sub(PATIENCE);
+    let mut failed = Figure::new("calls that failed", calls.refused as f64, "");
+    for kind in ["timeout", "port", "uncertain", "queue full", "other"] {
+        failed = failed.with(kind, calls.kinds.get(kind).copied().unwrap_or(0) as f64);
+    }
+    Ok(Found {
+        figures: vec![
+            Figure::new("calls that were answered", calls.done as f64, ""),
+            failed,
+            Figure::new(
+                "slowest beyond its deadline",
+                over.as_secs_f64() * 1e3,
+                "ms",
+            )
+            .at_most(10.0),
+        ],
+        digest: Some(digest.0),
+    })
+}
+
+#[derive(Default)]
+struct Plugs {
+    pulled: u64,
+    resets: u64,
+    told_resets: u64,
+    slowest: Duration,
+    accepted: u64,
+    uncertain: u64,
+    refused: u64,
+    lost: u64,
+    twice: u64,
+    not_as_told: u64,
+}
+
+async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
+    let desk = Shared::new(scope.seed);
+    let open = desk.clone();
+    let arm = Arm::over_with(move || std::future::ready(open.open()), Options::default()).await?;
+    // It reads soon after the start what the arm can be told by; an arm that is reset within its first second looks the
+    // same afterwards.
+    sleep(3_000 * MS).await;
+    let mut dice = Dice::new(scope.seed ^ 0xD1CE);
+    let mut plugs = Plugs::default();
+    let mut number = 0;
+    while plugs.pulled < scope.cases {
+        let mut events = arm.events();
+        let (other, pull_at) = (desk.clone(), Instant::now() + MS * dice.below(60) as u32);
+        let resets = dice.chance(0.3);
+        let out = MS * (50 + dice.below(4_000)) as u32;
+        let puller = tokio::spawn(async move {
+            sleep_until(pull_at).await;
+            other.set(Mood::Unplugged);
+            sleep(out).await;
+            if resets {
+                other.with(Desk::reset);
+            }
+            other.set(Mood::Fine);
+            Instant::now()
+        });
+        // Commands until the plug is out, or in again: one that was under way may have waited for that.
+        while !puller.is_finished() {
+            number += 1;
+            let command = WaitCmd { timeout: number };
+            let outcome = arm.enqueue(&command).await;
+            let taken = desk.with(|desk| desk.taken.remove(&number.to_le_bytes()[..]));
+            let taken = taken.unwrap_or(0);
+            plugs.twice += u64::from(taken > 1);
+            match outcome.map_err(|error| error.kind()) {
+                Ok(_) => {
+                    plugs.accepted += 1;
+                    plugs.lost += u64::from(taken == 0);
+                }
+                Err(ErrorKind::Uncertain) => plugs.uncertain += 1,
+                Err(ErrorKind::Port) => {
+                    plugs.refused += 1;
+                    plugs.not_as_told += u64::from(taken > 0);
+                    break;
+                }
+                Err(ErrorKind::QueueFull) => {
+                    plugs.not_as_told += u64::from(taken > 0);
+                    // Nothing runs: the queue is emptied, so that there is room.
+                    if arm.clear_queue().await.is_err() {
+                        break;
+                    }
+                }
+                Err(_) => plugs.not_as_told += u64::from(taken > 0),
+            }
+        }
+        plugs.pulled += 1;
+        plugs.resets += u64::from(resets);
+        let back = puller.await?;
+        timeout(Duration::from_secs(30), arm.reconnected()).await??;
+        plugs.slowest = plugs.slowest.max(back.elapsed());
+        while let Ok(Some(event)) = timeout(Duration::ZERO, events.next()).await {
+            plugs.told_resets += u64::from(event == Event::LinkFound { reset: true });
+        }
+        // The clock is all that tells a reset of an arm whose queue has not moved; it has to have run for a moment.
+        sleep(MS * (1_000 + dice.below(2_000)) as u32).await;
+    }
+    let digest = desk.with(|desk| desk.digest);
+    Ok((plugs, digest))
+}
+
+/// R2: the plug of a handle that queues commands is pulled and put in again, the arm reset meanwhile or not.
+pub(super) fn plugs(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    let (plugs, digest) = clock()?.block_on(pulled(scope))?;
+    let count = |name: &str, value: u64| Figure::new(name, value as f64, "");
+    let unseen = plugs.resets.abs_diff(plugs.told_resets);
+    Ok(Found {
+        figures: vec![
+            count("plugs pulled", plugs.pulled),
+            count("arm reset meanwhile", plugs.resets),
+            count("of which was not told", unseen).at_most(0.0),
+            count("commands accepted", plugs.accepted),
+            count("told as uncertain", plugs.uncertain),
+            count("refused or lost with the line", plugs.refused),
+            count("accepted and not taken", plugs.lost).at_most(0.0),
+            count("taken twice", plugs.twice).at_most(0.0),
+            count("taken though told otherwise", plugs.not_as_told).at_most(0.0),
+            Figure::new("slowest return", plugs.slowest.as_secs_f64(), "s").at_most(2.0),
+        ],
+        digest: Some(digest.0),
+    })
+}
