@@ -23,8 +23,8 @@ const BRAKING: Duration = Duration::from_secs(5);
 /// Poses so far apart that are equal are those of an arm that stands.
 const APART: Duration = Duration::from_millis(30);
 
-/// How long a stop from outside of any task may take until it is confirmed.
-pub(super) const HALT: Duration = Duration::from_secs(1);
+/// How long whoever stops the arm from outside of any task waits until that is confirmed.
+const HALT: Duration = Duration::from_secs(1);
 
 /// Stops that were asked for from outside of any task.
 #[derive(Debug, Default)]
@@ -74,7 +74,8 @@ pub struct Stopper {
 
 impl Stopper {
     /// Hands the stop to the connection's task and returns at once. The task sends what [`Arm::stop`] sends, ahead of
-    /// everything else; while the line is lost, it is the first thing that is said when it is back.
+    /// everything else, for up to three seconds until it is answered; while the line is lost, it is the first thing that is
+    /// said when it is back.
     ///
     /// # Errors
     /// [`ErrorKind::Closed`] when the connection has ended.

@@ -270,7 +270,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         if self.leftover.is_none() && self.pending.is_empty() {
             return Ok(self.ran);
         }
-        let mut watch = Watch::new(self.total, stops);
+        let mut watch = Watch::new(self.total, stops).of_stream();
         let (mut feed, reached, ending) = self.hand_over(stops).await?;
         let end = self
             .attend(&mut feed, &reached, ending, &mut watch, &mut progress)

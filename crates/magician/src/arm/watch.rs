@@ -140,12 +140,15 @@ pub(super) struct Watch {
     pose: Option<(Pose, Option<PoseL>)>,
     /// Stops before it began.
     stops: u64,
+    /// A stream counts what is in the queue, and may have emptied it to go on from further back.
+    counted: bool,
 }
 
 impl Watch {
     pub(super) fn new(total: Option<u64>, stops: u64) -> Self {
         Self {
             stops,
+            counted: false,
             progress: Progress {
                 current: magician_protocol::QueuedCmdIndex(0),
                 last: magician_protocol::QueuedCmdIndex(0),
@@ -154,6 +157,14 @@ impl Watch {
             },
             changed: Instant::now(),
             pose: None,
+        }
+    }
+
+    /// Of what a stream puts into the queue.
+    pub(super) fn of_stream(self) -> Self {
+        Self {
+            counted: true,
+            ..self
         }
     }
 
@@ -269,7 +280,9 @@ impl Arm {
 
     /// The index stands: does the arm?
     async fn look_closer(&self, watch: &mut Watch, pace: Option<Pace>) -> Result<()> {
-        self.still_queued(watch).await?;
+        if !watch.counted {
+            self.still_queued(watch).await?;
+        }
         let rail = match pace {
             Some(Pace::Rail) => Some(self.get::<PoseL>().await?),
             _ => None,

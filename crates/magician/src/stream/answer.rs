@@ -46,9 +46,6 @@ impl Stream {
         let Some(entry) = self.entries.get_mut(at) else {
             return;
         };
-        entry.fate = Fate::Accepted(index);
-        self.accepted += u64::from(!entry.inserted);
-        self.first.get_or_insert(index);
         if let Some(expected) = self.expected
             && expected != index
         {
@@ -58,6 +55,9 @@ impl Stream {
                 found: index,
             });
         }
+        entry.fate = Fate::Accepted(index);
+        self.accepted += u64::from(!entry.inserted);
+        self.first.get_or_insert(index);
         if self.expected.is_none() {
             // The first, or the first after a Clear: the numbers of what was dropped are passed over.
             self.base = index.saturating_sub(1);

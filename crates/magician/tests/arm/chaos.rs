@@ -74,7 +74,10 @@ impl Bench {
         let bench = self.clone();
         let options = Options::default().window(window);
         let opener = move || std::future::ready(bench.open());
-        Arm::over_with(opener, options).await.unwrap()
+        let lost = std::mem::take(&mut self.0.lock().unwrap().lost);
+        let arm = Arm::over_with(opener, options).await.unwrap();
+        self.0.lock().unwrap().lost = lost;
+        arm
     }
 
     fn pull(&self) {
@@ -210,7 +213,7 @@ async fn to_its_end<C: Iterator<Item = Set>>(arm: &Arm, run: &mut Run<C>) -> mag
 #[tokio::test(start_paused = true)]
 async fn on_a_bad_line_everything_is_done_once_or_told() {
     let mut finished = 0;
-    for seed in 1..=40 {
+    for seed in 1..=20 {
         for window in [1, 4] {
             let name = format!("seed {seed}, window {window}");
             let bench = Bench::new(seed, 20);
@@ -230,13 +233,13 @@ async fn on_a_bad_line_everything_is_done_once_or_told() {
             arm.detach();
         }
     }
-    assert!(finished > 70, "{finished}");
+    assert!(finished > 35, "{finished}");
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_cable_that_is_pulled_again_and_again() {
     let mut finished = 0;
-    for seed in (1..=40).chain([1016]) {
+    for seed in (1..=20).chain([1016, 2425, 2434]) {
         for window in [1, 4] {
             let name = format!("seed {seed}, window {window}");
             let bench = Bench::new(seed, seed % 40);
@@ -267,15 +270,15 @@ async fn a_cable_that_is_pulled_again_and_again() {
             arm.detach();
         }
     }
-    assert!(finished > 40, "{finished}");
+    assert!(finished > 20, "{finished}");
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_stop_at_any_time_is_the_last_word() {
-    for seed in 1..=60_u64 {
+    for seed in (1..=40_u64).chain([7129]) {
         for window in [1, 4] {
             let name = format!("seed {seed}, window {window}");
-            let bench = Bench::new(seed, 10 * (seed % 3));
+            let bench = Bench::new(seed, seed % 60);
             let arm = bench.connect(window).await;
             let mut dice = Dice(seed * 31 + 7);
             let program = program(120);

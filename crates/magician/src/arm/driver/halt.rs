@@ -5,9 +5,12 @@ use std::time::Duration;
 use tokio::time::Instant;
 
 use super::{Driver, To};
-use crate::arm::halt::{HALT, Waiter};
+use crate::arm::halt::Waiter;
 use crate::connection::Request;
 use crate::{Error, Result};
+
+/// How long a stop is said again on a line that loses it, also when nobody waits for its end any more.
+const PATIENCE: Duration = Duration::from_secs(3);
 
 /// A stop whose answers are awaited.
 pub(super) struct Halting {
@@ -32,7 +35,7 @@ impl Driver {
             outcome: Ok(()),
             waiters,
         });
-        let deadline = Instant::now() + HALT - Duration::from_millis(5);
+        let deadline = Instant::now() + PATIENCE;
         for request in requests {
             self.submit(request, deadline, To::Halt(self.halts));
         }
@@ -54,6 +57,9 @@ impl Driver {
             // One that the line has swallowed is said again when it is back.
             let lost = !self.link_is_up();
             self.owes_halt |= lost && done.outcome.is_err();
+            if let Err(error) = &done.outcome {
+                tracing::warn!("{}: a stop is not confirmed: {error}", self.shared.name);
+            }
             done.tell();
         }
     }
