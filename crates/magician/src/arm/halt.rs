@@ -168,7 +168,7 @@ impl Arm {
     }
 
     /// Lets the command under way finish and then holds the queue (document 1.19.2). What waits
-    /// stays; [`start_queue`](Self::start_queue) goes on with it.
+    /// stays; [`start_queue`](Self::start_queue) goes on with it. A run under way ends, so that it does not start the queue.
     ///
     /// # Errors
     /// As [`get`](Self::get).
@@ -177,7 +177,7 @@ impl Arm {
         self.ask(request.priority(Priority::Stop)).await.map(drop)
     }
 
-    /// Drops what waits in the queue; the command under way finishes (document 1.19.6).
+    /// Drops what waits in the queue; the command under way finishes (document 1.19.6). A run under way ends.
     ///
     /// # Errors
     /// As [`get`](Self::get).

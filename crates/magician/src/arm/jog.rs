@@ -243,7 +243,7 @@ impl Arm {
     /// the end of one that is being stopped.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] for a command that is no jog, else as [`set`](Self::set). When it is not certain that
+    /// [`ErrorKind::InvalidInput`] for a command that is no jog and while a program runs, else as [`set`](Self::set). When it is not certain that
     /// the jog did not begin, its stop is sent all the same.
     pub async fn jog(&self, command: impl Into<Set>) -> Result<Jog> {
         self.jog_with(command, JogOptions::default()).await

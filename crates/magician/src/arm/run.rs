@@ -156,9 +156,9 @@ impl Arm {
     /// sent as they are; [`perform`](Self::perform) checks them first.
     ///
     /// # Errors
-    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue,
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands of an earlier
-    /// program wait in the queue, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop came,
+    /// [`ErrorKind::Alarm`] as soon as an alarm holds the queue,
+    /// [`ErrorKind::InvalidInput`] when commands of an earlier
+    /// program wait in the queue, [`ErrorKind::Closed`] when a stop came,
     /// else as [`enqueue`](Self::enqueue) and [`wait`](Self::wait). What was put into the queue
     /// before the error stays there: [`stop`](Self::stop) drops it.
     pub async fn run<C>(&self, commands: C, progress: impl FnMut(Progress)) -> Result<Ran>
@@ -247,8 +247,8 @@ impl<C: Iterator<Item = Set>> Run<C> {
     /// Runs what has not been run, to its end.
     ///
     /// # Errors
-    /// As [`Arm::run`]; and when it goes on, [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if the arm does not stand
-    /// where it should, [`ErrorKind::Closed`](crate::ErrorKind::Closed) if it is [over](Self::is_interrupted).
+    /// As [`Arm::run`]; and when it goes on, [`ErrorKind::Unexpected`] if the arm does not stand
+    /// where it should, [`ErrorKind::Closed`] if it is [over](Self::is_interrupted).
     pub async fn finish(&mut self, mut progress: impl FnMut(Progress)) -> Result<Ran> {
         let arm = self.arm.clone();
         let stops = arm.stops();
