@@ -57,7 +57,7 @@ pub(super) fn segment(number: u64) -> Set {
 /// As an item of a stream.
 pub(super) fn item(number: u64) -> Item {
     let command = mixed(number);
-    let stands = if number % 4 == 0 {
+    let stands = if number.is_multiple_of(4) {
         number.saturating_sub(1)
     } else {
         number
