@@ -1,10 +1,12 @@
 //! The command line: global options and the verbs.
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use magician::faults::Faults;
 use magician_motion::ToolBias;
 
 use crate::context::Context;
@@ -95,6 +97,14 @@ pub(crate) struct Global {
         value_parser = clap::value_parser!(u8).range(1..=8)
     )]
     pub(crate) window: Option<u8>,
+
+    /// Write what passes between this program and the arm to a pcapng file, to look at or to send with a bug report
+    #[arg(long, global = true, value_name = "FILE")]
+    pub(crate) trace: Option<PathBuf>,
+
+    /// Spoil the line to the arm, for tests; `magician proxy --help` has the rates
+    #[arg(long, global = true, value_name = "SPEC", hide = true)]
+    pub(crate) faults: Option<Faults>,
 
     /// Say more on stderr; more often, more still
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]

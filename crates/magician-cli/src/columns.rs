@@ -5,7 +5,8 @@ use std::fmt::Display;
 use crate::failure::Failure;
 use crate::output::Output;
 
-const GAP: usize = 2;
+/// Between two columns.
+pub(crate) const GAP: usize = 2;
 
 /// Lines of cells.
 #[derive(Debug, Default)]

@@ -1,10 +1,11 @@
 //! What a verb works with: the global options, the output, and the arm once it is asked for.
 
+use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::Duration;
 
 use magician::commands::Pose;
-use magician::{Arm, ErrorKind, Options, SimSpeed, Target};
+use magician::{Arm, ErrorKind, LineOptions, Options, SimSpeed, Target, Tracer};
 use tokio::runtime::{Builder, Runtime};
 use tokio::time::timeout;
 
@@ -14,6 +15,7 @@ use crate::failure::{Failure, Kind};
 use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
 use crate::progress::attended;
+use crate::serving::create;
 use crate::verbs::version;
 
 /// The surroundings of a verb. One lasts for a whole shell.
@@ -22,6 +24,8 @@ pub(crate) struct Context {
     pub(crate) out: Output,
     runtime: Option<Rc<Runtime>>,
     arm: Option<Connected>,
+    /// The trace file under way, and where it is.
+    trace: Option<(PathBuf, Tracer)>,
     /// Settings that the verb under way owes the arm.
     pub(crate) debts: Debts,
     /// Whether more lines follow: Ctrl-C then stops the arm and keeps the connection.
@@ -67,6 +71,7 @@ impl Context {
             out,
             runtime: None,
             arm: None,
+            trace: None,
             debts: Debts::default(),
             in_shell: false,
             terminated: false,
@@ -288,21 +293,44 @@ impl Context {
         }
     }
 
-    async fn connect(&self, sim: Option<Sim>) -> Result<Connected, Failure> {
+    async fn connect(&mut self, sim: Option<Sim>) -> Result<Connected, Failure> {
         let port = self.global.port.clone();
         let target = self.target(sim)?;
-        let arm = Arm::connect_with(&target, self.options()).await?;
+        let arm = Arm::connect_with(&target, self.options()?).await?;
         Ok(Connected { arm, port })
     }
 
     /// How a connection is to behave.
-    pub(crate) fn options(&self) -> Options {
+    pub(crate) fn options(&mut self) -> Result<Options, Failure> {
         let mut options = Options::default();
         options.timeout = self.global.timeout.unwrap_or(options.timeout);
         options.window = self.global.window.map_or(options.window, usize::from);
         // A verb whose line breaks fails; only a shell lasts until the cable is back.
         options.reconnect = self.in_shell;
-        options
+        options.faults = self.global.faults.unwrap_or_default();
+        options.trace = self.tracer()?;
+        Ok(options)
+    }
+
+    /// What is put between a bare line and its port.
+    pub(crate) fn line_options(&mut self) -> Result<LineOptions, Failure> {
+        let mut options = LineOptions::default();
+        options.faults = self.global.faults.unwrap_or_default();
+        options.trace = self.tracer()?;
+        Ok(options)
+    }
+
+    /// The trace that is asked for. All lines of this program go into the same one.
+    fn tracer(&mut self) -> Result<Option<Tracer>, Failure> {
+        let Some(path) = &self.global.trace else {
+            return Ok(None);
+        };
+        if let Some((_, tracer)) = self.trace.as_ref().filter(|(known, _)| known == path) {
+            return Ok(Some(tracer.clone()));
+        }
+        let tracer = Tracer::new(create(path)?)?;
+        self.trace = Some((path.clone(), tracer.clone()));
+        Ok(Some(tracer))
     }
 
     /// Where the arm is.

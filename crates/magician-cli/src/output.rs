@@ -8,6 +8,15 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 
+/// Whether this is a terminal that obeys escape sequences. Windows consoles do when told to, which this does.
+pub(crate) fn obeys(to: &impl IsTerminal) -> bool {
+    #[cfg(windows)]
+    let obeys = ratatui::crossterm::ansi_support::supports_ansi;
+    #[cfg(not(windows))]
+    let obeys = || true;
+    to.is_terminal() && obeys()
+}
+
 /// Colours, or none: only on a terminal that can, and not with `NO_COLOR`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Paint {
@@ -34,11 +43,11 @@ impl<T: Display> Display for Painted<T> {
 }
 
 impl Paint {
-    fn wanted(terminal: bool) -> Self {
+    fn wanted(to: &impl IsTerminal) -> Self {
         let set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
         let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
         Self {
-            on: terminal && !set("NO_COLOR") && !dumb,
+            on: obeys(to) && !set("NO_COLOR") && !dumb,
         }
     }
 
@@ -48,7 +57,7 @@ impl Paint {
     }
 
     pub(crate) fn for_stderr() -> Self {
-        Self::wanted(io::stderr().is_terminal())
+        Self::wanted(&io::stderr())
     }
 
     fn with<T: Display>(self, code: &'static str, text: T) -> impl Display {
@@ -117,12 +126,11 @@ pub(crate) struct Output {
 impl Output {
     pub(crate) fn stdout() -> Self {
         let stdout = io::stdout();
-        let terminal = stdout.is_terminal();
         let width = terminal_size::terminal_size_of(&stdout).map(|(width, _)| width.0.into());
         Self {
+            paint: Paint::wanted(&stdout),
+            width: width.filter(|_| stdout.is_terminal()),
             to: BufWriter::with_capacity(1 << 16, stdout),
-            paint: Paint::wanted(terminal),
-            width: width.filter(|_| terminal),
         }
     }
 

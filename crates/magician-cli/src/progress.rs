@@ -1,6 +1,7 @@
 //! Telling that something takes its time: a live line on a terminal, a line elsewhere, nothing with
 //! `--json`.
 
+use std::cell::Cell;
 use std::future::Future;
 use std::io::{self, IsTerminal, Write};
 use std::pin::pin;
@@ -8,6 +9,8 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
+
+use crate::output::obeys;
 
 /// Waits shorter than this need no telling.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -24,7 +27,7 @@ pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Outpu
     if let Ok(done) = timeout(PATIENCE, &mut work).await {
         return done;
     }
-    if !io::stderr().is_terminal() {
+    if !obeys(&io::stderr()) {
         let _ = writeln!(io::stderr(), "{what} ...");
         return work.await;
     }
@@ -45,13 +48,19 @@ pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Outpu
     work.await
 }
 
-/// A bar on stderr while something is counted: on a terminal only, and gone afterwards.
-pub(crate) struct Bar(ProgressBar);
+/// A bar on stderr while something is counted, gone afterwards; elsewhere than on a terminal a line, if it takes longer
+/// than a second.
+pub(crate) struct Bar {
+    shown: ProgressBar,
+    /// What is to be said where there is no bar, and since when it is due.
+    line: Cell<Option<(&'static str, Instant)>>,
+}
 
 impl Bar {
     /// From 0 to `total`.
-    pub(crate) fn begin(quiet: bool, what: &str, total: u64) -> Self {
-        let target = match !quiet && io::stderr().is_terminal() {
+    pub(crate) fn begin(quiet: bool, what: &'static str, total: u64) -> Self {
+        let at_terminal = io::stderr().is_terminal();
+        let target = match !quiet && at_terminal {
             true => ProgressDrawTarget::stderr(),
             false => ProgressDrawTarget::hidden(),
         };
@@ -62,18 +71,26 @@ impl Bar {
         }
         bar.set_message(what.to_owned());
         bar.tick();
-        Self(bar)
+        let line = (!quiet && !at_terminal).then(|| (what, Instant::now() + PATIENCE));
+        Self {
+            shown: bar,
+            line: Cell::new(line),
+        }
     }
 
     /// So many are done.
     pub(crate) fn at(&self, done: u64) {
-        self.0.set_position(done);
+        if let Some((what, _)) = self.line.get().filter(|(_, due)| *due <= Instant::now()) {
+            let _ = writeln!(io::stderr(), "{what} ...");
+            self.line.set(None);
+        }
+        self.shown.set_position(done);
     }
 }
 
 impl Drop for Bar {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.shown.finish_and_clear();
     }
 }
 

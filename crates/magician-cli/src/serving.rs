@@ -2,12 +2,30 @@
 
 use std::fs::{File, TryLockError};
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use magician::ErrorKind;
 use magician_sim::serve::{Endpoint, ServeError};
 
 use crate::failure::{Failure, Kind};
+
+/// What to do about having no door.
+pub(crate) const DOORS: &str = match cfg!(unix) {
+    true => "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT",
+    false => "give --udp HOST[:PORT], --tcp HOST:PORT, or both",
+};
+
+/// The path of a new pseudo-terminal, where there are such things.
+pub(crate) fn pty() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match cfg!(unix) {
+        true => Ok(path),
+        false => Err("this system has no pseudo-terminals that serial programs could open; use --tcp or --udp"),
+    })
+}
+
+/// How the name of the arm's own line begins in a trace of `proxy`, beside those of its programs.
+pub(crate) const LINE_OF_ARM: &str = "arm ";
 
 /// Says where something is served.
 pub(crate) fn serving(endpoint: &Endpoint) -> String {

@@ -271,6 +271,11 @@ fn no_arm_is_a_port_error_never_the_simulator() {
         (odd.status, odd.error()["kind"].as_str()),
         (3, Some("invalid-input"))
     );
+}
+
+#[cfg(not(feature = "ble"))]
+#[test]
+fn bluetooth_is_a_matter_of_the_build() {
     let ble = run_with(&["--port", "ble:Dobot", "--json", "pose"], b"");
     assert_eq!(
         (ble.status, ble.error()["kind"].as_str()),

@@ -125,6 +125,7 @@ fn a_port_that_is_held_or_not_there_is_told() {
         assert!(says(finding(&run.object(), "line"), text), "{run:?}");
     }
     let run = doctor("nonsense", &[]);
+    assert_eq!(run.object()["ok"], false);
     assert_eq!(
         (run.status, &run.error()["kind"]),
         (3, &json!("invalid-input"))
@@ -148,6 +149,31 @@ fn a_host_where_nothing_listens_is_told() {
         finding(&refused.object(), "answer"),
         "nothing listens"
     ));
+}
+
+#[test]
+fn no_window_is_recommended_for_datagrams() {
+    let arm = Served::start(&["--udp", "127.0.0.1:0"], 1);
+    for more in [&[][..], &["--yes"]] {
+        let asked = doctor(&arm.door("udp"), more);
+        assert_eq!(asked.status, 0, "{asked:?}");
+        assert_eq!(asked.object()["window"], 1);
+        assert!(!asked.out.contains("MAGICIAN_WINDOW"), "{asked:?}");
+    }
+}
+
+#[test]
+fn a_queue_in_which_a_long_move_runs_is_not_taken_for_one_that_stands() {
+    let arm = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
+    let port = arm.door("tcp");
+    let script = "alarms --clear\nmove 220 80 50 --speed-ratio 1 --no-wait\n";
+    let moving = magician::run_with(&["--port", &port, "shell"], script.as_bytes());
+    assert_eq!(moving.status, 0, "{moving:?}");
+    let report = doctor(&port, &["--yes"]).object();
+    let queue = finding(&report, "queue");
+    assert!(queue["ok"].is_null() && says(queue, "it runs"), "{queue}");
+    let law = finding(&report, "index_law");
+    assert!(says(law, "not tried"), "the move goes on: {law}");
 }
 
 #[test]
@@ -216,7 +242,16 @@ fn bench_lets_an_arm_draw_only_when_told() {
     assert!(figures["h3"].is_null() && figures["h4"].is_null() && figures["h7"].is_null());
     let index = run(&["--port", path, "--json", "queue", "status"]).object();
     assert_eq!(index["current_index"], 0);
+    // What another program has queued is not run for a measurement.
+    let port = ["--port", path];
+    let waiting = run(&[&port[..], &["enqueue", "WAITCmd", "timeout=9"]].concat());
+    assert_eq!(waiting.status, 0, "{waiting:?}");
+    let refused = run(&[&port[..], &["bench", "--yes", "--seconds", "0.2"]].concat());
+    assert_eq!(refused.status, 3, "{refused:?}");
+    assert!(refused.err.contains("another program"), "{refused:?}");
+    assert_eq!(run(&[&port[..], &["stop"]].concat()).status, 0);
     let speeds = run(&["--port", path, "--json", "get", "CPParams"]).object();
+    let stood = run(&["--port", path, "--json", "pose"]).object();
     let figures = bench(&["--only", "h2,h4", "--stops", "1", "--yes", "--window", "4"]);
     assert!(
         figures["h2"].is_object() && figures["h4"].is_object(),
@@ -225,5 +260,13 @@ fn bench_lets_an_arm_draw_only_when_told() {
     assert_eq!(figures["window"], 4);
     let after = run(&["--port", path, "--json", "get", "CPParams"]).object();
     assert_eq!(speeds, after, "the path speeds are given back");
+    let stands = run(&["--port", path, "--json", "pose"]).object();
+    for axis in ["x", "y", "z"] {
+        let [from, to] = [&stood, &stands].map(|pose| pose[axis].as_f64().expect("a number"));
+        assert!(
+            (from - to).abs() < 0.01,
+            "the arm is where it was: {stood} {stands}"
+        );
+    }
     drop(arm);
 }

@@ -18,10 +18,16 @@ struct Place {
 
 impl Place {
     fn new() -> Self {
+        Self::answering_after("0")
+    }
+
+    /// As new, with an arm that takes so many milliseconds for an answer.
+    fn answering_after(turnaround: &str) -> Self {
         let dir = tempfile::tempdir().expect("directory");
         let path = dir.path().join("arm");
         let path = path.to_str().expect("UTF-8");
-        let served = Served::start(&["--pty", path, "--tcp", "127.0.0.1:0", "--speed", "1"], 2);
+        let doors = ["--pty", path, "--tcp", "127.0.0.1:0", "--speed", "1"];
+        let served = Served::start(&[&doors[..], &["--turnaround", turnaround]].concat(), 2);
         let place = Self { dir, served };
         assert_eq!(
             run(&["--port", &place.port(), "alarms", "--clear"]).status,
@@ -40,19 +46,27 @@ impl Place {
         run(&[&["--port", &door, "--json"], arguments].concat()).object()
     }
 
-    /// A move that takes minutes, under way: seen to have left the pose it began at.
-    fn slow_move(&self) -> Child {
-        let before = self.look(&["pose"]);
+    /// A command at the arm, seen to have changed what the second door shows of it.
+    fn busy(&self, arguments: &[&str], look: &[&str]) -> Child {
+        let before = self.look(look);
         let child = command()
             .args(["--port", &self.port(), "--json"])
-            .args(["move", "220", "80", "50", "--speed-ratio", "1"])
+            .args(arguments)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .expect("the command starts");
-        let moved = (0..10_000).any(|_| self.look(&["pose"]) != before);
-        assert!(moved, "the arm does not begin to move");
+        let changed = (0..10_000).any(|_| self.look(look) != before);
+        assert!(changed, "{arguments:?} changes nothing");
         child
+    }
+
+    /// A move that takes minutes, under way: seen to have left the pose it began at.
+    fn slow_move(&self) -> Child {
+        self.busy(
+            &["move", "220", "80", "50", "--speed-ratio", "1"],
+            &["pose"],
+        )
     }
 }
 
@@ -145,4 +159,38 @@ fn a_move_whose_arm_dies_is_a_port_error() {
     place.served.child.kill().expect("it lives");
     let (status, error) = outcome(child);
     assert_eq!((status, &error["kind"]), (Some(4), &json!("port")));
+}
+
+#[test]
+fn doctor_drops_what_it_put_into_the_queue() {
+    let place = Place::answering_after("30");
+    let before = place.look(&["queue"]);
+    let child = place.busy(&["doctor", "--yes"], &["queue"]);
+    assert!(signal("-INT", child.id()));
+    assert_eq!(outcome(child).0, Some(130));
+    assert_eq!(place.look(&["queue"]), before);
+}
+
+#[test]
+fn bench_gives_the_path_speeds_back() {
+    let place = Place::new();
+    let speeds = ["get", "CPParams"];
+    let before = place.look(&speeds);
+    for only in ["h2", "h4"] {
+        let arguments = [
+            "bench",
+            "--yes",
+            "--only",
+            only,
+            "--stops",
+            "10000",
+            "--seconds",
+            "600",
+        ];
+        let child = place.busy(&arguments, &speeds);
+        assert!(signal("-INT", child.id()));
+        assert_eq!(outcome(child).0, Some(130), "{only}");
+        assert_eq!(place.look(&speeds), before, "{only}");
+        assert_eq!(place.look(&["queue"])["left_space"], 32, "{only}");
+    }
 }

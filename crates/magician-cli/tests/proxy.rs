@@ -272,3 +272,25 @@ fn a_line_can_be_spoilt() {
     ]);
     assert_eq!(wrong.status, 2, "{wrong:?}");
 }
+
+#[test]
+fn a_trace_of_a_proxy_is_replayed_once_and_agrees_with_the_arms_own() {
+    let desk = Desk::new();
+    let [own, between] = ["own.pcapng", "between.pcapng"].map(|name| desk.path(name));
+    let arm = desk.path("arm");
+    let served = Served::start(&["--pty", &arm, "--speed", "max", "--trace", &own], 1);
+    let proxy = desk.proxy(&["--trace", &between]);
+    let script = b"alarms --clear\nmove 220 40 30 0\npose\nmove 220 -40 30 0\npose\n";
+    let done = magician::run_with(&["--port", &desk.path("A"), "shell"], script);
+    assert_eq!(done.status, 0, "{done:?}");
+    pose(&desk.path("B"));
+    proxy.end("-TERM");
+    served.end("-TERM");
+    let counts = [&own, &between].map(|trace| {
+        let replayed = run(&["replay", trace, "--clock", "max", "--json"]);
+        assert_eq!(replayed.status, 0, "{replayed:?}");
+        let told = replayed.objects();
+        told.last().expect("a summary")["requests"].clone()
+    });
+    assert_eq!(counts[0], counts[1], "what the arm heard");
+}

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use magician::commands::{CpCmd, CpParams, Pose};
 use magician::protocol::{CpMode, Flag};
-use magician::{Options, Set, blocking::Arm, words};
+use magician::{Options, RunOptions, Set, blocking::Arm, words};
 
 /// Radius of the ring and length of a segment, mm.
 const RADIUS: f32 = 10.0;
@@ -44,16 +44,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         real_time_track: Flag::OFF,
     })?;
     let start = arm.get::<Pose>()?;
-    let mut check: words::Preflight = arm.preflight()?;
+    let here: words::Preflight = arm.preflight()?;
+    let mut check = here.clone();
     for count in 1..=segments {
         check.check(&point(&start, count).into())?;
     }
 
     let begun = Instant::now();
-    let ran = arm.run(
-        (1..=segments).map(|count| Set::from(point(&start, count))),
-        |_| {},
-    )?;
+    let path = (1..=segments).map(|count| Set::from(point(&start, count)));
+    let ran = arm
+        .begin(path, RunOptions::default())
+        .along(here)
+        .finish(|_| {})?;
     let seconds = begun.elapsed().as_secs_f64();
     arm.set(&before)?;
 

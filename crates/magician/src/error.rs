@@ -278,6 +278,11 @@ impl Error {
         Self::new(ErrorKind::Closed, "the connection is closed")
     }
 
+    /// The task that owns the line takes no wishes.
+    pub(crate) fn stuck() -> Self {
+        Self::new(ErrorKind::Timeout, "the connection is stuck")
+    }
+
     /// The line failed while in use.
     pub(crate) fn gone(name: &str, source: io::Error) -> Self {
         let message = format!(

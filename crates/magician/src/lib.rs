@@ -1,5 +1,5 @@
 //! Driver for the Dobot Magician desktop arm: the whole protocol, typed, async and blocking, over
-//! USB serial, Wi-Fi, TCP, and to a virtual arm in this process.
+//! USB serial, Wi-Fi, TCP, Bluetooth LE (feature `ble`, off by default), and to a virtual arm in this process.
 //!
 //! * [`Arm`] is a connected arm for programs on tokio, [`blocking::Arm`] the same for all others.
 //! * [`Target`] says where the arm is; [`ports`](fn@ports) lists where it could be.

@@ -56,7 +56,7 @@ impl RawLine {
     ///
     /// # Errors
     /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the port is not there, not allowed or in
-    /// use, [`ErrorKind::Unsupported`](crate::ErrorKind::Unsupported) for Bluetooth.
+    /// use, [`ErrorKind::Unsupported`](crate::ErrorKind::Unsupported) for Bluetooth in a build without the feature `ble`.
     pub async fn open(target: &Target) -> Result<Self> {
         Self::open_with(target, LineOptions::default()).await
     }

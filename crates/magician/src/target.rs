@@ -50,7 +50,7 @@ pub enum Target {
         /// Port.
         port: u16,
     },
-    /// `ble:NAME`: Bluetooth.
+    /// `ble:NAME`: Bluetooth LE, by name or address, in a build with the feature `ble`.
     Ble(String),
 }
 
@@ -92,7 +92,7 @@ impl FromStr for Target {
             ("usb", Some(ids)) => parse_usb(ids).ok_or_else(|| bad(text)),
             ("arm", Some(serial)) if !serial.is_empty() => Ok(Self::Arm(serial.to_owned())),
             ("usb" | "arm" | "udp" | "tcp" | "ble", _) => Err(bad(text)),
-            _ if is_serial(text) => Ok(Self::Serial(text.to_owned())),
+            _ if is_serial(text) => Ok(Self::Serial(port_name(text).to_owned())),
             _ => Err(bad(text)),
         }
     }
@@ -103,11 +103,21 @@ fn bad(text: &str) -> Error {
 }
 
 fn is_serial(text: &str) -> bool {
+    is_com(text) || text.contains(['/', '\\'])
+}
+
+/// `COM3`.
+fn is_com(text: &str) -> bool {
     let com = text
         .get(..3)
         .is_some_and(|head| head.eq_ignore_ascii_case("com"));
-    let number = com && text.len() > 3 && text.bytes().skip(3).all(|byte| byte.is_ascii_digit());
-    number || text.contains(['/', '\\'])
+    com && text.len() > 3 && text.bytes().skip(3).all(|byte| byte.is_ascii_digit())
+}
+
+/// A port as the system lists it: Windows asks for `\\.\COM10`, and lists `COM10`.
+fn port_name(text: &str) -> &str {
+    let device = text.strip_prefix(r"\\.\");
+    device.filter(|name| is_com(name)).unwrap_or(text)
 }
 
 /// `VENDOR:PRODUCT[:SERIAL]`.
@@ -242,6 +252,8 @@ mod tests {
             ("sim:max", Target::Sim(SimSpeed::Max)),
             ("SIM:2.5", Target::Sim(SimSpeed::Times(2.5))),
             ("com12", Target::Serial("com12".into())),
+            (r"\\.\COM12", Target::Serial("COM12".into())),
+            (r"\\.\pipe\arm", Target::Serial(r"\\.\pipe\arm".into())),
             ("./arm", Target::Serial("./arm".into())),
             (
                 "/dev/serial/by-id/usb:1",

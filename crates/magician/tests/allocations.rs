@@ -1,4 +1,4 @@
-//! A connection in a steady state allocates nothing, on a good line and on a bad one.
+//! A connection and a stream in a steady state allocate nothing, on a good line and on a bad one.
 #![allow(
     unsafe_code,
     reason = "counting allocations takes an allocator, and an allocator is unsafe"
@@ -8,9 +8,10 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::collections::VecDeque;
 
-use magician::commands::{DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, WaitCmd};
+use magician::commands::{CpCmd, DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, WaitCmd};
 use magician::connection::{Connection, Event, Request, Settings};
-use magician::protocol::NoArgs;
+use magician::protocol::{CpMode, NoArgs};
+use magician::stream::{Item, Stream, StreamEvent, StreamSettings};
 use magician::{Ctrl, FrameBuf};
 
 thread_local! {
@@ -92,12 +93,38 @@ impl Bench {
             (246, _) => &last,
             (247, _) => &room,
             (4, _) => &clock,
+            (10, false) => &[0; 32],
             _ => &[],
         };
         FrameBuf::new(view.id(), Ctrl(view.ctrl().0), params).unwrap()
     }
 
     fn pass(&mut self) {
+        self.ask();
+        self.exchange();
+        while let Some(event) = self.host.poll_event() {
+            self.told += u64::from(matches!(event, Event::Done { .. }));
+        }
+    }
+
+    /// As [`pass`](Self::pass), and the commands come through a stream.
+    fn pass_stream(&mut self, stream: &mut Stream) {
+        self.tick += 1;
+        let now = self.tick * TICK;
+        while stream.room() > 0 {
+            stream.offer(segment(self.tick)).unwrap();
+        }
+        stream.advance(now, &mut self.host);
+        self.exchange();
+        while let Some(Event::Done { ticket, result }) = self.host.poll_event() {
+            self.told += u64::from(stream.answered(now, ticket, &result, &mut self.host));
+        }
+        while let Some(event) = stream.poll_event() {
+            assert!(!matches!(event, StreamEvent::Failed(_)), "{event:?}");
+        }
+    }
+
+    fn ask(&mut self) {
         self.tick += 1;
         let now = self.tick * TICK;
         let deadline = now + 10_000_000;
@@ -117,6 +144,10 @@ impl Bench {
                 self.host.submit(read.unwrap().deadline(deadline));
             }
         }
+    }
+
+    fn exchange(&mut self) {
+        let now = self.tick * TICK;
         while let Some(reply) = self.line.pop_front() {
             self.host.receive(now, reply.bytes());
         }
@@ -134,9 +165,39 @@ impl Bench {
                 }
             }
         }
-        while let Some(event) = self.host.poll_event() {
-            self.told += u64::from(matches!(event, Event::Done { .. }));
-        }
+    }
+}
+
+fn segment(count: u64) -> Item {
+    let command = CpCmd {
+        cp_mode: CpMode::Absolute,
+        x: 200.0 + (count % 100) as f32 * 0.2,
+        y: 0.0,
+        z: 20.0,
+        velocity_or_power: 0.0,
+    };
+    Item {
+        command: command.into(),
+        time: 2_000,
+        end: None,
+        laser: false,
+    }
+}
+
+#[test]
+fn a_stream_allocates_nothing_whatever_the_line_loses() {
+    // The first reply must not be lost: nobody could tell what became of the first command.
+    for (window, loss) in [(1, 0), (4, 0), (1, 23), (4, 101)] {
+        let mut bench = Bench::new(window, loss);
+        let mut stream = Stream::new(StreamSettings {
+            window,
+            ..StreamSettings::default()
+        });
+        (0..3_000).for_each(|_| bench.pass_stream(&mut stream));
+        let (before, told) = (COUNT.get(), bench.told);
+        (0..20_000).for_each(|_| bench.pass_stream(&mut stream));
+        assert_eq!(COUNT.get() - before, 0, "window {window}, loss {loss}");
+        assert!(bench.told > told + 1_000, "{}", bench.told - told);
     }
 }
 

@@ -145,14 +145,18 @@ fn device(port: &Entry) -> String {
         return "not USB".to_owned();
     };
     let name = usb.name.as_deref().unwrap_or_default();
+    // On Windows the name tends to begin with the maker.
     let maker = usb.manufacturer.as_deref().unwrap_or_default();
+    let maker = if name.starts_with(maker) { "" } else { maker };
     let serial = usb.serial.iter().map(|serial| format!(":{serial}"));
     let serial: String = serial.collect();
-    let text = format!(
-        "{:04x}:{:04x}{serial} {maker} {name}",
-        usb.vendor, usb.product
-    );
-    text.trim_end().to_owned()
+    let ids = format!("{:04x}:{:04x}{serial}", usb.vendor, usb.product);
+    let words = [&ids, maker, name];
+    words
+        .into_iter()
+        .filter(|word| !word.is_empty())
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 fn module(arm: &OnWifi) -> String {

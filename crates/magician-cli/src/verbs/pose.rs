@@ -1,4 +1,4 @@
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::time::Duration;
 
 use clap::Args;
@@ -9,7 +9,7 @@ use tokio::time::MissedTickBehavior;
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::output::Output;
+use crate::output::{Output, obeys};
 
 /// Show where the arm is: tool position and joint angles
 #[derive(Args, Debug)]
@@ -82,7 +82,7 @@ impl Pose {
             let pose = arm.get::<commands::Pose>().await?;
             Ok::<_, Failure>(Answer::from(pose))
         };
-        if !json && std::io::stdout().is_terminal() {
+        if !json && obeys(&std::io::stdout()) {
             let mut live = Live(out);
             loop {
                 live.show(&next().await?.line())?;

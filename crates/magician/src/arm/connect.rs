@@ -8,7 +8,7 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::{broadcast, mpsc, oneshot};
 use tokio::time::timeout_at;
 
-use super::driver::{Driver, Message, Opener};
+use super::driver::{Driver, Message, Opener, micros};
 use super::events::KEPT;
 use super::{Arm, Inner, Link, Options, Shared};
 use crate::connection::{Settings, Stats};
@@ -22,7 +22,7 @@ impl Arm {
     /// # Errors
     /// [`ErrorKind::Port`] when the port is not there, not allowed or in use, [`ErrorKind::Timeout`]
     /// when nothing answers, [`ErrorKind::Unexpected`] when something else does,
-    /// [`ErrorKind::Unsupported`] for Bluetooth.
+    /// [`ErrorKind::Unsupported`] for Bluetooth in a build without it.
     pub async fn connect(target: &Target) -> Result<Self> {
         Self::connect_with(target, Options::default()).await
     }
@@ -30,17 +30,22 @@ impl Arm {
     /// As [`connect`](Self::connect), with other options.
     ///
     /// # Errors
-    /// As [`connect`](Self::connect).
+    /// As [`connect`](Self::connect); [`ErrorKind::InvalidInput`] for faults that cannot be done to this target.
     pub async fn connect_with(target: &Target, options: Options) -> Result<Self> {
-        let way = Arc::new(transport::Way::to(target));
+        // The line to an arm in this process does not break by itself.
+        let breaks = !matches!(target, Target::Sim(_)) || options.faults.unplug > 0.0;
+        Self::go(transport::Way::to(target), breaks, options).await
+    }
+
+    /// Goes a way, with the faults and the trace of the options on it, and again when a line that may break broke.
+    async fn go(way: transport::Way, breaks: bool, options: Options) -> Result<Self> {
+        let way = Arc::new(way.fitted(&options)?);
         let line = way.open().await?;
         let again: Opener = Box::new(move || {
             let way = Arc::clone(&way);
             Box::pin(async move { way.open().await })
         });
-        // An arm in this process is a new one every time, and its line does not break.
-        let same = !matches!(target, Target::Sim(_));
-        Self::greet(line, same.then_some(again), options).await
+        Self::greet(line, breaks.then_some(again), options).await
     }
 
     /// Talks to an arm over any stream of bytes that keeps their order. When it breaks, it is gone;
@@ -52,6 +57,7 @@ impl Arm {
     where
         T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
     {
+        options.bare()?;
         Self::greet(Line::over(stream), None, options).await
     }
 
@@ -79,6 +85,7 @@ impl Arm {
         O: Future<Output = io::Result<T>> + Send + 'static,
         T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
     {
+        options.bare()?;
         let mut again: Opener = Box::new(move || {
             let opening = opener();
             Box::pin(async move {
@@ -99,22 +106,24 @@ impl Arm {
     /// As [`connect`](Self::connect).
     #[cfg(feature = "sim")]
     pub async fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
-        let line = Line {
-            transport: Box::new(transport::Sim::new(arm.into())),
-            settings: Settings::ORDERED,
-            name: "sim".to_owned(),
-            tried: "a virtual arm",
-        };
-        Self::greet(line, None, options).await
+        let breaks = options.faults.unplug > 0.0;
+        Self::go(transport::Way::to_virtual(arm.into()), breaks, options).await
     }
 
-    pub(crate) async fn greet(line: Line, again: Option<Opener>, options: Options) -> Result<Self> {
+    pub(crate) async fn greet(
+        mut line: Line,
+        again: Option<Opener>,
+        options: Options,
+    ) -> Result<Self> {
         if options.window > 1 && !line.settings.ordered {
             let message = format!(
                 "a window of {} needs a line that keeps the order of what it carries, and {} does not: leave it at 1",
                 options.window, line.name
             );
             return Err(Error::invalid(message));
+        }
+        if !line.settings.ordered {
+            line.settings.echo = micros(options.echo);
         }
         let (messages, inbox) = mpsc::channel(64);
         let (events, _) = broadcast::channel(KEPT);
@@ -225,9 +234,8 @@ impl Arm {
             sent.map_err(|_| Error::closed())?;
             answer.await.map_err(|_| Error::closed())
         };
-        let stuck = || Error::new(ErrorKind::Timeout, "the connection is stuck");
         let answer = timeout_at(self.deadline(), asked).await;
-        answer.unwrap_or_else(|_| Err(stuck()))
+        answer.unwrap_or_else(|_| Err(Error::stuck()))
     }
 }
 

@@ -68,6 +68,10 @@ impl Exposure {
         if !ctrl.write() && !ctrl.queued() {
             return;
         }
+        if id == QueuedCmdStartExec::ROW.id {
+            // It may run from here on, whether that is answered or not.
+            self.started = self.started.filter(|started| *started);
+        }
         if id == SetEndEffectorLaser::ROW.id {
             self.laser |= params.get(1).is_some_and(|on| *on != 0);
         }
@@ -139,8 +143,9 @@ impl Exposure {
     /// Whether motion of this handle may be under way.
     pub(super) fn moving(&self) -> bool {
         let unfinished = self.last.is_some_and(|last| last > self.current);
-        let queued = self.unanswered > 0 || self.program || unfinished;
-        self.free || queued && self.started != Some(false)
+        let queued = self.unanswered > 0 || unfinished;
+        // A program fills a stopped queue before it starts it: left there, others would run it.
+        self.free || self.program || queued && self.started != Some(false)
     }
 
     /// Whether the laser may burn because of this handle.

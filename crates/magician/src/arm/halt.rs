@@ -163,7 +163,6 @@ impl Arm {
             outcome = outcome.and(answer.map(drop));
         }
         outcome?;
-        self.own().clear();
         self.wait_still().await
     }
 
@@ -183,9 +182,7 @@ impl Arm {
     /// As [`get`](Self::get).
     pub async fn clear_queue(&self) -> Result<()> {
         self.set(&magician_protocol::commands::QueuedCmdClear {})
-            .await?;
-        self.own().clear();
-        Ok(())
+            .await
     }
 
     /// Ends a jog, at once and for sure: repeated until the arm stands.

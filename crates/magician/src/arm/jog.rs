@@ -159,10 +159,15 @@ impl Jog {
     /// It has ended or is about to: [`ErrorKind::Timeout`] when this was called too late, [`ErrorKind::Port`] when the
     /// line broke, [`ErrorKind::Closed`] when a stop or another jog came.
     pub fn keep(&self) -> Result<()> {
-        self.life.kept(self.arm.inner.shared.now());
+        let now = self.arm.inner.shared.now();
         let phase = *self.life.phase.borrow();
         match phase {
-            Phase::Running => Ok(()),
+            // Too late, also when the task has not come to notice it.
+            Phase::Running if self.life.ends() <= now => Err(self.ended(Why::NotKept)),
+            Phase::Running => {
+                self.life.kept(now);
+                Ok(())
+            }
             Phase::Ending(why) | Phase::Over(why, _) => Err(self.ended(why)),
         }
     }
@@ -305,7 +310,7 @@ impl Arm {
         match sent {
             Ok(Ok(())) => {}
             Ok(Err(_)) => return Err(Error::closed()),
-            Err(_) => return Err(Error::new(ErrorKind::Timeout, "the connection is stuck")),
+            Err(_) => return Err(Error::stuck()),
         }
         self.answer(answer, &frame, deadline).await?;
         Ok(jog)

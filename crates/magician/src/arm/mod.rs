@@ -30,7 +30,7 @@ pub use jog::{Jog, JogOptions};
 pub use link::Link;
 pub use options::Options;
 pub use run::{Ran, Run, RunOptions};
-use shared::{Mishap, Shared};
+use shared::Shared;
 pub use state::{Level, Pin, StateOptions, StateWatch, Status};
 pub use watch::Progress;
 

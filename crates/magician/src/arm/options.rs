@@ -1,5 +1,10 @@
 use std::time::Duration;
 
+use crate::faults::Faults;
+#[cfg(feature = "trace")]
+use crate::transport::Tracer;
+use crate::{Error, Result};
+
 /// How a connection behaves.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -17,6 +22,16 @@ pub struct Options {
     /// that says none, or was not asked yet, cannot be told from another. A stream that was handed over with
     /// [`Arm::over`](crate::Arm::over) cannot be opened again, [`Arm::over_with`](crate::Arm::over_with) can.
     pub reconnect: bool,
+    /// Over UDP: how long after a datagram the network may still deliver a second copy of it. Queued commands go out so
+    /// far apart, because a second copy of one that takes the place of a lost next one would show in no index. 0.1 s at
+    /// first; zero, for a network that doubles nothing, sends them as fast as they are answered.
+    pub echo: Duration,
+    /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
+    pub faults: Faults,
+    /// Where what passes on the line is written to, as this program says and hears it: not over a stream that the
+    /// caller opens.
+    #[cfg(feature = "trace")]
+    pub trace: Option<Tracer>,
 }
 
 impl Default for Options {
@@ -26,6 +41,10 @@ impl Default for Options {
             window: 1,
             probe: true,
             reconnect: true,
+            echo: Duration::from_millis(100),
+            faults: Faults::default(),
+            #[cfg(feature = "trace")]
+            trace: None,
         }
     }
 }
@@ -51,10 +70,48 @@ impl Options {
         self.probe = probe;
         self
     }
+
     /// Sets [`reconnect`](Self::reconnect).
     #[must_use]
     pub fn reconnect(mut self, reconnect: bool) -> Self {
         self.reconnect = reconnect;
         self
+    }
+
+    /// Sets [`echo`](Self::echo).
+    #[must_use]
+    pub fn echo(mut self, echo: Duration) -> Self {
+        self.echo = echo;
+        self
+    }
+
+    /// Sets [`faults`](Self::faults).
+    #[must_use]
+    pub fn faults(mut self, faults: Faults) -> Self {
+        self.faults = faults;
+        self
+    }
+
+    /// Sets [`trace`](Self::trace).
+    #[cfg(feature = "trace")]
+    #[must_use]
+    pub fn trace(mut self, trace: Tracer) -> Self {
+        self.trace = Some(trace);
+        self
+    }
+
+    /// For a line that cannot have them: [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if faults or a
+    /// trace are asked for.
+    pub(crate) fn bare(&self) -> Result<()> {
+        #[cfg(feature = "trace")]
+        let traced = self.trace.is_some();
+        #[cfg(not(feature = "trace"))]
+        let traced = false;
+        match traced || !self.faults.is_none() {
+            true => Err(Error::invalid(
+                "faults and a trace are for lines that this library opens, not for a stream of the caller's",
+            )),
+            false => Ok(()),
+        }
     }
 }

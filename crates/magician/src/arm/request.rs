@@ -6,10 +6,10 @@ use magician_protocol::{Alarm, FrameBuf};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, timeout_at};
 
+use super::Arm;
 use super::driver::{Message, command_name};
 use super::exposure::Exposure;
 use super::watch::Own;
-use super::{Arm, Mishap};
 use crate::connection::Request;
 use crate::{Error, ErrorKind, Result};
 
@@ -24,13 +24,10 @@ impl Arm {
 
     /// Tells what befell the queue: whoever began after `since` stops, and whoever asks first.
     pub(super) fn mishap(&self, since: Option<u64>) -> Result<()> {
-        let Some((mishap, first)) = self.inner.shared.mishap(since) else {
-            return Ok(());
-        };
-        if first && matches!(mishap, Mishap::Reset(_)) {
-            self.own().clear();
+        match self.inner.shared.mishap(since) {
+            None => Ok(()),
+            Some(mishap) => mishap.told(),
         }
-        mishap.told()
     }
 
     pub(super) async fn ask(&self, request: Request) -> Result<FrameBuf> {
@@ -66,7 +63,7 @@ impl Arm {
         match timeout_at(deadline, self.inner.messages.send(message)).await {
             Ok(Ok(())) => Ok(answer),
             Ok(Err(_)) => Err(Error::closed()),
-            Err(_) => Err(Error::new(ErrorKind::Timeout, "the connection is stuck")),
+            Err(_) => Err(Error::stuck()),
         }
     }
 

@@ -6,17 +6,20 @@ use std::time::Duration;
 use magician_protocol::commands::QueuedCmdCurrentIndex;
 use magician_protocol::{QueuedCmdIndex, Set};
 use tokio::sync::{mpsc, oneshot, watch as cell};
-use tokio::time::{Instant, sleep_until};
+use tokio::time::{Instant, sleep_until, timeout_at};
 
 use super::Arm;
 use super::driver::{End, Message, Program, Reached, micros};
-use super::watch::{FIRST_PAUSE, Progress, Watch};
+use super::watch::{FIRST_PAUSE, Progress, STANDING, Watch};
 use crate::stream::{Item, Leftover, Stream, StreamSettings};
 use crate::words::{Guards, Preflight};
-use crate::{Error, QueueIndex, Result};
+use crate::{Error, ErrorKind, QueueIndex, Result};
 
 /// Longest time between two looks for alarms.
 const LOOK_PAUSE: Duration = Duration::from_millis(100);
+/// The same while commands go out: an alarm that holds the queue would end that soon, and a look costs as much of the line
+/// as a command.
+const SELDOM: Duration = Duration::from_secs(1);
 /// Commands on their way to the task.
 const FEED: usize = 64;
 /// So few are in the arm whatever they take: their times are of no use.
@@ -100,6 +103,9 @@ pub struct Ran {
 /// finished command leaves it; where that does not add up it fails with both values, and nothing is sent. Nothing goes
 /// on by itself.
 ///
+/// After anything else it is over, and `finish` fails: after a stop or a reset (also one that came while the line was gone),
+/// after an alarm, and when the future of `finish` was dropped before its end, for then nobody knows how far it came.
+///
 /// ```
 /// use magician::{Arm, ErrorKind, RunOptions, words};
 ///
@@ -130,6 +136,8 @@ pub struct Run<C> {
     /// Taken from `commands` and not handed on.
     pending: VecDeque<Planned>,
     leftover: Option<Leftover>,
+    /// Stops before it was handed to the task; `None` while nothing of it was, and when it is done.
+    begun: Option<u64>,
     ran: Ran,
     total: Option<u64>,
 }
@@ -195,6 +203,7 @@ impl Arm {
             planned: false,
             pending: VecDeque::new(),
             leftover: None,
+            begun: None,
             ran: Ran::default(),
             total,
         }
@@ -208,20 +217,28 @@ impl Arm {
             return Ok(());
         }
         let current = self.get::<QueuedCmdCurrentIndex>().await?;
-        let ours = self.own().waiting(current.queued_cmd_current_index);
+        let running = self.exposure().started() == Some(true);
+        let ours = (self.own()).waiting(current.queued_cmd_current_index, running);
         if ours >= u64::from(waiting) {
             return Ok(());
         }
+        let (commands, them) = match waiting {
+            1 => ("1 command of an earlier program waits".to_owned(), "it"),
+            more => (
+                format!("{more} commands of an earlier program wait"),
+                "them",
+            ),
+        };
         Err(Error::invalid(format!(
-            "{waiting} commands of an earlier program wait in the arm's queue and would run first: \
-             `magician stop` drops them, `--keep` runs them"
+            "{commands} in the arm's queue and would run first: `magician stop` drops {them}, `--keep` runs {them}"
         )))
     }
 }
 
 impl<C: Iterator<Item = Set>> Run<C> {
-    /// The commands are followed from here.
-    pub(super) fn along(mut self, course: Preflight) -> Self {
+    /// Tells how long the commands take and where they lead from this check, made before them, instead of reading the
+    /// arm's settings once more: what passed [`Preflight::program`] need not be looked up again.
+    pub fn along(mut self, course: Preflight) -> Self {
         self.course = Some(course.guards(Guards::NONE));
         self.planned = true;
         self
@@ -231,15 +248,17 @@ impl<C: Iterator<Item = Set>> Run<C> {
     ///
     /// # Errors
     /// As [`Arm::run`]; and when it goes on, [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if the arm does not stand
-    /// where it should.
+    /// where it should, [`ErrorKind::Closed`](crate::ErrorKind::Closed) if it is [over](Self::is_interrupted).
     pub async fn finish(&mut self, mut progress: impl FnMut(Progress)) -> Result<Ran> {
         let arm = self.arm.clone();
         let stops = arm.stops();
+        self.may_go_on()?;
         let mut flow = arm.take_turn(arm.deadline(), "a run").await?;
         // Whoever goes away in the middle of a run leaves behind what has to be counted anew.
         flow.room = 0;
         arm.mishap(None)?;
-        if self.leftover.is_none() {
+        let begins = (self.leftover.as_ref()).is_none_or(|leftover| !leftover.has_begun());
+        if begins {
             let room = arm.left_space().await?;
             arm.note_room(room).await?;
             if !self.options.keep {
@@ -257,6 +276,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
             .attend(&mut feed, &reached, ending, &mut watch, &mut progress)
             .await?;
         self.note(end.reached);
+        self.begun = self.begun.filter(|_| end.outcome.is_err());
         if let Some((leftover, mut rest)) = end.rest {
             self.leftover = Some(leftover);
             let mut unseen = VecDeque::new();
@@ -275,16 +295,39 @@ impl<C: Iterator<Item = Set>> Run<C> {
         Ok(self.ran)
     }
 
-    /// Whether it ended before its end and [`finish`](Self::finish) may go on with it.
+    /// Whether it ended before its end and [`finish`](Self::finish) may go on with it. A stop that comes later still
+    /// ends it for good.
     #[must_use]
     pub fn is_interrupted(&self) -> bool {
-        self.leftover.is_some()
+        self.leftover.is_some() && self.begun == Some(self.arm.stops())
+    }
+
+    /// What the task has not given back, and what a stop has ended, is not gone on with.
+    fn may_go_on(&self) -> Result<()> {
+        if self.begun.is_none() || self.is_interrupted() {
+            return Ok(());
+        }
+        self.arm.mishap(self.begun)?;
+        Err(Error::new(
+            ErrorKind::Closed,
+            "this run is over: a stop or an error ended it, or nobody waited for its end; begin a new one",
+        ))
     }
 
     /// What it has done so far. Commands count when the arm has taken them.
     #[must_use]
     pub fn ran(&self) -> Ran {
         self.ran
+    }
+
+    /// How far it was when it was interrupted.
+    fn reached(&self) -> Reached {
+        let indices = self.ran.first.zip(self.ran.last);
+        Reached {
+            accepted: self.ran.commands,
+            indices: indices.map(|(first, last)| (first.0, last.0)),
+            current: 0,
+        }
     }
 
     fn note(&mut self, reached: Reached) {
@@ -349,12 +392,18 @@ impl<C: Iterator<Item = Set>> Run<C> {
             trust_pose: self.options.trust_pose,
             ..StreamSettings::default()
         };
+        let arm = self.arm.clone();
+        let place = timeout_at(arm.deadline(), arm.inner.messages.reserve()).await;
+        let place = place.map_err(|_| Error::stuck())?;
+        let place = place.map_err(|_| Error::closed())?;
+        // From here on nothing is waited for: whoever goes away has handed it over, or not.
         let stream = match self.leftover.take() {
             Some(leftover) => Stream::resume(leftover, settings),
             None => Stream::new(settings),
         };
+        self.begun = Some(stops);
         let (feed, inlet) = mpsc::channel(FEED);
-        let (show, reached) = cell::channel(Reached::default());
+        let (show, reached) = cell::channel(self.reached());
         let (end, ending) = oneshot::channel();
         let program = Program {
             stream,
@@ -363,9 +412,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
             reached: show,
             end,
         };
-        let message = Message::Run(Box::new(program));
-        let sent = self.arm.inner.messages.send(message).await;
-        sent.map_err(|_| Error::closed())?;
+        place.send(Message::Run(Box::new(program)));
         Ok((Some(feed), reached, ending))
     }
 
@@ -380,15 +427,27 @@ impl<C: Iterator<Item = Set>> Run<C> {
     ) -> Result<End> {
         let mut pause = FIRST_PAUSE;
         let mut look = Instant::now() + pause;
+        let mut looked = Instant::now();
+        let begun = looked;
         loop {
             tokio::select! {
                 biased;
                 end = &mut ending => return end.map_err(|_| Error::closed()),
                 () = sleep_until(look) => {
-                    self.note(*reached.borrow());
+                    let before = self.ran.commands;
+                    let seen = *reached.borrow();
+                    self.note(seen);
                     watch.sent(self.ran.commands, self.ran.last);
-                    if self.ran.last.is_some() {
-                        progress(self.arm.look(watch).await?);
+                    let flows = self.ran.commands > before;
+                    if flows && looked.elapsed() < SELDOM {
+                        progress(watch.saw(seen.current));
+                    } else {
+                        match self.look(watch, begun, flows.then_some(seen.current)).await {
+                            Ok(None) => {}
+                            Ok(Some(seen)) => progress(seen),
+                            Err(error) => return self.ends_too(error, ending).await,
+                        }
+                        looked = Instant::now();
                     }
                     pause = (pause * 2).min(LOOK_PAUSE);
                     look = Instant::now() + pause;
@@ -397,18 +456,55 @@ impl<C: Iterator<Item = Set>> Run<C> {
             }
         }
     }
+
+    /// A look for what holds the queue: by what was put into it, and before that, when it has no room for a long time.
+    /// `current` is the current index, if it has just been read.
+    async fn look(
+        &self,
+        watch: &mut Watch,
+        begun: Instant,
+        current: Option<u64>,
+    ) -> Result<Option<Progress>> {
+        if self.ran.last.is_some() {
+            let seen = match current {
+                Some(current) => self.arm.look_from(watch, current).await,
+                None => self.arm.look(watch).await,
+            };
+            return seen.map(Some);
+        }
+        if begun.elapsed() >= STANDING && self.arm.left_space().await? == 0 {
+            let alarms = self.arm.alarms().await?;
+            if alarms.blocking() {
+                return Err(Error::alarm(alarms));
+            }
+        }
+        Ok(None)
+    }
+
+    /// A look has failed. What ended it, a line that broke or does not answer, ends the program too, and then the task
+    /// gives back what is left of it.
+    async fn ends_too(&self, error: Error, ending: oneshot::Receiver<End>) -> Result<End> {
+        let line = matches!(error.kind(), ErrorKind::Port | ErrorKind::Timeout);
+        if line
+            && error.command().is_some()
+            && let Ok(Ok(end)) = timeout_at(self.arm.deadline(), ending).await
+        {
+            return Ok(end);
+        }
+        Err(error)
+    }
 }
 
-/// Hands the next command on when there is room; without one it closes the feed.
+/// Hands the next command on when there is room; without one it closes the feed. None is taken that cannot be handed on.
 async fn fed(feed: &mut Option<mpsc::Sender<Item>>, next: impl FnOnce() -> Option<Item>) {
     let Some(sender) = feed else {
         return std::future::pending().await;
     };
-    let permit = sender.reserve().await;
-    match (permit, next()) {
-        (Ok(permit), Some(item)) => return permit.send(item),
-        // The task has ended the program and says so.
-        (Err(_), _) | (Ok(_), None) => {}
+    // Without a permit the task has ended the program and says so.
+    if let Ok(permit) = sender.reserve().await
+        && let Some(item) = next()
+    {
+        return permit.send(item);
     }
     *feed = None;
 }

@@ -91,13 +91,13 @@ impl Shared {
         });
     }
 
-    /// What befell the queue, if whoever began after `since` stops has to hear of it; and whether it is the first to.
-    pub(super) fn mishap(&self, since: Option<u64>) -> Option<(Mishap, bool)> {
+    /// What befell the queue, if whoever began after `since` stops has to hear of it, or nobody has.
+    pub(super) fn mishap(&self, since: Option<u64>) -> Option<Mishap> {
         let mut last = held(&self.mishap);
         let befallen = last.as_mut()?;
         let mine = since.is_some_and(|stops| stops < befallen.stop);
         let first = !std::mem::replace(&mut befallen.told, true);
-        (mine || first).then_some((befallen.mishap, first))
+        (mine || first).then_some(befallen.mishap)
     }
 
     /// The commands of this connection that are in the queue.

@@ -7,6 +7,7 @@ use tokio::time::{Instant, timeout_at};
 
 use super::Arm;
 use super::flow::{self, Flow};
+use super::watch::By;
 use crate::connection::Request;
 use crate::{Error, ErrorKind, QueueIndex, Result};
 
@@ -112,7 +113,7 @@ impl Arm {
         let reply = reply.inspect_err(|_| *room = 0)?;
         let index = QueuedCmdIndex::decode(reply.frame().params())?;
         *room = room.saturating_sub(1);
-        self.own().accepted(index, command);
+        self.own().accepted(index, command, By::Caller);
         Ok(index)
     }
 
@@ -133,7 +134,7 @@ impl Arm {
         let reply = self.ask_until(request, deadline).await?;
         let index = QueuedCmdIndex::decode(reply.frame().params());
         if let (Ok(index), Ok(command)) = (index, Set::decode(id, params)) {
-            self.own().accepted(index, &command);
+            self.own().accepted(index, &command, By::Caller);
         }
         Ok(reply)
     }

@@ -17,7 +17,7 @@ use crate::{Error, ErrorKind, QueueIndex, Result};
 pub(super) const FIRST_PAUSE: Duration = Duration::from_millis(2);
 const PAUSE: Duration = Duration::from_millis(50);
 /// A queue whose index stands so long, with an arm that stands still, is looked into.
-const STANDING: Duration = Duration::from_millis(1500);
+pub(super) const STANDING: Duration = Duration::from_millis(1500);
 /// Nothing but homing, waits and triggers takes longer than this without a movement.
 const STUCK: Duration = Duration::from_secs(15);
 /// Longest homing, and longest command of another program's (model section 11: 25 s).
@@ -71,10 +71,19 @@ impl Pace {
     }
 }
 
+/// Who put a command into the queue.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum By {
+    /// A caller, one by one, to run it with what follows.
+    Caller,
+    /// A run. What one that failed or was given up has left in a queue that does not run is not the next one's to start.
+    Run,
+}
+
 /// The commands this handle has put into the queue lately.
 #[derive(Debug, Default)]
 pub(super) struct Own {
-    commands: VecDeque<(u64, Pace)>,
+    commands: VecDeque<(u64, Pace, By)>,
     /// The queue is empty: nothing will run before the next one accepted.
     empty: bool,
     /// The index before which nothing waits any more.
@@ -82,11 +91,11 @@ pub(super) struct Own {
 }
 
 impl Own {
-    pub(super) fn accepted(&mut self, index: QueueIndex, command: &Set) {
+    pub(super) fn accepted(&mut self, index: QueueIndex, command: &Set, by: By) {
         if self.commands.len() >= REMEMBERED {
             self.commands.pop_front();
         }
-        self.commands.push_back((index.0, Pace::of(command)));
+        self.commands.push_back((index.0, Pace::of(command), by));
         if std::mem::take(&mut self.empty) {
             self.base = index.0.saturating_sub(1);
         }
@@ -97,10 +106,13 @@ impl Own {
         self.empty = true;
     }
 
-    /// How many of them have not finished.
-    pub(super) fn waiting(&self, current: u64) -> u64 {
-        let waiting = self.commands.iter().filter(|(index, _)| *index > current);
-        waiting.count() as u64
+    /// How many of them have not finished and may be run with what follows. `running`: the queue runs them anyway.
+    pub(super) fn waiting(&self, current: u64, running: bool) -> u64 {
+        let waiting = self.commands.iter();
+        let waiting = waiting.filter(|(index, ..)| *index > current);
+        waiting
+            .filter(|(.., by)| running || *by == By::Caller)
+            .count() as u64
     }
 
     /// They were dropped.
@@ -110,7 +122,8 @@ impl Own {
 
     /// The one that runs, if it is one of them; `None` as well when it may be another program's.
     fn running(&self, current: u64) -> Option<Pace> {
-        let (index, pace) = self.commands.iter().find(|(index, _)| *index > current)?;
+        let mut commands = self.commands.iter();
+        let (index, pace, _) = commands.find(|(index, ..)| *index > current)?;
         // After a Clear the current index stands over numbers that will not come.
         let before = current.max(self.base);
         (before.checked_add(1) == Some(*index)).then_some(*pace)
@@ -147,6 +160,15 @@ impl Watch {
     pub(super) fn sent(&mut self, sent: u64, last: Option<QueueIndex>) {
         self.progress.sent = sent;
         self.progress.last = last.unwrap_or(self.progress.last);
+    }
+
+    /// The index of the command that finished last was read.
+    pub(super) fn saw(&mut self, current: u64) -> Progress {
+        if current != self.progress.current.0 {
+            self.progress.current.0 = current;
+            self.changed();
+        }
+        self.progress
     }
 
     /// Everything has finished.
@@ -217,13 +239,13 @@ impl Arm {
     /// One look at the queue, the alarms and, when the index stands, the arm.
     pub(super) async fn look(&self, watch: &mut Watch) -> Result<Progress> {
         let read = self.get::<QueuedCmdCurrentIndex>().await?;
+        self.look_from(watch, read.queued_cmd_current_index).await
+    }
+
+    /// As [`look`](Self::look), when the current index has been read already.
+    pub(super) async fn look_from(&self, watch: &mut Watch, current: u64) -> Result<Progress> {
         self.mishap(Some(watch.stops))?;
-        let current = read.queued_cmd_current_index;
-        if current != watch.progress.current.0 {
-            watch.progress.current.0 = current;
-            watch.changed();
-        }
-        let progress = watch.progress;
+        let progress = watch.saw(current);
         if progress.current >= progress.last {
             return Ok(progress);
         }

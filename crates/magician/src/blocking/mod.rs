@@ -12,6 +12,7 @@
 //! ```
 
 mod owner;
+mod run;
 mod watches;
 
 use std::future::Future;
@@ -23,6 +24,7 @@ use crate::connection::Stats;
 use crate::words::{Guards, Preflight};
 use crate::{Link, Options, Progress, QueueIndex, Ran, Result, RunOptions, Stopper, Target};
 use owner::Owner;
+pub use run::Run;
 pub use watches::{Events, Jog, StateWatch};
 
 /// An arm, for programs without async. What is true of [`crate::Arm`] is true of it: clones share the connection and
@@ -51,7 +53,7 @@ impl Arm {
     /// As [`connect`](Self::connect).
     pub fn connect_with(target: &Target, options: Options) -> Result<Self> {
         let target = target.clone();
-        Self::begin(async move { crate::Arm::connect_with(&target, options).await })
+        Self::connecting(async move { crate::Arm::connect_with(&target, options).await })
     }
 
     /// See [`crate::Arm::simulated`].
@@ -60,10 +62,10 @@ impl Arm {
     /// As [`connect`](Self::connect).
     #[cfg(feature = "sim")]
     pub fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
-        Self::begin(crate::Arm::simulated(arm.into(), options))
+        Self::connecting(crate::Arm::simulated(arm.into(), options))
     }
 
-    fn begin(
+    fn connecting(
         connecting: impl Future<Output = Result<crate::Arm>> + Send + 'static,
     ) -> Result<Self> {
         let owner = Arc::new(Owner::connecting(connecting)?);
@@ -203,6 +205,14 @@ impl Arm {
         C: IntoIterator<Item = Set>,
     {
         self.block(|arm| arm.run_with(commands, options, progress))
+    }
+
+    /// See [`crate::Arm::begin`].
+    pub fn begin<C>(&self, commands: C, options: RunOptions) -> Run<C::IntoIter>
+    where
+        C: IntoIterator<Item = Set>,
+    {
+        Run::new(self.clone(), self.owner.arm.begin(commands, options))
     }
 
     /// See [`crate::Arm::wait_with`].

@@ -48,7 +48,7 @@ impl Pace {
         self.wakes = self.wakes.filter(|at| *at > now);
     }
 
-    /// The line is another one.
+    /// Nothing is on the line: all was answered, or the line is another one.
     pub(super) fn begin_anew(&mut self) {
         (self.free, self.wakes) = (0, None);
     }

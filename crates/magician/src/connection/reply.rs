@@ -46,6 +46,10 @@ impl Connection {
             self.unasked(frame);
             return;
         };
+        if self.outstanding.is_empty() {
+            // The answer shows that the last frame has passed.
+            self.pace.begin_anew();
+        }
         // Jobs that this reply proves lost come first: they were sent before, and the answered one
         // counts among those that may stand in the queue in their place.
         let judged_apart = (self.flight.iter().position(|job| job.ticket == copy.ticket))

@@ -76,8 +76,9 @@ impl Connection {
         }
     }
 
-    /// Most requests in flight at present.
-    fn window(&self) -> usize {
+    /// Most requests in flight at present: as was set, and 1 on an arm that breaks the index law or an unordered link.
+    #[must_use]
+    pub fn window(&self) -> usize {
         match self.witness.is_broken() {
             true => 1,
             false => self.settings.window,

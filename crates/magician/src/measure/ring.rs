@@ -23,18 +23,22 @@ pub struct Ring {
     speed: f32,
 }
 
+/// The angle of a segment: so many of them are a whole ring.
+fn step(length: f64) -> f64 {
+    TAU / (TAU * RADIUS / length.clamp(0.01, RADIUS)).ceil()
+}
+
 impl Ring {
     /// Through a pose, with segments of `length` mm at up to `speed` mm/s.
     #[must_use]
     pub fn through(pose: &Pose, length: f64, speed: f32) -> Self {
         let (x, y) = (f64::from(pose.x), f64::from(pose.y));
         let begin = y.atan2(x);
-        let count = (TAU * RADIUS / length.clamp(0.01, RADIUS)).ceil();
         Self {
             centre: [x - RADIUS * begin.cos(), y - RADIUS * begin.sin()],
             z: pose.z,
             begin,
-            step: TAU / count,
+            step: step(length),
             speed,
         }
     }
@@ -53,20 +57,40 @@ impl Ring {
         Ok(ring)
     }
 
+    /// The same ring in other segments.
+    #[must_use]
+    pub fn cut(self, length: f64, speed: f32) -> Self {
+        let step = step(length);
+        Self {
+            step,
+            speed,
+            ..self
+        }
+    }
+
+    /// The segment to where the ring begins and ends.
+    #[must_use]
+    pub fn back(self) -> Set {
+        self.point(0)
+    }
+
     /// The segments, for ever.
     pub fn segments(self) -> impl Iterator<Item = Set> {
-        (1_u32..).map(move |count| {
-            let angle = self.begin + (f64::from(count) * self.step) % TAU;
-            let [x, y] = self.centre;
-            CpCmd {
-                cp_mode: CpMode::Absolute,
-                x: (x + RADIUS * angle.cos()) as f32,
-                y: (y + RADIUS * angle.sin()) as f32,
-                z: self.z,
-                velocity_or_power: 0.0,
-            }
-            .into()
-        })
+        (1_u32..).map(move |count| self.point(count))
+    }
+
+    /// The end of a segment.
+    fn point(self, count: u32) -> Set {
+        let angle = self.begin + (f64::from(count) * self.step) % TAU;
+        let [x, y] = self.centre;
+        CpCmd {
+            cp_mode: CpMode::Absolute,
+            x: (x + RADIUS * angle.cos()) as f32,
+            y: (y + RADIUS * angle.sin()) as f32,
+            z: self.z,
+            velocity_or_power: 0.0,
+        }
+        .into()
     }
 
     /// The speeds it is drawn with.

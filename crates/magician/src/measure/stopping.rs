@@ -22,9 +22,9 @@ const STREAM: [Duration; 2] = [Duration::from_millis(80), Duration::from_millis(
 /// Spreads the instants of the stops evenly over that time, whatever their number (the golden ratio).
 const PHASE: f64 = 0.618_033_988_749_895;
 
-/// Stops a stream so many times, on a line of its own. `paced` says that its bytes take their time at 115200 baud.
-/// The arm stands after each stop; the speeds of continuous paths are the caller's to set and to give back.
-/// `tick` hears after each how many are done.
+/// Stops the drawing of a ring so many times, on a line of its own, and goes back to where the ring begins. `paced`
+/// says that bytes take their time at 115200 baud. The arm stands after each stop; the speeds of continuous paths are
+/// as before in the end. `tick` hears after each how many are done.
 ///
 /// # Errors
 /// As [`Arm::connect`], [`Arm::run`] and [`Arm::stop`].
@@ -32,14 +32,14 @@ pub async fn stops(
     target: &Target,
     options: Options,
     paced: bool,
+    ring: Ring,
     count: u32,
     mut tick: impl FnMut(u32),
 ) -> Result<Stops> {
-    let mut line = Way::to(target).open().await?;
+    let mut line = Way::to(target).fitted(&options)?.open().await?;
     let log = Log::default();
     line.transport = Box::new(Tap::new(line.transport, paced, log.clone())?);
     let arm = Arm::greet(line, None, options).await?;
-    let ring = Ring::here(&arm, 0.2, 90.0).await?;
     let speeds = arm.get::<magician_protocol::commands::CpParams>().await?;
     arm.set(&ring.speeds()).await?;
     let mut times = Times::default();
@@ -48,6 +48,7 @@ pub async fn stops(
             stop_once(&arm, ring, done, &log, &mut times).await?;
             tick(done);
         }
+        arm.run([ring.back()], |_| {}).await?;
         Ok::<_, Error>(())
     }
     .await;

@@ -95,8 +95,15 @@ async fn a_line_that_is_too_slow_for_the_arm_shows() {
 #[tokio::test(start_paused = true)]
 async fn stops_are_timed_on_the_line_and_to_their_answer() {
     let target = "sim:1".parse().unwrap();
-    let before = Options::default();
-    let seen = stops(&target, before, false, 3, |_| {}).await.unwrap();
+    let pose = magician_protocol::Layout::decode(&[0; 32]);
+    let pose = Pose {
+        x: 200.0,
+        ..pose.unwrap()
+    };
+    let ring = Ring::through(&pose, 0.2, 90.0);
+    let seen = stops(&target, Options::default(), false, ring, 3, |_| {})
+        .await
+        .unwrap();
     assert_eq!((seen.on_the_line.count(), seen.answered.count()), (3, 3));
     assert!(seen.on_the_line.percentile(100) <= seen.answered.percentile(100));
 }

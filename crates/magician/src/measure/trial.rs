@@ -181,7 +181,7 @@ async fn order<T: Writable>(line: &mut RawLine, action: &T, patience: Duration) 
 /// queue is left stopped and empty.
 ///
 /// # Errors
-/// [`ErrorKind::InvalidInput`] when commands wait in the queue: they are not dropped for this.
+/// [`ErrorKind::InvalidInput`] when commands wait in the queue, or come into it meanwhile: they are not dropped for this.
 /// [`ErrorKind::Timeout`], [`ErrorKind::Port`].
 pub async fn queue_trial(
     line: &mut RawLine,
@@ -215,6 +215,12 @@ pub async fn queue_trial(
         trial.window = *depth;
     }
     let full = look(line, patience).await?;
+    let waiting = Settings::ORDERED.capacity.saturating_sub(full.1);
+    if usize::try_from(waiting).is_ok_and(|waiting| waiting > trial.indices.len()) {
+        let message = "another program put commands into the queue meanwhile, so nothing was dropped: waits of no length \
+                       are among them, and the queue is stopped";
+        return Err(Error::invalid(message));
+    }
     order(line, &QueuedCmdClear {}, patience).await?;
     let after = look(line, patience).await?;
     trial.left = [before.1, full.1, after.1];
@@ -264,6 +270,43 @@ mod tests {
         let refused = queue_trial(&mut line, &[1], PATIENCE).await.unwrap_err();
         assert_eq!(refused.kind(), ErrorKind::InvalidInput);
         assert_eq!(look(&mut line, PATIENCE).await.unwrap(), (0, 31));
+    }
+
+    /// An arm into whose queue another program puts twenty commands while the trial is under way.
+    async fn shared(mut far: tokio::io::DuplexStream) {
+        use tokio::io::{AsyncReadExt, AsyncWriteExt};
+        let mut arm = magician_sim::Controller::default();
+        let theirs =
+            FrameBuf::encode(WaitCmd::ROW.id, Ctrl::QUEUED, &WaitCmd { timeout: 9 }).unwrap();
+        let mut bytes = [0; 512];
+        let mut stopped = false;
+        while let Ok(count @ 1..) = far.read(&mut bytes).await {
+            let came = &bytes[..count];
+            arm.receive(magician_sim::LinkId(0), came);
+            if !stopped && came.get(3) == Some(&QueuedCmdStopExec::ROW.id) {
+                stopped = true;
+                (0..20).for_each(|_| arm.receive(magician_sim::LinkId(1), theirs.bytes()));
+            }
+            assert_ne!(
+                came.get(3),
+                Some(&QueuedCmdClear::ROW.id),
+                "their commands are dropped"
+            );
+            while let Some(reply) = arm.poll_transmit(magician_sim::LinkId(0)) {
+                far.write_all(reply.bytes()).await.unwrap();
+            }
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn commands_that_come_meanwhile_are_not_dropped() {
+        let (near, far) = tokio::io::duplex(1 << 12);
+        let arm = tokio::spawn(shared(far));
+        let mut line = RawLine::over(near, "shared");
+        let refused = queue_trial(&mut line, &[1, 2], PATIENCE).await.unwrap_err();
+        assert_eq!(refused.kind(), ErrorKind::InvalidInput);
+        drop(line);
+        arm.await.unwrap();
     }
 
     #[test]

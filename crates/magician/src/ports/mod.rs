@@ -1,8 +1,8 @@
 //! The serial ports of this computer and the USB adapters behind them.
 //!
 //! What a port's adapter is comes from sysfs on Linux, from `ioreg` on macOS and from `reg query`
-//! on Windows. Linux is tried on folders in the form of sysfs; the other two are type-checked, and
-//! their readers are tested on texts in the documented form.
+//! on Windows. Linux is tried on folders in the form of sysfs, Windows under Wine with a registry in
+//! the documented form; macOS is type-checked, and its reader tested on text in the documented form.
 
 use std::fmt;
 use std::path::Path;
@@ -89,8 +89,7 @@ impl fmt::Display for Port {
 /// The serial ports of this computer, likely arms first.
 ///
 /// The USB adapters behind them are known on Linux (from sysfs), macOS (from `ioreg`) and Windows
-/// (from `reg query`). Only Linux has been tried; the code for the other two compiles, and reads
-/// output in the documented form right.
+/// (from `reg query`). docs/PLATFORMS.md says what of this has been run: Linux, Windows under Wine.
 ///
 /// # Errors
 /// [`ErrorKind::Port`] when the system does not tell.

@@ -1,6 +1,6 @@
 //! What the registry says about the devices behind the ports: below `Enum\USB` every device that
-//! ever was here has a key, and those with a serial port its name. Type-checked, and tested on
-//! output in its documented form; never run on Windows.
+//! ever was here has a key, and those with a serial port its name. Run under Wine, and tested on
+//! output in its documented form; never run on a real Windows.
 
 use super::Usb;
 

@@ -58,6 +58,10 @@ impl Stream {
                 found: index,
             });
         }
+        if self.expected.is_none() {
+            // The first, or the first after a Clear: the numbers of what was dropped are passed over.
+            self.base = index.saturating_sub(1);
+        }
         // It travelled alone, and so did all before it.
         if self.unconfirmed().all(|entry| entry.index() == Some(index)) {
             self.confirmed = Some(index);
@@ -128,7 +132,7 @@ impl Stream {
 
     /// Something was lost between others, or nobody knows whether it was.
     fn gapes(&mut self, failure: Failure) {
-        match self.settings.window > 1 && self.may_repeat() {
+        match self.settings.window > 1 && self.may_go_back() {
             true => self.gap = true,
             false => self.fail(StreamFailure::Request(failure)),
         }

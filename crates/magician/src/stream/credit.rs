@@ -82,7 +82,7 @@ impl Stream {
     }
 
     /// Commands of others that are still before ours.
-    fn strangers_left(&self, current: u64) -> u32 {
+    pub(super) fn strangers_left(&self, current: u64) -> u32 {
         let before = match self.first {
             Some(first) => first.saturating_sub(1).saturating_sub(current),
             None => u64::MAX,

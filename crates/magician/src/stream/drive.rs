@@ -45,6 +45,9 @@ impl Stream {
         if self.credit.places == 0 {
             self.credit.places = connection.capacity();
         }
+        // Where the connection sends one at a time, nothing may be lost between others, and nothing is gone back to.
+        let window = self.settings.window.min(connection.window());
+        (self.settings.window, self.window) = (window, self.window.min(window));
         self.retry_at = self.retry_at.filter(|at| *at > now);
         self.retire(connection);
         if self.gap && self.phase != Phase::Settle {
@@ -137,9 +140,13 @@ impl Stream {
         };
         (self.group, self.gathers) = (group, None);
         let several = group.map_or_else(|| self.waiting().nth(1).is_some(), |count| count > 1);
-        let empty = self.reader.left >= self.credit.places && self.unfinished().next().is_none();
-        let stops = !self.stopped && (lights || several && empty);
+        let stops = !self.stopped && (lights || several && self.is_empty());
         self.phase = if stops { Phase::Stop } else { Phase::Load };
+    }
+
+    /// Whether nothing is in the queue.
+    fn is_empty(&self) -> bool {
+        self.reader.left >= self.credit.places && self.unfinished().next().is_none()
     }
 
     /// How many commands go in before the queue is started: `Some(None)` as many as may, `None` when more have to be
@@ -149,8 +156,10 @@ impl Stream {
         let count = waiting().count();
         let time = waiting().fold(0, |sum: Micros, item| sum.saturating_add(item.time));
         let burns = self.waiting().any(Entry::burns);
+        // What lights the laser for good only goes into a queue that is stopped, and only an empty one is.
+        let held = self.waiting().any(|entry| self.is_held(entry)) && !self.is_empty();
         let places = self.credit().min(self.places());
-        if count > places || time > self.horizon(burns) {
+        if held || count > places || time > self.horizon(burns) {
             return Some(None);
         }
         if self.ended {
@@ -251,7 +260,7 @@ impl Stream {
     /// alone, and only when all before it is beyond doubt.
     fn may_fly(&mut self, now: Micros, entry: &Entry) -> bool {
         let flying = self.flying();
-        let shares = self.window > 1 && entry.repeatable && self.may_repeat();
+        let shares = self.window > 1 && entry.repeatable && self.may_go_back();
         if flying > 0 {
             return shares && flying < self.window;
         }
@@ -272,9 +281,11 @@ impl Stream {
         })
     }
 
-    /// Whether all that is not beyond doubt may be done once more.
-    pub(super) fn may_repeat(&self) -> bool {
-        self.unconfirmed().all(|entry| entry.repeatable)
+    /// Whether the queue may be cleared and all that is not beyond doubt be done once more: not where commands of others
+    /// wait in it, nor where it is the caller's to start.
+    pub(super) fn may_go_back(&self) -> bool {
+        let ours = self.settings.start && self.strangers_left(self.reader.current) == 0;
+        ours && self.unconfirmed().all(|entry| entry.repeatable)
     }
 
     /// Lets go of what is finished and beyond doubt.

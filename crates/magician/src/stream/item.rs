@@ -23,8 +23,8 @@ pub struct StreamSettings {
     pub horizon: Micros,
     /// Most motion in the queue while the laser may be lit, us.
     pub laser_horizon: Micros,
-    /// Most repeatable commands in flight; 1: each waits for the answer to the one before. The connection's window must
-    /// be as large.
+    /// Most repeatable commands in flight, as far as the connection's window allows; 1: each waits for the answer to the
+    /// one before.
     pub window: usize,
     /// Starts the queue. Otherwise it is left as it is, and only its places limit what is put in.
     pub start: bool,

@@ -19,8 +19,8 @@
 //! # How much is in the arm
 //!
 //! *Credit* is the number of places minus the commands that were accepted and not finished, by their indices, minus those
-//! in flight. Left space is read now and then beside it; the lower of both counts. When they disagree in
-//! [`STRIKES`](credit::STRIKES) readings in a row, left space wins: fewer places are used from then on
+//! in flight. Left space is read now and then beside it; the lower of both counts. When they disagree in three
+//! readings in a row, left space wins: fewer places are used from then on
 //! ([`StreamEvent::Places`]), or, if commands are missing from the queue, somebody cleared it and the stream fails.
 //!
 //! The *horizon* bounds what the arm does when the host dies: the times of all that is accepted or in flight and not
@@ -34,7 +34,7 @@
 //! queue is stopped and then started: nothing moves unless all of it was taken. A longer one is put in up to the horizon,
 //! started, and goes on. A queue in which earlier commands wait is not stopped (a stop would cut short a WAIT of theirs),
 //! nor is one stopped for a single command. Whether a program is a batch is known when it is finished or more than a batch
-//! is offered; a caller who does neither is waited for [`GATHER`](drive::GATHER) us.
+//! is offered; a caller who does neither is waited for 20 ms.
 //!
 //! # The laser
 //!
@@ -57,8 +57,9 @@
 //! is beyond doubt. When a command is lost between others, the queue is stopped (the segment under way ends at its end
 //! point) and cleared, and when it has drained everything after the last vertex that is both finished and confirmed goes
 //! again: the arm goes straight from where it stood to the first vertex in doubt, and may pass a few vertices twice. After
-//! [`GAPS`](recover::GAPS) of them the rest goes at window 1. If something that must not be done twice is in doubt, the
-//! stream fails instead, and nothing goes again.
+//! three of these the rest goes at window 1. If something that must not be done twice is in doubt, the stream fails instead,
+//! and nothing goes again. Where commands of others wait in the queue, or the caller starts it himself, nothing may be
+//! cleared, and commands go one by one.
 //!
 //! # Going on after an interruption
 //!
@@ -100,6 +101,27 @@ pub const KEPT: usize = 40;
 const SPARE: usize = 8;
 
 /// A queued program on its way to the arm; see the [module](self).
+///
+/// ```
+/// use magician::connection::{Connection, Settings};
+/// use magician::stream::{Item, Stream, StreamSettings};
+/// use magician::words;
+///
+/// let mut connection = Connection::new(Settings::ORDERED);
+/// let mut stream = Stream::new(StreamSettings::default());
+/// stream.offer(Item {
+///     command: words::line_to(220.0, 0.0, 20.0, 0.0),
+///     time: 800_000,
+///     end: Some([220.0, 0.0, 20.0, 0.0]),
+///     laser: false,
+/// })?;
+/// stream.finish();
+/// stream.advance(0, &mut connection);
+/// // It looks at the arm before it sends anything.
+/// let first = connection.poll_transmit(0).unwrap();
+/// assert!(!first.frame().ctrl().write());
+/// # Ok::<(), magician::stream::Refused>(())
+/// ```
 #[derive(Debug)]
 pub struct Stream {
     settings: StreamSettings,
@@ -137,7 +159,7 @@ pub struct Stream {
     confirmed: Option<u64>,
     /// Where the arm stands after what was finished and let go, when that is known.
     stood: Option<[f64; 4]>,
-    /// The index given last before the stream's first.
+    /// The index given last before the stream's first, or before its first since the queue was cleared.
     base: u64,
     /// What it was about when it ended.
     was: Phase,

@@ -9,8 +9,12 @@ use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
 pub(super) const SOON: Micros = 10_000;
 /// Longest time between two looks while something is under way.
 const LATE: Micros = 200_000;
-/// Shortest time between two looks at left space while commands flow.
+/// Time between two looks while commands flow and there is room for many more: a look costs as much of the line as a
+/// command.
+const SELDOM: Micros = 400_000;
+/// Shortest time between two looks at left space while the arm is waited for, and while the line is.
 const CROSS_CHECK: Micros = 50_000;
+const RARE_CHECK: Micros = 1_000_000;
 
 /// One request of a look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,12 +34,14 @@ pub(super) struct Reader {
     due: Option<Micros>,
     wants_left: bool,
     wants_pose: bool,
+    /// The look that is planned is in no hurry.
+    seldom: bool,
     /// Command that was finished last, 0 before the first look.
     pub(super) current: u64,
     known: bool,
     /// A lower current index was read last; the next look tells whether to believe it.
     lower: bool,
-    /// When the current index went on last.
+    /// When the current index went on last, or was read for the first time; [`Micros::MAX`] before that.
     changed: Micros,
     misses: u32,
     /// Left space as read last, and when.
@@ -56,6 +62,7 @@ impl Reader {
             due: None,
             wants_left: false,
             wants_pose: false,
+            seldom: false,
             current: 0,
             known: false,
             lower: false,
@@ -75,6 +82,7 @@ impl Reader {
         Self {
             current,
             known: true,
+            changed: Micros::MAX,
             ..Self::new()
         }
     }
@@ -95,6 +103,11 @@ impl Reader {
     /// The arm begins with what it has.
     pub(super) fn begins(&mut self, now: Micros) {
         (self.changed, self.misses) = (now, 0);
+    }
+
+    /// When the arm began with what it does at present, as far as was seen.
+    pub(super) fn begun(&self) -> Micros {
+        self.changed
     }
 
     /// The next look is to begin then at the latest.
@@ -126,11 +139,13 @@ fn request(reading: Reading) -> Option<Request> {
 impl Stream {
     /// Begins a look that is due, and goes on with one that has begun.
     pub(super) fn read(&mut self, now: Micros, to: &mut Connection) {
+        let flies = self.flows() && self.flying() > 0;
         let reader = &mut self.reader;
         if !reader.is_busy() && reader.due.is_some_and(|due| due <= now) {
+            let check = if flies { RARE_CHECK } else { CROSS_CHECK };
             let stale = reader
                 .left_at
-                .is_none_or(|at| at.saturating_add(CROSS_CHECK) <= now);
+                .is_none_or(|at| at.saturating_add(check) <= now);
             let left = reader.wants_left || stale;
             reader.rest = [
                 left.then_some(Reading::Left),
@@ -234,10 +249,16 @@ impl Stream {
             true => 0,
             false => reader.misses.saturating_add(1),
         };
-        if read > reader.current || !reader.known {
+        if read > reader.current || !reader.known || reader.changed == Micros::MAX {
             reader.changed = now;
         }
         (reader.current, reader.known, reader.lower) = (read, true, false);
+    }
+
+    /// Whether there is room for all that will be sent before a look can tell of more. One that is late costs nothing as
+    /// long as there is any: it takes its turn among the commands.
+    fn has_room(&self) -> bool {
+        self.credit() > self.window + 2
     }
 
     /// A look is complete.
@@ -292,11 +313,17 @@ impl Stream {
         }
     }
 
-    /// Plans the next look by what the queue holds: when about three eighths of it will have been done while more is to
-    /// be sent, when all of it will have been done else. Without anything to wait for there is none.
+    /// Plans the next look: seldom while there is room for what is to be sent. Else by what the queue holds: when about
+    /// three eighths of it will have been done while more is to be sent, when all of it will have been done else. Without
+    /// anything to wait for there is none.
     pub(super) fn pace(&mut self, now: Micros) {
-        if self.reader.is_planned() {
+        let flows = self.flows() && self.flying() > 0 && self.has_room();
+        if self.reader.is_planned() && (flows || !self.reader.seldom) {
             return;
+        }
+        self.reader.seldom = flows;
+        if flows {
+            return self.reader.look(now.saturating_add(SELDOM));
         }
         let count = self.unfinished().count();
         let kept = self.entries.iter().any(|entry| !entry.is_waiting());

@@ -7,6 +7,8 @@ use crate::connection::Micros;
 pub(super) const GAPS: usize = 3;
 /// Pause between looks at a queue that drains.
 const DRAIN_PAUSE: Micros = 20_000;
+/// A command that has not ended so long after its time does not run: the queue was never started.
+const HEAD_STANDS: Micros = 2_000_000;
 /// A cleared queue whose left space stands for so long will not drain.
 const STANDING: Micros = 30_000_000;
 
@@ -24,12 +26,20 @@ impl Stream {
         }
         let confirmed = self.confirmed;
         let certain = |entry: &&Entry| entry.index() <= confirmed;
-        if !self.stopped && self.unfinished().filter(certain).any(Entry::is_cut_by_stop) {
+        let waits = self.unfinished().filter(certain).any(Entry::is_cut_by_stop);
+        if waits && !self.stopped && self.may_run(now) {
             self.pace(now);
             return;
         }
         self.gap = false;
         self.phase = Phase::Halt;
+    }
+
+    /// Whether the queue may run, as far as is known: the command at its head has not stood for longer than it takes.
+    fn may_run(&self, now: Micros) -> bool {
+        let head = self.unfinished().next().map_or(0, |head| head.item.time);
+        let ends = self.reader.begun().saturating_add(head);
+        now < ends.saturating_add(HEAD_STANDS)
     }
 
     /// The cleared queue was looked at: left space first, so that the current index is that of an empty queue.
@@ -61,7 +71,7 @@ impl Stream {
         let mut again = 0;
         for entry in self.entries.iter_mut().filter(|entry| !entry.is_waiting()) {
             let counted = entry.index().is_some() && !entry.inserted;
-            self.accepted -= u64::from(counted);
+            self.accepted = self.accepted.saturating_sub(counted.into());
             entry.fate = Fate::Waiting;
             again += 1;
         }

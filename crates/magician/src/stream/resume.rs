@@ -1,7 +1,7 @@
 use super::drive::Phase;
 use super::item::{Entry, Fate, Item};
 use super::reading::Reader;
-use super::{Stream, StreamEvent, StreamFailure, StreamSettings};
+use super::{KEPT, Stream, StreamEvent, StreamFailure, StreamSettings};
 use crate::connection::Micros;
 
 /// How far from where it should stand an arm may be found, in mm for x, y, z and degrees for r.
@@ -41,6 +41,12 @@ impl Leftover {
         self.0.entries.is_empty()
     }
 
+    /// Whether anything of it may have gone to the arm.
+    #[must_use]
+    pub fn has_begun(&self) -> bool {
+        self.0.first.is_some() || !self.0.entries.iter().all(Entry::is_waiting)
+    }
+
     /// Index of the command that was seen finished last.
     #[must_use]
     pub fn current(&self) -> u64 {
@@ -73,13 +79,13 @@ impl Stream {
     /// had not been told that no more comes.
     #[must_use]
     pub fn resume(leftover: Leftover, settings: StreamSettings) -> Self {
+        let begun = leftover.has_begun();
         let Leftover(mut stream) = leftover;
         stream.settings = StreamSettings {
             window: settings.window.max(1),
             ..settings
         };
         stream.window = stream.settings.window;
-        let begun = stream.first.is_some() || !stream.entries.iter().all(Entry::is_waiting);
         stream.reader = match begun {
             true => Reader::after(stream.reader.current),
             false => Reader::new(),
@@ -154,7 +160,7 @@ impl Stream {
         let none = unsure == 0 && tail == last;
         if tail != to && !none {
             // Something may be missing in the middle.
-            return match self.may_repeat() {
+            return match self.may_go_back() {
                 true => self.go_back(),
                 false => {
                     let confirmed = self.confirmed;
@@ -217,17 +223,18 @@ impl Stream {
 
     /// What is not certain may all be done once more: clears the queue and goes back to the last certain vertex.
     fn go_back(&mut self) {
-        if !self.may_repeat() {
+        if !self.may_go_back() {
             let (confirmed, found) = (self.confirmed, self.reader.current);
             return self.fail(StreamFailure::Unclear { confirmed, found });
         }
-        if self.check_pose(self.reader.current) {
+        if self.check_poses() {
             // The queue is cleared in any case.
             for entry in self.entries.iter_mut().filter(|entry| entry.is_flying()) {
                 entry.fate = Fate::Doubtful;
             }
             self.tell_resumed(0);
-            self.stopped = false;
+            // A start that was under way may have got through.
+            self.stopped &= self.was == Phase::Load;
             self.begin_recovery();
         }
     }
@@ -249,18 +256,47 @@ impl Stream {
 
     /// Whether the arm stands where it should after the command of this index. Ends the stream if not.
     fn check_pose(&mut self, index: u64) -> bool {
-        let found = self.reader.pose;
-        let Some(expected) = self.pose_after(index) else {
-            if !self.settings.trust_pose {
-                self.fail(StreamFailure::PoseUnknown { found });
-            }
-            return self.settings.trust_pose;
-        };
-        let mut both = expected.iter().zip(&found);
-        let there = both.all(|(expected, found)| (expected - found).abs() <= POSE_TOLERANCE);
-        if !there {
-            self.fail(StreamFailure::Pose { expected, found });
-        }
-        there
+        let expected = self.pose_after(index);
+        self.stands_at(expected, [])
     }
+
+    /// As [`check_pose`](Self::check_pose) where it is not certain which commands were carried out: the arm stands where one
+    /// of those leaves it.
+    fn check_poses(&mut self) -> bool {
+        let certain = self.reader.current.min(self.confirmed.unwrap_or(self.base));
+        let ends: [_; KEPT] = {
+            let mut unconfirmed = self.unconfirmed().map(|entry| entry.item.end);
+            std::array::from_fn(|_| unconfirmed.next())
+        };
+        let expected = self.pose_after(certain);
+        self.stands_at(expected, ends)
+    }
+
+    fn stands_at<const N: usize>(
+        &mut self,
+        expected: Option<[f64; 4]>,
+        others: [Option<Option<[f64; 4]>>; N],
+    ) -> bool {
+        let found = self.reader.pose;
+        let places = || std::iter::once(expected).chain(others.into_iter().flatten());
+        if places().flatten().any(|place| is_at(place, found)) {
+            return true;
+        }
+        match expected {
+            Some(expected) if places().all(|place| place.is_some()) => {
+                self.fail(StreamFailure::Pose { expected, found });
+                false
+            }
+            _ if self.settings.trust_pose => true,
+            _ => {
+                self.fail(StreamFailure::PoseUnknown { found });
+                false
+            }
+        }
+    }
+}
+
+fn is_at(place: [f64; 4], found: [f64; 4]) -> bool {
+    let mut both = place.iter().zip(&found);
+    both.all(|(place, found)| (place - found).abs() <= POSE_TOLERANCE)
 }

@@ -4,6 +4,8 @@
 //! when the other end is gone, as far as the system knows: a pulled plug and a closed TCP
 //! connection are noticed, a datagram that nobody takes is not.
 
+#[cfg(feature = "ble")]
+mod ble;
 mod faulty;
 mod search;
 mod serial;

@@ -5,6 +5,8 @@ use magician_protocol::BAUD_RATE;
 #[cfg(feature = "sim")]
 use magician_sim::Happening;
 
+#[cfg(feature = "ble")]
+use super::ble;
 use super::faulty::{Restart, Spoiler};
 #[cfg(feature = "trace")]
 use super::traced::{Traced, Tracer};
@@ -16,7 +18,9 @@ use crate::VirtualArm;
 use crate::connection::Settings;
 use crate::faults::Faults;
 use crate::ports::{self, Port, Remembered};
-use crate::{Error, ErrorKind, Result, Target};
+#[cfg(not(all(feature = "sim", feature = "ble")))]
+use crate::{Error, ErrorKind};
+use crate::{Options, Result, Target};
 
 /// The way to an arm, to be gone again when its line was lost.
 ///
@@ -51,6 +55,18 @@ impl Way {
         let way = Self::to(&Target::Sim(crate::SimSpeed::Max));
         *lock(&way.arm) = Some(arm);
         way
+    }
+
+    /// With the faults and the trace that the options ask for.
+    pub(crate) fn fitted(self, options: &Options) -> Result<Self> {
+        options.faults.check()?;
+        let way = self.with_faults(options.faults);
+        #[cfg(feature = "trace")]
+        let way = match &options.trace {
+            Some(tracer) => way.with_trace(tracer.clone()),
+            None => way,
+        };
+        Ok(way)
     }
 
     /// Spoils what passes in both directions, from [`Faults::seed`]. Opening the line again goes on
@@ -120,9 +136,15 @@ impl Way {
                 let stream = stream::connect(host, *port).await?;
                 Ok((Box::new(stream), Settings::ORDERED, "TCP"))
             }
-            Target::Ble(name) => Err(Error::new(
+            #[cfg(feature = "ble")]
+            Target::Ble(device) => {
+                let link = ble::open(device).await?;
+                Ok((Box::new(link), ble::SETTINGS, "Bluetooth"))
+            }
+            #[cfg(not(feature = "ble"))]
+            Target::Ble(_) => Err(Error::new(
                 ErrorKind::Unsupported,
-                format!("ble:{name}: this build does not speak Bluetooth; use USB or Wi-Fi"),
+                "this build has no Bluetooth: it was made without the feature `ble`; use USB or Wi-Fi",
             )),
         }
     }

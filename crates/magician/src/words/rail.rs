@@ -114,7 +114,7 @@ pub fn rail_by(dl: f32) -> Set {
 }
 
 /// Speed (mm/s) and acceleration (mm/s2) on the rail in point-to-point moves; the ratios of
-/// [`speed`](super::speed) scale them (document 1.10.6, errata E26).
+/// [`speed`](super::speed()) scale them (document 1.10.6, errata E26).
 #[must_use]
 pub fn rail_speed(velocity: f32, acceleration: f32) -> Set {
     PtpLParams {

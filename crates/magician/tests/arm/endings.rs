@@ -8,6 +8,7 @@ use magician::{Arm, Ctrl, Options, Set, words};
 use tokio::io::{AsyncReadExt, duplex};
 
 use crate::bench::Bench;
+use crate::desk::Desk;
 
 #[tokio::test(start_paused = true)]
 async fn a_dropped_handle_stops_what_it_started_and_puts_the_laser_out() {
@@ -56,6 +57,24 @@ async fn a_detached_handle_and_one_that_is_done_leave_the_arm_alone() {
             "detach {detach}"
         );
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_handle_that_goes_while_its_program_fills_the_queue_leaves_nothing_in_it() {
+    let mut filled = 0;
+    for patience in (10..80).step_by(2) {
+        let desk = Desk::new();
+        let arm = desk.connect(Options::default()).await;
+        let program = vec![words::wait(Duration::from_secs(1)); 20];
+        let run = arm.run(program, |_| {});
+        let patience = Duration::from_millis(patience);
+        assert!(tokio::time::timeout(patience, run).await.is_err());
+        filled +=
+            u32::from(desk.with(|arm| !arm.state().queue.started && arm.state().queue.waiting > 0));
+        arm.close().await;
+        desk.with(|arm| assert_eq!(arm.state().queue.waiting, 0, "{patience:?}"));
+    }
+    assert!(filled > 0, "it was filling the queue: {filled}");
 }
 
 #[test]

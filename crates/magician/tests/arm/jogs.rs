@@ -253,3 +253,19 @@ fn a_blocking_jog() {
     jog.stop().unwrap();
     assert!(!arm.moving());
 }
+
+#[tokio::test(start_paused = true)]
+async fn what_keeps_a_jog_up_too_late_does_not_even_when_nobody_has_noticed() {
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
+    let jog = arm.jog(turn()).await.unwrap();
+    // Time passes and the task is not served.
+    let mut stalls = Box::pin(tokio::time::advance(std::time::Duration::from_millis(310)));
+    let mut cx = std::task::Context::from_waker(std::task::Waker::noop());
+    assert!(stalls.as_mut().poll(&mut cx).is_pending());
+    let error = jog.keep().unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
+    stalls.await;
+    sleep(Duration::from_secs(1)).await;
+    assert!(!desk.moves());
+}

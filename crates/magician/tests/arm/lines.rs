@@ -85,8 +85,9 @@ async fn a_jog_on_a_line_that_broke_is_given_up_at_once() {
     assert!(begun.elapsed() < Duration::from_millis(100));
 }
 
+#[cfg(not(feature = "ble"))]
 #[tokio::test]
-async fn bluetooth_is_not_spoken_yet() {
+async fn bluetooth_is_a_matter_of_the_build() {
     let error = Arm::connect(&"ble:Dobot".parse().unwrap())
         .await
         .unwrap_err();

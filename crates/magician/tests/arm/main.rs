@@ -2,14 +2,17 @@
 
 mod bench;
 mod blocking;
+mod chaos;
 mod checks;
 mod clones;
 mod desk;
 mod endings;
+mod fitted;
 mod holds;
 mod jogs;
 mod lines;
 mod onlookers;
+mod over;
 mod reconnecting;
 mod runs;
 mod verbs;

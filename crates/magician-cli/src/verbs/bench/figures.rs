@@ -22,6 +22,7 @@ const PROCESSOR: f64 = 2.0;
 /// Longest wait for the line: its frame under way, the longest that a host sends here, and 1 ms (h4).
 const STOP_MARGIN: Duration = Duration::from_millis(1);
 /// Microseconds added, at p50 and p99 (h7).
+#[cfg(unix)]
 const ADDED: [f64; 2] = [50.0, 200.0];
 
 /// A rate and the one that was computed.
@@ -165,6 +166,7 @@ pub(super) fn milliseconds(time: Duration) -> f64 {
     rounded(time.as_secs_f64() * 1e3, 3)
 }
 
+#[cfg(unix)]
 fn microseconds(time: Duration) -> f64 {
     rounded(time.as_secs_f64() * 1e6, 1)
 }

@@ -23,8 +23,7 @@ Examples:
   magician bench --port /dev/ttyUSB0 --yes           and with a path that the arm draws
   magician bench --port ./arm --window 4 --yes --seconds 60 --only h2,h3
 
-h1  answers a second of GetPose and of the current index, segments of a path (17-byte CP) a second alone and with pose, current
-    index and left space read 20 times a second: against the rate computed for the turnaround
+h1  answers a second of GetPose and of the current index, segments of a path (17-byte CP) a second alone and with pose, current index and left space read 20 times a second: against the rate computed for the turnaround
 h2  the last of these with a window of 4 or more
 h3  whether the queue runs dry: 0.2 mm segments at 450 a second with pauses of 10 ms, 0.5 mm at 100 mm/s with pauses of 50 ms
 h4  from a stop to its first byte on the line and to its answer, while segments fill the line
@@ -76,36 +75,47 @@ impl Bench {
         self.only.is_empty() || self.only.contains(&which)
     }
 
+    /// Whether the arm is to draw over the first connection.
+    fn draws(&self) -> bool {
+        let drawn = [Which::H1, Which::H2, Which::H3, Which::H5];
+        drawn.into_iter().any(|which| self.wants(which))
+    }
+
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let sim = Sim {
             speed: SimSpeed::Times(1.0),
             unasked: false,
         };
         let target = context.target(Some(sim))?;
-        let draws = context.global.yes || matches!(target, Target::Sim(_));
+        let allowed = context.global.yes || matches!(target, Target::Sim(_));
+        let draws = allowed && (self.draws() || self.wants(Which::H4));
         let quiet = context.global.json;
-        let options = context.options();
+        let options = context.options()?;
         let mut figures = Figures::new(&target, options.window, self.seconds);
         let debts = context.debts.clone();
-        context.moving(Some(sim), async |arm, _| {
+        let ring = context.moving(Some(sim), async |arm, _| {
             reads::measure(arm, &self, quiet, &mut figures).await?;
-            if draws {
-                paths::measure(arm, &self, quiet, &debts, &mut figures).await?;
-            }
-            Ok(())
+            Ok(match draws {
+                true => Some(paths::measure(arm, &self, quiet, &debts, &mut figures).await?),
+                false => None,
+            })
         })?;
-        if draws && self.wants(Which::H4) {
+        if let (Some((ring, speeds)), true) = (ring, self.wants(Which::H4)) {
             let paced = figures.paced();
             let stops = context.attending(async |_| {
-                paths::stops(&target, options, paced, self.stops, quiet).await
-            })?;
-            figures.stops(&stops);
+                paths::stops(&target, options, paced, ring, self.stops, quiet).await
+            });
+            if stops.is_err() {
+                // What it changes it gives back itself, but not when it is interrupted.
+                let _ = context.with_arm(async |arm, _| Ok(arm.set(&speeds).await?));
+            }
+            figures.stops(&stops?);
         }
         if self.wants(Which::H7) {
             let added = context.attending(async |_| reads::added(quiet).await)?;
             figures.added(&added);
         }
-        figures.drawn(draws);
+        figures.drawn(allowed);
         context.show(&figures, |out| show::write(&figures, out))
     }
 }

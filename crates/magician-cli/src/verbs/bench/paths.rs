@@ -24,6 +24,8 @@ struct Drawing<'a> {
     arm: &'a Arm,
     quiet: bool,
     time: Duration,
+    /// The same for all, so that the arm stays where it is.
+    ring: Ring,
 }
 
 impl Drawing<'_> {
@@ -33,7 +35,7 @@ impl Drawing<'_> {
         (length, speed): (f64, f32),
         load: Load,
     ) -> Result<Streamed, Failure> {
-        let ring = Ring::here(self.arm, length, speed).await?;
+        let ring = self.ring.cut(length, speed);
         self.arm.set(&ring.speeds()).await?;
         // The pause is of the whole program, as by a scheduler that serves others.
         let pause = async |time| std::thread::sleep(time);
@@ -48,12 +50,21 @@ pub(super) async fn measure(
     quiet: bool,
     debts: &Debts,
     figures: &mut Figures,
-) -> Result<(), Failure> {
-    debts.owe(arm.get::<CpParams>().await?);
+) -> Result<(Ring, CpParams), Failure> {
+    let (_, capacity) = arm.stats().await?;
+    if arm.left_space().await? < capacity {
+        let message = "commands of another program are in the arm's queue";
+        return Err(Failure::invalid(message)
+            .hint("let them finish, or drop them with `magician stop`; without --yes only what reads is measured"));
+    }
+    let ring = Ring::here(arm, DENSE.0, DENSE.1).await?;
+    let speeds = arm.get::<CpParams>().await?;
+    debts.owe(speeds);
     let drawing = Drawing {
         arm,
         quiet,
         time: bench.seconds,
+        ring,
     };
     let polls = Load {
         poses: POLLS,
@@ -87,7 +98,11 @@ pub(super) async fn measure(
         let busy = drawing.draw("h5: processor time", DENSE, load).await?;
         figures.processor(&busy);
     }
-    debts.pay(arm).await
+    if bench.draws() {
+        arm.run([ring.back()], |_| {}).await?;
+    }
+    debts.pay(arm).await?;
+    Ok((ring, speeds))
 }
 
 /// Times stops of a stream, on a line of their own.
@@ -95,10 +110,11 @@ pub(super) async fn stops(
     target: &Target,
     options: Options,
     paced: bool,
+    ring: Ring,
     count: u32,
     quiet: bool,
 ) -> Result<Stops, Failure> {
     let bar = Bar::begin(quiet, "h4: stopping a stream", u64::from(count));
     let tick = |done| bar.at(u64::from(done));
-    Ok(magician::measure::stops(target, options, paced, count, tick).await?)
+    Ok(magician::measure::stops(target, options, paced, ring, count, tick).await?)
 }

@@ -41,11 +41,7 @@ pub(super) async fn measure(
 pub(super) async fn added(quiet: bool) -> Result<Option<AddedFigures>, Failure> {
     /// Enough for one in a hundred.
     const TRIPS: usize = 5000;
-    let bar = Bar::begin(
-        quiet,
-        "h7: round trips with and without the driver",
-        TRIPS as u64,
-    );
+    let bar = Bar::begin(quiet, "h7: round trips", TRIPS as u64);
     let added = magician::measure::added_latency(TRIPS, |done| bar.at(done as u64)).await?;
     Ok(added
         .at(50)

@@ -1,7 +1,7 @@
 //! The figures as a table for people.
 
 use super::figures::{Compared, Figures, H1, H2, H3, H4, H5, Starvation};
-use crate::columns::{Columns, note};
+use crate::columns::{Columns, GAP, note};
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -15,7 +15,7 @@ pub(super) fn write(figures: &Figures, out: &mut Output) -> Result<(), Failure> 
     head.row(["line", &line(figures)]);
     head.write(out)?;
     out.line("")?;
-    let mut table = Columns::default();
+    let mut table = Table::default();
     table.row(["", "measured", "goal", ""]);
     match &figures.h1 {
         Some(h1) => rates(h1, &mut table),
@@ -58,6 +58,38 @@ pub(super) fn write(figures: &Figures, out: &mut Output) -> Result<(), Failure> 
     }
 }
 
+/// Name, measured, goal, whether it is met; on a narrow terminal the goal stands below.
+#[derive(Default)]
+struct Table(Vec<[String; 4]>);
+
+impl Table {
+    fn row(&mut self, cells: [&str; 4]) {
+        self.0.push(cells.map(str::to_owned));
+    }
+
+    fn write(&self, out: &mut Output) -> Result<(), Failure> {
+        let widest = |column: usize| {
+            let cells = self.0.iter().filter_map(|row| row.get(column));
+            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+        };
+        let wide = (0..4).map(widest).sum::<usize>() + 3 * GAP <= out.width();
+        let mut columns = Columns::default();
+        for [name, measured, goal, met] in &self.0 {
+            match wide {
+                true => columns.row([name, measured, goal, met]),
+                false if name.is_empty() => {}
+                false => {
+                    columns.row([name, measured]);
+                    if !goal.is_empty() {
+                        columns.row(["", format!("goal {goal}  {met}").trim_end()]);
+                    }
+                }
+            }
+        }
+        columns.write(out)
+    }
+}
+
 fn line(figures: &Figures) -> String {
     let Some(turnaround) = figures.turnaround_ms else {
         return NONE.to_owned();
@@ -75,7 +107,7 @@ fn line(figures: &Figures) -> String {
     }
 }
 
-fn row(table: &mut Columns, name: &str, cells: Option<[String; 3]>) {
+fn row(table: &mut Table, name: &str, cells: Option<[String; 3]>) {
     match cells {
         Some([measured, goal, met]) => table.row([name, &measured, &goal, &met]),
         None => table.row([name, NONE, "", ""]),
@@ -91,7 +123,7 @@ fn met(met: Option<bool>) -> String {
     .to_owned()
 }
 
-fn rates(h1: &H1, table: &mut Columns) {
+fn rates(h1: &H1, table: &mut Table) {
     let all = [
         ("h1 GetPose", h1.get_pose),
         ("   current index", h1.current_index),
@@ -124,7 +156,7 @@ fn full_line(h2: &H2) -> [String; 3] {
     [measured, format!("{} /s", h2.goal), met(Some(h2.met))]
 }
 
-fn starvation(h3: &H3, table: &mut Columns) {
+fn starvation(h3: &H3, table: &mut Table) {
     let cells = |one: &Starvation, goal: &str, met| {
         let fewest = one
             .fewest_queued
@@ -146,7 +178,7 @@ fn starvation(h3: &H3, table: &mut Columns) {
     );
 }
 
-fn stop(h4: &H4, table: &mut Columns) {
+fn stop(h4: &H4, table: &mut Table) {
     let times = |p50: Option<f64>, p99: Option<f64>| {
         let text = |time: Option<f64>| time.map_or("?".to_owned(), |time| format!("{time:.2}"));
         format!("{} ms p50, {} ms p99", text(p50), text(p99))

@@ -94,7 +94,9 @@ impl Conform {
         };
         permit(&target, &cases, context)?;
         context.let_go()?;
-        let line = context.runtime()?.block_on(RawLine::open(&target))?;
+        let options = context.line_options()?;
+        let line = RawLine::open_with(&target, options);
+        let line = context.runtime()?.block_on(line)?;
         examine(LineBench::new(line), &cases, context)
     }
 }

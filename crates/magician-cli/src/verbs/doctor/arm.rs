@@ -6,13 +6,14 @@ use magician::commands::{
     DeviceName, DeviceSn, DeviceTime, DeviceVersion, Pose, QueuedCmdCurrentIndex,
 };
 use magician::measure::{LineSpeed, Timed, round_trips};
-use magician::{Alarm, Arm};
+use magician::{Alarm, Arm, QueueIndex};
 use serde_json::json;
+use tokio::time::Instant;
 
 use super::{Finding, Report};
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::progress::Bar;
+use crate::progress::{Bar, attended};
 
 /// Answers that take longer than this on a cable show an adapter or hub that holds bytes back.
 const SLOW: Duration = Duration::from_millis(20);
@@ -23,7 +24,9 @@ const BAUD: f64 = 115_200.0;
 /// How far a measured speed may be off.
 const TOLERANCE: f64 = 0.1;
 /// How long a queue gets to show that it runs.
-const RUNS: Duration = Duration::from_millis(500);
+const RUNS: Duration = Duration::from_secs(2);
+/// Between two looks at it.
+const LOOK: Duration = Duration::from_millis(100);
 
 pub(super) async fn examine(
     arm: &Arm,
@@ -164,19 +167,11 @@ async fn alarms(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), 
             false => Finding::note("alarms", text),
         };
         let cure = known.map_or("", |alarm| alarm.cure);
-        let hint = match Alarm::blocks(code) {
-            true => format!("{cure}; then `magician alarms --clear`")
-                .trim_start_matches("; ")
-                .to_owned(),
-            false => cure.to_owned(),
+        let hint = match (Alarm::blocks(code), cure) {
+            (false, _) | (true, "") => "`magician alarms --clear` clears it".to_owned(),
+            (true, cure) => format!("{cure}; then `magician alarms --clear`"),
         };
-        let finding = finding.value(code);
-        let finding = if hint.is_empty() {
-            finding
-        } else {
-            finding.hint(hint)
-        };
-        report.add(finding, out)?;
+        report.add(finding.value(code).hint(hint), out)?;
     }
     let finding = match alarms.contains(Alarm::ResetOccurred) {
         true => Finding::note(
@@ -200,14 +195,31 @@ async fn queue(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), F
         );
         return report.add(Finding::good("queue", text).value(0).unit("commands"), out);
     }
-    tokio::time::sleep(RUNS).await;
-    let finding = match arm.current_index().await? > current {
-        true => Finding::note("queue", format!("{waiting} commands wait, and it runs")),
+    let watched = attended(report.quiet(), "watching the queue", runs(arm, current));
+    let commands = match waiting {
+        1 => "1 command is in it".to_owned(),
+        more => format!("{more} commands are in it"),
+    };
+    let finding = match watched.await? {
+        true => Finding::note("queue", format!("{commands}, and it runs")),
         false => Finding::bad(
             "queue",
-            format!("{waiting} commands of an earlier program wait, and nothing finishes"),
+            format!("{commands}; in {} s none finished and the arm did not move: it is stopped, or a wait runs", RUNS.as_secs()),
         )
-        .hint("`magician stop` drops them, `magician queue start` runs them: the arm may move"),
+        .hint("`magician stop` drops what an earlier program left, `magician queue start` runs it: the arm may move"),
     };
     report.add(finding.value(waiting).unit("commands"), out)
+}
+
+/// Whether a command of the queue finishes or the arm moves.
+async fn runs(arm: &Arm, since: QueueIndex) -> Result<bool, Failure> {
+    let begun = Instant::now();
+    let stood = arm.get::<Pose>().await?;
+    while begun.elapsed() < RUNS {
+        tokio::time::sleep(LOOK).await;
+        if arm.current_index().await? > since || arm.get::<Pose>().await? != stood {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }

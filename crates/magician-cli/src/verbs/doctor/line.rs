@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use magician::measure::{Heard, OTHER_SPEEDS, back_to_back, hear_datagrams, listen, queue_trial};
-use magician::{ErrorKind, RawLine, Target};
+use magician::measure::{Heard, OTHER_SPEEDS, QueueTrial, back_to_back, hear_datagrams, listen};
+use magician::{ErrorKind, LineOptions, RawLine, Target};
 
 use super::{Finding, Report};
 use crate::failure::Failure;
@@ -22,10 +22,11 @@ const EXCERPT: usize = 60;
 
 pub(super) async fn open(
     target: &Target,
+    options: LineOptions,
     report: &mut Report,
     out: &mut Output,
 ) -> Result<RawLine, Failure> {
-    match RawLine::open(target).await {
+    match RawLine::open_with(target, options).await {
         Ok(line) => {
             let text = match target {
                 Target::Serial(_) => "it opens; nobody else uses it",
@@ -194,6 +195,7 @@ fn hex(bytes: &[u8]) -> String {
 /// How many reads at once it takes.
 pub(super) async fn window(
     line: &mut RawLine,
+    target: &Target,
     report: &mut Report,
     out: &mut Output,
 ) -> Result<(), Failure> {
@@ -206,7 +208,7 @@ pub(super) async fn window(
         }
         taken = depth;
     }
-    report.window = Some(taken.max(1));
+    report.window = Some(if ordered(target) { taken.max(1) } else { 1 });
     let finding = match taken {
         0 => Finding::bad("back_to_back", "reads one at a time are not all answered")
             .hint("a bad cable or hub: try another, shorter one"),
@@ -215,6 +217,12 @@ pub(super) async fn window(
             "requests that follow each other at once are not all answered",
         )
         .hint("leave the window at 1"),
+        depth if !ordered(target) => Finding::good(
+            "back_to_back",
+            format!(
+                "{depth} reads sent at once are all answered; but datagrams may overtake each other, so the window stays at 1"
+            ),
+        ),
         depth => Finding::good(
             "back_to_back",
             format!("{depth} reads sent at once are all answered, in order"),
@@ -223,24 +231,35 @@ pub(super) async fn window(
     report.add(finding.value(taken).unit("requests"), out)
 }
 
+/// Whether a line keeps the order of what it carries, which a window above 1 needs.
+fn ordered(target: &Target) -> bool {
+    !matches!(target, Target::Udp { .. })
+}
+
+/// The queue is not tried without leave.
+pub(super) fn leave_queue(report: &mut Report, out: &mut Output) -> Result<(), Failure> {
+    let finding = Finding::note("index_law", "not tried, because it uses the queue")
+        .hint("with --yes 15 waits of no length are put into the stopped queue and dropped again; nothing moves");
+    report.add(finding, out)
+}
+
+/// Puts waits of no length into the queue and drops them again.
+pub(super) async fn queue_trial(line: &mut RawLine) -> magician::Result<QueueTrial> {
+    magician::measure::queue_trial(line, &DEPTHS, PATIENCE).await
+}
+
 /// Whether the queue counts as the driver relies on.
-pub(super) async fn queue(
-    line: &mut RawLine,
-    yes: bool,
+pub(super) fn queue(
+    trial: magician::Result<QueueTrial>,
+    target: &Target,
     report: &mut Report,
     out: &mut Output,
 ) -> Result<(), Failure> {
-    if !yes {
-        let finding = Finding::note("index_law", "not tried, because it uses the queue")
-            .hint("with --yes 15 waits of no length are put into the stopped queue and dropped again; nothing moves");
-        return report.add(finding, out);
-    }
-    let work = queue_trial(line, &DEPTHS, PATIENCE);
-    let trial = match attended(report.quiet(), "trying the queue", work).await {
+    let trial = match trial {
         Ok(trial) => trial,
         Err(error) if error.kind() == ErrorKind::InvalidInput => {
             let finding = Finding::note("index_law", format!("not tried: {error}"))
-                .hint("`magician stop` drops them");
+                .hint("let them finish, or drop them with `magician stop`");
             return report.add(finding, out);
         }
         Err(error) => return Err(error.into()),
@@ -298,6 +317,9 @@ pub(super) async fn queue(
     };
     report.window = Some(window);
     let text = match window {
+        1 if sound && !ordered(target) => {
+            "one request at a time, as datagrams may overtake each other".to_owned()
+        }
         1 => "one request at a time".to_owned(),
         some => format!("it takes {some} requests at a time, queued commands as well"),
     };

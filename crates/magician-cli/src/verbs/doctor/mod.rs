@@ -5,11 +5,20 @@ mod find;
 mod line;
 mod report;
 
+use std::pin::pin;
+use std::time::Duration;
+
 use clap::Args;
+use magician::{RawLine, Target};
+use tokio::time::timeout;
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
+use crate::progress::attended;
 use report::{Finding, Report};
+
+/// How long the trial of the queue may take to end once it is interrupted.
+const LEAVING: Duration = Duration::from_secs(3);
 
 /// Find the arm or say why not, look it over, and say what to do
 #[derive(Args, Debug)]
@@ -18,7 +27,7 @@ It looks for the port, its permission and who holds it, listens for an arm or fo
 back, times answers, and looks at alarms and queue. All this only reads.
 
 With --yes it also tries the queue: it stops it, puts 15 waits of no length into it, looks at its counters and drops them. \
-Nothing moves. A queue in which commands wait is left alone.
+Nothing moves. A queue in which commands wait is left alone; one that was empty stays stopped until a program starts it.
 
 Nothing is kept: the window it finds is set with --window or MAGICIAN_WINDOW, or in a program with Options::window.
 
@@ -34,7 +43,7 @@ impl Doctor {
         let mut report = Report::new(context.global.json);
         let outcome = self.examine(context, &mut report);
         if context.global.json {
-            report.write_json(&mut context.out)?;
+            report.write_json(outcome.is_ok(), &mut context.out)?;
         }
         match outcome {
             Err(failure) if report.explains() => Err(Failure::told(failure.kind)),
@@ -45,17 +54,53 @@ impl Doctor {
 
     fn examine(&self, context: &mut Context, report: &mut Report) -> Result<(), Failure> {
         let target = find::target(context, report)?;
-        let (patience, yes) = (context.global.timeout, context.global.yes);
-        context.attending(async |out| {
-            let mut line = line::open(&target, report, out).await?;
+        let patience = context.global.timeout;
+        let options = context.line_options()?;
+        let mut line = context.attending(async |out| {
+            let mut line = line::open(&target, options, report, out).await?;
             line::hear(&mut line, &target, patience, report, out).await?;
-            line::window(&mut line, report, out).await?;
-            line::queue(&mut line, yes, report, out).await
+            line::window(&mut line, &target, report, out).await?;
+            Ok(line)
         })?;
+        match context.global.yes {
+            true => try_queue(&mut line, &target, context, report)?,
+            false => line::leave_queue(report, &mut context.out)?,
+        }
+        drop(line);
         // What was found is said under the same name for every port.
         context.global.port = Some(target.to_string());
-        let serial = matches!(target, magician::Target::Serial(_));
+        let serial = matches!(
+            target,
+            Target::Serial(_) | Target::Usb { .. } | Target::Arm(_)
+        );
         context.with_arm(async |arm, out| arm::examine(arm, self.count, serial, report, out).await)
+    }
+}
+
+/// Tries the queue. Ctrl-C lets it come to its end first, because its commands would be left in the queue.
+fn try_queue(
+    line: &mut RawLine,
+    target: &Target,
+    context: &mut Context,
+    report: &mut Report,
+) -> Result<(), Failure> {
+    let quiet = report.quiet();
+    let mut trial = pin!(line::queue_trial(line));
+    let trying = context.attending(async |_| {
+        let trial = attended(quiet, "trying the queue", &mut trial);
+        Ok(trial.await)
+    });
+    match trying {
+        Ok(trial) => line::queue(trial, target, report, &mut context.out),
+        Err(failure) => {
+            let rest = async { timeout(LEAVING, trial).await.is_ok() };
+            match context.runtime()?.block_on(rest) {
+                true => Err(failure),
+                false => Err(failure.hint(
+                    "commands of no effect may be left in the queue: `magician stop` drops them",
+                )),
+            }
+        }
     }
 }
 

@@ -155,9 +155,9 @@ impl Report {
         self.ended && !self.json
     }
 
-    /// The one object.
-    pub(super) fn write_json(&mut self, out: &mut Output) -> Result<(), Failure> {
-        self.ok = self.wrong() == 0;
+    /// The one object; `whole` says that the examination came to its end.
+    pub(super) fn write_json(&mut self, whole: bool, out: &mut Output) -> Result<(), Failure> {
+        self.ok = whole && self.wrong() == 0;
         out.json(self)
     }
 }

@@ -8,6 +8,7 @@ use magician_sim::serve::{Endpoint, Notice, Service};
 
 use super::log::Log;
 use super::tape::{Tape, wall_clock};
+use crate::serving::LINE_OF_ARM;
 
 /// What the doors lead to: the proxy on the wall clock, with its log and its trace.
 pub(super) struct Hall {
@@ -30,7 +31,7 @@ impl Hall {
             links: 0,
             log,
             tape: None,
-            arm: format!("arm {arm}"),
+            arm: format!("{LINE_OF_ARM}{arm}"),
         }
     }
 

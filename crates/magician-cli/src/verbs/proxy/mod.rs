@@ -20,7 +20,7 @@ use magician_sim::serve::Doors;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::interrupt::{Signal, Signals};
-use crate::serving::{create, say_ready};
+use crate::serving::{DOORS, create, pty, say_ready};
 
 use hall::Hall;
 use log::{Log, Style};
@@ -56,8 +56,7 @@ was asked for meanwhile.
 chunks (drop-chunk, duplicate-chunk, swap-chunk, stall, rechunk, unplug), seed=N.")]
 pub(crate) struct Proxy {
     /// Serve a new pseudo-terminal and make PATH a symlink to it; once for every program
-    #[cfg(unix)]
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = pty())]
     pty: Vec<PathBuf>,
     /// Serve UDP; the port is 8899 unless given
     #[arg(long, value_name = "HOST[:PORT]")]
@@ -111,8 +110,7 @@ impl Proxy {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let (doors, count) = self.doors();
         if count == 0 {
-            let hint = "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT";
-            return Err(Failure::usage("no program could come in").hint(hint));
+            return Err(Failure::usage("no program could come in").hint(DOORS));
         }
         let target = context.target(None)?;
         let style = Style {
@@ -162,11 +160,8 @@ impl Proxy {
         let doors = self.pty.iter().fold(doors, |doors, path| doors.pty(path));
         let doors = (self.udp.iter()).fold(doors, |doors, address| doors.udp(address));
         let doors = (self.tcp.iter()).fold(doors, |doors, address| doors.tcp(address));
-        #[cfg(unix)]
-        let ptys = self.pty.len();
-        #[cfg(not(unix))]
-        let ptys = 0;
-        (doors, ptys + self.udp.len() + self.tcp.len())
+        let count = self.pty.len() + self.udp.len() + self.tcp.len();
+        (doors, count)
     }
 }
 

@@ -26,7 +26,7 @@ const MOST_BYTES: u64 = 1 << 30;
 /// Send a recorded session to a virtual arm and compare the answers
 #[derive(Args, Debug)]
 #[command(after_help = "\
-A TRACE is what `magician sim --trace` writes: a pcapng file of link type USER0.
+A TRACE is what `magician sim`, `magician proxy` and every other verb write with --trace: a pcapng file of link type USER0.
 
   magician replay session.pcapng
   magician replay session.pcapng --scenario cell.toml --ignore GetPose.joint_angle --json
@@ -45,11 +45,12 @@ Exit status 10 if an answer differs (with --to decode: if something is not under
 pub(crate) struct Replay {
     /// The trace
     #[arg(value_name = "TRACE")]
-    trace: PathBuf,
+    session: PathBuf,
     /// Where the session goes
     #[arg(long, value_name = "WHERE", default_value = "sim")]
     to: To,
-    /// Only what passed on this link, by name or number; all of them are sent to the one arm unless given
+    /// Only what passed on this link, by name or number; unless given, the arm's own line in a trace of `magician proxy`,
+    /// and all links of any other, sent to the one arm
     #[arg(long, value_name = "NAME")]
     link: Option<String>,
     /// Trace seconds per second, or `max`
@@ -96,7 +97,7 @@ fn tolerance(text: &str) -> Result<f32, String> {
 
 impl Replay {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let bytes = read(&self.trace)?;
+        let bytes = read(&self.session)?;
         let session = self.session(&bytes)?;
         match self.to {
             To::Sim => self.simulate(&session, context),
@@ -105,10 +106,11 @@ impl Replay {
     }
 
     fn session<'a>(&self, bytes: &'a [u8]) -> Result<Session<'a>, Failure> {
-        let wrong = |error| Failure::invalid(format!("{}: {error}", self.trace.display()));
+        let wrong = |error| Failure::invalid(format!("{}: {error}", self.session.display()));
         let mut session = Session::new(bytes).map_err(wrong)?;
-        if let Some(link) = &self.link {
-            session = session.only_link(link).map_err(wrong)?;
+        let own = || line_of_arm(&session).filter(|_| self.to == To::Sim);
+        if let Some(link) = self.link.clone().or_else(own) {
+            session = session.only_link(&link).map_err(wrong)?;
         }
         for name in &self.ignore {
             let wrong = |error| Failure::usage(format!("--ignore: {error}"));
@@ -164,7 +166,7 @@ impl Replay {
             return Ok(None);
         };
         let same = |path: &Path| path.canonicalize().ok();
-        if same(path).is_some() && same(path) == same(&self.trace) {
+        if same(path).is_some() && same(path) == same(&self.session) {
             return Err(Failure::usage(
                 "--save would write over the trace that is replayed",
             ));
@@ -197,6 +199,13 @@ impl Replay {
         runtime.block_on(attend(&mut context.terminated, true, "", work))?;
         packets.finish()
     }
+}
+
+/// The arm's own line in a trace of `proxy`, which has what its programs said beside it: sent as well, that would be done
+/// twice.
+fn line_of_arm(session: &Session<'_>) -> Option<String> {
+    let mut links = session.links().into_iter().map(|(_, name)| name);
+    links.find(|name| name.starts_with(serving::LINE_OF_ARM))
 }
 
 /// The trace, whole: its blocks refer to each other.

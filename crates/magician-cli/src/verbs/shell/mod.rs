@@ -125,6 +125,8 @@ fn one(line: &str, session: &Global, context: &mut Context) -> Result<(), Failur
         return Err(Failure::usage("a shell has one connection").hint(hint));
     }
     global.port.clone_from(&session.port);
+    global.trace.clone_from(&session.trace);
+    global.faults = session.faults;
     global.json |= session.json;
     global.yes |= session.yes;
     global.timeout = global.timeout.or(session.timeout);

@@ -19,7 +19,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::interrupt::{self, Signal};
 use crate::output::Text;
-use crate::serving::{create, say_ready};
+use crate::serving::{DOORS, create, pty, say_ready};
 
 use log::Log;
 use tui::{Dashboard, Feed, Subject};
@@ -55,8 +55,7 @@ other program for MCAP opens it. If it cannot be written any more, the arm is se
 Its keys press the arm's key, guide it by hand, pull the cable, drive inputs, raise alarms; `?` lists them, `q` ends.")]
 pub(crate) struct Sim {
     /// Serve a new pseudo-terminal and make PATH a symlink to it
-    #[cfg(unix)]
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", value_parser = pty())]
     pty: Option<PathBuf>,
     /// Serve UDP; the port is 8899 unless given
     #[arg(long, value_name = "HOST[:PORT]")]
@@ -133,9 +132,12 @@ impl Sim {
             let text = Text::from(profile.to_owned());
             return context.show(&text, |out| out.line(profile));
         }
-        if self.udp.is_none() && self.tcp.is_none() && self.pty().is_none() {
-            let hint = "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT";
-            return Err(Failure::usage("the virtual arm would have no door").hint(hint));
+        if self.udp.is_none() && self.tcp.is_none() && self.pty.is_none() {
+            return Err(Failure::usage("the virtual arm would have no door").hint(DOORS));
+        }
+        if context.global.faults.is_some() {
+            let hint = "put `magician proxy --faults SPEC` between the arm and its programs";
+            return Err(Failure::usage("`sim` serves an arm without --faults").hint(hint));
         }
         if self.tui {
             tui::check()?;
@@ -187,13 +189,6 @@ impl Sim {
             Some(Signal::Interrupt) => Err(Failure::interrupted()),
             Some(Signal::Terminate) | None => Ok(()),
         }
-    }
-
-    fn pty(&self) -> Option<&Path> {
-        #[cfg(unix)]
-        return self.pty.as_deref();
-        #[cfg(not(unix))]
-        None
     }
 
     /// What leads from each arm to the picture, if there is one.

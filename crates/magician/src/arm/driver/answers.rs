@@ -40,7 +40,11 @@ impl Driver {
             "{}: the arm was switched off and on, or reset",
             self.shared.name
         );
+        if let Some(program) = &mut self.program {
+            program.stream.reset();
+        }
         let gone = self.exposure().reset();
+        self.shared.own().clear();
         self.shared.befall(Mishap::Reset(gone));
         self.note_reset();
         self.see_reset();
@@ -49,15 +53,19 @@ impl Driver {
     }
 
     fn deliver(&mut self, ticket: Ticket, result: Result<FrameBuf, Failure>) {
+        let at = self.waiting.iter().position(|one| one.ticket == ticket);
+        let done = at.map(|at| self.waiting.swap_remove(at));
+        if let Some(done) = &done {
+            self.exposure().ends(&done.request.frame());
+        }
+        // A program that goes on takes up what was left under way by it when it was interrupted.
         if self.program_answered(ticket, &result) {
             return;
         }
-        let Some(at) = self.waiting.iter().position(|one| one.ticket == ticket) else {
+        let Some(done) = done else {
             return;
         };
-        let done = self.waiting.swap_remove(at);
         let request = done.request.frame();
-        self.exposure().ends(&request);
         match &result {
             Ok(reply) => {
                 self.exposure().answered(&request, reply);

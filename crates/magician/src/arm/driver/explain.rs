@@ -1,4 +1,6 @@
-use magician_protocol::commands::{JogCmd, QueuedCmdForceStopExec, QueuedCmdStartExec};
+use magician_protocol::commands::{
+    JogCmd, QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStartExec, QueuedCmdStopExec,
+};
 use magician_protocol::{Frame, Row, Writable};
 
 use crate::arm::exposure::moves;
@@ -17,6 +19,16 @@ pub(in crate::arm) fn command_name(request: &Frame<'_>) -> String {
 pub(super) fn halts(request: &Frame<'_>) -> bool {
     let ends_jog = request.id() == JogCmd::ROW.id && request.params().get(1) == Some(&0);
     ends_jog || request.id() == QueuedCmdForceStopExec::ROW.id
+}
+
+/// Whether a request holds the queue or empties it.
+pub(super) fn holds(request: &Frame<'_>) -> bool {
+    let rows = [
+        QueuedCmdStopExec::ROW,
+        QueuedCmdForceStopExec::ROW,
+        QueuedCmdClear::ROW,
+    ];
+    request.ctrl().write() && rows.iter().any(|row| row.id == request.id())
 }
 
 /// Whether a request is a movement, or lets the queue make one.

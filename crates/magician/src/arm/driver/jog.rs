@@ -12,9 +12,9 @@ use tokio::time::Instant;
 
 use super::explain::explain;
 use super::{Driver, To};
-use crate::Result;
 use crate::arm::jog::{Life, Phase, Stands, Why};
 use crate::connection::{Failure, Micros, Priority, Request};
+use crate::{Error, Result};
 
 /// How long an answer to the stop, or to a look at the pose, may take before it is said again.
 const PATIENCE: Micros = 300_000;
@@ -100,8 +100,14 @@ impl Jogging {
         }
     }
 
-    fn runs(&self) -> bool {
+    /// Whether a jog is kept up.
+    pub(super) fn runs(&self) -> bool {
         self.now.as_ref().is_some_and(|now| now.ending.is_none())
+    }
+
+    /// Whether a jog is being ended.
+    pub(super) fn ends(&self) -> bool {
+        self.now.is_some() && !self.runs()
     }
 
     /// The connection ends: nobody keeps anything up any more.
@@ -126,6 +132,10 @@ impl Driver {
         // Its caller has given up meanwhile.
         if start.life.released() {
             return;
+        }
+        if self.runs_program() {
+            let error = Error::invalid("a program runs: stop it before a jog");
+            return drop(start.reply.send(Err(error)));
         }
         if self.jogging.now.is_some() && !self.jogging.runs() {
             if let Some(earlier) = self.jogging.next.replace(start) {

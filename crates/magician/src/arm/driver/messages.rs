@@ -74,6 +74,7 @@ impl Driver {
             self.owe(&frame);
             let _ = reply.send(Err(self.gone()));
         } else {
+            self.steer_program(&frame);
             self.submit(request, deadline, To::Caller(reply));
         }
     }
@@ -83,14 +84,21 @@ impl Driver {
         let Some(waiters) = self.shared.take_halt() else {
             return;
         };
-        if !self.link_is_up() {
-            self.owes_halt = true;
-            for waiter in waiters {
-                waiter.tell(Err(self.gone()));
-            }
-            return;
+        if self.link_is_up() {
+            return self.halt(waiters);
         }
-        self.halt(waiters);
+        self.owe_halt();
+        for waiter in waiters {
+            waiter.tell(Err(self.gone()));
+        }
+    }
+
+    /// There is a line and it has not settled: the stop does not wait for that. Without one it has to wait.
+    fn owe_halt(&mut self) {
+        match self.link_is_open() {
+            true => self.halt(Vec::new()),
+            false => self.owes_halt = true,
+        }
     }
 
     /// A stop that there is no line for is the first thing to be said over the next one.
@@ -100,7 +108,7 @@ impl Driver {
         }
         match request.id() == JogCmd::ROW.id {
             true => self.end_any_jog(),
-            false => self.owes_halt = true,
+            false => self.owe_halt(),
         }
     }
 

@@ -1,9 +1,10 @@
 //! What passes anyway says something about the arm: the state for onlookers, and what has happened.
 
 use magician_protocol::commands::{
-    AlarmsState, DeviceSn, IoAdc, IoDi, IoDo, Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace,
+    AlarmsState, DeviceSn, IoAdc, IoDi, IoDo, Pose, QueuedCmdClear, QueuedCmdCurrentIndex,
+    QueuedCmdLeftSpace,
 };
-use magician_protocol::{AlarmSet, Frame, Layout, QueuedCmdIndex, Readable};
+use magician_protocol::{AlarmSet, Frame, Layout, QueuedCmdIndex, Readable, Writable};
 use tokio::time::Instant;
 
 use super::Driver;
@@ -44,6 +45,7 @@ impl Driver {
                 let said = if written { request.params() } else { params };
                 self.serial = serial_number(said);
             }
+            id if id == QueuedCmdClear::ROW.id && written => self.shared.own().clear(),
             _ if written || request.ctrl().queued() => {}
             id if id == <Pose as Readable>::ROW.id => {
                 if let Ok(pose) = Pose::decode(params) {

@@ -2,12 +2,13 @@
 
 use std::task::{Context, Poll};
 
-use magician_protocol::{FrameBuf, QueuedCmdIndex};
+use magician_protocol::{Frame, FrameBuf, QueuedCmdIndex};
 use tokio::sync::{mpsc, oneshot, watch};
 
-use super::explain::failed;
+use super::explain::{failed, holds};
 use super::{Driver, To, Waiting};
 use crate::arm::exposure::Exposure;
+use crate::arm::watch::By;
 use crate::connection::{Failure, Law, Ticket};
 use crate::stream::{Item, Leftover, Stream, StreamEvent, StreamFailure};
 use crate::{Error, ErrorKind, Result};
@@ -31,6 +32,8 @@ pub(in crate::arm) struct Reached {
     pub(in crate::arm) accepted: u64,
     /// Indices of the first and the last of them.
     pub(in crate::arm) indices: Option<(u64, u64)>,
+    /// Index of the command that the arm finished last, as read last.
+    pub(in crate::arm) current: u64,
 }
 
 /// How a program ended.
@@ -45,12 +48,15 @@ pub(in crate::arm) struct End {
 impl Driver {
     /// Begins a program.
     pub(super) fn take_program(&mut self, program: Box<Program>) {
+        let runs = self.runs_program();
         let refusal = if program.stops != self.shared.stops() {
             Some(failed(Failure::Stopped))
         } else if !self.link_is_up() {
             Some(self.gone())
-        } else if self.program.is_some() {
+        } else if runs {
             Some(Error::invalid("another program runs"))
+        } else if self.jogging.runs() {
+            Some(Error::invalid("a jog is under way"))
         } else {
             self.refuse_window(&program.stream)
         };
@@ -81,14 +87,17 @@ impl Driver {
             return false;
         };
         if program.end.poll_closed(cx).is_ready() {
-            // Nobody waits for it any more: what waits in the connection does not go out.
-            program.stream.withdraw(&mut self.connection);
             self.program = Some(program);
-            self.end_program(Err(failed(Failure::Stopped)));
+            self.give_up_program();
             return true;
         }
         if program.stops != self.shared.stops() {
             program.stream.interrupt(Failure::Stopped);
+        }
+        if self.jogging.ends() {
+            // It would move the arm that is to be seen to stand.
+            self.program = Some(program);
+            return self.tell_program();
         }
         let mut fed = false;
         while program.stream.room() > 0 {
@@ -115,6 +124,29 @@ impl Driver {
         self.tell_program() || fed
     }
 
+    /// Whether a program runs that somebody waits for.
+    pub(super) fn runs_program(&mut self) -> bool {
+        if (self.program.as_ref()).is_some_and(|program| program.end.is_closed()) {
+            self.give_up_program();
+        }
+        self.program.is_some()
+    }
+
+    /// Nobody waits for it any more: what waits in the connection does not go out.
+    fn give_up_program(&mut self) {
+        if let Some(program) = &self.program {
+            program.stream.withdraw(&mut self.connection);
+            self.end_program(Err(failed(Failure::Stopped)));
+        }
+    }
+
+    /// Somebody holds or empties the queue: what the program has in mind for it is not to undo that.
+    pub(super) fn steer_program(&mut self, request: &Frame<'_>) {
+        if let (true, Some(program)) = (holds(request), &mut self.program) {
+            program.stream.interrupt(Failure::Stopped);
+        }
+    }
+
     /// Passes on what the stream has to tell; whether there was anything.
     fn tell_program(&mut self) -> bool {
         let mut told = false;
@@ -128,11 +160,12 @@ impl Driver {
                     accepted,
                     first,
                     last,
-                    ..
+                    current,
                 } => {
                     program.reached.send_replace(Reached {
                         accepted,
                         indices: Some((first, last)),
+                        current,
                     });
                 }
                 StreamEvent::Starved { times } => {
@@ -199,7 +232,7 @@ impl Driver {
                 {
                     self.shared
                         .own()
-                        .accepted(QueuedCmdIndex(index), &item.command);
+                        .accepted(QueuedCmdIndex(index), &item.command, By::Run);
                 }
                 self.exposure().answered(&view, reply);
                 self.observe(&view, &view);

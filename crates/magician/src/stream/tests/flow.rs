@@ -1,7 +1,9 @@
 use super::rig::{Rig, SECOND, increment, jump, laser, mixed, path, segment, started, wait};
 use crate::connection::{Failure, Settings};
 use crate::pair::Faults;
-use crate::stream::{Item, Refused, Stream, StreamEvent, StreamFailure, StreamSettings, WAITING};
+use crate::stream::{
+    Entry, Item, KEPT, Refused, SPARE, Stream, StreamEvent, StreamFailure, StreamSettings, WAITING,
+};
 
 fn all(program: &[Item]) -> Vec<Option<usize>> {
     (0..program.len()).map(Some).collect()
@@ -217,4 +219,11 @@ fn a_queue_that_somebody_clears_ends_the_stream() {
         matches!(failure, StreamFailure::Dropped { .. }),
         "{failure}"
     );
+}
+
+#[test]
+fn a_stream_is_small() {
+    let kept = (WAITING + KEPT + SPARE) * size_of::<Entry>();
+    println!("{} and {kept} bytes", size_of::<Stream>());
+    assert!(size_of::<Stream>() + kept < 32 * 1024);
 }

@@ -1,6 +1,7 @@
-use magician_protocol::Set;
+use magician_protocol::{Ctrl, FrameBuf, Set};
+use magician_sim::LinkId;
 
-use super::rig::{Rig, SECOND, along, burnt, laser, rest_to_rest, segment};
+use super::rig::{Rig, SECOND, along, burnt, laser, rest_to_rest, segment, started};
 use crate::connection::Settings;
 use crate::stream::{Item, StreamSettings};
 
@@ -113,23 +114,39 @@ fn a_path_whose_laser_is_not_trusted_goes_in_chunks_too() {
     assert!(longest <= 1_000_000 + longest_of(&path), "{longest}");
 }
 
-#[test]
-fn a_chunk_is_only_started_with_its_end_in_it() {
-    let program = switched(100, 0.1);
-    let mut rig = Rig::new(Settings::ORDERED, StreamSettings::default(), &program);
+/// Runs a program and sees that what puts the switched laser out waits in the queue whenever it burns.
+fn is_never_lit_without_its_end(rig: &mut Rig) {
+    let mut lit = false;
     while !rig.stream.is_over() {
         rig.turn(60 * SECOND);
         let state = rig.pair.arm.state();
         if !state.laser {
             continue;
         }
-        let waiting = rig
-            .pair
-            .accepted
-            .iter()
-            .filter(|(_, at)| *at > state.queue.current_index);
+        lit = true;
+        let waiting = (rig.pair.accepted.iter()).filter(|(_, at)| *at > state.queue.current_index);
         let dark = waiting.filter(|(params, _)| params[..] == [1, 0]);
         assert!(dark.count() >= 1);
     }
     assert_eq!(rig.failure(), None);
+    assert!(lit);
+}
+
+#[test]
+fn a_chunk_is_only_started_with_its_end_in_it() {
+    let program = switched(100, 0.1);
+    let mut rig = Rig::new(Settings::ORDERED, StreamSettings::default(), &program);
+    is_never_lit_without_its_end(&mut rig);
+}
+
+#[test]
+fn a_short_engraving_behind_commands_of_others_is_not_started_in_parts_either() {
+    let program = switched(5, 0.1);
+    let rig = Rig::new(Settings::ORDERED, StreamSettings::default(), &program);
+    let mut rig = started(rig);
+    let wait = FrameBuf::new(110, Ctrl::QUEUED, &[4, 0, 0, 0]).unwrap();
+    for _ in 0..4 {
+        rig.pair.arm.receive(LinkId(7), wait.bytes());
+    }
+    is_never_lit_without_its_end(&mut rig);
 }

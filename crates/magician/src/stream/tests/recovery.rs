@@ -1,7 +1,10 @@
+use magician_protocol::{Ctrl, FrameBuf};
+use magician_sim::LinkId;
+
 use super::rig::{Rig, SECOND, increment, path, wait};
-use crate::connection::Settings;
+use crate::connection::{Failure, Settings};
 use crate::pair::{Dice, Faults};
-use crate::stream::{Item, StreamEvent, StreamSettings};
+use crate::stream::{Item, StreamEvent, StreamFailure, StreamSettings};
 
 const FOUR: Settings = Settings {
     window: 4,
@@ -46,20 +49,38 @@ fn several_travel_at_once() {
     assert_eq!(recoveries(&rig), 0);
 }
 
+/// A path of which the arm does eight in the time between two looks, so that four travel at once while it runs.
+fn quick() -> Vec<Item> {
+    path(120, 0.6, 25_000)
+}
+
+/// Runs until so many commands are taken, four in flight and more to follow at once, and loses a request or a reply.
+fn with_loss(program: &[Item], request: bool, after: usize) -> Rig {
+    let mut rig = four(program);
+    let flows = |rig: &Rig| rig.stream.flying() == 4 && rig.stream.credit() > 2;
+    while rig.pair.accepted.len() < after || !flows(&rig) {
+        assert!(!rig.stream.is_over());
+        rig.turn(60 * SECOND);
+    }
+    match request {
+        true => rig.pair.lose_next_request(),
+        false => rig.pair.lose_next_reply(),
+    }
+    rig
+}
+
+/// While the queue is filled, and while the arm runs.
+const LOSSES: [(bool, usize); 5] = [(true, 10), (false, 10), (true, 47), (false, 48), (true, 90)];
+
 #[test]
 fn a_loss_between_others_is_gone_back_to() {
-    for (request, after) in [(true, 10), (false, 10), (true, 47), (false, 48), (true, 90)] {
-        let program = path(120, 1.5, 15_000);
-        let mut rig = four(&program);
-        while rig.pair.accepted.len() < after {
-            rig.turn(60 * SECOND);
-        }
-        match request {
-            true => rig.pair.lose_next_request(),
-            false => rig.pair.lose_next_reply(),
-        }
+    for (request, after) in LOSSES {
+        let program = quick();
+        let mut rig = with_loss(&program, request, after);
+        assert_eq!(rig.started.is_empty(), after < 32);
         rig.run(120 * SECOND).unwrap();
-        all_passed(&rig.done(&program), 120);
+        all_passed(&rig.done(&program), program.len());
+        assert_eq!(recoveries(&rig), 1, "{request} {after}");
     }
 }
 
@@ -126,4 +147,91 @@ fn what_must_not_be_done_twice_travels_alone_and_is_done_once() {
         }
     }
     assert!(failed < 10, "{failed}");
+}
+
+#[test]
+fn a_line_that_breaks_at_any_instant_of_a_recovery_is_gone_on_from() {
+    for (request, after) in LOSSES {
+        let program = quick();
+        for turns in 0.. {
+            let mut rig = with_loss(&program, request, after);
+            for _ in 0..turns {
+                rig.turn(60 * SECOND);
+            }
+            if recoveries(&rig) > 0 && rig.stream.flows() {
+                println!("{request} {after}: {turns} instants");
+                assert!(turns > 20, "{turns}");
+                break;
+            }
+            rig.interrupt();
+            let back = rig.pair.now + [0, 40_000, 2 * SECOND][turns % 3];
+            rig.pair.run_until(back);
+            rig.resume();
+            if let Err(failure) = rig.run(120 * SECOND) {
+                panic!("{request} after {after}, turn {turns}: {failure}");
+            }
+            all_passed(&rig.done(&program), program.len());
+        }
+    }
+}
+
+#[test]
+fn a_line_that_breaks_at_any_instant_of_a_path_is_gone_on_from() {
+    let program = quick();
+    let mut turns = 0;
+    loop {
+        let mut rig = four(&program);
+        for _ in 0..turns {
+            rig.turn(60 * SECOND);
+        }
+        if rig.stream.is_over() {
+            break;
+        }
+        rig.interrupt();
+        rig.resume();
+        rig.run(120 * SECOND).unwrap();
+        all_passed(&rig.done(&program), program.len());
+        turns += 9;
+    }
+    assert!(turns > 200, "{turns}");
+}
+
+#[test]
+fn a_queue_with_commands_of_others_is_never_cleared_nor_stopped() {
+    let program = quick();
+    for seed in 0..4 {
+        let mut rig = four(&program);
+        let wait = FrameBuf::new(110, Ctrl::QUEUED, &[200, 0, 0, 0]).unwrap();
+        for _ in 0..20 {
+            rig.pair.arm.receive(LinkId(7), wait.bytes());
+        }
+        rig.pair.dice = Dice::new(seed);
+        let outcome = loop {
+            if rig.stream.is_over() {
+                break rig.failure();
+            }
+            rig.turn(120 * SECOND);
+            // The first index is known before the line turns bad.
+            if rig.pair.accepted.len() == 3 {
+                rig.pair.set_faults(Faults {
+                    drop_chunk: 0.02,
+                    ..Faults::default()
+                });
+            }
+            let others_wait = rig.pair.arm.state().queue.current_index < 20;
+            let steered = |frame: &FrameBuf| [241, 242, 245].contains(&frame.frame().id());
+            assert!(!others_wait || !rig.pair.heard.iter().any(steered));
+        };
+        match outcome {
+            None => {
+                assert_eq!(rig.started[..20], (1..=20).collect::<Vec<_>>());
+                all_passed(&rig.done(&program), program.len());
+            }
+            // Before the others have finished nobody can tell what became of a command.
+            Some(failure) => assert!(
+                matches!(failure, StreamFailure::Request(Failure::Uncertain { .. })),
+                "{failure}"
+            ),
+        }
+    }
 }

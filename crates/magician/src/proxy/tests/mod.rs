@@ -1,219 +1,18 @@
-//! A proxy, a virtual arm and clients on one virtual clock.
+//! Clients, a proxy and a virtual arm: what everybody is told, in virtual time.
 
-use std::collections::{BTreeMap, VecDeque};
+mod bench;
+
+use std::collections::VecDeque;
 
 use magician_protocol::commands::{
-    DeviceTime, IoDo, JogCmd, Pose, PtpCommonParams, QueuedCmdClear, QueuedCmdForceStopExec,
+    DeviceTime, IoDo, Pose, PtpCommonParams, QueuedCmdClear, QueuedCmdForceStopExec,
     QueuedCmdStartExec,
 };
-use magician_protocol::{Ctrl, Deframer, Flag, FrameBuf, JogCommand, Readable, Row, Writable};
-use magician_sim::{Controller, LinkId, Profile};
+use magician_protocol::{Ctrl, FrameBuf, JogCommand, Readable, Row};
 
 use super::*;
 use crate::pair::Dice;
-
-const MS: Micros = 1_000;
-const USB: LinkId = LinkId(0);
-
-/// What the line to the arm does.
-#[derive(Clone, Copy)]
-struct Faults {
-    /// Frames lost, per mille, each way.
-    lose: u64,
-    /// Answers that come late, per mille, and by how much at most.
-    late: (u64, Micros),
-}
-
-const NONE: Faults = Faults {
-    lose: 0,
-    late: (0, 0),
-};
-
-/// The proxy between an arm and whoever calls.
-struct Bench {
-    now: Micros,
-    proxy: Proxy,
-    arm: Controller,
-    dice: Dice,
-    faults: Faults,
-    to_arm: VecDeque<(Micros, Vec<u8>)>,
-    from_arm: VecDeque<(Micros, Vec<u8>)>,
-    /// Every frame that went to the arm.
-    sent: Vec<FrameBuf>,
-    events: Vec<Event>,
-    inboxes: BTreeMap<Client, VecDeque<FrameBuf>>,
-}
-
-impl Bench {
-    fn new(settings: Settings, faults: Faults, seed: u64) -> Self {
-        Self {
-            now: 0,
-            proxy: Proxy::new(settings),
-            arm: Controller::new(Profile::default()),
-            dice: Dice::new(seed),
-            faults,
-            to_arm: VecDeque::new(),
-            from_arm: VecDeque::new(),
-            sent: Vec::new(),
-            events: Vec::new(),
-            inboxes: BTreeMap::new(),
-        }
-    }
-
-    fn with_clients(count: u32) -> Self {
-        let mut bench = Self::new(Settings::default(), NONE, 1);
-        (0..count).for_each(|number| bench.open(number));
-        bench
-    }
-
-    fn open(&mut self, number: u32) {
-        self.proxy.open(Client(number));
-        self.inboxes.insert(Client(number), VecDeque::new());
-    }
-
-    fn close(&mut self, number: u32) {
-        self.proxy.close(Client(number));
-        self.exchange();
-    }
-
-    fn say(&mut self, number: u32, frame: &FrameBuf) {
-        self.proxy.receive(self.now, Client(number), frame.bytes());
-        self.exchange();
-    }
-
-    fn exchange(&mut self) {
-        loop {
-            let mut quiet = true;
-            while let Some(bytes) = self.proxy.poll_transmit_to_arm(self.now) {
-                self.put(bytes.bytes());
-                quiet = false;
-            }
-            for (client, inbox) in &mut self.inboxes {
-                while let Some(frame) = self.proxy.poll_transmit(*client) {
-                    inbox.push_back(frame);
-                    quiet = false;
-                }
-            }
-            self.events
-                .extend(std::iter::from_fn(|| self.proxy.poll_event()));
-            if due(&self.to_arm, self.now)
-                && let Some((_, bytes)) = self.to_arm.pop_front()
-            {
-                self.arm_hears(&bytes);
-                quiet = false;
-            }
-            if due(&self.from_arm, self.now)
-                && let Some((_, bytes)) = self.from_arm.pop_front()
-            {
-                self.proxy.receive_from_arm(self.now, &bytes);
-                quiet = false;
-            }
-            if quiet {
-                return;
-            }
-        }
-    }
-
-    fn put(&mut self, bytes: &[u8]) {
-        let mut input = bytes;
-        if let Some(magician_protocol::Event::Frame { frame, .. }) =
-            Deframer::new().next(&mut input)
-        {
-            self.sent.push(FrameBuf::from(frame));
-        }
-        if self.dice.below(1000) >= self.faults.lose {
-            self.to_arm.push_back((self.now + MS, bytes.to_vec()));
-        }
-    }
-
-    fn arm_hears(&mut self, bytes: &[u8]) {
-        self.arm.receive(USB, bytes);
-        while let Some(reply) = self.arm.poll_transmit(USB) {
-            let (late, by) = self.faults.late;
-            let late = match self.dice.below(1000) < late {
-                true => self.dice.below(by),
-                false => 0,
-            };
-            // An ordered line: what is late delays what follows.
-            let last = self.from_arm.back().map_or(0, |(at, _)| *at);
-            let at = (self.now + MS + late).max(last);
-            if self.dice.below(1000) >= self.faults.lose {
-                self.from_arm.push_back((at, reply.bytes().to_vec()));
-            }
-        }
-    }
-
-    /// Goes to the next instant at which something happens, but not beyond `end`.
-    fn step(&mut self, end: Micros) {
-        let lines = [&self.to_arm, &self.from_arm];
-        let arrivals = lines.into_iter().filter_map(|line| line.front());
-        let next = arrivals.map(|(at, _)| *at).chain(self.proxy.poll_timeout());
-        self.now = next.chain([end]).min().unwrap_or(end).clamp(self.now, end);
-        self.arm.advance(self.now);
-        self.proxy.handle_timeout(self.now);
-        self.exchange();
-    }
-
-    fn run_until(&mut self, end: Micros) {
-        let mut steps = 0;
-        while self.now < end {
-            self.step(end);
-            steps += 1;
-            assert!(steps < 1_000_000, "time stands still at {}", self.now);
-        }
-    }
-
-    fn run_for(&mut self, time: Micros) {
-        self.run_until(self.now + time);
-    }
-
-    /// What a client has received since it last looked.
-    fn received(&mut self, number: u32) -> Vec<FrameBuf> {
-        let inbox = self.inboxes.get_mut(&Client(number));
-        inbox.map_or_else(Vec::new, |inbox| inbox.drain(..).collect())
-    }
-
-    /// Asks and waits for the answer.
-    fn ask(&mut self, number: u32, frame: &FrameBuf) -> FrameBuf {
-        self.say(number, frame);
-        self.run_for(50 * MS);
-        let mut received = self.received(number);
-        assert_eq!(received.len(), 1, "one answer");
-        received.remove(0)
-    }
-
-    fn ids_sent(&self) -> Vec<u8> {
-        self.sent.iter().map(|frame| frame.frame().id()).collect()
-    }
-}
-
-fn due(line: &VecDeque<(Micros, Vec<u8>)>, now: Micros) -> bool {
-    line.front().is_some_and(|(at, _)| *at <= now)
-}
-
-fn get<T: Readable>() -> FrameBuf {
-    FrameBuf::new(T::ROW.id, Ctrl::GET, &[]).unwrap()
-}
-
-fn set<T: Writable>(value: &T) -> FrameBuf {
-    FrameBuf::encode(T::ROW.id, Ctrl::SET, value).unwrap()
-}
-
-fn get_output(pin: u8) -> FrameBuf {
-    FrameBuf::new(<IoDo as Readable>::ROW.id, Ctrl::GET, &[pin]).unwrap()
-}
-
-fn ratio(percent: f32) -> FrameBuf {
-    set(&PtpCommonParams {
-        velocity_ratio: percent,
-        acceleration_ratio: percent,
-    })
-}
-
-fn jog(cmd: JogCommand) -> FrameBuf {
-    let is_joint = Flag::OFF;
-    set(&JogCmd { is_joint, cmd })
-}
+use bench::{Bench, Faults, MS, NONE, get, get_output, jog, ratio, set};
 
 /// A client that asks for its own pins one after the other, `window` at a time, and gives up what
 /// is not answered in time.
@@ -706,4 +505,45 @@ fn on_datagrams_time_alone_tells() {
     bench.run_for(2_000 * MS);
     assert_eq!(bench.received(1).len(), 1);
     assert_eq!(bench.ids_sent(), [131, 10, 131], "without fences");
+}
+
+#[test]
+fn any_bytes_from_anywhere_do_no_harm() {
+    for seed in 0..100 {
+        let mut bench = Bench::new(Settings::default(), NONE, seed);
+        (0..3).for_each(|number| bench.open(number));
+        let mut dice = Dice::new(seed);
+        for _ in 0..200 {
+            let frame = FrameBuf::new(
+                dice.below(256) as u8,
+                Ctrl(dice.below(256) as u8),
+                &vec![dice.below(256) as u8; dice.below(30) as usize],
+            );
+            let mut bytes = frame.unwrap().bytes().to_vec();
+            if dice.below(1000) < 300 {
+                let at = dice.below(bytes.len() as u64) as usize;
+                bytes[at] = dice.below(256) as u8;
+            }
+            match dice.below(12) {
+                0 => bench.proxy.receive_from_arm(bench.now, &bytes),
+                1 => bench.close(dice.below(3) as u32),
+                2 => bench.open(dice.below(3) as u32),
+                3 => bench.proxy.lose_line(),
+                4 | 5 => bench.proxy.find_line(),
+                number => {
+                    let client = Client(number as u32 % 3);
+                    bench.proxy.receive(bench.now, client, &bytes);
+                }
+            }
+            bench.exchange();
+            bench.run_for(dice.below(40) * MS);
+        }
+        // Whatever happened, whoever comes is served.
+        bench.proxy.find_line();
+        bench.run_for(60_000 * MS);
+        bench.open(9);
+        bench.say(9, &get::<Pose>());
+        bench.run_for(5_000 * MS);
+        assert_eq!(bench.received(9).len(), 1, "{seed}");
+    }
 }

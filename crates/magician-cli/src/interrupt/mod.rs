@@ -1,0 +1,20 @@
+//! Ctrl-C, a wish of the system to end, and a terminal that is closed, as something to wait for.
+
+#[cfg(unix)]
+mod unix;
+#[cfg(windows)]
+mod windows;
+
+#[cfg(unix)]
+pub(crate) use unix::Signals;
+#[cfg(windows)]
+pub(crate) use windows::Signals;
+
+/// What the user or the system wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Signal {
+    /// Ctrl-C.
+    Interrupt,
+    /// SIGTERM, the terminal is closed, or what comes nearest.
+    Terminate,
+}

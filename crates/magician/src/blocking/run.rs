@@ -1,0 +1,47 @@
+use magician_protocol::Set;
+
+use super::Arm;
+use crate::words::Preflight;
+use crate::{Progress, Ran, Result};
+
+/// See [`crate::Run`].
+#[derive(Debug)]
+#[must_use = "it runs when it is finished"]
+pub struct Run<C> {
+    arm: Arm,
+    run: crate::Run<C>,
+}
+
+impl<C: Iterator<Item = Set>> Run<C> {
+    pub(super) fn new(arm: Arm, run: crate::Run<C>) -> Self {
+        Self { arm, run }
+    }
+
+    /// See [`crate::Run::along`].
+    pub fn along(self, course: Preflight) -> Self {
+        Self {
+            run: self.run.along(course),
+            ..self
+        }
+    }
+
+    /// See [`crate::Run::finish`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn finish(&mut self, progress: impl FnMut(Progress)) -> Result<Ran> {
+        self.arm.owner.block(|_| self.run.finish(progress))
+    }
+
+    /// See [`crate::Run::is_interrupted`].
+    #[must_use]
+    pub fn is_interrupted(&self) -> bool {
+        self.run.is_interrupted()
+    }
+
+    /// See [`crate::Run::ran`].
+    #[must_use]
+    pub fn ran(&self) -> Ran {
+        self.run.ran()
+    }
+}

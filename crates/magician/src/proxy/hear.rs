@@ -1,0 +1,164 @@
+use std::collections::VecDeque;
+
+use magician_protocol::FrameBuf;
+
+use super::arm::{Flight, Purpose};
+use super::cut::{Cutter, Piece};
+use super::event::{Chunk, Client, Event, Reason};
+use super::member::{MOST, Slot, State, What};
+use super::{Proxy, kind};
+use crate::connection::Micros;
+
+/// What came.
+impl Proxy {
+    /// Takes bytes from a client, cut anywhere.
+    pub fn receive(&mut self, now: Micros, client: Client, bytes: &[u8]) {
+        self.listen(client, |cutter, hear| cutter.push(now, bytes, hear));
+    }
+
+    /// Takes bytes from the arm, cut anywhere.
+    pub fn receive_from_arm(&mut self, now: Micros, bytes: &[u8]) {
+        let mut cutter = std::mem::take(&mut self.arm.cutter);
+        cutter.push(now, bytes, |piece| self.hear_arm(now, &piece));
+        self.arm.cutter = cutter;
+    }
+
+    pub(super) fn listen(
+        &mut self,
+        client: Client,
+        listen: impl FnOnce(&mut Cutter, &mut dyn FnMut(Piece<'_>)),
+    ) {
+        let Some(member) = self.members.get_mut(&client) else {
+            return;
+        };
+        let mut cutter = std::mem::take(&mut member.cutter);
+        listen(&mut cutter, &mut |piece| self.hear(client, piece));
+        if let Some(member) = self.members.get_mut(&client) {
+            member.cutter = cutter;
+        }
+    }
+
+    fn hear(&mut self, client: Client, piece: Piece<'_>) {
+        match piece {
+            Piece::Frame(frame) => {
+                self.tell(Event::Request { client, frame });
+                self.request(client, frame);
+            }
+            Piece::Foreign(run) => {
+                let passed = self.settings.transparent && self.online;
+                for bytes in Chunk::split(run) {
+                    let passed = passed && self.push(client, What::Foreign(bytes));
+                    let from = Some(client);
+                    self.tell(Event::Foreign {
+                        from,
+                        bytes,
+                        passed,
+                    });
+                }
+            }
+        }
+    }
+
+    fn request(&mut self, client: Client, frame: FrameBuf) {
+        if !self.online {
+            return self.dropped(client, frame, Reason::NoLine);
+        }
+        let stop = kind::stops(&frame.frame());
+        if stop {
+            let overtaken = |slot: &Slot| match &slot.what {
+                What::Request { frame, stop } => !stop && kind::changes(&frame.frame()),
+                What::Foreign(_) => true,
+            };
+            self.drop_waiting(client, Reason::Stopped, overtaken);
+        }
+        if !self.push(client, What::Request { frame, stop }) {
+            self.dropped(client, frame, Reason::Full);
+        }
+    }
+
+    /// Has something of a client wait; false if too much does. For a stop there is always room that
+    /// nothing else takes.
+    fn push(&mut self, client: Client, what: What) -> bool {
+        let ticket = self.ticket();
+        let Some(member) = self.members.get_mut(&client) else {
+            return false;
+        };
+        let slot = Slot {
+            ticket,
+            what,
+            state: State::Waiting,
+        };
+        let most = if slot.is_stop() { 2 * MOST } else { MOST };
+        let fits = member.slots.len() < most;
+        if fits {
+            member.slots.push_back(slot);
+        }
+        fits
+    }
+
+    /// Drops what waits of a client.
+    pub(super) fn drop_waiting(
+        &mut self,
+        client: Client,
+        reason: Reason,
+        which: impl Fn(&Slot) -> bool,
+    ) {
+        let Some(member) = self.members.get_mut(&client) else {
+            return;
+        };
+        let slots = std::mem::take(&mut member.slots);
+        let (gone, kept) = (slots.into_iter()).partition(|slot| slot.waits() && which(slot));
+        member.slots = kept;
+        let gone: VecDeque<Slot> = gone;
+        for slot in gone {
+            if let What::Request { frame, .. } = slot.what {
+                self.dropped(client, frame, reason);
+            }
+        }
+    }
+
+    pub(super) fn hear_arm(&mut self, now: Micros, piece: &Piece<'_>) {
+        match piece {
+            Piece::Frame(frame) => match self.arm.claim(now, frame) {
+                Some(claim) => {
+                    for flight in claim.lost {
+                        self.give_up(&flight);
+                    }
+                    match claim.answered {
+                        Some(flight) => self.answered(now, flight, *frame),
+                        None => self.tell(Event::Unclaimed { frame: *frame }),
+                    }
+                }
+                None => self.tell(Event::Unclaimed { frame: *frame }),
+            },
+            Piece::Foreign(run) => {
+                for bytes in Chunk::split(run) {
+                    self.tell(Event::Foreign {
+                        from: None,
+                        bytes,
+                        passed: false,
+                    });
+                }
+            }
+        }
+    }
+
+    fn answered(&mut self, now: Micros, flight: Flight, frame: FrameBuf) {
+        for (at, (client, ticket)) in flight.takers.iter().enumerate() {
+            let member = self.members.get_mut(client);
+            if let Some(slot) = member.and_then(|member| member.slot(*ticket)) {
+                let shared = at > 0;
+                slot.state = State::Answered { frame, shared };
+            }
+        }
+        let view = flight.frame.frame();
+        if kind::ends_jog(&view) && self.jog.is_some_and(|jog| jog.serial < flight.serial) {
+            self.jog = None;
+        }
+        let good = flight.epoch == self.epoch && !frame.frame().ctrl().error();
+        if good && flight.purpose == Purpose::Request && kind::can_be_shared(&view) {
+            let had = flight.takers.iter().map(|(client, _)| *client).collect();
+            self.readings.keep(now, flight.frame, frame, had);
+        }
+    }
+}

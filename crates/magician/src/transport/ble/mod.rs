@@ -1,0 +1,171 @@
+//! Bluetooth LE: one service of the document's Table 1 with two characteristics that carry bytes, one each way.
+//!
+//! Which of the two takes bytes is settled by their properties, not by the words of the document (errata E50). A frame
+//! is cut into as many writes as the link asks for, and what is notified is a stream of bytes that cares for frames no
+//! more than a serial line does. The radio link keeps order and repeats what is lost, so it is treated as an ordered
+//! line that is slow to answer.
+
+mod link;
+mod radio;
+mod roles;
+mod search;
+mod trouble;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use btleplug::api::{CharPropFlags, Peripheral as _, WriteType};
+use btleplug::platform::{Adapter, Peripheral};
+use tokio::runtime::Handle;
+use tokio::time::timeout;
+
+use crate::Result;
+use crate::connection::Settings;
+use link::Port;
+
+pub(crate) use link::Link;
+
+/// As for a serial line, but an answer may take several connection intervals of up to some 50 ms each, and more when
+/// the radio has to repeat.
+pub(super) const SETTINGS: Settings = Settings {
+    initial_timeout: 1_000_000,
+    floor: 300_000,
+    ceiling: 4_000_000,
+    ..Settings::ORDERED
+};
+
+/// How long a device may take to accept a connection and to tell its services.
+const CONNECT: Duration = Duration::from_secs(20);
+/// How often it is asked: a first connection that breaks off at once is common on the air.
+const ATTEMPTS: usize = 2;
+/// How long a device may take to tell its characteristics, and to begin to notify.
+const PREPARE: Duration = Duration::from_secs(10);
+
+/// Finds a device by its name or address, connects to it and makes it a line.
+pub(super) async fn open(wanted: &str) -> Result<Link> {
+    let adapter = radio::adapter().await?;
+    let device = search::find(&adapter, wanted).await?;
+    let found = device.is_connected().await.unwrap_or(false);
+    let opening = Opening {
+        wanted,
+        device: Some(device.clone()),
+        ours: !found,
+    };
+    opening.connect(&device).await?;
+    let link = opening.prepare(&adapter, &device).await?;
+    radio::remember(wanted, device.id());
+    opening.keep();
+    Ok(link)
+}
+
+/// A device that is let go again unless it becomes a line.
+struct Opening<'a> {
+    wanted: &'a str,
+    device: Option<Peripheral>,
+    /// Whether it was this program that connected to it.
+    ours: bool,
+}
+
+impl Opening<'_> {
+    async fn connect(&self, device: &Peripheral) -> Result<()> {
+        let connecting = async {
+            let mut result = device.connect().await;
+            for _ in 1..ATTEMPTS {
+                if let Err(error) = &result {
+                    tracing::debug!(%error, "ble:{}: connected to once more", self.wanted);
+                    result = device.connect().await;
+                }
+            }
+            result
+        };
+        let connected = timeout(CONNECT, connecting).await;
+        let connected = connected.unwrap_or(Err(btleplug::Error::TimedOut(CONNECT)));
+        connected.map_err(|error| trouble::of_device(self.wanted, "cannot be connected to", error))
+    }
+
+    /// Looks at what it offers, and has it notify.
+    async fn prepare(&self, adapter: &Adapter, device: &Peripheral) -> Result<Link> {
+        let preparing = async {
+            let failed =
+                |error| trouble::of_device(self.wanted, "does not tell its services", error);
+            device.discover_services().await.map_err(failed)?;
+            let (writes, notifies) = roles::settle(self.wanted, &device.services())?;
+            let port = Port {
+                device: device.clone(),
+                kind: kind(writes.properties),
+                writes,
+                chunk: chunk(device.mtu()),
+            };
+            tracing::debug!(
+                writes = %port.writes.uuid,
+                kind = ?port.kind,
+                chunk = port.chunk,
+                notifies = %notifies.uuid,
+                "ble:{}",
+                self.wanted
+            );
+            let failed = |error| trouble::of_device(self.wanted, "does not notify", error);
+            Link::over(adapter, Arc::new(port), notifies, self.ours)
+                .await
+                .map_err(failed)
+        };
+        let prepared = timeout(PREPARE, preparing).await;
+        prepared.unwrap_or_else(|_| {
+            let late = btleplug::Error::TimedOut(PREPARE);
+            Err(trouble::of_device(self.wanted, "cannot be used", late))
+        })
+    }
+
+    fn keep(mut self) {
+        self.device = None;
+    }
+}
+
+impl Drop for Opening<'_> {
+    fn drop(&mut self) {
+        let Some(device) = self.device.take().filter(|_| self.ours) else {
+            return;
+        };
+        if let Ok(runtime) = Handle::try_current() {
+            radio::see_off(&runtime, async move {
+                let _ = device.disconnect().await;
+            });
+        }
+    }
+}
+
+/// How to write. Without a response where that is allowed: a write with one costs a round over the air for every 20
+/// bytes, and a stop would wait for it. What a response would guard against, a device flooded with more than it takes,
+/// cannot happen where every request is answered before the next; and what is lost all the same is missed there.
+fn kind(properties: CharPropFlags) -> WriteType {
+    if properties.contains(CharPropFlags::WRITE_WITHOUT_RESPONSE) {
+        WriteType::WithoutResponse
+    } else {
+        WriteType::WithResponse
+    }
+}
+
+/// Bytes in one write: three of a packet are its header. The bounds are those of the Bluetooth Core Specification for
+/// the packet of a new link, and for a value.
+fn chunk(mtu: u16) -> usize {
+    usize::from(mtu).saturating_sub(3).clamp(20, 512)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_write_without_response_is_chosen_where_it_is_allowed() {
+        let both = CharPropFlags::WRITE | CharPropFlags::WRITE_WITHOUT_RESPONSE;
+        assert_eq!(kind(both), WriteType::WithoutResponse);
+        assert_eq!(kind(CharPropFlags::WRITE), WriteType::WithResponse);
+    }
+
+    #[test]
+    fn writes_fit_the_packet() {
+        for (mtu, bytes) in [(0, 20), (23, 20), (24, 21), (185, 182), (u16::MAX, 512)] {
+            assert_eq!(chunk(mtu), bytes, "{mtu}");
+        }
+    }
+}

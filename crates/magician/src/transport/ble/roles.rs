@@ -1,0 +1,119 @@
+//! Which characteristic is written to, and which one notifies.
+
+use std::collections::BTreeSet;
+
+use btleplug::api::{CharPropFlags, Characteristic, Service};
+
+use crate::{Error, ErrorKind, Result};
+
+/// The service of the document's Table 1, and what it calls the ports for reading and for writing.
+pub(super) const SERVICE: u128 = 0x0003_CDD0_0000_1000_8000_0080_5F9B_0131;
+const READ: u128 = 0x0003_CDD1_0000_1000_8000_0080_5F9B_0131;
+const WRITE: u128 = 0x0003_CDD2_0000_1000_8000_0080_5F9B_0131;
+
+const WRITABLE: CharPropFlags = CharPropFlags::WRITE.union(CharPropFlags::WRITE_WITHOUT_RESPONSE);
+const NOTIFIES: CharPropFlags = CharPropFlags::NOTIFY.union(CharPropFlags::INDICATE);
+
+/// Who writes and who notifies, in the order of preference among what the properties allow: as the document has it
+/// from the host's side, the other way round, one for both.
+const WAYS: [(u128, u128); 4] = [(WRITE, READ), (READ, WRITE), (WRITE, WRITE), (READ, READ)];
+
+/// The characteristic to write to and the one that notifies.
+pub(super) fn settle(
+    wanted: &str,
+    services: &BTreeSet<Service>,
+) -> Result<(Characteristic, Characteristic)> {
+    let wrong = |what| Error::new(ErrorKind::Unexpected, format!("ble:{wanted} {what}"));
+    let service = services.iter().find(|one| one.uuid.as_u128() == SERVICE);
+    let Some(service) = service else {
+        let found = list(services.iter().map(|service| service.uuid.to_string()));
+        return Err(wrong(format!(
+            "is no Magician: it has no service 0003cdd0-0000-1000-8000-00805f9b0131; what it has: {found}"
+        )));
+    };
+    let named = |uuid, able: CharPropFlags| {
+        let mut all = service.characteristics.iter();
+        all.find(|one| one.uuid.as_u128() == uuid && one.properties.intersects(able))
+    };
+    let mut ways = WAYS.iter().filter_map(|&(writes, notifies)| {
+        Some((named(writes, WRITABLE)?, named(notifies, NOTIFIES)?))
+    });
+    if let Some((writes, notifies)) = ways.next() {
+        return Ok((writes.clone(), notifies.clone()));
+    }
+    let found = list((service.characteristics.iter()).map(|one| {
+        let properties = one.properties.iter_names().map(|(name, _)| name);
+        let properties: Vec<_> = properties.collect();
+        let properties = properties.join(" ").to_lowercase().replace('_', "-");
+        format!("{} ({properties})", one.uuid)
+    }));
+    Err(wrong(format!(
+        "cannot be talked to: of its characteristics 0003cdd1 and 0003cdd2 one has to take writes and one to notify, and \
+         there is {found}"
+    )))
+}
+
+fn list(all: impl Iterator<Item = String>) -> String {
+    let all: Vec<_> = all.collect();
+    match all.as_slice() {
+        [] => "nothing".to_owned(),
+        all => all.join(", "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FAST: CharPropFlags = CharPropFlags::WRITE_WITHOUT_RESPONSE;
+    const NOTIFY: CharPropFlags = CharPropFlags::NOTIFY;
+    const BOTH: CharPropFlags = CharPropFlags::WRITE.union(CharPropFlags::INDICATE);
+
+    /// A service with characteristics by the last digit of their number.
+    fn offering(all: &[(u8, CharPropFlags)]) -> BTreeSet<Service> {
+        let named = |digit| format!("0003cdd{digit}-0000-1000-8000-00805f9b0131");
+        let characteristics = all.iter().map(|&(digit, properties)| Characteristic {
+            uuid: named(digit).parse().unwrap(),
+            service_uuid: named(0).parse().unwrap(),
+            properties,
+            descriptors: BTreeSet::new(),
+        });
+        let service = Service {
+            uuid: named(0).parse().unwrap(),
+            primary: true,
+            characteristics: characteristics.collect(),
+        };
+        BTreeSet::from([service])
+    }
+
+    #[test]
+    fn properties_decide_and_the_document_where_they_do_not() {
+        for (offered, writes, notifies) in [
+            (&[(1, NOTIFY), (2, FAST)][..], WRITE, READ),
+            (&[(1, FAST), (2, NOTIFY)], READ, WRITE),
+            (&[(1, BOTH), (2, BOTH)], WRITE, READ),
+            (&[(1, BOTH), (2, NOTIFY)], READ, WRITE),
+            (&[(1, BOTH)], READ, READ),
+            (&[(2, BOTH), (3, BOTH)], WRITE, WRITE),
+        ] {
+            let settled = settle("arm", &offering(offered)).unwrap();
+            let settled = (settled.0.uuid.as_u128(), settled.1.uuid.as_u128());
+            assert_eq!(settled, (writes, notifies), "{offered:?}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_used_is_named() {
+        for offered in [&[][..], &[(1, NOTIFY)], &[(2, FAST)], &[(3, BOTH)]] {
+            let error = settle("arm", &offering(offered)).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::Unexpected, "{offered:?}");
+        }
+        let read_only = [(1, NOTIFY), (2, CharPropFlags::READ)];
+        let message = settle("arm", &offering(&read_only)).unwrap_err();
+        let message = message.to_string();
+        let found = "0003cdd2-0000-1000-8000-00805f9b0131 (read)";
+        assert!(message.contains(found), "{message}");
+        let foreign = settle("watch", &BTreeSet::new()).unwrap_err();
+        assert!(foreign.to_string().contains("no Magician"), "{foreign}");
+    }
+}

@@ -1,0 +1,264 @@
+//! Finding a device by name or address.
+
+use std::time::Duration;
+
+use btleplug::api::{Central, Peripheral as _, ScanFilter};
+use btleplug::platform::{Adapter, Peripheral};
+use tokio::runtime::Handle;
+use tokio::time::{Instant, sleep};
+
+use super::roles::SERVICE;
+use super::{radio, trouble};
+use crate::{Error, ErrorKind, Result};
+
+/// How long a device is looked for; those that save power say that they are there every two seconds or so.
+const SCAN: Duration = Duration::from_secs(10);
+/// How often it is looked at what was heard.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// A device that was heard of.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Seen {
+    name: Option<String>,
+    address: String,
+    /// What the system calls it; where it hides addresses, what to write instead of one.
+    id: String,
+    /// It says that it has the service of an arm.
+    arm: bool,
+    /// It is connected or was heard just now; the system may also remember it.
+    present: bool,
+    /// It is the one that the name led to before.
+    before: bool,
+}
+
+/// What the name means among them.
+#[derive(Debug, PartialEq)]
+enum Meaning {
+    /// This one.
+    One(usize),
+    /// None as yet.
+    None,
+    /// Any of these.
+    Several(Vec<usize>),
+}
+
+/// The device with this name or address.
+pub(super) async fn find(adapter: &Adapter, wanted: &str) -> Result<Peripheral> {
+    let (mut devices, mut seen) = look(adapter, wanted).await?;
+    let mut meaning = meaning(&seen, wanted, false);
+    if meaning == Meaning::None {
+        let _scan = Scan::start(adapter).await?;
+        let end = Instant::now() + SCAN;
+        while meaning == Meaning::None && Instant::now() < end {
+            sleep(LOOK).await;
+            (devices, seen) = look(adapter, wanted).await?;
+            meaning = self::meaning(&seen, wanted, false);
+        }
+    }
+    if meaning == Meaning::None {
+        meaning = self::meaning(&seen, wanted, true);
+    }
+    match meaning {
+        Meaning::One(index) if index < devices.len() => Ok(devices.swap_remove(index)),
+        Meaning::Several(indices) => Err(several(wanted, &seen, &indices)),
+        _ => Err(not_found(wanted, &seen)),
+    }
+}
+
+/// What the system knows of at present.
+async fn look(adapter: &Adapter, wanted: &str) -> Result<(Vec<Peripheral>, Vec<Seen>)> {
+    let before = radio::remembered(wanted);
+    let all = adapter.peripherals().await.map_err(trouble::of_system)?;
+    let (mut devices, mut seen) = (Vec::new(), Vec::new());
+    for device in all {
+        // One that has gone meanwhile.
+        let Ok(Some(properties)) = device.properties().await else {
+            continue;
+        };
+        let address = device.address().to_string();
+        let connected = device.is_connected().await.unwrap_or(false);
+        seen.push(Seen {
+            arm: (properties.services.iter()).any(|one| one.as_u128() == SERVICE),
+            present: connected || properties.rssi.is_some(),
+            // A device without a name is called by its address on some systems.
+            name: (properties.advertisement_name.or(properties.local_name))
+                .filter(|name| !same(name, &address)),
+            address,
+            id: device.id().to_string(),
+            before: before.as_ref() == Some(&device.id()),
+        });
+        devices.push(device);
+    }
+    Ok((devices, seen))
+}
+
+/// Which one is meant; those that the system only remembers count when `absent`. Among several of a name the one of
+/// before is meant, or the only arm.
+fn meaning(seen: &[Seen], wanted: &str, absent: bool) -> Meaning {
+    let fits = |one: &Seen| one.is(wanted) && (absent || one.present);
+    let some = |also: &dyn Fn(&Seen) -> bool| -> Vec<usize> {
+        let all = seen.iter().enumerate();
+        let all = all.filter(|(_, one)| fits(one) && also(one));
+        all.map(|(index, _)| index).collect()
+    };
+    let all = some(&|_| true);
+    let narrower = [all.clone(), some(&|one| one.before), some(&|one| one.arm)];
+    if all.is_empty() {
+        return Meaning::None;
+    }
+    let one = narrower.iter().find(|some| some.len() == 1);
+    match one.and_then(|some| some.first()) {
+        Some(&index) => Meaning::One(index),
+        None => Meaning::Several(all),
+    }
+}
+
+impl Seen {
+    fn is(&self, wanted: &str) -> bool {
+        let name = self.name.as_deref().unwrap_or_default().to_lowercase();
+        name == wanted.to_lowercase()
+            || self.id.eq_ignore_ascii_case(wanted)
+            || same(wanted, &self.address)
+    }
+
+    fn describe(&self) -> String {
+        let address = match self.address.as_str() {
+            "00:00:00:00:00:00" => &self.id,
+            address => address,
+        };
+        let arm = if self.arm { ", an arm" } else { "" };
+        match &self.name {
+            Some(name) => format!("{name} ({address}{arm})"),
+            None => format!("{address} (no name{arm})"),
+        }
+    }
+}
+
+/// Whether a text is an address, written with whichever signs between its bytes.
+fn same(text: &str, address: &str) -> bool {
+    text.replace('-', ":").eq_ignore_ascii_case(address)
+}
+
+fn not_found(wanted: &str, seen: &[Seen]) -> Error {
+    let mut heard: Vec<&Seen> = seen.iter().filter(|one| one.present).collect();
+    heard.sort_by_key(|one| (!one.arm, one.name.is_none(), one.describe()));
+    let heard: Vec<String> = heard.into_iter().map(Seen::describe).collect();
+    let heard = match heard.as_slice() {
+        [] => "nothing was heard at all".to_owned(),
+        heard => format!("heard: {}", heard.join(", ")),
+    };
+    let message = format!(
+        "no Bluetooth device is called {wanted} or has that address; {heard}. Is the arm switched on, its Bluetooth module \
+         plugged in, and no phone or other computer connected to it?"
+    );
+    Error::new(ErrorKind::Port, message)
+}
+
+fn several(wanted: &str, seen: &[Seen], indices: &[usize]) -> Error {
+    let all = indices.iter().filter_map(|&index| seen.get(index));
+    let all: Vec<String> = all.map(Seen::describe).collect();
+    let message = format!(
+        "several Bluetooth devices are called {wanted}: {}; write the address instead, as in ble:AA:BB:CC:DD:EE:FF",
+        all.join(", ")
+    );
+    Error::new(ErrorKind::Port, message)
+}
+
+/// The adapter listens for all that say they are there; it stops when this is dropped. Not only for the service: a
+/// module may not say that it has it before it is connected.
+struct Scan {
+    adapter: Adapter,
+    runtime: Handle,
+}
+
+impl Scan {
+    async fn start(adapter: &Adapter) -> Result<Self> {
+        let started = adapter.start_scan(ScanFilter::default()).await;
+        started.map_err(trouble::of_system)?;
+        Ok(Self {
+            adapter: adapter.clone(),
+            runtime: Handle::current(),
+        })
+    }
+}
+
+impl Drop for Scan {
+    fn drop(&mut self) {
+        let adapter = self.adapter.clone();
+        radio::see_off(&self.runtime, async move {
+            let _ = adapter.stop_scan().await;
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(name: &str, address: &str) -> Seen {
+        Seen {
+            name: Some(name.to_owned()),
+            address: address.to_owned(),
+            present: true,
+            ..Seen::default()
+        }
+    }
+
+    const A: &str = "C0:FF:EE:00:00:01";
+    const B: &str = "C0:FF:EE:00:00:02";
+
+    #[test]
+    fn names_and_addresses_are_read_without_regard_to_case() {
+        let all = [seen("Pulse", B), seen("Magician", A)];
+        for wanted in [
+            "Magician",
+            "mAGICIAN",
+            A,
+            "c0:ff:ee:00:00:01",
+            "c0-ff-ee-00-00-01",
+        ] {
+            assert_eq!(meaning(&all, wanted, false), Meaning::One(1), "{wanted}");
+        }
+        for wanted in ["Magic", "Magician ", "C0:FF:EE:00:00:03"] {
+            assert_eq!(meaning(&all, wanted, false), Meaning::None, "{wanted}");
+        }
+    }
+
+    #[test]
+    fn what_is_only_remembered_counts_last() {
+        let mut all = [seen("Magician", A), seen("Magician", B)];
+        all[0].present = false;
+        assert_eq!(meaning(&all[..1], "Magician", false), Meaning::None);
+        assert_eq!(meaning(&all[..1], "Magician", true), Meaning::One(0));
+        assert_eq!(meaning(&all, "Magician", false), Meaning::One(1));
+    }
+
+    #[test]
+    fn of_several_the_one_of_before_or_the_only_arm_is_meant() {
+        let both = [seen("Magician", A), seen("Magician", B)];
+        assert_eq!(
+            meaning(&both, "Magician", false),
+            Meaning::Several(vec![0, 1])
+        );
+        let message = several("Magician", &both, &[0, 1]).to_string();
+        assert!(message.contains(A) && message.contains(B), "{message}");
+
+        let mut arm = both.clone();
+        arm[1].arm = true;
+        assert_eq!(meaning(&arm, "Magician", false), Meaning::One(1));
+        arm[0].before = true;
+        assert_eq!(meaning(&arm, "Magician", false), Meaning::One(0));
+    }
+
+    #[test]
+    fn a_name_that_is_not_there_tells_what_is() {
+        let mut all = [seen("Pulse", B), seen("Magician", A), seen("Gone", A)];
+        all[1].arm = true;
+        all[2].present = false;
+        let message = not_found("Dobot", &all).to_string();
+        let heard = format!("heard: Magician ({A}, an arm), Pulse ({B}).");
+        assert!(message.contains("called Dobot"), "{message}");
+        assert!(message.contains(&heard), "{message}");
+        assert!(not_found("Dobot", &[]).to_string().contains("nothing"));
+    }
+}
