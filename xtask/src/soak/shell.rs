@@ -10,7 +10,7 @@ use magician::commands::{HomeParams, Pose, PtpCommonParams, QueuedCmdLeftSpace, 
 use magician::faults::Dice;
 use magician::pair::Digest;
 use magician::sim::{Controller, LinkId, Profile};
-use magician::{Arm, ErrorKind, Event, Options};
+use magician::{Arm, ErrorKind, Event, Link, Options};
 use magician_protocol::{Deframer, FrameBuf, QueuedCmdIndex};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::{Instant, sleep, sleep_until, timeout};
@@ -186,6 +186,9 @@ struct Calls {
     refused: u64,
     slowest: Duration,
     kinds: HashMap<&'static str, u64>,
+    /// Looks at a line that had been good for a while, and how often the handle was not back.
+    looks: u64,
+    away: u64,
 }
 
 impl Calls {
@@ -264,7 +267,14 @@ async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
         Mood::Lossy,
         Mood::Unplugged,
     ];
+    let (mut looks, mut away) = (0, 0);
     while !callers.iter().all(tokio::task::JoinHandle::is_finished) {
+        if dice.chance(0.02) {
+            desk.set(Mood::Fine);
+            sleep(2_000 * MS).await;
+            looks += 1;
+            away += u64::from(arm.link() != Link::Up);
+        }
         desk.set(moods[dice.below(moods.len() as u64) as usize]);
         sleep(MS * dice.below(1_500) as u32).await;
         if dice.chance(0.05) {
@@ -272,7 +282,8 @@ async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
         }
     }
     let digest = desk.with(|desk| desk.digest);
-    let calls = std::mem::take(&mut *calls.lock().unwrap_or_else(PoisonError::into_inner));
+    let mut calls = std::mem::take(&mut *calls.lock().unwrap_or_else(PoisonError::into_inner));
+    (calls.looks, calls.away) = (looks, away);
     Ok((calls, digest))
 }
 
@@ -288,6 +299,9 @@ pub(super) fn deadlines(scope: Scope) -> Result<Found, Box<dyn Error>> {
         figures: vec![
             Figure::new("calls that were answered", calls.done as f64, ""),
             failed,
+            Figure::new("not back 2 s after the line was", calls.away as f64, "")
+                .with("of looks", calls.looks as f64)
+                .at_most(0.0),
             Figure::new(
                 "slowest beyond its deadline",
                 over.as_secs_f64() * 1e3,

@@ -149,3 +149,23 @@ fn a_reset_shows_in_the_clock_as_well_as_in_the_index() {
         assert_eq!(pair.host.last_index(), None);
     }
 }
+
+#[test]
+fn a_line_that_broke_many_times_is_settled_at_once_when_it_is_good() {
+    let mut pair = ready(Settings::ORDERED, 6);
+    pair.ask(wait(0), SECOND).unwrap();
+    let pose = Request::get::<Pose>(&NoArgs).unwrap();
+    // Whatever is asked stays unanswered, and the line is lost and found before it counts as lost: in the end every
+    // read that could be a fence is owed an answer.
+    pair.mute = true;
+    for _ in 0..30 {
+        let soon = pair.now + 300_000;
+        pair.host.submit(pose.deadline(soon));
+        pair.run_until(soon);
+        pair.pull_cable();
+        pair.put_cable_back();
+    }
+    pair.mute = false;
+    pair.ask(pose, 100_000).unwrap();
+    assert_eq!(index_of(&pair.ask(wait(1), 100_000).unwrap()), 2);
+}
