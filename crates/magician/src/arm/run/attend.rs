@@ -1,0 +1,156 @@
+//! Handing a run over to the task, and looking after it.
+
+use std::time::Duration;
+
+use magician_protocol::Set;
+use tokio::sync::{mpsc, oneshot, watch as cell};
+use tokio::time::{Instant, sleep_until, timeout_at};
+
+use super::Run;
+use crate::arm::driver::{End, Message, Program, Reached, micros};
+use crate::arm::watch::{FIRST_PAUSE, Progress, STANDING, Watch};
+use crate::stream::{Item, Stream, StreamSettings};
+use crate::{Error, ErrorKind, Result};
+
+/// Longest time between two looks for alarms.
+const LOOK_PAUSE: Duration = Duration::from_millis(100);
+/// The same while commands go out: an alarm that holds the queue would end that soon, and a look costs as much of the line
+/// as a command.
+const SELDOM: Duration = Duration::from_secs(1);
+/// Commands on their way to the task.
+const FEED: usize = 64;
+
+impl<C: Iterator<Item = Set>> Run<C> {
+    /// Gives the program to the task.
+    pub(super) async fn hand_over(
+        &mut self,
+        stops: u64,
+    ) -> Result<(
+        Option<mpsc::Sender<Item>>,
+        cell::Receiver<Reached>,
+        oneshot::Receiver<End>,
+    )> {
+        let settings = StreamSettings {
+            horizon: micros(self.options.horizon),
+            laser_horizon: micros(self.options.laser_horizon),
+            window: self.arm.inner.options.window,
+            patience: micros(self.arm.inner.options.timeout),
+            trust_pose: self.options.trust_pose,
+            ..StreamSettings::default()
+        };
+        let arm = self.arm.clone();
+        let place = timeout_at(arm.deadline(), arm.inner.messages.reserve()).await;
+        let place = place.map_err(|_| Error::stuck())?;
+        let place = place.map_err(|_| Error::closed())?;
+        // From here on nothing is waited for: whoever goes away has handed it over, or not.
+        let stream = match self.leftover.take() {
+            Some(leftover) => Stream::resume(leftover, settings),
+            None => Stream::new(settings),
+        };
+        self.begun = Some(stops);
+        let (feed, inlet) = mpsc::channel(FEED);
+        let (show, reached) = cell::channel(self.reached());
+        let (end, ending) = oneshot::channel();
+        let program = Program {
+            stream,
+            feed: inlet,
+            stops,
+            reached: show,
+            end,
+        };
+        place.send(Message::Run(Box::new(program)));
+        Ok((Some(feed), reached, ending))
+    }
+
+    /// Feeds the task, and looks for alarms meanwhile.
+    pub(super) async fn attend(
+        &mut self,
+        feed: &mut Option<mpsc::Sender<Item>>,
+        reached: &cell::Receiver<Reached>,
+        mut ending: oneshot::Receiver<End>,
+        watch: &mut Watch,
+        progress: &mut impl FnMut(Progress),
+    ) -> Result<End> {
+        let mut pause = FIRST_PAUSE;
+        let mut look = Instant::now() + pause;
+        let mut looked = Instant::now();
+        let begun = looked;
+        loop {
+            tokio::select! {
+                biased;
+                end = &mut ending => return end.map_err(|_| Error::closed()),
+                () = sleep_until(look) => {
+                    let before = self.ran.commands;
+                    let seen = *reached.borrow();
+                    self.note(seen);
+                    watch.sent(self.ran.commands, self.ran.last);
+                    let flows = self.ran.commands > before;
+                    if flows && looked.elapsed() < SELDOM {
+                        progress(watch.saw(seen.current));
+                    } else {
+                        match self.look(watch, begun, flows.then_some(seen.current)).await {
+                            Ok(None) => {}
+                            Ok(Some(seen)) => progress(seen),
+                            Err(error) => return self.ends_too(error, ending).await,
+                        }
+                        looked = Instant::now();
+                    }
+                    pause = (pause * 2).min(LOOK_PAUSE);
+                    look = Instant::now() + pause;
+                }
+                () = fed(feed, || self.next()) => {}
+            }
+        }
+    }
+
+    /// A look for what holds the queue: by what was put into it, and before that, when it has no room for a long time.
+    /// `current` is the current index, if it has just been read.
+    async fn look(
+        &self,
+        watch: &mut Watch,
+        begun: Instant,
+        current: Option<u64>,
+    ) -> Result<Option<Progress>> {
+        if self.ran.last.is_some() {
+            let seen = match current {
+                Some(current) => self.arm.look_from(watch, current).await,
+                None => self.arm.look(watch).await,
+            };
+            return seen.map(Some);
+        }
+        if begun.elapsed() >= STANDING && self.arm.left_space().await? == 0 {
+            let alarms = self.arm.alarms().await?;
+            if alarms.blocking() {
+                return Err(Error::alarm(alarms));
+            }
+        }
+        Ok(None)
+    }
+
+    /// A look has failed. What ended it, a line that broke or does not answer, ends the program too, and then the task
+    /// gives back what is left of it.
+    async fn ends_too(&self, error: Error, ending: oneshot::Receiver<End>) -> Result<End> {
+        let line = matches!(error.kind(), ErrorKind::Port | ErrorKind::Timeout);
+        if line
+            && error.command().is_some()
+            && let Ok(Ok(end)) = timeout_at(self.arm.deadline(), ending).await
+        {
+            return Ok(end);
+        }
+        Err(error)
+    }
+}
+
+/// Hands the next command on when there is room; without one it closes the feed. None is taken that cannot be handed on.
+async fn fed(feed: &mut Option<mpsc::Sender<Item>>, next: impl FnOnce() -> Option<Item>) {
+    let Some(sender) = feed else {
+        return std::future::pending().await;
+    };
+    // Without a permit the task has ended the program and says so.
+    if let Ok(permit) = sender.reserve().await
+        && let Some(item) = next()
+    {
+        return permit.send(item);
+    }
+    *feed = None;
+}

@@ -1,0 +1,255 @@
+//! Many commands in a row: never more than the queue holds or may run on alone, never less than keeps the arm moving.
+
+mod attend;
+mod options;
+mod plan;
+
+use std::collections::VecDeque;
+
+use magician_protocol::commands::QueuedCmdCurrentIndex;
+use magician_protocol::{QueuedCmdIndex, Set};
+
+use super::Arm;
+use super::driver::Reached;
+use super::watch::{Progress, Watch};
+use crate::stream::Leftover;
+use crate::words::{Guards, Preflight};
+use crate::{Error, ErrorKind, Result};
+pub use options::{Ran, RunOptions};
+use plan::Planned;
+
+/// A program on its way through the arm's queue, from [`Arm::begin`].
+///
+/// [`finish`](Self::finish) runs it. When that fails and [`is_interrupted`](Self::is_interrupted), the line broke or an
+/// answer left a doubt that could not be settled then: the arm has finished what it had, and `finish` called once more goes on
+/// at the very command that it did not take. First it finds out which that is, and that the arm stands where the last
+/// finished command leaves it; where that does not add up it fails with both values, and nothing is sent. Nothing goes
+/// on by itself.
+///
+/// After anything else it is over, and `finish` fails: after a stop or a reset (also one that came while the line was gone),
+/// after an alarm, and when the future of `finish` was dropped before its end, for then nobody knows how far it came.
+///
+/// ```
+/// use magician::{Arm, ErrorKind, RunOptions, words};
+///
+/// # #[tokio::main(flavor = "current_thread")]
+/// # async fn main() -> magician::Result<()> {
+/// # let arm = Arm::connect(&"sim".parse()?).await?;
+/// let square = [(200.0, 0.0), (200.0, 40.0), (240.0, 40.0), (240.0, 0.0)];
+/// let path = square.map(|(x, y)| words::path_to(x, y, 0.0));
+/// let mut run = arm.begin(path, RunOptions::default());
+/// while let Err(error) = run.finish(|_| {}).await {
+///     if error.kind() != ErrorKind::Port || !run.is_interrupted() {
+///         return Err(error);
+///     }
+///     arm.reconnected().await?; // and ask whoever is there whether to go on
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+#[must_use = "it runs when it is finished"]
+pub struct Run<C> {
+    arm: Arm,
+    commands: C,
+    options: RunOptions,
+    /// Where the commands lead and how long they take, once that is of use.
+    course: Option<Preflight>,
+    planned: bool,
+    /// Taken from `commands` and not handed on.
+    pending: VecDeque<Planned>,
+    leftover: Option<Leftover>,
+    /// Stops before it was handed to the task; `None` while nothing of it was, and when it is done.
+    begun: Option<u64>,
+    ran: Ran,
+    total: Option<u64>,
+}
+
+impl Arm {
+    /// Runs commands through the queue: puts them in as room and horizon allow, starts the queue, and returns
+    /// when the last has finished. `progress` is called now and then.
+    ///
+    /// What fits goes in while the queue is stopped, so that nothing moves unless all of it was taken. The commands are
+    /// sent as they are; [`perform`](Self::perform) checks them first.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Alarm`] as soon as an alarm holds the queue,
+    /// [`ErrorKind::InvalidInput`] when commands of an earlier
+    /// program wait in the queue, [`ErrorKind::Closed`] when a stop came,
+    /// else as [`enqueue`](Self::enqueue) and [`wait`](Self::wait). What was put into the queue
+    /// before the error stays there: [`stop`](Self::stop) drops it.
+    pub async fn run<C>(&self, commands: C, progress: impl FnMut(Progress)) -> Result<Ran>
+    where
+        C: IntoIterator<Item = Set>,
+    {
+        self.run_with(commands, RunOptions::default(), progress)
+            .await
+    }
+
+    /// As [`run`](Self::run), with options.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub async fn run_with<C>(
+        &self,
+        commands: C,
+        options: RunOptions,
+        progress: impl FnMut(Progress),
+    ) -> Result<Ran>
+    where
+        C: IntoIterator<Item = Set>,
+    {
+        self.begin(commands, options).finish(progress).await
+    }
+
+    /// A program that can go on after the line has broken; nothing is sent before [`Run::finish`].
+    pub fn begin<C>(&self, commands: C, options: RunOptions) -> Run<C::IntoIter>
+    where
+        C: IntoIterator<Item = Set>,
+    {
+        let commands = commands.into_iter();
+        let total = match commands.size_hint() {
+            (least, Some(most)) if least == most => Some(least as u64),
+            _ => None,
+        };
+        Run {
+            arm: self.clone(),
+            commands,
+            options,
+            course: None,
+            planned: false,
+            pending: VecDeque::new(),
+            leftover: None,
+            begun: None,
+            ran: Ran::default(),
+            total,
+        }
+    }
+
+    /// Commands that others put into the queue and nobody has run are not run by accident.
+    async fn refuse_strangers(&self, room: u32) -> Result<()> {
+        let (_, capacity) = self.stats().await?;
+        let waiting = capacity.saturating_sub(room);
+        if waiting == 0 {
+            return Ok(());
+        }
+        let current = self.get::<QueuedCmdCurrentIndex>().await?;
+        let running = self.exposure().started() == Some(true);
+        let ours = (self.own()).waiting(current.queued_cmd_current_index, running);
+        if ours >= u64::from(waiting) {
+            return Ok(());
+        }
+        let (commands, them) = match waiting {
+            1 => ("1 command of an earlier program waits".to_owned(), "it"),
+            more => (
+                format!("{more} commands of an earlier program wait"),
+                "them",
+            ),
+        };
+        Err(Error::invalid(format!(
+            "{commands} in the arm's queue and would run first: `magician stop` drops {them}, `--keep` runs {them}"
+        )))
+    }
+}
+
+impl<C: Iterator<Item = Set>> Run<C> {
+    /// Tells how long the commands take and where they lead from this check, made before them, instead of reading the
+    /// arm's settings once more: what passed [`Preflight::program`] need not be looked up again.
+    pub fn along(mut self, course: Preflight) -> Self {
+        self.course = Some(course.guards(Guards::NONE));
+        self.planned = true;
+        self
+    }
+
+    /// Runs what has not been run, to its end.
+    ///
+    /// # Errors
+    /// As [`Arm::run`]; and when it goes on, [`ErrorKind::Unexpected`] if the arm does not stand
+    /// where it should, [`ErrorKind::Closed`] if it is [over](Self::is_interrupted).
+    pub async fn finish(&mut self, mut progress: impl FnMut(Progress)) -> Result<Ran> {
+        let arm = self.arm.clone();
+        let stops = arm.stops();
+        self.may_go_on()?;
+        let mut flow = arm.take_turn(arm.deadline(), "a run").await?;
+        // Whoever goes away in the middle of a run leaves behind what has to be counted anew.
+        flow.room = 0;
+        arm.mishap(None)?;
+        let begins = (self.leftover.as_ref()).is_none_or(|leftover| !leftover.has_begun());
+        if begins {
+            let room = arm.left_space().await?;
+            arm.note_room(room).await?;
+            if !self.options.keep {
+                arm.refuse_strangers(room).await?;
+            }
+            arm.warn_if_not_homed().await?;
+        }
+        self.plan().await?;
+        if self.leftover.is_none() && self.pending.is_empty() {
+            return Ok(self.ran);
+        }
+        let mut watch = Watch::new(self.total, stops).of_stream();
+        let (mut feed, reached, ending) = self.hand_over(stops).await?;
+        let end = self
+            .attend(&mut feed, &reached, ending, &mut watch, &mut progress)
+            .await?;
+        self.note(end.reached);
+        self.begun = self.begun.filter(|_| end.outcome.is_err());
+        if let Some((leftover, mut rest)) = end.rest {
+            self.leftover = Some(leftover);
+            let mut unseen = VecDeque::new();
+            while let Ok(item) = rest.try_recv() {
+                unseen.push_back(Planned::Item(item));
+            }
+            unseen.append(&mut self.pending);
+            self.pending = unseen;
+        }
+        if let Err(error) = end.outcome {
+            watch.not_stopped(&arm)?;
+            return Err(error);
+        }
+        watch.sent(self.ran.commands, self.ran.last);
+        progress(watch.at_its_end());
+        Ok(self.ran)
+    }
+
+    /// Whether it ended before its end and [`finish`](Self::finish) may go on with it. A stop that comes later still
+    /// ends it for good.
+    #[must_use]
+    pub fn is_interrupted(&self) -> bool {
+        self.leftover.is_some() && self.begun == Some(self.arm.stops())
+    }
+
+    /// What the task has not given back, and what a stop has ended, is not gone on with.
+    fn may_go_on(&self) -> Result<()> {
+        if self.begun.is_none() || self.is_interrupted() {
+            return Ok(());
+        }
+        self.arm.mishap(self.begun)?;
+        Err(Error::new(
+            ErrorKind::Closed,
+            "this run is over: a stop or an error ended it, or nobody waited for its end; begin a new one",
+        ))
+    }
+
+    /// What it has done so far. Commands count when the arm has taken them.
+    #[must_use]
+    pub fn ran(&self) -> Ran {
+        self.ran
+    }
+
+    /// How far it was when it was interrupted.
+    fn reached(&self) -> Reached {
+        let indices = self.ran.first.zip(self.ran.last);
+        Reached {
+            accepted: self.ran.commands,
+            indices: indices.map(|(first, last)| (first.0, last.0)),
+            current: 0,
+        }
+    }
+
+    fn note(&mut self, reached: Reached) {
+        self.ran.commands = reached.accepted;
+        self.ran.first = reached.indices.map(|(first, _)| QueuedCmdIndex(first));
+        self.ran.last = reached.indices.map(|(_, last)| QueuedCmdIndex(last));
+    }
+}

@@ -1,0 +1,71 @@
+use std::time::Duration;
+
+use crate::QueueIndex;
+
+/// How [`Arm::run_with`] treats a queue.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct RunOptions {
+    /// Runs commands of an earlier program that still wait in the queue, before these. Off at first.
+    pub keep: bool,
+    /// Most motion that the arm has in its queue, so that it does not go on for long when this program dies: the arm has
+    /// no watchdog. Two commands are in it however long they take. Two seconds at first.
+    pub horizon: Duration,
+    /// The same while the laser may be lit. One second at first.
+    pub laser_horizon: Duration,
+    /// Lets an interrupted run go on although nobody knows where its last finished command left the arm. Off at first.
+    pub trust_pose: bool,
+}
+
+impl Default for RunOptions {
+    fn default() -> Self {
+        Self {
+            keep: false,
+            horizon: Duration::from_secs(2),
+            laser_horizon: Duration::from_secs(1),
+            trust_pose: false,
+        }
+    }
+}
+
+impl RunOptions {
+    /// Sets [`keep`](Self::keep).
+    #[must_use]
+    pub fn keep(mut self, keep: bool) -> Self {
+        self.keep = keep;
+        self
+    }
+
+    /// Sets [`horizon`](Self::horizon).
+    #[must_use]
+    pub fn horizon(mut self, horizon: Duration) -> Self {
+        self.horizon = horizon;
+        self
+    }
+
+    /// Sets [`laser_horizon`](Self::laser_horizon).
+    #[must_use]
+    pub fn laser_horizon(mut self, horizon: Duration) -> Self {
+        self.laser_horizon = horizon;
+        self
+    }
+
+    /// Sets [`trust_pose`](Self::trust_pose).
+    #[must_use]
+    pub fn trust_pose(mut self, trust: bool) -> Self {
+        self.trust_pose = trust;
+        self
+    }
+}
+
+/// What a run has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Ran {
+    /// How many commands the arm took and finished.
+    pub commands: u64,
+    /// Index of the first.
+    pub first: Option<QueueIndex>,
+    /// Index of the last.
+    pub last: Option<QueueIndex>,
+}
