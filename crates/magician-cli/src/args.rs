@@ -94,7 +94,7 @@ pub(crate) struct Global {
         env = "MAGICIAN_WINDOW",
         hide_env_values = true,
         value_name = "N",
-        value_parser = clap::value_parser!(u8).range(1..=8)
+        value_parser = window
     )]
     pub(crate) window: Option<u8>,
 
@@ -194,6 +194,13 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| "expected seconds above 0, such as 0.5".to_owned())
 }
 
+/// A request window. An empty variable says nothing, as an empty port does.
+fn window(text: &str) -> Result<u8, String> {
+    let value = if text.is_empty() { Ok(1) } else { text.parse() };
+    let value = value.ok().filter(|value| (1..=8).contains(value));
+    value.ok_or_else(|| "expected 1 to 8, here or in MAGICIAN_WINDOW".to_owned())
+}
+
 /// A number with a fraction if need be.
 pub(crate) fn number<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| "expected a number".to_owned())
@@ -259,6 +266,20 @@ mod tests {
         assert_eq!(bias, Ok(ToolBias::new(-1.0, 2.0, 3.5)));
         for wrong in ["hammer", "1,2", "1,2,x", "1,2,nan", ""] {
             assert!(wrong.parse::<Tool>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn windows_are_1_to_8() {
+        assert_eq!(
+            (window("1"), window("8"), window("")),
+            (Ok(1), Ok(8), Ok(1))
+        );
+        for wrong in ["0", "9", "-1", "300", "x", "1.5"] {
+            assert!(
+                window(wrong).unwrap_err().contains("MAGICIAN_WINDOW"),
+                "{wrong}"
+            );
         }
     }
 

@@ -151,6 +151,9 @@ fn an_interrupt_ends_it_with_130() {
 
 #[test]
 fn what_cannot_be_served_is_an_error_and_nothing_is_left() {
+    let twins = run(&["proxy", "--port", "sim", "--pty", "./A", "--pty", "./A"]);
+    assert_eq!(twins.status, 2, "{twins:?}");
+    assert!(twins.err.contains("twice"), "{twins:?}");
     let desk = Desk::new();
     let _arm = desk.arm();
     let [arm, taken, free] = ["arm", "taken", "free"].map(|name| desk.path(name));

@@ -200,8 +200,7 @@ impl Error {
     /// A command that may or may not have been taken.
     pub(crate) fn uncertain(from: Option<u64>, to: Option<u64>) -> Self {
         let which = match (from, to) {
-            (Some(from), Some(to)) if from == to => format!(" (queue index {from})"),
-            (Some(from), Some(to)) => format!(" (queue indices {from} to {to})"),
+            (Some(from), Some(to)) => span(from, to),
             _ => String::new(),
         };
         let message = format!(
@@ -249,15 +248,12 @@ impl Error {
     pub(crate) fn reset(gone: Option<(u64, u64)>) -> Self {
         let (which, from, to) = match gone {
             Some((from, u64::MAX)) => (format!(" (from queue index {from} on)"), Some(from), None),
-            Some((from, to)) => (
-                format!(" (queue indices {from} to {to})"),
-                Some(from),
-                Some(to),
-            ),
+            Some((from, to)) => (span(from, to), Some(from), Some(to)),
             None => (String::new(), None, None),
         };
         let message = format!(
-            "the arm was switched off and on, or reset: what was in its queue is gone{which}, and it              cannot be told how far it came; home the arm before you go on"
+            "the arm was switched off and on, or reset: what was in its queue is gone{which}, and it cannot be told how \
+             far it came; home the arm before you go on"
         );
         let mut error = Self::new(ErrorKind::Uncertain, message);
         (error.0.from, error.0.to) = (from, to);
@@ -267,7 +263,8 @@ impl Error {
     /// More was queued than this program sent.
     pub(crate) fn unaccounted(from: u64, to: u64) -> Self {
         let message = format!(
-            "the arm has taken more commands than this program sent (up to queue index {to}): the              network doubled one, or another program uses the arm; look at the arm before you go on"
+            "the arm has taken more commands than this program sent (up to queue index {to}): the network \
+             doubled one, or another program uses the arm; look at the arm before you go on"
         );
         let mut error = Self::new(ErrorKind::Uncertain, message);
         (error.0.from, error.0.to) = (Some(from), Some(to));
@@ -290,6 +287,14 @@ impl Error {
              then connect again"
         );
         Self::new(ErrorKind::Port, message).with_source(source)
+    }
+}
+
+/// An interval of queue indices, in brackets behind what they belong to.
+fn span(from: u64, to: u64) -> String {
+    match from == to {
+        true => format!(" (queue index {from})"),
+        false => format!(" (queue indices {from} to {to})"),
     }
 }
 

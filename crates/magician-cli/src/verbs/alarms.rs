@@ -2,6 +2,7 @@ use clap::Args;
 use magician_protocol::{Alarm, AlarmSet};
 use serde::Serialize;
 
+use crate::columns::note;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Output;
@@ -79,6 +80,9 @@ fn write(alarms: &[Entry], cleared: bool, out: &mut Output) -> Result<(), Failur
             out.line(format_args!("     cause: {cause}"))?;
             out.line(format_args!("     cure:  {cure}"))?;
         }
+    }
+    if !cleared {
+        note("`magician alarms --clear` clears them", out)?;
     }
     Ok(())
 }

@@ -112,6 +112,7 @@ impl Proxy {
         if count == 0 {
             return Err(Failure::usage("no program could come in").hint(DOORS));
         }
+        self.refuse_twins()?;
         let target = context.target(None)?;
         let style = Style {
             json: context.global.json,
@@ -151,6 +152,18 @@ impl Proxy {
             Signal::Interrupt => Err(Failure::interrupted()),
             Signal::Terminate => Ok(()),
         }
+    }
+
+    /// A door that is named twice would be two, of which nobody could find the first.
+    fn refuse_twins(&self) -> Result<(), Failure> {
+        #[cfg(unix)]
+        for (at, path) in self.pty.iter().enumerate() {
+            if self.pty.iter().skip(at + 1).any(|other| other == path) {
+                let message = format!("--pty {} is given twice", path.display());
+                return Err(Failure::usage(message).hint("give each program a path of its own"));
+            }
+        }
+        Ok(())
     }
 
     /// The doors, and how many.
