@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 use std::error::Error;
 
-use magician::connection::{Failure, Settings};
+use magician::commands::ClearAllAlarmsState;
+use magician::connection::{Failure, Request, Settings};
 use magician::faults::Faults;
 use magician::pair::Pair;
 use magician::stream::{Stream, StreamEvent, StreamFailure, StreamSettings};
@@ -47,6 +48,8 @@ struct Rig {
     /// Up to here all was given up.
     given_up: u64,
     resets: u32,
+    /// The alarms are not cleared again before.
+    alarmed: Option<u64>,
     tally: Tally,
     failure: Option<StreamFailure>,
 }
@@ -65,6 +68,7 @@ impl Rig {
             seen: VecDeque::new(),
             given_up: 0,
             resets: 0,
+            alarmed: None,
             tally: Tally::default(),
             failure: None,
         })
@@ -155,6 +159,13 @@ impl Rig {
             self.pair.run_until(back);
             self.pair.put_cable_back();
         }
+        if self.pair.arm.state().queue.held && self.alarmed.is_none_or(|at| at < self.pair.now) {
+            // The line has altered a command into one that the arm cannot do.
+            self.alarmed = Some(self.pair.now + SECOND);
+            let clear = Request::set(&ClearAllAlarmsState {})?;
+            let patience = self.pair.now + SECOND;
+            self.pair.host.submit(clear.deadline(patience));
+        }
         self.note();
         self.deliver();
         if self.pair.resets > self.resets {
@@ -183,13 +194,9 @@ impl Rig {
 
     fn run(&mut self) -> Result<(), Box<dyn Error>> {
         while !(self.stream.is_over() && self.failure.is_none()) {
-            let end = self.pair.now + 1_000_000 * SECOND;
             self.turn()?;
             if let Some(failure) = self.failure.take() {
                 self.go_on(failure);
-            }
-            if self.pair.now > end {
-                return Err(format!("no end: {:?}", self.stream).into());
             }
         }
         self.pair.set_faults(NONE);

@@ -6,7 +6,8 @@ use magician::connection::{Failure, Request, Settings};
 use magician::faults::Faults;
 use magician::pair::{Pair, index_of};
 use magician_protocol::commands::{
-    DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd,
+    ClearAllAlarmsState, DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec,
+    WaitCmd,
 };
 
 use magician_protocol::{FrameBuf, NoArgs};
@@ -68,11 +69,18 @@ pub(super) fn ready(settings: Settings, seed: u64) -> Result<Pair, Failure> {
     Ok(pair)
 }
 
-/// Lets the arm work until there is room in its queue; the host has no part in it.
+/// Lets the arm work until there is room in its queue. The host has no part in it unless the queue stands: after a reset,
+/// or because of a command that the line altered into one that the arm cannot do.
 pub(super) fn make_room(pair: &mut Pair) {
     while pair.arm.state().queue.waiting > 16 {
-        if !pair.arm.state().queue.started {
+        let state = pair.arm.state().queue;
+        if !state.started {
             look(pair);
+        }
+        if state.held
+            && let Ok(clear) = Request::set(&ClearAllAlarmsState {})
+        {
+            ask(pair, clear).ok();
         }
         let soon = pair.now + SECOND;
         pair.step(soon);
