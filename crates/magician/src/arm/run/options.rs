@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use crate::QueueIndex;
 
-/// How [`Arm::run_with`] treats a queue.
+/// How [`Arm::run_with`](crate::Arm::run_with) treats a queue.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct RunOptions {
