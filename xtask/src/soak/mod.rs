@@ -6,6 +6,7 @@
 mod books;
 mod heap;
 mod hostile;
+mod poses;
 mod program;
 mod resync;
 mod shell;
@@ -40,7 +41,7 @@ struct Soak {
     run: fn(Scope) -> Result<Found, Box<dyn Error>>,
 }
 
-const SOAKS: [Soak; 10] = [
+const SOAKS: [Soak; 11] = [
     Soak {
         name: "r1",
         says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
@@ -52,6 +53,12 @@ const SOAKS: [Soak; 10] = [
         says: "R1: a program streamed over such a line, one command in flight",
         cases: 1_000_000,
         run: streamed::spoilt,
+    },
+    Soak {
+        name: "r1-poses",
+        says: "R1: moves that the line altered, by the pose they end in; ten times the faults",
+        cases: 1_000_000,
+        run: poses::moves,
     },
     Soak {
         name: "r2",
@@ -185,9 +192,10 @@ mod tests {
     use super::*;
 
     /// Cases of each in a debug build.
-    const SHORT: [(&str, u64); 10] = [
+    const SHORT: [(&str, u64); 11] = [
         ("r1", 20_000),
         ("r1-stream", 10_000),
+        ("r1-poses", 5_000),
         ("r2", 20_000),
         ("r2-stream", 10_000),
         ("r2-handle", 100),

@@ -142,7 +142,7 @@ fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcom
 }
 
 /// One request to its end. A plug that is pulled meanwhile is put in again after a while.
-fn ask(pair: &mut Pair, request: Request) -> Result<FrameBuf, Failure> {
+pub(super) fn ask(pair: &mut Pair, request: Request) -> Result<FrameBuf, Failure> {
     let deadline = pair.now + 60 * SECOND;
     let ticket = pair.host.submit(request.deadline(deadline));
     loop {
@@ -161,7 +161,7 @@ fn ask(pair: &mut Pair, request: Request) -> Result<FrameBuf, Failure> {
 
 /// What a driver does now and then: looks how far the arm is and at its clock, and starts a queue that stands. Returns
 /// the requests.
-fn look(pair: &mut Pair) -> u64 {
+pub(super) fn look(pair: &mut Pair) -> u64 {
     let reads = [
         Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
         Request::get::<DeviceTime>(&NoArgs),

@@ -1,0 +1,99 @@
+//! R1: what the checksum lets through shows in where the arm ends.
+
+use std::error::Error;
+
+use magician::commands::{ClearAllAlarmsState, Pose};
+use magician::connection::{Request, Settings};
+use magician::faults::Faults;
+use magician_protocol::{NoArgs, PtpMode};
+
+use super::submitted::{NONE, ask, look, ready};
+use super::{Found, Scope, program};
+use crate::bench::figure::Figure;
+
+const SECOND: u64 = 1_000_000;
+/// Ten times as many bytes are spoilt as R1 says, for a hundred times as many altered commands to look at.
+const SPOILT: Faults = Faults {
+    replace: 1e-2,
+    drop: 1e-3,
+    ..NONE
+};
+/// A pose further from its target than this is noticed, in mm and degrees: less than an arm's repeatability.
+const NOTICED: f32 = 0.1;
+
+#[derive(Default)]
+struct Tally {
+    altered: u64,
+    noticed: u64,
+    /// The arm ended where it should, within [`NOTICED`].
+    harmless: u64,
+    /// It did, by another way: the mode was altered and little else.
+    detours: u64,
+    false_alarms: u64,
+}
+
+pub(super) fn moves(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    let failed = |failure| format!("{failure:?}");
+    let mut pair = ready(Settings::ORDERED, scope.seed).map_err(failed)?;
+    pair.set_faults(SPOILT);
+    let mut tally = Tally::default();
+    for number in 1..=scope.cases {
+        let command = program::to_point(number, PtpMode::MovjXyz);
+        let request = program::request(&command);
+        let accepted = ask(&mut pair, request).is_ok();
+        // Until it has ended; a hold shows in the alarms, a stopped queue in the index.
+        let mut held = false;
+        while pair.arm.state().queue.running.is_some() || pair.arm.state().queue.waiting > 0 {
+            let soon = pair.now + SECOND;
+            pair.run_until(soon);
+            if !pair.arm.state().queue.started {
+                held = true;
+                look(&mut pair);
+            }
+            if pair.arm.state().queue.held {
+                held = true;
+                ask(&mut pair, Request::set(&ClearAllAlarmsState {})?).ok();
+            }
+        }
+        let taken = std::mem::take(&mut pair.accepted);
+        pair.heard.clear();
+        while pair.arm.poll_event().is_some() {}
+        let sent = request.frame().frame();
+        let altered = taken.iter().any(|(params, _)| params != sent.params());
+        let pose = ask(&mut pair, Request::get::<Pose>(&NoArgs)?);
+        let (true, Ok(reply)) = (accepted, pose) else {
+            continue;
+        };
+        let Ok(pose) = reply.frame().read::<Pose>() else {
+            continue;
+        };
+        let target = program::place(number);
+        let found = [pose.x, pose.y, pose.z, pose.r];
+        let mut apart = target
+            .iter()
+            .zip(&found)
+            .map(|(target, found)| (target - found).abs());
+        let noticed = held || !apart.all(|apart| apart <= NOTICED);
+        tally.altered += u64::from(altered);
+        tally.noticed += u64::from(altered && noticed);
+        let mode = |params: &[u8]| params.first().copied();
+        let detour = taken
+            .iter()
+            .any(|(params, _)| mode(params) != mode(sent.params()));
+        tally.harmless += u64::from(altered && !noticed && !detour);
+        tally.detours += u64::from(altered && !noticed && detour);
+        tally.false_alarms += u64::from(!altered && noticed);
+    }
+    let count = |name: &str, value: u64| Figure::new(name, value as f64, "moves");
+    Ok(Found {
+        figures: vec![
+            count("sent", scope.cases),
+            count("altered", tally.altered),
+            count("noticed by the final pose", tally.noticed),
+            count("altered by less than 0.1 mm or deg", tally.harmless),
+            count("another way to the same end", tally.detours),
+            count("noticed though not altered", tally.false_alarms),
+        ],
+        digest: Some(pair.digest.0),
+    })
+}
