@@ -7,7 +7,7 @@ use magician::connection::{Request, Settings};
 use magician::faults::Faults;
 use magician_protocol::{NoArgs, PtpMode};
 
-use super::submitted::{NONE, ask, look, ready};
+use super::submitted::{ask, look, ready};
 use super::{Found, Scope, program};
 use crate::bench::figure::Figure;
 
@@ -16,7 +16,7 @@ const SECOND: u64 = 1_000_000;
 const SPOILT: Faults = Faults {
     replace: 1e-2,
     drop: 1e-3,
-    ..NONE
+    ..Faults::NONE
 };
 /// A pose further from its target than this is noticed, in mm and degrees: less than an arm's repeatability.
 const NOTICED: f32 = 0.1;

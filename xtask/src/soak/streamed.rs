@@ -9,7 +9,7 @@ use magician::faults::Faults;
 use magician::pair::Pair;
 use magician::stream::{Stream, StreamEvent, StreamFailure, StreamSettings};
 
-use super::submitted::{NONE, SPOILT, ready};
+use super::submitted::{SPOILT, ready};
 use super::{Found, Scope, program};
 use crate::bench::figure::Figure;
 
@@ -199,7 +199,7 @@ impl Rig {
                 self.go_on(failure);
             }
         }
-        self.pair.set_faults(NONE);
+        self.pair.set_faults(Faults::NONE);
         let later = self.pair.now + 10 * SECOND;
         self.pair.run_until(later);
         self.note();

@@ -22,36 +22,12 @@ const SECOND: u64 = 1_000_000;
 pub(super) const SPOILT: Faults = Faults {
     replace: 1e-3,
     drop: 1e-4,
-    ..NONE
-};
-
-/// None. (`Faults::default` is no constant.)
-pub(super) const NONE: Faults = Faults {
-    replace: 0.0,
-    flip: 0.0,
-    drop: 0.0,
-    insert: 0.0,
-    duplicate: 0.0,
-    swap: 0.0,
-    drop_chunk: 0.0,
-    duplicate_chunk: 0.0,
-    swap_chunk: 0.0,
-    late_chunk: 0.0,
-    stall: 0.0,
-    rechunk: 0.0,
-    unplug: 0.0,
-    reset: 0.0,
-    hold_for: 50_000,
-    late_for: 500_000,
-    stall_for: 100_000,
-    unplug_for: 200_000,
-    only: None,
-    seed: 0,
+    ..Faults::NONE
 };
 
 /// A pair whose queue runs, was seen empty and has accepted a few commands, over a perfect line.
 pub(super) fn ready(settings: Settings, seed: u64) -> Result<Pair, Failure> {
-    let mut pair = Pair::new(settings, NONE, seed);
+    let mut pair = Pair::new(settings, Faults::NONE, seed);
     let bad = |_| Failure::Refused;
     pair.ask(Request::set(&QueuedCmdStartExec {}).map_err(bad)?, SECOND)?;
     pair.ask(
@@ -180,7 +156,7 @@ pub(super) fn look(pair: &mut Pair) -> u64 {
 
 /// The line is good again; what is under way arrives, and the host looks once more.
 fn settle(pair: &mut Pair, books: &mut Books) {
-    pair.set_faults(NONE);
+    pair.set_faults(Faults::NONE);
     let later = pair.now + 10 * SECOND;
     pair.run_until(later);
     if let Ok(index) = Request::get::<QueuedCmdCurrentIndex>(&NoArgs) {
@@ -236,7 +212,7 @@ pub(super) fn datagrams(scope: Scope) -> Result<Found, Box<dyn Error>> {
         drop_chunk: 0.05,
         duplicate_chunk: 0.01,
         swap_chunk: 0.05,
-        ..NONE
+        ..Faults::NONE
     };
     let run = one_by_one(scope, Settings::DATAGRAMS, faults)?;
     let mut figures = run.books.tally.figures();

@@ -92,31 +92,35 @@ pub enum Side {
     Replies,
 }
 
-impl Default for Faults {
+impl Faults {
     /// None, from seed 0.
+    pub const NONE: Self = Self {
+        replace: 0.0,
+        flip: 0.0,
+        drop: 0.0,
+        insert: 0.0,
+        duplicate: 0.0,
+        swap: 0.0,
+        drop_chunk: 0.0,
+        duplicate_chunk: 0.0,
+        swap_chunk: 0.0,
+        late_chunk: 0.0,
+        stall: 0.0,
+        rechunk: 0.0,
+        unplug: 0.0,
+        reset: 0.0,
+        hold_for: 50_000,
+        late_for: 500_000,
+        stall_for: 100_000,
+        unplug_for: 200_000,
+        only: None,
+        seed: 0,
+    };
+}
+
+impl Default for Faults {
     fn default() -> Self {
-        Self {
-            replace: 0.0,
-            flip: 0.0,
-            drop: 0.0,
-            insert: 0.0,
-            duplicate: 0.0,
-            swap: 0.0,
-            drop_chunk: 0.0,
-            duplicate_chunk: 0.0,
-            swap_chunk: 0.0,
-            late_chunk: 0.0,
-            stall: 0.0,
-            rechunk: 0.0,
-            unplug: 0.0,
-            reset: 0.0,
-            hold_for: 50_000,
-            late_for: 500_000,
-            stall_for: 100_000,
-            unplug_for: 200_000,
-            only: None,
-            seed: 0,
-        }
+        Self::NONE
     }
 }
 
