@@ -166,7 +166,7 @@ impl Move {
             }
             _ => commands.push(travel),
         }
-        let mut check = arm.preflight().await?;
+        let mut check = arm.preflight_for(&commands).await?;
         for command in &commands {
             check.check(command)?;
         }
