@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 /// What each crate may depend on among ours, in any section but dev-dependencies.
-const ALLOWED: [(&str, &[&str]); 7] = [
+const ALLOWED: [(&str, &[&str]); 8] = [
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
     ("magician-sim", &["magician-protocol", "magician-motion"]),
@@ -17,6 +17,15 @@ const ALLOWED: [(&str, &[&str]); 7] = [
         &["magician-protocol", "magician-sim", "magician"],
     ),
     (
+        "magician-program",
+        &[
+            "magician-protocol",
+            "magician-motion",
+            "magician-sim",
+            "magician",
+        ],
+    ),
+    (
         "magician-cli",
         &[
             "magician-protocol",
@@ -24,6 +33,7 @@ const ALLOWED: [(&str, &[&str]); 7] = [
             "magician-sim",
             "magician",
             "magician-conform",
+            "magician-program",
         ],
     ),
     (

@@ -1,0 +1,66 @@
+//! Lines on a sheet, wherever they came from, and how they become what the arm does.
+
+use crate::Origin;
+
+/// Lines on a sheet. Coordinates are those of the sheet, mm: x to the right, y up, from its lower left corner.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Artwork {
+    /// What it is called.
+    pub title: String,
+    /// Width and height of the sheet, where the file says so, mm.
+    pub page: Option<[f64; 2]>,
+    /// The lines, in the order of the file.
+    pub strokes: Vec<Stroke>,
+    /// Names that origins refer to.
+    pub names: Vec<String>,
+}
+
+/// One line without a break; one of a single point is a dot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stroke {
+    /// Its corners; a closed one ends where it begins, with the same point.
+    pub points: Vec<[f64; 2]>,
+    /// Where it came from.
+    pub origin: Origin,
+}
+
+impl Stroke {
+    /// Whether it ends where it begins, so that it may begin anywhere.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.points.len() > 2 && self.points.first() == self.points.last()
+    }
+
+    /// How long it is, mm.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        let pairs = self.points.iter().zip(self.points.iter().skip(1));
+        pairs.map(|(from, to)| distance(*from, *to)).sum()
+    }
+}
+
+impl Artwork {
+    /// The least and the greatest corner of its lines.
+    #[must_use]
+    pub fn bounds(&self) -> Option<[[f64; 2]; 2]> {
+        let mut points = self.strokes.iter().flat_map(|stroke| &stroke.points);
+        let first = *points.next()?;
+        Some(points.fold([first, first], |[least, most], [x, y]| {
+            [
+                [least[0].min(*x), least[1].min(*y)],
+                [most[0].max(*x), most[1].max(*y)],
+            ]
+        }))
+    }
+
+    /// How long its lines are together, mm.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.strokes.iter().map(Stroke::length).sum()
+    }
+}
+
+/// Between two points.
+pub(crate) fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
+    (other[0] - one[0]).hypot(other[1] - one[1])
+}

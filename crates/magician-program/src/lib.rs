@@ -1,0 +1,39 @@
+//! What people draw, teach and engrave with a Dobot Magician arm, as plans that are checked before anything moves.
+//!
+//! One way for all of it:
+//!
+//! ```text
+//! file --read--> Plan                        playback, G-code, Blockly, points, our own plan files
+//!           \--> Artwork --place, mark--> Plan   SVG, HPGL, DXF: lines on a sheet
+//!            \-> Raster --engrave--> Plan        images: grey that becomes laser power
+//! Plan --check--> Report     every complaint with its line, column or element
+//!      --preview--> SVG or PNG
+//!      --commands--> Arm::begin
+//! ```
+//!
+//! * [`read`](fn@read) takes the bytes of a file of any [`Format`]; what it gives says where in the file each step came from.
+//! * [`Plan`] is a value: kept in a file of our own, compared, moved, scaled, rotated, repeated.
+//! * [`check`](fn@check) follows a plan as the arm would and tells what is out of reach, how long it takes, how far the tool
+//!   travels.
+//!
+//! Lengths are mm, angles degrees, times seconds. A [`Plan`]'s coordinates are the arm's; an [`Artwork`]'s are those of its
+//! sheet: x to the right, y up, from the lower left corner.
+#![forbid(unsafe_code)]
+
+pub mod artwork;
+mod check;
+pub mod formats;
+mod origin;
+mod plan;
+mod problem;
+pub mod raster;
+mod surface;
+
+pub use artwork::{Artwork, Stroke};
+pub use check::{Complaint, Report, check};
+pub use formats::{Content, Format, ReadOptions, Reading, read};
+pub use origin::{Lines, Origin};
+pub use plan::{Action, Grip, Plan, Step, Tool, Travel};
+pub use problem::Problem;
+pub use raster::Raster;
+pub use surface::Surface;

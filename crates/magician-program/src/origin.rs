@@ -1,0 +1,136 @@
+//! Where in a file something came from.
+
+use std::ops::Range;
+
+/// A place in a source file. Lines and columns count from 1, columns in characters; 0 is no place: what we added ourselves, or
+/// a row of an image, whose line is the row and whose column is 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Origin {
+    /// Line, from 1.
+    pub line: u32,
+    /// Column, from 1, in characters.
+    pub column: u32,
+    /// How many characters it is about.
+    pub length: u32,
+    /// One more than the index of its name (an element's id, a point's name) in the list of names beside it; 0 is none.
+    pub name: u32,
+}
+
+impl Origin {
+    /// No place in a file.
+    pub const NONE: Self = Self {
+        line: 0,
+        column: 0,
+        length: 0,
+        name: 0,
+    };
+
+    /// With a name: its index in the list of names beside it.
+    #[must_use]
+    pub fn named(self, index: usize) -> Self {
+        let name = u32::try_from(index.saturating_add(1)).unwrap_or(0);
+        Self { name, ..self }
+    }
+
+    /// The index of its name.
+    #[must_use]
+    pub fn name_index(&self) -> Option<usize> {
+        (self.name as usize).checked_sub(1)
+    }
+
+    /// Whether it is a place in a file.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        self.line > 0
+    }
+}
+
+/// The lines of a text, to turn byte offsets into origins and back.
+#[derive(Clone, Debug)]
+pub struct Lines<'t> {
+    text: &'t str,
+    /// Where each line begins.
+    starts: Vec<usize>,
+}
+
+impl<'t> Lines<'t> {
+    /// Of a text.
+    #[must_use]
+    pub fn new(text: &'t str) -> Self {
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        let starts = std::iter::once(0).chain(ends.map(|(at, _)| at + 1));
+        Self {
+            text,
+            starts: starts.collect(),
+        }
+    }
+
+    /// The origin of a range of bytes. One that is not within the text, or cuts a character, is moved to where it fits.
+    #[must_use]
+    pub fn origin(&self, range: Range<usize>) -> Origin {
+        let start = self.fit(range.start);
+        let end = self.fit(range.end).max(start);
+        let line = self.starts.partition_point(|begin| *begin <= start).max(1);
+        let begin = self.starts.get(line - 1).copied().unwrap_or(0);
+        let count = |from, to| {
+            self.text
+                .get(from..to)
+                .map_or(0, |part| part.chars().count())
+        };
+        let number = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
+        Origin {
+            line: number(line),
+            column: number(count(begin, start) + 1),
+            length: number(count(start, end)),
+            name: 0,
+        }
+    }
+
+    /// The bytes that an origin is about.
+    #[must_use]
+    pub fn range(&self, origin: &Origin) -> Option<Range<usize>> {
+        let begin = *self.starts.get((origin.line as usize).checked_sub(1)?)?;
+        let column = (origin.column as usize).saturating_sub(1);
+        let start = begin + offset(self.text.get(begin..)?, column);
+        let end = start + offset(self.text.get(start..)?, origin.length as usize);
+        Some(start..end)
+    }
+
+    fn fit(&self, at: usize) -> usize {
+        let mut at = at.min(self.text.len());
+        while !self.text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
+    }
+}
+
+/// How many bytes the first so many characters take.
+fn offset(text: &str, characters: usize) -> usize {
+    let nth = text.char_indices().nth(characters);
+    nth.map_or(text.len(), |(at, _)| at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn offsets_and_origins_are_each_others_inverse() {
+        let text = "G0 X1\nG1 Y2 ; größe\n\nM2";
+        let lines = Lines::new(text);
+        for start in 0..=text.len() {
+            for end in start..=text.len() {
+                if text.get(start..end).is_none() {
+                    continue;
+                }
+                let origin = lines.origin(start..end);
+                assert_eq!(lines.range(&origin), Some(start..end), "{origin:?}");
+            }
+        }
+        let second = lines.origin(9..11);
+        assert_eq!((second.line, second.column, second.length), (2, 4, 2));
+        assert_eq!(lines.origin(0..99).length, text.chars().count() as u32);
+        assert_eq!(lines.range(&Origin { line: 9, ..second }), None);
+    }
+}

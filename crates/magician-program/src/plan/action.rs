@@ -1,0 +1,214 @@
+use magician::words;
+use magician_protocol::{PtpMode, Set};
+
+/// Which way a point-to-point move goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Travel {
+    /// All joints together; the tool's way is a curve (MOVJ).
+    #[default]
+    Joints,
+    /// On a straight line (MOVL).
+    Line,
+    /// Up, across, down (JUMP).
+    Jump,
+}
+
+/// What a gripper does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Grip {
+    /// Its pump is off.
+    Off,
+    /// It lets go.
+    Open,
+    /// It holds.
+    Close,
+}
+
+/// What is done in one step. Every action is one command of the protocol; those that people say often have names of their own,
+/// all others are an [`Action::Command`]. A command always has the same action: `Action::from(action.command()) == action`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Goes to a pose: x, y, z, r.
+    Move {
+        /// Where.
+        to: [f32; 4],
+        /// Which way.
+        by: Travel,
+    },
+    /// Goes to joint angles J1 to J4.
+    Joints {
+        /// Where.
+        to: [f32; 4],
+        /// Which way.
+        by: Travel,
+    },
+    /// Goes by so much in x, y, z, r from where the arm then is. A jump cannot: it goes by its joints.
+    Shift {
+        /// How far.
+        by: [f32; 4],
+        /// On a straight line; with all joints together if not.
+        line: bool,
+    },
+    /// Goes through one pose to another on an arc of a circle.
+    Arc {
+        /// A pose on the way.
+        via: [f32; 4],
+        /// Where it ends.
+        to: [f32; 4],
+    },
+    /// A segment of a continuous path, straight to x, y, z.
+    Path {
+        /// Where it ends.
+        to: [f32; 3],
+    },
+    /// A segment of a continuous path with the laser at a power.
+    Burn {
+        /// Where it ends.
+        to: [f32; 3],
+        /// Percent, 0 to 100.
+        power: f32,
+    },
+    /// Switches the suction cup.
+    Suction(bool),
+    /// Has the gripper do something.
+    Gripper(Grip),
+    /// Switches the laser.
+    Laser(bool),
+    /// Waits so many ms.
+    Wait(u32),
+    /// Finds the reference and goes to the home point.
+    Home,
+    /// Anything else that can be queued: speeds, pins, sensors, the rail, motors.
+    Command(Box<Set>),
+}
+
+impl Action {
+    /// The command that does it.
+    #[must_use]
+    pub fn command(&self) -> Set {
+        match *self {
+            Self::Move { to, by } => ptp(by, [words::move_to, words::line_to, words::jump_to], to),
+            Self::Joints { to, by } => {
+                let words = [words::move_joints, words::line_joints, words::jump_joints];
+                ptp(by, words, to)
+            }
+            Self::Shift { by, line: false } => each(words::move_by, by),
+            Self::Shift { by, line: true } => each(words::line_by, by),
+            Self::Arc { via, to } => words::arc_to(via, to),
+            Self::Path { to: [x, y, z] } => words::path_to(x, y, z),
+            Self::Burn {
+                to: [x, y, z],
+                power,
+            } => words::engrave_to(x, y, z, power),
+            Self::Suction(on) => words::suction(on),
+            Self::Gripper(Grip::Off) => words::pump_off(),
+            Self::Gripper(Grip::Open) => words::release(),
+            Self::Gripper(Grip::Close) => words::grip(),
+            Self::Laser(on) => words::laser(on),
+            Self::Wait(milliseconds) => {
+                words::wait(std::time::Duration::from_millis(milliseconds.into()))
+            }
+            Self::Home => words::home(),
+            Self::Command(ref command) => **command,
+        }
+    }
+
+    /// Where it leads the tool, when it says so itself: x, y, z.
+    #[must_use]
+    pub fn target(&self) -> Option<[f32; 3]> {
+        match *self {
+            Self::Move {
+                to: [x, y, z, _], ..
+            }
+            | Self::Arc {
+                to: [x, y, z, _], ..
+            } => Some([x, y, z]),
+            Self::Path { to } | Self::Burn { to, .. } => Some(to),
+            _ => None,
+        }
+    }
+}
+
+/// A word that takes x, y, z, r or four joint angles.
+type Word = fn(f32, f32, f32, f32) -> Set;
+
+fn ptp(by: Travel, words: [Word; 3], to: [f32; 4]) -> Set {
+    let [joints, line, jump] = words;
+    match by {
+        Travel::Joints => each(joints, to),
+        Travel::Line => each(line, to),
+        Travel::Jump => each(jump, to),
+    }
+}
+
+fn each(word: Word, [a, b, c, d]: [f32; 4]) -> Set {
+    word(a, b, c, d)
+}
+
+impl From<Set> for Action {
+    fn from(command: Set) -> Self {
+        let action = named(&command);
+        // What a name does not say in full stays a command.
+        match action {
+            Some(action) if action.command() == command => action,
+            _ => Self::Command(Box::new(command)),
+        }
+    }
+}
+
+fn named(command: &Set) -> Option<Action> {
+    Some(match command {
+        Set::PtpCmd(ptp) => {
+            let (to, line) = ([ptp.x, ptp.y, ptp.z, ptp.r], Travel::Line);
+            match ptp.ptp_mode {
+                PtpMode::MovjXyz => Action::Move {
+                    to,
+                    by: Travel::Joints,
+                },
+                PtpMode::MovlXyz => Action::Move { to, by: line },
+                PtpMode::JumpXyz => Action::Move {
+                    to,
+                    by: Travel::Jump,
+                },
+                PtpMode::MovjAngle => Action::Joints {
+                    to,
+                    by: Travel::Joints,
+                },
+                PtpMode::MovlAngle => Action::Joints { to, by: line },
+                PtpMode::JumpAngle => Action::Joints {
+                    to,
+                    by: Travel::Jump,
+                },
+                PtpMode::MovjXyzInc => Action::Shift {
+                    by: to,
+                    line: false,
+                },
+                PtpMode::MovlXyzInc => Action::Shift { by: to, line: true },
+                _ => return None,
+            }
+        }
+        Set::ArcCmd(arc) => Action::Arc {
+            via: arc.cir_point,
+            to: arc.to_point,
+        },
+        Set::CpCmd(cp) => Action::Path {
+            to: [cp.x, cp.y, cp.z],
+        },
+        Set::CpLeCmd(cp) => Action::Burn {
+            to: [cp.x, cp.y, cp.z],
+            power: cp.velocity_or_power,
+        },
+        Set::SetEndEffectorSuctionCup(cup) => Action::Suction(cup.suck.is_on()),
+        Set::SetEndEffectorGripper(gripper) => {
+            Action::Gripper(match (gripper.enable_ctrl.is_on(), gripper.grip.is_on()) {
+                (false, _) => Grip::Off,
+                (true, false) => Grip::Open,
+                (true, true) => Grip::Close,
+            })
+        }
+        Set::SetEndEffectorLaser(laser) => Action::Laser(laser.on.is_on()),
+        Set::WaitCmd(wait) => Action::Wait(wait.timeout),
+        Set::HomeCmd(_) => Action::Home,
+        _ => return None,
+    })
+}

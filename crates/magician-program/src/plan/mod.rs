@@ -1,0 +1,72 @@
+//! What an arm is to do, step by step, as a value.
+
+mod action;
+pub(crate) mod file;
+mod step;
+
+use magician::words;
+use magician_protocol::Set;
+
+pub use action::{Action, Grip, Travel};
+pub use step::{Step, Tool};
+
+use crate::{Origin, Surface};
+
+/// What the arm is to do: steps in their order, each with where it came from.
+///
+/// Coordinates are the arm's (origin where the base axis meets the shoulder axis, X forward, Y to the arm's left, Z up), for
+/// the tip of [`tool`](Self::tool), or for the tool bias in force on the arm when there is none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Plan {
+    /// What it is called; a file's name if it has no better one.
+    pub title: String,
+    /// The tool that it is made for. The arm is told of it first.
+    pub tool: Option<Tool>,
+    /// The surface that it works on, where that is known.
+    pub surface: Option<Surface>,
+    /// The steps.
+    pub steps: Vec<Step>,
+    /// Names that origins refer to.
+    pub names: Vec<String>,
+}
+
+impl Plan {
+    /// An empty one.
+    #[must_use]
+    pub fn new(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds a step.
+    pub fn push(&mut self, action: impl Into<Action>, origin: Origin) {
+        let action = action.into();
+        self.steps.push(Step { action, origin });
+    }
+
+    /// Adds a name and tells its index, for [`Origin::named`].
+    pub fn name(&mut self, name: impl Into<String>) -> usize {
+        self.names.push(name.into());
+        self.names.len() - 1
+    }
+
+    /// The name of an origin.
+    #[must_use]
+    pub fn name_of(&self, origin: &Origin) -> Option<&str> {
+        self.names.get(origin.name_index()?).map(String::as_str)
+    }
+
+    /// What the arm is told first: the tool that the plan is made for.
+    #[must_use]
+    pub fn preamble(&self) -> Option<Set> {
+        self.tool.map(|tool| words::tool(tool.bias()))
+    }
+
+    /// Everything the arm is told, in order: the preamble, and one command for each step.
+    pub fn commands(&self) -> impl Iterator<Item = Set> + Clone + '_ {
+        let steps = self.steps.iter().map(|step| step.action.command());
+        self.preamble().into_iter().chain(steps)
+    }
+}

@@ -1,0 +1,93 @@
+use std::fmt;
+use std::str::FromStr;
+
+use magician_motion::ToolBias;
+
+use super::Action;
+use crate::Origin;
+
+/// One step of a plan: one command.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// What is done.
+    pub action: Action,
+    /// Where it came from.
+    pub origin: Origin,
+}
+
+/// A tool, and how it sits on the arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tool {
+    /// None: coordinates are the wrist's.
+    None,
+    /// The suction cup.
+    Suction,
+    /// The gripper.
+    Gripper,
+    /// The pen holder.
+    Pen,
+    /// The laser.
+    Laser,
+    /// Any other, by its bias from the wrist, mm.
+    Bias([f32; 3]),
+}
+
+impl Tool {
+    /// The tools that have a name.
+    pub const NAMED: [(&'static str, Self); 5] = [
+        ("none", Self::None),
+        ("suction", Self::Suction),
+        ("gripper", Self::Gripper),
+        ("pen", Self::Pen),
+        ("laser", Self::Laser),
+    ];
+
+    /// Its bias from the wrist.
+    #[must_use]
+    pub fn bias(self) -> ToolBias {
+        match self {
+            Self::None => ToolBias::NONE,
+            Self::Suction => ToolBias::SUCTION,
+            Self::Gripper => ToolBias::GRIPPER,
+            Self::Pen => ToolBias::PEN,
+            Self::Laser => ToolBias::LASER,
+            Self::Bias([x, y, z]) => ToolBias::new(x.into(), y.into(), z.into()),
+        }
+    }
+}
+
+/// By name, or a bias as `X,Y,Z`.
+impl fmt::Display for Tool {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bias([x, y, z]) => write!(f, "{x},{y},{z}"),
+            named => {
+                let known = Self::NAMED.iter().find(|(_, tool)| tool == named);
+                f.write_str(known.map_or("none", |(name, _)| name))
+            }
+        }
+    }
+}
+
+impl FromStr for Tool {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let named = Self::NAMED.iter();
+        let mut named = named.filter(|(name, _)| name.eq_ignore_ascii_case(text.trim()));
+        if let Some((_, tool)) = named.next() {
+            return Ok(*tool);
+        }
+        let numbers: Result<Vec<f32>, _> =
+            text.split(',').map(|part| part.trim().parse()).collect();
+        match numbers.as_deref() {
+            Ok(&[x, y, z]) if [x, y, z].iter().all(|number| number.is_finite()) => {
+                Ok(Self::Bias([x, y, z]))
+            }
+            _ => {
+                let names = Self::NAMED.map(|(name, _)| name).join(", ");
+                Err(format!("expected X,Y,Z in mm, or one of {names}"))
+            }
+        }
+    }
+}
