@@ -3,6 +3,7 @@
 mod alarms;
 mod bench;
 mod dissector;
+mod dist;
 mod fidelity;
 mod gallery;
 mod protocol;
@@ -19,6 +20,7 @@ Usage: cargo xtask CHORE
   protocol   list every command of the protocol: docs/PROTOCOL.md
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
+  dist       build the release archive: target/dist/*.tar.gz
   bench [WHAT...] [--json]
              measure what the virtual arm costs
   soak [NAME [--cases N] [--seed S]] [--json]
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
+        Some((chore, [])) if chore == "dist" => dist::write(&root),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
         Some((chore, rest)) if chore == "soak" => soak::run(rest),
         _ => {
