@@ -6,8 +6,9 @@ mod gcode;
 mod hpgl;
 mod image;
 mod kind;
-mod playback;
+pub mod playback;
 mod svg;
+mod xml;
 
 use crate::plan::file;
 use crate::raster::Raster;
