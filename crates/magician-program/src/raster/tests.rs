@@ -240,14 +240,14 @@ fn the_tool_passes_the_image_at_one_speed() {
     };
     assert!(engrave.speed < engrave.steady_speed());
     let grid = centred(&image, Size::Natural);
-    let [right, _] = grid.at([1.0, 0.0]);
+    let [left, _] = grid.at([0.0, 0.0]);
     let plan = image.plan(&grid, SURFACE, &engrave).unwrap();
     let (mut before, mut looks) = (None::<State>, 0);
-    let mut farthest = right;
+    let mut farthest = left;
     let mut off = 0.0_f64;
     Bench::new().perform(&plan, |now| {
         if now.pose.z < SURFACE.height + 1e-3 {
-            farthest = farthest.max(now.pose.x);
+            farthest = farthest.min(now.pose.x);
         }
         let Some(before) = before.replace(now.clone()) else {
             return;
@@ -262,9 +262,9 @@ fn the_tool_passes_the_image_at_one_speed() {
     });
     println!("{looks} looks, speed off by {:.4} % at most", 100.0 * off);
     assert!(looks > 1000 && off < 0.005);
-    // As far as speed and acceleration need it.
+    // As far as speed and acceleration need it, before the black left side.
     assert_eq!(engrave.run_up(), 30.0 * 30.0 / (2.0 * 100.0));
-    assert!((farthest - (right + engrave.run_up())).abs() < 1e-3);
+    assert!((farthest - (left - engrave.run_up())).abs() < 1e-3);
 }
 
 #[test]
@@ -525,4 +525,18 @@ fn what_makes_no_sense_is_refused() {
     for size in [Size::Width(0.0), Size::Height(f64::NAN), Size::Pixel(-1.0)] {
         dot.size(size).unwrap_err();
     }
+}
+
+#[test]
+fn a_placed_frame_says_where_the_image_lies() {
+    let size = [20.0, 10.0];
+    let engrave = Engrave::default();
+    let frame = engrave.frame(size);
+    assert_eq!(frame.page, Some(size));
+    let run_up = engrave.run_up();
+    let all = [[-run_up, 0.0], [20.0 + run_up, 10.0]];
+    assert_eq!(frame.bounds(), Some(all));
+    let upright = Grid::of_frame(&frame).unwrap();
+    assert_eq!(upright, Grid::centred(size, [10.0, 5.0], 0.0, false));
+    assert_eq!(Grid::of_frame(&crate::Artwork::default()), None);
 }
