@@ -7,10 +7,10 @@ use magician_protocol::{Ctrl, FrameBuf, Set};
 use magician_sim::world::{Stroke, StrokeKind};
 use magician_sim::{Controller, LinkId, Profile, Scenario, State, World};
 
-use super::*;
+use crate::raster::*;
 use crate::{Action, Content, Format, Plan, ReadOptions, Surface, Tool, Travel, check, read};
 
-const GRADIENT: &[u8] = include_bytes!("../../samples/engrave_gradient.png");
+const GRADIENT: &[u8] = include_bytes!("../../../samples/engrave_gradient.png");
 const SURFACE: Surface = Surface::level(-60.0);
 
 fn gradient() -> Raster {
