@@ -27,6 +27,7 @@ mod origin;
 mod plan;
 mod problem;
 pub mod raster;
+pub mod rehearse;
 mod surface;
 
 pub use artwork::{Artwork, Stroke};
