@@ -15,6 +15,7 @@ mod log;
 mod output;
 mod progress;
 mod serving;
+mod terminal;
 mod values;
 mod verbs;
 
