@@ -27,6 +27,7 @@ mod origin;
 mod plan;
 mod problem;
 pub mod raster;
+mod reach;
 mod surface;
 
 pub use artwork::{Artwork, Stroke};
@@ -36,4 +37,5 @@ pub use origin::{Lines, Origin};
 pub use plan::{Action, Grip, Plan, Step, Tool, Travel};
 pub use problem::Problem;
 pub use raster::Raster;
+pub use reach::{Fit, Placement, Reach};
 pub use surface::Surface;
