@@ -1,0 +1,5 @@
+//! Outlines.
+
+/// How.
+#[derive(Clone, Debug)]
+pub struct Trace {}
