@@ -28,6 +28,7 @@ mod plan;
 mod problem;
 pub mod raster;
 mod reach;
+pub mod rehearse;
 mod surface;
 
 pub use artwork::{Artwork, Stroke};
