@@ -5,8 +5,9 @@ mod dxf;
 mod gcode;
 mod hpgl;
 mod image;
-mod playback;
+pub mod playback;
 mod svg;
+mod xml;
 
 use crate::plan::file;
 use crate::raster::Raster;

@@ -1,0 +1,4 @@
+//! Programs made in DobotStudio, read and run on the virtual arm.
+
+mod machine;
+mod playback;
