@@ -12,7 +12,7 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, bench, commands, completions, conform, conveyor, decode, demo, doctor, enqueue,
+    alarms, bench, commands, completions, config, conform, conveyor, decode, demo, doctor, enqueue,
     forward, get, help, home, info, inverse, io, man, ports, pose, proxy, queue, rail, replay,
     sensor, set, shell, sim, stop, tools, travel,
 };
@@ -62,8 +62,8 @@ impl Cli {
 #[command(next_help_heading = "Options of every verb")]
 pub(crate) struct Global {
     /// Where the arm is: `/dev/ttyUSB0`, `COM3`, `usb:VENDOR:PRODUCT[:SERIAL]`, `arm:SERIAL`,
-    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; the one arm found if
-    /// not given
+    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; if not given, the one of
+    /// `magician config`, else the one arm found
     #[arg(
         short,
         long,
@@ -144,6 +144,7 @@ pub(crate) enum Verb {
     Replay(replay::Replay),
     Forward(forward::Forward),
     Inverse(inverse::Inverse),
+    Config(config::Show),
     Completions(completions::Completions),
     Man(man::Man),
     Help(help::Help),
@@ -183,6 +184,7 @@ impl Verb {
             Self::Replay(verb) => verb.run(context),
             Self::Forward(verb) => verb.run(context),
             Self::Inverse(verb) => verb.run(context),
+            Self::Config(verb) => verb.run(context),
             Self::Completions(verb) => verb.run(context),
             Self::Man(verb) => verb.run(context),
             Self::Help(verb) => verb.run(context),

@@ -29,6 +29,7 @@ mod problem;
 pub mod raster;
 mod reach;
 pub mod rehearse;
+pub mod resume;
 mod surface;
 
 pub use artwork::{Artwork, Stroke};

@@ -4,6 +4,7 @@ pub(crate) mod alarms;
 pub(crate) mod bench;
 pub(crate) mod commands;
 pub(crate) mod completions;
+pub(crate) mod config;
 pub(crate) mod conform;
 pub(crate) mod conveyor;
 pub(crate) mod decode;
