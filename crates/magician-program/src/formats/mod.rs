@@ -8,6 +8,8 @@ mod image;
 mod playback;
 mod svg;
 
+pub use gcode::{Arcs, Dialect, GcodeOptions};
+
 use crate::plan::file;
 use crate::raster::Raster;
 use crate::{Artwork, Plan, Problem};
@@ -42,6 +44,8 @@ pub struct ReadOptions {
     pub title: String,
     /// How far a line may be from the curve that it stands for, mm.
     pub tolerance: f64,
+    /// What G-code leaves open.
+    pub gcode: GcodeOptions,
 }
 
 impl Default for ReadOptions {
@@ -49,6 +53,7 @@ impl Default for ReadOptions {
         Self {
             title: String::new(),
             tolerance: 0.05,
+            gcode: GcodeOptions::default(),
         }
     }
 }
