@@ -38,6 +38,7 @@ use crate::{Origin, Problem};
 
 use lexer::Flaw;
 use machine::Machine;
+pub(super) use notes::Notes;
 
 pub use options::{Arcs, Dialect, GcodeOptions};
 use survey::Survey;
