@@ -10,6 +10,8 @@ pub mod playback;
 mod svg;
 mod xml;
 
+pub use gcode::{Arcs, Dialect, GcodeOptions};
+
 use crate::plan::file;
 use crate::raster::Raster;
 use crate::{Artwork, Plan, Problem};
@@ -44,6 +46,8 @@ pub struct ReadOptions {
     pub title: String,
     /// How far a line may be from the curve that it stands for, mm.
     pub tolerance: f64,
+    /// What G-code leaves open.
+    pub gcode: GcodeOptions,
 }
 
 impl Default for ReadOptions {
@@ -51,6 +55,7 @@ impl Default for ReadOptions {
         Self {
             title: String::new(),
             tolerance: 0.05,
+            gcode: GcodeOptions::default(),
         }
     }
 }
