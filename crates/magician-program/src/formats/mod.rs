@@ -48,6 +48,18 @@ pub struct ReadOptions {
     pub tolerance: f64,
     /// What G-code leaves open.
     pub gcode: GcodeOptions,
+    /// What becomes of filled shapes that have no line of their own.
+    pub fills: Fills,
+}
+
+/// What becomes of filled shapes without a line in a drawing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Fills {
+    /// Their edge is drawn.
+    #[default]
+    Outline,
+    /// They are left out.
+    Ignore,
 }
 
 impl Default for ReadOptions {
@@ -56,6 +68,7 @@ impl Default for ReadOptions {
             title: String::new(),
             tolerance: 0.05,
             gcode: GcodeOptions::default(),
+            fills: Fills::default(),
         }
     }
 }
