@@ -13,8 +13,8 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
     alarms, bench, commands, completions, conform, decode, demo, doctor, enqueue, forward, get,
-    help, home, info, inverse, io, man, ports, pose, proxy, queue, replay, set, shell, sim, stop,
-    tools, travel,
+    help, home, info, inverse, io, jog, man, ports, pose, proxy, queue, replay, set, shell, sim,
+    stop, tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -119,6 +119,7 @@ pub(crate) enum Verb {
     Pose(pose::Pose),
     Home(home::Home),
     Move(travel::Move),
+    Jog(jog::Jog),
     Stop(stop::Stop),
     Suction(tools::Suction),
     Gripper(tools::Gripper),
@@ -155,6 +156,7 @@ impl Verb {
             Self::Pose(verb) => verb.run(context),
             Self::Home(verb) => verb.run(context),
             Self::Move(verb) => verb.run(context),
+            Self::Jog(verb) => verb.run(context),
             Self::Stop(verb) => verb.run(context),
             Self::Suction(verb) => verb.run(context),
             Self::Gripper(verb) => verb.run(context),
