@@ -76,7 +76,7 @@ fn jog_steps_and_refuses_what_is_out_of_reach() {
     place.shows("++", "step 50 mm");
     place.terminal.types(UP);
     place.terminal.until_drawn("x 254.40 mm");
-    place.terminal.until_drawn("arm stands");
+    place.terminal.until_drawn("stands");
     place.shows(UP, "limit 282.0 mm");
     assert!((place.axis("x") - 254.404).abs() < 0.001);
     place.shows("?", "stop, whatever moves");
