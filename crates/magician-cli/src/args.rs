@@ -12,9 +12,9 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, bench, commands, completions, conform, decode, demo, doctor, enqueue, forward, get,
-    help, home, info, inverse, io, jog, man, ports, pose, proxy, queue, replay, set, shell, sim,
-    stop, tools, travel,
+    alarms, bench, commands, completions, config, conform, conveyor, decode, demo, doctor, enqueue,
+    forward, get, help, home, info, inverse, io, jog, man, ports, pose, proxy, queue, rail, replay,
+    sensor, set, shell, sim, stop, tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -62,8 +62,8 @@ impl Cli {
 #[command(next_help_heading = "Options of every verb")]
 pub(crate) struct Global {
     /// Where the arm is: `/dev/ttyUSB0`, `COM3`, `usb:VENDOR:PRODUCT[:SERIAL]`, `arm:SERIAL`,
-    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; the one arm found if
-    /// not given
+    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; if not given, the one of
+    /// `magician config`, else the one arm found
     #[arg(
         short,
         long,
@@ -125,6 +125,9 @@ pub(crate) enum Verb {
     Gripper(tools::Gripper),
     Laser(tools::Laser),
     Io(io::Io),
+    Sensor(sensor::Sensor),
+    Rail(rail::Rail),
+    Conveyor(conveyor::Conveyor),
     Alarms(alarms::Alarms),
     Queue(queue::Queue),
     Get(get::Get),
@@ -142,6 +145,7 @@ pub(crate) enum Verb {
     Replay(replay::Replay),
     Forward(forward::Forward),
     Inverse(inverse::Inverse),
+    Config(config::Show),
     Completions(completions::Completions),
     Man(man::Man),
     Help(help::Help),
@@ -162,6 +166,9 @@ impl Verb {
             Self::Gripper(verb) => verb.run(context),
             Self::Laser(verb) => verb.run(context),
             Self::Io(verb) => verb.run(context),
+            Self::Sensor(verb) => verb.run(context),
+            Self::Rail(verb) => verb.run(context),
+            Self::Conveyor(verb) => verb.run(context),
             Self::Alarms(verb) => verb.run(context),
             Self::Queue(verb) => verb.run(context),
             Self::Get(verb) => verb.run(context),
@@ -179,6 +186,7 @@ impl Verb {
             Self::Replay(verb) => verb.run(context),
             Self::Forward(verb) => verb.run(context),
             Self::Inverse(verb) => verb.run(context),
+            Self::Config(verb) => verb.run(context),
             Self::Completions(verb) => verb.run(context),
             Self::Man(verb) => verb.run(context),
             Self::Help(verb) => verb.run(context),

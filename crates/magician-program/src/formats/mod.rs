@@ -5,8 +5,10 @@ mod dxf;
 mod gcode;
 mod hpgl;
 mod image;
-mod playback;
+mod kind;
+pub mod playback;
 mod svg;
+mod xml;
 
 use crate::plan::file;
 use crate::raster::Raster;

@@ -1,0 +1,167 @@
+//! Plans on a virtual arm in this process: what would really come of them, to the microsecond and the byte.
+//!
+//! Every command is sent as the frame that it is, and the queue is kept as full as it can be; the arm's clock jumps from
+//! event to event, so an hour of motion takes as long as its commands cost. There is no other clock and no chance in it:
+//! the same plan gives the same rehearsal, bit for bit.
+
+mod stage;
+
+use std::time::Duration;
+
+use magician::sim::world::Drawing;
+use magician::sim::{Controller, Event, LinkId};
+use magician::{AlarmSet, Error, JointAngles, Set};
+use magician_motion::Pose;
+use magician_protocol::Ctrl;
+use magician_protocol::commands::QueuedCmdStartExec;
+
+use crate::Plan;
+use stage::tell;
+pub use stage::{RehearseOptions, stage, start_of, tool_of};
+
+/// The host's link.
+const HOST: LinkId = LinkId(0);
+/// As many events are kept.
+const MOST_EVENTS: usize = 1000;
+
+/// What came of a plan on a virtual arm.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Rehearsal {
+    /// What pen or laser have left.
+    pub drawing: Drawing,
+    /// How long it took, on the arm's clock.
+    pub time: Duration,
+    /// How many steps have ended; fewer than the plan has if an alarm or a wait without an end held the arm.
+    pub steps: usize,
+    /// Where the arm stands at the end.
+    pub pose: Pose,
+    /// The same as joint angles.
+    pub joints: JointAngles,
+    /// The alarms that stand at the end.
+    pub alarms: AlarmSet,
+    /// What happened in it and when, but for commands that came and went: alarms, touches, refusals; the first 1000.
+    pub log: Vec<(Duration, Event)>,
+    planned: usize,
+}
+
+impl Rehearsal {
+    /// Whether all steps have ended without an alarm.
+    #[must_use]
+    pub fn is_good(&self) -> bool {
+        self.steps == self.planned && self.alarms.is_empty()
+    }
+}
+
+/// Has a virtual arm do a plan, at full speed.
+///
+/// ```
+/// use magician_program::rehearse::{RehearseOptions, rehearse};
+/// use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
+///
+/// let mut plan = Plan::new("a line");
+/// plan.tool = Some(Tool::Pen);
+/// plan.surface = Some(Surface::level(-60.0));
+/// plan.push(Action::Move { to: [200.0, 0.0, -60.0, 0.0], by: Travel::Joints }, Origin::NONE);
+/// plan.push(Action::Path { to: [240.0, 0.0, -60.0] }, Origin::NONE);
+///
+/// let done = rehearse(&plan, &RehearseOptions::default())?;
+/// assert!(done.is_good());
+/// assert_eq!(done.drawing.bounds(), Some([[200.0, 0.0], [240.0, 0.0]]));
+/// # Ok::<(), magician::Error>(())
+/// ```
+///
+/// # Errors
+/// As [`stage`], and for a command that fits no frame. What the arm refuses is no error but an alarm in the
+/// [`Rehearsal`].
+pub fn rehearse(plan: &Plan, options: &RehearseOptions) -> Result<Rehearsal, Error> {
+    let mut run = Run::on(stage(plan, options)?);
+    let mut commands = plan.commands();
+    run.fill(&mut commands)?;
+    let start = Set::QueuedCmdStartExec(QueuedCmdStartExec {});
+    tell(&mut run.arm, &start, Ctrl::SET)?;
+    while run.next() {
+        run.fill(&mut commands)?;
+    }
+    Ok(run.finish(plan))
+}
+
+/// A rehearsal under way.
+struct Run {
+    arm: Controller,
+    began: u64,
+    log: Vec<(Duration, Event)>,
+}
+
+impl Run {
+    fn on(arm: Controller) -> Self {
+        let began = arm.now();
+        let log = Vec::new();
+        let mut run = Self { arm, began, log };
+        while run.arm.poll_event().is_some() {}
+        run
+    }
+
+    fn now(&self) -> Duration {
+        Duration::from_micros(self.arm.now().saturating_sub(self.began))
+    }
+
+    /// Hands over commands as long as there is room.
+    fn fill(&mut self, commands: &mut impl Iterator<Item = Set>) -> Result<(), Error> {
+        let queue = self.arm.state().queue;
+        let at_work = usize::from(queue.running.is_some());
+        let room = queue.capacity.saturating_sub(queue.waiting + at_work);
+        for command in commands.take(room) {
+            tell(&mut self.arm, &command, Ctrl::QUEUED)?;
+        }
+        Ok(())
+    }
+
+    /// Goes to the next event; `false` if the arm has done all that it had, or is held.
+    fn next(&mut self) -> bool {
+        let queue = self.arm.state().queue;
+        let idle = queue.running.is_none() && (queue.waiting == 0 || queue.held);
+        if idle && !self.arm.state().moving {
+            return false;
+        }
+        let Some(at) = self.arm.poll_timeout() else {
+            return false;
+        };
+        self.arm.advance(at);
+        self.note();
+        true
+    }
+
+    fn note(&mut self) {
+        let now = self.now();
+        while let Some(event) = self.arm.poll_event() {
+            let daily = matches!(
+                event,
+                Event::Accepted { .. }
+                    | Event::Started { .. }
+                    | Event::Finished { .. }
+                    | Event::RestsOn { .. }
+            );
+            if !daily && self.log.len() < MOST_EVENTS {
+                self.log.push((now, event));
+            }
+        }
+    }
+
+    fn finish(mut self, plan: &Plan) -> Rehearsal {
+        self.note();
+        let state = self.arm.state();
+        let done = usize::try_from(state.queue.current_index).unwrap_or(usize::MAX);
+        let told_first = plan.preamble().into_iter().count();
+        Rehearsal {
+            drawing: self.arm.drawing(),
+            time: self.now(),
+            steps: done.saturating_sub(told_first),
+            pose: state.pose,
+            joints: state.joints,
+            alarms: state.alarms,
+            log: self.log,
+            planned: plan.steps.len(),
+        }
+    }
+}

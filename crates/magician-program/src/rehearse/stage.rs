@@ -1,0 +1,156 @@
+//! The virtual arm on which a plan is rehearsed.
+
+use magician::sim::{Controller, Profile, Scenario, World};
+use magician::words::{self, Preflight};
+use magician::{Error, FrameBuf, Set};
+use magician_protocol::Ctrl;
+use magician_protocol::commands::ClearAllAlarmsState;
+
+use super::HOST;
+use crate::{Action, Plan, Tool};
+
+/// How far a tool gives way beyond the slope of its surface, mm.
+const GIVE: f64 = 3.0;
+/// So much above the surface is at the surface: the rounding of what is sent, mm.
+const AT_SURFACE: f64 = 1e-3;
+/// A table that is farther off than this is none, mm.
+const FARTHEST_TABLE: f64 = 1000.0;
+
+/// What a plan is rehearsed with, where it does not say so itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct RehearseOptions {
+    /// The tool on the arm; the plan's own if it names one, else the one that its steps need.
+    pub tool: Option<Tool>,
+    /// The z that the arm reports where its tool touches the table, mm; the plan's surface if it has one, else where its
+    /// pen draws.
+    pub table: Option<f64>,
+}
+
+impl RehearseOptions {
+    /// Sets [`tool`](Self::tool).
+    #[must_use]
+    pub fn tool(mut self, tool: Tool) -> Self {
+        self.tool = Some(tool);
+        self
+    }
+
+    /// Sets [`table`](Self::table).
+    #[must_use]
+    pub fn table(mut self, height: f64) -> Self {
+        self.table = Some(height);
+        self
+    }
+}
+
+/// A virtual arm that is ready for a plan: homed, without an alarm, its tool mounted and told of, a level table under it.
+///
+/// A plan without a tool gets the one that its steps need: a laser for what burns, cup or gripper for what they hold, else
+/// a pen. A surface that is not level is stood for by a table at its highest point, and a tool that gives way as far as
+/// it is lower elsewhere.
+///
+/// # Errors
+/// [`InvalidInput`](magician::ErrorKind::InvalidInput) for a table at no height.
+pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error> {
+    let tool = tool_of(plan, options);
+    let scenario = scenario(plan, options, tool)?;
+    let mut arm = Controller::in_world(Profile::default(), World::from_scenario(&scenario));
+    let told = [
+        Set::ClearAllAlarmsState(ClearAllAlarmsState {}),
+        words::tool(tool.bias()),
+    ];
+    for command in &told {
+        tell(&mut arm, command, Ctrl::SET)?;
+    }
+    Ok(arm)
+}
+
+/// Where a check begins that is to hold for this arm.
+#[must_use]
+pub fn start_of(arm: &Controller) -> Preflight {
+    let state = arm.state();
+    Preflight::at(state.joints, state.tool)
+}
+
+/// Sends a command as the bytes that it is, and forgets the answer.
+pub(super) fn tell(arm: &mut Controller, command: &Set, ctrl: Ctrl) -> Result<(), Error> {
+    let frame = FrameBuf::set(command, ctrl)?;
+    arm.receive(HOST, frame.bytes());
+    while arm.poll_transmit(HOST).is_some() {}
+    Ok(())
+}
+
+/// The tool that a plan is rehearsed with.
+#[must_use]
+pub fn tool_of(plan: &Plan, options: &RehearseOptions) -> Tool {
+    options.tool.or(plan.tool).unwrap_or_else(|| needed(plan))
+}
+
+fn needed(plan: &Plan) -> Tool {
+    let needs = |wanted: fn(&Action) -> bool| plan.steps.iter().any(|step| wanted(&step.action));
+    if needs(|action| matches!(action, Action::Burn { .. } | Action::Laser(_))) {
+        Tool::Laser
+    } else if needs(|action| matches!(action, Action::Gripper(_))) {
+        Tool::Gripper
+    } else if needs(|action| matches!(action, Action::Suction(_))) {
+        Tool::Suction
+    } else {
+        Tool::Pen
+    }
+}
+
+fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenario, Error> {
+    let kind = match tool {
+        Tool::Bias(_) => needed(plan),
+        named => named,
+    };
+    let (height, slope) = table_of(plan, options, kind).unzip();
+    let give = GIVE + slope.unwrap_or(0.0);
+    let mut text =
+        format!("arm = {{ homed = true }}\ntool = {{ kind = \"{kind}\", give = {give:?} }}\n");
+    if let Some(height) = height {
+        if !height.is_finite() || height.abs() > FARTHEST_TABLE {
+            let message = format!("a table at {height} mm is no table for this arm");
+            return Err(Error::invalid(message).with_limit(height, FARTHEST_TABLE, "mm"));
+        }
+        text.push_str(&format!("table = {{ height = {height:?} }}\n"));
+    }
+    let scenario = Scenario::from_toml(&text);
+    scenario.map_err(|error| Error::invalid(error.to_string()))
+}
+
+/// How high the table is, and by how much the surface is lower at its lowest.
+fn table_of(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Option<(f64, f64)> {
+    if let Some(height) = options.table {
+        return Some((height, 0.0));
+    }
+    let drawn = plan.steps.iter().filter_map(|step| match step.action {
+        Action::Path { to } | Action::Burn { to, .. } => Some(to.map(f64::from)),
+        _ => None,
+    });
+    match plan.surface {
+        Some(surface) if surface.slope == [0.0, 0.0] => Some((surface.height, 0.0)),
+        Some(surface) => {
+            let targets = plan.steps.iter().filter_map(|step| step.action.target());
+            let touched = targets.filter_map(|to| {
+                let [x, y, z] = to.map(f64::from);
+                let height = surface.at([x, y]);
+                (z <= height + AT_SURFACE).then_some(height)
+            });
+            let range = extent(touched).unwrap_or([surface.height; 2]);
+            Some((range[1], range[1] - range[0]))
+        }
+        None if tool == Tool::Pen => {
+            let [lowest, _] = extent(drawn.map(|[_, _, z]| z))?;
+            Some((lowest, 0.0))
+        }
+        None => None,
+    }
+}
+
+fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    values.fold(None, |range, value| {
+        let [least, most] = range.unwrap_or([value; 2]);
+        Some([value.min(least), value.max(most)])
+    })
+}

@@ -1,0 +1,146 @@
+//! Plans on the virtual arm.
+
+use magician::{Options, VirtualArm, blocking::Arm, words};
+use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
+use magician_program::{Action, Grip, Origin, Plan, Surface, Tool, Travel, check};
+
+const PAPER: f32 = -60.0;
+
+fn travel(plan: &mut Plan, x: f32, y: f32, z: f32) {
+    let (to, by) = ([x, y, z, 0.0], Travel::Line);
+    plan.push(Action::Move { to, by }, Origin::NONE);
+}
+
+fn stroke(plan: &mut Plan, points: &[[f32; 2]]) {
+    let (Some([x, y]), Some([to_x, to_y])) = (points.first(), points.last()) else {
+        return;
+    };
+    travel(plan, *x, *y, PAPER + 10.0);
+    travel(plan, *x, *y, PAPER);
+    for [x, y] in &points[1..] {
+        plan.push(
+            Action::Path {
+                to: [*x, *y, PAPER],
+            },
+            Origin::NONE,
+        );
+    }
+    travel(plan, *to_x, *to_y, PAPER + 10.0);
+}
+
+/// A circle of many corners and a line.
+fn drawing() -> Plan {
+    let mut plan = Plan::new("circle");
+    plan.tool = Some(Tool::Pen);
+    plan.surface = Some(Surface::level(PAPER.into()));
+    plan.push(words::path_speed(40.0, 80.0), Origin::NONE);
+    let circle: Vec<[f32; 2]> = (0..=300)
+        .map(|nth| {
+            let angle = nth as f32 / 300.0 * std::f32::consts::TAU;
+            [220.0 + 30.0 * angle.cos(), 30.0 * angle.sin()]
+        })
+        .collect();
+    stroke(&mut plan, &circle);
+    stroke(&mut plan, &[[200.0, 80.0], [240.0, 100.0]]);
+    plan
+}
+
+#[test]
+fn a_rehearsal_takes_as_long_as_a_check_says() {
+    let plan = drawing();
+    let options = RehearseOptions::default();
+    let done = rehearse(&plan, &options).unwrap();
+    assert!(done.is_good(), "{:?} {:?}", done.alarms, done.log);
+    assert_eq!(done.steps, plan.steps.len());
+    let report = check(&plan, &start_of(&stage(&plan, &options).unwrap()));
+    assert_eq!(report.time, Some(done.time));
+    assert_eq!(done.drawing.strokes().len(), 2);
+}
+
+#[test]
+fn the_driver_leaves_the_same_drawing() {
+    let plan = drawing();
+    let options = RehearseOptions::default();
+    let cell = VirtualArm::from(stage(&plan, &options).unwrap());
+    let arm = Arm::simulated(cell.clone(), Options::default()).unwrap();
+    arm.run(plan.commands().collect::<Vec<_>>(), |_| {})
+        .unwrap();
+    let done = rehearse(&plan, &options).unwrap();
+    assert_eq!(cell.with(|arm| arm.drawing()), done.drawing);
+    assert_eq!(cell.state().pose, done.pose);
+}
+
+#[test]
+fn the_same_plan_gives_the_same_rehearsal() {
+    let [one, two] = [(); 2].map(|()| rehearse(&drawing(), &RehearseOptions::default()).unwrap());
+    assert_eq!(one.drawing, two.drawing);
+    assert_eq!((one.time, one.pose), (two.time, two.pose));
+}
+
+#[test]
+fn what_is_out_of_reach_is_an_alarm() {
+    let mut plan = drawing();
+    travel(&mut plan, 500.0, 0.0, 0.0);
+    let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
+    assert!(!done.is_good());
+    assert!(!done.alarms.is_empty() && !done.log.is_empty());
+}
+
+#[test]
+fn a_wait_without_an_end_ends_the_rehearsal() {
+    let mut plan = Plan::new("waits");
+    plan.push(words::wait_for_level(1, true), Origin::NONE);
+    travel(&mut plan, 220.0, 0.0, 0.0);
+    let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
+    assert_eq!(done.steps, 0);
+    assert!(!done.is_good());
+}
+
+#[test]
+fn a_tilted_paper_gets_its_whole_drawing() {
+    let mut plan = Plan::new("tilted");
+    plan.tool = Some(Tool::Pen);
+    let surface = Surface {
+        height: -70.0,
+        slope: [0.0, 0.1],
+    };
+    plan.surface = Some(surface);
+    let at = |x: f32, y: f32| [x, y, surface.at([x.into(), y.into()]) as f32];
+    let [x, y, z] = at(220.0, -60.0);
+    travel(&mut plan, x, y, z + 20.0);
+    travel(&mut plan, x, y, z);
+    plan.push(
+        Action::Path {
+            to: at(220.0, 60.0),
+        },
+        Origin::NONE,
+    );
+    let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
+    assert!(done.is_good(), "{:?} {:?}", done.alarms, done.log);
+    let [[_, low], [_, high]] = done.drawing.bounds().unwrap();
+    assert!((high - low - 120.0).abs() < 0.01, "{low} {high}");
+}
+
+#[test]
+fn a_table_at_no_height_is_refused() {
+    for height in [f64::NAN, f64::INFINITY, 1e9] {
+        let options = RehearseOptions::default().table(height);
+        assert!(rehearse(&drawing(), &options).is_err());
+    }
+}
+
+#[test]
+fn steps_tell_the_tool_that_they_need() {
+    use magician_program::rehearse::tool_of;
+    let with = |action: Action| {
+        let mut plan = Plan::new("");
+        plan.push(action, Origin::NONE);
+        tool_of(&plan, &RehearseOptions::default())
+    };
+    assert_eq!(with(Action::Laser(true)), Tool::Laser);
+    assert_eq!(with(Action::Gripper(Grip::Close)), Tool::Gripper);
+    assert_eq!(with(Action::Suction(true)), Tool::Suction);
+    assert_eq!(with(Action::Wait(1)), Tool::Pen);
+    let told = RehearseOptions::default().tool(Tool::None);
+    assert_eq!(tool_of(&drawing(), &told), Tool::None);
+}
