@@ -18,6 +18,7 @@ pub(crate) mod home;
 pub(crate) mod info;
 pub(crate) mod inverse;
 pub(crate) mod io;
+pub(crate) mod jog;
 pub(crate) mod man;
 pub(crate) mod ports;
 pub(crate) mod pose;
