@@ -21,6 +21,7 @@
 #![forbid(unsafe_code)]
 
 pub mod artwork;
+mod calibrate;
 mod check;
 pub mod formats;
 mod origin;
@@ -33,6 +34,7 @@ pub mod resume;
 mod surface;
 
 pub use artwork::{Artwork, Stroke};
+pub use calibrate::Tip;
 pub use check::{Complaint, Report, check};
 pub use formats::{Content, Fills, Format, ReadOptions, Reading, read};
 pub use origin::{Lines, Origin};
