@@ -58,6 +58,8 @@ impl Default for Engrave {
 impl Engrave {
     /// As many cells, at most, are engraved.
     pub const MOST_CELLS: usize = 16_000_000;
+    /// As often an image is made smaller until it fits with its run up.
+    const MOST_TRIES: usize = 64;
     /// Segments that the arm knows behind the one under way (model section 14).
     const AHEAD: f64 = 31.0;
 
@@ -79,7 +81,7 @@ impl Engrave {
     /// and out. To be placed as any drawing is; [`Grid::of_frame`] tells where the image then lies. A page of the image's size
     /// makes it lie on a sheet corner on corner.
     ///
-    /// The way to run up does not shrink with an image that is made to fit: frame its new size again then.
+    /// The way to run up does not shrink with an image that is made to fit: [`placed`](Self::placed) sees to that.
     #[must_use]
     pub fn frame(&self, size: [f64; 2]) -> Artwork {
         let frame = |beyond: f64| {
@@ -95,6 +97,54 @@ impl Engrave {
             strokes: vec![frame(0.0), frame(self.run_up())],
             ..Artwork::default()
         }
+    }
+
+    /// Where an image of this size (mm) comes to lie. `place` lays its [frame](Self::frame) before the arm, in true size or smaller
+    /// if it is to fit, and tells where it lies then and how large it is, 1 being the true size.
+    ///
+    /// ```
+    /// use magician_program::raster::{Engrave, Grid};
+    /// use magician_program::{Artwork, Problem};
+    ///
+    /// // Wherever it lies: no more than 30 mm wide.
+    /// let narrow = |frame: &Artwork| {
+    ///     let [least, most] = frame.bounds().expect("a frame has lines");
+    ///     let scale = (30.0 / (most[0] - least[0])).min(1.0);
+    ///     let mut placed = frame.clone();
+    ///     for point in placed.strokes.iter_mut().flat_map(|stroke| &mut stroke.points) {
+    ///         *point = point.map(|value| value * scale);
+    ///     }
+    ///     Ok::<_, Problem>((placed, scale))
+    /// };
+    /// let grid = Engrave::default().placed([52.0, 26.0], narrow)?;
+    /// let [width, height] = grid.size();
+    /// // 2 mm of it on either side are for the run up.
+    /// assert!((width - 26.0).abs() < 0.01 && (height - 13.0).abs() < 0.01);
+    /// # Ok::<(), Problem>(())
+    /// ```
+    ///
+    /// # Errors
+    /// What `place` refuses, and options that make no sense.
+    pub fn placed(
+        &self,
+        mut size: [f64; 2],
+        mut place: impl FnMut(&Artwork) -> Result<(Artwork, f64), Problem>,
+    ) -> Result<Grid, Problem> {
+        self.validate()?;
+        for _ in 0..Self::MOST_TRIES {
+            let (placed, scale) = place(&self.frame(size))?;
+            if scale >= 0.9999 {
+                let lost =
+                    || Problem::of_file("the frame of the image was lost when it was placed");
+                return Grid::of_frame(&placed).ok_or_else(lost);
+            }
+            // The run up was made smaller with it, and will not be in the next try.
+            size = super::positive(size.map(|side| side * scale))?;
+        }
+        Err(
+            Problem::of_file("there is not enough room to run up to the image")
+                .help("engrave it slower, or with less overscan"),
+        )
     }
 
     fn validate(&self) -> Result<(), Problem> {
