@@ -31,6 +31,8 @@ pub struct Engrave {
     pub speed: f64,
     /// To get to that speed, mm/s2.
     pub acceleration: f64,
+    /// Where nothing is burnt for long, mm/s; the arm takes its speed ratio of it, half at power-up.
+    pub travel: f64,
     /// Leaves out white lines and the white ends of others, and goes over wide gaps as fast as the arm travels.
     pub white_skip: bool,
     /// How far above the surface it begins and ends, mm.
@@ -49,6 +51,7 @@ impl Default for Engrave {
             overscan: None,
             speed: 20.0,
             acceleration: 100.0,
+            travel: 200.0,
             white_skip: true,
             lift: 10.0,
         }
@@ -158,6 +161,7 @@ impl Engrave {
         above("the line spacing", self.spacing, "mm")?;
         above("the speed", self.speed, "mm/s")?;
         above("the acceleration", self.acceleration, "mm/s2")?;
+        above("the speed of travels", self.travel, "mm/s")?;
         above("gamma", self.gamma, "")?;
         for (name, value) in [("the overscan", self.run_up()), ("the lift", self.lift)] {
             if !(value >= 0.0 && value.is_finite()) {

@@ -47,13 +47,10 @@ fn a_line_is_run_up_to_burnt_in_runs_and_run_out_of() {
         panic!("{plan:?}")
     };
     assert_eq!(dark.action, Action::Laser(false));
-    assert_eq!(
-        up.action,
-        Action::Move {
-            to: [199.0, 0.5, -50.0, 0.0],
-            by: Travel::Line
-        }
-    );
+    let r = 0.5_f32.atan2(199.0).to_degrees();
+    let to = [199.0, 0.5, -50.0, r];
+    let by = Travel::Line;
+    assert_eq!(up.action, Action::Move { to, by });
     assert_eq!(
         (plan.tool, plan.surface),
         (Some(Tool::Laser), Some(SURFACE))
