@@ -181,3 +181,31 @@ fn dots_faces_and_solids_are_lines() {
         square
     );
 }
+
+#[test]
+fn lines_that_meet_are_one() {
+    let drawn = |words: &str| {
+        let (strokes, _) = entities(words);
+        let points = strokes.into_iter().map(|stroke| stroke.points);
+        points.collect::<Vec<_>>()
+    };
+    // Some of them the other way round, and the first of them in the middle.
+    let open = "0 LINE 10 1 20 0 11 2 21 0 0 POINT 10 2 20 0 0 LINE 10 3 20 0 11 2 21 0 \
+        0 LINE 10 0 20 5 11 1 21 0 0 LINE 8 other 10 0 20 5 11 0 21 9";
+    assert_eq!(
+        drawn(open),
+        [
+            vec![[0.0, 5.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]],
+            vec![[2.0, 0.0]],
+            vec![[0.0, 5.0], [0.0, 9.0]],
+        ]
+    );
+    let round = "0 LINE 10 0 20 0 11 9 21 0 0 LINE 10 0 20 0 11 0 21 9 \
+        0 LINE 10 9 20 0.00001 11 0.00001 21 9";
+    let [closed] = drawn(round).try_into().unwrap();
+    assert_eq!(closed.len(), 4);
+    assert_eq!(closed.first(), closed.last());
+    // Where three meet it is not known which two go on.
+    let fork = "0 LINE 10 0 20 0 11 1 21 0 0 LINE 10 1 20 0 11 2 21 1 0 LINE 10 1 20 0 11 2 21 -1";
+    assert_eq!(drawn(fork).len(), 3);
+}
