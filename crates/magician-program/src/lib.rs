@@ -25,8 +25,10 @@ mod check;
 pub mod formats;
 mod origin;
 mod plan;
+pub mod preview;
 mod problem;
 pub mod raster;
+mod reach;
 pub mod rehearse;
 mod surface;
 
@@ -37,4 +39,5 @@ pub use origin::{Lines, Origin};
 pub use plan::{Action, Grip, Plan, Step, Tool, Travel};
 pub use problem::Problem;
 pub use raster::Raster;
+pub use reach::{Fit, Placement, Reach};
 pub use surface::Surface;

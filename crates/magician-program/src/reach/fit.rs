@@ -1,0 +1,407 @@
+//! Where a drawing fits.
+
+use super::{Fit, Placement, Reach, hull};
+use crate::Problem;
+use crate::artwork::distance;
+
+/// Places tried at first are so far apart, mm.
+const GRID: f64 = 10.0;
+/// Room kept free at the edges, as a share of the size: coordinates are rounded to 32 bits on their way to the arm.
+const MARGIN: f64 = 1e-4;
+/// Before the arm means within this angle to either side of its x axis, deg.
+const FRONT: f64 = 45.0;
+/// Ways are looked at in pieces of this length while a place is searched, mm; the place found is then checked exactly.
+const PIECE: f64 = 15.0;
+/// Sizes are found to this share.
+const FINE: f64 = 1e-5;
+
+impl Reach {
+    /// The best place for a drawing with these points: one where all of it, and every straight way from one of its points to
+    /// another, is within reach on the surface and above it.
+    ///
+    /// At its true size it goes as near as it can to the middle of what is within reach straight ahead. Otherwise it goes
+    /// before the arm, where it can be largest.
+    ///
+    /// # Errors
+    /// A [`Problem`] with the size of the drawing and the largest that fits, and for points that are no numbers.
+    pub fn best_place(&self, hull_points: &[[f64; 2]], fit: Fit) -> Result<Placement, Problem> {
+        let numbers = hull_points.as_flattened();
+        if numbers
+            .iter()
+            .any(|number| number.abs() >= 1e9 || number.is_nan())
+        {
+            return Err(Problem::of_file(
+                "a point of the drawing is no number, or beyond all measure",
+            ));
+        }
+        let shape = Shape::of(hull_points);
+        if shape.corners.is_empty() {
+            return Err(Problem::of_file(
+                "there is nothing to place: the drawing is empty",
+            ));
+        }
+        let Some([near, far]) = self.ahead() else {
+            return Err(self.nothing_here());
+        };
+        let search = Search {
+            reach: self,
+            shape: &shape,
+            wish: [0.5 * (near + far), 0.0],
+        };
+        if fit != Fit::Fill
+            && let Some(at) = search.true_size()
+        {
+            return Ok(shape.placed(at, 1.0));
+        }
+        if shape.is_a_point() {
+            return Ok(shape.placed(search.wish, 1.0));
+        }
+        let largest = search.largest(FRONT).and_then(|best| search.settled(best));
+        let (at, scale) = largest.ok_or_else(|| self.nothing_here())?;
+        if fit == Fit::TrueSize {
+            return Err(self.too_large(&shape, scale));
+        }
+        Ok(shape.placed(at, scale))
+    }
+
+    fn nothing_here(&self) -> Problem {
+        let (height, lift) = (self.surface.at([200.0, 0.0]), self.lift);
+        let message = format!(
+            "nothing is within reach on a surface at z = {height:.1} mm with the tool lifted by {lift} mm"
+        );
+        Problem::of_file(message).help("look at the height of the surface, the lift and the tool")
+    }
+
+    fn too_large(&self, shape: &Shape, scale: f64) -> Problem {
+        let [width, height] = shape.size;
+        let message = format!(
+            "the drawing is {width:.1} x {height:.1} mm; the largest that fits before the arm is {:.1} x {:.1} mm",
+            scale * width,
+            scale * height,
+        );
+        let percent = 100.0 * scale;
+        let help =
+            format!("`--fit` scales it to {percent:.0} %; `--rotate 90` may leave it larger");
+        Problem::of_file(message).help(help)
+    }
+}
+
+/// The outside of a drawing.
+struct Shape {
+    /// Its corners, from its middle.
+    corners: Vec<[f64; 2]>,
+    /// The point within about which it is scaled.
+    middle: [f64; 2],
+    /// Width and height.
+    size: [f64; 2],
+}
+
+impl Shape {
+    fn of(points: &[[f64; 2]]) -> Self {
+        let hull = hull::of(points);
+        let middle = hull::middle(&hull);
+        let corners = hull.iter().map(|[x, y]| [x - middle[0], y - middle[1]]);
+        let extent = |axis: usize| {
+            let values = || hull.iter().filter_map(|corner| corner.get(axis).copied());
+            let most = values().fold(f64::NEG_INFINITY, f64::max);
+            (most - values().fold(f64::INFINITY, f64::min)).max(0.0)
+        };
+        Self {
+            corners: corners.collect(),
+            middle,
+            size: [extent(0), extent(1)],
+        }
+    }
+
+    fn is_a_point(&self) -> bool {
+        self.size == [0.0, 0.0]
+    }
+
+    /// With its middle at a place.
+    fn placed(&self, [x, y]: [f64; 2], scale: f64) -> Placement {
+        let [mx, my] = self.middle;
+        Placement {
+            scale,
+            offset: [x - scale * mx, y - scale * my],
+        }
+    }
+
+    fn corners_at(&self, [x, y]: [f64; 2], scale: f64) -> impl Iterator<Item = [f64; 2]> + Clone {
+        let corners = self.corners.iter();
+        corners.map(move |corner| [x + scale * corner[0], y + scale * corner[1]])
+    }
+
+    /// Its edges, each by both ends.
+    fn edges_at(&self, at: [f64; 2], scale: f64) -> impl Iterator<Item = [[f64; 2]; 2]> {
+        let next = self.corners_at(at, scale).cycle().skip(1);
+        self.corners_at(at, scale).zip(next).map(|(a, b)| [a, b])
+    }
+}
+
+/// A search for the place of a shape. Scaling it about a point within makes it neither leave nor enter anything that a
+/// larger one did not, so that for each place there is one largest scale.
+struct Search<'s> {
+    reach: &'s Reach,
+    shape: &'s Shape,
+    /// Where its middle is to be if it can.
+    wish: [f64; 2],
+}
+
+impl Search<'_> {
+    /// Whether it fits there, but for what is between the points looked at.
+    fn fits(&self, at: [f64; 2], scale: f64) -> bool {
+        let scale = scale * (1.0 + MARGIN);
+        self.reach.has(at)
+            && self
+                .shape
+                .corners_at(at, scale)
+                .all(|corner| self.reach.has(corner))
+            && self
+                .shape
+                .edges_at(at, scale)
+                .all(|edge| self.has_edge(edge))
+    }
+
+    fn has_edge(&self, [a, b]: [[f64; 2]; 2]) -> bool {
+        // Behind the arm the base would have to go round.
+        let crosses_behind = (a[1] > 0.0) != (b[1] > 0.0)
+            && (a[0] * (b[1] - a[1]) - a[1] * (b[0] - a[0])) * (b[1] - a[1]).signum() < 0.0;
+        let step = [b[0] - a[0], b[1] - a[1]];
+        let point = |share: f64| [a[0] + share * step[0], a[1] + share * step[1]];
+        let square = step[0] * step[0] + step[1] * step[1];
+        let nearest = -(a[0] * step[0] + a[1] * step[1]) / square;
+        let pieces = (square.sqrt() / PIECE).ceil().min(1e3) as u32;
+        !crosses_behind
+            && (!(0.0..1.0).contains(&nearest) || self.reach.has(point(nearest)))
+            && (1..pieces).all(|piece| self.reach.has(point(f64::from(piece) / f64::from(pieces))))
+    }
+
+    /// Whether every way along its edges is within reach, exactly. There is no hole that they could go round: what
+    /// cannot be reached near the base is open to the back.
+    fn holds(&self, at: [f64; 2], scale: f64) -> bool {
+        let scale = scale * (1.0 + MARGIN);
+        let mut edges = self.shape.edges_at(at, scale);
+        edges.all(|[a, b]| self.reach.contains_line(a, b).is_ok())
+    }
+
+    /// Places of a grid round the wish, the nearest ones first, whose direction is within so many degrees of ahead.
+    fn places(&self, within: f64) -> Vec<[f64; 2]> {
+        let most = (2.0 * self.wish[0] / GRID).ceil().min(60.0) as i32;
+        let ahead = self.wish[0];
+        let grid = (-2 * most..=most).flat_map(|x| (-most..=most).map(move |y| (x, y)));
+        let mut places: Vec<[f64; 2]> = grid
+            .map(|(x, y)| [ahead + f64::from(x) * GRID, f64::from(y) * GRID])
+            .filter(|[x, y]| y.atan2(*x).to_degrees().abs() <= within)
+            .collect();
+        places.sort_by(|a, b| distance(*a, self.wish).total_cmp(&distance(*b, self.wish)));
+        places
+    }
+
+    /// The place nearest to the wish where it fits as it is: before the arm if it can, else beside it.
+    fn true_size(&self) -> Option<[f64; 2]> {
+        let fits = |at: &[f64; 2]| self.fits(*at, 1.0) && self.holds(*at, 1.0);
+        let tight = || {
+            let (at, scale) = self.largest(FRONT)?;
+            (scale >= 1.0 && fits(&at)).then_some(at)
+        };
+        let ahead = self.places(FRONT).into_iter().find(fits);
+        ahead
+            .or_else(tight)
+            .or_else(|| self.places(180.0).into_iter().find(fits))
+    }
+
+    /// Where it can be largest, and how large.
+    fn largest(&self, within: f64) -> Option<([f64; 2], f64)> {
+        let mut best: Option<([f64; 2], f64)> = None;
+        for at in self.places(within) {
+            best = self.better(best, at);
+        }
+        let mut step = GRID;
+        while step > 0.01 {
+            let (at, _) = best?;
+            let round = [
+                [1.0, 0.0],
+                [-1.0, 0.0],
+                [0.0, 1.0],
+                [0.0, -1.0],
+                [1.0, 1.0],
+                [1.0, -1.0],
+                [-1.0, 1.0],
+                [-1.0, -1.0],
+            ];
+            let improved = round.iter().fold(best, |best, [x, y]| {
+                self.better(best, [at[0] + step * x, at[1] + step * y])
+            });
+            if improved == best {
+                step *= 0.5;
+            }
+            best = improved;
+        }
+        best
+    }
+
+    /// The better of a place known and another.
+    fn better(&self, best: Option<([f64; 2], f64)>, at: [f64; 2]) -> Option<([f64; 2], f64)> {
+        let least = best.map_or(0.0, |(_, scale)| scale * (1.0 + FINE));
+        if !self.fits(at, least) {
+            return best;
+        }
+        let (mut low, mut high) = (least, f64::max(2.0 * least, 1e-6));
+        while self.fits(at, high) && high < 1e9 {
+            (low, high) = (high, 2.0 * high);
+        }
+        while high - low > 0.1 * FINE * high {
+            let middle = 0.5 * (low + high);
+            if self.fits(at, middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Some((at, low)).filter(|_| low > 0.0).or(best)
+    }
+
+    /// As large as it really can be at a place, all of its ways checked exactly.
+    fn settled(&self, (at, mut scale): ([f64; 2], f64)) -> Option<([f64; 2], f64)> {
+        for _ in 0..500 {
+            if self.holds(at, scale) {
+                return Some((at, scale));
+            }
+            scale *= 0.99;
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician::{Limits, ToolBias};
+
+    use super::*;
+    use crate::Surface;
+
+    const SHEET: [[f64; 2]; 4] = [[0.0, 0.0], [297.0, 0.0], [297.0, 210.0], [0.0, 210.0]];
+
+    fn reach() -> Reach {
+        Reach::new(ToolBias::PEN, Surface::level(-60.0), 20.0)
+    }
+
+    fn lies_within(reach: &Reach, points: &[[f64; 2]], place: &Placement) {
+        for a in points {
+            for b in points {
+                let line = reach.contains_line(place.of(*a), place.of(*b));
+                assert!(line.is_ok(), "{place:?} {a:?} {b:?}: {line:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_fits_is_placed_at_its_true_size_in_the_middle() {
+        let small = SHEET.map(|[x, y]| [0.2 * x, 0.2 * y]);
+        for fit in [Fit::TrueSize, Fit::Shrink] {
+            let place = reach().best_place(&small, fit).unwrap();
+            lies_within(&reach(), &small, &place);
+            assert_eq!(place.scale, 1.0);
+            assert_eq!(place.offset[1], -21.0, "symmetric about the arm's x axis");
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused_with_both_sizes_or_shrunk() {
+        let problem = reach().best_place(&SHEET, Fit::TrueSize).unwrap_err();
+        assert!(problem.message.contains("297.0 x 210.0 mm"), "{problem}");
+        let place = reach().best_place(&SHEET, Fit::Shrink).unwrap();
+        lies_within(&reach(), &SHEET, &place);
+        let largest = format!("{:.1} x {:.1} mm", 297.0 * place.scale, 210.0 * place.scale);
+        assert!(problem.message.contains(&largest), "{problem} {largest}");
+        // No larger one fits there.
+        assert!(place.scale > 0.4 && place.scale < 1.0);
+        let larger = Placement {
+            scale: 1.01 * place.scale,
+            ..place
+        };
+        assert!(
+            SHEET
+                .iter()
+                .any(|corner| reach().contains(larger.of(*corner)).is_err())
+        );
+    }
+
+    #[test]
+    fn what_fills_touches_the_edge() {
+        let small = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 1.2]];
+        let place = reach().best_place(&small, Fit::Fill).unwrap();
+        lies_within(&reach(), &small, &place);
+        assert!(place.scale > 100.0, "{place:?}");
+        let ends = small.map(|corner| place.of(corner));
+        let room = ends.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
+        let [_, far] = reach().ahead().unwrap();
+        assert!(far - room < 0.1, "{room} of {far}");
+    }
+
+    #[test]
+    fn a_tilted_surface_a_turned_tool_and_a_sideways_bias_count() {
+        let tilted = Surface {
+            height: -60.0,
+            slope: [0.1, -0.05],
+        };
+        for reach in [
+            Reach::new(ToolBias::LASER, tilted, 5.0),
+            reach().rotated_to(120.0),
+            Reach::new(ToolBias::new(60.0, 25.0, 10.0), Surface::level(0.0), 30.0),
+            reach().limits(Limits::GUARANTEED),
+        ] {
+            let place = reach.best_place(&SHEET, Fit::Shrink).unwrap();
+            lies_within(&reach, &SHEET, &place);
+            assert!(place.scale > 0.2, "{place:?}");
+            let outline = reach.outline();
+            assert!(!outline.is_empty());
+            for [x, y] in outline.concat() {
+                let inwards = |by: f64| {
+                    let (distance, heading) = (x.hypot(y) + by, y.atan2(x));
+                    reach.has([distance * heading.cos(), distance * heading.sin()])
+                };
+                assert!(inwards(0.01) || inwards(-0.01) || inwards(0.0), "{x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        assert!(reach().best_place(&[], Fit::Fill).is_err());
+        assert!(reach().best_place(&[[f64::NAN, 0.0]], Fit::Fill).is_err());
+        assert!(
+            reach()
+                .best_place(&[[1e300, 0.0], [0.0, 0.0]], Fit::Shrink)
+                .is_err()
+        );
+        let far = Reach::new(ToolBias::PEN, Surface::level(-400.0), 20.0);
+        assert!(far.best_place(&SHEET, Fit::Shrink).is_err());
+        assert!(far.outline().is_empty());
+        let dot = reach().best_place(&[[3.0, 4.0]], Fit::Fill).unwrap();
+        assert_eq!(dot.scale, 1.0);
+        let line = reach().best_place(&[[3.0, 4.0], [500.0, 4.0]], Fit::Shrink);
+        assert!(line.is_ok_and(|place| place.scale < 1.0));
+    }
+
+    #[test]
+    fn the_outline_is_one_area_as_wide_as_the_base_turns() {
+        let outline = reach().outline();
+        assert_eq!(outline.len(), 1);
+        let headings = outline[0].iter().map(|[x, y]| y.atan2(*x).to_degrees());
+        let widest = headings.map(f64::abs).fold(0.0, f64::max);
+        assert!((widest - 135.0).abs() < 0.01, "{widest}");
+        assert_eq!(outline[0].first(), outline[0].last());
+    }
+
+    #[test]
+    fn errors_say_where_the_tool_is() {
+        let [_, far] = Reach::new(ToolBias::PEN, Surface::level(-60.0), 0.0)
+            .ahead()
+            .unwrap();
+        let reach = Reach::new(ToolBias::PEN, Surface::level(-60.0), -60.0);
+        let error = reach.contains([far - 0.1, 0.0]).unwrap_err();
+        assert!(error.to_string().contains("lifted by -60 mm"), "{error}");
+        assert!(error.value().is_some() && error.limit().is_some());
+    }
+}

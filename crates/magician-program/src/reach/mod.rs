@@ -1,0 +1,159 @@
+//! Where a tool can work on a surface, and where a drawing fits there.
+
+mod fit;
+mod hull;
+mod outline;
+
+use magician::{Error, Geometry, Limits, ToolBias};
+use magician_motion::{ArmState, Move, MoveKind, Planner, Pose, Speeds, Target};
+
+use crate::Surface;
+
+/// Where a tool can be on a surface and, lifted, above it: what placing a drawing needs to know, asked of the same
+/// limits as the check before a run.
+///
+/// ```
+/// use magician::ToolBias;
+/// use magician_program::{Fit, Reach, Surface};
+///
+/// let reach = Reach::new(ToolBias::PEN, Surface::level(-60.0), 20.0);
+/// assert!(reach.contains([240.0, 0.0]).is_ok());
+/// let error = reach.contains([360.0, 0.0]).unwrap_err();
+/// assert!(error.value() > error.limit()); // by how much
+///
+/// // A sheet of 80 x 60 mm at its true size, before the arm: a point p of it comes to lie at scale * p + offset.
+/// let corners = [[0.0, 0.0], [80.0, 0.0], [80.0, 60.0], [0.0, 60.0]];
+/// let place = reach.best_place(&corners, Fit::TrueSize)?;
+/// assert_eq!(place.scale, 1.0);
+/// assert!(corners.iter().all(|corner| reach.contains(place.of(*corner)).is_ok()));
+/// # Ok::<(), magician_program::Problem>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    geometry: Geometry,
+    limits: Limits,
+    surface: Surface,
+    lift: f64,
+    r: f64,
+}
+
+/// How large a drawing may become.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fit {
+    /// As large as it is.
+    TrueSize,
+    /// As large as it is, or as much smaller as it must be.
+    Shrink,
+    /// As large as there is room for.
+    Fill,
+}
+
+/// How a drawing comes to lie before the arm: first scaled about the origin of its sheet, then moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// How much larger it becomes.
+    pub scale: f64,
+    /// Where the origin of its sheet comes to lie, mm.
+    pub offset: [f64; 2],
+}
+
+impl Placement {
+    /// Where a point of the sheet comes to lie.
+    #[must_use]
+    pub fn of(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [dx, dy] = self.offset;
+        [self.scale * x + dx, self.scale * y + dy]
+    }
+}
+
+impl Reach {
+    /// Of a tool on a surface, and `lift` mm above it, within the controller's own limits, at r = 0.
+    #[must_use]
+    pub fn new(tool: ToolBias, surface: Surface, lift: f64) -> Self {
+        Self {
+            geometry: Geometry::magician(tool),
+            limits: Limits::CONTROLLER,
+            surface,
+            lift,
+            r: 0.0,
+        }
+    }
+
+    /// With the tool at another rotation, deg.
+    #[must_use]
+    pub fn rotated_to(self, r: f64) -> Self {
+        Self { r, ..self }
+    }
+
+    /// Within other limits, [`Limits::GUARANTEED`] for one.
+    #[must_use]
+    pub fn limits(self, limits: Limits) -> Self {
+        Self { limits, ..self }
+    }
+
+    /// Whether the tool can be at a point of the surface and above it.
+    ///
+    /// # Errors
+    /// [`Unreachable`](magician::ErrorKind::Unreachable) with value and limit: what is in the way, and by how much.
+    pub fn contains(&self, point: [f64; 2]) -> Result<(), Error> {
+        self.state(point, 0.0)?;
+        self.state(point, self.lift)
+            .map(drop)
+            .map_err(|error| lifted(&error, self.lift))
+    }
+
+    /// Whether the tool can go from one point straight to another, on the surface and above it.
+    ///
+    /// # Errors
+    /// As [`contains`](Self::contains).
+    pub fn contains_line(&self, from: [f64; 2], to: [f64; 2]) -> Result<(), Error> {
+        self.line(from, to, 0.0)?;
+        self.line(from, to, self.lift)
+            .map_err(|error| lifted(&error, self.lift))
+    }
+
+    fn pose(&self, [x, y]: [f64; 2], lift: f64) -> Pose {
+        Pose::new(x, y, self.surface.at([x, y]) + lift, self.r)
+    }
+
+    fn state(&self, point: [f64; 2], lift: f64) -> Result<ArmState, Error> {
+        let pose = self.pose(point, lift);
+        Ok(ArmState::at_pose(&self.geometry, &pose, &self.limits)?)
+    }
+
+    /// As `contains`, for less work.
+    fn has(&self, point: [f64; 2]) -> bool {
+        [0.0, self.lift].into_iter().all(|lift| {
+            let pose = self.pose(point, lift);
+            let joints = self.geometry.inverse_within(&pose, &self.limits);
+            joints.is_ok()
+        })
+    }
+
+    fn line(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> Result<(), Error> {
+        let start = self.state(from, lift)?;
+        let planner = Planner {
+            geometry: self.geometry,
+            limits: self.limits,
+            speeds: Speeds::POWER_UP,
+        };
+        let request = Move {
+            target: Target::Pose(self.pose(to, lift)),
+            kind: MoveKind::Line,
+        };
+        match planner.plan(&start, &request)?.crossing {
+            Some(crossing) => Err(crossing.cause.into()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The same error, of a tool that is above the surface.
+fn lifted(error: &Error, lift: f64) -> Error {
+    let message = format!("with the tool lifted by {lift} mm: {error}");
+    let plain = Error::new(error.kind(), message);
+    match (error.value(), error.limit(), error.unit()) {
+        (Some(value), Some(limit), Some(unit)) => plain.with_limit(value, limit, unit),
+        _ => plain,
+    }
+}

@@ -1,0 +1,127 @@
+//! The edges of what a tool can reach, for pictures.
+
+use super::Reach;
+
+/// Steps in which distances are looked at before an edge is narrowed down, mm.
+const STEP: f64 = 2.0;
+/// No tool of the arm reaches further, mm.
+const FARTHEST: f64 = 600.0;
+/// Degrees from one corner of an arc to the next.
+const TURN: i32 = 2;
+/// The edge is found to this, mm or deg.
+const FINE: f64 = 1e-6;
+
+impl Reach {
+    /// The edges of what can be reached on the surface and above it: closed polygons, in the arm's x and y. None where
+    /// there is nothing within reach.
+    #[must_use]
+    pub fn outline(&self) -> Vec<Vec<[f64; 2]>> {
+        let mut rings: Vec<Ring> = Vec::new();
+        let mut open: Vec<Ring> = Vec::new();
+        let mut before: Option<(f64, Vec<[f64; 2]>)> = None;
+        for heading in (-180..=180).step_by(TURN as usize).map(f64::from) {
+            let spans = self.spans(heading);
+            if let Some((from, old)) = &before
+                && old.len() != spans.len()
+            {
+                let (last, first) = self.change(*from, heading, old.len());
+                let ending = self.spans(last);
+                (open.iter_mut().zip(ending)).for_each(|(ring, span)| ring.add(last, span));
+                rings.append(&mut open);
+                let beginning = self.spans(first).into_iter();
+                open = beginning.map(|span| Ring::begun(first, span)).collect();
+            }
+            if open.len() != spans.len() {
+                rings.append(&mut open);
+                open = vec![Ring::default(); spans.len()];
+            }
+            for (ring, span) in open.iter_mut().zip(&spans) {
+                ring.add(heading, *span);
+            }
+            before = Some((heading, spans));
+        }
+        rings.append(&mut open);
+        let closed = rings.into_iter().map(Ring::closed);
+        closed.filter(|ring| ring.len() > 3).collect()
+    }
+
+    /// From which to which distance the tool can be in one direction, mm.
+    fn spans(&self, heading: f64) -> Vec<[f64; 2]> {
+        let (sin, cos) = heading.to_radians().sin_cos();
+        let inside = |distance: f64| self.has([distance * cos, distance * sin]);
+        let mut spans = Vec::new();
+        let (mut at, mut was, mut begun) = (0.0, inside(0.0), 0.0);
+        while at < FARTHEST {
+            let next = at + STEP;
+            let is = inside(next);
+            match (was, is) {
+                (false, true) => begun = edge(next, at, inside),
+                (true, false) => spans.push([begun, edge(at, next, inside)]),
+                _ => {}
+            }
+            (at, was) = (next, is);
+        }
+        spans
+    }
+
+    /// Where between two headings the number of spans changes: the last with as many, and the first without.
+    fn change(&self, mut from: f64, mut to: f64, count: usize) -> (f64, f64) {
+        while to - from > 1e-3 {
+            let middle = 0.5 * (from + to);
+            if self.spans(middle).len() == count {
+                from = middle;
+            } else {
+                to = middle;
+            }
+        }
+        (from, to)
+    }
+
+    /// From which to which distance the tool can be straight ahead, the widest such span, mm.
+    pub(super) fn ahead(&self) -> Option<[f64; 2]> {
+        let spans = self.spans(0.0).into_iter();
+        spans.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
+    }
+}
+
+/// Where between a distance inside and one outside the edge is, as seen from the inside.
+fn edge(mut inner: f64, mut outer: f64, inside: impl Fn(f64) -> bool) -> f64 {
+    while (outer - inner).abs() > FINE {
+        let middle = 0.5 * (inner + outer);
+        if inside(middle) {
+            inner = middle;
+        } else {
+            outer = middle;
+        }
+    }
+    inner
+}
+
+/// An area between two distances, heading by heading.
+#[derive(Clone, Debug, Default)]
+struct Ring {
+    near: Vec<[f64; 2]>,
+    far: Vec<[f64; 2]>,
+}
+
+impl Ring {
+    fn begun(heading: f64, span: [f64; 2]) -> Self {
+        let mut ring = Self::default();
+        ring.add(heading, span);
+        ring
+    }
+
+    fn add(&mut self, heading: f64, [near, far]: [f64; 2]) {
+        let (sin, cos) = heading.to_radians().sin_cos();
+        self.near.push([near * cos, near * sin]);
+        self.far.push([far * cos, far * sin]);
+    }
+
+    /// Out along the far edge, back along the near one.
+    fn closed(self) -> Vec<[f64; 2]> {
+        let mut points = self.far;
+        points.extend(self.near.into_iter().rev());
+        points.extend(points.first().copied());
+        points
+    }
+}
