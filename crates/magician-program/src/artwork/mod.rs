@@ -1,5 +1,12 @@
 //! Lines on a sheet, wherever they came from, and how they become what the arm does.
 
+mod area;
+mod mark;
+mod place;
+
+pub use mark::Marking;
+pub use place::{Layout, Placed, Sheet};
+
 use crate::Origin;
 
 /// Lines on a sheet. Coordinates are those of the sheet, mm: x to the right, y up, from its lower left corner.

@@ -1,0 +1,237 @@
+//! How a drawing becomes what the arm does: with a pen that is put down and lifted, or a laser that is lit and darkened.
+
+use magician::words;
+
+use super::area::Area;
+use super::{Placed, Stroke};
+use crate::{Action, Origin, Plan, Tool, Travel};
+
+/// So much above the height of its ways the tool first comes to a drawing, and passes over what a straight way cannot cross.
+/// Joints that go together lower the tool on their way where the arm is stretched out and low; a way that ends so much higher
+/// does not lead below a surface that the tool stands at least 3 mm above.
+const APPROACH: f64 = 50.0;
+/// How long a pen rests where it leaves a dot, ms.
+const DOT_REST: u32 = 100;
+/// Half the line that a laser burns for a dot, mm: it must move to burn.
+const DOT_REACH: f64 = 0.05;
+
+/// With what lines are drawn, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Marking {
+    /// The tool.
+    pub tool: Tool,
+    /// Power of the laser along the lines, percent; none for a pen, which is put down and lifted instead.
+    pub power: Option<f32>,
+    /// How far above the surface a pen travels between lines, and where both begin and end, mm.
+    pub lift: f64,
+    /// Speed along the lines, mm/s.
+    pub speed: f32,
+    /// Acceleration along the lines, mm/s2.
+    pub acceleration: f32,
+    /// Speed between the lines, mm/s; the arm takes its speed ratio of it, half at power-up.
+    pub travel: f32,
+    /// The rotation that moves end with, degrees. Without it J4 stays at zero and the tool turns with the arm, which costs no
+    /// time.
+    pub r: Option<f32>,
+}
+
+impl Marking {
+    /// A pen, 10 mm above the paper between lines, at 50 mm/s on it.
+    #[must_use]
+    pub const fn pen() -> Self {
+        Self {
+            tool: Tool::Pen,
+            power: None,
+            lift: 10.0,
+            speed: 50.0,
+            acceleration: 100.0,
+            travel: 200.0,
+            r: None,
+        }
+    }
+
+    /// The laser at so many percent, at 20 mm/s.
+    #[must_use]
+    pub const fn laser(power: f32) -> Self {
+        Self {
+            tool: Tool::Laser,
+            power: Some(power),
+            speed: 20.0,
+            ..Self::pen()
+        }
+    }
+}
+
+impl Placed {
+    /// What the arm does to draw it: one path for each line, in their order.
+    ///
+    /// It begins from anywhere. All joints together lead to a point well above the first line, for which the arm must not be
+    /// known to stand anywhere, and which rises from the paper if the pen is a little above it; a straight way could lead through
+    /// the base, and a jump rises out of reach from where the arm is high already. From there on everything is straight, but
+    /// where the base is in the way. It ends above the last line.
+    #[must_use]
+    pub fn plan(&self, marking: &Marking) -> Plan {
+        let mut plan = Plan::new(self.artwork.title.clone());
+        plan.tool = Some(marking.tool);
+        plan.surface = Some(self.surface);
+        plan.names.clone_from(&self.artwork.names);
+        plan.push(
+            words::line_speed(marking.travel, marking.travel),
+            Origin::NONE,
+        );
+        plan.push(
+            words::path_speed(marking.speed, marking.acceleration),
+            Origin::NONE,
+        );
+        let mut hand = Hand {
+            plan,
+            marking,
+            placed: self,
+            area: Area::new(marking.tool.bias(), self.surface, marking.lift),
+            at: None,
+        };
+        for stroke in &self.artwork.strokes {
+            hand.draw(stroke);
+        }
+        hand.leave();
+        hand.plan
+    }
+}
+
+/// A point, and how far above the surface.
+type Above = ([f64; 2], f64);
+
+/// What puts down the steps of one drawing.
+struct Hand<'a> {
+    plan: Plan,
+    marking: &'a Marking,
+    placed: &'a Placed,
+    area: Area,
+    /// Where the tool is by then, and the last line.
+    at: Option<(Above, Origin)>,
+}
+
+impl Hand<'_> {
+    fn draw(&mut self, stroke: &Stroke) {
+        let Some(first) = stroke.points.first() else {
+            return;
+        };
+        let dot = stroke.points.iter().all(|point| point == first);
+        match (self.marking.power, dot) {
+            (None, _) => self.write(stroke, dot),
+            (Some(power), false) => self.burn(&stroke.points, power, stroke.origin),
+            (Some(power), true) => {
+                let [from, to] = [-DOT_REACH, DOT_REACH].map(|by| [first[0] + by, first[1]]);
+                self.burn(&[from, to], power, stroke.origin);
+            }
+        }
+    }
+
+    /// Pen down, along, up.
+    fn write(&mut self, stroke: &Stroke, dot: bool) {
+        let Some((first, others)) = stroke.points.split_first() else {
+            return;
+        };
+        let (origin, lift) = (stroke.origin, self.marking.lift);
+        self.travel((*first, lift), origin);
+        self.line((*first, 0.0), origin);
+        if dot {
+            self.plan.push(Action::Wait(DOT_REST), origin);
+        } else {
+            self.along(*first, others, origin, |to| Action::Path { to });
+        }
+        let last = others.last().unwrap_or(first);
+        self.line((*last, lift), origin);
+    }
+
+    /// To its beginning, along with the laser lit, dark.
+    fn burn(&mut self, points: &[[f64; 2]], power: f32, origin: Origin) {
+        let Some((first, others)) = points.split_first() else {
+            return;
+        };
+        self.travel((*first, 0.0), origin);
+        self.along(*first, others, origin, |to| Action::Burn { to, power });
+        self.plan.push(Action::Laser(false), origin);
+        let last = others.last().unwrap_or(first);
+        self.at = Some(((*last, 0.0), origin));
+    }
+
+    /// One segment for each corner that is another point for the arm.
+    fn along(
+        &mut self,
+        first: [f64; 2],
+        others: &[[f64; 2]],
+        origin: Origin,
+        segment: impl Fn([f32; 3]) -> Action,
+    ) {
+        let mut last = self.point((first, 0.0));
+        for corner in others {
+            let to = self.point((*corner, 0.0));
+            if to != last {
+                self.plan.push(segment(to), origin);
+                last = to;
+            }
+        }
+    }
+
+    /// To where a line begins.
+    fn travel(&mut self, to: Above, origin: Origin) {
+        match self.at {
+            Some((from, _)) if from.0 == to.0 => {
+                if from.1 != to.1 {
+                    self.line(to, origin);
+                }
+            }
+            Some((from, _)) if self.area.leads(from.0, to.0, to.1) => self.line(to, origin),
+            Some((from, _)) => {
+                self.line(self.raised(from), origin);
+                self.approach(to, origin);
+            }
+            None => self.approach(to, origin),
+        }
+    }
+
+    /// Over it with all joints, then down.
+    fn approach(&mut self, to: Above, origin: Origin) {
+        let over = self.raised(to);
+        self.go(over, Travel::Joints, origin);
+        if over != to {
+            self.line(to, origin);
+        }
+    }
+
+    /// As far above it as is reached, but not above what an approach needs.
+    fn raised(&self, (at, above): Above) -> Above {
+        let steps = (1..=10).rev().map(|tenth| f64::from(tenth) / 10.0);
+        let mut heights = steps.map(|share| self.marking.lift + share * APPROACH);
+        let found = heights.find(|height| self.area.joints(at, *height).is_ok());
+        (at, found.unwrap_or(above))
+    }
+
+    /// Up from the last line, if the tool is not up.
+    fn leave(&mut self) {
+        if let Some(((at, above), origin)) = self.at
+            && above < self.marking.lift
+        {
+            self.line((at, self.marking.lift), origin);
+        }
+    }
+
+    fn line(&mut self, to: Above, origin: Origin) {
+        self.go(to, Travel::Line, origin);
+    }
+
+    fn go(&mut self, to: Above, by: Travel, origin: Origin) {
+        let [x, y, z] = self.point(to);
+        let turned = || self.area.joints(to.0, to.1).map_or(0.0, |joints| joints.j1);
+        let r = self.marking.r.unwrap_or_else(|| turned() as f32);
+        let to_pose = [x, y, z, r];
+        self.plan.push(Action::Move { to: to_pose, by }, origin);
+        self.at = Some((to, origin));
+    }
+
+    fn point(&self, (at, above): Above) -> [f32; 3] {
+        let z = self.placed.surface.at(at) + above;
+        [at[0], at[1], z].map(|value| value as f32)
+    }
+}

@@ -1,0 +1,340 @@
+//! How a drawing lies before the arm.
+
+use serde::{Deserialize, Serialize};
+
+use super::area::{Area, Shape};
+use super::{Artwork, Marking, Stroke};
+use crate::{Origin, Problem, Surface};
+
+/// A sheet of paper before the arm, as it was measured.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sheet {
+    /// Where its lower left corner lies, in the arm's x and y, mm.
+    pub corner: [f64; 2],
+    /// How its lower edge runs, degrees from the arm's X towards its Y.
+    pub rotation: f64,
+    /// Its surface.
+    pub surface: Surface,
+    /// Its width and height, where they are known, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size: Option<[f64; 2]>,
+}
+
+/// How a drawing is to lie before the arm. Sheet x runs along the arm's X and sheet y along its Y, unless it is rotated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    /// The sheet that its page lies on, corner on corner. Without one it lies wherever there is room for it.
+    pub sheet: Option<Sheet>,
+    /// The surface, that of the sheet or any other.
+    pub surface: Surface,
+    /// Its size, 1 being the true one.
+    pub scale: f64,
+    /// Degrees by which it is turned to the left.
+    pub rotate: f64,
+    /// Where the middle of its lines goes, in the arm's x and y, mm; wherever its page would then lie.
+    pub at: Option<[f64; 2]>,
+    /// Whether it is made smaller until it fits.
+    pub fit: bool,
+    /// Whether it is mirrored, left to right, before it is turned.
+    pub mirror: bool,
+}
+
+impl Layout {
+    /// In true size, wherever there is room for it on a surface.
+    #[must_use]
+    pub fn on(surface: Surface) -> Self {
+        Self {
+            sheet: None,
+            surface,
+            scale: 1.0,
+            rotate: 0.0,
+            at: None,
+            fit: false,
+            mirror: false,
+        }
+    }
+
+    /// In true size on a sheet.
+    #[must_use]
+    pub fn on_sheet(sheet: Sheet) -> Self {
+        Self {
+            sheet: Some(sheet),
+            ..Self::on(sheet.surface)
+        }
+    }
+}
+
+/// A drawing in the arm's coordinates.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Placed {
+    /// Its lines, x and y as the arm has them, mm. It has no page any more.
+    pub artwork: Artwork,
+    /// The surface that they lie on.
+    pub surface: Surface,
+    /// Its size, 1 being the true one: what was asked for, or less if it was made to fit.
+    pub scale: f64,
+    /// The middle of its lines, mm.
+    pub middle: [f64; 2],
+}
+
+impl Artwork {
+    /// Lays the drawing before an arm that marks it in this way; every point of it can be reached then.
+    ///
+    /// # Errors
+    /// A [`Problem`] if there is nothing in it, a number of the layout is none, or it does not fit: with its size, the size
+    /// that would fit, and what to do.
+    pub fn placed(&self, layout: &Layout, marking: &Marking) -> Result<Placed, Problem> {
+        layout.check()?;
+        let Some(bounds) = self.bounds() else {
+            return Err(Problem::of_file("there is nothing to draw in it"));
+        };
+        let area = Area::new(marking.tool.bias(), layout.surface, marking.lift);
+        let Some([near, far]) = area.depth() else {
+            let z = layout.surface.height;
+            let message = format!("a surface at z = {z:.1} cannot be reached with this tool");
+            return Err(Problem::of_file(message));
+        };
+        let placer = Placer::new(self, bounds, layout, &area);
+        if let Some(place) = placer.place(layout.scale) {
+            return Ok(placer.put(layout.scale, place));
+        }
+        let most = placer.most();
+        match most.and_then(|scale| Some((scale, placer.place(scale)?))) {
+            Some((scale, place)) if layout.fit => Ok(placer.put(scale, place)),
+            _ => Err(placer.refusal(most, [near, far])),
+        }
+    }
+}
+
+impl Layout {
+    fn check(&self) -> Result<(), Problem> {
+        let surface = [&[self.surface.height][..], &self.surface.slope].concat();
+        let sheet = self.sheet.map_or(vec![], |sheet| {
+            let size = sheet.size.unwrap_or_default();
+            [&[sheet.rotation][..], &sheet.corner, &size].concat()
+        });
+        let at = self.at.unwrap_or_default();
+        let numbers = [&surface[..], &sheet, &at, &[self.scale, self.rotate]].concat();
+        if numbers.iter().any(|number| !number.is_finite()) {
+            let message = "a drawing cannot be placed with numbers that are none";
+            return Err(Problem::of_file(message));
+        }
+        if self.scale <= 0.0 {
+            let message = format!("the scale is {}, it must be above 0", self.scale);
+            return Err(Problem::of_file(message));
+        }
+        Ok(())
+    }
+}
+
+/// One drawing, and how it is to lie.
+struct Placer<'a> {
+    artwork: &'a Artwork,
+    layout: &'a Layout,
+    area: &'a Area,
+    /// Mirrored and turned in true size, the middle of its lines at the origin.
+    turned: Vec<Vec<[f64; 2]>>,
+    shape: Shape,
+    /// Its width and height, turned.
+    size: [f64; 2],
+    /// From the lower left corner of its page to the middle of its lines, turned with the sheet.
+    inset: [f64; 2],
+    /// Width and height of the page.
+    page: [f64; 2],
+}
+
+impl<'a> Placer<'a> {
+    fn new(
+        artwork: &'a Artwork,
+        bounds: [[f64; 2]; 2],
+        layout: &'a Layout,
+        area: &'a Area,
+    ) -> Self {
+        let own = |point: [f64; 2]| {
+            let [x, y] = point;
+            rotated([if layout.mirror { -x } else { x }, y], layout.rotate)
+        };
+        let sheet = layout.sheet.map_or(0.0, |sheet| sheet.rotation);
+        let lines = artwork.strokes.iter().map(|stroke| &stroke.points);
+        let turned: Vec<Vec<_>> = lines
+            .map(|points| points.iter().map(|point| own(*point)).collect())
+            .collect();
+        let [least, most] = bounds_of(turned.iter().flatten().copied()).unwrap_or(bounds);
+        // A page that is not known is what the lines take, from the origin on.
+        let page = match artwork.page {
+            Some(page) => [[0.0; 2], page],
+            None => [
+                bounds[0].map(|low| low.min(0.0)),
+                bounds[1].map(|high| high.max(0.0)),
+            ],
+        };
+        let [[left, low], [right, high]] = page;
+        let corners = [[left, low], [right, low], [left, high], [right, high]].map(own);
+        let [page_least, page_most] = bounds_of(corners.into_iter()).unwrap_or(page);
+        let middle = [0, 1].map(|axis| f64::midpoint(least[axis], most[axis]));
+        let around = |point: [f64; 2]| [point[0] - middle[0], point[1] - middle[1]];
+        let turned: Vec<Vec<_>> = turned
+            .into_iter()
+            .map(|points| {
+                points
+                    .into_iter()
+                    .map(|at| rotated(around(at), sheet))
+                    .collect()
+            })
+            .collect();
+        let shape = Shape::of(turned.iter().map(Vec::as_slice));
+        Self {
+            artwork,
+            layout,
+            area,
+            turned,
+            shape,
+            size: [0, 1].map(|axis| most[axis] - least[axis]),
+            inset: rotated([0, 1].map(|axis| middle[axis] - page_least[axis]), sheet),
+            page: [0, 1].map(|axis| page_most[axis] - page_least[axis]),
+        }
+    }
+
+    /// Where the middle of its lines goes in this size, if all of it is reached there.
+    fn place(&self, scale: f64) -> Option<[f64; 2]> {
+        let at = match (self.layout.at, self.layout.sheet) {
+            (Some(at), _) => at,
+            (None, Some(sheet)) => {
+                if !self.is_on(&sheet, scale) {
+                    return None;
+                }
+                [0, 1].map(|axis| sheet.corner[axis] + scale * self.inset[axis])
+            }
+            (None, None) => return self.area.best_place(&self.shape, scale),
+        };
+        self.shape.is_within(self.area, at, scale).then_some(at)
+    }
+
+    /// Whether its page is no larger than the sheet; a millimetre more is nothing.
+    fn is_on(&self, sheet: &Sheet, scale: f64) -> bool {
+        let [width, height] = self.page.map(|side| scale * side - 1.0);
+        (sheet.size).is_none_or(|size| width <= size[0] && height <= size[1])
+    }
+
+    /// The largest size that fits, but not above the one asked for.
+    fn most(&self) -> Option<f64> {
+        let (mut fits, mut fails) = (0.0, self.layout.scale);
+        for _ in 0..16 {
+            let scale = f64::midpoint(fits, fails);
+            if self.place(scale).is_some() {
+                fits = scale;
+            } else {
+                fails = scale;
+            }
+        }
+        (fits > 0.0).then_some(fits)
+    }
+
+    fn put(&self, scale: f64, at: [f64; 2]) -> Placed {
+        let put = |point: &[f64; 2]| [0, 1].map(|axis| at[axis] + scale * point[axis]);
+        let lines = self.turned.iter().zip(&self.artwork.strokes);
+        let strokes = lines.map(|(points, stroke)| Stroke {
+            points: points.iter().map(put).collect(),
+            origin: stroke.origin,
+        });
+        Placed {
+            artwork: Artwork {
+                title: self.artwork.title.clone(),
+                page: None,
+                strokes: strokes.collect(),
+                names: self.artwork.names.clone(),
+            },
+            surface: self.layout.surface,
+            scale,
+            middle: at,
+        }
+    }
+
+    /// Why it does not fit.
+    fn refusal(&self, most: Option<f64>, [near, far]: [f64; 2]) -> Problem {
+        let size = |scale: f64| {
+            let [width, height] = self.size.map(|side| scale * side);
+            format!("{width:.0} by {height:.0} mm")
+        };
+        let own = size(self.layout.scale);
+        let Some(most) = most else {
+            let reached = format!("straight ahead x = {near:.0} to {far:.0} mm is reached");
+            let message = match self.layout.at {
+                Some([x, y]) => {
+                    format!("nothing can be drawn around x = {x:.1}, y = {y:.1}; {reached}")
+                }
+                None => format!("the corner of the sheet cannot be reached; {reached}"),
+            };
+            return Problem::of_file(message).help("place it elsewhere, with --at X,Y for one");
+        };
+        let place = match (self.layout.at, self.layout.sheet) {
+            (Some(_), _) => "at most {} of that shape can be reached there",
+            (None, Some(_)) => "at most {} of that shape fit the sheet and can be reached",
+            (None, None) => "at most {} of that shape can be reached",
+        };
+        let message = format!("the drawing is {own}, {}", place.replace("{}", &size(most)));
+        let smaller = (most * 1000.0).floor() / 1000.0;
+        let mut help = format!("--fit shrinks it, --scale {smaller} would do");
+        if self
+            .turned_by_90()
+            .is_some_and(|other| other > most * 1.001)
+        {
+            help += ", --rotate 90 leaves it more room";
+        }
+        Problem::new(self.worst(), message).help(help)
+    }
+
+    /// The largest size that would fit if it were turned.
+    fn turned_by_90(&self) -> Option<f64> {
+        let rotate = self.layout.rotate + 90.0;
+        let layout = Layout {
+            rotate,
+            ..self.layout.clone()
+        };
+        let placer = Placer::new(self.artwork, self.artwork.bounds()?, &layout, self.area);
+        match placer.place(layout.scale) {
+            Some(_) => Some(layout.scale),
+            None => placer.most(),
+        }
+    }
+
+    /// The first line that is out of reach where the drawing was to go.
+    fn worst(&self) -> Origin {
+        let at = match (self.layout.at, self.layout.sheet) {
+            (Some(at), _) => at,
+            (None, Some(sheet)) => {
+                [0, 1].map(|axis| sheet.corner[axis] + self.layout.scale * self.inset[axis])
+            }
+            (None, None) => return Origin::NONE,
+        };
+        let put = |point: &[f64; 2]| [0, 1].map(|axis| at[axis] + self.layout.scale * point[axis]);
+        let mut lines = self.turned.iter().zip(&self.artwork.strokes);
+        let beyond = |points: &Vec<[f64; 2]>| points.iter().any(|at| !self.area.reaches(put(at)));
+        let first = lines.find(|(points, _)| beyond(points));
+        first.map_or(Origin::NONE, |(_, stroke)| stroke.origin)
+    }
+}
+
+fn rotated([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
+    // Quarters are exact: a sheet that lies straight has straight lines.
+    let (sin, cos) = match degrees.rem_euclid(360.0) {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        other => other.to_radians().sin_cos(),
+    };
+    [x * cos - y * sin, x * sin + y * cos]
+}
+
+fn bounds_of(mut points: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> {
+    let first = points.next()?;
+    Some(points.fold([first, first], |[least, most], [x, y]| {
+        [
+            [least[0].min(x), least[1].min(y)],
+            [most[0].max(x), most[1].max(y)],
+        ]
+    }))
+}
