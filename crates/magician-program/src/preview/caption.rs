@@ -23,7 +23,6 @@ pub(super) fn draw(
     let title = Type {
         size: 5.2,
         colour: INK,
-        bold: true,
         anchor: Anchor::Start,
         rim: false,
     };
@@ -38,7 +37,6 @@ pub(super) fn draw(
     let text = Type {
         size: 3.4,
         colour: FAINT,
-        bold: false,
         ..title
     };
     let facts = facts(plan, report, trip);
@@ -54,7 +52,7 @@ fn facts(plan: &Plan, report: &Report, trip: &Trip) -> Vec<String> {
     let (left, other) = match trip.work {
         Work::Draws(_) => ("drawn", "pen up"),
         Work::Burns(_) => ("burnt", "dark"),
-        Work::Carries(_) => ("drawn", "way"),
+        Work::Carries(_) => ("drawn", "travelled"),
     };
     if trip.drawn > 0.0 {
         facts.push(format!("{} {left}", length(trip.drawn)));

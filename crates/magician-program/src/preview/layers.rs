@@ -4,11 +4,13 @@ use super::svg::{Number, Svg};
 use super::trip::{Layer, Leaves, SHADES};
 use super::{BURNT, CARRIED, DRAWN, EMPTY};
 
-/// With more lines than this, dashes are only a grey cloud.
-const DASHED: usize = 400;
+/// With more corners than this, and between the lines of an engraving, dashes are only a cloud.
+const DASHED: usize = 600;
 
 /// Draws the layers, what is left on top; `data` tells the lines of one.
 pub(super) fn draw(svg: &mut Svg, layers: &mut [Layer], data: impl Fn(&mut Layer) -> String) {
+    let burns = |layer: &Layer| matches!(layer.leaves, Leaves::Burn(_));
+    let burns = layers.iter().any(burns);
     layers.sort_by_key(|layer| match layer.leaves {
         Leaves::Nothing => 0,
         Leaves::Carried => 1,
@@ -18,9 +20,10 @@ pub(super) fn draw(svg: &mut Svg, layers: &mut [Layer], data: impl Fn(&mut Layer
     for layer in layers {
         let data = data(layer);
         let (colour, width, opacity, dashes) = look(layer.leaves);
-        let crowded = layer.leaves == Leaves::Nothing && layer.above.count() > DASHED;
+        let many = burns || layer.above.len() > DASHED;
+        let crowded = layer.leaves == Leaves::Nothing && many;
         let (width, opacity) = if crowded {
-            (0.1, 0.35)
+            (0.1, 0.3)
         } else {
             (width, opacity)
         };

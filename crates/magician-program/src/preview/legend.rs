@@ -3,7 +3,7 @@
 use super::above::{has, kinds};
 use super::layers::look;
 use super::marks::MarkKind;
-use super::svg::{Anchor, Number, Svg, Type, path};
+use super::svg::{Anchor, Number, Svg, Type, path, signed};
 use super::trip::{Leaves, MOST_COMPLAINTS, SHADES, Trip};
 use super::work::Work;
 use super::{INK, REACH, REACH_EDGE, WRONG, symbols};
@@ -14,9 +14,14 @@ const ROW: f64 = 5.5;
 /// Size of its letters, mm, and how wide one is at most on the average.
 const LETTER: f64 = 3.0;
 const WIDE: f64 = 0.54;
-/// Room for a sign, and between two entries, mm.
-const SIGN: f64 = 10.0;
-const APART: f64 = 6.0;
+/// Room between a sign and its label, and between two entries, mm.
+const GAP: f64 = 1.8;
+const APART: f64 = 6.5;
+
+/// As many lines has one complaint.
+const MOST_LINES: usize = 3;
+/// How a line that goes on begins.
+const INDENT: &str = "\u{a0}\u{a0}\u{a0}";
 
 /// What an entry shows.
 enum Sign {
@@ -41,7 +46,7 @@ impl Legend {
         let mut at = [0.0, 0.0];
         let mut entries = Vec::new();
         for (sign, label) in entries_of(trip) {
-            let room = SIGN + text_width(&label);
+            let room = sign.width() + GAP + text_width(&label);
             if at[0] > 0.0 && at[0] + room > width {
                 at = [0.0, at[1] + ROW];
             }
@@ -68,14 +73,13 @@ impl Legend {
         let text = Type {
             size: LETTER,
             colour: INK,
-            bold: false,
             anchor: Anchor::Start,
             rim: false,
         };
         for ([x, y], sign, label) in &self.entries {
             let at = [left + x, top + y + ROW / 2.0];
             sign.draw(svg, at);
-            svg.text([at[0] + SIGN - 1.5, at[1] + 1.1], label, &text);
+            svg.text([at[0] + sign.width() + GAP, at[1] + 1.1], label, &text);
         }
         let wrong = Type {
             colour: WRONG,
@@ -97,11 +101,11 @@ fn entries_of(trip: &Trip) -> Vec<(Sign, String)> {
         }
     };
     lines(Leaves::Ink, "drawn");
-    lines(Leaves::Carried, "something held");
+    lines(Leaves::Carried, "with something held");
     let nothing = match trip.work {
         Work::Draws(_) => "pen up",
         Work::Burns(_) => "laser dark",
-        Work::Carries(_) => "nothing held",
+        Work::Carries(_) => "with nothing held",
     };
     lines(Leaves::Nothing, nothing);
     if burns {
@@ -120,13 +124,24 @@ fn entries_of(trip: &Trip) -> Vec<(Sign, String)> {
         entries.push((Sign::End, "end".to_owned()));
     }
     if let Some(surface) = trip.work.surface() {
-        let height = Number(surface.height);
+        let height = signed(surface.height);
         entries.push((Sign::Area, format!("within reach at z = {height} mm")));
     }
     entries
 }
 
 impl Sign {
+    /// mm.
+    fn width(&self) -> f64 {
+        match self {
+            Self::Line(_) | Self::Shades => 7.0,
+            Self::Area => 4.0,
+            Self::Begin => 2.2,
+            Self::End => 4.6,
+            Self::Mark(_) => 3.2,
+        }
+    }
+
     fn draw(&self, svg: &mut Svg, [x, y]: [f64; 2]) {
         match self {
             Self::Line(leaves) => line(svg, [[x, y], [x + 7.0, y]], *leaves),
@@ -143,11 +158,11 @@ impl Sign {
                     ("stroke", REACH_EDGE),
                     ("stroke-width", "0.3"),
                 ];
-                svg.rectangle([[x + 3.0, y - 1.6], [x + 7.0, y + 1.6]], &look);
+                svg.rectangle([[x, y - 1.6], [x + 4.0, y + 1.6]], &look);
             }
-            Self::Begin => symbols::begin(svg, [x + 5.5, y]),
-            Self::End => symbols::finish(svg, [x + 4.8, y]),
-            Self::Mark(kind) => symbols::sign(svg, [x + 5.2, y], *kind),
+            Self::Begin => symbols::begin(svg, [x + 1.1, y]),
+            Self::End => symbols::finish(svg, [x + 2.3, y]),
+            Self::Mark(kind) => symbols::sign(svg, [x + 1.6, y], *kind),
         }
     }
 }
@@ -165,30 +180,38 @@ fn line(svg: &mut Svg, ends: [[f64; 2]; 2], leaves: Leaves) {
     svg.path(&path(ends, false), &attributes);
 }
 
-/// What is wrong, a line each, and how much more there is.
+/// What is wrong, in lines that fit, and how much more there is.
 fn complaints(report: &Report, width: f64) -> Vec<String> {
-    let mut lines: Vec<String> = (report.complaints.iter().take(MOST_COMPLAINTS))
-        .map(|complaint| {
-            let problem = Problem::from(complaint);
-            shortened(format!("step {}: {problem}", complaint.step + 1), width)
-        })
-        .collect();
-    let more = report.refused.saturating_sub(lines.len());
-    if more > 0 {
-        lines.push(format!("and {more} more"));
+    let first = report.complaints.iter().take(MOST_COMPLAINTS);
+    let more = report.refused.saturating_sub(first.len());
+    let told = first.flat_map(|complaint| {
+        let problem = Problem::from(complaint);
+        wrapped(&format!("step {}: {problem}", complaint.step + 1), width)
+    });
+    let more = (more > 0).then(|| format!("and {more} more"));
+    told.chain(more).collect()
+}
+
+/// A text in lines that fit, the second and later ones moved in.
+fn wrapped(text: &str, width: f64) -> Vec<String> {
+    let most = ((width / (LETTER * WIDE)) as usize).max(20);
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let room = word.chars().count() + 1;
+        let Some(line) = lines.last_mut() else {
+            break;
+        };
+        if line.chars().count() + room > most && !line.is_empty() {
+            lines.push(format!("{INDENT}{word}"));
+        } else {
+            line.push_str(if line.is_empty() { "" } else { " " });
+            line.push_str(word);
+        }
     }
+    lines.truncate(MOST_LINES);
     lines
 }
 
-fn shortened(text: String, width: f64) -> String {
-    let most = (width / (LETTER * WIDE)) as usize;
-    if text.chars().count() <= most {
-        return text;
-    }
-    let kept: String = text.chars().take(most.saturating_sub(1)).collect();
-    format!("{}…", kept.trim_end())
-}
-
-pub(super) fn text_width(text: &str) -> f64 {
+fn text_width(text: &str) -> f64 {
     text.chars().count() as f64 * LETTER * WIDE
 }

@@ -1,13 +1,14 @@
 //! Pictures of plans: what will be drawn, burnt or carried, and where, in true size.
 //!
-//! From above, X to the right and Y up, on a grid in mm, with the arm's base and what the tool can reach at the height of
-//! its surface. A plan that picks and places is also shown from the side. However many steps a plan has, a picture has a
+//! From above, X to the right and Y up, on a grid in mm, with what the tool can reach at the height of its surface; a small
+//! map tells where before the arm that is. A plan that picks and places is also shown from the side. However many steps a plan has, a picture has a
 //! path for each sort of line, with as many corners as can be seen.
 
 mod above;
 mod caption;
 mod layers;
 mod legend;
+mod locator;
 mod marks;
 mod panel;
 mod png;
@@ -45,8 +46,6 @@ const BASE: &str = "#d5dae0";
 const MARGIN: f64 = 6.0;
 /// Room for title and caption, mm.
 const HEAD: f64 = 16.0;
-/// The narrowest picture, so that there is room for its words, mm.
-const NARROWEST: f64 = 150.0;
 
 /// What else a picture shows.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -133,46 +132,75 @@ fn draw(
     arm: &Geometry,
     options: &PreviewOptions,
 ) -> String {
-    let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD];
-    let above = Panel {
-        part: above::part(trip, options),
-        corner: [left, top],
-        id: "above",
-    };
-    let [width, height] = above.size();
-    let side = trip.has_side.then(|| {
-        let part = side::part(trip);
-        // Beside a view that is high, below one that is wide.
-        let beside = height > 0.9 * width;
-        let corner = if beside {
-            [left + width + MARGIN + TICKS[0], top]
-        } else {
-            [left, top + height + TICKS[1] + MARGIN]
-        };
-        Panel {
+    let page = Page::of(trip, report, options);
+    let [left, top] = page.above.corner;
+    let mut svg = Svg::new(page.size, &plan.title);
+    let width = page.size[0] - MARGIN - left;
+    caption::draw(&mut svg, [left, MARGIN], width, plan, report, trip);
+    above::draw(&mut svg, &page.above, trip, options, arm);
+    locator::draw(&mut svg, [page.locator, top], &page.above, trip, arm);
+    if let Some(side) = &page.side {
+        side::draw(&mut svg, side, trip, arm);
+    }
+    page.legend.draw(&mut svg, [left, page.foot]);
+    svg.finish()
+}
+
+/// Where everything lies in the picture, mm.
+struct Page {
+    size: [f64; 2],
+    above: Panel,
+    side: Option<Panel>,
+    /// The left edge of the locator.
+    locator: f64,
+    legend: Legend,
+    /// The upper edge of the legend.
+    foot: f64,
+}
+
+impl Page {
+    fn of(trip: &mut Trip, report: &Report, options: &PreviewOptions) -> Self {
+        let panel = |part, corner, id| Panel {
             part,
             corner,
-            id: "side",
+            scale: 1.0,
+            id,
+        };
+        let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD];
+        let mut above = panel(above::part(trip, options), [left, top], "above");
+        let mut side = trip
+            .has_side
+            .then(|| panel(side::part(trip), [left, top], "side"));
+        if let Some(side) = &mut side {
+            let [width, height] = above.size();
+            // Beside a view that is high; below one that is wide, with x right above the distance.
+            if height > 0.9 * width {
+                side.corner[0] += width + MARGIN + TICKS[0];
+            } else {
+                let least = above.part[0][0].min(side.part[0][0]);
+                let most = above.part[1][0].max(side.part[1][0]);
+                for panel in [&mut above, &mut *side] {
+                    (panel.part[0][0], panel.part[1][0]) = (least, most);
+                }
+                side.corner[1] += height + TICKS[1] + MARGIN / 2.0;
+            }
         }
-    });
-    let panels = [Some(above), side];
-    let ends = panels.iter().flatten().map(|panel| {
-        let [width, height] = panel.size();
-        [panel.corner[0] + width, panel.corner[1] + height]
-    });
-    let [right, bottom] = ends.fold([NARROWEST, 0.0], |[right, bottom], [x, y]| {
-        [right.max(x), bottom.max(y)]
-    });
-    let legend = Legend::new(trip, report, right - left);
-    let foot = bottom + TICKS[1] + 2.0;
-    let size = [right + MARGIN, foot + legend.height() + MARGIN - 2.0];
-
-    let mut svg = Svg::new(size, &plan.title);
-    caption::draw(&mut svg, [left, MARGIN], right - left, plan, report, trip);
-    above::draw(&mut svg, &above, trip, options, arm);
-    if let Some(side) = side {
-        side::draw(&mut svg, &side, trip, arm);
+        let views = [Some(above), side].into_iter().flatten();
+        let ends = views.map(|view| [0, 1].map(|axis| view.corner[axis] + view.size()[axis]));
+        let [right, bottom] = ends.fold([left, top + locator::HEIGHT - TICKS[1]], |end, view| {
+            [end[0].max(view[0]), end[1].max(view[1])]
+        });
+        let locator = right + MARGIN;
+        let right = locator + locator::WIDTH;
+        let legend = Legend::new(trip, report, right - left);
+        let foot = bottom + TICKS[1] + 2.0;
+        Self {
+            size: [right + MARGIN, foot + legend.height() + MARGIN - 2.0],
+            above,
+            side,
+            locator,
+            legend,
+            foot,
+        }
     }
-    legend.draw(&mut svg, [left, foot]);
-    svg.finish()
 }

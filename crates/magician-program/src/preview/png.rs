@@ -5,6 +5,8 @@ use resvg::usvg;
 
 /// As many pixels has the largest picture.
 const MOST_PIXELS: f64 = 64e6;
+/// The font of its words.
+const FONT: &[u8] = include_bytes!("../../fonts/Roboto-Regular.ttf");
 /// Units of the picture, which are pixels of 96 to the inch, in a millimetre.
 const UNITS: f64 = 96.0 / 25.4;
 
@@ -75,7 +77,10 @@ pub(super) fn drawn(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureErr
 }
 
 fn options() -> usvg::Options<'static> {
-    let mut options = usvg::Options::default();
-    options.fontdb_mut().load_system_fonts();
+    let mut options = usvg::Options {
+        font_family: "Roboto".to_owned(),
+        ..usvg::Options::default()
+    };
+    options.fontdb_mut().load_font_data(FONT.to_vec());
     options
 }

@@ -24,7 +24,6 @@ pub(super) enum Anchor {
 pub(super) struct Type {
     pub(super) size: f64,
     pub(super) colour: &'static str,
-    pub(super) bold: bool,
     pub(super) anchor: Anchor,
     /// Legible on lines: with a rim of white.
     pub(super) rim: bool,
@@ -123,9 +122,6 @@ impl Svg {
             Anchor::Middle => attributes.push(("text-anchor", "middle")),
             Anchor::End => attributes.push(("text-anchor", "end")),
         }
-        if look.bold {
-            attributes.push(("font-weight", "bold"));
-        }
         if look.rim {
             attributes.extend([
                 ("stroke", "#fff"),
@@ -184,6 +180,11 @@ impl Display for Number {
     }
 }
 
+/// A number for people, with a minus that can be seen.
+pub(super) fn signed(value: f64) -> String {
+    Number(value).to_string().replace('-', "−")
+}
+
 /// The data of a path through points.
 pub(super) fn path(points: impl IntoIterator<Item = [f64; 2]>, closed: bool) -> String {
     let mut pen = Pen::default();
@@ -192,6 +193,16 @@ pub(super) fn path(points: impl IntoIterator<Item = [f64; 2]>, closed: bool) -> 
     }
     if closed {
         pen.data.push('z');
+    }
+    pen.data
+}
+
+/// The data of straight lines, each from one point to another.
+pub(super) fn segments(ends: impl IntoIterator<Item = [[f64; 2]; 2]>) -> String {
+    let mut pen = Pen::default();
+    for [from, to] in ends {
+        pen.go(true, from);
+        pen.go(false, to);
     }
     pen.data
 }
@@ -280,6 +291,8 @@ mod tests {
     fn a_path_is_short_and_adds_nothing_up() {
         let points = [[1.0, 2.0], [1.5, 1.99], [1.55, 1.98], [0.0, 0.0]];
         assert_eq!(path(points, true), "m1 2 .5-.01 .05-.01-1.55-1.98z");
+        let cross = segments([[[0.0, 0.0], [2.0, 2.0]], [[2.0, 0.0], [0.0, 2.0]]]);
+        assert_eq!(cross, "m0 0 2 2m0-2-2 2");
         let many = (0..=300).map(|nth| [f64::from(nth) / 300.0, 0.0]);
         let end: f64 = path(many, false)
             .trim_start_matches("m0 0 ")

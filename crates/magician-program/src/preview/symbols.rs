@@ -2,7 +2,7 @@
 
 use super::marks::{Mark, MarkKind};
 use super::panel::Panel;
-use super::svg::{Anchor, Svg, Type, path};
+use super::svg::{Anchor, Svg, Type, path, segments};
 use super::{CARRIED, FAINT, INK, WRONG};
 
 /// From one sign to the next, mm.
@@ -30,23 +30,27 @@ pub(super) fn finish(svg: &mut Svg, at: [f64; 2]) {
 }
 
 /// What happens at a place, side by side, and its name.
-pub(super) fn marks(svg: &mut Svg, [x, y]: [f64; 2], mark: &Mark, named: bool) {
-    svg.circle([x, y], 0.7, &[("fill", CARRIED)]);
+pub(super) fn marks(svg: &mut Svg, [x, y]: [f64; 2], mark: &Mark) {
+    spot(svg, [x, y]);
     let mut x = x + ASIDE[0];
     for kind in &mark.kinds {
         sign(svg, [x, y + ASIDE[1]], *kind);
         x += APART;
     }
-    if let Some(name) = mark.name.as_ref().filter(|_| named) {
+    if let Some(name) = &mark.name {
         let label = Type {
             size: 3.0,
             colour: INK,
-            bold: false,
             anchor: Anchor::Start,
             rim: true,
         };
         svg.text([x - 1.2, y + ASIDE[1] + 1.1], name, &label);
     }
+}
+
+/// The place itself.
+pub(super) fn spot(svg: &mut Svg, at: [f64; 2]) {
+    svg.circle(at, 0.8, &[("fill", CARRIED)]);
 }
 
 /// A triangle that points up for taking hold, a hollow one that points down for letting go, a clock for waiting.
@@ -89,17 +93,13 @@ pub(super) fn complaint(svg: &mut Svg, panel: &Panel, at: [f64; 2], step: usize)
     let [x, y] = panel.at(inside);
     let ring = [("fill", "none"), ("stroke", WRONG), ("stroke-width", "0.6")];
     svg.circle([x, y], 2.4, &ring);
-    let cross = format!(
-        "{}{}",
-        path([[x - 1.0, y - 1.0], [x + 1.0, y + 1.0]], false).replacen('m', "M", 1),
-        path([[x + 1.0, y - 1.0], [x - 1.0, y + 1.0]], false).replacen('m', "M", 1),
-    );
-    svg.path(&cross, &ring);
+    let falling = [[x - 1.0, y - 1.0], [x + 1.0, y + 1.0]];
+    let rising = [[x - 1.0, y + 1.0], [x + 1.0, y - 1.0]];
+    svg.path(&segments([falling, rising]), &ring);
     let left = inside[0] > high[0] - 24.0;
     let label = Type {
         size: 3.0,
         colour: WRONG,
-        bold: true,
         anchor: if left { Anchor::End } else { Anchor::Start },
         rim: true,
     };

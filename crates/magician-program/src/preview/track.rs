@@ -91,11 +91,6 @@ impl Track {
         self.points.len()
     }
 
-    /// How many lines there are.
-    pub(super) fn count(&self) -> usize {
-        self.starts.len()
-    }
-
     fn end(&self) -> Option<[f64; 2]> {
         self.last.or(self.points.last().copied())
     }

@@ -23,9 +23,9 @@ const MOST_MARKS: usize = 400;
 /// As many complaints are marked.
 pub(super) const MOST_COMPLAINTS: usize = 3;
 /// Corners of a curve, at least and at most.
-const CORNERS: [f64; 2] = [12.0, 96.0];
+const CORNERS: [f64; 2] = [24.0, 240.0];
 /// A corner of a curve for so many mm from end to end.
-const CORNER_EACH: f64 = 3.0;
+const CORNER_EACH: f64 = 1.0;
 /// A place that is farther off is as good as nowhere, mm.
 const FARTHEST: f64 = 10_000.0;
 
@@ -79,7 +79,7 @@ impl Trip {
         side: Option<bool>,
     ) -> Self {
         let mut walk = Walk::from(plan, report, start, side);
-        for command in plan.preamble() {
+        if let Some(command) = plan.preamble() {
             walk.set(&command);
         }
         for (nth, step) in plan.steps.iter().enumerate() {
