@@ -22,6 +22,7 @@
 
 pub mod artwork;
 mod check;
+pub mod compare;
 pub mod formats;
 mod origin;
 mod plan;

@@ -26,6 +26,7 @@ use magician::words::Preflight;
 use legend::Legend;
 use panel::{Panel, TICKS};
 pub use png::PictureError;
+pub(crate) use png::options as svg_options;
 use svg::Svg;
 use trip::Trip;
 

@@ -76,7 +76,8 @@ pub(super) fn drawn(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureErr
         .map_err(|error| wrong(error.to_string()))
 }
 
-fn options() -> usvg::Options<'static> {
+/// With our font and no other.
+pub(crate) fn options() -> usvg::Options<'static> {
     let mut options = usvg::Options {
         font_family: "Roboto".to_owned(),
         ..usvg::Options::default()
