@@ -12,9 +12,9 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, bench, commands, completions, conform, decode, demo, doctor, enqueue, forward, get,
-    help, home, info, inverse, io, man, ports, pose, proxy, queue, replay, set, shell, sim, stop,
-    tools, travel,
+    alarms, bench, commands, completions, config, conform, conveyor, decode, demo, doctor, enqueue,
+    forward, get, help, home, info, inverse, io, jog, man, ports, pose, proxy, queue, rail, replay,
+    sensor, set, shell, sim, stop, tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -62,8 +62,8 @@ impl Cli {
 #[command(next_help_heading = "Options of every verb")]
 pub(crate) struct Global {
     /// Where the arm is: `/dev/ttyUSB0`, `COM3`, `usb:VENDOR:PRODUCT[:SERIAL]`, `arm:SERIAL`,
-    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; the one arm found if
-    /// not given
+    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; if not given, the one of
+    /// `magician config`, else the one arm found
     #[arg(
         short,
         long,
@@ -119,11 +119,15 @@ pub(crate) enum Verb {
     Pose(pose::Pose),
     Home(home::Home),
     Move(travel::Move),
+    Jog(jog::Jog),
     Stop(stop::Stop),
     Suction(tools::Suction),
     Gripper(tools::Gripper),
     Laser(tools::Laser),
     Io(io::Io),
+    Sensor(sensor::Sensor),
+    Rail(rail::Rail),
+    Conveyor(conveyor::Conveyor),
     Alarms(alarms::Alarms),
     Queue(queue::Queue),
     Get(get::Get),
@@ -141,6 +145,7 @@ pub(crate) enum Verb {
     Replay(replay::Replay),
     Forward(forward::Forward),
     Inverse(inverse::Inverse),
+    Config(config::Show),
     Completions(completions::Completions),
     Man(man::Man),
     Help(help::Help),
@@ -155,11 +160,15 @@ impl Verb {
             Self::Pose(verb) => verb.run(context),
             Self::Home(verb) => verb.run(context),
             Self::Move(verb) => verb.run(context),
+            Self::Jog(verb) => verb.run(context),
             Self::Stop(verb) => verb.run(context),
             Self::Suction(verb) => verb.run(context),
             Self::Gripper(verb) => verb.run(context),
             Self::Laser(verb) => verb.run(context),
             Self::Io(verb) => verb.run(context),
+            Self::Sensor(verb) => verb.run(context),
+            Self::Rail(verb) => verb.run(context),
+            Self::Conveyor(verb) => verb.run(context),
             Self::Alarms(verb) => verb.run(context),
             Self::Queue(verb) => verb.run(context),
             Self::Get(verb) => verb.run(context),
@@ -177,6 +186,7 @@ impl Verb {
             Self::Replay(verb) => verb.run(context),
             Self::Forward(verb) => verb.run(context),
             Self::Inverse(verb) => verb.run(context),
+            Self::Config(verb) => verb.run(context),
             Self::Completions(verb) => verb.run(context),
             Self::Man(verb) => verb.run(context),
             Self::Help(verb) => verb.run(context),

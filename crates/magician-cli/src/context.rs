@@ -10,6 +10,7 @@ use tokio::runtime::{Builder, Runtime};
 use tokio::time::timeout;
 
 use crate::args::{Cli, Global};
+use crate::config::Config;
 use crate::debts::Debts;
 use crate::failure::{Failure, Kind};
 use crate::interrupt::{Signal, Signals};
@@ -24,12 +25,16 @@ pub(crate) struct Context {
     pub(crate) out: Output,
     runtime: Option<Rc<Runtime>>,
     arm: Option<Connected>,
+    /// The file of settings, once it has been read.
+    config: Option<Rc<Config>>,
     /// The trace file under way, and where it is.
     trace: Option<(PathBuf, Tracer)>,
     /// Settings that the verb under way owes the arm.
     pub(crate) debts: Debts,
     /// Whether more lines follow: Ctrl-C then stops the arm and keeps the connection.
     pub(crate) in_shell: bool,
+    /// Whether the verb under way waits for a line that breaks to come back.
+    pub(crate) lasts: bool,
     /// Whether the system wants this program to end, more lines or not.
     pub(crate) terminated: bool,
     /// Whether a verb has set something going that the connection cannot know of: what earlier programs queued, a
@@ -71,9 +76,11 @@ impl Context {
             out,
             runtime: None,
             arm: None,
+            config: None,
             trace: None,
             debts: Debts::default(),
             in_shell: false,
+            lasts: false,
             terminated: false,
             going: false,
         }
@@ -170,6 +177,7 @@ impl Context {
         sim: Option<Sim>,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
+        self.settle()?;
         let runtime = self.runtime()?;
         runtime.block_on(async {
             let mut signals = Signals::listen()?;
@@ -302,11 +310,12 @@ impl Context {
 
     /// How a connection is to behave.
     pub(crate) fn options(&mut self) -> Result<Options, Failure> {
+        self.settle()?;
         let mut options = Options::default();
         options.timeout = self.global.timeout.unwrap_or(options.timeout);
         options.window = self.global.window.map_or(options.window, usize::from);
-        // A verb whose line breaks fails; only a shell lasts until the cable is back.
-        options.reconnect = self.in_shell;
+        // A verb whose line breaks fails; only a shell and a pad last until the cable is back.
+        options.reconnect = self.in_shell || self.lasts;
         options.faults = self.global.faults.unwrap_or_default();
         options.trace = self.tracer()?;
         Ok(options)
@@ -333,8 +342,34 @@ impl Context {
         Ok(Some(tracer))
     }
 
+    /// The file of settings. It is read when something first depends on it.
+    pub(crate) fn config(&mut self) -> Result<Rc<Config>, Failure> {
+        if self.config.is_none() {
+            self.config = Some(Rc::new(Config::load()?));
+        }
+        Ok(self.config.clone().unwrap_or_default())
+    }
+
+    /// Lets the settings of the file say what neither a flag nor the environment has said.
+    fn settle(&mut self) -> Result<(), Failure> {
+        let config = self.config()?;
+        let global = &mut self.global;
+        let port = global.port.take().filter(|port| !port.is_empty());
+        global.port = port.or_else(|| config.says("port").map(str::to_owned));
+        let window = config.number("window").map(|window| window as u8);
+        global.window = global.window.or(window);
+        Ok(())
+    }
+
+    /// Where the arm is, if anything says so.
+    pub(crate) fn port(&mut self) -> Result<Option<String>, Failure> {
+        self.settle()?;
+        Ok(self.global.port.clone())
+    }
+
     /// Where the arm is.
-    pub(crate) fn target(&self, sim: Option<Sim>) -> Result<Target, Failure> {
+    pub(crate) fn target(&mut self, sim: Option<Sim>) -> Result<Target, Failure> {
+        self.settle()?;
         let given = self.global.port.as_deref().filter(|port| !port.is_empty());
         let bare = given.is_some_and(|port| port.eq_ignore_ascii_case("sim"));
         Ok(match (given, sim) {
@@ -347,7 +382,7 @@ impl Context {
 }
 
 /// Stops the arm, gives its settings back, and tells where it stands.
-async fn stop(arm: &Arm, debts: &Debts) -> Result<String, String> {
+pub(crate) async fn stop(arm: &Arm, debts: &Debts) -> Result<String, String> {
     let pose = async {
         arm.stop().await?;
         debts.pay(arm).await?;

@@ -66,6 +66,8 @@ pub(crate) struct Failure {
     /// What to do about it; for people only.
     hint: Option<String>,
     figures: Option<Box<Figures>>,
+    /// The same with its place in a file, drawn for people.
+    drawn: Option<Box<str>>,
     /// Whether the user has been told already.
     told: bool,
 }
@@ -111,6 +113,7 @@ impl Failure {
             message: message.into(),
             hint: None,
             figures: None,
+            drawn: None,
             told: false,
         }
     }
@@ -151,6 +154,12 @@ impl Failure {
         self
     }
 
+    /// Shows people this picture of it instead of the message.
+    pub(crate) fn drawn(mut self, picture: impl Into<Box<str>>) -> Self {
+        self.drawn = Some(picture.into());
+        self
+    }
+
     /// Tells the user on stderr, as one JSON object if asked to. A stderr that cannot be written
     /// to is no reason to fail again.
     pub(crate) fn report(&self, json: bool) {
@@ -176,10 +185,11 @@ impl Failure {
     }
 
     fn write_text(&self, to: &mut impl Write, paint: Paint) -> io::Result<()> {
-        if self.kind != Kind::Interrupted {
-            write!(to, "{} ", paint.error("error:"))?;
+        match &self.drawn {
+            Some(picture) => writeln!(to, "{}", picture.trim_end())?,
+            None if self.kind == Kind::Interrupted => writeln!(to, "{}", self.message)?,
+            None => writeln!(to, "{} {}", paint.error("error:"), self.message)?,
         }
-        writeln!(to, "{}", self.message)?;
         match &self.hint {
             Some(hint) => writeln!(to, "{} {hint}", paint.dim("hint:")),
             None => Ok(()),

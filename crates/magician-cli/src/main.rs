@@ -7,14 +7,19 @@
 mod args;
 mod catalogue;
 mod columns;
+mod config;
 mod context;
 mod debts;
+mod diagnostics;
+mod dirs;
 mod failure;
 mod interrupt;
 mod log;
 mod output;
 mod progress;
 mod serving;
+mod source;
+mod terminal;
 mod values;
 mod verbs;
 

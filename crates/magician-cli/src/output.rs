@@ -23,6 +23,25 @@ pub(crate) struct Paint {
     on: bool,
 }
 
+/// Columns of the terminal at stderr, within what can be read at a glance; elsewhere the most of it.
+pub(crate) fn width_of_stderr() -> usize {
+    let width = terminal_size::terminal_size_of(io::stderr());
+    let width = width.filter(|_| io::stderr().is_terminal());
+    width.map_or(100, |(width, _)| usize::from(width.0).clamp(60, 100))
+}
+
+/// Whether stderr shows more signs than ASCII: a terminal that is not dumb, in a place where text is UTF-8.
+pub(crate) fn draws_on_stderr() -> bool {
+    let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
+    let place = ["LC_ALL", "LC_CTYPE", "LANG"]
+        .into_iter()
+        .find_map(variable);
+    let place = place.unwrap_or_default().to_ascii_lowercase();
+    let utf8 = cfg!(windows) || place.contains("utf-8") || place.contains("utf8");
+    let dumb = variable("TERM").is_some_and(|term| term == "dumb");
+    obeys(&io::stderr()) && utf8 && !dumb
+}
+
 /// A text in a colour.
 struct Painted<T> {
     text: T,

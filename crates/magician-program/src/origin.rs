@@ -49,6 +49,8 @@ impl Origin {
 #[derive(Clone, Debug)]
 pub struct Lines<'t> {
     text: &'t str,
+    /// Every byte is a character, so that they need not be counted.
+    ascii: bool,
     /// Where each line begins.
     starts: Vec<usize>,
 }
@@ -61,6 +63,7 @@ impl<'t> Lines<'t> {
         let starts = std::iter::once(0).chain(ends.map(|(at, _)| at + 1));
         Self {
             text,
+            ascii: text.is_ascii(),
             starts: starts.collect(),
         }
     }
@@ -72,10 +75,12 @@ impl<'t> Lines<'t> {
         let end = self.fit(range.end).max(start);
         let line = self.starts.partition_point(|begin| *begin <= start).max(1);
         let begin = self.starts.get(line - 1).copied().unwrap_or(0);
-        let count = |from, to| {
-            self.text
+        let count = |from, to| match self.ascii {
+            true => to - from,
+            false => self
+                .text
                 .get(from..to)
-                .map_or(0, |part| part.chars().count())
+                .map_or(0, |part| part.chars().count()),
         };
         let number = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
         Origin {

@@ -24,7 +24,16 @@ pub(crate) struct Run {
 /// The command, without the surroundings of the person who tests.
 pub(crate) fn command() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_magician"));
-    command.env_remove("MAGICIAN_PORT").env_remove("NO_COLOR");
+    for variable in [
+        "MAGICIAN_PORT",
+        "MAGICIAN_TOOL",
+        "MAGICIAN_WINDOW",
+        "NO_COLOR",
+    ] {
+        command.env_remove(variable);
+    }
+    // No file at all: an empty one that nobody writes.
+    command.env("MAGICIAN_CONFIG", "/dev/null");
     command
 }
 

@@ -1,4 +1,34 @@
-//! Images, and how they become laser power.
+//! Images, and how they become laser power or lines.
+//!
+//! ```
+//! use magician_program::raster::{Engrave, Grid, Size};
+//! use magician_program::{Raster, Surface};
+//!
+//! let image = Raster { width: 2, height: 1, grey: vec![0, 255], ..Raster::default() };
+//! let size = image.size(Size::Width(20.0))?;
+//! assert_eq!(size, [20.0, 10.0]);
+//! let grid = Grid::centred(size, [250.0, 0.0], 0.0, false);
+//! let plan = image.plan(&grid, Surface::level(-60.0), &Engrave::default())?;
+//! assert!(plan.steps.len() > 50);
+//! # Ok::<(), magician_program::Problem>(())
+//! ```
+
+mod engrave;
+mod grid;
+mod outline;
+mod resample;
+mod scan;
+mod simplify;
+#[cfg(test)]
+mod tests;
+mod tone;
+
+pub use engrave::Engrave;
+pub use grid::{Grid, Size};
+pub use outline::Trace;
+pub use tone::Tone;
+
+use crate::Problem;
 
 /// A grey image.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,4 +41,56 @@ pub struct Raster {
     pub height: usize,
     /// Row by row from the top, 0 black to 255 white; what is transparent is white.
     pub grey: Vec<u8>,
+    /// Width and height of a pixel, mm, where the file says so.
+    pub pixel: Option<[f64; 2]>,
+}
+
+impl Raster {
+    /// How large a pixel is of an image that does not say so, mm (program_formats.md, section 6: 0.1 to 0.2).
+    pub const PIXEL: f64 = 0.2;
+
+    /// As many mm across and down.
+    ///
+    /// # Errors
+    /// An image without pixels, or a size that is none.
+    pub fn size(&self, size: Size) -> Result<[f64; 2], Problem> {
+        self.validate()?;
+        let pixel = self.pixel.unwrap_or([Self::PIXEL; 2]);
+        let natural = [self.width as f64 * pixel[0], self.height as f64 * pixel[1]];
+        let scale = match size {
+            Size::Natural => 1.0,
+            Size::Width(width) => width / natural[0],
+            Size::Height(height) => height / natural[1],
+            Size::Pixel(pitch) => {
+                return positive([self.width as f64 * pitch, self.height as f64 * pitch]);
+            }
+        };
+        positive(natural.map(|side| side * scale))
+    }
+
+    /// Whether it has as many pixels as it says.
+    fn validate(&self) -> Result<(), Problem> {
+        if self.width == 0 || self.height == 0 {
+            return Err(Problem::of_file("the image has no pixels"));
+        }
+        if self.width.checked_mul(self.height) != Some(self.grey.len()) {
+            return Err(Problem::of_file(format!(
+                "an image of {} by {} pixels cannot have {} of them",
+                self.width,
+                self.height,
+                self.grey.len()
+            )));
+        }
+        Ok(())
+    }
+}
+
+fn positive(size: [f64; 2]) -> Result<[f64; 2], Problem> {
+    if size.iter().all(|side| *side > 0.0 && side.is_finite()) {
+        return Ok(size);
+    }
+    let [width, height] = size;
+    Err(Problem::of_file(format!(
+        "an image cannot be {width} mm by {height} mm"
+    )))
 }

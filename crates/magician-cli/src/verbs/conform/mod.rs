@@ -102,7 +102,7 @@ impl Conform {
 }
 
 /// Where the arm is, `None` for a virtual arm inside this program.
-fn target(context: &Context) -> Result<Option<Target>, Failure> {
+fn target(context: &mut Context) -> Result<Option<Target>, Failure> {
     match context.target(None)? {
         Target::Sim(SimSpeed::Max) => Ok(None),
         Target::Sim(SimSpeed::Times(_)) => {

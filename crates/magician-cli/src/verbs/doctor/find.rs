@@ -9,7 +9,7 @@ use crate::failure::Failure;
 
 /// Where the arm is, with what was found on the way.
 pub(super) fn target(context: &mut Context, report: &mut Report) -> Result<Target, Failure> {
-    let given = context.global.port.clone().filter(|port| !port.is_empty());
+    let given = context.port()?;
     let target = match given {
         Some(port) => port.parse()?,
         None => search(context, report)?,

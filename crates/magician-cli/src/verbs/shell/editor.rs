@@ -1,6 +1,5 @@
 //! Lines that a person types: with editing, completion, and a history that lasts.
 
-use std::ffi::OsString;
 use std::fs;
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
@@ -11,6 +10,7 @@ use rustyline::{Behavior, Config, Editor};
 
 use super::complete::Words;
 use super::input::Input;
+use crate::dirs;
 
 const PROMPT: &str = "magician> ";
 /// Lines of history that are kept.
@@ -39,7 +39,7 @@ impl Typing {
             .build();
         let mut editor = Editor::with_config(config).map_err(plain)?;
         editor.set_helper(Some(Words::new()));
-        let history = place(|name| std::env::var_os(name));
+        let history = dirs::state().map(|state| state.join("history"));
         if let Some(path) = &history {
             // No history, none that can be read, no place for one: a shell works without.
             let _ = path.parent().map(fs::create_dir_all);
@@ -78,40 +78,5 @@ fn plain(error: ReadlineError) -> io::Error {
     match error {
         ReadlineError::Io(error) => error,
         error => io::Error::other(error.to_string()),
-    }
-}
-
-/// The file of the history: in the directory for state that outlives a program.
-fn place(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
-    let set = |name| variable(name).filter(|value| !value.is_empty());
-    let state = set("XDG_STATE_HOME").map(PathBuf::from);
-    let state = state.filter(|path| path.is_absolute());
-    let local = || match cfg!(windows) {
-        true => set("LOCALAPPDATA").map(PathBuf::from),
-        false => set("HOME").map(|home| PathBuf::from(home).join(".local/state")),
-    };
-    Some(state.or_else(local)?.join("magician").join("history"))
-}
-
-#[cfg(test)]
-#[cfg(unix)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_history_has_its_place_or_none() {
-        let with = |name: &'static str, value: &'static str| {
-            place(move |asked| (asked == name).then(|| value.into()))
-        };
-        assert_eq!(
-            with("XDG_STATE_HOME", "/state"),
-            Some("/state/magician/history".into())
-        );
-        assert_eq!(
-            with("HOME", "/home/me"),
-            Some("/home/me/.local/state/magician/history".into())
-        );
-        assert_eq!(with("XDG_STATE_HOME", "relative"), None);
-        assert_eq!(with("HOME", ""), None);
     }
 }

@@ -1,0 +1,195 @@
+//! Changes to a file of settings that leave the rest of it, comments too, as its owner wrote it.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::ops::Range;
+use std::path::Path;
+
+use toml::de::{DeTable, DeValue};
+
+/// The text with a value for this name. `None` if it is written in a way that this cannot change.
+pub(super) fn with(text: &str, name: &str, value: &str) -> Option<String> {
+    if let Some((_, old)) = find(text, name)? {
+        return Some(format!(
+            "{}{value}{}",
+            text.get(..old.start)?,
+            text.get(old.end..)?
+        ));
+    }
+    let (section, key) = name
+        .split_once('.')
+        .map_or((None, name), |(a, b)| (Some(a), b));
+    let line = format!("{key} = {value}\n");
+    let Some(section) = section else {
+        return Some(inserted(text, first_header(text), &line));
+    };
+    match header(text, section) {
+        Some(end) => Some(inserted(text, end, &line)),
+        None => {
+            let gap = if text.trim().is_empty() { "" } else { "\n" };
+            Some(inserted(
+                text,
+                text.len(),
+                &format!("{gap}[{section}]\n{line}"),
+            ))
+        }
+    }
+}
+
+/// The text without this name, and without the rest of its lines.
+pub(super) fn without(text: &str, name: &str) -> Option<String> {
+    let Some((key, value)) = find(text, name)? else {
+        return Some(text.to_owned());
+    };
+    let is_table = text.get(key.clone())?.starts_with('[') || text.get(..key.start)?.ends_with('[');
+    let start = text.get(..key.start)?.rfind('\n').map_or(0, |at| at + 1);
+    let end = match is_table {
+        // A table under a header of its own lasts until the next.
+        true => value.end.max(next_header(text, key.end)),
+        false => value.end,
+    };
+    let rest = text.get(end..)?;
+    let after = match is_table {
+        true => end,
+        false => rest.find('\n').map_or(text.len(), |at| end + at + 1),
+    };
+    Some(format!("{}{}", text.get(..start)?, text.get(after..)?))
+}
+
+/// Where a name and its value stand. `None` if the text is no TOML.
+#[expect(
+    clippy::type_complexity,
+    reason = "key and value, if there are any, if it can be read"
+)]
+fn find(text: &str, name: &str) -> Option<Option<(Range<usize>, Range<usize>)>> {
+    let file = DeTable::parse(text).ok()?;
+    let mut table = file.get_ref();
+    let mut steps = name.split('.').peekable();
+    while let Some(step) = steps.next() {
+        let Some((key, value)) = table.iter().find(|(key, _)| key.get_ref() == step) else {
+            return Some(None);
+        };
+        match value.get_ref() {
+            _ if steps.peek().is_none() => return Some(Some((key.span(), value.span()))),
+            DeValue::Table(inner) => table = inner,
+            _ => return None,
+        }
+    }
+    None
+}
+
+/// Where the first line stands that begins a table.
+fn first_header(text: &str) -> usize {
+    next_header(text, 0)
+}
+
+/// Where the next line stands that begins a table, from here on; the end if there is none.
+fn next_header(text: &str, from: usize) -> usize {
+    let mut at = 0;
+    for line in text.split_inclusive('\n') {
+        if at >= from && line.trim_start().starts_with('[') {
+            return at;
+        }
+        at += line.len();
+    }
+    text.len()
+}
+
+/// Where the line after a table's own header begins.
+fn header(text: &str, section: &str) -> Option<usize> {
+    let mut end = 0;
+    for line in text.split_inclusive('\n') {
+        end += line.len();
+        let line = line.split('#').next().unwrap_or_default().trim();
+        let name = line
+            .strip_prefix('[')
+            .and_then(|line| line.strip_suffix(']'));
+        if name.is_some_and(|name| name.trim() == section) {
+            return Some(end);
+        }
+    }
+    None
+}
+
+/// With a line at a place where lines begin.
+fn inserted(text: &str, at: usize, line: &str) -> String {
+    let (before, after) = text.split_at_checked(at).unwrap_or((text, ""));
+    let feed = match before.is_empty() || before.ends_with('\n') {
+        true => "",
+        false => "\n",
+    };
+    format!("{before}{feed}{line}{after}")
+}
+
+/// Writes a file so that whoever looks finds the old or the new one, never half of it. A link stays a link.
+pub(crate) fn write(path: &Path, text: &str) -> io::Result<()> {
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    if let Some(directory) = path.parent() {
+        fs::create_dir_all(directory)?;
+    }
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.new", std::process::id()));
+    let fresh = path.with_file_name(name);
+    let written = File::create(&fresh).and_then(|mut file| {
+        file.write_all(text.as_bytes())?;
+        file.sync_all()
+    });
+    let done = written.and_then(|()| fs::rename(&fresh, &path));
+    if done.is_err() {
+        // What is left of it is of no use.
+        let _ = fs::remove_file(&fresh);
+    }
+    done
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = "# mine\nport = \"COM3\" # the white one\n\n[draw] # pens\nspeed = 60\n\n[sheet]\nrotation = 3\nsurface = { height = -60 }\n";
+
+    #[test]
+    fn only_what_is_meant_changes() {
+        let text = with(FILE, "port", "\"COM4\"").expect("it can");
+        assert_eq!(text, FILE.replace("COM3", "COM4"));
+        let text = with(FILE, "draw.speed", "70").expect("it can");
+        assert_eq!(text, FILE.replace("60\n\n", "70\n\n"));
+    }
+
+    #[test]
+    fn what_is_new_stands_where_it_belongs() {
+        let text = with(FILE, "surface", "-61").expect("it can");
+        assert!(text.contains("surface = -61\n[draw]"), "{text}");
+        let text = with(FILE, "draw.lift", "5").expect("it can");
+        assert!(text.contains("[draw] # pens\nlift = 5\nspeed"), "{text}");
+        let text = with(FILE, "engrave.speed", "5").expect("it can");
+        assert!(text.ends_with("\n\n[engrave]\nspeed = 5\n"), "{text}");
+        assert_eq!(
+            with("", "draw.lift", "5"),
+            Some("[draw]\nlift = 5\n".to_owned())
+        );
+        assert_eq!(with("a = 1", "b", "2"), Some("a = 1\nb = 2\n".to_owned()));
+    }
+
+    #[test]
+    fn what_goes_goes_with_its_lines() {
+        let text = without(FILE, "port").expect("it can");
+        assert!(text.starts_with("# mine\n\n[draw]"), "{text}");
+        let text = without(FILE, "sheet").expect("it can");
+        assert!(text.ends_with("speed = 60\n\n"), "{text}");
+        let text = without(FILE, "draw.speed").expect("it can");
+        assert!(text.contains("[draw] # pens\n\n[sheet]"), "{text}");
+        assert_eq!(without("a = 1", "a"), Some(String::new()));
+    }
+
+    #[test]
+    fn a_file_is_replaced_as_a_whole_and_through_a_link() {
+        let place = tempfile::tempdir().expect("a directory");
+        let path = place.path().join("new/config.toml");
+        write(&path, "a = 1\n").expect("written");
+        write(&path, "a = 2\n").expect("written again");
+        assert_eq!(fs::read_to_string(&path).expect("read"), "a = 2\n");
+        let files = fs::read_dir(path.parent().expect("its place")).expect("read");
+        assert_eq!(files.count(), 1);
+    }
+}

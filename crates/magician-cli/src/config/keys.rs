@@ -1,0 +1,203 @@
+//! What can be set, in one table: names, meanings, and what counts as a value.
+
+use magician::Target;
+use magician_program::Tool;
+use toml::de::DeValue;
+
+/// One setting.
+pub(crate) struct Key {
+    /// Its name; with a dot, what is before it is a table of the file.
+    pub(crate) name: &'static str,
+    /// What it is.
+    pub(crate) about: &'static str,
+    /// The variable that goes before it.
+    pub(crate) variable: Option<&'static str>,
+    /// What holds without it.
+    pub(crate) default: &'static str,
+    /// What it takes.
+    pub(crate) kind: Kind,
+}
+
+/// What a setting takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Port,
+    Tool,
+    /// 1 to 8.
+    Window,
+    /// Any number.
+    Number,
+    /// A number above 0.
+    Positive,
+    /// 0 to 100.
+    Percent,
+    /// A table that another verb writes.
+    Sheet,
+}
+
+/// All of them.
+pub(crate) const KEYS: [Key; 10] = [
+    Key {
+        name: "port",
+        about: "where the arm is, as --port takes it",
+        variable: Some("MAGICIAN_PORT"),
+        default: "the one arm found",
+        kind: Kind::Port,
+    },
+    Key {
+        name: "tool",
+        about: "the tool on the arm: none, suction, gripper, pen, laser, or X,Y,Z in mm",
+        variable: Some("MAGICIAN_TOOL"),
+        default: "what a program says",
+        kind: Kind::Tool,
+    },
+    Key {
+        name: "window",
+        about: "requests in flight at once, 1 to 8",
+        variable: Some("MAGICIAN_WINDOW"),
+        default: "1",
+        kind: Kind::Window,
+    },
+    Key {
+        name: "surface",
+        about: "z that the arm reports when the tool touches the paper or the wood, mm",
+        variable: None,
+        default: "none; -60 for a virtual arm",
+        kind: Kind::Number,
+    },
+    Key {
+        name: "sheet",
+        about: "where the paper lies, how it is turned and how high it is: `magician calibrate` finds it",
+        variable: None,
+        default: "not calibrated",
+        kind: Kind::Sheet,
+    },
+    Key {
+        name: "draw.speed",
+        about: "speed of the pen on the paper, mm/s",
+        variable: None,
+        default: "",
+        kind: Kind::Positive,
+    },
+    Key {
+        name: "draw.travel_speed",
+        about: "speed of the pen above the paper, mm/s",
+        variable: None,
+        default: "",
+        kind: Kind::Positive,
+    },
+    Key {
+        name: "draw.lift",
+        about: "how far the pen is lifted, mm",
+        variable: None,
+        default: "",
+        kind: Kind::Positive,
+    },
+    Key {
+        name: "engrave.speed",
+        about: "speed of the laser on the wood, mm/s",
+        variable: None,
+        default: "",
+        kind: Kind::Positive,
+    },
+    Key {
+        name: "engrave.power",
+        about: "most power of the laser, percent",
+        variable: None,
+        default: "",
+        kind: Kind::Percent,
+    },
+];
+
+impl Key {
+    /// By its name, with - for _ if somebody writes it so.
+    pub(crate) fn named(name: &str) -> Option<&'static Self> {
+        let name = name.replace('-', "_");
+        KEYS.iter().find(|key| key.name == name)
+    }
+
+    /// What the file has to say for a value as a person types it.
+    pub(crate) fn write(&self, text: &str) -> Result<String, String> {
+        let text = text.trim();
+        match self.kind {
+            Kind::Port => {
+                let target = text.parse::<Target>().map_err(|error| error.to_string());
+                target.map(|_| quoted(text))
+            }
+            Kind::Tool => text.parse::<Tool>().map(|tool| quoted(&tool.to_string())),
+            Kind::Window => self.number(text).map(|value| format!("{value:.0}")),
+            Kind::Number | Kind::Positive | Kind::Percent => {
+                self.number(text).map(|value| value.to_string())
+            }
+            Kind::Sheet => Err("`magician calibrate` finds it; nobody types it".to_owned()),
+        }
+    }
+
+    /// The value in a file, as a person would type it.
+    pub(super) fn read(&self, value: &DeValue<'_>) -> Result<String, String> {
+        let text = match (self.kind, value) {
+            (Kind::Sheet, DeValue::Table(_)) => return Ok("calibrated".to_owned()),
+            (Kind::Sheet, _) => return Err("expected a table".to_owned()),
+            (Kind::Port | Kind::Tool, DeValue::String(text)) => text.to_string(),
+            (Kind::Port | Kind::Tool, _) => return Err("expected a text in quotes".to_owned()),
+            (_, DeValue::Integer(number)) => number.as_str().replace('_', ""),
+            (_, DeValue::Float(number)) => number.as_str().replace('_', ""),
+            _ => return Err("expected a number".to_owned()),
+        };
+        self.write(&text).map(|_| text)
+    }
+
+    fn number(&self, text: &str) -> Result<f64, String> {
+        let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
+        let (good, wanted): (fn(f64) -> bool, _) = match self.kind {
+            Kind::Window => (
+                |value| (1.0..=8.0).contains(&value) && value.fract() == 0.0,
+                "expected a whole number from 1 to 8",
+            ),
+            Kind::Positive => (|value| value > 0.0, "expected a number above 0"),
+            Kind::Percent => (
+                |value| (0.0..=100.0).contains(&value),
+                "expected 0 to 100 percent",
+            ),
+            _ => (|_| true, "expected a number"),
+        };
+        value
+            .filter(|value| good(*value))
+            .ok_or_else(|| wanted.to_owned())
+    }
+}
+
+/// A text as TOML has it.
+pub(super) fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(name: &str, text: &str) -> Result<String, String> {
+        Key::named(name).expect("a key").write(text)
+    }
+
+    #[test]
+    fn values_are_what_the_flags_take() {
+        assert_eq!(write("port", "COM3"), Ok("\"COM3\"".to_owned()));
+        assert_eq!(write("tool", "Pen"), Ok("\"pen\"".to_owned()));
+        assert_eq!(write("window", "4"), Ok("4".to_owned()));
+        assert_eq!(write("surface", "-61.25"), Ok("-61.25".to_owned()));
+        assert_eq!(write("draw.travel-speed", "150"), Ok("150".to_owned()));
+        for (name, wrong) in [
+            ("port", "nowhere"),
+            ("tool", "hammer"),
+            ("window", "0"),
+            ("window", "1.5"),
+            ("surface", "nan"),
+            ("draw.speed", "0"),
+            ("engrave.power", "101"),
+            ("sheet", "1"),
+        ] {
+            assert!(write(name, wrong).is_err(), "{name} {wrong}");
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! The file of settings. What a flag says goes before it, and what a variable of the environment says; what it does not
+//! say has a default.
+
+mod edit;
+mod keys;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use magician::ErrorKind;
+use magician_program::{Lines, Problem};
+use miette::Severity;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::diagnostics;
+use crate::dirs;
+use crate::failure::{Failure, Kind};
+pub(crate) use keys::{KEYS, Key};
+
+/// A file larger than this is none of settings.
+const LARGEST: u64 = 1 << 20;
+
+/// The settings of a file; one that is not there says nothing.
+#[derive(Debug, Default)]
+pub(crate) struct Config {
+    /// Where it is or would be.
+    path: Option<PathBuf>,
+    text: String,
+    /// What it says, as a person would type it.
+    values: Vec<(&'static str, String)>,
+}
+
+/// Where a value comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Source {
+    Environment,
+    File,
+    Default,
+}
+
+impl Config {
+    /// Reads the file of this user.
+    pub(crate) fn load() -> Result<Self, Failure> {
+        let path = dirs::config();
+        let text = match &path {
+            Some(path) => read(path)?,
+            None => String::new(),
+        };
+        Self::of(path, text)
+    }
+
+    fn of(path: Option<PathBuf>, text: String) -> Result<Self, Failure> {
+        let values = check(&text).map_err(|problem| {
+            let name = path.as_deref().unwrap_or(Path::new("config.toml"));
+            broken(name, &text, &problem)
+        })?;
+        Ok(Self { path, text, values })
+    }
+
+    /// Where the file is or would be.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// What the file says of this.
+    pub(crate) fn says(&self, name: &str) -> Option<&str> {
+        let mut values = self.values.iter();
+        let (_, value) = values.find(|(known, _)| *known == name)?;
+        Some(value)
+    }
+
+    /// What the environment says of this, else the file.
+    pub(crate) fn value(&self, key: &Key) -> Option<(String, Source)> {
+        let variable = key.variable.and_then(|name| std::env::var(name).ok());
+        let variable = variable.filter(|value| !value.is_empty());
+        let file = || {
+            self.says(key.name)
+                .map(|value| (value.to_owned(), Source::File))
+        };
+        variable
+            .map(|value| (value, Source::Environment))
+            .or_else(file)
+    }
+
+    /// A number that the file says. The check has let nothing else through.
+    pub(crate) fn number(&self, name: &str) -> Option<f64> {
+        self.says(name)?.parse().ok()
+    }
+
+    /// A table that another verb has written, as a value of its own.
+    pub(crate) fn table<T: serde::de::DeserializeOwned>(
+        &self,
+        name: &str,
+    ) -> Result<Option<T>, Failure> {
+        let file: toml::Table = toml::from_str(&self.text).unwrap_or_default();
+        let Some(table) = file.get(name) else {
+            return Ok(None);
+        };
+        table.clone().try_into().map(Some).map_err(|error| {
+            let path = self.path().unwrap_or(Path::new("config.toml")).display();
+            Failure::invalid(format!("{path}: {name}: {}", error.message()))
+                .hint(format!("`magician config unset {name}` forgets it"))
+        })
+    }
+
+    /// Says this from now on: `value` is how TOML writes it.
+    pub(crate) fn set(&mut self, name: &str, value: &str) -> Result<(), Failure> {
+        let text = edit::with(&self.text, name, value);
+        self.change(text, |config| config.says(name).is_some())
+    }
+
+    /// Says nothing of this any more; whether it did.
+    pub(crate) fn unset(&mut self, name: &str) -> Result<bool, Failure> {
+        if self.says(name).is_none() {
+            return Ok(false);
+        }
+        let text = edit::without(&self.text, name);
+        self.change(text, |config| config.says(name).is_none())?;
+        Ok(true)
+    }
+
+    /// Writes what an edit has come to, if it is what was wanted.
+    fn change(
+        &mut self,
+        text: Option<String>,
+        is_right: impl Fn(&Self) -> bool,
+    ) -> Result<(), Failure> {
+        let Some(path) = self.path.clone() else {
+            return Err(
+                Failure::invalid("the system names no directory for settings")
+                    .hint("MAGICIAN_CONFIG names the file"),
+            );
+        };
+        let edited = text.and_then(|text| Self::of(Some(path.clone()), text).ok());
+        let Some(edited) = edited.filter(is_right) else {
+            let message = format!(
+                "{} is written in a way that only a person can change",
+                path.display()
+            );
+            return Err(Failure::invalid(message).hint("open it in an editor"));
+        };
+        edit::write(&path, &edited.text).map_err(|error| {
+            Failure::invalid(format!("{} cannot be written: {error}", path.display()))
+        })?;
+        *self = edited;
+        Ok(())
+    }
+}
+
+fn read(path: &Path) -> Result<String, Failure> {
+    let wrong = |error: &dyn std::fmt::Display| {
+        let message = format!("{} cannot be read: {error}", path.display());
+        Failure::new(Kind::Driver(ErrorKind::InvalidInput), message)
+    };
+    match fs::metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(String::new()),
+        Ok(about) if about.len() > LARGEST => return Err(wrong(&"it is too large for settings")),
+        _ => {}
+    }
+    fs::read_to_string(path).map_err(|error| wrong(&error))
+}
+
+/// The values of a text, or where it is wrong.
+fn check(text: &str) -> Result<Vec<(&'static str, String)>, Problem> {
+    let lines = Lines::new(text);
+    let file = DeTable::parse(text).map_err(|error| {
+        let place = lines.origin(error.span().unwrap_or_default());
+        Problem::new(place, error.message().trim().to_owned())
+    })?;
+    let mut values = Vec::new();
+    for (name, value) in file.get_ref() {
+        let is_section = KEYS
+            .iter()
+            .any(|key| section(key.name) == Some(name.get_ref()));
+        match value.get_ref() {
+            DeValue::Table(table) if is_section => {
+                for (inner, value) in table {
+                    let full = format!("{}.{}", name.get_ref(), inner.get_ref());
+                    values.push(entry(&lines, &full, inner.span(), value)?);
+                }
+            }
+            _ if is_section => {
+                let message = format!("write [{}] and its values below it", name.get_ref());
+                return Err(Problem::new(lines.origin(value.span()), message));
+            }
+            _ => values.push(entry(&lines, name.get_ref(), name.span(), value)?),
+        }
+    }
+    Ok(values)
+}
+
+fn entry(
+    lines: &Lines<'_>,
+    name: &str,
+    place: std::ops::Range<usize>,
+    value: &Spanned<DeValue<'_>>,
+) -> Result<(&'static str, String), Problem> {
+    let Some(key) = KEYS.iter().find(|key| key.name == name) else {
+        let problem = Problem::new(lines.origin(place), format!("there is no setting `{name}`"));
+        return Err(problem.help(near(name)));
+    };
+    let text = key.read(value.get_ref());
+    let text =
+        text.map_err(|why| Problem::new(lines.origin(value.span()), format!("{name}: {why}")))?;
+    Ok((key.name, text))
+}
+
+/// What is before the dot.
+fn section(name: &str) -> Option<&str> {
+    name.split_once('.').map(|(section, _)| section)
+}
+
+/// What may have been meant.
+pub(crate) fn near(name: &str) -> String {
+    let distance = |key: &&Key| strsim::damerau_levenshtein(key.name, name);
+    let nearest = KEYS.iter().min_by_key(distance);
+    match nearest.filter(|key| distance(key) <= 3) {
+        Some(key) => format!("did you mean `{}`?", key.name),
+        None => "`magician config` lists what there is".to_owned(),
+    }
+}
+
+fn broken(path: &Path, text: &str, problem: &Problem) -> Failure {
+    let file = path.display().to_string();
+    let drawn = diagnostics::draw(problem, Severity::Error, &file, Some(text));
+    Failure::invalid(format!("{file}: {problem}")).drawn(drawn)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_file_says_is_checked_with_its_place() {
+        let text = "port = 'COM3'\nsurface = -6_0.5\n[draw]\nspeed = 60\n[sheet]\nrotation = 1\n";
+        let values = check(text).expect("it is right");
+        let wanted = [
+            ("port", "COM3"),
+            ("draw.speed", "60"),
+            ("surface", "-60.5"),
+            ("sheet", "calibrated"),
+        ];
+        for (name, value) in wanted {
+            assert!(
+                values.contains(&(name, value.to_owned())),
+                "{name}: {values:?}"
+            );
+        }
+        for (text, line, part) in [
+            ("prot = 'COM3'", 1, "no setting `prot`"),
+            ("\nport = 3", 2, "quotes"),
+            ("window = 9", 1, "1 to 8"),
+            ("[draw]\nsped = 3", 2, "draw.sped"),
+            ("draw = 3", 1, "[draw]"),
+            ("port = ", 1, ""),
+            ("a.b.c = 1", 1, "no setting `a`"),
+        ] {
+            let problem = check(text).expect_err(text);
+            assert_eq!(problem.origin.line, line, "{text}");
+            assert!(problem.message.contains(part), "{text}: {problem}");
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! The file that a person names: read whole, understood, its place shown where it is wrong.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use magician_program::{Content, Format, Problem, ReadOptions, Reading};
+use miette::Severity;
+
+use crate::diagnostics;
+use crate::failure::Failure;
+
+/// The largest file that is read, bytes.
+const LARGEST: u64 = 256 << 20;
+
+/// A file that has been read.
+#[derive(Debug)]
+pub(crate) struct Source {
+    /// As the person wrote it; `stdin` for `-`.
+    pub(crate) name: String,
+    /// What it is called without its ending.
+    pub(crate) title: String,
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl Source {
+    /// Reads a file, or stdin for `-`.
+    pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
+        let is_stdin = path.as_os_str() == "-";
+        let name = match is_stdin {
+            true => "stdin".to_owned(),
+            false => path.display().to_string(),
+        };
+        let wrong = |error: &dyn std::fmt::Display| {
+            Failure::invalid(format!("{name} cannot be read: {error}"))
+        };
+        let mut bytes = Vec::new();
+        let read = match is_stdin {
+            true => io::stdin().lock().take(LARGEST + 1).read_to_end(&mut bytes),
+            false => {
+                let file = File::open(path).map_err(|error| wrong(&error))?;
+                file.take(LARGEST + 1).read_to_end(&mut bytes)
+            }
+        };
+        let count = read.map_err(|error| wrong(&error))?;
+        if count as u64 > LARGEST {
+            return Err(wrong(&format!("it has more than {} MB", LARGEST >> 20)));
+        }
+        let title = path
+            .file_stem()
+            .map(|stem| stem.to_string_lossy().into_owned());
+        Ok(Self {
+            title: title
+                .filter(|_| !is_stdin)
+                .unwrap_or_else(|| "stdin".to_owned()),
+            name,
+            path: path.to_owned(),
+            bytes,
+        })
+    }
+
+    /// What it is: as the person says, else as its name and its first bytes do.
+    pub(crate) fn format(&self, said: Option<Format>) -> Result<Format, Failure> {
+        let known = said;
+        known.ok_or_else(|| {
+            let message = format!("{}: nothing tells what kind of file this is", self.name);
+            Failure::invalid(message).hint("--format says it")
+        })
+    }
+
+    /// Understands it.
+    pub(crate) fn read(
+        &self,
+        format: Format,
+        tolerance: Option<f64>,
+    ) -> Result<Reading<Content>, Failure> {
+        let mut options = ReadOptions::default();
+        options.title.clone_from(&self.title);
+        options.tolerance = tolerance.unwrap_or(options.tolerance);
+        magician_program::read(format, &self.bytes, &options)
+            .map_err(|problem| self.failure(&problem))
+    }
+
+    /// A problem with it, as the user gets it.
+    pub(crate) fn failure(&self, problem: &Problem) -> Failure {
+        let failure = Failure::invalid(format!("{}: {problem}", self.name));
+        failure.drawn(self.draw(problem, Severity::Error))
+    }
+
+    /// A problem with it, drawn.
+    pub(crate) fn draw(&self, problem: &Problem, severity: Severity) -> String {
+        let text = std::str::from_utf8(&self.bytes).ok();
+        diagnostics::draw(problem, severity, &self.name, text)
+    }
+}

@@ -1,0 +1,118 @@
+//! DobotStudio's Teaching & Playback files (`.playback`, also renamed to `.xml`), read and written.
+//!
+//! A [`Playback`] is the document: its rows in their order, each with all its items. [`Playback::to_plan`] is what the arm does
+//! for it, [`Playback::from_plan`] the other way. Loops and speed are no part of the file: the studio keeps them elsewhere, and
+//! whoever plays it says them.
+//!
+//! What is known of the items comes from files of DobotStudio 1.4.12, 1.7.0 and 1.9.4:
+//!
+//! | item | what it says |
+//! |---|---|
+//! | 0 | motion style: 0 JUMP, 1 MOVJ, 2 MOVL, ARC is 3 in 1.7 to 1.9 and 4 in 1.4 |
+//! | 1 | name of the point |
+//! | 2 to 5 | x, y, z, r; of an arc the point on the way |
+//! | 6 to 9 | where an arc ends; of other styles nothing, whatever it holds |
+//! | 10 | pause at the point, s |
+//! | 11 | gripper: 0 off, 1 open, 2 closed |
+//! | 12 | suction cup: 0 off, 1 on |
+
+mod play;
+mod read;
+mod record;
+mod row;
+mod write;
+
+pub use row::{Point, Row, Way};
+
+use super::{Content, ReadOptions, Reading};
+use crate::{Grip, Problem, Tool};
+
+/// A playback file.
+///
+/// Two are equal if they say the same in the same words; where it stands in their files does not matter.
+#[derive(Clone, Debug, Default)]
+pub struct Playback {
+    /// The studio that wrote it, such as `Ver-194`.
+    pub version: Option<String>,
+    /// The arm that it was taught on; only newer studios say it.
+    pub dobot_type: Option<String>,
+    /// The taught points, in the order in which they are played.
+    pub rows: Vec<Row>,
+    /// Elements that nobody knows, as they stand.
+    others: Vec<String>,
+    notes: Vec<Problem>,
+}
+
+impl PartialEq for Playback {
+    fn eq(&self, other: &Self) -> bool {
+        self.version == other.version
+            && self.dobot_type == other.dobot_type
+            && self.rows == other.rows
+            && self.others == other.others
+    }
+}
+
+impl Playback {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// The first [`Problem`] that makes it unreadable, with its place: no XML, another kind of file, a row without a
+    /// coordinate, a number that is none, a motion style that nobody knows.
+    pub fn read(bytes: &[u8]) -> Result<Self, Problem> {
+        let playback = read::document(bytes)?;
+        playback.check_tool()?;
+        Ok(playback)
+    }
+
+    /// The tool that it was taught with, by the column that it has: items 11 are the gripper's, items 12 the suction cup's.
+    /// `None` for a file without either, as those of DobotStudio 1.4, and for one that has both and uses neither: whoever
+    /// plays it has to say.
+    #[must_use]
+    pub fn tool(&self) -> Option<Tool> {
+        let points = || self.rows.iter().map(Row::point);
+        let grips = points().filter_map(|point| point.gripper);
+        let sucks = points().filter_map(|point| point.suction);
+        match (grips.clone().next(), sucks.clone().next()) {
+            (Some(_), None) => Some(Tool::Gripper),
+            (None, Some(_)) => Some(Tool::Suction),
+            (None, None) => None,
+            _ if grips.clone().any(|grip| grip != Grip::Off) => Some(Tool::Gripper),
+            _ if sucks.clone().any(|on| on) => Some(Tool::Suction),
+            _ => None,
+        }
+    }
+
+    /// What was taken in a certain way or left out when it was made; nothing of it is an error.
+    #[must_use]
+    pub fn notes(&self) -> &[Problem] {
+        &self.notes
+    }
+
+    /// One arm has one tool.
+    fn check_tool(&self) -> Result<(), Problem> {
+        let grips = |row: &&Row| row.point.gripper.is_some_and(|grip| grip != Grip::Off);
+        let sucks = |row: &&Row| row.point.suction == Some(true);
+        let (grips, sucks) = (self.rows.iter().find(grips), self.rows.iter().find(sucks));
+        let (Some(grips), Some(sucks)) = (grips, sucks) else {
+            return Ok(());
+        };
+        let message = format!(
+            "row{} uses the gripper and row{} the suction cup; the arm has one tool",
+            grips.number, sucks.number
+        );
+        Err(Problem::new(sucks.places.suction, message).named(format!("row{}", sucks.number)))
+    }
+}
+
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+    let playback = Playback::read(bytes)?;
+    let Reading {
+        content: mut plan,
+        notes,
+    } = playback.to_plan();
+    plan.title.clone_from(&options.title);
+    Ok(Reading {
+        content: Content::Plan(plan),
+        notes: playback.notes.into_iter().chain(notes).collect(),
+    })
+}

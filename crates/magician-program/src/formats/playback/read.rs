@@ -1,0 +1,386 @@
+//! From the XML of a playback file to its rows.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use roxmltree::Node;
+
+use super::row::{Part, Places, numbered};
+use super::{Playback, Point, Row, Way};
+use crate::formats::xml;
+use crate::{Grip, Lines, Origin, Problem, Travel};
+
+/// What the items are, for messages.
+const MEANINGS: [&str; 13] = [
+    "motion style",
+    "name",
+    "X",
+    "Y",
+    "Z",
+    "R",
+    "second X",
+    "second Y",
+    "second Z",
+    "second R",
+    "pause",
+    "gripper",
+    "suction cup",
+];
+
+const NO_PLAYBACK: &str = "this is no playback file of DobotStudio";
+
+pub(super) fn document(bytes: &[u8]) -> Result<Playback, Problem> {
+    let text = xml::text(bytes)?;
+    let document = xml::parse(text)?;
+    let lines = Lines::new(text);
+    let root = document.root_element();
+    let file = File {
+        text,
+        lines: &lines,
+    };
+    if root.tag_name().name() != "root" {
+        return Err(file.stranger(root));
+    }
+    let mut playback = Playback::default();
+    for node in xml::elements(root) {
+        file.add(&mut playback, node)?;
+    }
+    if playback.rows.is_empty() {
+        let place = file.start_of(root);
+        let problem = Problem::new(place, format!("{NO_PLAYBACK}: it has no rows"));
+        return Err(problem.help("its points stand in elements called row0, row1 and so on"));
+    }
+    file.note_order(&mut playback);
+    Ok(playback)
+}
+
+struct File<'t> {
+    text: &'t str,
+    lines: &'t Lines<'t>,
+}
+
+impl File<'_> {
+    fn at(&self, range: Range<usize>) -> Origin {
+        self.lines.origin(range)
+    }
+
+    /// The first tag of an element.
+    fn start_of(&self, node: Node<'_, '_>) -> Origin {
+        let whole = node.range();
+        let text = self.text.get(whole.clone()).unwrap_or_default();
+        let length = text.find('>').map_or(text.len(), |at| at + 1);
+        self.at(whole.start..whole.start + length)
+    }
+
+    /// Some other XML.
+    fn stranger(&self, root: Node<'_, '_>) -> Problem {
+        let name = root.tag_name().name();
+        let help = match name {
+            "xml" => "this looks like a DobotBlockly workspace: call it `.blockly`",
+            "svg" => "this looks like a drawing: call it `.svg`",
+            _ => "the outermost element of a playback file is `root`",
+        };
+        let message = format!("{NO_PLAYBACK}: its outermost element is `{name}`");
+        Problem::new(self.start_of(root), message).help(help)
+    }
+
+    fn add(&self, playback: &mut Playback, node: Node<'_, '_>) -> Result<(), Problem> {
+        let name = node.tag_name().name();
+        if let Some(number) = numbered(name, "row") {
+            let row = self.row(number, node, &mut playback.notes)?;
+            playback.rows.push(row);
+            return Ok(());
+        }
+        let first = || xml::elements(node).find(|item| item.tag_name().name() == "item_0");
+        match (name, first()) {
+            ("row_StudioVersion", Some(item)) if playback.version.is_none() => {
+                playback.version = Some(xml::content(item).trim().to_owned());
+            }
+            ("DobotType", Some(item)) if playback.dobot_type.is_none() => {
+                let kind = xml::content(item).trim().to_owned();
+                self.check_kind(&kind, item)?;
+                playback.dobot_type = Some(kind);
+            }
+            _ => {
+                let note = format!("`{name}` is not known: it is kept and not played");
+                playback.notes.push(Problem::new(self.start_of(node), note));
+                playback.others.extend(self.source(node));
+            }
+        }
+        Ok(())
+    }
+
+    /// Coordinates of another arm lead elsewhere on this one.
+    fn check_kind(&self, kind: &str, item: Node<'_, '_>) -> Result<(), Problem> {
+        if kind.is_empty() || kind.to_ascii_lowercase().starts_with("magician") {
+            return Ok(());
+        }
+        let place = self.at(xml::content_range(item));
+        let message = format!("this was taught on a {kind}, and its points mean other places here");
+        Err(Problem::new(place, message).help("teach the points again on a Magician"))
+    }
+
+    /// An element as it stands, if it can stand elsewhere too.
+    fn source(&self, node: Node<'_, '_>) -> Option<String> {
+        let source = self.text.get(node.range())?;
+        roxmltree::Document::parse(source).ok()?;
+        Some(source.to_owned())
+    }
+
+    fn row(
+        &self,
+        number: u32,
+        node: Node<'_, '_>,
+        notes: &mut Vec<Problem>,
+    ) -> Result<Row, Problem> {
+        let mut items = Items {
+            file: self,
+            row: node,
+            number,
+            found: Vec::new(),
+        };
+        let mut parts = Vec::new();
+        for item in xml::elements(node) {
+            let name = item.tag_name().name();
+            let plain = item.attributes().len() == 0 && xml::elements(item).next().is_none();
+            match numbered(name, "item_") {
+                Some(n) if plain || (n as usize) < MEANINGS.len() => {
+                    items.take(n, item)?;
+                    parts.push(Part::Item(n, xml::content(item).into_owned()));
+                }
+                _ => parts.extend(self.source(item).map(Part::Other)),
+            }
+        }
+        let point = items.point(notes)?;
+        Ok(Row {
+            number,
+            parts,
+            places: items.places(matches!(point.way, Way::Arc { .. })),
+            point,
+        })
+    }
+
+    /// Rows whose numbers do not tell their order, and items that nobody knows.
+    fn note_order(&self, playback: &mut Playback) {
+        let rows = &playback.rows;
+        let wrong = (0..).zip(rows).find(|(nth, row)| row.number != *nth);
+        if let Some((nth, row)) = wrong {
+            let message = format!(
+                "row{} stands where row{nth} is expected; rows are played in the order of the file",
+                row.number
+            );
+            let note = Problem::new(row.places.motion, message);
+            playback.notes.push(note);
+        }
+        let mut strange = BTreeSet::new();
+        for row in &playback.rows {
+            let known = MEANINGS.len();
+            strange.extend(row.parts.iter().filter_map(|part| match part {
+                Part::Item(n, _) if (*n as usize) < known => None,
+                Part::Item(n, _) => Some(format!("item_{n}")),
+                Part::Other(source) => {
+                    let end = source.find([' ', '/', '>']).unwrap_or(source.len());
+                    Some(source.get(1..end).unwrap_or_default().to_owned())
+                }
+            }));
+        }
+        if !strange.is_empty() {
+            let names: Vec<_> = strange.into_iter().collect();
+            let names = names.join(", ");
+            let note = format!("rows have what is not known ({names}): it is kept and not played");
+            playback.notes.push(Problem::of_file(note));
+        }
+    }
+}
+
+/// The items of one row.
+struct Items<'f, 'a, 'i> {
+    file: &'f File<'f>,
+    row: Node<'a, 'i>,
+    number: u32,
+    found: Vec<(u32, Node<'a, 'i>)>,
+}
+
+impl<'a, 'i> Items<'_, 'a, 'i> {
+    fn take(&mut self, number: u32, item: Node<'a, 'i>) -> Result<(), Problem> {
+        if self.node(number).is_some() {
+            return Err(self.wrong(item, format!("item_{number} is there twice")));
+        }
+        self.found.push((number, item));
+        Ok(())
+    }
+
+    fn node(&self, number: u32) -> Option<Node<'a, 'i>> {
+        let mut found = self.found.iter();
+        found.find(|(own, _)| *own == number).map(|(_, node)| *node)
+    }
+
+    /// The text of an item that is there and not empty.
+    fn text(&self, number: u32) -> Option<(String, Node<'a, 'i>)> {
+        let node = self.node(number)?;
+        let text = xml::content(node).trim().to_owned();
+        (!text.is_empty()).then_some((text, node))
+    }
+
+    fn wrong(&self, item: Node<'_, '_>, message: String) -> Problem {
+        let place = self.file.at(xml::content_range(item));
+        Problem::new(place, message).named(format!("row{}", self.number))
+    }
+
+    fn missing(&self, number: u32) -> Problem {
+        let meaning = meaning(number);
+        let place = match self.node(number) {
+            Some(item) => self.file.at(item.range()),
+            None => self.file.start_of(self.row),
+        };
+        Problem::new(place, format!("it has no item_{number} ({meaning})"))
+            .named(format!("row{}", self.number))
+    }
+
+    fn number(&self, number: u32) -> Result<Option<f64>, Problem> {
+        let Some((text, item)) = self.text(number) else {
+            return Ok(None);
+        };
+        let meaning = meaning(number);
+        let value = text.parse::<f64>().map_err(|_| {
+            let problem = format!("item_{number} ({meaning}) is `{text}`, which is no number");
+            let problem = self.wrong(item, problem);
+            match text.contains(',') {
+                true => problem.help("numbers are written with a decimal point"),
+                false => problem,
+            }
+        })?;
+        if !(value as f32).is_finite() {
+            let problem = format!("item_{number} ({meaning}) is {text}, which is out of all range");
+            return Err(self.wrong(item, problem));
+        }
+        Ok(Some(value))
+    }
+
+    /// One of a few whole numbers.
+    fn code(&self, number: u32, most: u8, known: &str) -> Result<Option<u8>, Problem> {
+        let Some(value) = self.number(number)? else {
+            return Ok(None);
+        };
+        let code = (0..=most).find(|code| f64::from(*code) == value);
+        if let (None, Some(item)) = (code, self.node(number)) {
+            let meaning = meaning(number);
+            let problem = format!("item_{number} ({meaning}) is {value}; known are {known}");
+            return Err(self.wrong(item, problem));
+        }
+        Ok(code)
+    }
+
+    /// x, y, z, r from this item on; an r that is not there is 0.
+    fn pose(&self, first: u32, notes: &mut Vec<Problem>) -> Result<[f32; 4], Problem> {
+        let mut pose = [0.0; 4];
+        for (number, value) in (first..).zip(&mut pose) {
+            match self.number(number)? {
+                // What is written there is rounded once.
+                Some(_) => *value = self.single(number),
+                None if number == first + 3 => {
+                    let note = "it has no R, which is taken for 0";
+                    notes.push(Problem {
+                        message: note.to_owned(),
+                        ..self.missing(number)
+                    });
+                }
+                None => return Err(self.missing(number)),
+            }
+        }
+        Ok(pose)
+    }
+
+    fn single(&self, number: u32) -> f32 {
+        let text = self.text(number).map(|(text, _)| text);
+        text.and_then(|text| text.parse().ok()).unwrap_or_default()
+    }
+
+    fn point(&self, notes: &mut Vec<Problem>) -> Result<Point, Problem> {
+        let styles = "0 JUMP, 1 MOVJ, 2 MOVL, 3 or 4 ARC";
+        let style = self.code(0, 4, styles)?.ok_or_else(|| self.missing(0))?;
+        let first = self.pose(2, notes)?;
+        let (way, to) = match style {
+            0 => (Way::Move(Travel::Jump), first),
+            1 => (Way::Move(Travel::Joints), first),
+            2 => (Way::Move(Travel::Line), first),
+            arc => (Way::Arc { via: first }, self.second(arc, notes)?),
+        };
+        let name = self
+            .node(1)
+            .map(|item| xml::content(item).trim().to_owned());
+        let gripper = self.code(11, 2, "0 off, 1 open, 2 closed")?;
+        let suction = self.code(12, 1, "0 off, 1 on")?;
+        Ok(Point {
+            name: name.unwrap_or_default(),
+            way,
+            to,
+            gripper: gripper.map(|code| match code {
+                0 => Grip::Off,
+                1 => Grip::Open,
+                _ => Grip::Close,
+            }),
+            suction: suction.map(|code| code == 1),
+            pause: self.pause()?,
+        })
+    }
+
+    /// Where an arc ends. Studios 1.7 to 1.9 write 3 for it and 1.4 writes 4, and what else 3 was in 1.4 is not known: so
+    /// only a row with a second point is one. All zero, which other styles have there too, is none.
+    fn second(&self, style: u8, notes: &mut Vec<Problem>) -> Result<[f32; 4], Problem> {
+        let mut any = false;
+        for number in 6..=9 {
+            any |= self.number(number)?.is_some_and(|value| value != 0.0);
+        }
+        if any {
+            return self.pose(6, notes);
+        }
+        let place = self.node(0).map_or_else(
+            || self.file.start_of(self.row),
+            |item| self.file.at(xml::content_range(item)),
+        );
+        let message = format!(
+            "motion style {style} is an arc, but items 6 to 9 have no second point; what else it may mean is not known"
+        );
+        Err(Problem::new(place, message)
+            .named(format!("row{}", self.number))
+            .help("teach this point again, or give it style 0 (JUMP), 1 (MOVJ) or 2 (MOVL)"))
+    }
+
+    /// Milliseconds; the file has seconds.
+    fn pause(&self) -> Result<u32, Problem> {
+        let seconds = self.number(10)?.unwrap_or(0.0);
+        let milliseconds = (seconds * 1000.0).round();
+        match self.node(10) {
+            Some(item) if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) => {
+                let most = f64::from(u32::MAX) / 1000.0;
+                let message = format!("it pauses for {seconds} s; 0 to {most} s can be");
+                Err(self.wrong(item, message))
+            }
+            _ => Ok(milliseconds as u32),
+        }
+    }
+
+    fn places(&self, arc: bool) -> Places {
+        let at = |number| {
+            self.node(number)
+                .map_or(Origin::NONE, |item| self.file.at(item.range()))
+        };
+        let last = if arc { 9 } else { 5 };
+        let motion = (self.found.iter())
+            .filter(|(number, _)| (2..=last).contains(number))
+            .map(|(_, item)| item.range())
+            .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end));
+        Places {
+            motion: motion.map_or(Origin::NONE, |range| self.file.at(range)),
+            gripper: at(11),
+            suction: at(12),
+            pause: at(10),
+        }
+    }
+}
+
+fn meaning(number: u32) -> &'static str {
+    let meaning = MEANINGS.get(number as usize);
+    meaning.copied().unwrap_or("not known")
+}

@@ -1,0 +1,212 @@
+//! A plan as a playback file.
+
+use super::row::{numbered, setting};
+use super::write::can_be_said;
+use super::{Playback, Point, Row, Way};
+use crate::{Action, Grip, Plan, Problem, Step, Tool, Travel};
+
+impl Playback {
+    /// A plan as a file for DobotStudio 1.9, as far as such a file can say it: moves to poses with all joints, on lines and as
+    /// jumps, arcs, the suction cup or the gripper, and pauses.
+    ///
+    /// Speeds and heights of jumps are left out: the studio keeps them outside the file. [`notes`](Self::notes) says so. Every
+    /// row says what the tool does, so it is told to be off from the first row on if the plan says nothing else. What the tool
+    /// does after a pause, and before the next move, gets a row of its own at the same place.
+    ///
+    /// # Errors
+    /// A [`Problem`] with the number of the first step that such a file cannot say.
+    pub fn from_plan(plan: &Plan) -> Result<Self, Problem> {
+        let mut recorder = Recorder::new(plan)?;
+        for (nth, step) in plan.steps.iter().enumerate() {
+            recorder.step(nth, step)?;
+        }
+        recorder.finish()
+    }
+}
+
+struct Recorder<'p> {
+    plan: &'p Plan,
+    points: Vec<Point>,
+    /// Whether the last point's tool is settled.
+    told: bool,
+    gripper: Option<Grip>,
+    suction: Option<bool>,
+    left_out: Vec<&'static str>,
+    notes: Vec<Problem>,
+}
+
+impl<'p> Recorder<'p> {
+    fn new(plan: &'p Plan) -> Result<Self, Problem> {
+        let mut recorder = Self {
+            plan,
+            points: Vec::new(),
+            told: false,
+            gripper: None,
+            suction: None,
+            left_out: Vec::new(),
+            notes: Vec::new(),
+        };
+        for (nth, step) in plan.steps.iter().enumerate() {
+            match step.action {
+                Action::Gripper(_) => recorder.gripper = Some(Grip::Off),
+                Action::Suction(_) => recorder.suction = Some(false),
+                _ => continue,
+            }
+            if recorder.gripper.is_some() && recorder.suction.is_some() {
+                let what = "uses the gripper, an earlier one the suction cup";
+                let other = "uses the suction cup, an earlier one the gripper";
+                let gripper = matches!(step.action, Action::Gripper(_));
+                let what = if gripper { what } else { other };
+                return Err(recorder.cannot(nth, step, what));
+            }
+        }
+        recorder.settle_tool();
+        Ok(recorder)
+    }
+
+    /// The column that the file has, which is all that it says of the tool.
+    fn settle_tool(&mut self) {
+        let told = match (self.gripper, self.suction) {
+            (None, None) => None,
+            (Some(_), _) => Some(Tool::Gripper),
+            _ => Some(Tool::Suction),
+        };
+        match (told, self.plan.tool) {
+            (None, Some(Tool::Gripper)) => self.gripper = Some(Grip::Off),
+            (None, Some(Tool::Suction)) => self.suction = Some(false),
+            (_, None) => {}
+            (told, tool) if told == tool => {}
+            (_, Some(tool)) => {
+                let note = format!("the file cannot say that its points are for the tool `{tool}`");
+                self.notes
+                    .push(Problem::of_file(note).help("say so when it is played"));
+            }
+        }
+    }
+
+    fn cannot(&self, nth: usize, step: &Step, what: &str) -> Problem {
+        let problem = Problem::new(
+            step.origin,
+            format!(
+                "step {} {what}, and a playback file cannot say that",
+                nth + 1
+            ),
+        );
+        match self.plan.name_of(&step.origin) {
+            Some(name) => problem.named(name),
+            None => problem,
+        }
+    }
+
+    fn step(&mut self, nth: usize, step: &Step) -> Result<(), Problem> {
+        match &step.action {
+            Action::Move { to, by } => self.go(nth, step, Way::Move(*by), *to),
+            Action::Arc { via, to } => self.go(nth, step, Way::Arc { via: *via }, *to),
+            Action::Gripper(grip) => {
+                self.gripper = Some(*grip);
+                self.tell(nth, step)
+            }
+            Action::Suction(on) => {
+                self.suction = Some(*on);
+                self.tell(nth, step)
+            }
+            Action::Wait(milliseconds) => self.wait(nth, step, *milliseconds),
+            other => {
+                let command = other.command();
+                if let Some(what) = setting(&command) {
+                    if !self.left_out.contains(&what) {
+                        self.left_out.push(what);
+                    }
+                    return Ok(());
+                }
+                let name = command.row().set_name;
+                let problem = self.cannot(nth, step, &format!("is a {name}"));
+                let help = "moves to poses, arcs, pauses, and the suction cup or the gripper are what it can say";
+                Err(problem.help(help))
+            }
+        }
+    }
+
+    fn go(&mut self, nth: usize, step: &Step, way: Way, to: [f32; 4]) -> Result<(), Problem> {
+        let via = match way {
+            Way::Arc { via } => via,
+            Way::Move(_) => to,
+        };
+        if !to.iter().chain(&via).all(|value| value.is_finite()) {
+            return Err(self.cannot(nth, step, "leads to what is no number"));
+        }
+        if matches!(way, Way::Arc { .. }) && to == [0.0; 4] {
+            return Err(self.cannot(nth, step, "is an arc to 0, 0, 0, 0"));
+        }
+        let name = self.plan.name_of(&step.origin).unwrap_or_default();
+        let name = name.trim();
+        let name = if numbered(name, "row").is_some() {
+            ""
+        } else {
+            name
+        };
+        self.points.push(Point {
+            name: name.chars().filter(|c| can_be_said(*c)).collect(),
+            gripper: self.gripper,
+            suction: self.suction,
+            ..Point::new(way, to)
+        });
+        self.told = false;
+        Ok(())
+    }
+
+    /// The last point's tool does what it does now; a new one at the same place if it has done something there already, or
+    /// paused.
+    fn tell(&mut self, nth: usize, step: &Step) -> Result<(), Problem> {
+        let (gripper, suction, told) = (self.gripper, self.suction, self.told);
+        let Some(last) = self.points.last_mut() else {
+            return Err(self.before_any(nth, step));
+        };
+        let same = last.gripper == gripper && last.suction == suction;
+        if !same && (told || last.pause > 0) {
+            let again = Point::new(Way::Move(Travel::Joints), last.to);
+            self.points.push(again);
+        }
+        if let Some(last) = self.points.last_mut() {
+            (last.gripper, last.suction) = (gripper, suction);
+        }
+        self.told = true;
+        Ok(())
+    }
+
+    fn wait(&mut self, nth: usize, step: &Step, milliseconds: u32) -> Result<(), Problem> {
+        let Some(last) = self.points.last_mut() else {
+            return Err(self.before_any(nth, step));
+        };
+        match last.pause.checked_add(milliseconds) {
+            Some(pause) => last.pause = pause,
+            None => return Err(self.cannot(nth, step, "waits for more than 49 days")),
+        }
+        Ok(())
+    }
+
+    fn before_any(&self, nth: usize, step: &Step) -> Problem {
+        let problem = self.cannot(nth, step, "comes before the first move");
+        problem.help("put a move to a pose in front of it")
+    }
+
+    fn finish(mut self) -> Result<Playback, Problem> {
+        if self.points.is_empty() {
+            return Err(Problem::of_file("there is no move to a pose to write down"));
+        }
+        for what in self.left_out {
+            let note = format!("the {what} are left out: a playback file does not have them");
+            self.notes.push(Problem::of_file(note));
+        }
+        let arcs = |point: &Point| matches!(point.way, Way::Arc { .. });
+        let arcs = self.points.iter().any(arcs);
+        let rows = (0..).zip(self.points);
+        Ok(Playback {
+            version: Some("Ver-194".to_owned()),
+            dobot_type: Some("Magician".to_owned()),
+            rows: rows.map(|(n, point)| Row::of(n, point, arcs)).collect(),
+            notes: self.notes,
+            ..Playback::default()
+        })
+    }
+}

@@ -1,0 +1,68 @@
+//! XML as the readers of this crate take it: UTF-8, without a document type, with places.
+
+use std::ops::Range;
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+use crate::{Lines, Origin, Problem};
+
+/// More elements, texts and comments than any file of these kinds has.
+const MOST_NODES: u32 = 2_000_000;
+
+/// The text of a file.
+pub(super) fn text(bytes: &[u8]) -> Result<&str, Problem> {
+    std::str::from_utf8(bytes).map_err(|error| {
+        let good = bytes.get(..error.valid_up_to()).unwrap_or_default();
+        let good = String::from_utf8_lossy(good);
+        let place = Lines::new(&good).origin(good.len()..good.len());
+        Problem::new(place, "the file is not UTF-8 from here on").help("save it as UTF-8")
+    })
+}
+
+/// The document in a text.
+pub(super) fn parse(text: &str) -> Result<Document<'_>, Problem> {
+    let options = ParsingOptions {
+        nodes_limit: MOST_NODES,
+        ..ParsingOptions::default()
+    };
+    Document::parse_with_options(text, options).map_err(|error| {
+        let at = error.pos();
+        let place = Origin {
+            line: at.row,
+            column: at.col,
+            length: 1,
+            name: 0,
+        };
+        Problem::new(place, format!("this is no XML: {error}"))
+    })
+}
+
+/// The elements in an element.
+pub(super) fn elements<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(Node::is_element)
+}
+
+/// The text in an element, without those of elements in it.
+pub(super) fn content<'a>(node: Node<'a, '_>) -> std::borrow::Cow<'a, str> {
+    let mut texts = node.children().filter_map(|child| match child.is_text() {
+        true => child.text(),
+        false => None,
+    });
+    match (texts.next(), texts.next()) {
+        (None, _) => "".into(),
+        (Some(only), None) => only.into(),
+        (Some(first), Some(second)) => {
+            let rest: String = texts.collect();
+            format!("{first}{second}{rest}").into()
+        }
+    }
+}
+
+/// Where the text of an element stands; the element itself if it has none.
+pub(super) fn content_range(node: Node<'_, '_>) -> Range<usize> {
+    let texts = || node.children().filter(Node::is_text);
+    match (texts().next(), texts().next_back()) {
+        (Some(first), Some(last)) => first.range().start..last.range().end,
+        _ => node.range(),
+    }
+}

@@ -1,0 +1,179 @@
+//! How an image is engraved.
+
+use super::scan::{Rates, Scan};
+use super::tone::{Powers, levels};
+use super::{Grid, Raster, Tone, resample};
+use crate::{Artwork, Origin, Plan, Problem, Stroke, Surface, Tool};
+
+/// How an image is engraved: line by line, the laser's power following the grey.
+///
+/// The tool passes the whole image at [`speed`](Self::speed): it runs up to it before a line and slows down behind it, dark. The
+/// arm knows 32 commands ahead and slows down so that it could stop behind the last of them: faster than
+/// [`steady_speed`](Self::steady_speed) it may not hold the speed where every pixel differs from the next.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Engrave {
+    /// From one line to the next, and how finely power changes along a line, mm.
+    pub spacing: f64,
+    /// Least and most power, percent: for the lightest grey that is not white, and for black.
+    pub power: [f64; 2],
+    /// How grey becomes power.
+    pub tone: Tone,
+    /// Exponent of the darkness (0 to 1) before it becomes power; above 1 spares the light parts, 1 is linear.
+    pub gamma: f64,
+    /// White burns and black does not.
+    pub invert: bool,
+    /// Every other line is burnt on the way back. Without it all go the same way: slower, and free of play in the gears.
+    pub both_directions: bool,
+    /// How far the tool runs up and out at either end of a line, mm; what speed and acceleration need if left open.
+    pub overscan: Option<f64>,
+    /// Along a line, mm/s.
+    pub speed: f64,
+    /// To get to that speed, mm/s2.
+    pub acceleration: f64,
+    /// Leaves out white lines and the white ends of others, and goes over wide gaps as fast as the arm travels.
+    pub white_skip: bool,
+    /// How far above the surface it begins and ends, mm.
+    pub lift: f64,
+}
+
+impl Default for Engrave {
+    fn default() -> Self {
+        Self {
+            spacing: 0.2,
+            power: [0.0, 100.0],
+            tone: Tone::default(),
+            gamma: 1.0,
+            invert: false,
+            both_directions: true,
+            overscan: None,
+            speed: 20.0,
+            acceleration: 100.0,
+            white_skip: true,
+            lift: 10.0,
+        }
+    }
+}
+
+impl Engrave {
+    /// As many cells, at most, are engraved.
+    pub const MOST_CELLS: usize = 16_000_000;
+    /// Segments that the arm knows behind the one under way (model section 14).
+    const AHEAD: f64 = 31.0;
+
+    /// How far the tool runs up and out, mm.
+    #[must_use]
+    pub fn run_up(&self) -> f64 {
+        let needed = self.speed * self.speed / (2.0 * self.acceleration);
+        self.overscan.unwrap_or(needed)
+    }
+
+    /// Up to which speed the arm holds it over an image of which no two neighbouring pixels are the same, mm/s (model sections 8
+    /// and 14: the end of the last segment that it knows is at rest).
+    #[must_use]
+    pub fn steady_speed(&self) -> f64 {
+        (2.0 * self.acceleration * Self::AHEAD * self.spacing).sqrt()
+    }
+
+    /// What an image of this size (mm) needs: its frame, and the frame that the tool passes, which is wider by what it runs up
+    /// and out. To be placed as any drawing is; [`Grid::of_frame`] tells where the image then lies. A page of the image's size
+    /// makes it lie on a sheet corner on corner.
+    ///
+    /// The way to run up does not shrink with an image that is made to fit: frame its new size again then.
+    #[must_use]
+    pub fn frame(&self, size: [f64; 2]) -> Artwork {
+        let frame = |beyond: f64| {
+            let [left, right] = [-beyond, size[0] + beyond];
+            let corners = [[left, size[1]], [right, size[1]], [right, 0.0], [left, 0.0]];
+            Stroke {
+                points: [&corners[..], &corners[..1]].concat(),
+                origin: Origin::NONE,
+            }
+        };
+        Artwork {
+            page: Some(size),
+            strokes: vec![frame(0.0), frame(self.run_up())],
+            ..Artwork::default()
+        }
+    }
+
+    fn validate(&self) -> Result<(), Problem> {
+        let above = |name: &str, value: f64, unit: &str| {
+            if value > 0.0 && value.is_finite() {
+                return Ok(());
+            }
+            let why = format!("{name} is {value} {unit}, and must be above 0");
+            Err(Problem::of_file(why))
+        };
+        above("the line spacing", self.spacing, "mm")?;
+        above("the speed", self.speed, "mm/s")?;
+        above("the acceleration", self.acceleration, "mm/s2")?;
+        above("gamma", self.gamma, "")?;
+        for (name, value) in [("the overscan", self.run_up()), ("the lift", self.lift)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                let why = format!("{name} is {value} mm, and must not be below 0");
+                return Err(Problem::of_file(why));
+            }
+        }
+        let [least, most] = self.power;
+        if !(0.0 <= least && least <= most && 0.0 < most && most <= 100.0) {
+            return Err(Problem::of_file(format!(
+                "power goes from {least} % to {most} %, and must rise within 0 to 100 %"
+            )));
+        }
+        Ok(())
+    }
+}
+
+impl Raster {
+    /// What the arm is to do to engrave it where `grid` says, on this surface. Steps say which row of the image they are of:
+    /// their origin's line, with no column.
+    ///
+    /// # Errors
+    /// Numbers that are none or out of their range, an image of more than [`Engrave::MOST_CELLS`], and one of which nothing
+    /// would be burnt.
+    pub fn plan(&self, grid: &Grid, surface: Surface, engrave: &Engrave) -> Result<Plan, Problem> {
+        self.validate()?;
+        engrave.validate()?;
+        let [columns, rows] = cells(grid, engrave.spacing)?;
+        let mut cells = resample::resample(self, columns, rows);
+        levels(&mut cells, columns, engrave);
+        if cells.iter().all(|level| *level == 0) {
+            return Err(
+                Problem::of_file("there is nothing to burn: all of it is white")
+                    .help("invert it, or choose another threshold"),
+            );
+        }
+
+        let mut plan = Plan::new(&self.title);
+        plan.tool = Some(Tool::Laser);
+        plan.surface = Some(surface);
+        let powers = Powers::new(engrave);
+        let mut scan = Scan::new(plan, *grid, surface, engrave, Rates::new(engrave));
+        for (nth, line) in cells.chunks_exact(columns).enumerate() {
+            let row = (2 * nth + 1).saturating_mul(self.height) / (2 * rows);
+            scan.line(line, (nth as f64 + 0.5) / rows as f64, row, &powers);
+        }
+        Ok(scan.end())
+    }
+}
+
+/// Columns and rows of cells that are as near to squares of this side as fits.
+fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Problem> {
+    let corners = grid.corners();
+    let finite = corners.as_flattened().iter().all(|value| value.is_finite());
+    let [width, height] = super::positive(grid.size())?;
+    if !finite {
+        return Err(Problem::of_file("the place of the image is not a number"));
+    }
+    let counts = [width, height].map(|side| ((side / spacing).round() as usize).max(1));
+    let [columns, rows] = counts;
+    let most = Engrave::MOST_CELLS;
+    if columns.checked_mul(rows).is_none_or(|count| count > most) {
+        return Err(Problem::of_file(format!(
+            "{columns} by {rows} cells of {spacing} mm for {width:.1} mm by {height:.1} mm are more than {most}"
+        ))
+        .help("make it smaller, or the line spacing wider"));
+    }
+    Ok(counts)
+}

@@ -1,0 +1,96 @@
+//! An image with as many pixels as the laser burns.
+
+use super::Raster;
+
+/// The part of the source that one target pixel covers, in source pixels.
+#[derive(Clone, Copy)]
+struct Span {
+    from: f64,
+    to: f64,
+    first: usize,
+    last: usize,
+}
+
+impl Span {
+    fn new(nth: usize, target: usize, source: usize) -> Self {
+        let edge = |nth: usize| nth as f64 * source as f64 / target as f64;
+        let (from, to) = (edge(nth), edge(nth + 1));
+        let most = source - 1;
+        Self {
+            from,
+            to,
+            first: (from as usize).min(most),
+            last: ((to.ceil() as usize).saturating_sub(1)).min(most),
+        }
+    }
+
+    /// The share of its length that lies in this source pixel.
+    fn share(&self, pixel: usize) -> f64 {
+        let overlap = self.to.min((pixel + 1) as f64) - self.from.max(pixel as f64);
+        (overlap / (self.to - self.from)).max(0.0)
+    }
+}
+
+/// The image in so many columns and rows, each cell the mean of the area it covers; of the grey values as they are stored.
+pub(super) fn resample(image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
+    if (columns, rows) == (image.width, image.height) {
+        return image.grey.clone();
+    }
+    let spans: Vec<Span> = (0..columns)
+        .map(|nth| Span::new(nth, columns, image.width))
+        .collect();
+    let mut cells = Vec::with_capacity(columns * rows);
+    let mut line = Line::default();
+    let mut sums = vec![0.0; columns];
+    for row in 0..rows {
+        let span = Span::new(row, rows, image.height);
+        sums.fill(0.0);
+        for source in span.first..=span.last {
+            let share = span.share(source);
+            let narrowed = line.of(image, source, &spans);
+            for (sum, value) in sums.iter_mut().zip(narrowed) {
+                *sum += value * share;
+            }
+        }
+        cells.extend(sums.iter().map(|sum| sum.round().clamp(0.0, 255.0) as u8));
+    }
+    cells
+}
+
+/// The source row that was narrowed last: rows that meet share one.
+#[derive(Default)]
+struct Line {
+    row: Option<usize>,
+    narrowed: Vec<f64>,
+}
+
+impl Line {
+    fn of(&mut self, image: &Raster, row: usize, spans: &[Span]) -> &[f64] {
+        if self.row != Some(row) {
+            let start = row * image.width;
+            let source = image
+                .grey
+                .get(start..start + image.width)
+                .unwrap_or_default();
+            self.narrowed.clear();
+            self.narrowed
+                .extend(spans.iter().map(|span| mean(source, span)));
+            self.row = Some(row);
+        }
+        &self.narrowed
+    }
+}
+
+fn mean(source: &[u8], span: &Span) -> f64 {
+    let covered = source.get(span.first..=span.last).unwrap_or_default();
+    match covered {
+        [one] => f64::from(*one),
+        [one, inner @ .., other] => {
+            let inner: u32 = inner.iter().map(|value| u32::from(*value)).sum();
+            f64::from(*one) * span.share(span.first)
+                + f64::from(inner) / (span.to - span.from)
+                + f64::from(*other) * span.share(span.last)
+        }
+        [] => 0.0,
+    }
+}

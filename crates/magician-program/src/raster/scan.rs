@@ -1,0 +1,258 @@
+//! The tool's way over an image: line by line, as the lines are burnt.
+
+use std::ops::Range;
+
+use magician::words;
+
+use super::tone::Powers;
+use super::{Engrave, Grid};
+use crate::artwork::distance;
+use crate::{Action, Origin, Plan, Surface, Travel};
+
+/// Speed (mm/s) and acceleration (mm/s2) of travels where nothing is burnt.
+const TRAVEL: [f64; 2] = [100.0, 200.0];
+/// The share of these that an arm uses that has not been told otherwise (model section 6).
+const RATIO: f64 = 0.5;
+
+/// How long ways take.
+pub(super) struct Rates {
+    speed: f64,
+    acceleration: f64,
+    run_up: f64,
+}
+
+impl Rates {
+    pub(super) fn new(engrave: &Engrave) -> Self {
+        Self {
+            speed: engrave.speed,
+            acceleration: engrave.acceleration,
+            run_up: engrave.run_up(),
+        }
+    }
+
+    /// From rest to rest at engraving speed, s.
+    fn dark(&self, way: f64) -> f64 {
+        rest_to_rest(way, self.speed, self.acceleration)
+    }
+
+    /// From rest to rest as fast as the arm travels, s.
+    fn travel(way: f64) -> f64 {
+        let [speed, acceleration] = TRAVEL.map(|rate| rate * RATIO);
+        rest_to_rest(way, speed, acceleration)
+    }
+
+    /// Whether it is quicker to run out before a gap in a line, travel, and run up behind it than to pass it as it is.
+    fn leaps(&self, gap: f64) -> bool {
+        let between = gap - 2.0 * self.run_up;
+        let runs = 2.0 * self.dark(2.0 * self.run_up);
+        between > 0.0 && Self::travel(between) + runs < gap / self.speed
+    }
+}
+
+/// How long a way takes that begins and ends at rest (model section 7), s.
+fn rest_to_rest(way: f64, speed: f64, acceleration: f64) -> f64 {
+    if way * acceleration > speed * speed {
+        way / speed + speed / acceleration
+    } else {
+        2.0 * (way / acceleration).sqrt()
+    }
+}
+
+/// A plan that grows line by line.
+pub(super) struct Scan<'e> {
+    plan: Plan,
+    grid: Grid,
+    surface: Surface,
+    engrave: &'e Engrave,
+    rates: Rates,
+    /// Lines so far in which something was burnt.
+    burnt: usize,
+    /// Where the tool is.
+    at: Option<[f64; 2]>,
+    /// The segments of one stretch: the share of the width where each ends, and its level.
+    segments: Vec<(f64, u8)>,
+}
+
+impl<'e> Scan<'e> {
+    pub(super) fn new(
+        mut plan: Plan,
+        grid: Grid,
+        surface: Surface,
+        engrave: &'e Engrave,
+        rates: Rates,
+    ) -> Self {
+        let [travel, hurry] = TRAVEL.map(|rate| rate as f32);
+        plan.push(words::line_speed(travel, hurry), Origin::NONE);
+        let path = words::path_speed(engrave.speed as f32, engrave.acceleration as f32);
+        plan.push(path, Origin::NONE);
+        Self {
+            plan,
+            grid,
+            surface,
+            engrave,
+            rates,
+            burnt: 0,
+            at: None,
+            segments: Vec::new(),
+        }
+    }
+
+    /// One line of levels, `down` the image by this share of its height, of this row of its pixels (from 0).
+    pub(super) fn line(&mut self, levels: &[u8], down: f64, row: usize, powers: &Powers) {
+        let cells = levels.len() as f64;
+        let runs = runs(levels);
+        let mut stretches = self.stretches(&runs, self.grid.size()[0] / cells);
+        if stretches.is_empty() {
+            return;
+        }
+        let back = self.engrave.both_directions && self.burnt % 2 == 1;
+        if back {
+            stretches.reverse();
+        }
+        self.burnt += 1;
+        let origin = Origin {
+            line: u32::try_from(row.saturating_add(1)).unwrap_or(u32::MAX),
+            ..Origin::NONE
+        };
+        for stretch in stretches {
+            let runs = runs.get(stretch).unwrap_or_default();
+            self.lay_out(runs, cells, back);
+            let segments = std::mem::take(&mut self.segments);
+            for (nth, (right, level)) in segments.iter().enumerate() {
+                let to = self.grid.at([*right, down]);
+                match nth {
+                    0 => self.approach(to, origin),
+                    _ => self.segment(to, powers.of(*level), origin),
+                }
+            }
+            self.segments = segments;
+        }
+    }
+
+    /// Dark, away from the surface.
+    pub(super) fn end(mut self) -> Plan {
+        self.plan.push(Action::Laser(false), Origin::NONE);
+        if let Some(at) = self.at {
+            let up = self.above(at);
+            self.travel(up, Travel::Line, Origin::NONE);
+        }
+        self.plan
+    }
+
+    /// Which runs of a line are passed in one go each: from the first to the last that burns, but for gaps over which it is
+    /// quicker to travel.
+    fn stretches(&self, runs: &[Run], cell: f64) -> Vec<Range<usize>> {
+        if !self.engrave.white_skip {
+            return vec![0..runs.len()];
+        }
+        let mut stretches: Vec<Range<usize>> = Vec::new();
+        let mut burnt_to = 0;
+        for (nth, run) in runs.iter().enumerate().filter(|(_, run)| run.level > 0) {
+            let gap = (run.from - burnt_to) as f64 * cell;
+            match stretches.last_mut() {
+                Some(last) if !self.rates.leaps(gap) => last.end = nth + 1,
+                _ => stretches.push(nth..nth + 1),
+            }
+            burnt_to = run.to;
+        }
+        stretches
+    }
+
+    /// Where the segments of some runs end and with which level: the first is where the tool begins to run up.
+    fn lay_out(&mut self, runs: &[Run], cells: f64, back: bool) {
+        self.segments.clear();
+        let (Some(first), Some(last)) = (runs.first(), runs.last()) else {
+            return;
+        };
+        let beyond = self.rates.run_up / self.grid.size()[0];
+        let edge = |cell: usize| cell as f64 / cells;
+        let (left, right) = (edge(first.from), edge(last.to));
+        if back {
+            self.segments.push((right + beyond, 0));
+            self.segments.push((right, 0));
+            let back = runs.iter().rev();
+            back.for_each(|run| self.extend(edge(run.from), run.level));
+            self.extend(left - beyond, 0);
+        } else {
+            self.segments.push((left - beyond, 0));
+            self.segments.push((left, 0));
+            runs.iter()
+                .for_each(|run| self.extend(edge(run.to), run.level));
+            self.extend(right + beyond, 0);
+        }
+    }
+
+    /// Goes on at this level to here: a longer segment if the last one has the same.
+    fn extend(&mut self, to: f64, level: u8) {
+        match self.segments.last_mut() {
+            Some((end, same)) if *same == level => *end = to,
+            _ => self.segments.push((to, level)),
+        }
+    }
+
+    /// Dark to where a stretch begins, on the path or as a travel, whichever is quicker.
+    fn approach(&mut self, to: [f64; 2], origin: Origin) {
+        let Some(at) = self.at else {
+            // The first way may begin anywhere: with all joints together none leads out of reach.
+            self.travel(self.above(to), Travel::Joints, origin);
+            self.travel(self.on(to), Travel::Line, origin);
+            self.at = Some(to);
+            return;
+        };
+        let way = distance(at, to);
+        if Rates::travel(way) < self.rates.dark(way) {
+            self.travel(self.on(to), Travel::Line, origin);
+            self.at = Some(to);
+        } else {
+            self.segment(to, 0.0, origin);
+        }
+    }
+
+    /// One segment of the path; none if it has no length.
+    fn segment(&mut self, to: [f64; 2], power: f32, origin: Origin) {
+        let to_there = self.on(to);
+        if self.at.is_some_and(|at| self.on(at) == to_there) {
+            return;
+        }
+        let to_there = Action::Burn {
+            to: to_there,
+            power,
+        };
+        self.plan.push(to_there, origin);
+        self.at = Some(to);
+    }
+
+    fn travel(&mut self, [x, y, z]: [f32; 3], by: Travel, origin: Origin) {
+        let to = [x, y, z, 0.0];
+        self.plan.push(Action::Move { to, by }, origin);
+    }
+
+    fn on(&self, at: [f64; 2]) -> [f32; 3] {
+        [at[0], at[1], self.surface.at(at)].map(|value| value as f32)
+    }
+
+    fn above(&self, at: [f64; 2]) -> [f32; 3] {
+        [at[0], at[1], self.surface.at(at) + self.engrave.lift].map(|value| value as f32)
+    }
+}
+
+/// Cells of a line that have the same level.
+#[derive(Clone, Copy)]
+struct Run {
+    from: usize,
+    to: usize,
+    level: u8,
+}
+
+fn runs(levels: &[u8]) -> Vec<Run> {
+    let mut from = 0;
+    let same = levels.chunk_by(|one, other| one == other);
+    let run = same.map(|cells| {
+        let to = from + cells.len();
+        let level = cells.first().copied().unwrap_or(0);
+        let run = Run { from, to, level };
+        from = to;
+        run
+    });
+    run.collect()
+}

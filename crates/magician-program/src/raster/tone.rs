@@ -1,0 +1,109 @@
+//! From grey to laser power.
+
+use super::Engrave;
+
+/// How grey becomes power.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tone {
+    /// The darker, the more power: white is dark, and from the lightest grey to black power goes from the least to the most.
+    #[default]
+    Grey,
+    /// What is darker than this (1 to 255) gets full power, the rest none.
+    Threshold(u8),
+    /// Dots of full power, the denser the darker (error diffusion after Floyd and Steinberg).
+    Dither,
+}
+
+/// Powers that are told apart between the least and the most; what is nearer to one another than this is one run.
+const LEVELS: u8 = 100;
+/// The level of full power: level 1 is the least power, 0 none.
+const FULL: u8 = LEVELS + 1;
+
+/// The powers that levels stand for, percent.
+pub(super) struct Powers([f32; FULL as usize + 1]);
+
+impl Powers {
+    pub(super) fn new(engrave: &Engrave) -> Self {
+        let [least, most] = engrave.power;
+        let mut powers = [0.0; FULL as usize + 1];
+        for (level, power) in powers.iter_mut().enumerate().skip(1) {
+            let share = (level - 1) as f64 / f64::from(LEVELS);
+            *power = (least + (most - least) * share) as f32;
+        }
+        Self(powers)
+    }
+
+    pub(super) fn of(&self, level: u8) -> f32 {
+        self.0.get(usize::from(level)).copied().unwrap_or(0.0)
+    }
+}
+
+/// Turns grey into levels of power, in place.
+pub(super) fn levels(cells: &mut [u8], columns: usize, engrave: &Engrave) {
+    let darkness = |grey: u8| if engrave.invert { grey } else { 255 - grey };
+    match engrave.tone {
+        Tone::Grey => {
+            let table = table(engrave, |share| {
+                1 + (share * f64::from(LEVELS)).round() as u8
+            });
+            map(cells, |grey| table[usize::from(darkness(grey))]);
+            if engrave.power[0] <= 0.0 {
+                map(cells, |level| if level == 1 { 0 } else { level });
+            }
+        }
+        Tone::Threshold(level) => map(cells, |grey| {
+            if 255 - darkness(grey) < level {
+                FULL
+            } else {
+                0
+            }
+        }),
+        Tone::Dither => {
+            let table = table(engrave, |share| (share * 255.0).round() as u8);
+            map(cells, |grey| table[usize::from(darkness(grey))]);
+            diffuse(cells, columns);
+        }
+    }
+}
+
+fn map(cells: &mut [u8], make: impl Fn(u8) -> u8) {
+    cells.iter_mut().for_each(|cell| *cell = make(*cell));
+}
+
+/// For each darkness what is made of it; of none, nothing.
+fn table(engrave: &Engrave, make: impl Fn(f64) -> u8) -> [u8; 256] {
+    let mut table = [0; 256];
+    for (darkness, made) in table.iter_mut().enumerate().skip(1) {
+        *made = make((darkness as f64 / 255.0).powf(engrave.gamma));
+    }
+    table
+}
+
+/// Black or white for each darkness, what that is off by spread over the neighbours to come: 7/16 to the next, 3, 5 and 1/16
+/// to those below. Every other row goes backwards, so that no pattern leans to one side.
+fn diffuse(cells: &mut [u8], columns: usize) {
+    // One more on either side, for what goes over the edge.
+    let mut here = vec![0_i32; columns + 2];
+    let mut below = here.clone();
+    for (nth, row) in cells.chunks_exact_mut(columns.max(1)).enumerate() {
+        below.fill(0);
+        for step in 0..columns {
+            let (at, ahead) = match nth % 2 {
+                0 => (step, 1),
+                _ => (columns - 1 - step, -1),
+            };
+            let wanted = i32::from(row[at]) * 16 + here[at + 1];
+            let full = wanted >= 128 * 16;
+            row[at] = if full { FULL } else { 0 };
+            let off = wanted - if full { 255 * 16 } else { 0 };
+            let side = |by: isize| (at + 1).wrapping_add_signed(by);
+            // Whole numbers: what the division leaves goes to the cell below.
+            let shares = [7, 3, 1].map(|share| off * share / 16);
+            here[side(ahead)] += shares[0];
+            below[side(-ahead)] += shares[1];
+            below[side(ahead)] += shares[2];
+            below[at + 1] += off - shares.iter().sum::<i32>();
+        }
+        std::mem::swap(&mut here, &mut below);
+    }
+}

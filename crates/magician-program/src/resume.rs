@@ -1,0 +1,374 @@
+//! How far a run has come, kept so that another can go on where it ended.
+//!
+//! The arm counts what it has finished (its current index). While a run lasts, a [`Tally`] says which step an index belongs to,
+//! and a [`Mark`] of it is kept outside the process. However the run ends, the mark and one more look at the arm tell where to
+//! go on, or which steps are in doubt: [`Mark::verdict`].
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+
+/// As many pairs are remembered: more than any queue is long.
+const REMEMBERED: usize = 256;
+
+/// Which step a queue index belongs to. A driver may put commands of its own between those of a plan (to darken a laser), so
+/// that there is no fixed difference.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    /// Commands before the first step.
+    lead: u64,
+    /// Whether the driver may put commands of its own between the steps.
+    mixed: bool,
+    /// An index, and the commands of the plan up to it.
+    pairs: VecDeque<(u64, u64)>,
+}
+
+/// At least and at most so many steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// At least.
+    pub least: u64,
+    /// At most.
+    pub most: u64,
+}
+
+impl Tally {
+    /// For a run whose first step is preceded by so many commands. `mixed`: the driver may put commands of its own between
+    /// them.
+    #[must_use]
+    pub fn new(lead: u64, mixed: bool) -> Self {
+        Self {
+            lead,
+            mixed,
+            pairs: VecDeque::new(),
+        }
+    }
+
+    /// The arm has taken so many commands, the last of them under this index.
+    pub fn note(&mut self, commands: u64, index: u64) {
+        if commands == 0 {
+            return;
+        }
+        // What was dropped from the queue is counted anew.
+        while self
+            .pairs
+            .back()
+            .is_some_and(|(_, known)| *known >= commands)
+        {
+            self.pairs.pop_back();
+        }
+        if self.pairs.len() >= REMEMBERED {
+            self.pairs.pop_front();
+        }
+        self.pairs.push_back((index, commands));
+    }
+
+    /// The steps that are finished when the arm has finished this index.
+    #[must_use]
+    pub fn finished(&self, current: u64) -> Span {
+        let before = self.pairs.iter().rev().find(|(index, _)| *index <= current);
+        let after = self.pairs.iter().find(|(index, _)| *index > current);
+        let (mut least, mut most) = (0, u64::MAX);
+        if let Some((index, commands)) = before {
+            least = *commands;
+            most = commands.saturating_add(current.saturating_sub(*index));
+        }
+        if let Some((index, commands)) = after {
+            least = least.max(commands.saturating_sub(index.saturating_sub(current)));
+            most = most.min(*commands);
+        }
+        if !self.mixed {
+            (least, most) = match after {
+                Some(_) => (least, least),
+                None => (most, most),
+            };
+        }
+        // Before the first answer nothing is.
+        if self.pairs.is_empty() {
+            (least, most) = (0, 0);
+        }
+        Span {
+            least: least.saturating_sub(self.lead),
+            most: most.max(least).saturating_sub(self.lead),
+        }
+    }
+
+    /// The last index, and the steps up to it.
+    #[must_use]
+    pub fn last(&self) -> Option<(u64, u64)> {
+        let (index, commands) = self.pairs.back()?;
+        Some((*index, commands.saturating_sub(self.lead)))
+    }
+}
+
+/// How far a run has come: what is kept while it lasts, and after it ended badly. Steps are counted over all loops.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mark {
+    /// Of this form.
+    pub version: u32,
+    /// What is run.
+    pub title: String,
+    /// Steps in all; none if they go on for ever.
+    pub steps: Option<u64>,
+    /// So many are known to be finished.
+    pub finished: u64,
+    /// So many, at most, have been given to the arm.
+    pub handed: u64,
+    /// The index of a step that the arm has taken, and how many steps there are up to it.
+    pub index: Option<(u64, u64)>,
+    /// The arm's clock when that was seen, ms.
+    pub clock: u32,
+    /// Whether the driver may have put commands of its own between the steps.
+    pub mixed: bool,
+    /// The run has ended and said so: `finished` is exact.
+    pub ended: Option<Ended>,
+}
+
+/// How a run has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ended {
+    /// Between two steps.
+    Between,
+    /// In the middle of one: the one after those that are finished.
+    Within,
+    /// The steps up to `handed` may be finished or not.
+    Doubt,
+}
+
+/// What the arm says of itself, when a run is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seen {
+    /// The index that it finished last.
+    pub current: u64,
+    /// Its clock, ms.
+    pub clock: u32,
+}
+
+/// Where a run goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// So many steps are finished, and the next has not begun.
+    After(u64),
+    /// So many steps are finished; the next was cut short and has to be done again.
+    Again(u64),
+    /// So many at least and so many at most.
+    Doubt(Span),
+}
+
+impl Mark {
+    /// The form that is written now.
+    pub const VERSION: u32 = 1;
+
+    /// A run that has not begun.
+    #[must_use]
+    pub fn new(title: &str, steps: Option<u64>, mixed: bool) -> Self {
+        Self {
+            version: Self::VERSION,
+            title: title.to_owned(),
+            steps,
+            mixed,
+            ..Self::default()
+        }
+    }
+
+    /// Where to go on, when nothing of the run waits in the arm's queue any more. `seen` is what the arm says, if it can be
+    /// asked. `stands_after` tells whether the arm stands where so many steps leave it; `None` if that is not known.
+    #[must_use]
+    pub fn verdict(
+        &self,
+        seen: Option<Seen>,
+        stands_after: impl FnOnce(u64) -> Option<bool>,
+    ) -> Verdict {
+        let all = Span {
+            least: self.finished,
+            most: self.handed.max(self.finished),
+        };
+        match self.ended {
+            Some(Ended::Between) => return Verdict::After(self.finished),
+            Some(Ended::Within) => return Verdict::Again(self.finished),
+            Some(Ended::Doubt) => return doubt(all),
+            None => {}
+        }
+        let (Some(seen), Some((index, steps))) = (seen, self.index) else {
+            return doubt(all);
+        };
+        // A clock that runs behind, or an index: the arm was switched off and on.
+        let under_way = steps.saturating_sub(self.finished);
+        let reset = seen.clock < self.clock || seen.current < index.saturating_sub(under_way);
+        let span = self.count(seen.current, (index, steps));
+        if reset || span.most > all.most {
+            return doubt(all);
+        }
+        if span.least != span.most {
+            return doubt(span);
+        }
+        settle(span.least, stands_after)
+    }
+
+    /// The run is over: its mark from now on is where it goes on.
+    #[must_use]
+    pub fn ended(mut self, verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::After(steps) => (self.finished, self.ended) = (steps, Some(Ended::Between)),
+            Verdict::Again(steps) => (self.finished, self.ended) = (steps, Some(Ended::Within)),
+            Verdict::Doubt(span) => {
+                (self.finished, self.handed) = (span.least, span.most);
+                self.ended = Some(Ended::Doubt);
+            }
+        }
+        self
+    }
+
+    fn count(&self, current: u64, (index, steps): (u64, u64)) -> Span {
+        if current <= index {
+            let least = steps.saturating_sub(index - current).max(self.finished);
+            let most = if self.mixed { steps } else { least };
+            return Span {
+                least,
+                most: most.max(least),
+            };
+        }
+        let most = steps.saturating_add(current - index);
+        let least = if self.mixed { steps } else { most };
+        Span { least, most }
+    }
+}
+
+/// The arm counts a step that was cut short as finished; where it stands tells the two apart.
+#[must_use]
+pub fn settle(finished: u64, stands_after: impl FnOnce(u64) -> Option<bool>) -> Verdict {
+    match stands_after(finished) {
+        Some(false) if finished > 0 => Verdict::Again(finished - 1),
+        _ => Verdict::After(finished),
+    }
+}
+
+/// One step in doubt is done again; more are for a person to decide.
+fn doubt(span: Span) -> Verdict {
+    match span.most.saturating_sub(span.least) {
+        0 => Verdict::After(span.least),
+        1 => Verdict::Again(span.least),
+        _ => Verdict::Doubt(span),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exactly(steps: u64) -> Span {
+        Span {
+            least: steps,
+            most: steps,
+        }
+    }
+
+    #[test]
+    fn an_index_is_a_step() {
+        let mut tally = Tally::new(2, false);
+        assert_eq!(tally.finished(0), exactly(0));
+        tally.note(10, 110);
+        assert_eq!(tally.finished(101), exactly(0));
+        assert_eq!(tally.finished(102), exactly(0));
+        assert_eq!(tally.finished(103), exactly(1));
+        assert_eq!(tally.finished(110), exactly(8));
+        tally.note(14, 114);
+        assert_eq!(tally.finished(112), exactly(10));
+        assert_eq!(tally.last(), Some((114, 12)));
+    }
+
+    #[test]
+    fn what_the_driver_puts_between_is_in_doubt_until_it_is_passed() {
+        let mut tally = Tally::new(0, true);
+        tally.note(5, 5);
+        tally.note(9, 10);
+        assert_eq!(tally.finished(5), exactly(5));
+        assert_eq!(tally.finished(3), Span { least: 3, most: 5 });
+        assert_eq!(tally.finished(7), Span { least: 6, most: 7 });
+        assert_eq!(tally.finished(10), exactly(9));
+    }
+
+    #[test]
+    fn what_was_dropped_and_sent_again_has_new_indices() {
+        let mut tally = Tally::new(0, false);
+        tally.note(4, 4);
+        tally.note(10, 10);
+        tally.note(7, 7);
+        tally.note(12, 15);
+        assert_eq!(tally.finished(15), exactly(12));
+        assert_eq!(tally.finished(7), exactly(7));
+    }
+
+    fn mark() -> Mark {
+        Mark {
+            finished: 40,
+            handed: 100,
+            index: Some((150, 50)),
+            clock: 5000,
+            ..Mark::new("pen", Some(200), false)
+        }
+    }
+
+    fn at(current: u64) -> Option<Seen> {
+        Some(Seen {
+            current,
+            clock: 6000,
+        })
+    }
+
+    #[test]
+    fn a_run_that_was_killed_is_asked_of_the_arm() {
+        assert_eq!(mark().verdict(at(160), |_| Some(true)), Verdict::After(60));
+        assert_eq!(mark().verdict(at(145), |_| Some(true)), Verdict::After(45));
+        assert_eq!(mark().verdict(at(160), |_| None), Verdict::After(60));
+        // Somebody has stopped the arm meanwhile.
+        assert_eq!(mark().verdict(at(160), |_| Some(false)), Verdict::Again(59));
+    }
+
+    #[test]
+    fn what_nobody_can_know_is_in_doubt() {
+        let all = Verdict::Doubt(Span {
+            least: 40,
+            most: 100,
+        });
+        let reset = Some(Seen {
+            current: 160,
+            clock: 4000,
+        });
+        for seen in [None, reset, at(3), at(139), at(201)] {
+            assert_eq!(mark().verdict(seen, |_| Some(true)), all, "{seen:?}");
+        }
+        let mixed = Mark {
+            mixed: true,
+            ..mark()
+        };
+        let few = Verdict::Doubt(Span {
+            least: 50,
+            most: 53,
+        });
+        assert_eq!(mixed.verdict(at(153), |_| Some(true)), few);
+        let fresh = Mark::new("pen", Some(200), false);
+        assert_eq!(fresh.verdict(None, |_| None), Verdict::After(0));
+        let begun = Mark { handed: 1, ..fresh };
+        assert_eq!(begun.verdict(None, |_| None), Verdict::Again(0));
+    }
+
+    #[test]
+    fn a_run_that_has_said_how_it_ended_is_believed() {
+        for verdict in [
+            Verdict::After(61),
+            Verdict::Again(61),
+            Verdict::Doubt(Span {
+                least: 61,
+                most: 64,
+            }),
+        ] {
+            let mark = mark().ended(verdict);
+            assert_eq!(mark.verdict(at(7), |_| Some(false)), verdict);
+            let text = serde_json::to_string(&mark).expect("it can be written");
+            assert_eq!(serde_json::from_str::<Mark>(&text).expect("and read"), mark);
+        }
+    }
+}
