@@ -23,9 +23,11 @@
 pub mod artwork;
 mod calibrate;
 mod check;
+pub mod compare;
 pub mod formats;
 mod origin;
 mod plan;
+pub mod preview;
 mod problem;
 pub mod raster;
 mod reach;
