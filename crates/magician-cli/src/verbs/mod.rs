@@ -31,6 +31,7 @@ pub(crate) mod set;
 pub(crate) mod shell;
 pub(crate) mod sim;
 pub(crate) mod stop;
+pub(crate) mod teach;
 pub(crate) mod tools;
 pub(crate) mod travel;
 pub(crate) mod version;
