@@ -3,8 +3,10 @@
 mod alarms;
 mod bench;
 mod dissector;
+mod dist;
 mod fidelity;
 mod gallery;
+mod protocol;
 mod soak;
 
 use std::path::Path;
@@ -15,8 +17,10 @@ Usage: cargo xtask CHORE
 
   alarms     try each alarm on the virtual arm: docs/ALARMS.md
   fidelity   list what the virtual arm's behaviour rests on: docs/FIDELITY.md
+  protocol   list every command of the protocol: docs/PROTOCOL.md
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
+  dist       build the release archive: target/dist/*.tar.gz
   bench [WHAT...] [--json]
              measure what the virtual arm costs
   soak [NAME [--cases N] [--seed S]] [--json]
@@ -28,9 +32,11 @@ fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let done = match words.split_first() {
         Some((chore, [])) if chore == "gallery" => gallery::write(&docs),
+        Some((chore, [])) if chore == "protocol" => protocol::write(&docs),
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
+        Some((chore, [])) if chore == "dist" => dist::write(&root),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
         Some((chore, rest)) if chore == "soak" => soak::run(rest),
         _ => {

@@ -12,9 +12,9 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, bench, commands, completions, config, conform, decode, demo, doctor, enqueue, forward,
-    get, help, home, info, inverse, io, man, ports, pose, proxy, queue, replay, set, shell, sim,
-    stop, tools, travel,
+    alarms, bench, commands, completions, config, conform, conveyor, decode, demo, doctor, enqueue,
+    forward, get, help, home, info, inverse, io, man, ports, pose, proxy, queue, rail, replay,
+    sensor, set, shell, sim, stop, tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -124,6 +124,9 @@ pub(crate) enum Verb {
     Gripper(tools::Gripper),
     Laser(tools::Laser),
     Io(io::Io),
+    Sensor(sensor::Sensor),
+    Rail(rail::Rail),
+    Conveyor(conveyor::Conveyor),
     Alarms(alarms::Alarms),
     Queue(queue::Queue),
     Get(get::Get),
@@ -161,6 +164,9 @@ impl Verb {
             Self::Gripper(verb) => verb.run(context),
             Self::Laser(verb) => verb.run(context),
             Self::Io(verb) => verb.run(context),
+            Self::Sensor(verb) => verb.run(context),
+            Self::Rail(verb) => verb.run(context),
+            Self::Conveyor(verb) => verb.run(context),
             Self::Alarms(verb) => verb.run(context),
             Self::Queue(verb) => verb.run(context),
             Self::Get(verb) => verb.run(context),

@@ -19,6 +19,7 @@ mod output;
 mod progress;
 mod serving;
 mod source;
+mod terminal;
 mod values;
 mod verbs;
 

@@ -52,7 +52,7 @@ impl From<commands::Pose> for Answer {
     }
 }
 
-fn rate(text: &str) -> Result<f64, String> {
+pub(super) fn rate(text: &str) -> Result<f64, String> {
     let rate = text.parse::<f64>().ok();
     rate.filter(|rate| (0.01..=1000.0).contains(rate))
         .ok_or_else(|| "expected 0.01 to 1000 times a second".to_owned())

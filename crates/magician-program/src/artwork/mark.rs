@@ -7,8 +7,8 @@ use super::{Placed, Stroke};
 use crate::{Action, Origin, Plan, Tool, Travel};
 
 /// So much above the height of its ways the tool first comes to a drawing, and passes over what a straight way cannot cross.
-/// Joints that go together lower the tool on their way by up to 12 mm, where the arm is stretched out and low; from a pen that
-/// stands on the paper, a way that ends so much higher leads up all the time.
+/// Joints that go together lower the tool on their way where the arm is stretched out and low; a way that ends so much higher
+/// does not lead below a surface that the tool stands at least 3 mm above.
 const APPROACH: f64 = 50.0;
 /// How long a pen rests where it leaves a dot, ms.
 const DOT_REST: u32 = 100;
@@ -66,9 +66,9 @@ impl Placed {
     /// What the arm does to draw it: one path for each line, in their order.
     ///
     /// It begins from anywhere. All joints together lead to a point well above the first line, for which the arm must not be
-    /// known to stand anywhere, and which goes up first if the pen stands on the paper; a straight way could lead through the
-    /// base, and a jump rises out of reach from where the arm is high already. From there on everything is straight, but where
-    /// the base is in the way. It ends above the last line.
+    /// known to stand anywhere, and which rises from the paper if the pen is a little above it; a straight way could lead through
+    /// the base, and a jump rises out of reach from where the arm is high already. From there on everything is straight, but
+    /// where the base is in the way. It ends above the last line.
     #[must_use]
     pub fn plan(&self, marking: &Marking) -> Plan {
         let mut plan = Plan::new(self.artwork.title.clone());

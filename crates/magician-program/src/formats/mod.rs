@@ -5,6 +5,7 @@ mod dxf;
 mod gcode;
 mod hpgl;
 mod image;
+mod kind;
 pub mod playback;
 mod svg;
 mod xml;

@@ -1,5 +1,5 @@
 use magician::words;
-use magician_protocol::{PtpMode, Set};
+use magician_protocol::{MAX_PARAMS, PtpMode, Set, Writer};
 
 /// Which way a point-to-point move goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -25,7 +25,7 @@ pub enum Grip {
 }
 
 /// What is done in one step. Every action is one command of the protocol; those that people say often have names of their own,
-/// all others are an [`Action::Command`]. A command always has the same action: `Action::from(action.command()) == action`.
+/// all others are an [`Action::Command`]. A command has one action, `Action::from(command)`, which gives it back to the last bit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Goes to a pose: x, y, z, r.
@@ -150,10 +150,21 @@ impl From<Set> for Action {
         let action = named(&command);
         // What a name does not say in full stays a command.
         match action {
-            Some(action) if action.command() == command => action,
+            Some(action) if is_same(&action.command(), &command) => action,
             _ => Self::Command(Box::new(command)),
         }
     }
+}
+
+/// Whether two commands are equal and look the same on the wire, where -0 is not 0. NaN equals nothing.
+fn is_same(one: &Set, other: &Set) -> bool {
+    let bytes = |command: &Set| {
+        let mut room = [0; MAX_PARAMS];
+        let mut writer = Writer::new(&mut room);
+        command.encode(&mut writer);
+        writer.finish().map(|count| (count, room))
+    };
+    one == other && bytes(one) == bytes(other)
 }
 
 fn named(command: &Set) -> Option<Action> {

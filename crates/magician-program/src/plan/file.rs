@@ -1,9 +1,60 @@
-//! Plans as files of our own.
+//! Plans as files of our own: JSON that people can read, with one step on a line, so that two of them can be compared.
+//!
+//! ```text
+//! {"format":"magician-plan","version":1,"title":"house","tool":"pen","surface":{"height":-60,"slope":[0,0]},"steps":[
+//! {"command":"CPParams","values":{"plan_acc":100,"junction_vel":40,"acc_or_period":100,"real_time_track":0}},
+//! {"move":[220,0,-40,0],"by":"line","at":[3,5,20],"name":"outline"},
+//! {"path":[230,0,-60],"at":[3,5,20],"name":"outline"},
+//! {"wait":0.5}
+//! ]}
+//! ```
+//!
+//! Numbers are the shortest decimals that read back the same, NaN and infinities strings. `plan.schema.json` beside the
+//! crate's manifest describes all of it; what is read back is the plan that was written.
+
+mod read;
+mod write;
 
 use super::Plan;
 use crate::Problem;
 use crate::formats::{ReadOptions, Reading};
 
-pub(crate) fn read(_bytes: &[u8], _options: &ReadOptions) -> Result<Reading<Plan>, Problem> {
-    Err(Problem::of_file("this format is not read yet"))
+/// What the file says it is.
+const FORMAT: &str = "magician-plan";
+/// The version that is written, and the only one that is read.
+const VERSION: u32 = 1;
+
+/// The JSON Schema of plan files.
+pub const PLAN_SCHEMA: &str = include_str!("../../plan.schema.json");
+
+impl Plan {
+    /// Reads what [`write_to`](Self::write_to) has written; or what a person has, in the same form.
+    ///
+    /// ```
+    /// use magician_program::Plan;
+    ///
+    /// let text = r#"{"format":"magician-plan","version":1,"steps":[
+    /// {"move":[220,0,50,0],"by":"jump"},
+    /// {"move":[220,0,50],"by":"line"}
+    /// ]}"#;
+    /// let problem = Plan::from_json(text.as_bytes()).unwrap_err();
+    /// assert_eq!(problem.to_string(), "line 3, column 9: `move` takes 4 numbers, x, y, z, r, and these are 3");
+    /// ```
+    ///
+    /// # Errors
+    /// The first [`Problem`], with line and column, and what would be right.
+    pub fn from_json(bytes: &[u8]) -> Result<Self, Problem> {
+        read::plan(bytes)
+    }
+}
+
+pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading<Plan>, Problem> {
+    let mut plan = Plan::from_json(bytes)?;
+    if plan.title.is_empty() {
+        plan.title.clone_from(&options.title);
+    }
+    Ok(Reading {
+        content: plan,
+        notes: Vec::new(),
+    })
 }

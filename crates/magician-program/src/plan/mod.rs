@@ -2,12 +2,14 @@
 
 mod action;
 pub(crate) mod file;
+mod json;
 mod step;
 
 use magician::words;
 use magician_protocol::Set;
 
 pub use action::{Action, Grip, Travel};
+pub use file::PLAN_SCHEMA;
 pub use step::{Step, Tool};
 
 use crate::{Origin, Surface};

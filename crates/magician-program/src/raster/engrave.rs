@@ -3,7 +3,7 @@
 use super::scan::{Rates, Scan};
 use super::tone::{Powers, levels};
 use super::{Grid, Raster, Tone, resample};
-use crate::{Plan, Problem, Surface, Tool};
+use crate::{Artwork, Origin, Plan, Problem, Stroke, Surface, Tool};
 
 /// How an image is engraved: line by line, the laser's power following the grey.
 ///
@@ -73,6 +73,28 @@ impl Engrave {
     #[must_use]
     pub fn steady_speed(&self) -> f64 {
         (2.0 * self.acceleration * Self::AHEAD * self.spacing).sqrt()
+    }
+
+    /// What an image of this size (mm) needs: its frame, and the frame that the tool passes, which is wider by what it runs up
+    /// and out. To be placed as any drawing is; [`Grid::of_frame`] tells where the image then lies. A page of the image's size
+    /// makes it lie on a sheet corner on corner.
+    ///
+    /// The way to run up does not shrink with an image that is made to fit: frame its new size again then.
+    #[must_use]
+    pub fn frame(&self, size: [f64; 2]) -> Artwork {
+        let frame = |beyond: f64| {
+            let [left, right] = [-beyond, size[0] + beyond];
+            let corners = [[left, size[1]], [right, size[1]], [right, 0.0], [left, 0.0]];
+            Stroke {
+                points: [&corners[..], &corners[..1]].concat(),
+                origin: Origin::NONE,
+            }
+        };
+        Artwork {
+            page: Some(size),
+            strokes: vec![frame(0.0), frame(self.run_up())],
+            ..Artwork::default()
+        }
     }
 
     fn validate(&self) -> Result<(), Problem> {

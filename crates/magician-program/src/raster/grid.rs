@@ -1,5 +1,7 @@
 //! Where an image lies before the arm.
 
+use crate::Artwork;
+
 /// How large an image becomes; its sides keep their ratio.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Size {
@@ -40,6 +42,21 @@ impl Grid {
             across,
             down,
         }
+    }
+
+    /// Where the image lies whose [frame](super::Engrave::frame) has been placed like this; nothing if it is no frame.
+    #[must_use]
+    pub fn of_frame(placed: &Artwork) -> Option<Self> {
+        let frame = placed.strokes.first()?;
+        let [origin, right, _, left, ..] = *frame.points.as_slice() else {
+            return None;
+        };
+        let from_origin = |to: [f64; 2]| [to[0] - origin[0], to[1] - origin[1]];
+        Some(Self {
+            origin,
+            across: from_origin(right),
+            down: from_origin(left),
+        })
     }
 
     /// The point at these shares of the width and the height, each 0 to 1 within the image.

@@ -18,6 +18,7 @@ mod grid;
 mod outline;
 mod resample;
 mod scan;
+mod simplify;
 #[cfg(test)]
 mod tests;
 mod tone;

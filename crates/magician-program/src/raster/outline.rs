@@ -1,5 +1,207 @@
-//! Outlines.
+//! The outlines of what is dark in an image.
 
-/// How.
-#[derive(Clone, Debug)]
-pub struct Trace {}
+use super::{Raster, Size, resample::resample, simplify::simplified};
+use crate::{Artwork, Origin, Problem, Stroke};
+
+/// How the outlines of an image are found.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Trace {
+    /// What is darker than this, 1 to 255, is surrounded.
+    pub level: u8,
+    /// How large the image becomes.
+    pub size: Size,
+    /// How far a line may be from the outline as the pixels have it, mm.
+    pub tolerance: f64,
+    /// Outlines that are shorter are specks, and left out, mm.
+    pub smallest: f64,
+}
+
+impl Default for Trace {
+    fn default() -> Self {
+        Self {
+            level: 128,
+            size: Size::Natural,
+            tolerance: 0.1,
+            smallest: 1.0,
+        }
+    }
+}
+
+/// Pixels on a side that are looked at, at most: a larger image is made smaller first.
+const MOST_SIDE: usize = 2000;
+
+impl Raster {
+    /// The outlines of what is dark, as closed lines on a sheet of the image's size. An outline lies where the grey between two
+    /// pixels passes the level; where the dark reaches the edge of the image, along that edge. Dark is on its right.
+    ///
+    /// # Errors
+    /// Numbers that are none, an image without pixels, and one in which nothing is dark.
+    pub fn outlines(&self, trace: &Trace) -> Result<Artwork, Problem> {
+        let page = self.size(trace.size)?;
+        for (name, value) in [
+            ("tolerance", trace.tolerance),
+            ("least length", trace.smallest),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                let why = format!("the {name} is {value} mm, and must not be below 0");
+                return Err(Problem::of_file(why));
+            }
+        }
+        let shrink = (self.width.max(self.height) as f64 / MOST_SIDE as f64).max(1.0);
+        let side = |pixels: usize| ((pixels as f64 / shrink).round() as usize).max(1);
+        let (width, height) = (side(self.width), side(self.height));
+        let nodes = Nodes {
+            grey: resample(self, width, height),
+            width,
+            height,
+            level: trace.level,
+        };
+        let pixel = [page[0] / width as f64, page[1] / height as f64];
+        let mut strokes = Vec::new();
+        for outline in nodes.outlines() {
+            let first_row = outline.first().map_or(0.0, |[_, y]| *y);
+            let points: Vec<_> = outline
+                .into_iter()
+                .map(|[x, y]| [x * pixel[0], page[1] - y * pixel[1]])
+                .collect();
+            let row = (first_row * self.height as f64 / height as f64) as u32;
+            let stroke = Stroke {
+                points: simplified(&points, trace.tolerance),
+                origin: Origin {
+                    line: row.saturating_add(1).min(self.height as u32),
+                    ..Origin::NONE
+                },
+            };
+            if stroke.is_closed() && stroke.length() >= trace.smallest {
+                strokes.push(stroke);
+            }
+        }
+        if strokes.is_empty() {
+            let why = format!("nothing in the image is darker than {}", trace.level);
+            return Err(Problem::of_file(why).help("choose a higher threshold"));
+        }
+        Ok(Artwork {
+            title: self.title.clone(),
+            page: Some(page),
+            strokes,
+            names: Vec::new(),
+        })
+    }
+}
+
+/// The middles of the pixels, and a ring of white around them. Outlines cross the edges between neighbours of which one is dark
+/// (marching squares).
+struct Nodes {
+    grey: Vec<u8>,
+    width: usize,
+    height: usize,
+    level: u8,
+}
+
+/// An edge that no outline leaves.
+const NONE: u32 = u32::MAX;
+
+impl Nodes {
+    /// The outlines, in pixels from the upper left corner; each ends where it begins.
+    fn outlines(&self) -> Vec<Vec<[f64; 2]>> {
+        let mut next = self.crossings();
+        let mut outlines = Vec::new();
+        for start in 0..next.len() {
+            let mut outline = Vec::new();
+            let mut at = start;
+            while let Some(to) = next.get_mut(at).filter(|to| **to != NONE) {
+                outline.push(self.crossing(at));
+                at = std::mem::replace(to, NONE) as usize;
+            }
+            if !outline.is_empty() {
+                outline.push(self.crossing(at));
+                outlines.push(outline);
+            }
+        }
+        outlines
+    }
+
+    /// Nodes in a row.
+    fn stride(&self) -> usize {
+        self.width + 2
+    }
+
+    fn at(&self, [x, y]: [usize; 2]) -> u8 {
+        let (Some(x), Some(y)) = (x.checked_sub(1), y.checked_sub(1)) else {
+            return 255;
+        };
+        if x >= self.width {
+            return 255;
+        }
+        self.grey.get(y * self.width + x).copied().unwrap_or(255)
+    }
+
+    fn is_dark(&self, node: [usize; 2]) -> bool {
+        self.at(node) < self.level
+    }
+
+    /// For each edge through which an outline enters a square of four nodes, the edge through which it leaves. An edge is
+    /// twice its first node, and one more if it goes down from there.
+    fn crossings(&self) -> Vec<u32> {
+        let mut next = vec![NONE; 2 * self.stride() * (self.height + 2)];
+        for y in 0..=self.height {
+            for x in 0..=self.width {
+                let nodes = [[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]];
+                let dark = nodes.map(|node| self.is_dark(node));
+                if dark == [true; 4] || dark == [false; 4] {
+                    continue;
+                }
+                let first = 2 * (y * self.stride() + x);
+                let below = first + 2 * self.stride();
+                let edges = [first, first + 3, below, first + 1];
+                for (from, to) in self.pairs(nodes, dark) {
+                    if let Some(slot) = next.get_mut(edges[from]) {
+                        *slot = u32::try_from(edges[to]).unwrap_or(NONE);
+                    }
+                }
+            }
+        }
+        next
+    }
+
+    /// Which edges of a square an outline joins. Clockwise around the square it goes from where dark ends to where dark begins:
+    /// to the next such edge if the middle is dark and the dark corners belong together, else to the one before.
+    fn pairs(
+        &self,
+        nodes: [[usize; 2]; 4],
+        dark: [bool; 4],
+    ) -> impl Iterator<Item = (usize, usize)> {
+        let sum: u32 = nodes.iter().map(|node| u32::from(self.at(*node))).sum();
+        let step = if sum < 4 * u32::from(self.level) {
+            1
+        } else {
+            3
+        };
+        let ends = move |edge: usize| dark[edge] && !dark[(edge + 1) % 4];
+        let begins = move |edge: usize| !dark[edge] && dark[(edge + 1) % 4];
+        (0..4)
+            .filter(move |edge| ends(*edge))
+            .filter_map(move |from| {
+                let mut around = (1..4).map(move |steps| (from + steps * step) % 4);
+                around.find(|edge| begins(*edge)).map(|to| (from, to))
+            })
+    }
+
+    /// Where an outline crosses an edge, in pixels.
+    fn crossing(&self, edge: usize) -> [f64; 2] {
+        let node = [edge / 2 % self.stride(), edge / 2 / self.stride()];
+        let other = match edge % 2 {
+            0 => [node[0] + 1, node[1]],
+            _ => [node[0], node[1] + 1],
+        };
+        let [one, next] = [node, other].map(|node| f64::from(self.at(node)));
+        // Between two greys, so that it is never at a node.
+        let share = (f64::from(self.level) - 0.5 - one) / (next - one);
+        let size = [self.width, self.height].map(|side| side as f64);
+        [0, 1].map(|axis| {
+            let way = (other[axis] - node[axis]) as f64;
+            (node[axis] as f64 - 0.5 + way * share).clamp(0.0, size[axis])
+        })
+    }
+}

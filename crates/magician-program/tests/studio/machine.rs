@@ -2,7 +2,7 @@
 
 use magician::commands::Pose;
 use magician::{Options, VirtualArm, blocking::Arm, words};
-use magician_program::{Content, Format, Plan, ReadOptions, Tool, read};
+use magician_program::{Action, Content, Format, Plan, ReadOptions, Step, Tool, Travel, read};
 
 /// A sample as the crate has it.
 pub(crate) fn sample(name: &str) -> Vec<u8> {
@@ -33,4 +33,36 @@ pub(crate) fn run(plan: &Plan, tool: Tool) -> [f32; 4] {
     assert!(alarms.is_empty(), "{alarms:?}");
     let Pose { x, y, z, r, .. } = arm.get().unwrap();
     [x, y, z, r]
+}
+
+/// What a plan says, a step a line.
+pub(crate) fn told(plan: &Plan) -> String {
+    let line = |step: &Step| {
+        let name = plan.name_of(&step.origin).unwrap_or_default();
+        format!("\n        {name}: {}", said(&step.action))
+    };
+    plan.steps.iter().map(line).collect()
+}
+
+fn said(action: &Action) -> String {
+    let numbers = |pose: &[f32; 4]| pose.map(|value| value.to_string()).join(" ");
+    match action {
+        Action::Move { to, by } => {
+            let way = match by {
+                Travel::Joints => "joints",
+                Travel::Line => "line",
+                Travel::Jump => "jump",
+            };
+            format!("{way} {}", numbers(to))
+        }
+        Action::Joints { to, by } => format!("angles {} {by:?}", numbers(to)),
+        Action::Shift { by, line } => {
+            format!("shift {}{}", numbers(by), if *line { " line" } else { "" })
+        }
+        Action::Arc { via, to } => format!("arc {} to {}", numbers(via), numbers(to)),
+        Action::Suction(on) => format!("suction {}", if *on { "on" } else { "off" }),
+        Action::Gripper(grip) => format!("gripper {grip:?}"),
+        Action::Wait(milliseconds) => format!("wait {milliseconds}"),
+        other => format!("{other:?}"),
+    }
 }

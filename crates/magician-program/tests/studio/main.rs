@@ -2,3 +2,5 @@
 
 mod machine;
 mod playback;
+mod playback_refusals;
+mod playback_writing;

@@ -7,6 +7,7 @@ mod numbers;
 mod path;
 mod rail;
 mod readings;
+mod way;
 
 use std::time::Duration;
 

@@ -17,14 +17,14 @@ const HOME_SWITCH: f64 = -135.0;
 const FASTEST_PULSES: f64 = 1e6;
 
 /// A point-to-point move as its commands give it.
-struct Ptp {
+pub(super) struct Ptp {
     mode: PtpMode,
     numbers: [f32; 4],
     rail: Option<f32>,
 }
 
 /// The move that a command asks for.
-fn ptp_of(command: &Set) -> Option<Ptp> {
+pub(super) fn ptp_of(command: &Set) -> Option<Ptp> {
     macro_rules! ptp {
         ($ptp:ident, $rail:expr) => {
             Ptp {
@@ -86,7 +86,7 @@ impl Preflight {
         }
     }
 
-    fn planner(&self, speeds: Speeds) -> Planner {
+    pub(super) fn planner(&self, speeds: Speeds) -> Planner {
         Planner {
             geometry: self.now.geometry(),
             limits: self.limits,
@@ -117,7 +117,7 @@ impl Preflight {
     }
 
     /// What a mode and its numbers ask for (errata E28, model section 7).
-    fn request(&self, ptp: &Ptp) -> Result<Move> {
+    pub(super) fn request(&self, ptp: &Ptp) -> Result<Move> {
         let numbers = ptp.numbers.map(f64::from);
         let jump = |transfer| MoveKind::Jump(self.now.jump_heights(), transfer);
         let (target, kind) = match ptp.mode {

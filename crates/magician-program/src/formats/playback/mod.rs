@@ -20,8 +20,6 @@ mod play;
 mod read;
 mod record;
 mod row;
-#[cfg(test)]
-mod tests;
 mod write;
 
 pub use row::{Point, Row, Way};

@@ -1,58 +1,42 @@
 //! `--tui`: the arm as a picture on stderr's terminal, with keys, while it is served.
 //!
-//! The picture has a thread of its own, so that neither a slow terminal nor a key keeps a client waiting: the serving
-//! task does nothing for it but take a look at the arm, at most twenty times a second.
+//! The serving task does nothing for it but take a look at the arm, at most twenty times a second.
 
 mod app;
 mod feed;
-mod keyboard;
 mod keys;
 mod look;
-mod screen;
-mod theme;
 mod view;
 
 use std::future::pending;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, mpsc};
-use std::thread::{self, JoinHandle};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use magician::ErrorKind;
 use ratatui::crossterm::event::Event;
 use tokio::sync::oneshot;
 
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::interrupt::Signal;
+use crate::terminal::{self, FRAME, Keyboard, Screen, Shown, Theme, Waited};
 
 use app::App;
-use keyboard::{Keyboard, Waited};
 use keys::Action;
-use screen::Screen;
-use theme::Theme;
 
 use app::End;
 pub(super) use app::Subject;
 pub(super) use feed::Feed;
-pub(super) use screen::check;
 
-/// No two frames are nearer than this.
-const FRAME: Duration = Duration::from_millis(50);
-/// How long a terminal has to take the last frame before it is left as it is.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// Whether there is a terminal for the picture and one for the keys.
+pub(super) fn check() -> Result<(), Failure> {
+    let without = "without --tui the log goes to stderr, wherever that leads";
+    terminal::check("--tui", without)
+}
 
 /// The picture while it is shown, if one was asked for.
 pub(super) struct Dashboard {
     shown: Option<Shown>,
     end: Option<oneshot::Receiver<End>>,
-}
-
-struct Shown {
-    thread: JoinHandle<io::Result<()>>,
-    stop: Arc<AtomicBool>,
-    /// Closed when the thread is done.
-    alive: mpsc::Receiver<()>,
 }
 
 impl Dashboard {
@@ -62,25 +46,15 @@ impl Dashboard {
             let (shown, end) = (None, None);
             return Ok(Self { shown, end });
         }
-        let stop = Arc::new(AtomicBool::new(false));
         let (say, end) = oneshot::channel();
-        let (holds, alive) = mpsc::channel();
-        let told = Arc::clone(&stop);
-        let work = move || {
-            // Dropped when this is done, also by a panic.
-            let _alive: mpsc::Sender<()> = holds;
-            let end = show(subjects, &told)?;
+        let shown = Shown::begin(move |stop| {
+            let end = show(subjects, stop)?;
             // Nobody listens if the server ended first.
             let _ = say.send(end);
             Ok(())
-        };
-        let thread = thread::Builder::new().name("picture".into()).spawn(work)?;
+        })?;
         Ok(Self {
-            shown: Some(Shown {
-                thread,
-                stop,
-                alive,
-            }),
+            shown: Some(shown),
             end: Some(end),
         })
     }
@@ -99,48 +73,14 @@ impl Dashboard {
         };
         tokio::select! {
             signal = end => signal,
-            () = hung_up() => Signal::Terminate,
+            () = terminal::hung_up() => Signal::Terminate,
         }
     }
 
     /// Ends the picture and gives the terminal back.
     pub(super) fn finish(self) -> Result<(), Failure> {
-        let Some(Shown {
-            thread,
-            stop,
-            alive,
-        }) = self.shown
-        else {
-            return Ok(());
-        };
-        stop.store(true, Ordering::Relaxed);
-        if alive.recv_timeout(PATIENCE) == Err(mpsc::RecvTimeoutError::Timeout) {
-            // The terminal takes nothing more: what would be written to it now would wait too.
-            screen::give_back_mode();
-            return Ok(());
-        }
-        match thread.join() {
-            Ok(Ok(())) => Ok(()),
-            Ok(Err(error)) => {
-                let message = format!("the terminal cannot be drawn on: {error}");
-                Err(Failure::new(Kind::Driver(ErrorKind::Closed), message))
-            }
-            Err(panic) => std::panic::resume_unwind(panic),
-        }
+        self.shown.map_or(Ok(()), Shown::finish)
     }
-}
-
-/// Waits until the terminal that controls this program is gone.
-async fn hung_up() {
-    #[cfg(unix)]
-    {
-        use tokio::signal::unix::{SignalKind, signal};
-        if let Ok(mut signal) = signal(SignalKind::hangup()) {
-            signal.recv().await;
-            return;
-        }
-    }
-    pending().await
 }
 
 /// Draws and obeys until there is an end.

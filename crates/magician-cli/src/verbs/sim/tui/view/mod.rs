@@ -1,7 +1,6 @@
 //! The picture: what goes where, at every size.
 
 mod arm;
-mod help;
 mod lists;
 mod pins;
 mod reach;
@@ -12,17 +11,37 @@ mod tests;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, BorderType, Paragraph};
+use ratatui::widgets::{Block, Paragraph};
 
 use super::app::App;
 use super::keys::Mode;
 use super::look::Look;
-use super::theme::Theme;
+use crate::terminal::{self, Theme};
 
 /// Below this a picture of the arm says nothing.
 const LEAST: (u16, u16) = (72, 20);
 /// From here on there is room for lists beside the pictures.
 const WIDE: u16 = 120;
+
+/// What the keys do.
+const KEYS: [(&str, &str); 16] = [
+    ("q, Ctrl-C", "end: no longer serve the arm"),
+    ("space, k", "base key: run the stored program, or stop it"),
+    ("K", "base key, held: home the arm"),
+    ("u", "hold the unlock key, or release it: teach"),
+    ("  arrows", "  guide the tool forward, back, left, right"),
+    ("  PgUp PgDn", "  guide the tool up and down"),
+    ("  1-4 + -", "  choose a joint and turn it"),
+    ("  f", "  steps of 0.5 mm and 0.2 deg, or 5 mm and 2 deg"),
+    ("p", "pull the cable, or plug it in"),
+    ("r", "reset the controller"),
+    ("a", "raise an alarm"),
+    ("s", "let a joint slip"),
+    ("i", "choose an input and drive it high or low"),
+    ("Tab", "the next of several arms"),
+    ("Ctrl-L", "draw everything anew"),
+    ("", "Alarms are cleared by the host, as on the real arm."),
+];
 
 /// What a panel is drawn from.
 #[derive(Clone, Copy)]
@@ -52,7 +71,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, app: &App, theme: Theme) {
     }
     frame.render_widget(view.footer(), footer);
     if app.mode == Mode::Help {
-        help::draw(frame, middle, theme);
+        terminal::help(frame, middle, &KEYS, theme);
     }
 }
 
@@ -133,14 +152,7 @@ impl View<'_> {
     /// What a key came to; else what the keys do at the moment.
     fn footer(self) -> Paragraph<'static> {
         let app = self.app;
-        let keys = |keys: &[(&'static str, &'static str)]| {
-            let mut line = Line::default();
-            for (key, what) in keys {
-                line.push_span(Span::styled(format!(" {key}"), self.theme.key()));
-                line.push_span(format!(" {what} "));
-            }
-            line
-        };
+        let keys = |keys: &[(&str, &str)]| terminal::hints(keys, self.theme);
         let line = match (&app.message, &app.mode) {
             (Some(message), _) => Line::styled(format!(" {message}"), self.theme.note()),
             (_, Mode::Help) => keys(&[("any key", "back")]),
@@ -201,15 +213,6 @@ impl View<'_> {
 
     /// A frame with a name.
     fn panel(self, title: impl Into<String>) -> Block<'static> {
-        let title = Span::styled(format!(" {} ", title.into()), self.theme.title());
-        Block::bordered()
-            .border_type(BorderType::Rounded)
-            .border_style(self.theme.dim())
-            .title(title)
+        terminal::panel(title, self.theme)
     }
-}
-
-/// A small sign for on and off.
-fn lamp(on: bool) -> &'static str {
-    if on { "●" } else { "○" }
 }

@@ -8,7 +8,8 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::{View, lamp};
+use super::View;
+use crate::terminal::lamp;
 use crate::verbs::sim::tui::keys::Mode;
 
 const PINS: u16 = 20;

@@ -7,7 +7,8 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use super::{View, lamp};
+use super::View;
+use crate::terminal::{lamp, mm};
 
 /// Slips below this are rounding, deg.
 const SLIPPED: f64 = 0.005;
@@ -246,10 +247,4 @@ impl View<'_> {
         }
         lines
     }
-}
-
-/// Without a point where nothing follows it.
-fn mm(value: f64) -> String {
-    let text = format!("{value:.1}");
-    text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
 }

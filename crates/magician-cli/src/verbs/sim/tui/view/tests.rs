@@ -13,8 +13,9 @@ use super::super::app::{App, Subject};
 use super::super::feed::{Feed, Line};
 use super::super::keys::{Mode, Question};
 use super::super::look::{Cursor, Look};
-use super::super::theme::Theme;
 use super::draw;
+use crate::terminal::Theme;
+use crate::terminal::test::{self, shows};
 
 const SORTING: &str = include_str!("../../../../../../magician-sim/scenarios/pick_and_sort.toml");
 
@@ -45,25 +46,12 @@ fn send(controller: &mut Controller, command: impl Into<Set>, ctrl: Ctrl) {
 }
 
 fn terminal(app: &App, width: u16, height: u16, theme: Theme) -> Terminal<TestBackend> {
-    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
-    terminal.draw(|frame| draw(frame, app, theme)).unwrap();
-    terminal
+    test::terminal(width, height, |frame| draw(frame, app, theme))
 }
 
 /// The screen as lines of text.
 fn screen(app: &App, width: u16, height: u16) -> Vec<String> {
-    let terminal = terminal(app, width, height, Theme::PLAIN);
-    let cells = terminal.backend().buffer().content();
-    let line = |cells: &[ratatui::buffer::Cell]| cells.iter().map(|cell| cell.symbol()).collect();
-    cells.chunks(usize::from(width)).map(line).collect()
-}
-
-#[track_caller]
-fn shows(screen: &[String], wanted: &[&str]) {
-    for text in wanted {
-        let found = screen.iter().any(|line| line.contains(text));
-        assert!(found, "no {text:?} in\n{}", screen.join("\n"));
-    }
+    test::screen(width, height, |frame| draw(frame, app, Theme::PLAIN))
 }
 
 fn dots(screen: &[String]) -> usize {

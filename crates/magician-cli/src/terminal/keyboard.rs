@@ -7,14 +7,14 @@ use std::time::Duration;
 use ratatui::crossterm::event::{self, Event};
 
 /// Where keys come from: stdin if it is a terminal, else the terminal that controls this program.
-pub(super) struct Keyboard {
+pub(crate) struct Keyboard {
     #[cfg_attr(not(unix), expect(dead_code, reason = "there is no other"))]
     other: Option<File>,
 }
 
 /// What came of waiting.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Waited {
+pub(crate) enum Waited {
     /// Something on the keyboard, or to do with the terminal.
     Came(Event),
     /// Nothing, for as long as was waited.
@@ -25,7 +25,7 @@ pub(super) enum Waited {
 
 impl Keyboard {
     /// The keyboard; an error if there is none.
-    pub(super) fn find() -> io::Result<Self> {
+    pub(crate) fn find() -> io::Result<Self> {
         let other = match io::stdin().is_terminal() || cfg!(not(unix)) {
             true => None,
             false => Some(File::open("/dev/tty")?),
@@ -34,7 +34,7 @@ impl Keyboard {
     }
 
     /// Waits for an event, so long at most.
-    pub(super) fn wait(&self, patience: Duration) -> io::Result<Waited> {
+    pub(crate) fn wait(&self, patience: Duration) -> io::Result<Waited> {
         // The library may have read more events than it has given; but asked about a terminal that is gone, it would look
         // for its next byte for ever.
         if self.line(Duration::ZERO)? == Line::Gone {

@@ -1,4 +1,4 @@
-//! The terminal of stderr while the picture has it, and giving it back.
+//! The terminal of stderr while a picture has it, and giving it back.
 
 use std::io::{self, IsTerminal, Write};
 use std::panic;
@@ -15,7 +15,7 @@ use ratatui::crossterm::{execute, queue};
 use ratatui::layout::Rect;
 use ratatui::{Terminal, TerminalOptions, Viewport};
 
-use super::keyboard::Keyboard;
+use super::Keyboard;
 use crate::failure::Failure;
 
 /// Whether the terminal is ours: there is one, and a panic anywhere has to give it back.
@@ -25,31 +25,32 @@ static TAKEN: AtomicBool = AtomicBool::new(false);
 const USUAL_SIZE: (u16, u16) = (80, 24);
 
 /// The screen, taken until it is dropped.
-pub(super) struct Screen {
-    pub(super) terminal: Terminal<CrosstermBackend<Frames>>,
+pub(crate) struct Screen {
+    pub(crate) terminal: Terminal<CrosstermBackend<Frames>>,
     area: Rect,
 }
 
-/// Whether there is a terminal for the picture and one for the keys.
-pub(in crate::verbs::sim) fn check() -> Result<(), Failure> {
-    let without = "without --tui the log goes to stderr, wherever that leads";
+/// Whether there is a terminal for the picture of `what` and one for the keys; `without` says what to do if not.
+pub(crate) fn check(what: &str, without: &str) -> Result<(), Failure> {
     if !io::stderr().is_terminal() {
-        let message = "--tui draws on stderr, which is no terminal";
+        let message = format!("{what} draws on stderr, which is no terminal");
         return Err(Failure::usage(message).hint(without));
     }
     if std::env::var_os("TERM").is_some_and(|term| term == "dumb") {
-        let message = "--tui needs a terminal that can place its cursor; TERM says `dumb`";
+        let message =
+            format!("{what} needs a terminal that can place its cursor; TERM says `dumb`");
         return Err(Failure::usage(message).hint(without));
     }
     if Keyboard::find().is_err() {
-        let message = "--tui has no keyboard: stdin is no terminal, and none controls this program";
+        let message =
+            format!("{what} has no keyboard: stdin is no terminal, and none controls this program");
         return Err(Failure::usage(message).hint(without));
     }
     Ok(())
 }
 
 impl Screen {
-    pub(super) fn take() -> io::Result<Self> {
+    pub(crate) fn take() -> io::Result<Self> {
         give_back_in_a_panic();
         enable_raw_mode()?;
         TAKEN.store(true, Ordering::SeqCst);
@@ -63,7 +64,7 @@ impl Screen {
     }
 
     /// Follows the terminal's size; whether it has changed.
-    pub(super) fn follow_size(&mut self) -> io::Result<bool> {
+    pub(crate) fn follow_size(&mut self) -> io::Result<bool> {
         let area = size();
         let changed = area != self.area;
         if changed {
@@ -74,7 +75,7 @@ impl Screen {
     }
 
     /// Takes everything off the screen, whoever put it there.
-    pub(super) fn clear(&mut self) -> io::Result<()> {
+    pub(crate) fn clear(&mut self) -> io::Result<()> {
         self.terminal = blank(self.area)?;
         execute!(io::stderr(), Clear(ClearType::All), Hide)
     }
@@ -101,7 +102,7 @@ fn size() -> Rect {
 }
 
 /// Gives the terminal back as it was, if it is taken. A terminal that is gone cannot be helped.
-pub(super) fn give_back() {
+pub(crate) fn give_back() {
     if TAKEN.swap(false, Ordering::SeqCst) {
         let _ = disable_raw_mode();
         let mut stderr = io::stderr().lock();
@@ -111,7 +112,7 @@ pub(super) fn give_back() {
 }
 
 /// The same where the terminal may not take what is written: its mode only.
-pub(super) fn give_back_mode() {
+pub(crate) fn give_back_mode() {
     if TAKEN.swap(false, Ordering::SeqCst) {
         let _ = disable_raw_mode();
     }
@@ -131,7 +132,7 @@ fn give_back_in_a_panic() {
 
 /// Collects a frame and writes it at once; not at all when the terminal has been given back.
 #[derive(Default)]
-pub(super) struct Frames {
+pub(crate) struct Frames {
     bytes: Vec<u8>,
 }
 

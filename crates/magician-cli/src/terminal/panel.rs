@@ -1,0 +1,62 @@
+//! Frames, lists of keys, and small signs.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Flex, Layout, Rect};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, BorderType, Clear, Paragraph};
+
+use super::Theme;
+
+/// A frame with a name.
+pub(crate) fn panel(title: impl Into<String>, theme: Theme) -> Block<'static> {
+    let title = Span::styled(format!(" {} ", title.into()), theme.title());
+    Block::bordered()
+        .border_type(BorderType::Rounded)
+        .border_style(theme.dim())
+        .title(title)
+}
+
+/// What keys do, on one line.
+pub(crate) fn hints(keys: &[(&str, &str)], theme: Theme) -> Line<'static> {
+    let mut line = Line::default();
+    for (key, what) in keys {
+        line.push_span(Span::styled(format!(" {key}"), theme.key()));
+        line.push_span(format!(" {what} "));
+    }
+    line
+}
+
+/// The list of all keys, over the middle of what is shown.
+pub(crate) fn help(frame: &mut Frame<'_>, area: Rect, keys: &[(&str, &str)], theme: Theme) {
+    const WIDTH: u16 = 68;
+    let height = u16::try_from(keys.len() + 2).unwrap_or(u16::MAX);
+    let [across] = Layout::horizontal([Constraint::Length(WIDTH.min(area.width))])
+        .flex(Flex::Center)
+        .areas(area);
+    let [area] = Layout::vertical([Constraint::Length(height.min(area.height))])
+        .flex(Flex::Center)
+        .areas(across);
+    let line = |(key, what): &(&str, &str)| {
+        Line::from(vec![
+            Span::styled(format!(" {key:<12}"), theme.key()),
+            Span::raw((*what).to_owned()),
+        ])
+    };
+    let lines: Vec<_> = keys.iter().map(line).collect();
+    let block = Block::bordered()
+        .border_type(BorderType::Rounded)
+        .title(Span::styled(" keys ", theme.title()));
+    frame.render_widget(Clear, area);
+    frame.render_widget(Paragraph::new(lines).block(block), area);
+}
+
+/// A small sign for on and off.
+pub(crate) fn lamp(on: bool) -> &'static str {
+    if on { "●" } else { "○" }
+}
+
+/// A length or an angle with one place, without a point where nothing follows it.
+pub(crate) fn mm(value: f64) -> String {
+    let text = format!("{value:.1}");
+    text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+}

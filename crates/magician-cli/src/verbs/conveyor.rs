@@ -1,0 +1,114 @@
+//! `conveyor`: the belt that one of the arm's motor outputs drives.
+
+use clap::{Args, Subcommand};
+use magician::{Set, words};
+use magician_protocol::Stepper;
+use serde::Serialize;
+
+use crate::args::number;
+use crate::context::Context;
+use crate::debts::at_once;
+use crate::failure::Failure;
+use crate::progress::attended;
+
+/// Run the conveyor belt on a motor output of the arm
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician conveyor run 50          50 mm/s until told otherwise; -50 the other way
+  magician conveyor by 120          120 mm on, and wait until the belt stands
+  magician conveyor stop")]
+pub(crate) struct Conveyor {
+    #[command(subcommand)]
+    action: Action,
+    /// Motor output that drives it, 1 or 2
+    #[arg(long, global = true, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
+    motor: u8,
+}
+
+#[derive(Clone, Copy, Debug, Subcommand)]
+enum Action {
+    /// Run it until told otherwise
+    Run {
+        /// mm/s, the sign is the direction
+        #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+        speed: f32,
+    },
+    /// Move it by so much and wait until it stands
+    By {
+        /// mm, the sign is the direction
+        #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+        distance: f32,
+        /// mm/s
+        #[arg(long, value_name = "MM/S", default_value_t = 50.0, value_parser = number::<f32>)]
+        speed: f32,
+    },
+    /// Stop it
+    Stop,
+}
+
+#[derive(Serialize)]
+struct Answer {
+    motor: u8,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    speed: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    distance: Option<f32>,
+}
+
+impl Conveyor {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let motor = self.motor;
+        let output = Stepper::from(motor.saturating_sub(1));
+        let answer = match self.action {
+            Action::Run { speed } => turn(context, motor, output, finite(speed)?)?,
+            Action::Stop => turn(context, motor, output, 0.0)?,
+            Action::By { distance, speed } => {
+                if finite(speed)? <= 0.0 {
+                    let message = format!("a speed of {speed} mm/s: it must be above 0");
+                    return Err(Failure::invalid(message));
+                }
+                let command = words::conveyor_by(output, finite(distance)?, speed);
+                let quiet = context.global.json;
+                context.moving(None, async |arm, _| advance(arm, command, quiet).await)?;
+                Answer {
+                    motor,
+                    speed: None,
+                    distance: Some(distance),
+                }
+            }
+        };
+        context.show(&answer, |out| match (answer.speed, answer.distance) {
+            (Some(speed), _) if speed != 0.0 => {
+                out.line(format_args!("conveyor {motor}: runs at {speed} mm/s"))
+            }
+            (_, Some(distance)) => {
+                out.line(format_args!("conveyor {motor}: moved by {distance} mm"))
+            }
+            _ => out.line(format_args!("conveyor {motor}: stopped")),
+        })
+    }
+}
+
+fn finite(value: f32) -> Result<f32, Failure> {
+    match value.is_finite() {
+        true => Ok(value),
+        false => Err(Failure::invalid(format!("{value} is no number for a belt"))),
+    }
+}
+
+fn turn(context: &mut Context, motor: u8, output: Stepper, speed: f32) -> Result<Answer, Failure> {
+    let command = words::conveyor(output, speed);
+    context.with_arm(async |arm, _| at_once(arm, &command).await)?;
+    Ok(Answer {
+        motor,
+        speed: Some(speed),
+        distance: None,
+    })
+}
+
+async fn advance(arm: &magician::Arm, command: Set, quiet: bool) -> Result<(), Failure> {
+    let run = arm.run([command], |_| {});
+    attended(quiet, "moving the belt", run).await?;
+    Ok(())
+}

@@ -1,0 +1,137 @@
+//! `rail`: the sliding rail under the arm.
+
+use clap::{Args, Subcommand};
+use magician::commands::{DeviceWithL, Pose, PoseL, PtpLParams};
+use magician::{Arm, RunOptions, Set, words};
+use magician_protocol::RailVersion;
+use serde::Serialize;
+
+use crate::args::number;
+use crate::context::Context;
+use crate::debts::{Debts, at_once};
+use crate::failure::Failure;
+use crate::progress::attended;
+
+/// Use the sliding rail under the arm: tell the arm of it, look where it is, move along it
+#[derive(Args, Debug)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "\
+Examples:
+  magician rail on               the arm stands on a rail, from now on
+  magician rail to 350           along the rail to 350 mm; the arm keeps its joints
+  magician rail by -50 --speed 80"
+)]
+pub(crate) struct Rail {
+    #[command(subcommand)]
+    action: Option<Action>,
+}
+
+#[derive(Clone, Copy, Debug, Subcommand)]
+enum Action {
+    /// Tell the arm that it stands on a rail
+    On {
+        /// Generation of the rail, 1 or 2
+        #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
+        version: u8,
+    },
+    /// Tell the arm that it stands on none
+    Off,
+    /// Move to a place on the rail and wait until the arm is there
+    To {
+        /// mm, 0 to 1000
+        #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+        place: f32,
+        #[command(flatten)]
+        how: How,
+    },
+    /// Move along the rail by so much
+    By {
+        /// mm
+        #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+        distance: f32,
+        #[command(flatten)]
+        how: How,
+    },
+}
+
+#[derive(Args, Clone, Copy, Debug)]
+struct How {
+    /// Speed on the rail for this move, mm/s
+    #[arg(long, value_name = "MM/S", value_parser = number::<f32>)]
+    speed: Option<f32>,
+}
+
+#[derive(Serialize)]
+struct Answer {
+    rail: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    l: Option<f32>,
+}
+
+impl Rail {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let (quiet, debts) = (context.global.json, context.debts.clone());
+        let answer = match self.action {
+            None => context.with_arm(async |arm, _| look(arm).await)?,
+            Some(Action::On { version }) => tell(context, true, version)?,
+            Some(Action::Off) => tell(context, false, 2)?,
+            Some(Action::To { place, how }) => context.moving(None, async |arm, _| {
+                let pose = arm.get::<Pose>().await?;
+                go(arm, words::rail_to(place, &pose), how, quiet, &debts).await
+            })?,
+            Some(Action::By { distance, how }) => context.moving(None, async |arm, _| {
+                go(arm, words::rail_by(distance), how, quiet, &debts).await
+            })?,
+        };
+        context.show(&answer, |out| match answer.l {
+            Some(l) => out.line(format_args!("rail: at {l:.2} mm")),
+            None => out.line("rail: not in use; `magician rail on` tells the arm of one"),
+        })
+    }
+}
+
+fn tell(context: &mut Context, on: bool, version: u8) -> Result<Answer, Failure> {
+    let command = words::rail(on, RailVersion::from(version.saturating_sub(1)));
+    context.with_arm(async |arm, _| {
+        at_once(arm, &command).await?;
+        look(arm).await
+    })
+}
+
+async fn look(arm: &Arm) -> Result<Answer, Failure> {
+    let rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
+    let l = match rail {
+        true => Some(arm.get::<PoseL>().await?.pose_l),
+        false => None,
+    };
+    Ok(Answer { rail, l })
+}
+
+/// Moves along the rail, checked before anything is sent.
+async fn go(
+    arm: &Arm,
+    travel: Set,
+    how: How,
+    quiet: bool,
+    debts: &Debts,
+) -> Result<Answer, Failure> {
+    if !look(arm).await?.rail {
+        let message = "the arm knows of no rail, so only its joints would move; nothing was sent";
+        return Err(Failure::invalid(message).hint("`magician rail on` tells it of one"));
+    }
+    let mut commands = vec![travel];
+    if let Some(speed) = how.speed {
+        let before = arm.get::<PtpLParams>().await?;
+        commands.insert(0, words::rail_speed(speed, before.acceleration));
+        commands.push(before.into());
+        debts.owe(before);
+    }
+    let check = arm.preflight_for(&commands).await?;
+    check.clone().program(&commands)?;
+    let run = arm.begin(commands, RunOptions::default());
+    let mut run = run.along(check);
+    attended(quiet, "moving along the rail", run.finish(|_| {})).await?;
+    debts.forget();
+    look(arm).await
+}

@@ -1,0 +1,175 @@
+//! `sensor`: the colour sensor and the infrared sensor at the arm's connectors.
+
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+use magician::Arm;
+use magician::commands::{ColorSensor, IrSwitch};
+use magician::words::{self, Color, Sensed};
+use magician_protocol::{Port, SensorVersion};
+use serde::Serialize;
+use tokio::time::{MissedTickBehavior, interval};
+
+use super::pose::rate;
+use crate::context::Context;
+use crate::debts::at_once;
+use crate::failure::Failure;
+
+/// Look what a sensor sees, switching it on first
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician sensor color gp2
+  magician sensor infrared gp4 --watch
+Levels and voltages at pins: `magician io`.")]
+pub(crate) struct Sensor {
+    /// Which kind
+    kind: Kind,
+    /// The connector it is plugged into
+    connector: Connector,
+    /// Go on showing it until Ctrl-C
+    #[arg(long)]
+    watch: bool,
+    /// How often, with --watch
+    #[arg(long, value_name = "HZ", default_value_t = 5.0, requires = "watch", value_parser = rate)]
+    rate: f64,
+    /// Switch it off instead
+    #[arg(long, conflicts_with = "watch")]
+    off: bool,
+    /// Generation of the sensor, 1 or 2
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
+    version: u8,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// Tells red, green and blue
+    #[value(alias = "colour")]
+    Color,
+    /// Tells whether something is before it
+    #[value(alias = "ir")]
+    Infrared,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "UPPERCASE")]
+enum Connector {
+    /// At the base
+    Gp1,
+    /// At the base
+    Gp2,
+    /// On the forearm
+    Gp4,
+    /// On the forearm
+    Gp5,
+}
+
+impl From<Connector> for Port {
+    fn from(connector: Connector) -> Self {
+        match connector {
+            Connector::Gp1 => Self::Gp1,
+            Connector::Gp2 => Self::Gp2,
+            Connector::Gp4 => Self::Gp4,
+            Connector::Gp5 => Self::Gp5,
+        }
+    }
+}
+
+/// What it sees.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Seen {
+    Color {
+        port: Connector,
+        r: u8,
+        g: u8,
+        b: u8,
+        color: Option<&'static str>,
+    },
+    Infrared {
+        port: Connector,
+        blocked: bool,
+    },
+    Off {
+        port: Connector,
+        on: bool,
+    },
+}
+
+impl Sensor {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let json = context.global.json;
+        context.with_arm(async |arm, out| {
+            self.switch(arm).await?;
+            let mut ticks = interval(Duration::from_secs_f64(1.0 / self.rate));
+            ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            loop {
+                ticks.tick().await;
+                let seen = self.look(arm).await?;
+                match json {
+                    true => out.json(&seen)?,
+                    false => out.line(seen.line())?,
+                }
+                out.flush()?;
+                if !self.watch {
+                    return Ok(());
+                }
+            }
+        })
+    }
+
+    async fn switch(&self, arm: &Arm) -> Result<(), Failure> {
+        let version = SensorVersion::from(self.version.saturating_sub(1));
+        let (port, on) = (self.connector.into(), !self.off);
+        let command = match self.kind {
+            Kind::Color => words::color_sensor(port, on, version),
+            Kind::Infrared => words::infrared(port, on, version),
+        };
+        at_once(arm, &command).await
+    }
+
+    async fn look(&self, arm: &Arm) -> Result<Seen, Failure> {
+        let port = self.connector;
+        if self.off {
+            return Ok(Seen::Off { port, on: false });
+        }
+        Ok(match self.kind {
+            Kind::Color => {
+                let query = words::color_at(port.into());
+                let seen = arm.get_with::<ColorSensor>(&query).await?;
+                let color = seen.sensed().map(|color| match color {
+                    Color::Red => "red",
+                    Color::Green => "green",
+                    Color::Blue => "blue",
+                });
+                let ColorSensor { r, g, b } = seen;
+                Seen::Color {
+                    port,
+                    r,
+                    g,
+                    b,
+                    color,
+                }
+            }
+            Kind::Infrared => {
+                let query = words::infrared_at(port.into());
+                let blocked = arm.get_with::<IrSwitch>(&query).await?.sensed();
+                Seen::Infrared { port, blocked }
+            }
+        })
+    }
+}
+
+impl Seen {
+    fn line(&self) -> String {
+        match self {
+            Self::Color { r, g, b, color, .. } => {
+                let color = color.unwrap_or("no colour stands out");
+                format!("{color} (red {r}, green {g}, blue {b})")
+            }
+            Self::Infrared { blocked: true, .. } => "something is before it".to_owned(),
+            Self::Infrared { blocked: false, .. } => "nothing is before it".to_owned(),
+            Self::Off { .. } => "switched off".to_owned(),
+        }
+    }
+}

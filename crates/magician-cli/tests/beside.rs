@@ -1,0 +1,67 @@
+//! What stands beside the arm: rail, belt and sensors, on the virtual arm in the process.
+
+mod magician;
+
+use magician::{Run, run_with};
+use serde_json::json;
+
+/// Runs lines in a shell on one fresh virtual arm, with JSON.
+fn script(lines: &str) -> Run {
+    run_with(&["--port", "sim", "--json", "shell"], lines.as_bytes())
+}
+
+#[test]
+fn the_rail_is_told_of_and_moved_along() {
+    let run = script(
+        "home\nrail\nrail on\nrail to 350\nrail by -50.5 --speed 80\nget PTPLParams\nrail off\n",
+    );
+    let answers = run.objects();
+    let l = |at: usize| answers[at]["l"].as_f64();
+    assert_eq!(answers[1], json!({"rail": false}));
+    assert_eq!((l(2), l(3), l(4)), (Some(0.0), Some(350.0), Some(299.5)));
+    assert_eq!(answers[5]["velocity"], json!(100.0), "given back: {run:?}");
+    assert_eq!(answers[6], json!({"rail": false}));
+    let beyond = script("rail on\nrail to 1200\n");
+    assert!(beyond.err.contains("1200 mm, limit 1000 mm"), "{beyond:?}");
+}
+
+#[test]
+fn a_rail_that_the_arm_does_not_know_is_not_moved_along() {
+    for line in ["rail to 100\n", "rail by 10\n"] {
+        let run = script(line);
+        assert!(run.err.contains("knows of no rail"), "{run:?}");
+        assert_eq!((run.status, run.out.as_str()), (3, ""));
+    }
+}
+
+#[test]
+fn the_belt_runs_moves_and_stops() {
+    let run = script("conveyor run 50\nconveyor by -20 --speed 40 --motor 2\nconveyor stop\n");
+    let answers = run.objects();
+    assert_eq!(
+        answers[..3],
+        [
+            json!({"motor": 1, "speed": 50.0}),
+            json!({"motor": 2, "distance": -20.0}),
+            json!({"motor": 1, "speed": 0.0}),
+        ]
+    );
+    for line in ["conveyor run nan\n", "conveyor by 10 --speed 0\n"] {
+        assert_eq!(script(line).status, 3, "{line}");
+    }
+}
+
+#[test]
+fn sensors_are_switched_on_and_read() {
+    let run = script("sensor color gp2\nsensor infrared gp4\nsensor ir gp4 --off\n");
+    assert_eq!(run.status, 0, "{run:?}");
+    let answers = run.objects();
+    assert_eq!(
+        answers[..],
+        [
+            json!({"port": "GP2", "r": 0, "g": 0, "b": 0, "color": null}),
+            json!({"port": "GP4", "blocked": false}),
+            json!({"port": "GP4", "on": false}),
+        ]
+    );
+}

@@ -1,0 +1,319 @@
+//! Which format a file has.
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::Format;
+
+/// So much of a file is looked at.
+const HEAD: usize = 4096;
+
+impl Format {
+    /// All of them, in the order in which people are told.
+    pub const ALL: [Self; 8] = [
+        Self::Playback,
+        Self::Svg,
+        Self::Gcode,
+        Self::Image,
+        Self::Dxf,
+        Self::Hpgl,
+        Self::Blockly,
+        Self::Plan,
+    ];
+
+    /// What people call it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Plan => "plan",
+            Self::Playback => "playback",
+            Self::Gcode => "gcode",
+            Self::Svg => "svg",
+            Self::Hpgl => "hpgl",
+            Self::Dxf => "dxf",
+            Self::Blockly => "blockly",
+            Self::Image => "image",
+        }
+    }
+
+    /// How the names of its files end, the usual one first. `.xml` and `.json` may be something else as well.
+    #[must_use]
+    pub fn endings(self) -> &'static [&'static str] {
+        match self {
+            Self::Plan => &[".plan.json", ".plan"],
+            Self::Playback => &[".playback"],
+            Self::Gcode => &[".gcode", ".nc", ".ngc", ".gc", ".g", ".tap"],
+            Self::Svg => &[".svg"],
+            Self::Hpgl => &[".plt", ".hpgl", ".hgl"],
+            Self::Dxf => &[".dxf"],
+            Self::Blockly => &[".blockly"],
+            Self::Image => &[".png", ".jpg", ".jpeg", ".bmp"],
+        }
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Plan => "our own plan file, to be read, changed and compared",
+            Self::Playback => "Teaching & Playback of DobotStudio",
+            Self::Gcode => "G-code of pens and lasers",
+            Self::Svg => "SVG drawing",
+            Self::Hpgl => "HPGL plot",
+            Self::Dxf => "DXF drawing",
+            Self::Blockly => "DobotBlockly workspace",
+            Self::Image => "PNG, JPEG or BMP image",
+        }
+    }
+
+    /// What a file is: by the ending of its name (with or without a path), and by what is in it where the ending says
+    /// nothing, or not enough (`.xml`, `.json`, `.txt`). Nothing if neither tells.
+    ///
+    /// ```
+    /// use magician_program::Format;
+    ///
+    /// assert_eq!(Format::of("house.svg", b""), Some(Format::Svg));
+    /// assert_eq!(Format::of("old.xml", b"<root><row0></row0></root>"), Some(Format::Playback));
+    /// assert_eq!(Format::of("notes.txt", b"G21\nG90\nG1 X10 F600"), Some(Format::Gcode));
+    /// assert_eq!(Format::of("notes.txt", b"Good morning"), None);
+    /// ```
+    #[must_use]
+    pub fn of(name: &str, bytes: &[u8]) -> Option<Self> {
+        let name = name.to_ascii_lowercase();
+        let ends = |format: &Self| format.endings().iter().any(|ending| name.ends_with(ending));
+        Self::ALL
+            .into_iter()
+            .find(ends)
+            .or_else(|| Self::of_content(bytes))
+    }
+
+    fn of_content(bytes: &[u8]) -> Option<Self> {
+        let head = bytes.get(..HEAD).unwrap_or(bytes);
+        let begins = |with: &[u8]| head.starts_with(with);
+        if begins(b"\x89PNG\r\n\x1A\n")
+            || begins(b"\xFF\xD8\xFF")
+            || begins(b"BM") && head.contains(&0)
+        {
+            return Some(Self::Image);
+        }
+        if begins(b"AutoCAD Binary DXF\r\n") {
+            return Some(Self::Dxf);
+        }
+        // The head may end within a character.
+        let text = match std::str::from_utf8(head) {
+            Ok(text) => text,
+            Err(error) => std::str::from_utf8(head.get(..error.valid_up_to())?).ok()?,
+        };
+        let text = text.strip_prefix('\u{FEFF}').unwrap_or(text).trim_start();
+        match text.chars().next()? {
+            '<' => match root_element(text)? {
+                "root" => Some(Self::Playback),
+                "svg" => Some(Self::Svg),
+                "xml" => Some(Self::Blockly),
+                _ => None,
+            },
+            '{' => text.contains("\"magician-plan\"").then_some(Self::Plan),
+            _ if is_dxf(text) => Some(Self::Dxf),
+            _ if is_hpgl(text) => Some(Self::Hpgl),
+            _ if is_gcode(text) => Some(Self::Gcode),
+            _ => None,
+        }
+    }
+}
+
+/// The name of the first element, without its namespace.
+fn root_element(mut text: &str) -> Option<&str> {
+    loop {
+        text = text.trim_start();
+        let end = match text {
+            _ if text.starts_with("<!--") => "-->",
+            _ if text.starts_with("<?") => "?>",
+            // A document type may hold declarations in brackets.
+            _ if text.starts_with("<!") && text.split('>').next()?.contains('[') => "]>",
+            _ if text.starts_with("<!") => ">",
+            _ => break,
+        };
+        text = text.split_once(end)?.1;
+    }
+    let name = text.strip_prefix('<')?;
+    let name = name
+        .split(|end: char| end.is_whitespace() || matches!(end, '>' | '/'))
+        .next()?;
+    Some(name.rsplit(':').next().unwrap_or(name))
+}
+
+/// Pairs of lines: a code, and a value. It begins with a section, comments before it.
+fn is_dxf(text: &str) -> bool {
+    let mut lines = text.lines().map(str::trim);
+    while let (Some(code), Some(value)) = (lines.next(), lines.next()) {
+        match (code, value) {
+            ("999", _) => {}
+            ("0", value) => return value == "SECTION",
+            _ => return false,
+        }
+    }
+    false
+}
+
+/// It begins with an instruction of two letters that plots begin with, and has another.
+fn is_hpgl(text: &str) -> bool {
+    const FIRST: [&str; 8] = ["IN", "DF", "SP", "PU", "PD", "PA", "PG", "VS"];
+    let text = text.trim_start_matches([';', ':', '\u{1B}']);
+    let first = text.get(..2).map(str::to_ascii_uppercase);
+    let rest = text.get(2..).unwrap_or_default();
+    first.is_some_and(|first| FIRST.contains(&first.as_str()))
+        && rest.starts_with(|next: char| !next.is_ascii_lowercase())
+        && rest.contains(';')
+}
+
+/// The first line that is no comment has nothing but words of a letter and a number, one of them a G or an M.
+fn is_gcode(text: &str) -> bool {
+    let mut lines = text
+        .lines()
+        .map(without_comments)
+        .filter(|line| !line.is_empty() && line != "%");
+    let Some(line) = lines.next() else {
+        return false;
+    };
+    let mut letters = line.chars().filter(char::is_ascii_alphabetic);
+    let allowed = |sign: char| sign.is_ascii_digit() || matches!(sign, '+' | '-' | '.');
+    let words = line
+        .split(|sign: char| sign.is_ascii_alphabetic())
+        .map(str::trim);
+    let mut numbers = words
+        .skip(1)
+        .map(|number| number.split_whitespace().collect::<String>());
+    line.starts_with(|first: char| first.is_ascii_alphabetic())
+        && letters.any(|letter| matches!(letter.to_ascii_uppercase(), 'G' | 'M'))
+        && numbers.all(|number| {
+            number.contains(|sign: char| sign.is_ascii_digit()) && number.chars().all(allowed)
+        })
+}
+
+/// A line of G-code without what is in parentheses and after a semicolon.
+fn without_comments(line: &str) -> String {
+    let mut depth = 0u32;
+    let code = line.split(';').next().unwrap_or_default();
+    let outside = code.chars().filter(|sign| match sign {
+        '(' => {
+            depth += 1;
+            false
+        }
+        ')' => {
+            depth = depth.saturating_sub(1);
+            false
+        }
+        _ => depth == 0,
+    });
+    outside.collect::<String>().trim().to_owned()
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Format {
+    type Err = String;
+
+    /// By name or ending, without regard to case.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wanted = text.trim().trim_start_matches('.').to_ascii_lowercase();
+        let is_meant = |format: &Self| {
+            let mut endings = format.endings().iter();
+            format.name() == wanted
+                || endings.any(|ending| ending.trim_start_matches('.') == wanted)
+        };
+        Self::ALL.into_iter().find(is_meant).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("there is no format `{}`; there are {names}", text.trim())
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sample_is_known_by_name_and_by_content() {
+        let samples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("samples");
+        let mut seen = 0;
+        for entry in std::fs::read_dir(samples).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_str().unwrap();
+            if name.ends_with(".md") {
+                continue;
+            }
+            let by_name = Format::of(name, b"");
+            let by_content = Format::of("sample", &std::fs::read(&path).unwrap());
+            assert!(by_name.is_some(), "{name}");
+            assert_eq!(by_content, by_name, "{name}");
+            seen += 1;
+        }
+        assert!(seen >= 10, "{seen} samples");
+    }
+
+    #[test]
+    fn endings_count_first_and_content_decides_the_rest() {
+        let is = |name: &str, text: &str| Format::of(name, text.as_bytes());
+        assert_eq!(is("A.PLAYBACK", "<svg/>"), Some(Format::Playback));
+        assert_eq!(is("dir.svg/a.nc", ""), Some(Format::Gcode));
+        assert_eq!(is("a.plan.json", ""), Some(Format::Plan));
+        assert_eq!(
+            is("a.json", "{\"format\": \"magician-plan\"}"),
+            Some(Format::Plan)
+        );
+        assert_eq!(is("a.json", "{}"), None);
+        let svg = "\u{FEFF}<?xml version=\"1.0\"?>\n<!-- <root> -->\n<!DOCTYPE svg [<!ENTITY a \"b\">]>\n<s:svg xmlns:s=\"x\">";
+        assert_eq!(is("a.xml", svg), Some(Format::Svg));
+        assert_eq!(is("a.xml", "<xml xmlns=\"x\"/>"), Some(Format::Blockly));
+        assert_eq!(is("a.xml", "<html>"), None);
+        assert_eq!(
+            is("a", "999\r\nfrom a program\r\n  0\r\nSECTION\r\n"),
+            Some(Format::Dxf)
+        );
+        assert_eq!(
+            is("a", "%\n(a comment)\n; another\nN10 G0 X - 1.5 Y2"),
+            Some(Format::Gcode)
+        );
+        assert_eq!(is("a", "IN;SP1;PU0,0;"), Some(Format::Hpgl));
+        for text in [
+            "",
+            "Good 1 morning",
+            "G",
+            "Inside; out",
+            "<",
+            "<!--",
+            "<!D",
+            "M",
+            "1 2 3",
+            "{",
+        ] {
+            assert_eq!(is("a.txt", text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn names_and_endings_are_read_back_and_unique() {
+        let mut endings: Vec<&str> = Format::ALL
+            .iter()
+            .flat_map(|format| format.endings())
+            .copied()
+            .collect();
+        for format in Format::ALL {
+            assert_eq!(format.to_string().parse(), Ok(format));
+            assert_eq!(format.name().to_uppercase().parse(), Ok(format));
+            for ending in format.endings() {
+                assert_eq!(ending.parse(), Ok(format));
+            }
+            assert!(!format.description().is_empty());
+        }
+        endings.sort_unstable();
+        let count = endings.len();
+        endings.dedup();
+        assert_eq!(endings.len(), count);
+        assert!("doc".parse::<Format>().unwrap_err().contains("playback"));
+    }
+}

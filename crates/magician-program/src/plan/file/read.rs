@@ -1,0 +1,476 @@
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::fmt::Display;
+use std::str::FromStr;
+
+use magician_protocol::{MAX_PARAMS, ParseError, Row, Set, Writer, encode_text};
+
+use super::write::{grip_name, travel};
+use super::{FORMAT, VERSION};
+use crate::plan::json::{Json, Member};
+use crate::{Action, Grip, Origin, Plan, Problem, Step, Surface, Tool, Travel};
+
+const ACTIONS: &str =
+    "move, joints, shift, arc, path, burn, suction, gripper, laser, wait, home, command";
+
+/// Reads a plan file.
+pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Problem> {
+    let json = Json::of(bytes)?;
+    let file = json.object(json.whole()?)?;
+    let mut plan = Plan::default();
+    let mut names = HashMap::new();
+    check_format(&json, &file)?;
+    let mut steps = None;
+    for member in &file {
+        let value = member.value;
+        match &*member.key {
+            "format" | "version" => {}
+            "$schema" => drop(json.string(value)?),
+            "title" => plan.title = json.string(value)?.into_owned(),
+            "tool" => plan.tool = tool(&json, value)?,
+            "surface" => plan.surface = surface(&json, value)?,
+            "names" => {
+                for name in json.array(value)? {
+                    let name = json.string(name)?.into_owned();
+                    names.entry(name.clone()).or_insert(plan.names.len());
+                    plan.names.push(name);
+                }
+            }
+            "steps" => steps = Some(value),
+            _ => {
+                let known = "format, version, title, tool, surface, names, steps";
+                return Err(json.unknown(member, known));
+            }
+        }
+    }
+    let steps = steps.ok_or_else(|| {
+        Problem::of_file("there are no steps")
+            .help("a plan has `\"steps\":[`, one on each line, `]`")
+    })?;
+    let mut reader = StepReader {
+        json: &json,
+        plan,
+        names,
+    };
+    json.each(steps, |step| reader.step(step))?;
+    Ok(reader.plan)
+}
+
+/// That it is a plan, and of a version that is known; both are looked at before anything else.
+fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<(), Problem> {
+    let find = |key: &str| file.iter().find(|member| member.key == key);
+    let help = format!("a plan begins with {{\"format\":\"{FORMAT}\",\"version\":{VERSION},");
+    let Some(format) = find("format") else {
+        return Err(Problem::of_file("it does not say that it is a plan").help(help));
+    };
+    if json.string(format.value)? != FORMAT {
+        let message = format!("this is {}, not \"{FORMAT}\"", format.value);
+        return Err(json.problem(format.value, message).help(help));
+    }
+    let Some(version) = find("version") else {
+        return Err(json
+            .problem(format.value, "it does not say of which version it is")
+            .help(help));
+    };
+    let number: u32 = json.number(version.value, "a whole number")?;
+    if number != VERSION {
+        let message =
+            format!("this is a plan of version {number}; only version {VERSION} is known here");
+        let help = if number > VERSION {
+            "a newer release of this program may read it"
+        } else {
+            "versions count from 1"
+        };
+        return Err(json.problem(version.value, message).help(help));
+    }
+    Ok(())
+}
+
+fn tool(json: &Json<'_>, value: &str) -> Result<Option<Tool>, Problem> {
+    if value == "null" {
+        return Ok(None);
+    }
+    if value.starts_with('[') {
+        return numbers(json, "tool", "x, y, z", value).map(|bias| Some(Tool::Bias(bias)));
+    }
+    let name = json.string(value)?;
+    let found = Tool::NAMED.iter().find(|(known, _)| *known == name);
+    match found {
+        Some((_, tool)) => Ok(Some(*tool)),
+        None => {
+            let names = Tool::NAMED.map(|(name, _)| name).join(", ");
+            let help = format!("it is one of {names}, or its bias as [x,y,z] in mm");
+            Err(json
+                .problem(value, format!("there is no tool {value}"))
+                .help(help))
+        }
+    }
+}
+
+fn surface(json: &Json<'_>, value: &str) -> Result<Option<Surface>, Problem> {
+    if value == "null" {
+        return Ok(None);
+    }
+    let mut height = None;
+    let mut slope = [0.0; 2];
+    for member in json.object(value)? {
+        match &*member.key {
+            "height" => height = Some(float(json, "height", member.value)?),
+            "slope" => slope = numbers(json, "slope", "x, y", member.value)?,
+            _ => return Err(json.unknown(&member, "height, slope")),
+        }
+    }
+    match height {
+        Some(height) => Ok(Some(Surface { height, slope })),
+        None => Err(json.problem(value, "the surface has no `height`")),
+    }
+}
+
+/// A number, or the name of what is none.
+fn float<T: FromStr + Into<f64> + Copy>(
+    json: &Json<'_>,
+    key: &str,
+    value: &str,
+) -> Result<T, Problem> {
+    let wrong = || {
+        let message = format!("`{key}` takes a number, and this is {}", shortened(value));
+        json.problem(value, message)
+    };
+    let named = matches!(value, "\"NaN\"" | "\"inf\"" | "\"-inf\"");
+    let number = if named {
+        value.trim_matches('"')
+    } else {
+        value
+    };
+    let number: T = number.parse().map_err(|_| wrong())?;
+    // There are numbers too large for 32 bits.
+    if !named && !number.into().is_finite() {
+        return Err(wrong());
+    }
+    Ok(number)
+}
+
+fn numbers<T, const N: usize>(
+    json: &Json<'_>,
+    key: &str,
+    what: &str,
+    value: &str,
+) -> Result<[T; N], Problem>
+where
+    T: FromStr + Into<f64> + Copy + Default,
+{
+    let wrong = |found: &dyn Display| {
+        let message = format!("`{key}` takes {N} numbers, {what}, and {found}");
+        json.problem(value, message)
+    };
+    if !value.starts_with('[') {
+        return Err(wrong(&format_args!("this is {}", shortened(value))));
+    }
+    let mut list = [T::default(); N];
+    let mut count = 0;
+    json.each(value, |item| {
+        if let Some(slot) = list.get_mut(count) {
+            *slot = float(json, key, item)?;
+        }
+        count += 1;
+        Ok(())
+    })?;
+    match count {
+        count if count == N => Ok(list),
+        1 => Err(wrong(&"this is 1")),
+        count => Err(wrong(&format_args!("these are {count}"))),
+    }
+}
+
+/// Not more of a value than a message can hold.
+fn shortened(value: &str) -> Cow<'_, str> {
+    match value.char_indices().nth(30) {
+        Some((end, _)) => format!("{}...", value.get(..end).unwrap_or_default()).into(),
+        None => value.into(),
+    }
+}
+
+struct StepReader<'j, 't> {
+    json: &'j Json<'t>,
+    plan: Plan,
+    /// Where each name is in the plan's list.
+    names: HashMap<String, usize>,
+}
+
+impl<'t> StepReader<'_, 't> {
+    fn step(&mut self, value: &'t str) -> Result<(), Problem> {
+        let mut members = self.json.object(value)?;
+        let mut take = |key: &str| {
+            let at = members.iter().position(|member| member.key == key)?;
+            Some(members.swap_remove(at).value)
+        };
+        let mut origin = Origin::NONE;
+        if let Some(place) = take("at") {
+            [origin.line, origin.column, origin.length] = self.place(place)?;
+        }
+        if let Some(name) = take("name") {
+            origin.name = self.name(name)?;
+        }
+        let action = self.action(value, members)?;
+        self.plan.steps.push(Step { action, origin });
+        Ok(())
+    }
+
+    fn place(&self, value: &str) -> Result<[u32; 3], Problem> {
+        let mut place = Vec::new();
+        let what = "a whole number; `at` is [line, column, length]";
+        self.json.each(value, |item| {
+            place.push(self.json.number(item, what)?);
+            Ok(())
+        })?;
+        let count = place.len();
+        place.try_into().map_err(|_| {
+            let message =
+                format!("`at` takes 3 whole numbers, line, column, length, and has {count}");
+            self.json.problem(value, message)
+        })
+    }
+
+    /// One more than the name's index.
+    fn name(&mut self, value: &str) -> Result<u32, Problem> {
+        if !value.starts_with('"') {
+            return self.json.number(value, "a name, or its number in `names`");
+        }
+        let name = self.json.string(value)?;
+        let index = match self.names.get(&*name) {
+            Some(index) => *index,
+            None => {
+                let index = self.plan.name(&*name);
+                self.names.insert(name.into_owned(), index);
+                index
+            }
+        };
+        Ok(Origin::NONE.named(index).name)
+    }
+
+    fn action(&self, step: &str, mut members: Vec<Member<'t>>) -> Result<Action, Problem> {
+        let json = self.json;
+        let mut actions = members.iter().filter(|member| is_action(&member.key));
+        let (first, second) = (actions.next(), actions.next());
+        let Some(first) = first else {
+            let message = "this step says nothing to do";
+            return Err(json
+                .problem(step, message)
+                .help(format!("a step is one of {ACTIONS}")));
+        };
+        if let Some(second) = second {
+            let message = format!("`{}` and `{}` in one step", first.key, second.key);
+            return Err(json.problem(step, message).help("make two steps of them"));
+        }
+        let at = members
+            .iter()
+            .position(|member| is_action(&member.key))
+            .unwrap_or(0);
+        let Member { key, value } = members.swap_remove(at);
+        let mut rest = Rest {
+            json,
+            key: &key,
+            value,
+            members,
+        };
+        let action = match &*key {
+            "move" => {
+                let to = numbers(json, &key, "x, y, z, r", value)?;
+                let by = rest.travel(&[Travel::Joints, Travel::Line, Travel::Jump])?;
+                Action::Move { to, by }
+            }
+            "joints" => {
+                let to = numbers(json, &key, "J1, J2, J3, J4", value)?;
+                let by = rest.travel(&[Travel::Joints, Travel::Line, Travel::Jump])?;
+                Action::Joints { to, by }
+            }
+            "shift" => {
+                let by = numbers(json, &key, "x, y, z, r", value)?;
+                let line = rest.travel(&[Travel::Joints, Travel::Line])? == Travel::Line;
+                Action::Shift { by, line }
+            }
+            "arc" => {
+                let to = numbers(json, &key, "x, y, z, r", value)?;
+                let via = numbers(json, "via", "x, y, z, r", rest.needed("via")?)?;
+                Action::Arc { via, to }
+            }
+            "path" => Action::Path {
+                to: numbers(json, &key, "x, y, z", value)?,
+            },
+            "burn" => {
+                let to = numbers(json, &key, "x, y, z", value)?;
+                let power = float(json, "power", rest.needed("power")?)?;
+                Action::Burn { to, power }
+            }
+            "suction" => Action::Suction(json.boolean(value)?),
+            "laser" => Action::Laser(json.boolean(value)?),
+            "gripper" => {
+                let grips =
+                    [Grip::Off, Grip::Open, Grip::Close].map(|grip| (grip_name(grip), grip));
+                Action::Gripper(json.one_of(value, &grips)?)
+            }
+            "wait" => Action::Wait(wait(json, value)?),
+            "home" => match json.boolean(value)? {
+                true => Action::Home,
+                false => {
+                    return Err(
+                        json.problem(value, "`home` takes true; leave the step out instead")
+                    );
+                }
+            },
+            _ => command(json, value, rest.take("values"))?,
+        };
+        match rest.members.first() {
+            Some(member) => Err(json.unknown(member, &format!("{}, at, name", rest.known()))),
+            None => Ok(action),
+        }
+    }
+}
+
+fn is_action(key: &str) -> bool {
+    ACTIONS.split(", ").any(|known| known == key)
+}
+
+/// What a step says beside what it does.
+struct Rest<'j, 't> {
+    json: &'j Json<'t>,
+    key: &'j str,
+    value: &'t str,
+    members: Vec<Member<'t>>,
+}
+
+impl<'t> Rest<'_, 't> {
+    fn take(&mut self, key: &str) -> Option<&'t str> {
+        let at = self.members.iter().position(|member| member.key == key)?;
+        Some(self.members.swap_remove(at).value)
+    }
+
+    fn needed(&mut self, key: &str) -> Result<&'t str, Problem> {
+        let message = format!("`{}` needs `{key}` beside it", self.key);
+        let problem = self.json.problem(self.value, message);
+        self.take(key).ok_or(problem)
+    }
+
+    fn travel(&mut self, allowed: &[Travel]) -> Result<Travel, Problem> {
+        let Some(value) = self.take("by") else {
+            return Ok(Travel::Joints);
+        };
+        let named: Vec<_> = allowed.iter().map(|by| (travel(*by), *by)).collect();
+        self.json.one_of(value, &named)
+    }
+
+    fn known(&self) -> &'static str {
+        match self.key {
+            "move" => "move, by",
+            "joints" => "joints, by",
+            "shift" => "shift, by",
+            "arc" => "arc, via",
+            "burn" => "burn, power",
+            "command" => "command, values",
+            _ => "the action itself",
+        }
+    }
+}
+
+/// Seconds, whole ms, as ms.
+fn wait(json: &Json<'_>, value: &str) -> Result<u32, Problem> {
+    let seconds: f64 = float(json, "wait", value)?;
+    let milliseconds = seconds * 1000.0;
+    let whole = milliseconds.round();
+    // Negated, so that NaN is refused as well.
+    if !((0.0..=f64::from(u32::MAX)).contains(&whole) && (milliseconds - whole).abs() < 1e-4) {
+        let message = format!(
+            "`wait` takes seconds, 0 to 4294967.295 in whole ms, and this is {}",
+            shortened(value)
+        );
+        return Err(json.problem(value, message));
+    }
+    Ok(whole as u32)
+}
+
+/// Any command that can be queued, its fields under the names of the protocol's table.
+fn command(json: &Json<'_>, name: &str, values: Option<&str>) -> Result<Action, Problem> {
+    let called = json.string(name)?;
+    let row = Row::find_writable(&called).map_err(|_| {
+        let message = format!("there is no command {} to set", shortened(name));
+        json.problem(name, message)
+            .help("`magician commands` lists them")
+    })?;
+    let layout = row.set.filter(|_| row.queueable).ok_or_else(|| {
+        let message = format!("`{}` cannot be queued, so it cannot be a step", row.name);
+        json.problem(name, message)
+    })?;
+    let members = values.map_or(Ok(Vec::new()), |values| json.object(values))?;
+    let texts = members.iter().map(|member| argument(json, member.value));
+    let texts = texts.collect::<Result<Vec<_>, _>>()?;
+    let arguments = members
+        .iter()
+        .zip(&texts)
+        .map(|(member, text)| (&*member.key, &**text));
+    let arguments: Vec<(&str, &str)> = arguments.collect();
+    let mut room = [0; MAX_PARAMS];
+    let mut writer = Writer::new(&mut room);
+    let written = encode_text(layout, &arguments, &mut writer);
+    written.map_err(|error| {
+        let about = match error {
+            ParseError::Value { field, .. } | ParseError::Twice(field) => layout.field(field.name),
+            _ => None,
+        };
+        let member = members.iter().rev().find(|member| match error {
+            ParseError::UnknownField(key) => member.key == key,
+            _ => about.is_some() && layout.field(&member.key) == about,
+        });
+        let place = member.map_or(values.unwrap_or(name), |member| member.value);
+        json.problem(place, format!("{}: {error}", row.name))
+    })?;
+    let count = writer
+        .finish()
+        .map_err(|error| json.problem(name, error.to_string()))?;
+    let params = room.get(..count).unwrap_or_default();
+    let command = Set::decode(row.id, params);
+    let command = command.map_err(|error| json.problem(name, error.to_string()))?;
+    Ok(Action::Command(Box::new(command)))
+}
+
+/// A value as the command line takes it: arrays with commas, outputs as ratio:address:level.
+fn argument<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Problem> {
+    if !value.starts_with('[') {
+        return item(json, value);
+    }
+    let mut parts: Vec<Cow<'t, str>> = Vec::new();
+    json.each(value, |value| {
+        parts.push(match value.starts_with('{') {
+            true => output(json, value)?.into(),
+            false => item(json, value)?,
+        });
+        Ok(())
+    })?;
+    Ok(parts.join(",").into())
+}
+
+fn item<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Problem> {
+    match value.as_bytes().first() {
+        Some(b'"') => json.string(value),
+        Some(b'[' | b'{') => {
+            Err(json.problem(value, "expected a number, a text or a list of them"))
+        }
+        _ => Ok(value.into()),
+    }
+}
+
+fn output(json: &Json<'_>, value: &str) -> Result<String, Problem> {
+    let [mut ratio, mut address, mut level] = [None; 3];
+    for member in json.object(value)? {
+        let slot: &mut Option<u16> = match &*member.key {
+            "ratio" => &mut ratio,
+            "address" => &mut address,
+            "level" => &mut level,
+            _ => return Err(json.unknown(&member, "ratio, address, level")),
+        };
+        *slot = Some(json.number(member.value, "a whole number")?);
+    }
+    match (ratio, address, level) {
+        (Some(ratio), Some(address), Some(level)) => Ok(format!("{ratio}:{address}:{level}")),
+        _ => Err(json.problem(value, "an output has `ratio`, `address` and `level`")),
+    }
+}

@@ -1,0 +1,233 @@
+//! JSON whose every value still knows where in the text it stands.
+
+use std::borrow::Cow;
+use std::fmt::{self, Display};
+use std::str::FromStr;
+
+use serde::Deserialize;
+use serde::de::{Deserializer as _, Error as _, MapAccess, SeqAccess, Visitor};
+use serde_json::value::RawValue;
+
+use crate::{Lines, Origin, Problem};
+
+/// More members than any object of ours has.
+const MOST_MEMBERS: usize = 64;
+
+/// A JSON text. Its values are slices of it, so that where they stand need not be kept.
+pub(crate) struct Json<'t> {
+    text: &'t str,
+}
+
+/// A member of an object.
+pub(crate) struct Member<'t> {
+    pub(crate) key: Cow<'t, str>,
+    pub(crate) value: &'t str,
+}
+
+#[derive(Deserialize)]
+struct Key<'t>(#[serde(borrow)] Cow<'t, str>);
+
+impl<'t> Json<'t> {
+    /// The text of a file.
+    pub(crate) fn of(bytes: &'t [u8]) -> Result<Self, Problem> {
+        let text = std::str::from_utf8(bytes).map_err(|error| {
+            let known = bytes.get(..error.valid_up_to()).unwrap_or_default();
+            let known = std::str::from_utf8(known).unwrap_or_default();
+            let origin = Lines::new(known).origin(known.len()..known.len());
+            Problem::new(origin, "this is not UTF-8 text")
+        })?;
+        Ok(Self {
+            text: text.strip_prefix('\u{FEFF}').unwrap_or(text),
+        })
+    }
+
+    /// The value that the text is, after a look at the syntax of all of it.
+    pub(crate) fn whole(&self) -> Result<&'t str, Problem> {
+        let value = serde_json::from_str::<&RawValue>(self.text);
+        value
+            .map(RawValue::get)
+            .map_err(|error| self.syntax(self.text, &error))
+    }
+
+    /// What is wrong with a value, and where it stands.
+    pub(crate) fn problem(&self, value: &str, message: impl Into<String>) -> Problem {
+        Problem::new(self.origin(value, value.len()), message)
+    }
+
+    /// That nobody knows this member.
+    pub(crate) fn unknown(&self, member: &Member<'_>, known: &str) -> Problem {
+        let place = match &member.key {
+            Cow::Borrowed(key) => key,
+            Cow::Owned(_) => member.value,
+        };
+        self.problem(place, format!("`{}` means nothing here", member.key))
+            .help(format!("what does: {known}"))
+    }
+
+    fn origin(&self, part: &str, length: usize) -> Origin {
+        let start = (part.as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
+        Lines::new(self.text).origin(start..start.saturating_add(length))
+    }
+
+    /// An error of the parser, which counts lines and columns (in bytes) from where the part begins.
+    fn syntax(&self, part: &str, error: &serde_json::Error) -> Problem {
+        let lines = part
+            .split_inclusive('\n')
+            .take(error.line().saturating_sub(1));
+        let start: usize = lines.map(str::len).sum();
+        let mut at = (start + error.column().saturating_sub(1)).min(part.len());
+        while !part.is_char_boundary(at) {
+            at -= 1;
+        }
+        let full = error.to_string();
+        let what = full
+            .rsplit_once(" at line")
+            .map_or(full.as_str(), |(what, _)| what);
+        let place = part.get(at..).unwrap_or_default();
+        let origin = self.origin(place, place.chars().next().map_or(0, char::len_utf8));
+        Problem::new(origin, format!("this is not JSON: {what}"))
+    }
+
+    /// The members of an object, none of them twice.
+    pub(crate) fn object(&self, value: &'t str) -> Result<Vec<Member<'t>>, Problem> {
+        struct Members;
+
+        impl<'t> Visitor<'t> for Members {
+            type Value = Vec<Member<'t>>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'t>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let mut members = Vec::new();
+                while let Some((Key(key), value)) = map.next_entry::<Key<'t>, &'t RawValue>()? {
+                    if members.len() == MOST_MEMBERS {
+                        return Err(A::Error::custom("far too many members"));
+                    }
+                    let value = value.get();
+                    members.push(Member { key, value });
+                }
+                Ok(members)
+            }
+        }
+
+        if !value.starts_with('{') {
+            return Err(self.problem(value, "expected an object, {..}"));
+        }
+        let mut parser = serde_json::Deserializer::from_str(value);
+        let members = parser
+            .deserialize_map(Members)
+            .map_err(|error| self.syntax(value, &error))?;
+        for (at, member) in members.iter().enumerate() {
+            if members.iter().take(at).any(|other| other.key == member.key) {
+                return Err(self.problem(member.value, format!("`{}` is here twice", member.key)));
+            }
+        }
+        Ok(members)
+    }
+
+    /// Every item of an array in turn.
+    pub(crate) fn each(
+        &self,
+        value: &'t str,
+        visit: impl FnMut(&'t str) -> Result<(), Problem>,
+    ) -> Result<(), Problem> {
+        struct Items<'p, F> {
+            visit: F,
+            problem: &'p mut Option<Problem>,
+        }
+
+        impl<'t, F: FnMut(&'t str) -> Result<(), Problem>> Visitor<'t> for Items<'_, F> {
+            type Value = ();
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an array")
+            }
+
+            fn visit_seq<A: SeqAccess<'t>>(mut self, mut items: A) -> Result<(), A::Error> {
+                while let Some(item) = items.next_element::<&'t RawValue>()? {
+                    if let Err(problem) = (self.visit)(item.get()) {
+                        *self.problem = Some(problem);
+                        return Err(A::Error::custom("a problem"));
+                    }
+                }
+                Ok(())
+            }
+        }
+
+        if !value.starts_with('[') {
+            return Err(self.problem(value, "expected an array, [..]"));
+        }
+        let mut problem = None;
+        let items = Items {
+            visit,
+            problem: &mut problem,
+        };
+        let parsed = serde_json::Deserializer::from_str(value).deserialize_seq(items);
+        parsed.map_err(|error| problem.unwrap_or_else(|| self.syntax(value, &error)))
+    }
+
+    /// The items of an array.
+    pub(crate) fn array(&self, value: &'t str) -> Result<Vec<&'t str>, Problem> {
+        let mut items = Vec::new();
+        self.each(value, |item| {
+            items.push(item);
+            Ok(())
+        })?;
+        Ok(items)
+    }
+
+    /// A text.
+    pub(crate) fn string(&self, value: &'t str) -> Result<Cow<'t, str>, Problem> {
+        if !value.starts_with('"') {
+            return Err(self.problem(value, "expected a text, \"..\""));
+        }
+        let text: Key<'t> =
+            serde_json::from_str(value).map_err(|error| self.syntax(value, &error))?;
+        Ok(text.0)
+    }
+
+    /// A whole number of some size.
+    pub(crate) fn number<T: FromStr>(&self, value: &str, what: &str) -> Result<T, Problem> {
+        value
+            .parse()
+            .map_err(|_| self.problem(value, format!("expected {what}")))
+    }
+
+    /// Yes or no.
+    pub(crate) fn boolean(&self, value: &str) -> Result<bool, Problem> {
+        value
+            .parse()
+            .map_err(|_| self.problem(value, "expected true or false"))
+    }
+
+    /// One of a few words.
+    pub(crate) fn one_of<T: Copy>(&self, value: &str, words: &[(&str, T)]) -> Result<T, Problem> {
+        let word = value
+            .strip_prefix('"')
+            .and_then(|rest| rest.strip_suffix('"'));
+        let found = words.iter().find(|(known, _)| Some(*known) == word);
+        found.map(|(_, value)| *value).ok_or_else(|| {
+            let names: Vec<String> = words
+                .iter()
+                .map(|(known, _)| format!("\"{known}\""))
+                .collect();
+            self.problem(value, format!("expected {}", or(&names)))
+        })
+    }
+}
+
+/// `a, b or c`.
+fn or(names: &[impl Display]) -> String {
+    let mut text = String::new();
+    for (at, name) in names.iter().enumerate() {
+        text += match at {
+            0 => "",
+            at if at + 1 == names.len() => " or ",
+            _ => ", ",
+        };
+        text += &name.to_string();
+    }
+    text
+}

@@ -1,0 +1,2 @@
+mod engrave;
+mod outline;

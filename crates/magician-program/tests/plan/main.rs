@@ -1,0 +1,6 @@
+//! Plans as values: their commands, their files, what becomes of them.
+
+mod actions;
+mod file;
+mod schema;
+mod strategies;
