@@ -3,13 +3,16 @@
 mod action;
 pub(crate) mod file;
 mod json;
+mod pallet;
 mod step;
+mod transform;
 
 use magician::words;
 use magician_protocol::Set;
 
 pub use action::{Action, Grip, Travel};
 pub use file::PLAN_SCHEMA;
+pub use pallet::Pallet;
 pub use step::{Step, Tool};
 
 use crate::{Origin, Surface};
