@@ -26,6 +26,7 @@ pub mod formats;
 mod origin;
 mod pace;
 mod plan;
+pub mod preview;
 mod problem;
 pub mod raster;
 mod reach;

@@ -16,6 +16,7 @@ use magician_protocol::Ctrl;
 use magician_protocol::commands::QueuedCmdStartExec;
 
 use crate::Plan;
+pub(crate) use stage::kind_of;
 use stage::tell;
 pub use stage::{RehearseOptions, stage, start_of, tool_of};
 

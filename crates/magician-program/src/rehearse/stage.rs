@@ -86,6 +86,14 @@ pub fn tool_of(plan: &Plan, options: &RehearseOptions) -> Tool {
     options.tool.or(plan.tool).unwrap_or_else(|| needed(plan))
 }
 
+/// What a tool that is only a bias must be for the plan; any other is what it is.
+pub(crate) fn kind_of(plan: &Plan, tool: Tool) -> Tool {
+    match tool {
+        Tool::Bias(_) => needed(plan),
+        named => named,
+    }
+}
+
 fn needed(plan: &Plan) -> Tool {
     let needs = |wanted: fn(&Action) -> bool| plan.steps.iter().any(|step| wanted(&step.action));
     if needs(|action| matches!(action, Action::Burn { .. } | Action::Laser(_))) {
@@ -100,10 +108,7 @@ fn needed(plan: &Plan) -> Tool {
 }
 
 fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenario, Error> {
-    let kind = match tool {
-        Tool::Bias(_) => needed(plan),
-        named => named,
-    };
+    let kind = kind_of(plan, tool);
     let (height, slope) = table_of(plan, options, kind).unzip();
     let give = GIVE + slope.unwrap_or(0.0);
     let mut text =
