@@ -37,7 +37,7 @@ mod surface;
 
 pub use artwork::{Artwork, Stroke};
 pub use check::{Complaint, Report, check};
-pub use formats::{Content, Format, ReadOptions, Reading, read};
+pub use formats::{Content, Fills, Format, ReadOptions, Reading, read};
 pub use origin::{Lines, Origin};
 pub use plan::{Action, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
 pub use problem::Problem;

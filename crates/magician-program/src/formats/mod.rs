@@ -44,6 +44,18 @@ pub struct ReadOptions {
     pub title: String,
     /// How far a line may be from the curve that it stands for, mm.
     pub tolerance: f64,
+    /// What becomes of filled shapes that have no line of their own.
+    pub fills: Fills,
+}
+
+/// What becomes of filled shapes without a line in a drawing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Fills {
+    /// Their edge is drawn.
+    #[default]
+    Outline,
+    /// They are left out.
+    Ignore,
 }
 
 impl Default for ReadOptions {
@@ -51,6 +63,7 @@ impl Default for ReadOptions {
         Self {
             title: String::new(),
             tolerance: 0.05,
+            fills: Fills::default(),
         }
     }
 }
