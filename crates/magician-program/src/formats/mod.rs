@@ -10,6 +10,8 @@ pub mod playback;
 mod svg;
 mod xml;
 
+pub use gcode::{Arcs, Dialect, GcodeOptions};
+
 use crate::plan::file;
 use crate::raster::Raster;
 use crate::{Artwork, Plan, Problem};
@@ -56,6 +58,8 @@ pub enum Fills {
     Outline,
     /// They are left out.
     Ignore,
+    /// What G-code leaves open.
+    pub gcode: GcodeOptions,
 }
 
 impl Default for ReadOptions {
@@ -64,6 +68,7 @@ impl Default for ReadOptions {
             title: String::new(),
             tolerance: 0.05,
             fills: Fills::default(),
+            gcode: GcodeOptions::default(),
         }
     }
 }
