@@ -143,7 +143,8 @@ impl<'e> Scan<'e> {
     /// quicker to travel.
     fn stretches(&self, runs: &[Run], cell: f64) -> Vec<Range<usize>> {
         if !self.engrave.white_skip {
-            return vec![0..runs.len()];
+            let all = 0..runs.len();
+            return vec![all];
         }
         let mut stretches: Vec<Range<usize>> = Vec::new();
         let mut burnt_to = 0;

@@ -252,7 +252,7 @@ fn the_tool_passes_the_image_at_one_speed() {
         if now.pose.z < SURFACE.height + 1e-3 {
             farthest = farthest.min(now.pose.x);
         }
-        let Some(before) = before.replace(now.clone()) else {
+        let Some(before) = before.replace(*now) else {
             return;
         };
         let time = (now.now - before.now) as f64 / 1e6;
