@@ -13,7 +13,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
     alarms, bench, commands, completions, config, conform, conveyor, decode, demo, doctor, enqueue,
-    forward, get, help, home, info, inverse, io, man, ports, pose, proxy, queue, rail, replay,
+    forward, get, help, home, info, inverse, io, man, ports, pose, proxy, queue, rail, replay, run,
     sensor, set, shell, sim, stop, tools, travel,
 };
 
@@ -119,6 +119,7 @@ pub(crate) enum Verb {
     Pose(pose::Pose),
     Home(home::Home),
     Move(travel::Move),
+    Run(Box<run::Run>),
     Stop(stop::Stop),
     Suction(tools::Suction),
     Gripper(tools::Gripper),
@@ -159,6 +160,7 @@ impl Verb {
             Self::Pose(verb) => verb.run(context),
             Self::Home(verb) => verb.run(context),
             Self::Move(verb) => verb.run(context),
+            Self::Run(verb) => verb.run(context),
             Self::Stop(verb) => verb.run(context),
             Self::Suction(verb) => verb.run(context),
             Self::Gripper(verb) => verb.run(context),

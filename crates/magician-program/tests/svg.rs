@@ -7,7 +7,10 @@ use magician_program::{
 const HOUSE: &[u8] = include_bytes!("../samples/house.svg");
 const CURVES: &[u8] = include_bytes!("../samples/curves.svg");
 
-fn reading_with(text: impl AsRef<[u8]>, options: &ReadOptions) -> Result<(Artwork, Vec<Problem>), Problem> {
+fn reading_with(
+    text: impl AsRef<[u8]>,
+    options: &ReadOptions,
+) -> Result<(Artwork, Vec<Problem>), Problem> {
     let Reading { content, notes } = read(Format::Svg, text.as_ref(), options)?;
     match content {
         Content::Artwork(artwork) => Ok((artwork, notes)),
@@ -32,7 +35,10 @@ fn page(inside: &str) -> String {
 
 #[track_caller]
 fn near(one: f64, other: f64, within: f64) {
-    assert!((one - other).abs() <= within, "{one} is not {other} within {within}");
+    assert!(
+        (one - other).abs() <= within,
+        "{one} is not {other} within {within}"
+    );
 }
 
 #[track_caller]
@@ -47,13 +53,47 @@ fn assert_points(stroke: &Stroke, expected: &[[f64; 2]]) {
 #[test]
 fn dump() {
     let (house, notes) = reading(HOUSE);
-    for s in &house.strokes { println!("{:?} {} {:?} closed {} len {:.4}", s.origin, house.names[s.origin.name_index().unwrap()], s.points.len(), s.is_closed(), s.length()); }
+    for s in &house.strokes {
+        println!(
+            "{:?} {} {:?} closed {} len {:.4}",
+            s.origin,
+            house.names[s.origin.name_index().unwrap()],
+            s.points.len(),
+            s.is_closed(),
+            s.length()
+        );
+    }
     println!("{notes:?} {:?} {:?}", house.page, house.bounds());
     let (house, notes) = reading(CURVES);
-    for s in &house.strokes { println!("{:?} {} {:?} closed {} len {:.4}", s.origin, house.names[s.origin.name_index().unwrap()], s.points.len(), s.is_closed(), s.length()); }
+    for s in &house.strokes {
+        println!(
+            "{:?} {} {:?} closed {} len {:.4}",
+            s.origin,
+            house.names[s.origin.name_index().unwrap()],
+            s.points.len(),
+            s.is_closed(),
+            s.length()
+        );
+    }
     println!("{notes:?} {:?} {:?}", house.page, house.bounds());
-    let (house, notes) = reading(page(r#"<text x="10" y="50" font-size="10" font-family="Arial" font-weight="bold">Hi, Welt ß</text>"#));
-    for s in &house.strokes { println!("{:?} {} {:?} closed {} len {:.4}", s.origin, house.names[s.origin.name_index().unwrap()], s.points.len(), s.is_closed(), s.length()); }
+    let (house, notes) = reading(page(
+        r#"<text x="10" y="50" font-size="10" font-family="Arial" font-weight="bold">Hi, Welt ß</text>"#,
+    ));
+    for s in &house.strokes {
+        println!(
+            "{:?} {} {:?} closed {} len {:.4}",
+            s.origin,
+            house.names[s.origin.name_index().unwrap()],
+            s.points.len(),
+            s.is_closed(),
+            s.length()
+        );
+    }
     println!("{notes:?} {:?} {:?}", house.page, house.bounds());
-    println!("{}", problem(page(r#"<text x="10" y="50" font-size="10" id="jp">Hi 日本</text>"#)));
+    println!(
+        "{}",
+        problem(page(
+            r#"<text x="10" y="50" font-size="10" id="jp">Hi 日本</text>"#
+        ))
+    );
 }

@@ -46,6 +46,8 @@ pub struct ReadOptions {
     pub title: String,
     /// How far a line may be from the curve that it stands for, mm.
     pub tolerance: f64,
+    /// What G-code leaves open.
+    pub gcode: GcodeOptions,
     /// What becomes of filled shapes that have no line of their own.
     pub fills: Fills,
 }
@@ -58,8 +60,6 @@ pub enum Fills {
     Outline,
     /// They are left out.
     Ignore,
-    /// What G-code leaves open.
-    pub gcode: GcodeOptions,
 }
 
 impl Default for ReadOptions {
@@ -67,8 +67,8 @@ impl Default for ReadOptions {
         Self {
             title: String::new(),
             tolerance: 0.05,
-            fills: Fills::default(),
             gcode: GcodeOptions::default(),
+            fills: Fills::default(),
         }
     }
 }

@@ -1,7 +1,6 @@
 //! A program on its way through an arm, and what is left when it ends badly.
 
 use std::cell::{Cell, RefCell};
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -81,20 +80,31 @@ pub(super) struct Done {
 
 impl Drive<'_> {
     /// Runs it to its end.
-    pub(super) async fn run(&self, arm: &Arm, out: &mut Output, debts: &Debts) -> Result<Done, Failure> {
+    pub(super) async fn run(
+        &self,
+        arm: &Arm,
+        out: &mut Output,
+        debts: &Debts,
+    ) -> Result<Done, Failure> {
         let homes = self.program.plan.steps.first();
         if !homes.is_some_and(|step| step.action == Action::Home) {
             let guards = Guards::default().require_homed(self.require_homed);
             arm.perform_with(&[], guards).await?;
         }
         let serial = arm.get::<DeviceSn>().await;
-        let serial = serial.map(|serial| serial.device_serial_number.to_string()).unwrap_or_default();
+        let serial = serial
+            .map(|serial| serial.device_sn.to_string())
+            .unwrap_or_default();
         let name = match (self.lasting, serial.trim()) {
             (false, _) => "virtual",
             (true, "") => arm.name(),
             (true, serial) => serial,
         };
-        let mark = Mark::new(&self.program.plan.title, self.program.steps(), self.program.burns());
+        let mark = Mark::new(
+            &self.program.plan.title,
+            self.program.steps(),
+            self.program.burns(),
+        );
         let mut journal = Journal::new(&self.program.key(), name, mark, self.lasting);
         let from = match (self.resume, self.from) {
             (true, _) => self.resumed(arm, &journal).await?,
@@ -105,13 +115,18 @@ impl Drive<'_> {
         journal.mark.handed = from;
         journal.mark.clock = arm.get::<DeviceTime>().await?.g_systick;
         let begun = (Instant::now(), journal.mark.clock);
-        let start = arm.preflight_for(&self.kinds(&rest)).await?;
+        let start = arm.preflight_for(&self.kinds()).await?;
         let report = self.program.check(&rest, &self.told(&start)?);
         if !report.is_good() {
             return Err(report::failure(&report, self.source, rest.offset(), false));
         }
         let recorder = self.record.map(record::open).transpose()?;
-        owe(arm, debts, self.settings.iter().chain(self.program.plan.settings())).await?;
+        owe(
+            arm,
+            debts,
+            self.settings.iter().chain(self.program.plan.settings()),
+        )
+        .await?;
         *self.state.borrow_mut() = State {
             journal: Some(journal),
             tally: Tally::new(self.lead(&rest), self.program.burns()),
@@ -123,7 +138,9 @@ impl Drive<'_> {
         if from > 0 {
             teller.say(&format!("beginning at step {}{}", from + 1, self.of()));
         }
-        let ran = self.perform(arm, &rest, start, &report, &teller, begun, recorder).await;
+        let ran = self
+            .perform(arm, &rest, start, &report, &teller, begun, recorder)
+            .await;
         drop(teller);
         let ran = match ran {
             Ok(ran) => ran,
@@ -144,7 +161,10 @@ impl Drive<'_> {
 
     /// `of 800`.
     fn of(&self) -> String {
-        self.program.steps().map(|steps| format!(" of {steps}")).unwrap_or_default()
+        self.program
+            .steps()
+            .map(|steps| format!(" of {steps}"))
+            .unwrap_or_default()
     }
 
     fn rest(&self, from: u64) -> Result<Rest<'_>, Failure> {
@@ -162,12 +182,12 @@ impl Drive<'_> {
         self.settings.len() as u64 + rest.lead
     }
 
-    /// One command of each kind: what the check has to read depends on nothing else.
-    fn kinds(&self, rest: &Rest<'_>) -> Vec<Set> {
-        let whole = self.program.plan.commands();
-        let all = self.settings.iter().copied().chain(rest.first().commands()).chain(whole);
-        let kinds: BTreeMap<u8, Set> = all.map(|command| (command.row().id, command)).collect();
-        kinds.into_values().collect()
+    fn kinds(&self) -> Vec<Set> {
+        self.settings
+            .iter()
+            .copied()
+            .chain(self.program.kinds())
+            .collect()
     }
 
     /// The start of the check, when the arm has been told what comes before the program.
@@ -179,7 +199,10 @@ impl Drive<'_> {
         Ok(start)
     }
 
-    #[expect(clippy::too_many_arguments, reason = "the parts of one run, named once")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the parts of one run, named once"
+    )]
     async fn perform(
         &self,
         arm: &Arm,
@@ -193,7 +216,12 @@ impl Drive<'_> {
         let times = rest.times(&start, self.settings);
         let lead = self.lead(rest);
         let finished = Cell::new(rest.from);
-        let commands = self.settings.iter().copied().chain(rest.commands()).inspect(|_| self.pulls(lead));
+        let commands = self
+            .settings
+            .iter()
+            .copied()
+            .chain(rest.commands())
+            .inspect(|_| self.pulls(lead));
         let options = RunOptions::default().keep(self.keep);
         let mut run = arm.begin(commands, options).along(start);
         let run = run.finish(|progress| {
@@ -247,7 +275,10 @@ impl Drive<'_> {
         let from = state.from;
         state.tally.note(sent, last);
         let finished = from + state.tally.finished(current).least;
-        let index = state.tally.last().map(|(index, steps)| (index, from + steps));
+        let index = state
+            .tally
+            .last()
+            .map(|(index, steps)| (index, from + steps));
         let elapsed = u32::try_from(begun.0.elapsed().as_millis()).unwrap_or(u32::MAX);
         if let Some(journal) = &mut state.journal {
             journal.mark.clock = begun.1.saturating_add(elapsed.saturating_sub(elapsed / 8));
@@ -295,8 +326,13 @@ impl Drive<'_> {
         let span = state.tally.finished(stood.index);
         let from = state.from;
         let verdict = match span.least == span.most {
-            true => settle(from + span.least, |steps| self.stands_after(&state, steps, &stood.pose, true)),
-            false => Verdict::Doubt(Span { least: from + span.least, most: from + span.most }),
+            true => settle(from + span.least, |steps| {
+                self.stands_after(&state, steps, &stood.pose, true)
+            }),
+            false => Verdict::Doubt(Span {
+                least: from + span.least,
+                most: from + span.most,
+            }),
         };
         journal.ends(verdict);
         failure.hint(self.advice(verdict, command))
@@ -305,7 +341,10 @@ impl Drive<'_> {
     fn advice(&self, verdict: Verdict, command: &str) -> String {
         let of = self.of();
         match verdict {
-            Verdict::After(steps) => format!("{steps}{of} steps are done; {command} goes on with step {}", steps + 1),
+            Verdict::After(steps) => format!(
+                "{steps}{of} steps are done; {command} goes on with step {}",
+                steps + 1
+            ),
             Verdict::Again(steps) => format!(
                 "{steps}{of} steps are done and the next was cut short; {command} goes on with step {}",
                 steps + 1
@@ -321,7 +360,13 @@ impl Drive<'_> {
         let count = usize::try_from(done + rest.lead).ok()?;
         let mut course = state.start.clone()?.guards(Guards::NONE);
         let mut last = None;
-        for command in self.settings.iter().copied().chain(rest.commands()).take(count + self.settings.len()) {
+        for command in self
+            .settings
+            .iter()
+            .copied()
+            .chain(rest.commands())
+            .take(count + self.settings.len())
+        {
             // What could not be checked was not sent.
             let _ = course.check(&command);
             last = Some(command);
@@ -347,7 +392,7 @@ impl Drive<'_> {
         };
         let pose = arm.get::<Pose>().await?;
         let state = State {
-            start: Some(arm.preflight_for(&self.kinds(&self.program.rest(0)?)).await?),
+            start: Some(arm.preflight_for(&self.kinds()).await?),
             ..State::default()
         };
         let seen = self.lasting.then_some(seen);
@@ -369,7 +414,9 @@ impl Drive<'_> {
         };
         if self.program.steps().is_some_and(|all| steps >= all) {
             journal.remove();
-            return Err(Failure::invalid("there is nothing to resume: all steps are done"));
+            return Err(Failure::invalid(
+                "there is nothing to resume: all steps are done",
+            ));
         }
         Ok(steps)
     }
@@ -391,7 +438,9 @@ impl Drive<'_> {
                     changed = Instant::now();
                 }
                 if changed.elapsed() > STANDING {
-                    let message = format!("{waiting} commands of the last run wait in the arm's queue, and nothing moves");
+                    let message = format!(
+                        "{waiting} commands of the last run wait in the arm's queue, and nothing moves"
+                    );
                     return Err(Failure::invalid(message).hint(
                         "`magician alarms` shows what may hold it; `magician stop` drops them, then --resume goes on",
                     ));

@@ -47,7 +47,10 @@ impl Journal {
         let mark: Option<Mark> = serde_json::from_str(&text).ok();
         let mark = mark.filter(|mark| mark.version == Mark::VERSION);
         mark.ok_or_else(|| {
-            let message = format!("{} is not readable: another version wrote it", path.display());
+            let message = format!(
+                "{} is not readable: another version wrote it",
+                path.display()
+            );
             Failure::invalid(message).hint("--from STEP begins at any step")
         })
     }
@@ -55,7 +58,9 @@ impl Journal {
     /// So many steps are about to be given to the arm.
     pub(super) fn hands(&mut self, steps: u64) {
         if steps > self.mark.handed {
-            self.mark.handed = steps.saturating_add(AHEAD).min(self.mark.steps.unwrap_or(u64::MAX));
+            self.mark.handed = steps
+                .saturating_add(AHEAD)
+                .min(self.mark.steps.unwrap_or(u64::MAX));
             self.write_if_lasting();
         }
     }
@@ -67,7 +72,10 @@ impl Journal {
             return;
         }
         (mark.finished, mark.index) = (finished, index);
-        if self.written.is_none_or(|written| written.elapsed() >= PAUSE) {
+        if self
+            .written
+            .is_none_or(|written| written.elapsed() >= PAUSE)
+        {
             self.write_if_lasting();
         }
     }
@@ -117,7 +125,17 @@ impl Journal {
 }
 
 fn place(key: &str, arm: &str) -> Option<PathBuf> {
-    let plain = |sign: char| if sign.is_ascii_alphanumeric() { sign } else { '-' };
+    let plain = |sign: char| {
+        if sign.is_ascii_alphanumeric() {
+            sign
+        } else {
+            '-'
+        }
+    };
     let arm: String = arm.chars().map(plain).take(60).collect();
-    Some(dirs::state()?.join("runs").join(format!("{key}-{arm}.json")))
+    Some(
+        dirs::state()?
+            .join("runs")
+            .join(format!("{key}-{arm}.json")),
+    )
 }

@@ -66,7 +66,12 @@ pub(crate) struct Place {
     #[arg(long = "move", value_name = "DX,DY,DZ", allow_hyphen_values = true, value_parser = numbers::<3>)]
     pub(super) by: Option<[f64; 3]>,
     /// Do it once at each place of a grid, such as 2x3:40x30
-    #[arg(long, visible_alias = "pallet", value_name = "ROWSxCOLUMNS:DXxDY", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        visible_alias = "pallet",
+        value_name = "ROWSxCOLUMNS:DXxDY",
+        allow_hyphen_values = true
+    )]
     pub(super) grid: Option<Grid>,
 }
 
@@ -159,7 +164,9 @@ impl FromStr for Grid {
 /// Numbers with commas between them.
 pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let parsed: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
-    let parsed = parsed.ok().filter(|all| all.iter().all(|number| number.is_finite()));
+    let parsed = parsed
+        .ok()
+        .filter(|all| all.iter().all(|number| number.is_finite()));
     parsed
         .and_then(|all| all.try_into().ok())
         .ok_or_else(|| format!("expected {N} numbers with commas between them"))
@@ -167,7 +174,10 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
 
 /// Above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
+    let value = text
+        .parse::<f64>()
+        .ok()
+        .filter(|value| value.is_finite() && *value > 0.0);
     value.ok_or_else(|| "expected a number above 0".to_owned())
 }
 
@@ -185,7 +195,11 @@ mod tests {
 
     #[test]
     fn grids_and_numbers() {
-        let grid = Grid { rows: 2, columns: 3, pitch: [40.0, -30.5] };
+        let grid = Grid {
+            rows: 2,
+            columns: 3,
+            pitch: [40.0, -30.5],
+        };
         assert_eq!("2x3:40x-30.5".parse(), Ok(grid));
         for wrong in ["", "2x3", "0x3:1x1", "2x3:1", "axb:1x1", "2x3:nanx1"] {
             assert!(wrong.parse::<Grid>().is_err(), "{wrong}");

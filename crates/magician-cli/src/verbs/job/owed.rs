@@ -1,7 +1,8 @@
 //! Settings that a program changes and that are given back at its end.
 
 use magician::commands::{
-    ArcParams, CpParams, PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpJump2Params, PtpLParams,
+    ArcParams, CpParams, PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpJump2Params,
+    PtpLParams,
 };
 use magician::{Arm, Set};
 

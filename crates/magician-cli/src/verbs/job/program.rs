@@ -1,6 +1,7 @@
 //! A plan, how often it is done, and from which step on.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use magician::words::{Guards, Preflight};
@@ -51,7 +52,7 @@ impl Program {
         let (done, step) = (from / round, from % round);
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
             0 => Cow::Borrowed(&self.plan),
-            step => Cow::Owned(self.plan.from_step(step)?),
+            step => Cow::Owned(from_step(&self.plan, step)),
         };
         let told = first.preamble().into_iter().count() as u64;
         let added = (first.steps.len() as u64).saturating_sub(round.saturating_sub(step));
@@ -95,6 +96,13 @@ impl Program {
         report.refused += again.refused;
         report.complaints.extend(again.complaints);
         report
+    }
+
+    /// One command of each kind: what a check has to read of an arm depends on nothing else.
+    pub(super) fn kinds(&self) -> impl Iterator<Item = Set> {
+        let all = self.plan.commands();
+        let kinds: BTreeMap<u8, Set> = all.map(|command| (command.row().id, command)).collect();
+        kinds.into_values()
     }
 
     /// Whether anything of it may light the laser.
@@ -141,8 +149,10 @@ impl Rest<'_> {
     pub(super) fn commands(&self) -> impl Iterator<Item = Set> + '_ {
         let times = self.follow;
         let rounds = std::iter::repeat(self.whole).enumerate();
-        let rounds = rounds.take_while(move |(nth, _)| times.is_none_or(|times| (*nth as u64) < times));
-        let later = rounds.flat_map(|(_, plan)| plan.steps.iter().map(|step| step.action.command()));
+        let rounds =
+            rounds.take_while(move |(nth, _)| times.is_none_or(|times| (*nth as u64) < times));
+        let later =
+            rounds.flat_map(|(_, plan)| plan.steps.iter().map(|step| step.action.command()));
         self.first.commands().chain(later)
     }
 
@@ -152,8 +162,14 @@ impl Rest<'_> {
         let mut sum = 0.0;
         let all = settings.iter().copied().chain(self.first.commands());
         let sums = all.map(|command| {
-            let time = course.check(&command).map_or(Duration::ZERO, |step| step.time);
-            sum += if time == Duration::MAX { 0.0 } else { time.as_secs_f64() };
+            let time = course
+                .check(&command)
+                .map_or(Duration::ZERO, |step| step.time);
+            sum += if time == Duration::MAX {
+                0.0
+            } else {
+                time.as_secs_f64()
+            };
             sum
         });
         Times {
@@ -175,6 +191,20 @@ impl Times {
             Some(at) => self.sums.get(at).copied().unwrap_or(whole),
             None => 0.0,
         };
-        Some(Duration::from_secs_f64((all - rounds as f64 * whole - spent).max(0.0)))
+        Some(Duration::from_secs_f64(
+            (all - rounds as f64 * whole - spent).max(0.0),
+        ))
+    }
+}
+
+/// The plan from a step on, with the settings that hold there.
+fn from_step(plan: &Plan, step: usize) -> Plan {
+    let (before, after) = plan.steps.split_at(step.min(plan.steps.len()));
+    let settings = before
+        .iter()
+        .filter(|step| matches!(step.action, Action::Command(_)));
+    Plan {
+        steps: settings.chain(after).cloned().collect(),
+        ..plan.clone()
     }
 }

@@ -39,7 +39,18 @@ impl Sample {
     pub(super) fn new(t: f64, step: u64, pose: &Pose) -> Self {
         let [j1, j2, j3, j4] = pose.joint_angle;
         let Pose { x, y, z, r, .. } = *pose;
-        Self { t, step, x, y, z, r, j1, j2, j3, j4 }
+        Self {
+            t,
+            step,
+            x,
+            y,
+            z,
+            r,
+            j1,
+            j2,
+            j3,
+            j4,
+        }
     }
 }
 
@@ -68,8 +79,22 @@ impl Csv {
 
 impl Recorder for Csv {
     fn keep(&mut self, sample: &Sample) -> Result<(), Failure> {
-        let Sample { t, step, x, y, z, r, j1, j2, j3, j4 } = sample;
-        Ok(writeln!(self.0, "{t:.3},{step},{x},{y},{z},{r},{j1},{j2},{j3},{j4}")?)
+        let Sample {
+            t,
+            step,
+            x,
+            y,
+            z,
+            r,
+            j1,
+            j2,
+            j3,
+            j4,
+        } = sample;
+        Ok(writeln!(
+            self.0,
+            "{t:.3},{step},{x},{y},{z},{r},{j1},{j2},{j3},{j4}"
+        )?)
     }
 
     fn end(&mut self) -> Result<(), Failure> {

@@ -58,7 +58,11 @@ impl Estimate {
             travel_mm: rounded(report.travelled),
             bounds: report.bounds.map(|[least, most]| {
                 let range = |axis: usize| [least[axis], most[axis]].map(rounded);
-                Bounds { x: range(0), y: range(1), z: range(2) }
+                Bounds {
+                    x: range(0),
+                    y: range(1),
+                    z: range(2),
+                }
             }),
         }
     }
@@ -66,26 +70,36 @@ impl Estimate {
     /// One line for people.
     pub(super) fn line(&self) -> String {
         let time = match self.seconds {
-            Some(seconds) => format!("{} ({seconds:.1} s)", clock(std::time::Duration::from_secs_f64(seconds))),
-            None => "of unknown length".to_owned(),
+            Some(seconds) => {
+                let time = std::time::Duration::from_secs_f64(seconds);
+                format!("takes {} ({seconds:.1} s)", clock(time))
+            }
+            None => "takes nobody knows how long".to_owned(),
         };
+        format!("{time}: {}", self.work())
+    }
+
+    /// Steps and lengths.
+    pub(super) fn work(&self) -> String {
         let steps = match self.steps {
             Some(1) => "1 step".to_owned(),
             Some(steps) => format!("{steps} steps"),
-            None => "without end".to_owned(),
+            None => "steps without end".to_owned(),
         };
-        format!(
-            "{steps}, {time}; {} drawn, {} travelled",
-            length(self.drawn_mm),
-            length(self.travel_mm)
-        )
+        let (drawn, travelled) = (length(self.drawn_mm), length(self.travel_mm));
+        format!("{steps}, {drawn} drawn, {travelled} travelled")
     }
 
     /// Where it is, for people.
     pub(super) fn place(&self) -> Option<String> {
         let Bounds { x, y, z } = self.bounds.as_ref()?;
         let range = |name, [least, most]: [f64; 2]| format!("{name} {least:.1} to {most:.1}");
-        Some(format!("{}, {}, {} mm", range("x", *x), range("y", *y), range("z", *z)))
+        Some(format!(
+            "{}, {}, {} mm",
+            range("x", *x),
+            range("y", *y),
+            range("z", *z)
+        ))
     }
 }
 
@@ -145,7 +159,9 @@ pub(super) fn failure(report: &Report, source: &Source, offset: i64, check: bool
     let count = match (all, shown < all) {
         (1, _) => "1 step is refused; nothing was sent".to_owned(),
         (all, false) => format!("{all} steps are refused; nothing was sent"),
-        (all, true) => format!("{all} steps are refused, the first {shown} are shown; nothing was sent"),
+        (all, true) => {
+            format!("{all} steps are refused, the first {shown} are shown; nothing was sent")
+        }
     };
     drawn.push(count.clone());
     let first_of_all = report.complaints.first();
@@ -160,7 +176,11 @@ pub(super) fn failure(report: &Report, source: &Source, offset: i64, check: bool
         None => count,
     };
     let kind = first_of_all.map_or(ErrorKind::InvalidInput, |complaint| complaint.error.kind());
-    let kind = if check { Kind::CheckFailed } else { Kind::Driver(kind) };
+    let kind = if check {
+        Kind::CheckFailed
+    } else {
+        Kind::Driver(kind)
+    };
     let about = first_of_all.map(|complaint| figures(&complaint.error));
     Failure::new(kind, message)
         .about(about.unwrap_or_default())

@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
-use crate::failure::Failure;
 use crate::output::{Output, draws_on_stderr, obeys};
 
 /// Between two lines where there is no bar.
@@ -57,7 +56,10 @@ impl<'o> Teller<'o> {
         if let Some(bar) = &self.bar {
             if self.begun.elapsed() >= PATIENCE {
                 bar.set_position(step);
-                bar.set_message(left.map(|left| format!("{} left", clock(left))).unwrap_or_default());
+                bar.set_message(
+                    left.map(|left| format!("{} left", clock(left)))
+                        .unwrap_or_default(),
+                );
                 bar.tick();
             }
             return;
@@ -85,7 +87,9 @@ impl<'o> Teller<'o> {
             (Some(steps), Some(share)) => format!(" of {steps}, {:.0} %", share * 100.0),
             _ => String::new(),
         };
-        let left = left.map(|left| format!(", {} left", clock(left))).unwrap_or_default();
+        let left = left
+            .map(|left| format!(", {} left", clock(left)))
+            .unwrap_or_default();
         let _ = writeln!(io::stderr(), "step {step}{of}{left}");
     }
 
@@ -101,14 +105,6 @@ impl<'o> Teller<'o> {
             None => {
                 let _ = writeln!(io::stderr(), "{text}");
             }
-        }
-    }
-
-    /// Writes the last object.
-    pub(super) fn object(&self, value: &impl Serialize) -> Result<(), Failure> {
-        match self.out.try_borrow_mut() {
-            Ok(mut out) => out.json(value),
-            Err(_) => Ok(()),
         }
     }
 }
