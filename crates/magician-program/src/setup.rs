@@ -16,8 +16,10 @@ pub struct Setup {
     pub tool: Option<Tool>,
     /// The tool that is on the arm as a rule: for files that name none, and for drawings.
     pub usual_tool: Option<Tool>,
-    /// The surface, where it is known.
+    /// The surface that was asked for.
     pub surface: Option<Surface>,
+    /// The surface that drawings and images lie on, if nobody asks for another.
+    pub usual_surface: Option<Surface>,
     /// The sheet that drawings lie on, where it is known.
     pub sheet: Option<Sheet>,
     /// Where it goes.
@@ -83,6 +85,7 @@ impl Default for Setup {
             tool: None,
             usual_tool: None,
             surface: None,
+            usual_surface: None,
             sheet: None,
             placing: Placing::default(),
             pen: Marking::pen(),
@@ -243,7 +246,8 @@ impl Setup {
     }
 
     fn known_surface(&self) -> Result<Surface, Problem> {
-        let surface = self.surface.or(self.sheet.map(|sheet| sheet.surface));
+        let measured = self.sheet.map(|sheet| sheet.surface);
+        let surface = self.surface.or(measured).or(self.usual_surface);
         surface.ok_or_else(|| {
             Problem::of_file("nobody has said how high the paper or the wood lies").help(
                 "`magician calibrate` measures it, or --surface Z says it: the z that `magician pose` shows when the \

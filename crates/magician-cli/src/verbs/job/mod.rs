@@ -19,7 +19,7 @@ use magician_program::artwork::Marking;
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    Action, Content, Pallet, Placing, Plan, Problem, Setup, Surface, Tool, Work,
+    Action, Content, Format, Pallet, Placing, Plan, Problem, Setup, Surface, Tool, Work,
 };
 use miette::Severity;
 
@@ -55,6 +55,15 @@ pub(crate) struct Job {
     pub(crate) pause: u32,
 }
 
+/// What has become of a file.
+struct Made {
+    source: Source,
+    setup: Setup,
+    program: Program,
+    /// What the arm is told first, besides what the plan says.
+    settings: Vec<Set>,
+}
+
 /// Where a program is tried or run.
 enum Where {
     /// Nowhere: it is only looked at, as an arm would do it that was just homed.
@@ -74,36 +83,15 @@ impl Job {
                 "--resume, --picture and --record are of a run, and nothing is run here",
             ));
         }
+        let read = self.read(context)?;
         let place = self.place(looks, context)?;
         let picture = self.picture(&place, context)?;
-        let source = Source::open(&self.file.file)?;
-        let format = source.format(self.file.format)?;
-        let reading = source.read(format, self.pen.tolerance)?;
-        notes(&source, &reading.notes, context);
-        let taught = matches!(reading.content, Content::Plan(_));
-        let config = context.config()?;
-        let setup = self.setup(&place, &config)?;
-        let made = setup.plan(format, reading.content);
-        let made = made.map_err(|problem| source.failure(&problem))?;
-        notes(&source, &made.notes, context);
-        let mut plan = self
-            .on_grid(made.content)
-            .map_err(|problem| source.failure(&problem))?;
-        if self.pause > 0 {
-            plan.push(Action::Wait(self.pause), magician_program::Origin::NONE);
-        }
-        let settings = self.settings(&mut plan, taught);
-        let loops = self.way.loops.unwrap_or(1);
-        let program = Program {
-            plan,
-            loops: Some(loops).filter(|loops| *loops > 0),
-        };
-        if program.plan.steps.is_empty() {
-            return Err(Failure::invalid(format!(
-                "{}: there is nothing to do in it",
-                source.name
-            )));
-        }
+        let Made {
+            source,
+            setup,
+            program,
+            settings,
+        } = self.made(read, &place, context)?;
         let look = show::Shown {
             source: &source,
             program: &program,
@@ -146,6 +134,62 @@ impl Job {
                 self.tell(&done, &program, context)
             }
         }
+    }
+
+    /// Reads the file.
+    fn read(&self, context: &Context) -> Result<(Source, Format, Content), Failure> {
+        let source = Source::open(&self.file.file)?;
+        let format = source.format(self.file.format)?;
+        let reading = source.read(format, self.pen.tolerance)?;
+        notes(&source, &reading.notes, context);
+        Ok((source, format, reading.content))
+    }
+
+    /// Makes a program of what was in the file.
+    fn made(
+        &self,
+        read: (Source, Format, Content),
+        place: &Where,
+        context: &mut Context,
+    ) -> Result<Made, Failure> {
+        let (source, format, content) = read;
+        let taught = matches!(content, Content::Plan(_));
+        let config = context.config()?;
+        let setup = self.setup(place, &config)?;
+        let made = setup.plan(format, content);
+        let made = made.map_err(|problem| source.failure(&problem))?;
+        notes(&source, &made.notes, context);
+        let mut plan = self
+            .on_grid(made.content)
+            .map_err(|problem| source.failure(&problem))?;
+        if self.pause > 0 {
+            plan.push(Action::Wait(self.pause), magician_program::Origin::NONE);
+        }
+        let settings = self.settings(&mut plan, taught);
+        let loops = self.way.loops.unwrap_or(1);
+        let program = Program {
+            plan,
+            loops: Some(loops).filter(|loops| *loops > 0),
+        };
+        if program.plan.steps.is_empty() {
+            return Err(Failure::invalid(format!(
+                "{}: there is nothing to do in it",
+                source.name
+            )));
+        }
+        Ok(Made {
+            source,
+            setup,
+            program,
+            settings,
+        })
+    }
+
+    /// Reads it and makes a plan of it, for whoever does something else with it than running it.
+    pub(crate) fn plan(&self, context: &mut Context) -> Result<(Source, Plan), Failure> {
+        let read = self.read(context)?;
+        let made = self.made(read, &Where::Nowhere, context)?;
+        Ok((made.source, made.program.plan))
     }
 
     /// Where it is tried or run. A port that only the file of settings names is not needed for a look.
@@ -194,14 +238,12 @@ impl Job {
         setup.tool = asked.tool;
         setup.usual_tool = usual_tool(config)?;
         setup.sheet = config.table("sheet")?;
-        let height = asked.surface.map(Surface::level);
-        let measured = setup.sheet.map(|sheet| sheet.surface);
-        let said = config.number("surface").map(Surface::level);
+        setup.surface = asked.surface.map(Surface::level);
         let table = match place {
-            Where::Nowhere | Where::Stage(_) => Some(Surface::level(TABLE)),
+            Where::Nowhere | Where::Stage(_) => Some(TABLE),
             Where::Arm(_) => None,
         };
-        setup.surface = height.or(measured).or(said).or(table);
+        setup.usual_surface = config.number("surface").or(table).map(Surface::level);
         let mut placing = Placing::default();
         placing.at = asked.at;
         placing.scale = asked.scale.unwrap_or(1.0);
@@ -337,7 +379,7 @@ fn permit(target: &Target, context: &Context) -> Result<(), Failure> {
 }
 
 /// What was read in a certain way, for people.
-fn notes(source: &Source, notes: &[Problem], context: &Context) {
+pub(crate) fn notes(source: &Source, notes: &[Problem], context: &Context) {
     if context.global.json {
         return;
     }
@@ -349,8 +391,8 @@ fn notes(source: &Source, notes: &[Problem], context: &Context) {
     }
 }
 
-/// Whether a format is of what was taught or written for the arm.
 impl Look {
+    /// Whether anything is to be looked at.
     fn is_wanted(&self) -> bool {
         self.check || self.estimate || self.preview.is_some() || self.dry_run
     }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueHint};
+use magician_program::raster::{Size, Trace};
 use magician_program::{Format, Tool};
 
 use crate::args::number;
@@ -130,6 +131,21 @@ pub(crate) struct Pen {
     /// Width of an image, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     pub(super) width: Option<f64>,
+}
+
+impl Pen {
+    /// How the outlines of an image are found.
+    pub(crate) fn trace(&self) -> Trace {
+        let mut trace = Trace::default();
+        trace.level = self.threshold.unwrap_or(trace.level);
+        trace.tolerance = self.tolerance.unwrap_or(trace.tolerance);
+        trace
+    }
+
+    /// How large an image becomes.
+    pub(crate) fn size(&self) -> Size {
+        self.width.map_or(Size::Natural, Size::Width)
+    }
 }
 
 /// Places in rows and columns.
