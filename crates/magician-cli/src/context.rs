@@ -416,9 +416,7 @@ impl Context {
 }
 
 /// Stops the arm, gives its settings back, and tells where it stands.
-pub(crate) async fn stop(arm: &Arm, debts: &Debts) -> Result<String, String> {
-    let pose = async {
-async fn stop(arm: &Arm, debts: &Debts) -> Result<(String, Option<Stood>), String> {
+pub(crate) async fn stop(arm: &Arm, debts: &Debts) -> Result<(String, Option<Stood>), String> {
     let stood = async {
         arm.stop().await?;
         debts.pay(arm).await?;

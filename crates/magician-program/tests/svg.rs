@@ -675,50 +675,5 @@ fn an_entity_does_not_confuse_the_places() {
             artwork.strokes[1].origin.column
         ),
         (3, 1)
-#[test]
-fn dump() {
-    let (house, notes) = reading(HOUSE);
-    for s in &house.strokes {
-        println!(
-            "{:?} {} {:?} closed {} len {:.4}",
-            s.origin,
-            house.names[s.origin.name_index().unwrap()],
-            s.points.len(),
-            s.is_closed(),
-            s.length()
-        );
-    }
-    println!("{notes:?} {:?} {:?}", house.page, house.bounds());
-    let (house, notes) = reading(CURVES);
-    for s in &house.strokes {
-        println!(
-            "{:?} {} {:?} closed {} len {:.4}",
-            s.origin,
-            house.names[s.origin.name_index().unwrap()],
-            s.points.len(),
-            s.is_closed(),
-            s.length()
-        );
-    }
-    println!("{notes:?} {:?} {:?}", house.page, house.bounds());
-    let (house, notes) = reading(page(
-        r#"<text x="10" y="50" font-size="10" font-family="Arial" font-weight="bold">Hi, Welt ß</text>"#,
-    ));
-    for s in &house.strokes {
-        println!(
-            "{:?} {} {:?} closed {} len {:.4}",
-            s.origin,
-            house.names[s.origin.name_index().unwrap()],
-            s.points.len(),
-            s.is_closed(),
-            s.length()
-        );
-    }
-    println!("{notes:?} {:?} {:?}", house.page, house.bounds());
-    println!(
-        "{}",
-        problem(page(
-            r#"<text x="10" y="50" font-size="10" id="jp">Hi 日本</text>"#
-        ))
     );
 }

@@ -171,7 +171,7 @@ impl Desk {
             End::Interrupt => {
                 drop(self.hands);
                 let message = match stop(&self.arm, &self.debts).await {
-                    Ok(message) | Err(message) => message,
+                    Ok((message, _)) | Err(message) => message,
                 };
                 Err(Failure::new(Kind::Interrupted, message))
             }
