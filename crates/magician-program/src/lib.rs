@@ -34,7 +34,7 @@ pub use artwork::{Artwork, Stroke};
 pub use check::{Complaint, Report, check};
 pub use formats::{Content, Format, ReadOptions, Reading, read};
 pub use origin::{Lines, Origin};
-pub use plan::{Action, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
+pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
 pub use problem::Problem;
 pub use raster::Raster;
 pub use reach::{Fit, Placement, Reach};
