@@ -75,8 +75,8 @@ Each of these files is read, turned into commands and run on a virtual arm, whic
 real one does: pen and laser leave what they leave there. Left the input, right what the arm left, both of the same size.
 
 How well they match is measured by rasterising both, input and result, and by how far each pixel of one is from the
-nearest of the other. The input is followed by code that has nothing in common with the readers of this software. For an
-image it is the difference in darkness, in cells of a millimetre.
+nearest of the other. The input is followed by code that shares nothing with the readers of this software but the parser
+of SVG. For an image it is the difference in darkness, in cells of a millimetre.
 
 `cargo xtask programs` runs and draws them all again. The files: [samples](../crates/magician-program/samples).
 ";
