@@ -185,7 +185,8 @@ impl Pad {
                 self.say(Tone::Plain, text);
             }
             What::Speed(percent) => self.speed = percent,
-            What::Jog(_) | What::Step(_) | What::Run => {}
+            What::Run => self.say(Tone::Plain, "played"),
+            What::Jog(_) | What::Step(_) => {}
         }
     }
 
