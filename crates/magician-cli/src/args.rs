@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::verbs::{
     alarms, bench, commands, completions, config, conform, conveyor, decode, demo, doctor, enqueue,
     forward, get, help, home, info, inverse, io, jog, man, ports, pose, proxy, queue, rail, replay,
-    sensor, set, shell, sim, stop, teach, tools, travel,
+    sensor, set, shell, sim, stop, teach, tools, travel, watch,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -121,6 +121,7 @@ pub(crate) enum Verb {
     Move(travel::Move),
     Jog(jog::Jog),
     Teach(teach::Teach),
+    Watch(watch::Watch),
     Stop(stop::Stop),
     Suction(tools::Suction),
     Gripper(tools::Gripper),
@@ -163,6 +164,7 @@ impl Verb {
             Self::Move(verb) => verb.run(context),
             Self::Jog(verb) => verb.run(context),
             Self::Teach(verb) => verb.run(context),
+            Self::Watch(verb) => verb.run(context),
             Self::Stop(verb) => verb.run(context),
             Self::Suction(verb) => verb.run(context),
             Self::Gripper(verb) => verb.run(context),

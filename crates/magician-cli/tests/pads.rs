@@ -3,6 +3,7 @@
 
 mod magician;
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -10,7 +11,7 @@ use magician::served::Served;
 use magician::terminal::Terminal;
 use magician::{command, run, run_with};
 use magician_program::{Action, Content, Format, Plan, ReadOptions, Tool};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 const UP: &str = "\x1b[A";
 const LEFT: &str = "\x1b[D";
@@ -287,6 +288,65 @@ fn a_hand_that_lets_go_of_the_key_stores_the_place() {
     teach.types("qn");
     teach.until("nothing was saved");
     assert_eq!(teach.child.wait().expect("it ends").code(), Some(0));
+}
+
+#[test]
+fn watch_shows_an_arm_that_others_move_and_leaves_it_alone() {
+    let mut place = Place::at(&["watch"], "x 199.40 mm");
+    let door = place.served.door("tcp");
+    let moved = run(&["--port", &door, "--json", "move", "220", "40", "30"]);
+    assert_eq!(moved.status, 0, "{moved:?}");
+    run(&["--port", &door, "io", "mux", "4", "digital-output"]);
+    run(&["--port", &door, "io", "set", "4", "1"]);
+    place.terminal.until_drawn("x 220.00 mm");
+    place.terminal.until_drawn("done 1");
+    place.terminal.until_drawn("4o●");
+    place.terminal.until_drawn("tool stands");
+    place.shows("?", "Nothing here moves");
+    place.terminal.types("x");
+    let before = place.look(&["queue"]);
+    place.terminal.types("q");
+    place.terminal.until("\x1b[?25h");
+    assert_eq!(place.look(&["queue"]), before);
+    place.ends_with(0);
+}
+
+#[test]
+fn watch_prints_lines_where_there_is_no_terminal() {
+    for (json, arguments) in [
+        (true, &["--json", "watch"][..]),
+        (false, &["watch", "--rate", "50"]),
+    ] {
+        let mut child = command()
+            .args(["--port", "sim"])
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("it starts");
+        let mut lines = BufReader::new(child.stdout.take().expect("stdout")).lines();
+        for _ in 0..3 {
+            let line = lines.next().expect("a line").expect("UTF-8");
+            if json {
+                let state: Value = serde_json::from_str(&line).expect("JSON");
+                assert_eq!(
+                    (&state["j2"], &state["left_space"]),
+                    (&json!(45.0), &json!(32))
+                );
+                assert_eq!(
+                    (&state["alarms"], &state["link"]),
+                    (&json!([0]), &json!("up"))
+                );
+            } else {
+                assert!(line.contains("done 0 free 32 alarms 0x00"), "{line}");
+            }
+        }
+        let kill = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(kill.expect("kill runs").success());
+        assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    }
 }
 
 #[test]

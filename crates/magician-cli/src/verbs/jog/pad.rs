@@ -108,7 +108,7 @@ impl Pad {
             speed,
             tools,
             rail,
-            hold: Hold::default(),
+            hold: Hold::new(),
             doing: None,
             question: None,
             help: false,
