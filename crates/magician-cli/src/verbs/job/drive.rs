@@ -86,11 +86,9 @@ impl Drive<'_> {
         out: &mut Output,
         debts: &Debts,
     ) -> Result<Done, Failure> {
-        let homes = self.program.plan.steps.first();
-        if !homes.is_some_and(|step| step.action == Action::Home) {
-            let guards = Guards::default().require_homed(self.require_homed);
-            arm.perform_with(&[], guards).await?;
-        }
+        let guards = Guards::default().require_homed(self.require_homed);
+        let first: Vec<Set> = self.program.plan.commands().take(1).collect();
+        arm.check_alarms(&first, guards).await?;
         let serial = arm.get::<DeviceSn>().await;
         let serial = serial
             .map(|serial| serial.device_sn.to_string())
