@@ -13,8 +13,8 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
     alarms, bench, commands, completions, config, conform, convert, conveyor, decode, demo, doctor,
-    draw, engrave, enqueue, forward, get, help, home, info, inverse, io, man, play, ports, pose,
-    proxy, queue, rail, replay, run, sensor, set, shell, sim, stop, tools, travel,
+    draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, man, play, ports,
+    pose, proxy, queue, rail, replay, run, sensor, set, shell, sim, stop, teach, tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -119,6 +119,8 @@ pub(crate) enum Verb {
     Pose(pose::Pose),
     Home(home::Home),
     Move(travel::Move),
+    Jog(jog::Jog),
+    Teach(teach::Teach),
     Run(Box<run::Run>),
     Draw(Box<draw::Draw>),
     Engrave(Box<engrave::Verb>),
@@ -164,6 +166,8 @@ impl Verb {
             Self::Pose(verb) => verb.run(context),
             Self::Home(verb) => verb.run(context),
             Self::Move(verb) => verb.run(context),
+            Self::Jog(verb) => verb.run(context),
+            Self::Teach(verb) => verb.run(context),
             Self::Run(verb) => verb.run(context),
             Self::Draw(verb) => verb.run(context),
             Self::Engrave(verb) => verb.run(context),

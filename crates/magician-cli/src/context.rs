@@ -37,6 +37,8 @@ pub(crate) struct Context {
     pub(crate) debts: Debts,
     /// Whether more lines follow: Ctrl-C then stops the arm and keeps the connection.
     pub(crate) in_shell: bool,
+    /// Whether the verb under way waits for a line that breaks to come back.
+    pub(crate) lasts: bool,
     /// Whether the system wants this program to end, more lines or not.
     pub(crate) terminated: bool,
     /// Whether a verb has set something going that the connection cannot know of: what earlier programs queued, a
@@ -92,6 +94,7 @@ impl Context {
             stood: None,
             debts: Debts::default(),
             in_shell: false,
+            lasts: false,
             terminated: false,
             going: false,
         }
@@ -345,8 +348,8 @@ impl Context {
         let mut options = Options::default();
         options.timeout = self.global.timeout.unwrap_or(options.timeout);
         options.window = self.global.window.map_or(options.window, usize::from);
-        // A verb whose line breaks fails; only a shell lasts until the cable is back.
-        options.reconnect = self.in_shell;
+        // A verb whose line breaks fails; only a shell and a pad last until the cable is back.
+        options.reconnect = self.in_shell || self.lasts;
         options.faults = self.global.faults.unwrap_or_default();
         options.trace = self.tracer()?;
         Ok(options)
@@ -413,7 +416,7 @@ impl Context {
 }
 
 /// Stops the arm, gives its settings back, and tells where it stands.
-async fn stop(arm: &Arm, debts: &Debts) -> Result<(String, Option<Stood>), String> {
+pub(crate) async fn stop(arm: &Arm, debts: &Debts) -> Result<(String, Option<Stood>), String> {
     let stood = async {
         arm.stop().await?;
         debts.pay(arm).await?;

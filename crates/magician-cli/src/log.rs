@@ -2,7 +2,6 @@
 //! `--json` unless asked for, because stderr then belongs to the error object.
 
 use std::fmt;
-use std::io;
 
 use tracing::field::{Field, Visit};
 use tracing::{Event, Level, Subscriber};
@@ -13,6 +12,7 @@ use tracing_subscriber::registry::LookupSpan;
 
 use crate::args::Global;
 use crate::output::Paint;
+use crate::terminal::LogWriter;
 
 /// Begins to listen.
 pub(crate) fn begin(global: &Global) {
@@ -25,7 +25,7 @@ pub(crate) fn begin(global: &Global) {
     };
     let lines = tracing_subscriber::fmt()
         .with_max_level(level)
-        .with_writer(io::stderr)
+        .with_writer(|| LogWriter)
         .event_format(Line(Paint::for_stderr()));
     // Only a second start could fail, and there is none.
     let _ = lines.try_init();

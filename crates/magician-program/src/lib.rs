@@ -21,7 +21,9 @@
 #![forbid(unsafe_code)]
 
 pub mod artwork;
+mod calibrate;
 mod check;
+pub mod compare;
 pub mod formats;
 mod origin;
 mod pace;
@@ -36,6 +38,7 @@ mod setup;
 mod surface;
 
 pub use artwork::{Artwork, Stroke};
+pub use calibrate::Tip;
 pub use check::{Complaint, Report, check};
 pub use formats::{Content, Fills, Format, ReadOptions, Reading, read};
 pub use origin::{Lines, Origin};

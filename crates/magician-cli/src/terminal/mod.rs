@@ -4,20 +4,28 @@
 //! They draw on stderr, so that stdout stays what it is elsewhere: for results. A picture has a thread of its own
 //! ([`Shown`]), so that neither a slow terminal nor a key keeps the line to the arm waiting.
 
+mod alarms;
 mod keyboard;
 mod panel;
+mod polled;
 mod screen;
+mod seen;
 mod shown;
+mod stage;
 #[cfg(test)]
 pub(crate) mod test;
 mod theme;
 
 use std::time::Duration;
 
+pub(crate) use alarms::{alarm_lines, alarms};
 pub(crate) use keyboard::{Keyboard, Waited};
 pub(crate) use panel::{help, hints, lamp, mm, panel};
-pub(crate) use screen::{Screen, check};
+pub(crate) use polled::Polled;
+pub(crate) use screen::{Listen, LogWriter, Screen, check, take_log};
+pub(crate) use seen::{Seen, Speeds, event_text, sparkline};
 pub(crate) use shown::{Shown, hung_up};
+pub(crate) use stage::{Stage, Told};
 pub(crate) use theme::Theme;
 
 /// No two frames are nearer than this.

@@ -2,11 +2,15 @@
 
 use std::io::{self, IsTerminal, Write};
 use std::panic;
-use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use ratatui::backend::CrosstermBackend;
 use ratatui::crossterm::cursor::{Hide, Show};
+use ratatui::crossterm::event::{
+    DisableFocusChange, EnableFocusChange, KeyboardEnhancementFlags, PopKeyboardEnhancementFlags,
+    PushKeyboardEnhancementFlags,
+};
 use ratatui::crossterm::style::ResetColor;
 use ratatui::crossterm::terminal::{
     Clear, ClearType, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
@@ -21,8 +25,32 @@ use crate::failure::Failure;
 /// Whether the terminal is ours: there is one, and a panic anywhere has to give it back.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
+/// Whether more than presses of keys was asked for, which has to be given back as well.
+static LISTENS: AtomicBool = AtomicBool::new(false);
+
+/// What others wanted to write on stderr meanwhile.
+static LOG: Mutex<Vec<u8>> = Mutex::new(Vec::new());
+/// As much of it is kept.
+const LOG_KEPT: usize = 1 << 16;
+
 /// What a terminal that does not tell its size is taken for.
 const USUAL_SIZE: (u16, u16) = (80, 24);
+
+/// What is to be heard of the keyboard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Listen {
+    /// Presses.
+    Presses,
+    /// Also releases, where the terminal tells them, and whether the window has the focus.
+    Everything,
+}
+
+/// What is asked of a terminal that is to tell of releases: keys of letters are among them only if all keys come as sequences,
+/// and the signs that Shift makes only if both come. Terminals that do not know it ignore it, and tell no release.
+const RELEASES: KeyboardEnhancementFlags = KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
+    .union(KeyboardEnhancementFlags::REPORT_EVENT_TYPES)
+    .union(KeyboardEnhancementFlags::REPORT_ALTERNATE_KEYS)
+    .union(KeyboardEnhancementFlags::REPORT_ALL_KEYS_AS_ESCAPE_CODES);
 
 /// The screen, taken until it is dropped.
 pub(crate) struct Screen {
@@ -50,7 +78,7 @@ pub(crate) fn check(what: &str, without: &str) -> Result<(), Failure> {
 }
 
 impl Screen {
-    pub(crate) fn take() -> io::Result<Self> {
+    pub(crate) fn take(listen: Listen) -> io::Result<Self> {
         give_back_in_a_panic();
         enable_raw_mode()?;
         TAKEN.store(true, Ordering::SeqCst);
@@ -60,6 +88,12 @@ impl Screen {
         let mut screen = Self { terminal, area };
         execute!(io::stderr(), EnterAlternateScreen)?;
         screen.clear()?;
+        if listen == Listen::Everything {
+            LISTENS.store(true, Ordering::SeqCst);
+            // Consoles of Windows tell all this unasked, and cannot be asked.
+            let _ = execute!(io::stderr(), EnableFocusChange);
+            let _ = execute!(io::stderr(), PushKeyboardEnhancementFlags(RELEASES));
+        }
         Ok(screen)
     }
 
@@ -106,8 +140,13 @@ pub(crate) fn give_back() {
     if TAKEN.swap(false, Ordering::SeqCst) {
         let _ = disable_raw_mode();
         let mut stderr = io::stderr().lock();
+        if LISTENS.swap(false, Ordering::SeqCst) {
+            let _ = queue!(stderr, PopKeyboardEnhancementFlags);
+            let _ = queue!(stderr, DisableFocusChange);
+        }
         let _ =
             queue!(stderr, ResetColor, LeaveAlternateScreen, Show).and_then(|()| stderr.flush());
+        let _ = stderr.write_all(&std::mem::take(&mut *log()));
     }
 }
 
@@ -149,5 +188,47 @@ impl Write for Frames {
         };
         self.bytes.clear();
         done
+    }
+}
+
+/// What others wanted to write on stderr since the last look, line by line; nothing of it is written later.
+pub(crate) fn take_log() -> Vec<String> {
+    let bytes = std::mem::take(&mut *log());
+    let text = String::from_utf8_lossy(&bytes);
+    text.lines().map(plain).collect()
+}
+
+/// A line without its colours.
+fn plain(line: &str) -> String {
+    let mut pieces = line.split("\x1b[");
+    let mut text = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        text.push_str(piece.split_once('m').map_or(piece, |(_, rest)| rest));
+    }
+    text
+}
+
+fn log() -> MutexGuard<'static, Vec<u8>> {
+    LOG.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Where a log goes that would go to stderr: while a picture is there, to those who show it, or else to stderr afterwards.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LogWriter;
+
+impl Write for LogWriter {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if !TAKEN.load(Ordering::SeqCst) {
+            return io::stderr().write(bytes);
+        }
+        let mut log = log();
+        if log.len() + bytes.len() <= LOG_KEPT {
+            log.extend_from_slice(bytes);
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
     }
 }

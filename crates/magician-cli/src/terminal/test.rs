@@ -30,3 +30,14 @@ pub(crate) fn shows(screen: &[String], wanted: &[&str]) {
         assert!(found, "no {text:?} in\n{}", screen.join("\n"));
     }
 }
+
+/// What a virtual arm tells after it was switched on.
+pub(crate) fn status() -> magician::Status {
+    let runtime = tokio::runtime::Builder::new_current_thread();
+    let runtime = { runtime }.enable_all().build().unwrap();
+    runtime.block_on(async {
+        let target = "sim".parse().unwrap();
+        let arm = magician::Arm::connect(&target).await.unwrap();
+        arm.state(100.0).unwrap().changed().await.unwrap()
+    })
+}

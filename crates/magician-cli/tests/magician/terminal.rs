@@ -75,6 +75,39 @@ impl Terminal {
         });
     }
 
+    /// Has everything drawn anew, with Ctrl-L, until this is seen: for what changes by itself, where only the difference is
+    /// drawn.
+    pub(crate) fn until_drawn(&mut self, text: &str) {
+        let deadline = Instant::now() + Duration::from_secs(20);
+        loop {
+            self.seen.clear();
+            self.types("\x0c");
+            // A frame or two.
+            let frames = Instant::now() + Duration::from_millis(150);
+            while let Some(left) = frames.checked_duration_since(Instant::now()) {
+                self.read(left);
+            }
+            if plain(&self.seen).contains(text) {
+                return;
+            }
+            assert!(Instant::now() < deadline, "no {text:?} in {:?}", self.seen);
+        }
+    }
+
+    /// Reads what comes next, if it comes in time.
+    fn read(&mut self, patience: Duration) -> bool {
+        let patience = Timespec::try_from(patience).expect("a short time");
+        let mut wait = [PollFd::new(&self.screen, PollFlags::IN)];
+        if poll(&mut wait, Some(&patience)).expect("it polls") == 0 {
+            return false;
+        }
+        let mut bytes = [0; 512];
+        let count = self.screen.read(&mut bytes).expect("it goes on");
+        let text = String::from_utf8_lossy(&bytes[..count]);
+        self.seen.push_str(&text);
+        true
+    }
+
     fn read_until(&mut self, text: &str, end: impl Fn(&str) -> Option<usize>) {
         // A test that waits for what never comes should fail, not hang.
         let deadline = Instant::now() + Duration::from_secs(20);
@@ -84,14 +117,7 @@ impl Terminal {
                 return;
             }
             let left = deadline.saturating_duration_since(Instant::now());
-            let patience = Timespec::try_from(left).expect("a short time");
-            let mut wait = [PollFd::new(&self.screen, PollFlags::IN)];
-            let ready = poll(&mut wait, Some(&patience)).expect("it polls");
-            assert!(ready > 0, "no {text:?} in {:?}", self.seen);
-            let mut bytes = [0; 512];
-            let count = self.screen.read(&mut bytes).expect("it goes on");
-            self.seen
-                .push_str(&String::from_utf8_lossy(&bytes[..count]));
+            assert!(self.read(left), "no {text:?} in {:?}", self.seen);
         }
     }
 

@@ -14,9 +14,9 @@ use crate::{Reach, Surface};
 const HALF_BASE: f64 = 79.0;
 
 /// Which part of the plane the view shows: all ways, and the sheet.
-pub(super) fn part(trip: &mut Trip, options: &PreviewOptions) -> [[f64; 2]; 2] {
+pub(super) fn part(trip: &Trip, options: &PreviewOptions) -> [[f64; 2]; 2] {
     let mut extent = Extent::default();
-    for layer in &mut trip.layers {
+    for layer in &trip.layers {
         let points = layer.above.lines().flatten();
         points.for_each(|point| extent.show(*point));
     }
@@ -31,7 +31,7 @@ pub(super) fn part(trip: &mut Trip, options: &PreviewOptions) -> [[f64; 2]; 2] {
 pub(super) fn draw(
     svg: &mut Svg,
     panel: &Panel,
-    trip: &mut Trip,
+    trip: &Trip,
     options: &PreviewOptions,
     arm: &Geometry,
 ) {
@@ -44,8 +44,8 @@ pub(super) fn draw(
         svg.path(&data, &look);
     }
     panel.grid(svg);
-    let look = |layer: &mut Layer| super::svg::tracks(&mut layer.above, |point| panel.at(point));
-    layers::draw(svg, &mut trip.layers, look);
+    let look = |layer: &Layer| super::svg::tracks(&layer.above, |point| panel.at(point));
+    layers::draw(svg, &trip.layers, look);
     for mark in &trip.marks {
         let [x, y, _] = mark.at;
         symbols::marks(svg, panel.at([x, y]), mark);

@@ -8,9 +8,10 @@ use super::{BURNT, CARRIED, DRAWN, EMPTY};
 const DASHED: usize = 600;
 
 /// Draws the layers, what is left on top; `data` tells the lines of one.
-pub(super) fn draw(svg: &mut Svg, layers: &mut [Layer], data: impl Fn(&mut Layer) -> String) {
+pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> String) {
     let burns = |layer: &Layer| matches!(layer.leaves, Leaves::Burn(_));
     let burns = layers.iter().any(burns);
+    let mut layers: Vec<&Layer> = layers.iter().collect();
     layers.sort_by_key(|layer| match layer.leaves {
         Leaves::Nothing => 0,
         Leaves::Carried => 1,

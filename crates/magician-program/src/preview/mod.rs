@@ -26,6 +26,7 @@ use magician::words::Preflight;
 use legend::Legend;
 use panel::{Panel, TICKS};
 pub use png::PictureError;
+pub(crate) use png::options as svg_options;
 use svg::Svg;
 use trip::Trip;
 
@@ -94,6 +95,7 @@ impl PreviewOptions {
 #[derive(Clone, Debug)]
 pub struct Preview {
     svg: String,
+    trip: Trip,
 }
 
 impl Preview {
@@ -101,13 +103,19 @@ impl Preview {
     /// given.
     #[must_use]
     pub fn new(plan: &Plan, report: &Report, start: &Preflight, options: &PreviewOptions) -> Self {
-        let mut trip = Trip::through(plan, report, start, options.side);
+        let trip = Trip::through(plan, report, start, options.side);
         let geometry = match plan.tool {
             Some(tool) => Geometry::magician(tool.bias()),
             None => start.geometry(),
         };
-        let svg = draw(plan, report, &mut trip, &geometry, options);
-        Self { svg }
+        let svg = draw(plan, report, &trip, &geometry, options);
+        Self { svg, trip }
+    }
+
+    /// The ways that it shows from above, each by its corners, in the arm's x and y, mm.
+    pub fn ways(&self) -> impl Iterator<Item = &[[f64; 2]]> {
+        let layers = self.trip.layers.iter();
+        layers.flat_map(|layer| layer.above.lines())
     }
 
     /// As SVG: one unit is a millimetre, and so it is printed.
@@ -128,7 +136,7 @@ impl Preview {
 fn draw(
     plan: &Plan,
     report: &Report,
-    trip: &mut Trip,
+    trip: &Trip,
     arm: &Geometry,
     options: &PreviewOptions,
 ) -> String {
@@ -159,7 +167,7 @@ struct Page {
 }
 
 impl Page {
-    fn of(trip: &mut Trip, report: &Report, options: &PreviewOptions) -> Self {
+    fn of(trip: &Trip, report: &Report, options: &PreviewOptions) -> Self {
         let panel = |part, corner, id| Panel {
             part,
             corner,

@@ -3,10 +3,10 @@
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg;
 
+use crate::formats::svg::font;
+
 /// As many pixels has the largest picture.
 const MOST_PIXELS: f64 = 64e6;
-/// The font of its words.
-const FONT: &[u8] = include_bytes!("../../fonts/Roboto-Regular.ttf");
 /// Units of the picture, which are pixels of 96 to the inch, in a millimetre.
 const UNITS: f64 = 96.0 / 25.4;
 
@@ -76,11 +76,12 @@ pub(super) fn drawn(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureErr
         .map_err(|error| wrong(error.to_string()))
 }
 
-fn options() -> usvg::Options<'static> {
-    let mut options = usvg::Options {
-        font_family: "Roboto".to_owned(),
+/// With our font and no other.
+pub(crate) fn options() -> usvg::Options<'static> {
+    usvg::Options {
+        font_family: font::NAME.to_owned(),
+        font_resolver: font::resolver(),
+        fontdb: font::database(),
         ..usvg::Options::default()
-    };
-    options.fontdb_mut().load_font_data(FONT.to_vec());
-    options
+    }
 }

@@ -9,9 +9,9 @@ use super::trip::{Layer, Trip};
 use super::{FAINT, REACH, REACH_EDGE, layers, symbols};
 
 /// Which part of the plane the view shows.
-pub(super) fn part(trip: &mut Trip) -> [[f64; 2]; 2] {
+pub(super) fn part(trip: &Trip) -> [[f64; 2]; 2] {
     let mut extent = Extent::default();
-    for layer in &mut trip.layers {
+    for layer in &trip.layers {
         let points = layer.side.lines().flatten();
         points.for_each(|point| extent.show(*point));
     }
@@ -21,7 +21,7 @@ pub(super) fn part(trip: &mut Trip) -> [[f64; 2]; 2] {
 }
 
 /// Draws it.
-pub(super) fn draw(svg: &mut Svg, panel: &Panel, trip: &mut Trip, arm: &Geometry) {
+pub(super) fn draw(svg: &mut Svg, panel: &Panel, trip: &Trip, arm: &Geometry) {
     panel.begin(svg);
     let edge = section(arm, &Limits::CONTROLLER).into_iter();
     let look = [
@@ -39,8 +39,8 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, trip: &mut Trip, arm: &Geometry
         ("stroke-dasharray", "5 1.2 1 1.2"),
     ];
     svg.path(&path(axis, false), &look);
-    let data = |layer: &mut Layer| super::svg::tracks(&mut layer.side, |point| panel.at(point));
-    layers::draw(svg, &mut trip.layers, data);
+    let data = |layer: &Layer| super::svg::tracks(&layer.side, |point| panel.at(point));
+    layers::draw(svg, &trip.layers, data);
     let beside = |[x, y, z]: [f64; 3]| panel.at([x.hypot(y), z]);
     for mark in &trip.marks {
         symbols::spot(svg, beside(mark.at));

@@ -208,7 +208,7 @@ pub(super) fn segments(ends: impl IntoIterator<Item = [[f64; 2]; 2]>) -> String 
 }
 
 /// The data of a path along a track, where `at` puts its points.
-pub(super) fn tracks(track: &mut Track, at: impl Fn([f64; 2]) -> [f64; 2]) -> String {
+pub(super) fn tracks(track: &Track, at: impl Fn([f64; 2]) -> [f64; 2]) -> String {
     let mut pen = Pen::default();
     pen.data.reserve(track.len() * 8);
     for line in track.lines() {

@@ -62,9 +62,8 @@ impl Track {
         self.last = Some(to);
     }
 
-    /// The lines, each with two points at least; a single one twice.
-    pub(super) fn lines(&mut self) -> impl Iterator<Item = &[[f64; 2]]> {
-        self.settle();
+    /// The lines, once they are [settled](Self::settle).
+    pub(super) fn lines(&self) -> impl Iterator<Item = &[[f64; 2]]> {
         let ends = self.starts.iter().skip(1).copied();
         let ends = ends.chain([self.points.len()]);
         let ranges = self.starts.iter().zip(ends);
@@ -72,7 +71,7 @@ impl Track {
     }
 
     /// The same lines with fewer corners.
-    pub(super) fn thinned(mut self, tolerance: f64) -> Self {
+    pub(super) fn thinned(&self, tolerance: f64) -> Self {
         let mut thinner = Self::new(tolerance);
         for line in self.lines() {
             for (nth, point) in line.iter().enumerate() {
@@ -95,7 +94,8 @@ impl Track {
         self.last.or(self.points.last().copied())
     }
 
-    fn settle(&mut self) {
+    /// No more points come.
+    pub(super) fn settle(&mut self) {
         self.points.extend(self.last.take());
         self.cone = Cone::default();
     }
@@ -153,6 +153,7 @@ mod tests {
                 _ => track.line_to(*point),
             }
         }
+        track.settle();
         track.lines().next().map(<[_]>::to_vec).unwrap_or_default()
     }
 
@@ -206,6 +207,7 @@ mod tests {
         }
         track.begin([10.0, 5.0]);
         track.line_to([12.0, 5.0]);
+        track.settle();
         let lines: Vec<_> = track.lines().map(<[_]>::to_vec).collect();
         assert_eq!(lines.len(), 2);
         assert_eq!(lines[1], [[10.0, 0.0], [10.0, 5.0], [12.0, 5.0]]);

@@ -369,6 +369,10 @@ impl Walk {
         self.trip
             .complaints
             .extend(rest.map(|step| (step.min(steps), at)));
+        for layer in &mut self.trip.layers {
+            layer.above.settle();
+            layer.side.settle();
+        }
         let mut tolerance = FINE;
         while self.trip.corners() > MANY && tolerance < COARSEST {
             tolerance *= 2.0;

@@ -1,5 +1,7 @@
 //! The virtual arm on which a plan is rehearsed.
 
+use std::time::Duration;
+
 use magician::sim::{Controller, Profile, Scenario, World};
 use magician::words::{self, Preflight};
 use magician::{Error, FrameBuf, Set};
@@ -25,6 +27,8 @@ pub struct RehearseOptions {
     /// The z that the arm reports where its tool touches the table, mm; the plan's surface if it has one, else where its
     /// pen draws.
     pub table: Option<f64>,
+    /// How often to look where the tool is, for its way; never if it does not say.
+    pub watch: Option<Duration>,
 }
 
 impl RehearseOptions {
@@ -32,6 +36,13 @@ impl RehearseOptions {
     #[must_use]
     pub fn tool(mut self, tool: Tool) -> Self {
         self.tool = Some(tool);
+        self
+    }
+
+    /// Sets [`watch`](Self::watch).
+    #[must_use]
+    pub fn watch(mut self, each: Duration) -> Self {
+        self.watch = Some(each);
         self
     }
 

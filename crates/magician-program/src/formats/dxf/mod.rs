@@ -1,13 +1,14 @@
 //! DXF drawings (AutoCAD DXF Reference; text, and binary as text).
 //!
 //! Drawn are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, POINT, the outlines of SOLID, TRACE and 3DFACE, and what
-//! blocks hold, seen from above. Layers that are off, frozen or not plotted are left out, and so is the rest, with a note.
+//! blocks hold, seen from above; lines that meet become one. Layers that are off, frozen or not plotted are left out, and so is the rest, with a note.
 
 mod binary;
 mod canvas;
 mod curve;
 mod drawing;
 mod entity;
+mod join;
 mod pairs;
 mod spline;
 #[cfg(test)]
@@ -46,7 +47,7 @@ fn read_text(text: &str, options: &ReadOptions) -> Result<Reading, Problem> {
     let artwork = Artwork {
         title: options.title.clone(),
         page: None,
-        strokes,
+        strokes: join::joined(strokes),
         names,
     };
     Ok(Reading {

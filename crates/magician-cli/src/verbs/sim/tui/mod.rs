@@ -18,7 +18,7 @@ use tokio::sync::oneshot;
 
 use crate::failure::Failure;
 use crate::interrupt::Signal;
-use crate::terminal::{self, FRAME, Keyboard, Screen, Shown, Theme, Waited};
+use crate::terminal::{self, FRAME, Keyboard, Listen, Screen, Shown, Theme, Waited};
 
 use app::App;
 use keys::Action;
@@ -92,7 +92,7 @@ fn show(subjects: Vec<Subject>, stop: &AtomicBool) -> io::Result<End> {
     }
     let theme = Theme::for_stderr();
     let keyboard = Keyboard::find()?;
-    let mut screen = Screen::take()?;
+    let mut screen = Screen::take(Listen::Presses)?;
     let mut stale = true;
     loop {
         let begun = Instant::now();

@@ -121,7 +121,7 @@ impl View<'_> {
     fn brief(self, frame: &mut Frame<'_>, area: Rect) {
         let mut lines = self.pose_lines();
         lines.push(self.queue_line());
-        lines.extend(self.alarm_lines(usize::from(area.height), false));
+        lines.extend(self.alarm_lines(usize::from(area.height)));
         lines.extend(self.tool_lines());
         lines.push(self.line_line());
         let room = usize::from(area.height).saturating_sub(lines.len());

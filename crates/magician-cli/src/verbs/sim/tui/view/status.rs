@@ -1,14 +1,14 @@
 //! Panels of the arm itself: where it is, its tools, its queue, its alarms.
 
-use magician_protocol::{Alarm, Row};
+use magician_protocol::Row;
 use magician_sim::world::Rest;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Paragraph, Wrap};
+use ratatui::widgets::Paragraph;
 
 use super::View;
-use crate::terminal::{lamp, mm};
+use crate::terminal::{self, lamp, mm};
 
 /// Slips below this are rounding, deg.
 const SLIPPED: f64 = 0.005;
@@ -203,48 +203,13 @@ impl View<'_> {
         };
         let block = self.panel(title);
         let inner = block.inner(area);
-        let (width, room) = (usize::from(inner.width), usize::from(inner.height));
-        // Two lines each, if all find room.
-        let with_causes = self.alarm_lines(room, true);
-        let fit = count * 2 <= room && with_causes.iter().all(|line| line.width() <= width);
-        let lines = match fit {
-            true => with_causes,
-            false => self.alarm_lines(room, false),
-        };
-        let text = Paragraph::new(lines).wrap(Wrap { trim: false });
+        let alarms = &self.look.state.alarms;
+        let text = terminal::alarms(alarms, inner.width, inner.height, self.theme);
         frame.render_widget(text.block(block), area);
     }
 
-    /// Alarms and what to do about them, each on a line, or with their causes on two.
-    pub(super) fn alarm_lines(self, room: usize, causes: bool) -> Vec<Line<'static>> {
-        let state = &self.look.state;
-        let mut lines = Vec::new();
-        for code in state.alarms.codes().take(room) {
-            let style = match Alarm::blocks(code) {
-                true => self.theme.bad(),
-                false => self.theme.note(),
-            };
-            let Some(alarm) = Alarm::with_code(code) else {
-                lines.push(Line::styled(format!("{code:#04x}"), style));
-                continue;
-            };
-            let name = Span::styled(format!("{code:#04x} {}", alarm.name), style);
-            if causes {
-                lines.push(Line::from(vec![
-                    name,
-                    Span::raw(format!(": {}", alarm.cause)),
-                ]));
-                lines.push(Line::from(format!("     {}", alarm.cure)));
-            } else {
-                lines.push(Line::from(vec![
-                    name,
-                    Span::raw(format!(": {}", alarm.cure)),
-                ]));
-            }
-        }
-        if lines.is_empty() {
-            lines.push(Line::styled("no alarm", self.theme.dim()));
-        }
-        lines
+    /// Alarms and what to do about them, each on a line.
+    pub(super) fn alarm_lines(self, room: usize) -> Vec<Line<'static>> {
+        terminal::alarm_lines(&self.look.state.alarms, room, false, self.theme)
     }
 }

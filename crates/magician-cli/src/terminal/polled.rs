@@ -1,0 +1,55 @@
+//! What no state watch tells, read again and again beside everything else.
+
+use std::future::Future;
+
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+use tokio::time::{Duration, MissedTickBehavior, interval};
+
+/// Something that is read so often, until this is dropped. A reading that takes its time keeps nobody waiting.
+#[derive(Debug)]
+pub(crate) struct Polled<T> {
+    latest: watch::Receiver<Option<T>>,
+    task: JoinHandle<()>,
+}
+
+impl<T: Clone + Send + Sync + 'static> Polled<T> {
+    /// Begins; must be called within a runtime. A reading of `None` is none.
+    pub(crate) fn every<F, R>(period: Duration, mut read: F) -> Self
+    where
+        F: FnMut() -> R + Send + 'static,
+        R: Future<Output = Option<T>> + Send,
+    {
+        let (tell, latest) = watch::channel(None);
+        let task = tokio::spawn(async move {
+            let mut ticks = interval(period);
+            ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            loop {
+                ticks.tick().await;
+                if let Some(read) = read().await {
+                    tell.send_replace(Some(read));
+                }
+            }
+        });
+        Self { latest, task }
+    }
+
+    /// Waits for the next reading.
+    pub(crate) async fn next(&mut self) -> T {
+        loop {
+            if self.latest.changed().await.is_err() {
+                std::future::pending::<()>().await;
+            }
+            let read = self.latest.borrow_and_update().clone();
+            if let Some(read) = read {
+                return read;
+            }
+        }
+    }
+}
+
+impl<T> Drop for Polled<T> {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}

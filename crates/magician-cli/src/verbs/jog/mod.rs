@@ -1,0 +1,129 @@
+//! `jog`: a pad for the arm on the terminal, or one checked step.
+
+mod axis;
+mod desk;
+mod hands;
+mod hold;
+mod pad;
+#[cfg(test)]
+mod tests;
+mod view;
+
+use std::io::{self, IsTerminal};
+
+use clap::Args;
+use magician::{Arm, SimSpeed, commands};
+
+use super::pose::Answer;
+use crate::args::number;
+use crate::context::{Context, Sim};
+use crate::debts::Debts;
+use crate::failure::Failure;
+use crate::progress::attended;
+use crate::terminal::{self, Stage};
+
+pub(super) use axis::Axis;
+pub(super) use desk::{Desk, End, Happened, next_of};
+pub(super) use hands::{Order, What};
+#[cfg(test)]
+pub(super) use pad::Tools;
+pub(super) use pad::{Pad, Reply, Tone};
+use view::Model;
+pub(super) use view::{
+    MOVES, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose as pose_panel,
+};
+
+/// Move the arm by keys on the terminal, or by one step: `jog x 10`
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician jog             a pad: arrows move the arm, ? lists the keys
+  magician jog z 10        up by 10 mm, straight, and wait until it is there
+  magician jog j1 -5       the base by 5 deg
+
+On the pad a press is a checked step; `m` changes to holding: the arm moves while a key is held and stops when it is \
+released, when the terminal loses the focus or is closed, and when this program or the line ends. Terminals that tell no \
+releases (most of them) repeat a held key: there a tap is a nudge, and the arm moves on from when the key repeats until \
+0.3 s after it last did. A convenience, not a safety function: the arm has a power switch.")]
+pub(crate) struct Jog {
+    /// x, y, z, r, j1 to j4, or l for the rail
+    #[arg(requires = "distance")]
+    axis: Option<Axis>,
+    /// How far, mm or degrees
+    #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+    distance: Option<f32>,
+}
+
+/// A pad's virtual arm moves as fast as a real one, so that it can be watched.
+pub(super) const AT_SIGHT: Sim = Sim {
+    speed: SimSpeed::Times(1.0),
+    unasked: false,
+};
+
+impl Jog {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        match (self.axis, self.distance) {
+            (Some(axis), Some(by)) => step(axis, by, context),
+            _ => at_the_pad(context),
+        }
+    }
+}
+
+/// One step, checked before anything is sent.
+fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
+    let quiet = context.global.json;
+    let pose = context.moving(None, async |arm, _| {
+        let command = [axis.step(by)];
+        attended(quiet, "moving", arm.perform(&command)).await?;
+        Ok(arm.get::<commands::Pose>().await?)
+    })?;
+    let answer = Answer::from(pose);
+    context.show(&answer, |out| {
+        out.line(format_args!("there: {}", answer.line()))
+    })
+}
+
+fn at_the_pad(context: &mut Context) -> Result<(), Failure> {
+    for_a_person("jog", "`magician jog x 10` makes one step")?;
+    context.lasts = true;
+    let debts = context.debts.clone();
+    let pose = context.moving(Some(AT_SIGHT), async |arm, _| session(arm, &debts).await)?;
+    let answer = Answer::from(pose);
+    context.show(&answer, |out| {
+        out.line(format_args!("left at: {}", answer.line()))
+    })
+}
+
+/// Refuses to begin without a person at a terminal.
+pub(super) fn for_a_person(what: &str, without: &str) -> Result<(), Failure> {
+    if !io::stdin().is_terminal() {
+        let message = format!("{what} is for a person at a keyboard, and stdin is no terminal");
+        return Err(Failure::usage(message).hint(without));
+    }
+    terminal::check(what, without)
+}
+
+async fn session(arm: &Arm, debts: &Debts) -> Result<commands::Pose, Failure> {
+    let mut desk = Desk::open(arm, debts).await?;
+    let mut stage = Stage::open(view::draw)?;
+    let end = loop {
+        stage.show(Model {
+            seen: desk.seen.clone(),
+            pad: desk.pad.clone(),
+        });
+        let happened = desk.next(&mut stage).await?;
+        let end = match happened {
+            Happened::Key(key) => {
+                let reply = desk.pad.key(key, desk.now());
+                desk.obey(reply)
+            }
+            other => desk.attend(&other),
+        };
+        if let Some(end) = end {
+            break end;
+        }
+    };
+    stage.close()?;
+    desk.leave(end).await?;
+    Ok(arm.get::<commands::Pose>().await?)
+}

@@ -1,0 +1,488 @@
+//! What keys mean on a pad, and what it shows of itself: nothing is done here.
+
+use std::time::Duration;
+
+use magician::{Set, words};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+
+use super::axis::{Axis, Heading};
+use super::hands::{Done, Order, What};
+use super::hold::{Hold, Turn};
+
+/// Lengths of steps, mm or degrees.
+const STEPS: [f32; 5] = [0.1, 1.0, 5.0, 10.0, 50.0];
+/// Shares of the set speeds, percent.
+const SPEEDS: [f32; 8] = [1.0, 5.0, 10.0, 20.0, 30.0, 50.0, 75.0, 100.0];
+
+/// What arrows move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Frame {
+    Cartesian,
+    Joints,
+}
+
+/// What a press does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Way {
+    /// The arm moves while the key is held.
+    Hold,
+    /// Each press is a checked move by so much.
+    Step,
+}
+
+/// What has to be answered with y before it is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Question {
+    Home,
+    Laser,
+}
+
+impl Question {
+    pub(crate) fn text(self) -> &'static str {
+        match self {
+            Self::Home => {
+                "home: the base turns to its end and back, for half a minute. Is its way free? y/n"
+            }
+            Self::Laser => "switch the laser on: does everybody wear goggles? y/n",
+        }
+    }
+}
+
+/// How good or bad a message is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Tone {
+    Plain,
+    Bad,
+}
+
+/// What a key comes to for the program as a whole.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Reply {
+    /// Nothing more.
+    Nothing,
+    /// The arm is to do something.
+    Order(Order),
+    Quit,
+    /// Ctrl-C.
+    Interrupt,
+    /// The key is none of the pad's.
+    Unknown,
+}
+
+/// What the tools were last told or seen to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Tools {
+    pub(crate) suction: bool,
+    /// `None`: its pump is off.
+    pub(crate) grips: Option<bool>,
+    pub(crate) laser: bool,
+}
+
+/// The pad's own state.
+#[derive(Clone, Debug)]
+pub(crate) struct Pad {
+    pub(crate) frame: Frame,
+    pub(crate) way: Way,
+    pub(crate) step: f32,
+    pub(crate) speed: f32,
+    pub(crate) tools: Tools,
+    /// Whether there is a rail.
+    pub(crate) rail: bool,
+    pub(crate) hold: Hold,
+    /// What moves the arm.
+    pub(crate) doing: Option<What>,
+    pub(crate) question: Option<Question>,
+    pub(crate) help: bool,
+    pub(crate) message: Option<(Tone, String)>,
+    /// The last move that was refused, and why.
+    pub(crate) refusal: Option<String>,
+    wanted: Tools,
+}
+
+impl Pad {
+    pub(crate) fn new(speed: f32, tools: Tools, rail: bool) -> Self {
+        Self {
+            frame: Frame::Cartesian,
+            way: Way::Step,
+            step: 5.0,
+            speed,
+            tools,
+            rail,
+            hold: Hold::default(),
+            doing: None,
+            question: None,
+            help: false,
+            message: None,
+            refusal: None,
+            wanted: tools,
+        }
+    }
+
+    /// What a key comes to.
+    pub(crate) fn key(&mut self, key: KeyEvent, now: Duration) -> Reply {
+        let pressed = key.kind != KeyEventKind::Release;
+        if key.modifiers.contains(KeyModifiers::CONTROL) {
+            return match key.code {
+                KeyCode::Char('c') if pressed => Reply::Interrupt,
+                _ => Reply::Unknown,
+            };
+        }
+        let heading = self.heading(key.code);
+        if !pressed {
+            return self.turn(|hold| hold.release(heading));
+        }
+        if key.code == KeyCode::Char(' ') {
+            return self.stop();
+        }
+        if self.help {
+            self.help = false;
+            return Reply::Nothing;
+        }
+        if let Some(question) = self.question.take() {
+            return self.answer(question, key.code);
+        }
+        self.message = None;
+        if let Some(heading) = heading {
+            return self.go(heading, key.kind, now);
+        }
+        self.other(key.code)
+    }
+
+    /// The terminal is well: what is held goes on, or ends when it was not seen held for too long.
+    pub(crate) fn beat(&mut self, now: Duration) -> Reply {
+        self.turn(|hold| hold.beat(now))
+    }
+
+    /// Nobody may be looking any more: what is held ends.
+    pub(crate) fn let_go(&mut self) -> Reply {
+        self.turn(Hold::let_go)
+    }
+
+    /// Takes note of what came of something.
+    pub(crate) fn done(&mut self, done: &Done) {
+        let failure = match &done.outcome {
+            Ok(()) => return self.well_done(done.what),
+            Err(failure) => plain(&failure.message).to_owned(),
+        };
+        match done.what {
+            What::Jog(heading) => {
+                self.hold.let_go();
+                self.refusal = Some(format!("{heading}: {failure}"));
+            }
+            What::Step(heading) => self.refusal = Some(format!("{heading}: {failure}")),
+            _ => {}
+        }
+        self.say(Tone::Bad, failure);
+    }
+
+    fn well_done(&mut self, what: What) {
+        match what {
+            What::Stop => self.say(Tone::Plain, "stopped: the arm stands, the queue is empty"),
+            What::Home => self.say(Tone::Plain, "homed"),
+            What::ClearAlarms => self.say(Tone::Plain, "alarms cleared"),
+            What::Tool(text) => {
+                self.tools = self.wanted;
+                self.say(Tone::Plain, text);
+            }
+            What::Speed(percent) => self.speed = percent,
+            What::Jog(_) | What::Step(_) | What::Run => {}
+        }
+    }
+
+    pub(crate) fn say(&mut self, tone: Tone, text: impl Into<String>) {
+        self.message = Some((tone, text.into()));
+    }
+
+    /// What a key moves, in the frame in force.
+    pub(crate) fn heading(&self, code: KeyCode) -> Option<Heading> {
+        let (place, forward) = match code {
+            KeyCode::Up => (0, true),
+            KeyCode::Down => (0, false),
+            KeyCode::Left => (1, true),
+            KeyCode::Right => (1, false),
+            KeyCode::PageUp | KeyCode::Char('w') => (2, true),
+            KeyCode::PageDown | KeyCode::Char('s') => (2, false),
+            KeyCode::Char('a') => (3, true),
+            KeyCode::Char('d') => (3, false),
+            KeyCode::Char(']') if self.rail => (4, true),
+            KeyCode::Char('[') if self.rail => (4, false),
+            _ => return None,
+        };
+        let axes = match self.frame {
+            Frame::Cartesian => [Axis::X, Axis::Y, Axis::Z, Axis::R, Axis::L],
+            // The arrows at the sides turn the base, as they move the tool to the sides.
+            Frame::Joints => [Axis::J2, Axis::J1, Axis::J3, Axis::J4, Axis::L],
+        };
+        let axis = axes[place];
+        Some(Heading { axis, forward })
+    }
+
+    fn go(&mut self, heading: Heading, kind: KeyEventKind, now: Duration) -> Reply {
+        match (self.way, self.doing) {
+            (Way::Hold, _) if kind == KeyEventKind::Repeat => {
+                self.turn(|hold| hold.repeat(heading, now))
+            }
+            (Way::Hold, _) => self.turn(|hold| hold.press(heading, now)),
+            // A step is made after the other: presses that come too soon are not kept for later.
+            (Way::Step, Some(_)) => Reply::Nothing,
+            (Way::Step, None) => Reply::Order(Order::Step {
+                heading,
+                length: self.step,
+                burning: self.tools.laser,
+            }),
+        }
+    }
+
+    fn turn(&mut self, turn: impl FnOnce(&mut Hold) -> Turn) -> Reply {
+        match turn(&mut self.hold) {
+            Turn::Begin { heading, keep } => Reply::Order(Order::Jog { heading, keep }),
+            Turn::Keep => Reply::Order(Order::Keep),
+            Turn::End => Reply::Order(Order::EndJog),
+            Turn::Nothing => Reply::Nothing,
+        }
+    }
+
+    fn stop(&mut self) -> Reply {
+        self.hold.let_go();
+        self.question = None;
+        self.help = false;
+        self.tools.laser = false;
+        self.wanted.laser = false;
+        self.say(Tone::Plain, "stopping");
+        Reply::Order(Order::Stop)
+    }
+
+    fn answer(&mut self, question: Question, code: KeyCode) -> Reply {
+        match (question, code) {
+            (Question::Home, KeyCode::Char('y' | 'Y')) => {
+                self.say(Tone::Plain, "homing; space stops it");
+                Reply::Order(Order::Home)
+            }
+            (Question::Laser, KeyCode::Char('y' | 'Y')) => {
+                self.wanted.laser = true;
+                self.tool("the laser burns", words::laser(true))
+            }
+            _ => Reply::Nothing,
+        }
+    }
+
+    fn other(&mut self, code: KeyCode) -> Reply {
+        match code {
+            KeyCode::Char('q') => return Reply::Quit,
+            KeyCode::Char('?') | KeyCode::F(1) => self.help = true,
+            KeyCode::Tab | KeyCode::BackTab => {
+                self.frame = match self.frame {
+                    Frame::Cartesian => Frame::Joints,
+                    Frame::Joints => Frame::Cartesian,
+                };
+                return self.let_go();
+            }
+            KeyCode::Char('m') => {
+                self.way = match self.way {
+                    Way::Hold => Way::Step,
+                    Way::Step => Way::Hold,
+                };
+                return self.let_go();
+            }
+            KeyCode::Char('+' | '=') => self.step = next(&STEPS, self.step, true),
+            KeyCode::Char('-' | '_') => self.step = next(&STEPS, self.step, false),
+            KeyCode::Char('.' | '>') => {
+                return Reply::Order(Order::Speed(next(&SPEEDS, self.speed, true)));
+            }
+            KeyCode::Char(',' | '<') => {
+                return Reply::Order(Order::Speed(next(&SPEEDS, self.speed, false)));
+            }
+            KeyCode::Char('h') => self.question = Some(Question::Home),
+            KeyCode::Char('c') => return Reply::Order(Order::ClearAlarms),
+            KeyCode::Char('p') => return self.suction(),
+            KeyCode::Char('g') => return self.gripper(),
+            KeyCode::Char('l') if self.tools.laser => {
+                self.wanted.laser = false;
+                return self.tool("the laser is off", words::laser(false));
+            }
+            KeyCode::Char('l') => self.question = Some(Question::Laser),
+            _ => return Reply::Unknown,
+        }
+        Reply::Nothing
+    }
+
+    fn suction(&mut self) -> Reply {
+        let on = !self.tools.suction;
+        self.wanted = Tools {
+            suction: on,
+            grips: None,
+            ..self.tools
+        };
+        let what = if on { "suction on" } else { "suction off" };
+        self.tool(what, words::suction(on))
+    }
+
+    /// Closed, open, off, and so on.
+    fn gripper(&mut self) -> Reply {
+        let (grips, what, command) = match self.tools.grips {
+            None => (Some(true), "the gripper closes", words::grip()),
+            Some(true) => (Some(false), "the gripper opens", words::release()),
+            Some(false) => (None, "the gripper's pump is off", words::pump_off()),
+        };
+        self.wanted = Tools {
+            suction: false,
+            grips,
+            ..self.tools
+        };
+        self.tool(what, command)
+    }
+
+    fn tool(&mut self, what: &'static str, command: Set) -> Reply {
+        let command = Box::new(command);
+        Reply::Order(Order::Tool { what, command })
+    }
+}
+
+/// What went wrong, without the command that a key stood for.
+pub(crate) fn plain(message: &str) -> &str {
+    match message.split_once(": ") {
+        Some((command, rest)) if command.starts_with("Set") && !command.contains(' ') => rest,
+        _ => message,
+    }
+}
+
+/// The next one of a list, upwards or downwards.
+fn next(list: &[f32], now: f32, up: bool) -> f32 {
+    let found = match up {
+        true => list.iter().find(|one| **one > now),
+        false => list.iter().rev().find(|one| **one < now),
+    };
+    found.copied().unwrap_or(now)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::failure::Failure;
+
+    const X: Heading = Heading {
+        axis: Axis::X,
+        forward: true,
+    };
+
+    fn pad() -> Pad {
+        Pad::new(50.0, Tools::default(), false)
+    }
+
+    fn press(pad: &mut Pad, code: KeyCode) -> Reply {
+        pad.key(KeyEvent::new(code, KeyModifiers::NONE), Duration::ZERO)
+    }
+
+    fn letter(pad: &mut Pad, letter: char) -> Reply {
+        press(pad, KeyCode::Char(letter))
+    }
+
+    #[test]
+    fn a_press_is_a_step_of_the_length_that_is_set() {
+        let mut pad = pad();
+        letter(&mut pad, '+');
+        let step = |heading, length| {
+            Reply::Order(Order::Step {
+                heading,
+                length,
+                burning: false,
+            })
+        };
+        assert_eq!(press(&mut pad, KeyCode::Up), step(X, 10.0));
+        (0..9).for_each(|_| drop(letter(&mut pad, '-')));
+        assert_eq!(press(&mut pad, KeyCode::Up), step(X, 0.1));
+        press(&mut pad, KeyCode::Tab);
+        let base = Heading {
+            axis: Axis::J1,
+            forward: true,
+        };
+        assert_eq!(press(&mut pad, KeyCode::Left), step(base, 0.1));
+        // One after the other.
+        pad.doing = Some(What::Step(base));
+        assert_eq!(press(&mut pad, KeyCode::Left), Reply::Nothing);
+    }
+
+    #[test]
+    fn a_refusal_is_kept_until_the_next_one() {
+        let mut pad = pad();
+        let outcome = Err(Failure::invalid(
+            "SetPTPCmd: joint 2 would be at 91.3 deg, limit 90.0 deg",
+        ));
+        let what = What::Step(X);
+        pad.done(&Done { what, outcome });
+        letter(&mut pad, '+');
+        let refusal = pad.refusal.as_deref().unwrap();
+        assert_eq!(refusal, "x+: joint 2 would be at 91.3 deg, limit 90.0 deg");
+        assert!(pad.message.is_none());
+    }
+
+    #[test]
+    fn a_held_key_jogs_and_space_stops_everything() {
+        let mut pad = pad();
+        letter(&mut pad, 'm');
+        let Reply::Order(Order::Jog { heading, .. }) = press(&mut pad, KeyCode::Up) else {
+            panic!("no jog");
+        };
+        assert_eq!(heading, X);
+        assert_eq!(letter(&mut pad, ' '), Reply::Order(Order::Stop));
+        assert_eq!(pad.hold.heading(), None);
+        press(&mut pad, KeyCode::Down);
+        assert_eq!(pad.let_go(), Reply::Order(Order::EndJog));
+        // Whatever is asked or shown.
+        for key in ['h', 'l', '?'] {
+            letter(&mut pad, key);
+            assert_eq!(letter(&mut pad, ' '), Reply::Order(Order::Stop));
+            assert!(pad.question.is_none() && !pad.help);
+        }
+    }
+
+    #[test]
+    fn what_may_hurt_is_asked_first() {
+        let mut pad = pad();
+        assert_eq!(letter(&mut pad, 'h'), Reply::Nothing);
+        assert_eq!(letter(&mut pad, 'n'), Reply::Nothing);
+        letter(&mut pad, 'h');
+        assert_eq!(letter(&mut pad, 'y'), Reply::Order(Order::Home));
+        letter(&mut pad, 'l');
+        // Arrows are no answer, and move nothing.
+        assert_eq!(press(&mut pad, KeyCode::Up), Reply::Nothing);
+        letter(&mut pad, 'l');
+        assert!(matches!(
+            letter(&mut pad, 'y'),
+            Reply::Order(Order::Tool { .. })
+        ));
+        assert!(!pad.tools.laser, "the arm has not answered yet");
+        let what = What::Tool("the laser burns");
+        let outcome = Ok(());
+        pad.done(&Done { what, outcome });
+        assert!(pad.tools.laser);
+        // Off without a question.
+        assert!(matches!(
+            letter(&mut pad, 'l'),
+            Reply::Order(Order::Tool { .. })
+        ));
+    }
+
+    #[test]
+    fn keys_of_the_rail_need_a_rail() {
+        let mut pad = pad();
+        assert_eq!(letter(&mut pad, ']'), Reply::Unknown);
+        pad.rail = true;
+        assert!(matches!(
+            letter(&mut pad, ']'),
+            Reply::Order(Order::Step { heading, .. }) if heading.axis == Axis::L
+        ));
+    }
+
+    #[test]
+    fn speeds_go_up_and_down_the_list_from_wherever_they_are() {
+        let mut pad = pad();
+        pad.speed = 42.0;
+        assert_eq!(letter(&mut pad, '.'), Reply::Order(Order::Speed(50.0)));
+        assert_eq!(letter(&mut pad, ','), Reply::Order(Order::Speed(30.0)));
+        pad.speed = 100.0;
+        assert_eq!(letter(&mut pad, '.'), Reply::Order(Order::Speed(100.0)));
+        let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+        assert_eq!(pad.key(interrupt, Duration::ZERO), Reply::Interrupt);
+    }
+}
