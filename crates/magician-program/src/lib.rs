@@ -42,7 +42,7 @@ pub use calibrate::Tip;
 pub use check::{Complaint, Report, check};
 pub use formats::{Content, Fills, Format, ReadOptions, Reading, read};
 pub use origin::{Lines, Origin};
-pub use plan::{Action, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
+pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
 pub use problem::Problem;
 pub use raster::Raster;
 pub use reach::{Fit, Placement, Reach};

@@ -61,6 +61,14 @@ impl Bench {
         read
     }
 
+    /// What the tools are told to do: suction cup, gripper, laser.
+    pub(crate) fn tools(&mut self) -> impl PartialEq + std::fmt::Debug + use<> {
+        let cup: commands::EndEffectorSuctionCup = self.get();
+        let gripper: commands::EndEffectorGripper = self.get();
+        let laser: commands::EndEffectorLaser = self.get();
+        (cup, gripper, laser)
+    }
+
     /// Does all of a plan, or as much as an alarm lets it.
     pub(crate) fn run(&mut self, plan: &Plan) -> Done {
         let commands: Vec<Set> = plan.commands().collect();

@@ -11,7 +11,7 @@ use proptest::test_runner::RngSeed;
 use crate::bench::Bench;
 
 /// So many cases of one seed; `PROPTEST_CASES` asks for as many others as one likes.
-fn cases(count: u32) -> ProptestConfig {
+pub(crate) fn cases(count: u32) -> ProptestConfig {
     let config = ProptestConfig {
         failure_persistence: None,
         ..ProptestConfig::default()
@@ -123,7 +123,8 @@ fn action() -> impl Strategy<Value = Action> {
     ]
 }
 
-fn plan() -> impl Strategy<Value = Plan> {
+/// Plans of everything that an arm does, and some that it cannot.
+pub(crate) fn plan() -> impl Strategy<Value = Plan> {
     let tools: Vec<Option<Tool>> = Tool::NAMED
         .iter()
         .map(|(_, tool)| Some(*tool))
@@ -140,7 +141,7 @@ fn plan() -> impl Strategy<Value = Plan> {
 }
 
 /// The plan without what a check refuses, and with a dark end.
-fn accepted(mut plan: Plan, start: &Preflight) -> Plan {
+pub(crate) fn accepted(mut plan: Plan, start: &Preflight) -> Plan {
     let report = check(&plan, start);
     let refused = |at: &usize| {
         report
