@@ -48,13 +48,19 @@ impl Place {
                 format!("{{\"move\":[230,{y},20,0],\"by\":\"joints\"}},\n{{\"wait\":{wait}}}")
             })
             .collect();
-        let head = r#"{"format":"magician-plan","version":1,"title":"waits","tool":"none","steps":["#;
-        self.write("waits.plan.json", &format!("{head}\n{}\n]}}\n", steps.join(",\n")))
+        let head =
+            r#"{"format":"magician-plan","version":1,"title":"waits","tool":"none","steps":["#;
+        self.write(
+            "waits.plan.json",
+            &format!("{head}\n{}\n]}}\n", steps.join(",\n")),
+        )
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = command();
-        command.args(["--port", &self.door, "--json"]).args(arguments);
+        command
+            .args(["--port", &self.door, "--json"])
+            .args(arguments);
         command.env("XDG_STATE_HOME", self.dir.path().join("state"));
         command
     }
@@ -99,7 +105,9 @@ fn report(output: &Output) -> Value {
 }
 
 fn waits(log: &[String]) -> usize {
-    log.iter().filter(|line| line.ends_with(" WAITCmd finished")).count()
+    log.iter()
+        .filter(|line| line.ends_with(" WAITCmd finished"))
+        .count()
 }
 
 /// The number before `WAITCmd finished` has come to so many waits.
@@ -138,8 +146,12 @@ fn ctrl_c_says_where_it_goes_on_and_it_does() {
     assert_eq!(output.status.code(), Some(130));
     assert_eq!(error(&output)["kind"], "interrupted");
     let text = std::fs::read_dir(place.path("state/magician/runs")).expect("journals");
-    let path = text.map(|entry| entry.expect("an entry").path()).next().expect("one");
-    let mark: Value = serde_json::from_str(&std::fs::read_to_string(path).expect("text")).expect("JSON");
+    let path = text
+        .map(|entry| entry.expect("an entry").path())
+        .next()
+        .expect("one");
+    let mark: Value =
+        serde_json::from_str(&std::fs::read_to_string(path).expect("text")).expect("JSON");
     let finished = mark["finished"].as_u64().expect("a number");
     assert!((8..48).contains(&finished), "{mark}");
     assert!(mark["ended"].is_string(), "{mark}");
@@ -149,14 +161,19 @@ fn ctrl_c_says_where_it_goes_on_and_it_does() {
     assert_eq!(report(&done)["steps"], 2 * PAIRS as u64 - finished);
     let again = place.run(&["run", &program, "--resume"]);
     assert_eq!(again.status.code(), Some(3), "{again:?}");
-    assert!(error(&again)["message"].as_str().expect("text").contains("nothing to resume"));
+    assert!(
+        error(&again)["message"]
+            .as_str()
+            .expect("text")
+            .contains("nothing to resume")
+    );
 }
 
 #[test]
 fn an_alarm_ends_a_run_and_once_cleared_it_goes_on() {
     let dir = tempfile::tempdir().expect("directory");
     let scenario = dir.path().join("alarm.toml");
-    let text = "[[fault]]\nkind = \"alarm\"\ncode = 0x13\ncommand = 20\n";
+    let text = "[[fault]]\nkind = \"alarm\"\nalarm = 0x40\nindex = 20\n";
     std::fs::write(&scenario, text).expect("written");
     let place = Place::new(&["--scenario", scenario.to_str().expect("UTF-8")]);
     let program = place.program(10);
@@ -164,7 +181,11 @@ fn an_alarm_ends_a_run_and_once_cleared_it_goes_on() {
     assert_eq!(failed.status.code(), Some(8), "{failed:?}");
     assert_eq!(error(&failed)["kind"], "alarm");
     let held = place.run(&["run", &program, "--resume"]);
-    assert_eq!(held.status.code(), Some(8), "it stands until it is cleared: {held:?}");
+    assert_eq!(
+        held.status.code(),
+        Some(8),
+        "it stands until it is cleared: {held:?}"
+    );
     assert!(place.run(&["alarms", "--clear"]).status.success());
     let done = place.run(&["run", &program, "--resume"]);
     assert!(done.status.success(), "{done:?}");
@@ -180,7 +201,10 @@ fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
     until_waits(&mut place.served, 4);
     place.served.child.kill().expect("it lives");
     let output = child.wait_with_output().expect("it ends");
-    assert_eq!((output.status.code(), &error(&output)["kind"]), (Some(4), &Value::from("port")));
+    assert_eq!(
+        (output.status.code(), &error(&output)["kind"]),
+        (Some(4), &Value::from("port"))
+    );
     assert_eq!(place.journals(), 1);
     // Another arm, with the same serial number and nothing behind it.
     place.served = serve(&[]);
@@ -191,10 +215,17 @@ fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
     assert_eq!(error(&doubt)["kind"], "uncertain");
     let mut shown = place.command(&["run", &program, "--resume"]);
     let shown = shown.args(["--json=false"]).output().expect("it runs");
-    assert_eq!(shown.status.code(), Some(2), "flags take no values: {shown:?}");
+    assert_eq!(
+        shown.status.code(),
+        Some(2),
+        "flags take no values: {shown:?}"
+    );
     let done = place.run(&["run", &program, "--from", "9"]);
     assert!(done.status.success(), "{done:?}");
-    assert_eq!((&report(&done)["first_step"], &report(&done)["steps"]), (&Value::from(9), &Value::from(40)));
+    assert_eq!(
+        (&report(&done)["first_step"], &report(&done)["steps"]),
+        (&Value::from(9), &Value::from(40))
+    );
 }
 
 #[test]
