@@ -41,7 +41,7 @@ impl Place {
     }
 
     /// Short moves with a wait after each: what is done is counted by the waits.
-    fn program(&self, wait: u32) -> String {
+    fn program(&self, wait: &str) -> String {
         let steps: Vec<String> = (0..PAIRS)
             .map(|nth| {
                 let y = nth as f64 - 12.0;
@@ -82,7 +82,10 @@ impl Place {
 }
 
 fn serve(more: &[&str]) -> Served {
-    Served::start(&[&["--tcp", "127.0.0.1:0", "-v"], more].concat(), 1)
+    Served::start(
+        &[&["--tcp", "127.0.0.1:0", "--speed", "2", "-v"], more].concat(),
+        1,
+    )
 }
 
 fn signal(name: &str, child: &Child) {
@@ -110,19 +113,19 @@ fn waits(log: &[String]) -> usize {
         .count()
 }
 
-/// The number before `WAITCmd finished` has come to so many waits.
-fn until_waits(served: &mut Served, count: usize) -> Vec<String> {
-    (0..count)
-        .map(|_| served.until(|line| line.ends_with(" WAITCmd finished")))
-        .collect()
+/// The arm has finished so many waits.
+fn until_waits(served: &mut Served, count: usize) {
+    for _ in 0..count {
+        served.until(|line| line.ends_with(" WAITCmd finished"));
+    }
 }
 
 #[test]
 fn a_killed_run_goes_on_and_no_step_is_done_twice() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let mut child = place.start(&["run", &program]);
-    let mut log = until_waits(&mut place.served, 5);
+    until_waits(&mut place.served, 5);
     signal("-KILL", &child);
     child.wait().expect("it ends");
     assert_eq!(place.journals(), 1);
@@ -131,14 +134,13 @@ fn a_killed_run_goes_on_and_no_step_is_done_twice() {
     let first = report(&done)["first_step"].as_u64().expect("a step");
     assert!(first > 10, "{done:?}");
     assert_eq!(place.journals(), 0, "a good end leaves nothing");
-    log.extend(place.served.log());
-    assert_eq!(waits(&log), PAIRS);
+    assert_eq!(waits(&place.served.log()), PAIRS);
 }
 
 #[test]
 fn ctrl_c_says_where_it_goes_on_and_it_does() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let child = place.start(&["run", &program]);
     until_waits(&mut place.served, 4);
     signal("-INT", &child);
@@ -173,10 +175,10 @@ fn ctrl_c_says_where_it_goes_on_and_it_does() {
 fn an_alarm_ends_a_run_and_once_cleared_it_goes_on() {
     let dir = tempfile::tempdir().expect("directory");
     let scenario = dir.path().join("alarm.toml");
-    let text = "[[fault]]\nkind = \"alarm\"\nalarm = 0x40\nindex = 20\n";
+    let text = "[[fault]]\nkind = \"alarm\"\nalarm = 0x10\nindex = 20\n";
     std::fs::write(&scenario, text).expect("written");
     let place = Place::new(&["--scenario", scenario.to_str().expect("UTF-8")]);
-    let program = place.program(10);
+    let program = place.program("0.01");
     let failed = place.run(&["run", &program]);
     assert_eq!(failed.status.code(), Some(8), "{failed:?}");
     assert_eq!(error(&failed)["kind"], "alarm");
@@ -196,7 +198,7 @@ fn an_alarm_ends_a_run_and_once_cleared_it_goes_on() {
 #[test]
 fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let child = place.start(&["run", &program]);
     until_waits(&mut place.served, 4);
     place.served.child.kill().expect("it lives");
@@ -231,7 +233,7 @@ fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
 #[test]
 fn people_are_told_how_to_go_on() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let mut told = command();
     told.args(["--port", &place.door, "run", &program]);
     told.env("XDG_STATE_HOME", place.path("state"));
@@ -249,7 +251,7 @@ fn people_are_told_how_to_go_on() {
 #[test]
 fn a_stop_from_elsewhere_ends_a_run_that_can_go_on() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let child = place.start(&["run", &program]);
     until_waits(&mut place.served, 3);
     assert!(place.run(&["stop"]).status.success());
@@ -263,7 +265,7 @@ fn a_stop_from_elsewhere_ends_a_run_that_can_go_on() {
 #[test]
 fn nothing_is_resumed_that_was_placed_in_another_way() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let mut child = place.start(&["run", &program]);
     until_waits(&mut place.served, 3);
     signal("-INT", &child);
