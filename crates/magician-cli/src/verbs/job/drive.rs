@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use magician::commands::{DeviceSn, DeviceTime, Pose};
 use magician::words::{Guards, Preflight};
 use magician::{Arm, Error, ErrorKind, Ran, RunOptions, Set};
+use magician_program::Report;
 use magician_program::resume::{Mark, Seen, Span, Tally, Verdict, settle};
-use magician_program::{Action, Report};
 use tokio::time::{sleep, timeout};
 
 use super::journal::Journal;
@@ -86,11 +86,9 @@ impl Drive<'_> {
         out: &mut Output,
         debts: &Debts,
     ) -> Result<Done, Failure> {
-        let homes = self.program.plan.steps.first();
-        if !homes.is_some_and(|step| step.action == Action::Home) {
-            let guards = Guards::default().require_homed(self.require_homed);
-            arm.perform_with(&[], guards).await?;
-        }
+        let guards = Guards::default().require_homed(self.require_homed);
+        let first: Vec<Set> = self.program.plan.commands().take(1).collect();
+        arm.check_alarms(&first, guards).await?;
         let serial = arm.get::<DeviceSn>().await;
         let serial = serial
             .map(|serial| serial.device_sn.to_string())
@@ -110,13 +108,14 @@ impl Drive<'_> {
             (true, _) => self.resumed(arm, &journal).await?,
             (false, from) => from.map_or(0, |step| step - 1),
         };
-        let rest = self.rest(from)?;
         journal.mark.finished = from;
         journal.mark.handed = from;
         journal.mark.clock = arm.get::<DeviceTime>().await?.g_systick;
         let begun = (Instant::now(), journal.mark.clock);
         let start = arm.preflight_for(&self.kinds()).await?;
-        let report = self.program.check(&rest, &self.told(&start)?);
+        let told = self.told(&start)?;
+        let rest = self.rest(from, &told)?;
+        let report = self.program.check(&rest, &told);
         if !report.is_good() {
             return Err(report::failure(&report, self.source, rest.offset(), false));
         }
@@ -167,13 +166,13 @@ impl Drive<'_> {
             .unwrap_or_default()
     }
 
-    fn rest(&self, from: u64) -> Result<Rest<'_>, Failure> {
+    fn rest(&self, from: u64, start: &Preflight) -> Result<Rest<'_>, Failure> {
         match self.program.steps() {
             Some(steps) if from >= steps && steps > 0 => Err(Failure::usage(format!(
                 "there is no step {}: the last is {steps}",
                 from + 1
             ))),
-            _ => self.program.rest(from),
+            _ => self.program.rest(from, start),
         }
     }
 
@@ -356,9 +355,13 @@ impl Drive<'_> {
     /// Whether the arm stands where so many steps leave it. `stopped`: somebody stopped it, and a wait was cut short then.
     fn stands_after(&self, state: &State, steps: u64, pose: &Pose, stopped: bool) -> Option<bool> {
         let done = steps.checked_sub(state.from).filter(|done| *done > 0)?;
-        let rest = self.program.rest(state.from).ok()?;
+        let start = state.start.clone()?.guards(Guards::NONE);
+        let rest = self
+            .program
+            .rest(state.from, &self.told(&start).ok()?)
+            .ok()?;
         let count = usize::try_from(done + rest.lead).ok()?;
-        let mut course = state.start.clone()?.guards(Guards::NONE);
+        let mut course = start;
         let mut last = None;
         for command in self
             .settings

@@ -46,13 +46,16 @@ impl Program {
         Some(self.loops?.saturating_mul(self.plan.steps.len() as u64))
     }
 
-    /// From a step on, counted over all loops.
-    pub(super) fn rest(&self, from: u64) -> Result<Rest<'_>, Failure> {
+    /// From a step on, counted over all loops, on an arm that is as `start` tells.
+    pub(super) fn rest(&self, from: u64, start: &Preflight) -> Result<Rest<'_>, Failure> {
         let round = (self.plan.steps.len() as u64).max(1);
         let (done, step) = (from / round, from % round);
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
             0 => Cow::Borrowed(&self.plan),
-            step => Cow::Owned(from_step(&self.plan, step)),
+            step => {
+                let rest = self.plan.from_step(step, start);
+                Cow::Owned(rest.map_err(magician::Error::from)?.plan)
+            }
         };
         let told = first.preamble().into_iter().count() as u64;
         let added = (first.steps.len() as u64).saturating_sub(round.saturating_sub(step));
@@ -194,17 +197,5 @@ impl Times {
         Some(Duration::from_secs_f64(
             (all - rounds as f64 * whole - spent).max(0.0),
         ))
-    }
-}
-
-/// The plan from a step on, with the settings that hold there.
-fn from_step(plan: &Plan, step: usize) -> Plan {
-    let (before, after) = plan.steps.split_at(step.min(plan.steps.len()));
-    let settings = before
-        .iter()
-        .filter(|step| matches!(step.action, Action::Command(_)));
-    Plan {
-        steps: settings.chain(after).cloned().collect(),
-        ..plan.clone()
     }
 }

@@ -64,11 +64,11 @@ struct Order<'a> {
 impl Shown<'_> {
     /// Checks it from there, and shows what was asked for.
     pub(super) fn show(&self, start: &Preflight, context: &mut Context) -> Result<(), Failure> {
-        let rest = self.program.rest(self.from)?;
         let mut told = start.clone();
         for setting in self.settings {
             told.check(setting)?;
         }
+        let rest = self.program.rest(self.from, &told)?;
         let report = self.program.check(&rest, &told);
         if let Some(path) = &self.look.preview {
             self.draw(path, &rest, &report, &told)?;
