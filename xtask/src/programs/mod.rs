@@ -100,6 +100,9 @@ pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
         fs::write(pictures.join(&drawn), &trial.drawn)?;
         entry(&mut page, program, &trial, [&input, &drawn])?;
         println!("{}: {}", program.file, trial.figures);
+        if !trial.is_good {
+            return Err(format!("{}: not what it should be", program.file).into());
+        }
     }
     fs::write(docs.join("PROGRAMS.md"), page)?;
     Ok(())

@@ -8,6 +8,8 @@ pub(crate) struct Ink<'a> {
     /// mm.
     pub(crate) width: f64,
     pub(crate) opacity: f64,
+    /// Whether lines end in half circles; what is not opaque would be darker where they overlap.
+    pub(crate) round: bool,
     pub(crate) lines: Vec<&'a [[f64; 2]]>,
 }
 
@@ -35,7 +37,7 @@ pub(crate) fn draw([low, high]: [[f64; 2]; 2], inks: &[Ink<'_>], rest: &str) -> 
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"{} {} {} {}\">\n\
          <rect x=\"{}\" y=\"{}\" width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
-         <g fill=\"none\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n",
+         <g fill=\"none\" stroke-linejoin=\"round\">\n",
         size[0],
         size[1],
         Mm(low[0]),
@@ -53,8 +55,9 @@ pub(crate) fn draw([low, high]: [[f64; 2]; 2], inks: &[Ink<'_>], rest: &str) -> 
         // Writing to a string does not fail.
         let _ = writeln!(
             svg,
-            "\" stroke=\"{}\" stroke-width=\"{}\" stroke-opacity=\"{}\"/>",
+            "\" stroke=\"{}\" stroke-linecap=\"{}\" stroke-width=\"{}\" stroke-opacity=\"{}\"/>",
             ink.colour,
+            if ink.round { "round" } else { "butt" },
             Mm(ink.width),
             Mm(ink.opacity)
         );
@@ -85,7 +88,7 @@ fn push(svg: &mut String, line: &[[f64; 2]]) {
 
 /// To a hundredth, without idle zeros.
 #[derive(Clone, Copy)]
-struct Mm(f64);
+pub(crate) struct Mm(pub(crate) f64);
 
 impl std::fmt::Display for Mm {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -12,7 +12,7 @@ use magician_program::rehearse::{Rehearsal, RehearseOptions, rehearse, stage, st
 use magician_program::{Artwork, Content, Format, Plan, Raster, ReadOptions, Surface, check, read};
 
 use super::Program;
-use super::sheet::{Ink, around, draw};
+use super::sheet::{Ink, Mm, around, draw};
 use super::source::{self, Line};
 
 /// The height of paper and wood, mm.
@@ -190,6 +190,7 @@ fn lines(frame: [[f64; 2]; 2], lines: &[Line]) -> String {
         colour: BLACK,
         width: 0.5,
         opacity: 1.0,
+        round: true,
         lines: lines.iter().map(Vec::as_slice).collect(),
     };
     draw(frame, &[ink], "")
@@ -209,11 +210,14 @@ fn picture(frame: [[f64; 2]; 2], drawing: &Drawing) -> String {
         colour: BLACK,
         width: 0.5,
         opacity: 1.0,
+        round: true,
         lines: of(&|kind, _| kind == StrokeKind::Ink),
     }];
     inks.extend((1..=SHADES).map(|nth| Ink {
         colour: BURNT,
-        width: SPACING,
+        // No hairline of white between two lines.
+        width: 1.08 * SPACING,
+        round: false,
         opacity: nth as f64 / SHADES as f64,
         lines: of(&|kind, power| kind == StrokeKind::Burn && shade(power) == nth),
     }));
@@ -237,7 +241,7 @@ fn points(plan: &Plan) -> String {
     for ([x, y], name) in &targets {
         dots.push_str(&format!(
             "<circle cx=\"{x}\" cy=\"{}\" r=\"1.4\" fill=\"{BLACK}\"/>\n",
-            -y
+            Mm(-y)
         ));
         if !name.is_empty() && !named.contains(&[*x, *y]) {
             let text = "font-family=\"Roboto, 'DejaVu Sans', Helvetica, Arial, sans-serif\" font-size=\"6\"";

@@ -18,6 +18,7 @@ mod svg;
 mod symbols;
 mod track;
 mod trip;
+mod walk;
 mod work;
 
 use magician::Geometry;
