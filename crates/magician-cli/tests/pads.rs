@@ -24,11 +24,17 @@ struct Place {
 
 impl Place {
     fn at(arguments: &[&str], shown: &str) -> Self {
+        Self::within(Path::new("."), arguments, shown)
+    }
+
+    /// The same in a directory.
+    fn within(dir: &Path, arguments: &[&str], shown: &str) -> Self {
         let served = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
         let mut command = command();
         command
             .args(["--port", &served.door("tcp")])
-            .args(arguments);
+            .args(arguments)
+            .current_dir(dir);
         let mut terminal = Terminal::running(command);
         terminal.until("\x1b[?1049h");
         terminal.until_seen("link up");
@@ -47,11 +53,10 @@ impl Place {
         self.look(&["pose"])[name].as_f64().expect("a number")
     }
 
-    /// Types keys and sees what they come to. Only what changes is drawn, unless all of it is asked for, with Ctrl-L.
+    /// Types keys and sees what they come to.
     fn shows(&mut self, keys: &str, text: &str) {
         self.terminal.types(keys);
-        self.terminal.types("\x0c");
-        self.terminal.until_seen(text);
+        self.terminal.until_drawn(text);
     }
 
     /// Waits until the arm has been seen to stand.
@@ -260,6 +265,25 @@ fn what_was_not_saved_is_there_the_next_time() {
     place.shows("x", "0 rows");
     place.terminal.types("qn");
     place.ends(0, "nothing was saved");
+    assert_eq!(std::fs::read_dir(dir.path()).expect("read").count(), 1);
+}
+
+#[test]
+fn a_lesson_without_a_file_asks_for_one_and_does_not_write_over_another() {
+    let dir = tempfile::tempdir().expect("directory");
+    let there = dir.path().join("there.plan.json");
+    std::fs::write(&there, "mine").expect("written");
+    let mut place = Place::within(dir.path(), &["teach"], "lesson.playback");
+    place.shows("\r\x13", "save as");
+    let erase = "\x7f".repeat("lesson.playback".len());
+    place.shows(&format!("{erase}there.plan.json\r"), "is there already");
+    place.shows("n", "1 rows");
+    assert_eq!(std::fs::read_to_string(&there).expect("text"), "mine");
+    place.shows(&format!("\x13{erase}there.plan.json\r"), "is there already");
+    place.shows("y", "saved to");
+    place.terminal.types("q");
+    place.ends(0, ": 1 rows");
+    assert_eq!(taught(&there).steps.len(), 1);
     assert_eq!(std::fs::read_dir(dir.path()).expect("read").count(), 1);
 }
 
