@@ -37,7 +37,7 @@ impl Place {
             .current_dir(dir);
         let mut terminal = Terminal::running(command);
         terminal.until("\x1b[?1049h");
-        terminal.until_seen("link up");
+        terminal.until_drawn("link up");
         let mut place = Self { served, terminal };
         place.shows("", shown);
         place
@@ -79,7 +79,7 @@ impl Place {
 fn jog_steps_and_refuses_what_is_out_of_reach() {
     let mut place = Place::at(&["jog"], "x 199.40 mm");
     place.terminal.types(UP);
-    place.terminal.until_seen("command 1 finished");
+    place.terminal.until_drawn("command 1 finished");
     assert!((place.axis("x") - 204.404).abs() < 0.001);
     place.shows("++", "step 50 mm");
     place.terminal.types(UP);
@@ -169,7 +169,7 @@ impl Place {
 fn an_arm_that_goes_away_is_said_and_can_be_left() {
     let mut place = Place::at(&["jog"], "x 199.40 mm");
     place.served.child.kill().expect("it lives");
-    place.terminal.until_seen("the line broke");
+    place.terminal.until_drawn("the line broke");
     place.shows("", "LINK LOST, looking for it");
     place.terminal.types("\x03");
     place.terminal.until("\x1b[?1049l");
@@ -301,13 +301,13 @@ fn a_hand_that_lets_go_of_the_key_stores_the_place() {
         .args(["--port", port, "teach"])
         .current_dir(dir.path());
     let mut teach = Terminal::running(teach);
-    teach.until_seen("link up");
+    teach.until_drawn("link up");
     teach.until_drawn("by hand too");
     sim.types("u\x1b[A\x1b[A");
     sim.until_drawn("the unlock key is held");
     teach.until_drawn("x 209.40 mm");
     sim.types("u");
-    teach.until_seen("P1 stored: the arm's key was released");
+    teach.until_drawn("P1 stored: the arm's key was released");
     teach.until_drawn("MOVJ 209.4 0.0 -8.5");
     teach.types("qn");
     teach.until("nothing was saved");
