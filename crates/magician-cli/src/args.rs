@@ -12,9 +12,7 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, bench, commands, completions, config, conform, conveyor, decode, demo, doctor, enqueue,
-    forward, get, help, home, info, inverse, io, jog, man, ports, pose, proxy, queue, rail, replay,
-    sensor, set, shell, sim, stop, teach, tools, travel, watch,
+    alarms, bench, commands, completions, config, conform, convert, conveyor, decode, demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, man, play, ports, pose, proxy, queue, rail, replay, run, sensor, set, shell, sim, stop, teach, tools, travel, watch,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -121,6 +119,11 @@ pub(crate) enum Verb {
     Move(travel::Move),
     Jog(jog::Jog),
     Teach(teach::Teach),
+    Run(Box<run::Run>),
+    Draw(Box<draw::Draw>),
+    Engrave(Box<engrave::Verb>),
+    Play(Box<play::Play>),
+    Convert(Box<convert::Convert>),
     Watch(watch::Watch),
     Stop(stop::Stop),
     Suction(tools::Suction),
@@ -164,6 +167,11 @@ impl Verb {
             Self::Move(verb) => verb.run(context),
             Self::Jog(verb) => verb.run(context),
             Self::Teach(verb) => verb.run(context),
+            Self::Run(verb) => verb.run(context),
+            Self::Draw(verb) => verb.run(context),
+            Self::Engrave(verb) => verb.run(context),
+            Self::Play(verb) => verb.run(context),
+            Self::Convert(verb) => verb.run(context),
             Self::Watch(verb) => verb.run(context),
             Self::Stop(verb) => verb.run(context),
             Self::Suction(verb) => verb.run(context),

@@ -21,23 +21,30 @@
 #![forbid(unsafe_code)]
 
 pub mod artwork;
+mod calibrate;
 mod check;
+pub mod compare;
 pub mod formats;
 mod origin;
+mod pace;
 mod plan;
+pub mod preview;
 mod problem;
 pub mod raster;
 mod reach;
 pub mod rehearse;
 pub mod resume;
+mod setup;
 mod surface;
 
 pub use artwork::{Artwork, Stroke};
+pub use calibrate::Tip;
 pub use check::{Complaint, Report, check};
-pub use formats::{Content, Format, ReadOptions, Reading, read};
+pub use formats::{Content, Fills, Format, ReadOptions, Reading, read};
 pub use origin::{Lines, Origin};
-pub use plan::{Action, Grip, PLAN_SCHEMA, Plan, Step, Tool, Travel};
+pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
 pub use problem::Problem;
 pub use raster::Raster;
 pub use reach::{Fit, Placement, Reach};
+pub use setup::{Placing, Setup, Work};
 pub use surface::Surface;

@@ -7,8 +7,10 @@ mod hpgl;
 mod image;
 mod kind;
 pub mod playback;
-mod svg;
+pub(crate) mod svg;
 mod xml;
+
+pub use gcode::{Arcs, Dialect, GcodeOptions};
 
 use crate::plan::file;
 use crate::raster::Raster;
@@ -44,6 +46,20 @@ pub struct ReadOptions {
     pub title: String,
     /// How far a line may be from the curve that it stands for, mm.
     pub tolerance: f64,
+    /// What G-code leaves open.
+    pub gcode: GcodeOptions,
+    /// What becomes of filled shapes that have no line of their own.
+    pub fills: Fills,
+}
+
+/// What becomes of filled shapes without a line in a drawing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Fills {
+    /// Their edge is drawn.
+    #[default]
+    Outline,
+    /// They are left out.
+    Ignore,
 }
 
 impl Default for ReadOptions {
@@ -51,6 +67,8 @@ impl Default for ReadOptions {
         Self {
             title: String::new(),
             tolerance: 0.05,
+            gcode: GcodeOptions::default(),
+            fills: Fills::default(),
         }
     }
 }

@@ -60,14 +60,9 @@ pub(super) fn content<'a>(node: Node<'a, '_>) -> std::borrow::Cow<'a, str> {
 
 /// Where the text of an element stands; the element itself if it has none.
 pub(super) fn content_range(node: Node<'_, '_>) -> Range<usize> {
-    let mut texts = node.children().filter(Node::is_text);
-    match texts.next() {
-        Some(first) => {
-            let end = texts
-                .last()
-                .map_or(first.range().end, |last| last.range().end);
-            first.range().start..end
-        }
-        None => node.range(),
+    let texts = || node.children().filter(Node::is_text);
+    match (texts().next(), texts().next_back()) {
+        (Some(first), Some(last)) => first.range().start..last.range().end,
+        _ => node.range(),
     }
 }

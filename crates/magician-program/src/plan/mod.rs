@@ -2,14 +2,19 @@
 
 mod action;
 pub(crate) mod file;
+mod from;
 mod json;
+mod pallet;
 mod step;
+mod transform;
 
 use magician::words;
 use magician_protocol::Set;
 
 pub use action::{Action, Grip, Travel};
 pub use file::PLAN_SCHEMA;
+pub use from::Continuation;
+pub use pallet::Pallet;
 pub use step::{Step, Tool};
 
 use crate::{Origin, Surface};

@@ -4,3 +4,4 @@ mod actions;
 mod file;
 mod schema;
 mod strategies;
+mod transform;

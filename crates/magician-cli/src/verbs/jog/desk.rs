@@ -169,7 +169,7 @@ impl Desk {
                 drop(self.hands);
                 let stopped = timeout(STAND_BY, stop(&self.arm, &self.debts)).await;
                 let message = match stopped {
-                    Ok(Ok(message) | Err(message)) => message,
+                    Ok(Ok((message, _)) | Err(message)) => message,
                     Err(_) => not_confirmed("it took too long"),
                 };
                 Err(Failure::new(Kind::Interrupted, message))

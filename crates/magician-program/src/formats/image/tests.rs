@@ -1,1 +1,160 @@
+use ::image::{DynamicImage, GenericImage, Luma, Rgba};
+use proptest::prelude::*;
 
+use super::*;
+use crate::{Format, read};
+
+fn raster(bytes: &[u8]) -> Raster {
+    let read = read(Format::Image, bytes, &ReadOptions::default()).unwrap();
+    match read.content {
+        Content::Image(image) => image,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn refusal(bytes: &[u8]) -> String {
+    let problem = read(Format::Image, bytes, &ReadOptions::default()).unwrap_err();
+    problem.message
+}
+
+fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image.into().write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
+
+/// Four pixels of a palette of black, red, blue and what is not to be seen, each 0.1 by 0.2 mm.
+const PALETTE: &[u8] = &[
+    0x89, 0x50, 0x4E, 0x47, 0x0D, 0x0A, 0x1A, 0x0A, 0x00, 0x00, 0x00, 0x0D, 0x49, 0x48, 0x44, 0x52,
+    0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x00, 0x01, 0x02, 0x03, 0x00, 0x00, 0x00, 0x84, 0x52, 0xE7,
+    0x5E, 0x00, 0x00, 0x00, 0x0C, 0x50, 0x4C, 0x54, 0x45, 0x00, 0x00, 0x00, 0xFF, 0x00, 0x00, 0x00,
+    0x00, 0xFF, 0xFF, 0xFF, 0xFF, 0xA2, 0x1D, 0x1B, 0x3E, 0x00, 0x00, 0x00, 0x04, 0x74, 0x52, 0x4E,
+    0x53, 0xFF, 0xFF, 0xFF, 0x00, 0x40, 0x2A, 0xA9, 0xF4, 0x00, 0x00, 0x00, 0x09, 0x70, 0x48, 0x59,
+    0x73, 0x00, 0x00, 0x27, 0x10, 0x00, 0x00, 0x13, 0x88, 0x01, 0x0E, 0x93, 0x1C, 0x47, 0x00, 0x00,
+    0x00, 0x0A, 0x49, 0x44, 0x41, 0x54, 0x78, 0x9C, 0x63, 0x90, 0x06, 0x00, 0x00, 0x1D, 0x00, 0x1C,
+    0x8E, 0xF4, 0xF5, 0x21, 0x00, 0x00, 0x00, 0x00, 0x49, 0x45, 0x4E, 0x44, 0xAE, 0x42, 0x60, 0x82,
+];
+
+#[test]
+fn colours_become_grey_by_their_weights_and_what_is_clear_white() {
+    let image = raster(PALETTE);
+    assert_eq!((image.width, image.height), (4, 1));
+    assert_eq!(image.grey, [0, 54, 18, 255]);
+    assert_eq!(image.pixel, Some([0.1, 0.2]));
+
+    let mut glass = DynamicImage::new_rgba8(3, 1);
+    glass.put_pixel(0, 0, Rgba([0, 0, 0, 51]));
+    glass.put_pixel(1, 0, Rgba([0, 255, 0, 255]));
+    glass.put_pixel(2, 0, Rgba([9, 9, 9, 0]));
+    for format in [ImageFormat::Png, ImageFormat::Bmp] {
+        assert_eq!(
+            raster(&encoded(glass.clone(), format)).grey,
+            [204, 182, 255]
+        );
+    }
+}
+
+#[test]
+fn sixteen_bits_are_rounded() {
+    let wide = |values: [u16; 4]| {
+        let image = ::image::ImageBuffer::<Luma<u16>, _>::from_raw(4, 1, values.to_vec());
+        raster(&encoded(image.unwrap(), ImageFormat::Png)).grey
+    };
+    assert_eq!(wide([0, 128, 129, 65_535]), [0, 0, 1, 255]);
+    let half = ::image::ImageBuffer::<Rgba<u16>, _>::from_raw(1, 1, vec![0, 0, 0, 32_768]);
+    assert_eq!(
+        raster(&encoded(half.unwrap(), ImageFormat::Png)).grey,
+        [127]
+    );
+}
+
+/// A JPEG of black and white halves, with a density and a turn told of in it.
+fn photo(turn: u8) -> Vec<u8> {
+    let mut image = DynamicImage::new_luma8(16, 8);
+    for at in 0..64 {
+        image.put_pixel(8 + at % 8, at / 8, Rgba([255; 4]));
+    }
+    let plain = encoded(image, ImageFormat::Jpeg);
+    // Behind the start of the image: JFIF with 254 by 127 dots an inch, and EXIF with one entry.
+    let jfif = b"\xFF\xE0\x00\x10JFIF\0\x01\x02\x01\x00\xFE\x00\x7F\0\0";
+    let entry = [0x12, 0x01, 3, 0, 1, 0, 0, 0, turn, 0, 0, 0];
+    let tiff = [&b"II*\0\x08\0\0\0\x01\0"[..], &entry, &[0; 4]].concat();
+    let length = (2 + 6 + tiff.len()) as u8;
+    let exif = [&[0xFF, 0xE1, 0, length][..], b"Exif\0\0", &tiff].concat();
+    [&plain[..2], jfif, &exif, &plain[2..]].concat()
+}
+
+#[test]
+fn a_photo_is_upright_and_its_pixels_are_as_large_as_it_says() {
+    let plain = raster(&photo(1));
+    assert_eq!((plain.width, plain.height), (16, 8));
+    assert!(plain.grey[0] < 10 && plain.grey[15] > 245);
+    let [x, y] = plain.pixel.unwrap();
+    assert!((x - 0.1).abs() < 1e-12 && (y - 0.2).abs() < 1e-12);
+
+    // Its right side is the bottom when the camera was held upright: 6 turns it clockwise.
+    let upright = raster(&photo(6));
+    assert_eq!((upright.width, upright.height), (8, 16));
+    assert!(upright.grey[0] < 10 && upright.grey[127] > 245);
+    let [x, y] = upright.pixel.unwrap();
+    assert!((x - 0.2).abs() < 1e-12 && (y - 0.1).abs() < 1e-12);
+}
+
+#[test]
+fn a_bitmap_tells_its_density_in_pixels_per_metre() {
+    let mut bytes = encoded(DynamicImage::new_luma8(3, 2), ImageFormat::Bmp);
+    assert_eq!(raster(&bytes).pixel, None);
+    bytes[38..42].copy_from_slice(&4000_u32.to_le_bytes());
+    bytes[42..46].copy_from_slice(&2000_u32.to_le_bytes());
+    assert_eq!(raster(&bytes).pixel, Some([0.25, 0.5]));
+    bytes[38..42].copy_from_slice(&(-1_i32).to_le_bytes());
+    assert_eq!(raster(&bytes).pixel, None);
+}
+
+#[test]
+fn what_is_too_large_or_no_image_is_refused() {
+    assert_eq!(refusal(b""), "this is no PNG, JPEG or BMP image");
+    assert_eq!(refusal(b"GIF89a"), "this is no PNG, JPEG or BMP image");
+    assert!(refusal(&PALETTE[..60]).starts_with("the image cannot be decoded"));
+    // The header of a bitmap is believed before there are pixels.
+    let sized = |width: u32, height: u32| {
+        let mut bytes = encoded(DynamicImage::new_luma8(1, 1), ImageFormat::Bmp);
+        bytes[18..22].copy_from_slice(&width.to_le_bytes());
+        bytes[22..26].copy_from_slice(&height.to_le_bytes());
+        bytes
+    };
+    for bomb in [sized(40_000, 1), sized(1, 40_000), sized(29_000, 29_000)] {
+        let why = refusal(&bomb);
+        assert!(why.starts_with("the image is too large"), "{why}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn broken_images_are_refused_or_read_whole(
+        which in 0..4_usize,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12),
+        cut in any::<prop::sample::Index>(),
+        whole in any::<bool>(),
+    ) {
+        let mut bytes = match which {
+            0 => PALETTE.to_vec(),
+            1 => photo(8),
+            2 => encoded(DynamicImage::new_rgb8(5, 4), ImageFormat::Bmp),
+            _ => encoded(DynamicImage::new_rgba16(5, 4), ImageFormat::Png),
+        };
+        for (at, value) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        if !whole {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        if let Ok(reading) = read(Format::Image, &bytes, &ReadOptions::default()) {
+            let Content::Image(image) = reading.content else {
+                panic!("no image");
+            };
+            prop_assert_eq!(image.grey.len(), image.width * image.height);
+        }
+    }
+}

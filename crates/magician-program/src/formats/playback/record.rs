@@ -1,6 +1,7 @@
 //! A plan as a playback file.
 
 use super::row::{numbered, setting};
+use super::write::can_be_said;
 use super::{Playback, Point, Row, Way};
 use crate::{Action, Grip, Plan, Problem, Step, Tool, Travel};
 
@@ -145,7 +146,7 @@ impl<'p> Recorder<'p> {
             name
         };
         self.points.push(Point {
-            name: name.to_owned(),
+            name: name.chars().filter(|c| can_be_said(*c)).collect(),
             gripper: self.gripper,
             suction: self.suction,
             ..Point::new(way, to)

@@ -48,10 +48,13 @@ fn item(xml: &mut String, number: u32, text: &str) {
             '&' => xml.push_str("&amp;"),
             // A reader would make a line's end of it.
             '\r' => xml.push_str("&#13;"),
-            // XML has no way to say these.
-            '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => {}
             plain => xml.push(plain),
         }
     }
     xml.push_str(&format!("</item_{number}>"));
+}
+
+/// Whether XML can say it at all.
+pub(super) fn can_be_said(character: char) -> bool {
+    matches!(character, '\t' | '\n' | '\r' | ' '..='\u{fffd}' | '\u{10000}'..)
 }

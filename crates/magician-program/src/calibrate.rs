@@ -1,0 +1,200 @@
+//! Where the paper really lies, and where the tool's tip really is, from points that somebody touched with it.
+
+use magician::ToolBias;
+
+use crate::artwork::Sheet;
+use crate::{Problem, Surface};
+
+/// Points that are nearer to one another than this tell little of an angle, mm.
+const APART: f64 = 20.0;
+/// A corner that is farther from a right angle was not one of a sheet, deg.
+const SKEW: f64 = 5.0;
+/// A sheet that is steeper was not touched where it lies, deg.
+const TILT: f64 = 15.0;
+/// Orientations that differ by less tell little of the tip, deg.
+const TURN: f64 = 30.0;
+
+impl Sheet {
+    /// The sheet whose corners were touched: lower left, lower right, upper left, each as x, y, z of the tip, mm. Height and
+    /// tilt of its surface, how it is turned, and its size follow.
+    ///
+    /// # Errors
+    /// A [`Problem`] if the points are no numbers, too near to one another, make no right angle (more than 5 deg off), or
+    /// make a surface steeper than 15 deg; it says what to touch again.
+    pub fn touched(corners: [[f64; 3]; 3]) -> Result<Self, Problem> {
+        if corners.iter().flatten().any(|number| !number.is_finite()) {
+            return Err(Problem::of_file("the touched points are no numbers"));
+        }
+        let [origin, right, up] = corners;
+        let along = [right[0] - origin[0], right[1] - origin[1]];
+        let across = [up[0] - origin[0], up[1] - origin[1]];
+        for (side, name) in [(along, "lower edge"), (across, "left edge")] {
+            let length = side[0].hypot(side[1]);
+            if length < APART {
+                let message = format!(
+                    "the {name} is {length:.1} mm long by the touched points, it takes {APART} mm to tell how it runs"
+                );
+                return Err(Problem::of_file(message).help("touch corners that are farther apart"));
+            }
+        }
+        let rotation = along[1].atan2(along[0]).to_degrees();
+        let angle = turn(across[1].atan2(across[0]).to_degrees() - rotation);
+        if (angle - 90.0).abs() > SKEW {
+            let message =
+                format!("the corner at the first point has {angle:.1} deg, one of a sheet has 90");
+            let help = "touch lower left, lower right and upper left, in this order, as seen with the arm's X to the right";
+            return Err(Problem::of_file(message).help(help));
+        }
+        let surface = plane(corners);
+        let tilt = surface.slope[0].hypot(surface.slope[1]).atan().to_degrees();
+        if tilt > TILT {
+            let message =
+                format!("the surface is tilted by {tilt:.1} deg, at most {TILT} is drawn on");
+            return Err(
+                Problem::of_file(message).help("touch the paper each time, not the air above it")
+            );
+        }
+        let height = across[0].hypot(across[1]) * angle.to_radians().sin();
+        Ok(Self {
+            corner: [origin[0], origin[1]],
+            rotation,
+            surface,
+            size: Some([along[0].hypot(along[1]), height]),
+        })
+    }
+}
+
+/// The plane through three points that are not on a line.
+fn plane([p, q, s]: [[f64; 3]; 3]) -> Surface {
+    let (u, v) = (minus(q, p), minus(s, p));
+    let det = u[0] * v[1] - u[1] * v[0];
+    let slope = [
+        (u[2] * v[1] - u[1] * v[2]) / det,
+        (u[0] * v[2] - u[2] * v[0]) / det,
+    ];
+    Surface {
+        height: p[2] - slope[0] * p[0] - slope[1] * p[1],
+        slope,
+    }
+}
+
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Degrees from -180 to 180.
+fn turn(degrees: f64) -> f64 {
+    let turned = degrees.rem_euclid(360.0);
+    if turned > 180.0 {
+        turned - 360.0
+    } else {
+        turned
+    }
+}
+
+/// Where a tool's tip is, from one point that it touched in two orientations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tip {
+    /// How far the tip is from where the bias in force has it, when the tool points ahead (J4 = 0): x ahead, y to the left, mm. It
+    /// turns with the tool.
+    pub offset: [f64; 2],
+    /// The bias to set for a tool that is used so, with J4 = 0: that in force, and the offset.
+    pub bias: ToolBias,
+}
+
+impl Tip {
+    /// From a point that was touched twice, the tool turned in between (by J4): each as x, y and r of the pose, mm and deg,
+    /// with `bias` in force. Half a turn tells most.
+    ///
+    /// # Errors
+    /// A [`Problem`] if the numbers are none or the tool was turned by less than 30 deg.
+    pub fn touched(touches: [[f64; 3]; 2], bias: ToolBias) -> Result<Self, Problem> {
+        if touches.iter().flatten().any(|number| !number.is_finite()) {
+            return Err(Problem::of_file("the touched points are no numbers"));
+        }
+        let [[x1, y1, r1], [x2, y2, r2]] = touches;
+        let turned = turn(r2 - r1).abs();
+        if turned < TURN {
+            let message = format!(
+                "the tool was turned by {turned:.1} deg between the touches, it takes {TURN}"
+            );
+            return Err(Problem::of_file(message)
+                .help("turn it by half a turn and touch the same point again"));
+        }
+        // Each pose plus the offset, turned by r, is the same point: (R(r1) - R(r2)) offset = p2 - p1.
+        let [(sin1, cos1), (sin2, cos2)] = [r1, r2].map(|r: f64| r.to_radians().sin_cos());
+        let (c, s) = (cos1 - cos2, sin1 - sin2);
+        let (dx, dy) = (x2 - x1, y2 - y1);
+        let det = c * c + s * s;
+        let offset = [(c * dx + s * dy) / det, (c * dy - s * dx) / det];
+        Ok(Self {
+            offset,
+            bias: ToolBias::new(bias.x + offset[0], bias.y + offset[1], bias.z),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sheet_that_is_turned_and_tilted_is_found() {
+        let (corner, rotation, size) = ([180.0, -60.0], 12.0_f64, [120.0, 90.0]);
+        let surface = Surface {
+            height: -61.0,
+            slope: [0.01, -0.02],
+        };
+        let (sin, cos) = rotation.to_radians().sin_cos();
+        let at = |u: f64, v: f64| {
+            let [x, y] = [corner[0] + u * cos - v * sin, corner[1] + u * sin + v * cos];
+            [x, y, surface.at([x, y])]
+        };
+        let sheet = Sheet::touched([at(0.0, 0.0), at(size[0], 0.0), at(0.0, size[1])]).unwrap();
+        assert!((sheet.rotation - rotation).abs() < 1e-9);
+        assert_eq!(sheet.corner, corner);
+        let found = sheet.size.unwrap();
+        assert!((found[0] - size[0]).abs() < 1e-9 && (found[1] - size[1]).abs() < 1e-9);
+        assert!((sheet.surface.height - surface.height).abs() < 1e-9);
+        for axis in 0..2 {
+            assert!((sheet.surface.slope[axis] - surface.slope[axis]).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_a_sheet_is_refused() {
+        let flat = |x: f64, y: f64| [x, y, -60.0];
+        let near = Sheet::touched([flat(200.0, 0.0), flat(210.0, 0.0), flat(200.0, 80.0)]);
+        assert!(near.unwrap_err().message.contains("10.0 mm"));
+        let skew = Sheet::touched([flat(200.0, 0.0), flat(280.0, 0.0), flat(240.0, 80.0)]);
+        assert!(skew.unwrap_err().message.contains("63.4 deg"));
+        let swapped = Sheet::touched([flat(200.0, 0.0), flat(200.0, 80.0), flat(280.0, 0.0)]);
+        assert!(swapped.unwrap_err().message.contains("-90.0 deg"));
+        let steep = Sheet::touched([flat(200.0, 0.0), [280.0, 0.0, -20.0], flat(200.0, 80.0)]);
+        assert!(steep.unwrap_err().message.contains("26.6 deg"));
+        let line = Sheet::touched([flat(200.0, 0.0), flat(280.0, 0.0), flat(300.0, 0.0)]);
+        assert!(line.is_err());
+        assert!(Sheet::touched([[f64::NAN; 3]; 3]).is_err());
+    }
+
+    #[test]
+    fn a_tip_beside_the_axis_is_found() {
+        let (point, offset) = ([230.0, 40.0], [3.0, -1.5]);
+        let touch = |r: f64| {
+            let (sin, cos) = r.to_radians().sin_cos();
+            let [x, y] = [
+                offset[0] * cos - offset[1] * sin,
+                offset[0] * sin + offset[1] * cos,
+            ];
+            [point[0] - x, point[1] - y, r]
+        };
+        for (from, to) in [(-80.0, 100.0), (10.0, 55.0), (0.0, 180.0)] {
+            let tip = Tip::touched([touch(from), touch(to)], ToolBias::SUCTION).unwrap();
+            assert!((tip.offset[0] - offset[0]).abs() < 1e-9, "{tip:?}");
+            assert!((tip.offset[1] - offset[1]).abs() < 1e-9, "{tip:?}");
+            assert!((tip.bias.x - (ToolBias::SUCTION.x + 3.0)).abs() < 1e-9);
+        }
+        assert!(Tip::touched([touch(0.0), touch(20.0)], ToolBias::NONE).is_err());
+        assert!(Tip::touched([touch(0.0), touch(360.0)], ToolBias::NONE).is_err());
+    }
+}

@@ -1,0 +1,80 @@
+//! Where the arm is by then, as far as the blocks alone tell.
+
+use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
+
+/// What is known of the arm. A program may begin anywhere, and its home point is where its owner has put it, so nothing is
+/// known before the first block that goes to coordinates or to angles.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Course {
+    /// x, y, z.
+    pub(super) at: Option<[f64; 3]>,
+    pub(super) r: Option<f64>,
+    joints: Option<[f64; 4]>,
+    /// The tool bias, once the program has set it.
+    tool: Option<ToolBias>,
+    /// Where the carriage on the rail is.
+    pub(super) rail: Option<f64>,
+}
+
+impl Course {
+    pub(super) fn home(&mut self) {
+        *self = Self {
+            tool: self.tool,
+            ..Self::default()
+        };
+    }
+
+    pub(super) fn go(&mut self, [x, y, z, r]: [f64; 4]) {
+        (self.at, self.r, self.joints) = (Some([x, y, z]), Some(r), None);
+    }
+
+    pub(super) fn shift(&mut self, by: [f64; 3]) {
+        if let Some(at) = &mut self.at {
+            at.iter_mut().zip(by).for_each(|(at, by)| *at += by);
+        }
+        self.joints = None;
+    }
+
+    pub(super) fn bend(&mut self, joints: [f64; 4]) {
+        let [j1, _, _, j4] = joints;
+        let pose = self
+            .tool
+            .map(|tool| Geometry::magician(tool).forward(&joints.into()));
+        self.at = pose.map(|pose| [pose.x, pose.y, pose.z]);
+        (self.r, self.joints) = (Some(j1 + j4), Some(joints));
+    }
+
+    /// The joints stay, and with them r; x, y and z are now others.
+    pub(super) fn fit(&mut self, tool: ToolBias) {
+        self.tool = Some(tool);
+        match self.joints {
+            Some(joints) => self.bend(joints),
+            None => self.at = None,
+        }
+    }
+
+    /// All four joints.
+    pub(super) fn joints(&self) -> Option<[f64; 4]> {
+        if self.joints.is_some() {
+            return self.joints;
+        }
+        let ([x, y, z], r) = (self.at?, self.r?);
+        let joints = Geometry::magician(self.tool?).inverse(&Pose { x, y, z, r });
+        joints.ok().map(JointAngles::to_array)
+    }
+
+    /// J1 depends on the tool only if that sits to the side, which none of the vendor's does.
+    pub(super) fn j1(&self) -> Option<f64> {
+        if let Some([j1, ..]) = self.joints() {
+            return Some(j1);
+        }
+        let [x, y, _] = self.at?;
+        let straight = self.tool.is_none_or(|tool| tool.y == 0.0);
+        straight.then(|| y.atan2(x).to_degrees())
+    }
+
+    /// r is what J1 and J4 turn together.
+    pub(super) fn j4(&self) -> Option<f64> {
+        Some(self.r? - self.j1()?)
+    }
+}

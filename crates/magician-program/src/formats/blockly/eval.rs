@@ -1,0 +1,196 @@
+//! What value blocks give.
+
+use super::machine::{Machine, finite};
+use super::tree::Block;
+use super::value::{Value, arithmetic, compare, constant, function, modulo};
+use super::{refused, robot};
+use crate::Problem;
+
+/// Standard blocks that give a value.
+const VALUES: [&str; 16] = [
+    "logic_boolean",
+    "logic_compare",
+    "logic_negate",
+    "logic_operation",
+    "logic_ternary",
+    "math_arithmetic",
+    "math_constant",
+    "math_constrain",
+    "math_modulo",
+    "math_number",
+    "math_round",
+    "math_single",
+    "math_trig",
+    "text",
+    "variables_get",
+    "dobot_get_current_coordinate",
+];
+
+impl Machine<'_> {
+    pub(super) fn is_value(&self, block: &Block) -> bool {
+        VALUES.contains(&block.kind.as_str()) || block.kind == robot::JOINT_ANGLE
+    }
+
+    /// What hangs in an input; nothing if nothing does.
+    pub(super) fn value(
+        &mut self,
+        block: &Block,
+        input: &str,
+        depth: u32,
+    ) -> Result<Option<Value>, Problem> {
+        let Some(index) = block.input(input) else {
+            return Ok(None);
+        };
+        let inner = self.block(index)?;
+        if inner.disabled {
+            return Ok(None);
+        }
+        self.count(inner, depth + 1)?;
+        self.evaluate(index, inner, depth + 1).map(Some)
+    }
+
+    /// The number in an input or a field by one of these names. Where the studio's block has nothing it uses a number of its
+    /// own, and so do we, with a note.
+    pub(super) fn number(
+        &mut self,
+        index: usize,
+        block: &Block,
+        names: &[&'static str],
+        otherwise: f64,
+        depth: u32,
+    ) -> Result<f64, Problem> {
+        for name in names {
+            if let Some(value) = self.value(block, name, depth)? {
+                let number = value.number().filter(|number| number.is_finite());
+                return number.ok_or_else(|| {
+                    let said = value.said();
+                    block.problem(format!("{name} of {} is `{said}`, no number", block.kind))
+                });
+            }
+            if let Some(text) = block.field(name) {
+                return field_number(block, name, text);
+            }
+        }
+        let name = names.first().copied().unwrap_or_default();
+        let what = format!("{} has no {name}: {otherwise} is taken", block.kind);
+        self.note(index, name, what);
+        Ok(otherwise)
+    }
+
+    /// As [`number`](Self::number), for standard blocks: 0 for what is missing, without a note.
+    fn operand(&mut self, block: &Block, name: &str, depth: u32) -> Result<f64, Problem> {
+        let Some(value) = self.value(block, name, depth)? else {
+            return Ok(0.0);
+        };
+        value.number().ok_or_else(|| {
+            let said = value.said();
+            block.problem(format!(
+                "{} is to compute with `{said}`, no number",
+                block.kind
+            ))
+        })
+    }
+
+    fn truth(&mut self, block: &Block, name: &str, depth: u32) -> Result<Option<bool>, Problem> {
+        Ok(self.value(block, name, depth)?.map(|value| value.is_true()))
+    }
+
+    fn evaluate(&mut self, index: usize, block: &Block, depth: u32) -> Result<Value, Problem> {
+        let operator = block.field("OP").unwrap_or_default();
+        let unknown = || {
+            let message = format!(
+                "{} has an operator that is not known: `{operator}`",
+                block.kind
+            );
+            block.problem(message)
+        };
+        let number = match block.kind.as_str() {
+            "math_number" => {
+                let text = block.field("NUM").unwrap_or_default();
+                field_number(block, "NUM", text)?
+            }
+            "math_arithmetic" => {
+                let a = self.operand(block, "A", depth)?;
+                let b = self.operand(block, "B", depth)?;
+                arithmetic(operator, a, b).ok_or_else(unknown)?
+            }
+            "math_single" | "math_round" | "math_trig" => {
+                let a = self.operand(block, "NUM", depth)?;
+                function(operator, a).ok_or_else(unknown)?
+            }
+            "math_modulo" => {
+                let a = self.operand(block, "DIVIDEND", depth)?;
+                modulo(a, self.operand(block, "DIVISOR", depth)?)
+            }
+            "math_constrain" => {
+                let low = self.operand(block, "LOW", depth)?;
+                let high = self.operand(block, "HIGH", depth)?;
+                self.operand(block, "VALUE", depth)?.max(low).min(high)
+            }
+            "math_constant" => {
+                let name = block.field("CONSTANT").unwrap_or_default();
+                constant(name).unwrap_or(f64::INFINITY)
+            }
+            "logic_boolean" => return Ok(Value::Truth(block.field("BOOL") == Some("TRUE"))),
+            "logic_negate" => {
+                let truth = self.truth(block, "BOOL", depth)?;
+                return Ok(Value::Truth(!truth.unwrap_or(true)));
+            }
+            "logic_compare" => {
+                let zero = Value::Number(0.0);
+                let a = self.value(block, "A", depth)?.unwrap_or(zero.clone());
+                let b = self.value(block, "B", depth)?.unwrap_or(zero);
+                let cannot = || {
+                    let (a, b) = (a.said(), b.said());
+                    block.problem(format!("{operator} cannot compare `{a}` with `{b}`"))
+                };
+                return compare(operator, &a, &b)
+                    .ok_or_else(cannot)
+                    .map(Value::Truth);
+            }
+            "logic_operation" => return self.operation(block, operator, depth),
+            "logic_ternary" => {
+                let met = self.truth(block, "IF", depth)?.unwrap_or(false);
+                let chosen = if met { "THEN" } else { "ELSE" };
+                let value = self.value(block, chosen, depth)?;
+                return value.ok_or_else(|| block.problem(format!("it has no {chosen}")));
+            }
+            "text" => {
+                let text = block.field("TEXT").unwrap_or_default();
+                return Ok(Value::Text(text.to_owned()));
+            }
+            "variables_get" => return self.variable(block),
+            "dobot_get_current_coordinate" | robot::JOINT_ANGLE => {
+                self.reading(index, block, depth)?
+            }
+            _ => return Err(refused::problem(block)),
+        };
+        finite(block, number)
+    }
+
+    /// The second is only looked at where it matters; one that is missing does not matter.
+    fn operation(&mut self, block: &Block, operator: &str, depth: u32) -> Result<Value, Problem> {
+        let all = match operator {
+            "AND" => true,
+            "OR" => false,
+            _ => return Err(block.problem(format!("`{operator}` is neither AND nor OR"))),
+        };
+        let (a, b) = (block.input("A"), block.input("B"));
+        if a.is_none() && b.is_none() {
+            return Ok(Value::Truth(false));
+        }
+        if self.truth(block, "A", depth)?.unwrap_or(all) != all {
+            return Ok(Value::Truth(!all));
+        }
+        let b = self.truth(block, "B", depth)?;
+        Ok(Value::Truth(b.unwrap_or(all)))
+    }
+}
+
+fn field_number(block: &Block, name: &str, text: &str) -> Result<f64, Problem> {
+    let number = text.trim().parse::<f64>().ok();
+    number.filter(|number| number.is_finite()).ok_or_else(|| {
+        let message = format!("{name} of {} is `{text}`, which is no number", block.kind);
+        block.problem(message)
+    })
+}

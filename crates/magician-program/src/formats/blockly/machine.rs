@@ -1,0 +1,245 @@
+//! Runs the blocks when the plan is made.
+
+use std::collections::{HashMap, HashSet};
+
+use super::course::Course;
+use super::tree::{Block, Tree};
+use super::value::Value;
+use crate::{Action, Plan, Problem, Reading};
+
+/// Blocks that are run before a program counts as one without end.
+pub(super) const MOST_STEPS: u32 = 200_000;
+/// How deep blocks may be in each other; one below the other is not deeper.
+pub(super) const MOST_NESTED: u32 = 100;
+
+/// How a stack of blocks ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Flow {
+    Next,
+    /// Out of the loop.
+    Break,
+    /// On with the next round of the loop.
+    Continue,
+}
+
+pub(super) struct Machine<'t> {
+    pub(super) tree: &'t Tree,
+    pub(super) plan: Plan,
+    pub(super) notes: Vec<Problem>,
+    /// What has been noted of which block.
+    noted: HashSet<(usize, &'static str)>,
+    variables: HashMap<String, Value>,
+    pub(super) course: Course,
+    steps: u32,
+}
+
+impl<'t> Machine<'t> {
+    pub(super) fn run(tree: &'t Tree) -> Result<Reading<Plan>, Problem> {
+        let mut machine = Self {
+            tree,
+            plan: Plan::default(),
+            notes: Vec::new(),
+            noted: HashSet::new(),
+            variables: HashMap::new(),
+            course: Course::default(),
+            steps: 0,
+        };
+        for block in &tree.blocks {
+            machine.plan.name(block.name());
+        }
+        machine.note_stacks();
+        for top in &tree.tops {
+            machine.stack(Some(*top), 0)?;
+        }
+        Ok(Reading {
+            content: machine.plan,
+            notes: machine.notes,
+        })
+    }
+
+    pub(super) fn block(&self, index: usize) -> Result<&'t Block, Problem> {
+        let block = self.tree.blocks.get(index);
+        block.ok_or_else(|| Problem::of_file("a block is missing"))
+    }
+
+    fn note_stacks(&mut self) {
+        if let [first, second, ..] = *self.tree.tops.as_slice() {
+            let count = self.tree.tops.len();
+            let what = format!(
+                "the workspace has {count} stacks; they run one after the other, the topmost first"
+            );
+            self.note(second, "stacks", what);
+            self.noted.insert((first, "stacks"));
+        }
+    }
+
+    /// Says something of a block, once.
+    pub(super) fn note(&mut self, index: usize, about: &'static str, what: impl Into<String>) {
+        if let Some(block) = self.tree.blocks.get(index)
+            && self.noted.insert((index, about))
+        {
+            self.notes.push(block.problem(what));
+        }
+    }
+
+    pub(super) fn push(&mut self, index: usize, action: impl Into<Action>) {
+        let origin = self.tree.blocks.get(index).map(|block| block.origin);
+        let origin = origin.unwrap_or_default().named(index);
+        self.plan.push(action, origin);
+    }
+
+    /// Counts what is run, so that it ends.
+    pub(super) fn count(&mut self, block: &Block, depth: u32) -> Result<(), Problem> {
+        if depth > MOST_NESTED {
+            let message = format!("blocks are more than {MOST_NESTED} deep in each other here");
+            return Err(block.problem(message));
+        }
+        self.steps += 1;
+        if self.steps > MOST_STEPS {
+            let message = format!("the program has not ended after {MOST_STEPS} blocks");
+            let help =
+                "give its loops an end; to have it all again and again, run it with `--loops`";
+            return Err(block.problem(message).help(help));
+        }
+        Ok(())
+    }
+
+    /// Runs blocks one after the other.
+    pub(super) fn stack(&mut self, first: Option<usize>, depth: u32) -> Result<Flow, Problem> {
+        let mut next = first;
+        while let Some(index) = next {
+            let block = self.block(index)?;
+            self.count(block, depth)?;
+            if !block.disabled {
+                let flow = self.statement(index, block, depth)?;
+                if flow != Flow::Next {
+                    return Ok(flow);
+                }
+            }
+            next = block.next;
+        }
+        Ok(Flow::Next)
+    }
+
+    fn statement(&mut self, index: usize, block: &'t Block, depth: u32) -> Result<Flow, Problem> {
+        match block.kind.as_str() {
+            "controls_if" => return self.branch(block, depth),
+            "controls_for" => self.counted(index, block, depth)?,
+            "controls_repeat" | "controls_repeat_ext" => self.repeated(index, block, depth)?,
+            "controls_whileUntil" => self.conditional(block, depth)?,
+            "controls_flow_statements" => {
+                return Ok(match block.field("FLOW") {
+                    Some("CONTINUE") => Flow::Continue,
+                    _ => Flow::Break,
+                });
+            }
+            "variables_set" => {
+                let value = self.value(block, "VALUE", depth)?;
+                let value = value.unwrap_or(Value::Number(0.0));
+                self.variables.insert(variable(block)?, value);
+            }
+            "math_change" => {
+                let by = self.number(index, block, &["DELTA"], 0.0, depth)?;
+                let before = self
+                    .variables
+                    .get(&variable(block)?)
+                    .and_then(Value::number);
+                let after = finite(block, before.unwrap_or(0.0) + by)?;
+                self.variables.insert(variable(block)?, after);
+            }
+            "text_print" => {
+                let said = self.value(block, "TEXT", depth)?;
+                let said = said.map(|value| value.said()).unwrap_or_default();
+                self.note(index, "print", format!("it prints: {said}"));
+            }
+            _ if self.is_value(block) => {
+                let what = "it gives a value that nothing uses: it is left out";
+                self.note(index, "value", what);
+            }
+            _ => self.robot(index, block, depth)?,
+        }
+        Ok(Flow::Next)
+    }
+
+    fn branch(&mut self, block: &'t Block, depth: u32) -> Result<Flow, Problem> {
+        for n in block.numbered_inputs(["IF", "DO"]) {
+            let met = self.value(block, &format!("IF{n}"), depth)?;
+            if met.is_some_and(|met| met.is_true()) {
+                return self.stack(block.input(&format!("DO{n}")), depth + 1);
+            }
+        }
+        self.stack(block.input("ELSE"), depth + 1)
+    }
+
+    /// One round of a loop; whether there may be another.
+    fn round(&mut self, block: &'t Block, depth: u32) -> Result<bool, Problem> {
+        // An empty loop has no blocks to count.
+        self.count(block, depth)?;
+        Ok(self.stack(block.input("DO"), depth + 1)? != Flow::Break)
+    }
+
+    /// From one number to another, both included, up or down; what the body does to the variable changes nothing.
+    fn counted(&mut self, index: usize, block: &'t Block, depth: u32) -> Result<(), Problem> {
+        let from = self.number(index, block, &["FROM"], 0.0, depth)?;
+        let to = self.number(index, block, &["TO"], 0.0, depth)?;
+        let by = self.number(index, block, &["BY"], 1.0, depth)?.abs();
+        let name = variable(block)?;
+        let by = if from <= to { by } else { -by };
+        let within = |at: f64| if from <= to { at <= to } else { at >= to };
+        let mut at = from;
+        while within(at) {
+            self.variables.insert(name.clone(), Value::Number(at));
+            if !self.round(block, depth)? {
+                break;
+            }
+            if at + by == at {
+                let message = format!("its steps of {by} lead nowhere from {at}: it has no end");
+                return Err(block.problem(message));
+            }
+            at += by;
+        }
+        Ok(())
+    }
+
+    fn repeated(&mut self, index: usize, block: &'t Block, depth: u32) -> Result<(), Problem> {
+        let times = self.number(index, block, &["TIMES"], 0.0, depth)?;
+        let mut left = times.trunc();
+        while left >= 1.0 && self.round(block, depth)? {
+            left -= 1.0;
+        }
+        Ok(())
+    }
+
+    fn conditional(&mut self, block: &'t Block, depth: u32) -> Result<(), Problem> {
+        let until = block.field("MODE") == Some("UNTIL");
+        loop {
+            let met = self.value(block, "BOOL", depth)?;
+            let met = met.is_some_and(|met| met.is_true());
+            if met == until || !self.round(block, depth)? {
+                return Ok(());
+            }
+        }
+    }
+
+    pub(super) fn variable(&self, block: &Block) -> Result<Value, Problem> {
+        let name = variable(block)?;
+        self.variables
+            .get(&name)
+            .cloned()
+            .ok_or_else(|| block.problem(format!("the variable `{name}` has no value yet")))
+    }
+}
+
+fn variable(block: &Block) -> Result<String, Problem> {
+    let name = block.field("VAR").filter(|name| !name.is_empty());
+    let missing = || block.problem(format!("the block {} names no variable", block.kind));
+    name.map(str::to_owned).ok_or_else(missing)
+}
+
+/// What was computed, if it is a number.
+pub(super) fn finite(block: &Block, number: f64) -> Result<Value, Problem> {
+    match number.is_finite() {
+        true => Ok(Value::Number(number)),
+        false => Err(block.problem("what it computes is no number")),
+    }
+}

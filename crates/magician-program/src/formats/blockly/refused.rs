@@ -1,0 +1,84 @@
+//! Blocks that a plan cannot have, each with its reason.
+
+use super::tree::Block;
+use crate::Problem;
+
+/// Why a block cannot be in a plan.
+#[derive(Clone, Copy)]
+enum Reason {
+    /// Its value comes from the arm.
+    Reading,
+    /// Its value comes from the clock.
+    Clock,
+    /// It is for the M1.
+    OtherArm,
+    /// It is for a MagicBox, or what is plugged into one.
+    MagicBox,
+}
+
+const REFUSED: [(&str, Reason); 20] = [
+    ("dobot_get_input", Reason::Reading),
+    ("dobot_get_adc", Reason::Reading),
+    ("dobot_getiopwm", Reason::Reading),
+    ("dobot_get_12voutput", Reason::Reading),
+    ("dobot_get_colorseneor", Reason::Reading),
+    ("dobot_GetInfraredSensor", Reason::Reading),
+    ("dobot_time", Reason::Clock),
+    ("math_random_int", Reason::Clock),
+    ("math_random_float", Reason::Clock),
+    ("dobot_SetArmSpeedRatio", Reason::MagicBox),
+    ("dobot_GetArmSpeedRatio", Reason::MagicBox),
+    ("dobot_SetLSpeedRatio", Reason::MagicBox),
+    ("dobot_GetLSpeedRatio", Reason::MagicBox),
+    ("dobot_SetServoAngle", Reason::MagicBox),
+    ("dobot_set_armori", Reason::OtherArm),
+    ("dobot_nonlinear_movement", Reason::OtherArm),
+    ("dobot_nonlinear_movement_joint", Reason::OtherArm),
+    ("dobot_nonlinear_movement_movj", Reason::OtherArm),
+    ("dobot_nonlinear_movement_descartes_movj", Reason::OtherArm),
+    ("dobot_linear_movement_movl", Reason::OtherArm),
+];
+
+fn reason(kind: &str) -> Option<Reason> {
+    let mut known = REFUSED.iter();
+    if let Some((_, reason)) = known.find(|(own, _)| own.eq_ignore_ascii_case(kind)) {
+        return Some(*reason);
+    }
+    let lower = kind.to_ascii_lowercase();
+    let robot = lower.starts_with("dobot");
+    let has = |part| robot && lower.contains(part);
+    if has("seeed") || has("servo") || has("speedratio") {
+        return Some(Reason::MagicBox);
+    }
+    if has("nonlinear_movement") || has("linear_movement") || has("armori") {
+        return Some(Reason::OtherArm);
+    }
+    (has("_get") || has("getpose")).then_some(Reason::Reading)
+}
+
+/// Why this block cannot be in a plan.
+pub(super) fn problem(block: &Block) -> Problem {
+    let kind = block.kind.as_str();
+    let (why, help) = match reason(kind) {
+        Some(Reason::Reading) => (
+            "asks the arm while it runs, and a plan is made before anything moves",
+            Some("a program of its own can ask: see the `magician` library, or the Python package"),
+        ),
+        Some(Reason::Clock) => (
+            "gives something else each time, and a plan is made once, before anything moves",
+            Some("put a number in its place"),
+        ),
+        Some(Reason::OtherArm) => ("is for the M1, not for the Magician", None),
+        Some(Reason::MagicBox) => (
+            "is for a MagicBox and what is plugged into it, which the Magician's protocol does not reach",
+            None,
+        ),
+        None if kind.is_empty() => ("names no kind of block", None),
+        None => ("is a block that is not known here", None),
+    };
+    let problem = block.problem(format!("`{kind}` {why}"));
+    match help {
+        Some(help) => problem.help(help),
+        None => problem,
+    }
+}

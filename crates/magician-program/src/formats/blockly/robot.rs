@@ -1,0 +1,277 @@
+//! Where the robot's own blocks have the arm go. Fields, units and the numbers for what is missing are those of the blocks in
+//! DobotStudio 1.9.
+
+use magician_protocol::commands::PtpWithLCmd;
+use magician_protocol::{PtpMode, Set};
+
+use super::machine::Machine;
+use super::tree::Block;
+use crate::{Action, Problem, Travel};
+
+pub(super) const JOINT_ANGLE: &str = "dobot_get_joint_angle";
+
+/// One block under way.
+pub(super) struct Call<'m, 't> {
+    pub(super) machine: &'m mut Machine<'t>,
+    index: usize,
+    pub(super) block: &'t Block,
+    depth: u32,
+}
+
+impl<'t> Machine<'t> {
+    /// Does what a robot's block says.
+    pub(super) fn robot(
+        &mut self,
+        index: usize,
+        block: &'t Block,
+        depth: u32,
+    ) -> Result<(), Problem> {
+        let mut call = Call {
+            machine: self,
+            index,
+            block,
+            depth,
+        };
+        match block.kind.as_str() {
+            "dobot_home" => call.home(),
+            "dobot_goto" => return call.go(Travel::Line),
+            "dobot_jumpto" => return call.go(Travel::Jump),
+            "dobot_move" => return call.shift(),
+            "dobot_setr" => return call.turn(),
+            "dobot_setl" => return call.slide(),
+            "dobot_setjointangle" => return call.bend(),
+            "dobot_delaytime" => return call.wait(),
+            _ => return call.setting(),
+        }
+        Ok(())
+    }
+
+    /// What a block reads of the arm's place, as far as the blocks before it tell.
+    pub(super) fn reading(
+        &mut self,
+        index: usize,
+        block: &Block,
+        depth: u32,
+    ) -> Result<f64, Problem> {
+        let nth = self.number(index, block, &["value"], 1.0, depth)?;
+        let course = &self.course;
+        let axis = |axis: usize| course.at.and_then(|at| at.get(axis).copied());
+        let joint = |joint: usize| {
+            course
+                .joints()
+                .and_then(|joints| joints.get(joint).copied())
+        };
+        let (what, known) = match nth as i64 {
+            1 => ("x", axis(0)),
+            2 => ("y", axis(1)),
+            3 => ("z", axis(2)),
+            4 => ("r", course.r),
+            5 => ("joint 1", course.j1()),
+            6 => ("joint 2", joint(1)),
+            7 => ("joint 3", joint(2)),
+            8 => ("joint 4", course.j4()),
+            0 => ("the place on the rail", course.rail),
+            _ => return Err(block.problem(format!("there is no coordinate {nth}"))),
+        };
+        known.ok_or_else(|| {
+            let message = format!(
+                "it asks for {what}, which is not known when the plan is made: no block before it says where the arm is"
+            );
+            let help = "select the end effector and go to coordinates first; `dobot_home` leads to a point that the arm keeps";
+            block.problem(message).help(help)
+        })
+    }
+}
+
+impl Call<'_, '_> {
+    pub(super) fn number(
+        &mut self,
+        names: &[&'static str],
+        otherwise: f64,
+    ) -> Result<f64, Problem> {
+        let Self {
+            index,
+            block,
+            depth,
+            ..
+        } = *self;
+        self.machine.number(index, block, names, otherwise, depth)
+    }
+
+    /// As the wire has it.
+    pub(super) fn single(
+        &mut self,
+        names: &[&'static str],
+        otherwise: f64,
+    ) -> Result<f32, Problem> {
+        let number = self.number(names, otherwise)?;
+        let name = names.first().copied().unwrap_or_default();
+        fit(self.block, name, number)
+    }
+
+    /// One of a few whole numbers, in a field of the block.
+    pub(super) fn choice(
+        &mut self,
+        name: &'static str,
+        known: std::ops::RangeInclusive<u8>,
+    ) -> Result<u8, Problem> {
+        let otherwise = f64::from(*known.start());
+        let number = self.number(&[name], otherwise)?;
+        let found = known.clone().find(|code| f64::from(*code) == number);
+        found.ok_or_else(|| {
+            let (kind, from, to) = (&self.block.kind, known.start(), known.end());
+            self.block.problem(format!(
+                "{name} of {kind} is {number}; {from} to {to} can be"
+            ))
+        })
+    }
+
+    pub(super) fn push(&mut self, action: impl Into<Action>) {
+        self.machine.push(self.index, action);
+    }
+
+    pub(super) fn note(&mut self, about: &'static str, what: &str) {
+        self.machine.note(self.index, about, what);
+    }
+
+    fn unknown_place(&self, what: &str) -> Problem {
+        let message = format!(
+            "{what}, which is not known when the plan is made: no block before it says where the arm is"
+        );
+        let help = "go to coordinates or joint angles first; `dobot_home` leads to a point that the arm keeps";
+        self.block.problem(message).help(help)
+    }
+
+    fn home(&mut self) {
+        self.push(Action::Home);
+        self.machine.course.home();
+    }
+
+    pub(super) fn place(&mut self, x: f64) -> Result<[f64; 3], Problem> {
+        let x = self.single(&["xBias"], x)?;
+        let y = self.single(&["yBias"], 0.0)?;
+        let z = self.single(&["zBias"], 0.0)?;
+        Ok([x, y, z].map(f64::from))
+    }
+
+    /// A line keeps r, a jump has r = 0.
+    fn go(&mut self, by: Travel) -> Result<(), Problem> {
+        let [x, y, z] = self.place(208.0)?;
+        let r = match (by, self.machine.course.r) {
+            (Travel::Line, Some(r)) => r,
+            (Travel::Line, None) => {
+                let what = "it keeps r, which no block before it has set: 0 is taken";
+                self.note("r", what);
+                0.0
+            }
+            _ => 0.0,
+        };
+        self.arrive([x, y, z, r], by)
+    }
+
+    fn arrive(&mut self, to: [f64; 4], by: Travel) -> Result<(), Problem> {
+        self.machine.course.go(to);
+        let to = poses(self.block, to)?;
+        self.push(Action::Move { to, by });
+        Ok(())
+    }
+
+    fn shift(&mut self) -> Result<(), Problem> {
+        let by = self.place(0.0)?;
+        self.machine.course.shift(by);
+        let [x, y, z] = by;
+        let by = poses(self.block, [x, y, z, 0.0])?;
+        self.push(Action::Shift { by, line: true });
+        Ok(())
+    }
+
+    /// The studio turns J4 to the number and leaves the other joints: the same place, with r = J1 + J4.
+    fn turn(&mut self) -> Result<(), Problem> {
+        let j4 = self.number(&["R"], 0.0)?;
+        let course = &self.machine.course;
+        if let (Some([x, y, z]), Some(j1)) = (course.at, course.j1()) {
+            return self.arrive([x, y, z, j1 + j4], Travel::Joints);
+        }
+        let Some([j1, j2, j3, _]) = course.joints() else {
+            return Err(self.unknown_place("it turns the tool where the arm is"));
+        };
+        self.joints([j1, j2, j3, j4])
+    }
+
+    fn joints(&mut self, joints: [f64; 4]) -> Result<(), Problem> {
+        let to = poses(self.block, joints)?;
+        self.machine.course.bend(to.map(f64::from));
+        let by = Travel::Joints;
+        self.push(Action::Joints { to, by });
+        Ok(())
+    }
+
+    /// J4 stays as it is.
+    fn bend(&mut self) -> Result<(), Problem> {
+        let j1 = self.number(&["Joint1"], 0.0)?;
+        let j2 = self.number(&["Joint2"], 0.0)?;
+        let j3 = self.number(&["Joint3"], 0.0)?;
+        let j4 = self.machine.course.j4().unwrap_or_else(|| {
+            let what = "it keeps joint 4, which no block before it has set: 0 is taken";
+            self.note("j4", what);
+            0.0
+        });
+        self.joints([j1, j2, j3, j4])
+    }
+
+    /// The arm keeps its place, the carriage moves.
+    fn slide(&mut self) -> Result<(), Problem> {
+        let l = self.single(&["L"], 0.0)?;
+        let course = &self.machine.course;
+        let (ptp_mode, numbers) = match (course.at, course.r, course.joints()) {
+            (Some([x, y, z]), Some(r), _) => (PtpMode::MovjXyz, [x, y, z, r]),
+            (_, _, Some(joints)) => (PtpMode::MovjAngle, joints),
+            _ => return Err(self.unknown_place("it moves the rail under the arm where that is")),
+        };
+        let [x, y, z, r] = poses(self.block, numbers)?;
+        let course = &mut self.machine.course;
+        course.rail = Some(f64::from(l));
+        self.push(Set::from(PtpWithLCmd {
+            ptp_mode,
+            x,
+            y,
+            z,
+            r,
+            l,
+        }));
+        Ok(())
+    }
+
+    fn wait(&mut self) -> Result<(), Problem> {
+        let seconds = self.number(&["time"], 0.5)?;
+        let milliseconds = (seconds * 1000.0).round();
+        if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) {
+            let most = f64::from(u32::MAX) / 1000.0;
+            let message = format!("it waits for {seconds} s; 0 to {most} s can be");
+            return Err(self.block.problem(message));
+        }
+        if milliseconds > 0.0 {
+            self.push(Action::Wait(milliseconds as u32));
+        }
+        Ok(())
+    }
+}
+
+fn fit(block: &Block, name: &str, number: f64) -> Result<f32, Problem> {
+    let single = number as f32;
+    match single.is_finite() {
+        true => Ok(single),
+        false => Err(block.problem(format!(
+            "{name} of {} is {number}, out of all range",
+            block.kind
+        ))),
+    }
+}
+
+fn poses(block: &Block, numbers: [f64; 4]) -> Result<[f32; 4], Problem> {
+    let mut pose = [0.0; 4];
+    for (number, single) in numbers.into_iter().zip(&mut pose) {
+        *single = fit(block, "a number", number)?;
+    }
+    Ok(pose)
+}

@@ -1,0 +1,112 @@
+//! Values, and what is computed with them; as the Python that the studio makes of the blocks.
+
+/// What a block gives.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    Number(f64),
+    Truth(bool),
+    Text(String),
+}
+
+impl Value {
+    /// A truth counts as 1 or 0.
+    pub(super) fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Truth(truth) => Some(f64::from(u8::from(*truth))),
+            Self::Text(_) => None,
+        }
+    }
+
+    pub(super) fn is_true(&self) -> bool {
+        match self {
+            Self::Number(number) => *number != 0.0,
+            Self::Truth(truth) => *truth,
+            Self::Text(text) => !text.is_empty(),
+        }
+    }
+
+    pub(super) fn said(&self) -> String {
+        match self {
+            Self::Number(number) => number.to_string(),
+            Self::Truth(truth) => truth.to_string(),
+            Self::Text(text) => text.clone(),
+        }
+    }
+}
+
+pub(super) fn compare(operator: &str, a: &Value, b: &Value) -> Option<bool> {
+    let same = || match (a.number(), b.number()) {
+        (Some(a), Some(b)) => a == b,
+        _ => a == b,
+    };
+    let order = || match (a, b) {
+        (Value::Text(a), Value::Text(b)) => Some(a.cmp(b)),
+        _ => a.number()?.partial_cmp(&b.number()?),
+    };
+    Some(match operator {
+        "EQ" => same(),
+        "NEQ" => !same(),
+        "LT" => order()?.is_lt(),
+        "LTE" => order()?.is_le(),
+        "GT" => order()?.is_gt(),
+        "GTE" => order()?.is_ge(),
+        _ => return None,
+    })
+}
+
+pub(super) fn arithmetic(operator: &str, a: f64, b: f64) -> Option<f64> {
+    Some(match operator {
+        "ADD" => a + b,
+        "MINUS" => a - b,
+        "MULTIPLY" => a * b,
+        "DIVIDE" => a / b,
+        "POWER" => a.powf(b),
+        _ => return None,
+    })
+}
+
+/// Functions of one number; angles are degrees.
+pub(super) fn function(operator: &str, a: f64) -> Option<f64> {
+    Some(match operator {
+        "ROOT" => a.sqrt(),
+        "ABS" => a.abs(),
+        "NEG" => -a,
+        "LN" => a.ln(),
+        "LOG10" => a.log10(),
+        "EXP" => a.exp(),
+        "POW10" => 10.0_f64.powf(a),
+        "ROUND" => a.round_ties_even(),
+        "ROUNDUP" => a.ceil(),
+        "ROUNDDOWN" => a.floor(),
+        "SIN" => a.to_radians().sin(),
+        "COS" => a.to_radians().cos(),
+        "TAN" => a.to_radians().tan(),
+        "ASIN" => a.asin().to_degrees(),
+        "ACOS" => a.acos().to_degrees(),
+        "ATAN" => a.atan().to_degrees(),
+        _ => return None,
+    })
+}
+
+/// What is left has the sign of the divisor.
+pub(super) fn modulo(a: f64, b: f64) -> f64 {
+    let left = a % b;
+    if left != 0.0 && (left < 0.0) != (b < 0.0) {
+        left + b
+    } else {
+        left
+    }
+}
+
+pub(super) fn constant(name: &str) -> Option<f64> {
+    use std::f64::consts;
+    Some(match name {
+        "PI" => consts::PI,
+        "E" => consts::E,
+        "GOLDEN_RATIO" => (1.0 + 5.0_f64.sqrt()) / 2.0,
+        "SQRT2" => consts::SQRT_2,
+        "SQRT1_2" => consts::FRAC_1_SQRT_2,
+        _ => return None,
+    })
+}

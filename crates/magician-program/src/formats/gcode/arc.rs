@@ -1,0 +1,275 @@
+//! Arcs in the XY plane, with a straight third coordinate.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::artwork::distance;
+
+/// Ends that are nearer to one another than this are the same point: a full circle, mm.
+const SAME: f64 = 1e-4;
+/// Both radii of an arc may differ by this share of them (programs round their coordinates).
+const ROUNDING: f64 = 1e-3;
+/// One arc of the arm goes no farther round than this: the circle through three points is badly known when two of them
+/// are near one another.
+const WIDEST: f64 = PI * 5.0 / 3.0;
+/// More pieces than this are no arc of a drawing.
+const MOST_PIECES: f64 = 2000.0;
+
+/// From where to where, and which way round.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ends {
+    pub(super) from: [f64; 3],
+    pub(super) to: [f64; 3],
+    /// Clockwise, seen from above (G2).
+    pub(super) clockwise: bool,
+}
+
+/// How a program says which circle it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Round {
+    /// About this point.
+    Centre([f64; 2]),
+    /// With this radius; the longer way if it is negative.
+    Radius(f64),
+}
+
+/// An arc. Where its two radii differ within the rounding, one goes over into the other on the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Arc {
+    from: [f64; 3],
+    to: [f64; 3],
+    centre: [f64; 2],
+    start: f64,
+    radii: [f64; 2],
+    /// By how much it turns, counter-clockwise, radians.
+    pub(super) sweep: f64,
+}
+
+impl Arc {
+    /// The arc between two points; `turns` full turns more than the way says. `tolerance` is how far the radii may differ.
+    pub(super) fn new(
+        ends: &Ends,
+        round: Round,
+        turns: u32,
+        tolerance: f64,
+    ) -> Result<Self, String> {
+        let [[ax, ay, _], [bx, by, _]] = [ends.from, ends.to];
+        let chord = distance([ax, ay], [bx, by]);
+        let centre = match round {
+            Round::Centre(centre) => centre,
+            Round::Radius(radius) => centre_of(ends, chord, radius, tolerance)?,
+        };
+        let radii = [distance(centre, [ax, ay]), distance(centre, [bx, by])];
+        let [first, last] = radii;
+        if first < SAME {
+            return Err("the arc begins at its centre".into());
+        }
+        if (first - last).abs() > tolerance.max(ROUNDING * first) {
+            return Err(format!(
+                "the arc begins {first:.3} mm from its centre and ends {last:.3} mm from it"
+            ));
+        }
+        let start = (ay - centre[1]).atan2(ax - centre[0]);
+        let end = (by - centre[1]).atan2(bx - centre[0]);
+        let mut sweep = if chord < SAME {
+            TAU
+        } else if ends.clockwise {
+            (start - end).rem_euclid(TAU)
+        } else {
+            (end - start).rem_euclid(TAU)
+        };
+        sweep += TAU * f64::from(turns);
+        Ok(Self {
+            from: ends.from,
+            to: ends.to,
+            centre,
+            start,
+            radii,
+            sweep: if ends.clockwise { -sweep } else { sweep },
+        })
+    }
+
+    /// The point at a share of the way.
+    pub(super) fn at(&self, share: f64) -> [f64; 3] {
+        if share >= 1.0 {
+            return self.to;
+        }
+        let [first, last] = self.radii;
+        let radius = first + (last - first) * share;
+        let (sin, cos) = (self.start + self.sweep * share).sin_cos();
+        let [x, y] = self.centre;
+        let z = self.from[2] + (self.to[2] - self.from[2]) * share;
+        [x + radius * cos, y + radius * sin, z]
+    }
+
+    /// Whether it stays at one height.
+    pub(super) fn is_level(&self) -> bool {
+        (self.from[2] - self.to[2]).abs() < SAME
+    }
+
+    /// How far it is from its chord, mm.
+    pub(super) fn height(&self) -> f64 {
+        let radius = self.radii[0].max(self.radii[1]);
+        if self.sweep.abs() >= PI {
+            return radius;
+        }
+        radius * (1.0 - (self.sweep / 2.0).cos())
+    }
+
+    /// The arcs that the arm can do, each with a point on the way and its end.
+    pub(super) fn parts(&self) -> impl Iterator<Item = [[f64; 3]; 2]> + use<> {
+        let count = (self.sweep.abs() / WIDEST).ceil().max(1.0);
+        let arc = *self;
+        (0..count as u32).map(move |nth| {
+            let nth = f64::from(nth);
+            let share = |part: f64| (nth + part) / count;
+            [arc.at(share(0.5)), arc.at(share(1.0))]
+        })
+    }
+
+    /// The corners of lines that are no farther from it than the tolerance.
+    pub(super) fn corners(
+        &self,
+        tolerance: f64,
+    ) -> Result<impl Iterator<Item = [f64; 3]> + use<>, String> {
+        let radius = self.radii[0].max(self.radii[1]);
+        let widest = 2.0 * (1.0 - tolerance / radius).clamp(-1.0, 1.0).acos();
+        // A quarter at most, so that a small circle is not a line.
+        let count = (self.sweep.abs() / widest.min(PI / 2.0)).ceil().max(1.0);
+        if count > MOST_PIECES {
+            return Err(format!(
+                "the arc has a radius of {radius:.0} mm and takes {count:.0} lines; {MOST_PIECES} are the most"
+            ));
+        }
+        let arc = *self;
+        Ok((1..=count as u32).map(move |nth| arc.at(f64::from(nth) / count)))
+    }
+}
+
+/// The centre of an arc of this radius.
+fn centre_of(ends: &Ends, chord: f64, radius: f64, tolerance: f64) -> Result<[f64; 2], String> {
+    let [[ax, ay, _], [bx, by, _]] = [ends.from, ends.to];
+    if chord < SAME {
+        return Err(
+            "an arc given by its radius must end somewhere else; a circle needs I and J".into(),
+        );
+    }
+    let (size, half) = (radius.abs(), chord / 2.0);
+    if half - size > tolerance.max(ROUNDING * half) {
+        return Err(format!(
+            "a radius of {size:.3} mm is too small for ends that are {chord:.3} mm apart; it takes {half:.3} mm"
+        ));
+    }
+    let off = (size * size - half * half).max(0.0).sqrt();
+    // The centre of the shorter clockwise way is to the right of the chord.
+    let side = if ends.clockwise == (radius > 0.0) {
+        1.0
+    } else {
+        -1.0
+    };
+    let right = [(by - ay) / chord, (ax - bx) / chord];
+    Ok([
+        f64::midpoint(ax, bx) + side * off * right[0],
+        f64::midpoint(ay, by) + side * off * right[1],
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLOCKWISE: bool = true;
+
+    fn arc(from: [f64; 2], to: [f64; 2], clockwise: bool, round: Round) -> Arc {
+        let ends = Ends {
+            from: [from[0], from[1], 5.0],
+            to: [to[0], to[1], 5.0],
+            clockwise,
+        };
+        Arc::new(&ends, round, 0, 0.01).expect("an arc")
+    }
+
+    fn near(one: [f64; 3], other: [f64; 2]) {
+        assert!(
+            distance([one[0], one[1]], other) < 1e-9,
+            "{one:?} {other:?}"
+        );
+    }
+
+    #[test]
+    fn the_way_round_is_as_seen_from_above() {
+        let centre = Round::Centre([10.0, 20.0]);
+        let quarter = arc([15.0, 20.0], [10.0, 25.0], !CLOCKWISE, centre);
+        let root = 5.0 / 2f64.sqrt();
+        near(quarter.at(0.5), [10.0 + root, 20.0 + root]);
+        let rest = arc([15.0, 20.0], [10.0, 25.0], CLOCKWISE, centre);
+        near(rest.at(0.5), [10.0 - root, 20.0 - root]);
+        assert!((quarter.sweep - rest.sweep - TAU).abs() < 1e-12);
+        let circle = arc([15.0, 20.0], [15.0, 20.0], CLOCKWISE, centre);
+        near(circle.at(0.25), [10.0, 15.0]);
+        assert_eq!(circle.parts().count(), 2);
+    }
+
+    #[test]
+    fn a_radius_means_the_shorter_way_and_a_negative_one_the_longer() {
+        let (from, to) = ([5.0, 0.0], [0.0, 5.0]);
+        let middle = |clockwise, radius| arc(from, to, clockwise, Round::Radius(radius)).at(0.5);
+        let root = 5.0 / 2f64.sqrt();
+        near(middle(!CLOCKWISE, 5.0), [root, root]);
+        near(middle(CLOCKWISE, -5.0), [-root, -root]);
+        near(middle(CLOCKWISE, 5.0), [5.0 - root, 5.0 - root]);
+        near(middle(!CLOCKWISE, -5.0), [5.0 + root, 5.0 + root]);
+        // Half a circle, with a radius that was rounded down.
+        near(
+            arc([0.0, 0.0], [10.0, 0.0], CLOCKWISE, Round::Radius(4.999)).at(0.5),
+            [5.0, 5.0],
+        );
+    }
+
+    #[test]
+    fn lines_are_as_near_as_they_are_to_be() {
+        let circle = arc(
+            [30.0, 0.0],
+            [30.0, 0.0],
+            !CLOCKWISE,
+            Round::Centre([0.0, 0.0]),
+        );
+        for tolerance in [1.0, 0.05, 0.001] {
+            let mut last = [30.0, 0.0];
+            let mut worst = 0_f64;
+            for [x, y, _] in circle.corners(tolerance).expect("few enough") {
+                assert!((x.hypot(y) - 30.0).abs() < 1e-9);
+                let middle = [f64::midpoint(last[0], x), f64::midpoint(last[1], y)];
+                worst = worst.max(30.0 - middle[0].hypot(middle[1]));
+                last = [x, y];
+            }
+            assert!(
+                worst <= tolerance && worst > tolerance / 2.0,
+                "{worst} {tolerance}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_no_arc_is_refused_with_both_values() {
+        let ends = Ends {
+            from: [0.0, 0.0, 0.0],
+            to: [10.0, 0.0, 0.0],
+            clockwise: true,
+        };
+        let refused = |round| Arc::new(&ends, round, 0, 0.01).expect_err("no arc");
+        assert_eq!(
+            refused(Round::Centre([4.0, 0.0])),
+            "the arc begins 4.000 mm from its centre and ends 6.000 mm from it"
+        );
+        assert_eq!(
+            refused(Round::Radius(3.0)),
+            "a radius of 3.000 mm is too small for ends that are 10.000 mm apart; it takes 5.000 mm"
+        );
+        let back = Ends {
+            to: ends.from,
+            ..ends
+        };
+        assert!(Arc::new(&back, Round::Radius(3.0), 0, 0.01).is_err());
+        assert!(Arc::new(&back, Round::Centre([0.0, 0.0]), 0, 0.01).is_err());
+    }
+}

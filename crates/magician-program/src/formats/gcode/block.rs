@@ -1,0 +1,179 @@
+//! One line of G-code, sorted: its codes, and the numbers that go with them.
+
+use std::ops::Range;
+
+use super::lexer::{Flaw, Words};
+
+/// More codes than this on a line are no program.
+const MOST_CODES: usize = 16;
+
+/// A code: G or M and its number.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Code {
+    pub(super) letter: u8,
+    /// Ten times its number: 901 is G90.1.
+    pub(super) tenths: u32,
+    pub(super) range: Range<usize>,
+}
+
+impl Code {
+    pub(super) fn is(&self, letter: u8, number: u32) -> bool {
+        self.letter == letter && self.tenths == number * 10
+    }
+}
+
+impl std::fmt::Display for Code {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (letter, number) = (char::from(self.letter), self.tenths / 10);
+        match self.tenths % 10 {
+            0 => write!(f, "{letter}{number}"),
+            part => write!(f, "{letter}{number}.{part}"),
+        }
+    }
+}
+
+/// M codes whose line goes on with text.
+const WITH_TEXT: [u32; 9] = [0, 1, 23, 28, 32, 117, 118, 486, 928];
+/// M codes that leave an S on their line to the laser.
+const WITHOUT_S: [u32; 12] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 30, 60];
+
+/// A line, sorted. It is used again for each line.
+#[derive(Debug, Default)]
+pub(super) struct Block {
+    numbers: [f64; 26],
+    ranges: [(usize, usize); 26],
+    /// Which letters have a number, a bit each.
+    given: u32,
+    pub(super) codes: Vec<Code>,
+    /// The first letter that has none.
+    pub(super) bare: Option<(char, Range<usize>)>,
+    /// From its first word to its last.
+    pub(super) range: Range<usize>,
+}
+
+fn index(letter: u8) -> usize {
+    usize::from(letter.wrapping_sub(b'A')) % 26
+}
+
+impl Block {
+    /// Sorts a line.
+    pub(super) fn fill(&mut self, line: &str) -> Result<(), Flaw> {
+        self.given = 0;
+        self.codes.clear();
+        self.bare = None;
+        self.range = 0..0;
+        for word in Words::new(line) {
+            let word = word?;
+            if self.range.end == 0 {
+                self.range.start = word.range.start;
+            }
+            self.range.end = word.range.end;
+            match (word.letter, word.number) {
+                (b'N', _) => {}
+                (letter @ (b'G' | b'M'), Some(number)) => {
+                    self.push(letter, number, word.range)?;
+                    if self.goes_on_as_text() {
+                        break;
+                    }
+                }
+                (letter, Some(number)) => self.set(letter, number, &word.range)?,
+                (letter, None) if self.bare.is_none() => {
+                    self.bare = Some((char::from(letter), word.range));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, letter: u8, number: f64, range: Range<usize>) -> Result<(), Flaw> {
+        let tenths = (number * 10.0).round();
+        let whole = (number * 10.0 - tenths).abs() < 1e-6;
+        if !(whole && (0.0..100_000.0).contains(&tenths)) {
+            let letter = char::from(letter);
+            return Err(Flaw::new(range, format!("there is no {letter}{number}")));
+        }
+        if self.codes.len() == MOST_CODES {
+            return Err(Flaw::new(range, "there are too many codes on one line"));
+        }
+        let tenths = tenths as u32;
+        self.codes.push(Code {
+            letter,
+            tenths,
+            range,
+        });
+        Ok(())
+    }
+
+    fn goes_on_as_text(&self) -> bool {
+        let last = self.codes.last();
+        last.is_some_and(|code| WITH_TEXT.iter().any(|number| code.is(b'M', *number)))
+    }
+
+    fn set(&mut self, letter: u8, number: f64, range: &Range<usize>) -> Result<(), Flaw> {
+        let at = index(letter);
+        if self.given & (1 << at) != 0 {
+            let message = format!("{} stands twice on one line", char::from(letter));
+            return Err(Flaw::new(range.clone(), message));
+        }
+        self.given |= 1 << at;
+        if let (Some(to), Some(place)) = (self.numbers.get_mut(at), self.ranges.get_mut(at)) {
+            (*to, *place) = (number, (range.start, range.end));
+        }
+        Ok(())
+    }
+
+    /// Whether there is nothing on the line.
+    pub(super) fn is_empty(&self) -> bool {
+        self.given == 0 && self.codes.is_empty() && self.bare.is_none()
+    }
+
+    /// The number of a letter.
+    pub(super) fn number(&self, letter: u8) -> Option<f64> {
+        let at = index(letter);
+        if self.given & (1 << at) == 0 {
+            return None;
+        }
+        self.numbers.get(at).copied()
+    }
+
+    /// Where the word of a letter is; the whole line if there is none.
+    pub(super) fn range_of(&self, letter: u8) -> Range<usize> {
+        let at = index(letter);
+        match self.ranges.get(at) {
+            Some((start, end)) if self.given & (1 << at) != 0 => *start..*end,
+            _ => self.range.clone(),
+        }
+    }
+
+    /// Whether one of these letters has a number.
+    pub(super) fn has_any(&self, letters: &[u8]) -> bool {
+        letters.iter().any(|letter| self.number(*letter).is_some())
+    }
+
+    pub(super) fn has(&self, letter: u8, number: u32) -> bool {
+        self.codes.iter().any(|code| code.is(letter, number))
+    }
+
+    pub(super) fn has_g(&self) -> bool {
+        self.codes.iter().any(|code| code.letter == b'G')
+    }
+
+    /// The power on this line: an S that is not a pause's, a fan's or another code's own.
+    pub(super) fn power(&self) -> Option<f64> {
+        let own = |code: &Code| match code.letter {
+            b'G' => code.is(b'G', 4) || code.is(b'G', 10),
+            _ => !WITHOUT_S.iter().any(|number| code.is(b'M', *number)),
+        };
+        self.number(b'S').filter(|_| !self.codes.iter().any(own))
+    }
+
+    /// Whether all of the line belongs to an M code that is not known here: its letters are not what they seem.
+    pub(super) fn is_foreign(&self) -> bool {
+        let foreign = |code: &Code| {
+            let known = WITHOUT_S.iter().chain(&[106, 107, 300]);
+            !known.clone().any(|number| code.is(b'M', *number))
+        };
+        !self.has_g() && self.codes.iter().any(foreign)
+    }
+}

@@ -1,0 +1,167 @@
+//! The steps that a program's motions become.
+
+use magician::words;
+use magician_protocol::Set;
+
+use super::arc::Arc;
+use super::options::{Arcs, GcodeOptions};
+use crate::{Action, Origin, Plan, Travel};
+
+/// The rotation of all poses: a pen or a laser has none.
+const ROTATION: f32 = 0.0;
+
+/// How a motion with the tool at work goes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Work {
+    /// Speed, mm/s; that in force on the arm if the program has none.
+    pub(super) feed: Option<f64>,
+    /// Power of the laser, percent.
+    pub(super) power: f64,
+}
+
+#[derive(Debug)]
+pub(super) struct Emitter<'o> {
+    pub(super) plan: Plan,
+    options: &'o GcodeOptions,
+    tolerance: f64,
+    /// A laser draws.
+    laser: bool,
+    /// The settings that the plan has made so far.
+    travel_is_set: bool,
+    path_feed: Option<f64>,
+    arc_feed: Option<f64>,
+    /// A laser's path has begun, and the laser has not been switched off since.
+    burning: bool,
+    /// The last segment of it has power.
+    lit: bool,
+}
+
+impl<'o> Emitter<'o> {
+    pub(super) fn new(title: &str, options: &'o GcodeOptions, tolerance: f64, laser: bool) -> Self {
+        Self {
+            plan: Plan::new(title),
+            options,
+            tolerance,
+            laser,
+            travel_is_set: false,
+            path_feed: None,
+            arc_feed: None,
+            burning: false,
+            lit: false,
+        }
+    }
+
+    fn set(&mut self, command: Set, origin: Origin) {
+        self.plan.push(Action::from(command), origin);
+    }
+
+    /// Goes somewhere without drawing. In a laser's path that is a segment without power, so that the path goes on.
+    pub(super) fn travel(&mut self, to: [f64; 3], origin: Origin) {
+        if self.burning {
+            self.burn(to, 0.0, origin);
+            return;
+        }
+        if !self.travel_is_set {
+            self.travel_is_set = true;
+            let speed = self.options.travel_speed as f32;
+            let acceleration = self.options.travel_acceleration as f32;
+            self.set(words::line_speed(speed, acceleration), origin);
+        }
+        let to = pose(to);
+        let by = Travel::Line;
+        self.plan.push(Action::Move { to, by }, origin);
+    }
+
+    /// A line of the tool.
+    pub(super) fn line(&mut self, to: [f64; 3], work: Work, origin: Origin) {
+        self.path_speed(work.feed, origin);
+        self.segment(to, work.power, origin);
+    }
+
+    fn segment(&mut self, to: [f64; 3], power: f64, origin: Origin) {
+        if self.laser {
+            self.burn(to, power, origin);
+        } else {
+            let to = to.map(|number| number as f32);
+            self.plan.push(Action::Path { to }, origin);
+        }
+    }
+
+    fn burn(&mut self, to: [f64; 3], power: f64, origin: Origin) {
+        let to = to.map(|number| number as f32);
+        let power = power as f32;
+        self.burning = true;
+        self.lit = power > 0.0;
+        self.plan.push(Action::Burn { to, power }, origin);
+    }
+
+    /// An arc of the tool.
+    pub(super) fn arc(&mut self, arc: &Arc, work: Work, origin: Origin) -> Result<(), String> {
+        let lines = self.laser || self.options.arcs == Arcs::Lines || !arc.is_level();
+        // What is as good as a line is one: the path goes on, and the arm refuses arcs that are flat.
+        if lines || arc.height() <= self.tolerance {
+            self.path_speed(work.feed, origin);
+            for corner in arc.corners(self.tolerance)? {
+                self.segment(corner, work.power, origin);
+            }
+            return Ok(());
+        }
+        self.arc_speed(work.feed, origin);
+        for [via, to] in arc.parts() {
+            let (via, to) = (pose(via), pose(to));
+            self.plan.push(Action::Arc { via, to }, origin);
+        }
+        Ok(())
+    }
+
+    fn path_speed(&mut self, feed: Option<f64>, origin: Origin) {
+        if let Some(speed) = feed.filter(|_| feed != self.path_feed) {
+            self.path_feed = feed;
+            let acceleration = self.options.acceleration as f32;
+            self.set(words::path_speed(speed as f32, acceleration), origin);
+        }
+    }
+
+    fn arc_speed(&mut self, feed: Option<f64>, origin: Origin) {
+        if let Some(speed) = feed.filter(|_| feed != self.arc_feed) {
+            self.arc_feed = feed;
+            let acceleration = self.options.acceleration as f32;
+            self.set(words::arc_speed(speed as f32, acceleration), origin);
+        }
+    }
+
+    /// Waits, with the laser dark. Whether it was lit before.
+    pub(super) fn wait(&mut self, milliseconds: u32, origin: Origin) -> bool {
+        let was_lit = self.darken(origin);
+        self.plan.push(Action::Wait(milliseconds), origin);
+        was_lit
+    }
+
+    /// Homes the arm, with the laser dark.
+    pub(super) fn home(&mut self, origin: Origin) {
+        self.laser_off(origin);
+        self.plan.push(Action::Home, origin);
+    }
+
+    /// The laser goes off if the last segment has left it lit.
+    pub(super) fn darken(&mut self, origin: Origin) -> bool {
+        let was_lit = self.lit;
+        if was_lit {
+            self.plan.push(Action::Laser(false), origin);
+            self.lit = false;
+        }
+        was_lit
+    }
+
+    /// The program switches the laser off: its path ends here.
+    pub(super) fn laser_off(&mut self, origin: Origin) {
+        if self.burning {
+            self.plan.push(Action::Laser(false), origin);
+            (self.burning, self.lit) = (false, false);
+        }
+    }
+}
+
+fn pose([x, y, z]: [f64; 3]) -> [f32; 4] {
+    [x as f32, y as f32, z as f32, ROTATION]
+}

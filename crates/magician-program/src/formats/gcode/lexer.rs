@@ -1,0 +1,272 @@
+//! A line of G-code as words: a letter and a number each.
+
+use std::ops::Range;
+
+/// No number of a program for this arm is as great, whatever its unit.
+const GREATEST: f64 = 1e9;
+/// So many digits fit into the whole number that they are gathered in.
+const MOST_DIGITS: u32 = 19;
+/// The powers of ten that a binary64 holds exactly.
+const TENS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+];
+
+/// One word.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Word {
+    /// In upper case.
+    pub(super) letter: u8,
+    /// Some words are complete without one, as the X in `G28 X`.
+    pub(super) number: Option<f64>,
+    /// Which bytes of the line it takes.
+    pub(super) range: Range<usize>,
+}
+
+/// What is no word.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Flaw {
+    pub(super) range: Range<usize>,
+    pub(super) message: String,
+    pub(super) help: Option<&'static str>,
+}
+
+impl Flaw {
+    pub(super) fn new(range: Range<usize>, message: impl Into<String>) -> Self {
+        Self {
+            range,
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    pub(super) fn help(mut self, help: &'static str) -> Self {
+        self.help = Some(help);
+        self
+    }
+}
+
+/// The words of a line. Spaces may stand anywhere but inside a number; comments, the percent signs around a program and
+/// a checksum at the end are passed over.
+#[derive(Debug)]
+pub(super) struct Words<'l> {
+    line: &'l str,
+    at: usize,
+}
+
+impl<'l> Words<'l> {
+    pub(super) fn new(line: &'l str) -> Self {
+        Self { line, at: 0 }
+    }
+
+    fn peek(&self) -> Option<u8> {
+        self.line.as_bytes().get(self.at).copied()
+    }
+
+    fn skip(&mut self, passes: impl Fn(u8) -> bool) {
+        while self.peek().is_some_and(&passes) {
+            self.at += 1;
+        }
+    }
+
+    fn skip_blanks(&mut self) {
+        self.skip(|byte| byte.is_ascii_whitespace() || byte == b'\x0b');
+    }
+
+    /// The first byte of the next word; nothing at the end of what counts.
+    fn begin(&mut self) -> Option<u8> {
+        loop {
+            self.skip_blanks();
+            match self.peek()? {
+                b'%' => self.at += 1,
+                b'(' => {
+                    self.skip(|byte| byte != b')');
+                    self.at += 1;
+                }
+                // A checksum ends a line, and so does the sign that ends a DOS file.
+                b';' | b'*' | b'\x1a' => return None,
+                byte => return Some(byte),
+            }
+        }
+    }
+
+    fn word(&mut self, letter: u8) -> Result<Word, Flaw> {
+        let start = self.at;
+        self.at += 1;
+        self.skip_blanks();
+        let from = self.at;
+        let number = self.number();
+        if number.is_none() {
+            self.at = start + 1;
+        }
+        let range = start..self.at;
+        if number.is_some() && self.has_exponent() {
+            self.skip(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'+' | b'-'));
+            let text = self.line.get(from..self.at).unwrap_or_default();
+            let message = format!("{text} may be one number or a number and a word E");
+            let help = "write numbers without an exponent, and a space before E";
+            return Err(Flaw::new(start..self.at, message).help(help));
+        }
+        let counts = letter.is_ascii_alphabetic() && !letter.eq_ignore_ascii_case(&b'N');
+        if let Some(number) = number.filter(|number| counts && number.abs() > GREATEST) {
+            let letter = char::from(letter);
+            return Err(Flaw::new(
+                range,
+                format!("{letter} is {number:e}, which is too great"),
+            ));
+        }
+        Ok(Word {
+            letter: letter.to_ascii_uppercase(),
+            number,
+            range,
+        })
+    }
+
+    /// Whether an `e` with whole digits follows a number directly.
+    fn has_exponent(&self) -> bool {
+        let rest = self.line.as_bytes().get(self.at..).unwrap_or_default();
+        let Some((b'e' | b'E', rest)) = rest.split_first() else {
+            return false;
+        };
+        let signed = matches!(rest.first(), Some(b'+' | b'-'));
+        let digits = rest.get(usize::from(signed)..).unwrap_or_default();
+        let count = digits
+            .iter()
+            .take_while(|byte| byte.is_ascii_digit())
+            .count();
+        count > 0 && digits.get(count) != Some(&b'.')
+    }
+
+    /// Sign, digits, point, digits.
+    fn number(&mut self) -> Option<f64> {
+        let start = self.at;
+        let negative = self.peek() == Some(b'-');
+        if negative || self.peek() == Some(b'+') {
+            self.at += 1;
+        }
+        let (mut whole, mut digits, mut places, mut point) = (0_u64, 0_u32, 0_usize, false);
+        while let Some(byte) = self.peek() {
+            match byte {
+                b'0'..=b'9' => {
+                    // What does not fit is parsed again below.
+                    whole = whole.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
+                    digits = digits.saturating_add(1);
+                    places += usize::from(point);
+                }
+                b'.' if !point => point = true,
+                _ => break,
+            }
+            self.at += 1;
+        }
+        if digits == 0 {
+            return None;
+        }
+        // A whole number and a power of ten that are exact give the nearest quotient.
+        let exact = digits <= MOST_DIGITS && whole <= 1 << 53;
+        if let Some(ten) = TENS.get(places).filter(|_| exact) {
+            let number = whole as f64 / ten;
+            return Some(if negative { -number } else { number });
+        }
+        self.line.get(start..self.at)?.parse().ok()
+    }
+}
+
+impl Iterator for Words<'_> {
+    type Item = Result<Word, Flaw>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let first = self.begin()?;
+        if first.is_ascii_alphabetic() {
+            return Some(self.word(first));
+        }
+        let start = self.at;
+        let sign = self.line.get(start..)?.chars().next()?;
+        self.at = self.line.len();
+        let flaw = match sign {
+            '#' | '[' | '=' => {
+                Flaw::new(start..start + 1, "parameters and expressions are not read")
+                    .help("let the program that made the file write numbers")
+            }
+            '0'..='9' | '.' | '-' | '+' => {
+                Flaw::new(start..start + 1, "a number stands without its letter")
+            }
+            _ => {
+                let range = start..start + sign.len_utf8();
+                Flaw::new(range, format!("{sign:?} is no part of a G-code program"))
+            }
+        };
+        Some(Err(flaw))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(line: &str) -> Vec<(char, Option<f64>)> {
+        let words = Words::new(line).map(|word| word.expect("a word"));
+        words
+            .map(|word| (char::from(word.letter), word.number))
+            .collect()
+    }
+
+    #[test]
+    fn words_need_no_spaces_and_may_have_them_anywhere() {
+        let expected = [('G', Some(1.0)), ('X', Some(-2.5)), ('Z', Some(0.25))];
+        for line in [
+            "G1X-2.5Z.25",
+            "g01 x-2.50 z+0.25 ; a comment (of any kind)",
+            "%G 1 X -2.5(here Y9)Z 0.25*77",
+            "G1\tX-002.5\tZ.25\r",
+        ] {
+            assert_eq!(words(line), expected, "{line}");
+        }
+        assert_eq!(words("(not closed G1 X2"), []);
+        assert_eq!(
+            words("G28 X Y"),
+            [('G', Some(28.0)), ('X', None), ('Y', None)]
+        );
+        assert_eq!(words("N20"), [('N', Some(20.0))]);
+    }
+
+    #[test]
+    fn numbers_are_the_nearest_ones() {
+        for text in [
+            "0",
+            "-0.0",
+            "123.456",
+            "0.1",
+            "99999999.99999999",
+            "3.14159265358979323846264338",
+            "0.000000000000000000000000001",
+            "9007199254740993",
+            "5.",
+            ".5",
+        ] {
+            let [(_, Some(number))] = words(&format!("N{text}"))[..] else {
+                panic!("{text}")
+            };
+            let nearest: f64 = text.parse().unwrap();
+            assert_eq!(number.to_bits(), nearest.to_bits(), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_word_says_where_it_is() {
+        let flaw = |line: &str| {
+            let found = Words::new(line).find_map(Result::err);
+            let flaw = found.expect("a flaw");
+            (flaw.range, flaw.message)
+        };
+        assert_eq!(flaw("X1.2e3").0, 0..6);
+        assert_eq!(flaw("X1E-999 Y2").0, 0..7);
+        assert_eq!(flaw("G1 #1=5").0, 3..4);
+        assert_eq!(flaw("G1 ü").1, "'ü' is no part of a G-code program");
+        let forty = "1".repeat(40);
+        let long = format!("G1 X{forty}");
+        assert_eq!(flaw(&long).0, 3..44);
+        assert_eq!(flaw("7 G1").1, "a number stands without its letter");
+        // A fraction after E is a word of its own, as printers write it without spaces.
+        assert_eq!(words("G1X10E0.5").len(), 3);
+    }
+}

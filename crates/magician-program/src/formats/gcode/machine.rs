@@ -1,0 +1,279 @@
+//! What the lines of a program have set by now, and what each of them does.
+
+use super::block::{Block, Code};
+use super::emit::Emitter;
+use super::lexer::Flaw;
+use super::notes::Notes;
+use super::options::GcodeOptions;
+use super::survey::{HIGHEST_SERVO, Survey};
+use super::{Line, is_left_out};
+use crate::{Origin, Plan, Problem};
+
+/// Below this angle the servo of `M300` has the pen down (30 is down, 50 is up).
+const SERVO_DOWN: f64 = 40.0;
+
+/// The motion that a line without a code of its own repeats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mode {
+    Travel,
+    Line,
+    /// Clockwise or not.
+    Arc(bool),
+    /// G80: none.
+    None,
+}
+
+#[derive(Debug)]
+pub(super) struct Machine<'o> {
+    pub(super) options: &'o GcodeOptions,
+    pub(super) tolerance: f64,
+    pub(super) survey: Survey,
+    pub(super) out: Emitter<'o>,
+    pub(super) notes: Notes,
+    block: Block,
+    pub(super) mode: Mode,
+    /// mm of the unit in force.
+    pub(super) unit: f64,
+    pub(super) relative: bool,
+    pub(super) absolute_centres: bool,
+    pub(super) plane: u32,
+    /// mm/s.
+    pub(super) feed: Option<f64>,
+    /// Whether M3, M4 or M106 has switched the laser on.
+    on: bool,
+    /// S as it stands, and at how much of it the laser has full power.
+    power: f64,
+    range: f64,
+    pub(super) laser: bool,
+    /// Whether the pen of M300 is down.
+    pub(super) pen_is_down: bool,
+    /// Where the tool is in the arm's coordinates, as far as that is known.
+    pub(super) at: [Option<f64>; 3],
+    /// Whether a step has brought it there.
+    pub(super) placed: bool,
+    /// The program's origin in the arm's coordinates.
+    pub(super) offset: [f64; 3],
+    /// A motion that waits for X and Y.
+    pub(super) waiting: Option<Origin>,
+    ended: bool,
+}
+
+impl<'o> Machine<'o> {
+    pub(super) fn new(
+        title: &str,
+        options: &'o GcodeOptions,
+        tolerance: f64,
+        survey: Survey,
+    ) -> Result<Self, Problem> {
+        let laser = survey.is_laser(options);
+        let greatest = survey.greatest;
+        let range = options.laser_range;
+        let range = range.unwrap_or(if greatest > Some(255.0) {
+            1000.0
+        } else {
+            255.0
+        });
+        if !(range.is_finite() && range > 0.0) {
+            let message = format!("the laser's range is {range}, it must be above 0");
+            return Err(Problem::of_file(message));
+        }
+        if let Some(greatest) = greatest.filter(|most| laser && *most > range) {
+            let message = format!("the power goes up to S{greatest}, the laser's range to {range}");
+            let help = "say which S is full power, or that it is a pen's program";
+            return Err(Problem::of_file(message).help(help));
+        }
+        let out = Emitter::new(title, options, tolerance, laser);
+        Ok(Self {
+            // A program that never says S switches only, and one that switches nothing only says S.
+            power: if greatest.is_none() { range } else { 0.0 },
+            on: !survey.switches && !survey.fan_lights(),
+            options,
+            tolerance,
+            out,
+            notes: Notes::default(),
+            block: Block::default(),
+            mode: Mode::Travel,
+            unit: 1.0,
+            relative: false,
+            absolute_centres: false,
+            plane: 17,
+            feed: None,
+            range,
+            laser,
+            survey,
+            pen_is_down: false,
+            at: options.start.map_or([None; 3], |start| start.map(Some)),
+            placed: options.start.is_some(),
+            offset: [0.0; 3],
+            waiting: None,
+            ended: false,
+        })
+    }
+
+    pub(super) fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    /// Does what a line says.
+    pub(super) fn take(&mut self, line: &Line<'_>) -> Result<(), Problem> {
+        if is_left_out(line.text) {
+            let range = 0..line.text.trim_end().len();
+            let message = "a line that may be skipped (/) or sets up a controller ($) is left out";
+            self.notes.add(line.origin(&range), message);
+            return Ok(());
+        }
+        let mut block = std::mem::take(&mut self.block);
+        let filled = block.fill(line.text);
+        let done = filled.and_then(|()| {
+            if block.is_empty() {
+                return Ok(());
+            }
+            self.follow(&block, line.origin(&block.range))
+        });
+        self.block = block;
+        done.map_err(|flaw| line.problem(flaw))
+    }
+
+    /// In the order that G-code has: settings, switches, pauses, motion, end.
+    fn follow(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        if block.is_foreign() {
+            self.note_codes(block, origin);
+            return Ok(());
+        }
+        self.check_bare(block)?;
+        self.settings(block, origin)?;
+        self.switches(block, origin)?;
+        if block.has(b'G', 4) {
+            self.pause(block, origin)?;
+        }
+        self.motion(block, origin)?;
+        if block.has(b'M', 0) || block.has(b'M', 1) {
+            self.out.darken(origin);
+            let help = "end the program here, and run the rest as another one";
+            let message = "a pause (M0, M1) is left out: the arm goes on";
+            self.notes.add_with_help(origin, message, help);
+        }
+        self.ended = block.has(b'M', 2) || block.has(b'M', 30);
+        Ok(())
+    }
+
+    fn note_codes(&mut self, block: &Block, origin: Origin) {
+        for code in block.codes.iter().filter(|code| code.letter == b'M') {
+            self.notes.add(origin, &format!("{code} is left out"));
+        }
+    }
+
+    /// A letter without a number is complete only where it names an axis to home.
+    fn check_bare(&self, block: &Block) -> Result<(), Flaw> {
+        match &block.bare {
+            Some((letter, range)) if !block.has(b'G', 28) => {
+                Err(Flaw::new(range.clone(), format!("{letter} has no number")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn switches(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        let fan = block.has(b'M', 106) && self.survey.fan_lights();
+        let power = block.power().or(block.number(b'S').filter(|_| fan));
+        if let Some(power) = power.or(fan.then_some(self.range)) {
+            if self.laser && power < 0.0 {
+                let message = format!("the power is S{power}, it must not be negative");
+                return Err(Flaw::new(block.range_of(b'S'), message));
+            }
+            self.power = power;
+        }
+        for code in block.codes.iter().filter(|code| code.letter == b'M') {
+            match code.tenths / 10 {
+                0 | 1 | 2 | 30 => {}
+                3 | 4 if self.laser => self.light(code, origin),
+                106 if self.laser && self.survey.fan_lights() => self.light(code, origin),
+                5 if self.laser => self.darken(origin),
+                107 if self.laser && self.survey.fan_lights() => self.darken(origin),
+                300 => self.servo(block, origin)?,
+                _ => self.notes.add(origin, &format!("{code} is left out")),
+            }
+        }
+        Ok(())
+    }
+
+    fn light(&mut self, code: &Code, origin: Origin) {
+        self.on = true;
+        if code.is(b'M', 4) {
+            let message = "M4 is done as M3: the power does not follow the speed";
+            self.notes.add(origin, message);
+        }
+    }
+
+    fn darken(&mut self, origin: Origin) {
+        self.on = false;
+        self.out.laser_off(origin);
+    }
+
+    /// The servo of a pen, or a tone.
+    fn servo(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        match block.number(b'S') {
+            Some(angle) if angle < HIGHEST_SERVO => {
+                if self.options.surface.is_none() {
+                    let message = "M300 moves a pen, and it is not known how high the surface is";
+                    let help = "say how high the surface is, as z of the arm";
+                    return Err(Flaw::new(block.range.clone(), message).help(help));
+                }
+                self.pen_is_down = angle < SERVO_DOWN;
+                self.move_pen(origin);
+            }
+            _ => self.notes.add(
+                origin,
+                "M300 (a tone, a servo that is switched off) is left out",
+            ),
+        }
+        Ok(())
+    }
+
+    fn pause(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        let milliseconds = match (block.number(b'P'), block.number(b'S')) {
+            (Some(milliseconds), _) => milliseconds,
+            (None, Some(seconds)) => seconds * 1000.0,
+            (None, None) => return Err(Flaw::new(block.range.clone(), "G4 needs P (ms) or S (s)")),
+        };
+        if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) {
+            let message = format!("a pause of {milliseconds} ms is not possible");
+            return Err(Flaw::new(block.range.clone(), message));
+        }
+        if block
+            .number(b'P')
+            .is_some_and(|number| number.fract() != 0.0)
+        {
+            self.notes.add(
+                origin,
+                "P of a pause (G4) counts milliseconds; S counts seconds",
+            );
+        }
+        if self.out.wait(milliseconds.round() as u32, origin) {
+            let message =
+                "the laser is dark during pauses (G4): the arm would burn a hole where it stands";
+            self.notes.add(origin, message);
+        }
+        Ok(())
+    }
+
+    /// The power of the laser on a line or arc, percent.
+    pub(super) fn percent(&self) -> f64 {
+        if self.on && self.laser {
+            (self.power / self.range * 100.0).min(100.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// The end of the program, or of the file.
+    pub(super) fn finish(mut self) -> Result<(Plan, Vec<Problem>), Problem> {
+        if let Some(origin) = self.waiting {
+            let message = "the program moves and never says to which X and Y";
+            let help = "say where the arm stands when it begins";
+            return Err(Problem::new(origin, message).help(help));
+        }
+        self.out.laser_off(Origin::NONE);
+        Ok((self.out.plan, self.notes.into_problems()))
+    }
+}

@@ -1,0 +1,124 @@
+//! G-code of pens and lasers.
+//!
+//! Only the syntax is common to all G-code; the meaning is that of the file's dialect. The words are read by a lexer of our
+//! own: the `gcode` crate gives numbers in binary32 (coordinates are summed up here), lets an open parenthesis swallow the
+//! lines after it, and takes `X1E5` for two words without a sign of it.
+//!
+//! | words | what becomes of them |
+//! |---|---|
+//! | G0 | a straight move; within a laser's path a segment without power |
+//! | G1 | a segment of a continuous path, for a laser with its power |
+//! | G2, G3 with I J (G90.1: absolute) or R, P turns | arcs of the arm; lines for a laser, for helices, and for what is as flat as the tolerance |
+//! | G4 P (ms) or S (s) | a wait, with the laser dark |
+//! | G17, G20, G21, G90, G91, G90.1, G91.1, G92, G92.1, G53, G80, G94 | as everywhere |
+//! | G28 | left out (`home` in the options homes) |
+//! | M3, M4, M5, S; M106, M107 without extruding | the laser's power |
+//! | M300 S30, S50 | pen down and up, at the heights of the options |
+//! | F | the speed along lines and arcs, mm/min |
+//! | M0, M1 | noted: the arm does not wait for anybody |
+//! | M2, M30 | the end |
+//!
+//! Other M codes, E, T and rotary axes are noted and left out; other G codes that move, or say where things are, are refused.
+
+mod arc;
+mod block;
+mod emit;
+mod lexer;
+mod machine;
+mod motion;
+mod notes;
+mod options;
+mod settings;
+mod survey;
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use super::{Content, ReadOptions, Reading};
+use crate::{Origin, Problem};
+
+use lexer::Flaw;
+use machine::Machine;
+pub(super) use notes::Notes;
+
+pub use options::{Arcs, Dialect, GcodeOptions};
+use survey::Survey;
+
+/// No arc is followed more closely than this, mm.
+const FINEST: f64 = 1e-4;
+
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+    let text = text_of(bytes);
+    let survey = Survey::of(text.lines().filter(|line| !is_left_out(line)));
+    let tolerance = options.tolerance;
+    let tolerance = if tolerance > FINEST {
+        tolerance
+    } else {
+        FINEST
+    };
+    let mut machine = Machine::new(&options.title, &options.gcode, tolerance, survey)?;
+    let mut left = 0_u32;
+    for (number, line) in (1..).zip(text.lines()) {
+        if machine.has_ended() {
+            left += u32::from(!line.trim().is_empty());
+            continue;
+        }
+        let line = Line { number, text: line };
+        machine.take(&line)?;
+    }
+    let (plan, mut notes) = machine.finish()?;
+    if left > 0 {
+        let message = format!("{left} lines behind the end of the program are left out");
+        notes.push(Problem::of_file(message));
+    }
+    Ok(Reading {
+        content: Content::Plan(plan),
+        notes,
+    })
+}
+
+/// Whether a line may be skipped (`/`), or sets up a controller (`$`).
+fn is_left_out(line: &str) -> bool {
+    line.trim_start().starts_with(['/', '$'])
+}
+
+/// A text of any encoding: what is not UTF-8 stands in comments, and each byte of it is taken for a character.
+pub(super) fn text_of(bytes: &[u8]) -> Cow<'_, str> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.into(),
+        Err(_) => bytes.iter().map(|byte| char::from(*byte)).collect(),
+    }
+}
+
+/// A line and its number.
+#[derive(Clone, Copy, Debug)]
+struct Line<'t> {
+    number: u32,
+    text: &'t str,
+}
+
+impl Line<'_> {
+    /// The origin of some of its bytes.
+    fn origin(&self, range: &Range<usize>) -> Origin {
+        let count = |range: Range<usize>| {
+            let part = self.text.get(range.clone());
+            let count = part.map_or(range.len(), |part| part.chars().count());
+            u32::try_from(count).unwrap_or(u32::MAX)
+        };
+        Origin {
+            line: self.number,
+            column: count(0..range.start).saturating_add(1),
+            length: count(range.clone()),
+            name: 0,
+        }
+    }
+
+    fn problem(&self, flaw: Flaw) -> Problem {
+        let problem = Problem::new(self.origin(&flaw.range), flaw.message);
+        match flaw.help {
+            Some(help) => problem.help(help),
+            None => problem,
+        }
+    }
+}

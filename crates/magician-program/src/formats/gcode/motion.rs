@@ -1,0 +1,291 @@
+//! Where the lines of a program lead.
+
+use super::arc::{Arc, Ends, Round};
+use super::block::Block;
+use super::emit::Work;
+use super::lexer::Flaw;
+use super::machine::{Machine, Mode};
+use crate::Origin;
+
+const AXES: [u8; 3] = *b"XYZ";
+/// Beyond this no place is told apart from another within a thousandth of a millimetre.
+const FARTHEST: f64 = 1e6;
+/// The two radii of an arc may differ by the tolerance, and by no more than this, mm.
+const ROUNDED: f64 = 0.5;
+/// More turns than this are no arc of a drawing.
+const MOST_TURNS: f64 = 100.0;
+
+impl Machine<'_> {
+    pub(super) fn motion(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        if block.has_any(b"ABCUVW") {
+            let message = "axes beyond X, Y and Z (A, B, C, U, V, W) are left out";
+            self.notes.add(origin, message);
+        }
+        if block.has(b'G', 28) {
+            self.home(origin);
+            return Ok(());
+        }
+        if block
+            .codes
+            .iter()
+            .any(|code| code.letter == b'G' && (920..=923).contains(&code.tenths))
+        {
+            return self.set_origin(block, origin);
+        }
+        if block.has(b'G', 4) {
+            return Ok(());
+        }
+        let axes = block.has_any(&AXES);
+        match self.mode {
+            Mode::None if axes => Err(Flaw::new(
+                block.range.clone(),
+                "the line says where and not how: G80 has ended the last motion",
+            )),
+            Mode::Travel | Mode::Line if axes => self.straight(block, origin),
+            Mode::Arc(clockwise) if axes || block.has_any(b"IJKR") => {
+                self.arc(block, clockwise, origin)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn home(&mut self, origin: Origin) {
+        if self.options.home {
+            self.out.home(origin);
+            (self.at, self.placed) = ([None; 3], false);
+            return;
+        }
+        let message = "homing (G28) is left out: the arm stays where it is";
+        let help = "home the arm before the program";
+        self.notes.add_with_help(origin, message, help);
+    }
+
+    /// G92: from now on the place where the tool is has other coordinates.
+    fn set_origin(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        let resets = |tenths| {
+            block
+                .codes
+                .iter()
+                .any(|code| code.letter == b'G' && code.tenths == tenths)
+        };
+        if resets(921) || resets(922) {
+            self.offset = [0.0; 3];
+            return Ok(());
+        }
+        if resets(923) {
+            return Err(Flaw::new(
+                block.range.clone(),
+                "G92.3 (an origin that was kept) is not done",
+            ));
+        }
+        let bare = !block.has_any(b"XYZE");
+        for (axis, letter) in AXES.into_iter().enumerate() {
+            let Some(number) = block.number(letter).or(bare.then_some(0.0)) else {
+                continue;
+            };
+            match self.at[axis] {
+                Some(at) => self.offset[axis] = at - number * self.unit,
+                None => {
+                    let message = "G92 is left out where it is not known where the arm stands: coordinates stay the arm's";
+                    let help = "say where the arm stands when the program begins";
+                    self.notes.add_with_help(origin, message, help);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Where a line leads, as far as that is known.
+    fn target(&self, block: &Block) -> Result<[Option<f64>; 3], Flaw> {
+        let mut to = self.at;
+        for (axis, letter) in AXES.into_iter().enumerate() {
+            let Some(number) = block.number(letter) else {
+                continue;
+            };
+            let number = number * self.unit;
+            let place = if block.has(b'G', 53) {
+                number
+            } else if !self.relative {
+                number + self.offset[axis]
+            } else if let Some(at) = self.at[axis] {
+                at + number
+            } else {
+                let letter = char::from(letter);
+                let message =
+                    format!("{letter} counts from where the arm stands, which is not known");
+                return Err(Flaw::new(block.range_of(AXES[axis]), message)
+                    .help("say where the arm stands when the program begins"));
+            };
+            if place.abs() > FARTHEST {
+                let message = format!("{} would be at {place:.0} mm", char::from(letter));
+                return Err(Flaw::new(block.range_of(letter), message));
+            }
+            to[axis] = Some(place);
+        }
+        Ok(to)
+    }
+
+    /// The place, if X and Y are known; a Z that the program has not named yet is the first that it does name.
+    fn place(&mut self, to: [Option<f64>; 3], origin: Origin) -> Option<[f64; 3]> {
+        let [Some(x), Some(y), z] = to else {
+            return None;
+        };
+        if self.survey.lifts {
+            return Some([x, y, self.pen_height([x, y])]);
+        }
+        let z = z.unwrap_or_else(|| {
+            let message = if self.survey.first_z.is_some() {
+                "the first moves do not say Z: it is taken from the first line that does"
+            } else {
+                "the program never says Z: it is taken as 0"
+            };
+            let help = "say where the arm stands when the program begins";
+            self.notes.add_with_help(origin, message, help);
+            self.survey.first_z.unwrap_or(0.0)
+        });
+        Some([x, y, z])
+    }
+
+    fn straight(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        self.note_z(block, origin);
+        let to = self.target(block)?;
+        let Some(place) = self.place(to, origin) else {
+            self.at = to;
+            self.waiting.get_or_insert(origin);
+            if self.mode == Mode::Line && self.percent() > 0.0 {
+                return Err(unknown_start(block));
+            }
+            return Ok(());
+        };
+        match self.mode {
+            Mode::Line => {
+                let work = self.work();
+                if work.power > 0.0 && !self.placed {
+                    return Err(unknown_start(block));
+                }
+                self.out.line(place, work, origin);
+            }
+            _ => self.out.travel(place, origin),
+        }
+        self.arrive(place);
+        Ok(())
+    }
+
+    fn arrive(&mut self, place: [f64; 3]) {
+        self.at = place.map(Some);
+        self.placed = true;
+        self.waiting = None;
+    }
+
+    fn work(&self) -> Work {
+        Work {
+            feed: self.feed,
+            power: self.percent(),
+        }
+    }
+
+    fn arc(&mut self, block: &Block, clockwise: bool, origin: Origin) -> Result<(), Flaw> {
+        let refused = |message: String| Flaw::new(block.range.clone(), message);
+        if self.plane != 17 {
+            let message = format!(
+                "arcs in the plane of G{} are not done, only those of G17",
+                self.plane
+            );
+            return Err(refused(message));
+        }
+        self.note_z(block, origin);
+        let from = self.place(self.at, origin).filter(|_| self.placed);
+        let from = from.ok_or_else(|| unknown_start(block))?;
+        let to = self.target(block)?;
+        let to = self.place(to, origin).unwrap_or(from);
+        let round = self.round(block, from)?;
+        let ends = Ends {
+            from,
+            to,
+            clockwise,
+        };
+        let turns = turns(block)?;
+        let arc = Arc::new(&ends, round, turns, self.tolerance.min(ROUNDED)).map_err(refused)?;
+        let work = self.work();
+        self.out.arc(&arc, work, origin).map_err(refused)?;
+        self.arrive(to);
+        Ok(())
+    }
+
+    fn round(&self, block: &Block, [x, y, _]: [f64; 3]) -> Result<Round, Flaw> {
+        let centre = block.has_any(b"IJ");
+        if let Some(radius) = block.number(b'R') {
+            if centre {
+                let message = "the arc has both a centre (I, J) and a radius (R)";
+                return Err(Flaw::new(block.range.clone(), message));
+            }
+            return Ok(Round::Radius(radius * self.unit));
+        }
+        if !centre {
+            let message = "the arc has neither a centre (I, J) nor a radius (R)";
+            return Err(Flaw::new(block.range.clone(), message));
+        }
+        let [from_i, from_j] = if self.absolute_centres {
+            [self.offset[0], self.offset[1]]
+        } else {
+            [x, y]
+        };
+        let [i, j] = [b'I', b'J'].map(|letter| block.number(letter).map(|way| way * self.unit));
+        Ok(Round::Centre([
+            i.map_or(x, |i| from_i + i),
+            j.map_or(y, |j| from_j + j),
+        ]))
+    }
+
+    /// Where the pen of M300 is over a point.
+    fn pen_height(&self, point: [f64; 2]) -> f64 {
+        let surface = self
+            .options
+            .surface
+            .map_or(0.0, |surface| surface.at(point));
+        surface
+            + if self.pen_is_down {
+                0.0
+            } else {
+                self.options.lift
+            }
+    }
+
+    /// The pen of M300 goes up or down.
+    pub(super) fn move_pen(&mut self, origin: Origin) {
+        if !self.placed {
+            return;
+        }
+        if let Some(place) = self.place(self.at, origin) {
+            self.out.travel(place, origin);
+            self.arrive(place);
+        }
+    }
+
+    fn note_z(&mut self, block: &Block, origin: Origin) {
+        if self.survey.lifts && block.number(b'Z').is_some() {
+            let message = "Z is left out: M300 lifts the pen, to the heights of the surface";
+            self.notes.add(origin, message);
+        }
+    }
+}
+
+/// How many turns more than one an arc makes.
+fn turns(block: &Block) -> Result<u32, Flaw> {
+    match block.number(b'P') {
+        None => Ok(0),
+        Some(turns) if (1.0..=MOST_TURNS).contains(&turns) && turns.fract() == 0.0 => {
+            Ok(turns as u32 - 1)
+        }
+        Some(turns) => {
+            let message = format!("the arc makes {turns} turns; 1 to {MOST_TURNS} are possible");
+            Err(Flaw::new(block.range_of(b'P'), message))
+        }
+    }
+}
+
+fn unknown_start(block: &Block) -> Flaw {
+    let message = "this begins where the arm stands, and it is not known where";
+    Flaw::new(block.range.clone(), message)
+        .help("go to X and Y with G0 first, or say where the arm stands when the program begins")
+}

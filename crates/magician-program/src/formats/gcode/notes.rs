@@ -1,0 +1,50 @@
+//! What was left out or taken in a certain way, said once with how often.
+
+use crate::{Origin, Problem};
+
+/// More kinds of notes than this are not told apart.
+const MOST_KINDS: usize = 200;
+
+#[derive(Debug, Default)]
+pub(in crate::formats) struct Notes {
+    found: Vec<(Problem, u64)>,
+    more: u64,
+}
+
+impl Notes {
+    /// Notes something; what has been said already is counted.
+    pub(in crate::formats) fn add(&mut self, origin: Origin, message: &str) {
+        if let Some((_, count)) = self.find(message) {
+            *count += 1;
+        } else if self.found.len() < MOST_KINDS {
+            self.found.push((Problem::new(origin, message), 1));
+        } else {
+            self.more += 1;
+        }
+    }
+
+    /// As [`add`](Self::add), with what to do about it.
+    pub(in crate::formats) fn add_with_help(&mut self, origin: Origin, message: &str, help: &str) {
+        self.add(origin, message);
+        if let Some((problem, 1)) = self.find(message) {
+            problem.help = Some(help.to_owned());
+        }
+    }
+
+    fn find(&mut self, message: &str) -> Option<&mut (Problem, u64)> {
+        let mut found = self.found.iter_mut();
+        found.find(|(problem, _)| problem.message == message)
+    }
+
+    /// All of them, in the order in which they came.
+    pub(in crate::formats) fn into_problems(self) -> Vec<Problem> {
+        let told = |(mut problem, count): (Problem, u64)| {
+            if count > 1 {
+                problem.message = format!("{} ({count} times)", problem.message);
+            }
+            problem
+        };
+        let more = (self.more > 0).then(|| Problem::of_file(format!("{} more notes", self.more)));
+        self.found.into_iter().map(told).chain(more).collect()
+    }
+}

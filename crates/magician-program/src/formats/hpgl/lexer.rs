@@ -1,0 +1,265 @@
+//! HPGL as instructions: two letters and their numbers.
+
+use std::ops::Range;
+
+use crate::{Lines, Problem};
+
+/// The most that HPGL's numbers can be.
+const GREATEST: f64 = 8_388_608.0;
+/// What ends a label unless DT says otherwise.
+const END_OF_TEXT: u8 = 3;
+const ESCAPE: u8 = 27;
+
+/// One instruction.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Instruction {
+    /// Its letters, in upper case.
+    pub(super) name: [u8; 2],
+    pub(super) numbers: Vec<f64>,
+    /// Which bytes it takes.
+    pub(super) range: Range<usize>,
+}
+
+impl Instruction {
+    pub(super) fn name(&self) -> String {
+        self.name.map(char::from).iter().collect()
+    }
+}
+
+/// What is no instruction, or one that is not followed.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Flaw {
+    range: Range<usize>,
+    message: String,
+    help: Option<&'static str>,
+}
+
+impl Flaw {
+    pub(super) fn new(range: Range<usize>, message: impl Into<String>) -> Self {
+        Self {
+            range,
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    pub(super) fn help(mut self, help: &'static str) -> Self {
+        self.help = Some(help);
+        self
+    }
+
+    pub(super) fn into_problem(self, lines: &Lines<'_>) -> Problem {
+        let problem = Problem::new(lines.origin(self.range), self.message);
+        match self.help {
+            Some(help) => problem.help(help),
+            None => problem,
+        }
+    }
+}
+
+/// The instructions of a plot. Escape sequences, which talk to the plotter itself, are passed over.
+#[derive(Debug)]
+pub(super) struct Instructions<'t> {
+    text: &'t str,
+    at: usize,
+    end_of_text: u8,
+}
+
+impl<'t> Instructions<'t> {
+    pub(super) fn new(text: &'t str) -> Self {
+        Self {
+            text,
+            at: 0,
+            end_of_text: END_OF_TEXT,
+        }
+    }
+
+    fn peek(&self) -> Option<u8> {
+        self.text.as_bytes().get(self.at).copied()
+    }
+
+    fn skip(&mut self, passes: impl Fn(u8) -> bool) {
+        while self.peek().is_some_and(&passes) {
+            self.at += 1;
+        }
+    }
+
+    fn take(&mut self) -> Option<u8> {
+        let byte = self.peek()?;
+        self.at += 1;
+        Some(byte)
+    }
+
+    /// The first byte of the next instruction.
+    fn begin(&mut self) -> Option<u8> {
+        loop {
+            self.skip(is_between);
+            match self.peek()? {
+                ESCAPE => self.escape(),
+                // A line for the printer around the plot.
+                b'@' => self.skip(|byte| byte != b'\n'),
+                byte => return Some(byte),
+            }
+        }
+    }
+
+    /// `ESC . letter numbers :`, or `ESC % number letter` and its like of printers.
+    fn escape(&mut self) {
+        self.at += 1;
+        match self.take() {
+            Some(b'.') => {
+                self.at += usize::from(self.peek().is_some_and(|byte| byte.is_ascii()));
+                self.skip(|byte| byte.is_ascii_digit() || byte == b';');
+                self.skip_one(b':');
+            }
+            Some(b'%' | b'&' | b'*' | b'(' | b')') => {
+                self.skip(|byte| !byte.is_ascii_uppercase() && byte.is_ascii_graphic());
+                self.at += usize::from(self.peek().is_some_and(|byte| byte.is_ascii_uppercase()));
+            }
+            _ => {}
+        }
+    }
+
+    fn skip_one(&mut self, byte: u8) {
+        self.at += usize::from(self.peek() == Some(byte));
+    }
+
+    fn instruction(&mut self, first: u8) -> Result<Instruction, Flaw> {
+        let start = self.at;
+        self.at += 1;
+        let second = self.peek().filter(u8::is_ascii_alphabetic);
+        let Some(second) = second else {
+            let letter = char::from(first);
+            let message = format!("{letter} is no instruction: there are two letters in one");
+            return Err(Flaw::new(start..self.at, message));
+        };
+        self.at += 1;
+        let name = [first, second].map(|letter| letter.to_ascii_uppercase());
+        let mut numbers = Vec::new();
+        match &name {
+            b"LB" => {
+                let end = self.end_of_text;
+                self.skip(|byte| byte != end);
+                self.skip_one(end);
+            }
+            b"DT" => self.set_end_of_text(),
+            b"PE" => self.skip(|byte| byte != b';'),
+            _ => self.numbers(&mut numbers)?,
+        }
+        let range = start..self.at;
+        Ok(Instruction {
+            name,
+            numbers,
+            range,
+        })
+    }
+
+    /// `DT` and the sign that ends labels from now on; `DT;` sets it back.
+    fn set_end_of_text(&mut self) {
+        self.end_of_text = match self.peek() {
+            Some(b';') | None => END_OF_TEXT,
+            Some(sign) => {
+                // Behind a sign comes its mode.
+                self.skip(|byte| byte != b';');
+                sign
+            }
+        };
+    }
+
+    fn numbers(&mut self, numbers: &mut Vec<f64>) -> Result<(), Flaw> {
+        loop {
+            self.skip(|byte| byte == b',' || is_blank(byte));
+            let start = self.at;
+            let sign = |byte| byte == b'-' || byte == b'+';
+            if !self
+                .peek()
+                .is_some_and(|byte| byte.is_ascii_digit() || sign(byte) || byte == b'.')
+            {
+                return Ok(());
+            }
+            self.at += usize::from(self.peek().is_some_and(sign));
+            self.skip(|byte| byte.is_ascii_digit());
+            self.skip_one(b'.');
+            self.skip(|byte| byte.is_ascii_digit());
+            let text = self.text.get(start..self.at).unwrap_or_default();
+            match text.parse::<f64>() {
+                Ok(number) if number.abs() <= GREATEST => numbers.push(number),
+                Ok(_) => {
+                    let message = format!("a number is beyond {GREATEST}");
+                    return Err(Flaw::new(start..self.at, message));
+                }
+                Err(_) => return Err(Flaw::new(start..self.at, "this is no number")),
+            }
+        }
+    }
+}
+
+fn is_blank(byte: u8) -> bool {
+    byte.is_ascii_whitespace() || byte == 0
+}
+
+fn is_between(byte: u8) -> bool {
+    is_blank(byte) || matches!(byte, b';' | b',' | END_OF_TEXT | b'\x1a')
+}
+
+impl Iterator for Instructions<'_> {
+    type Item = Result<Instruction, Flaw>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let first = self.begin()?;
+        if first.is_ascii_alphabetic() {
+            return Some(self.instruction(first));
+        }
+        let start = self.at;
+        let sign = self.text.get(start..)?.chars().next()?;
+        self.at = self.text.len();
+        let range = start..start + sign.len_utf8();
+        Some(Err(Flaw::new(
+            range,
+            format!("{sign:?} begins no instruction"),
+        )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all(text: &str) -> Vec<(String, Vec<f64>)> {
+        let all = Instructions::new(text).map(|one| one.expect("an instruction"));
+        all.map(|one| (one.name(), one.numbers)).collect()
+    }
+
+    #[test]
+    fn separators_may_be_anything_or_nothing() {
+        let expected = [
+            ("PU".to_owned(), vec![1600.0, 2600.0]),
+            ("PD".to_owned(), vec![-5.0, 0.5]),
+        ];
+        for text in [
+            "PU1600 2600;PD-5 .5;",
+            "pu 1600,2600pd-5,0.5",
+            "PU1600, 2600\r\nPD -5+0.5",
+            "\u{1b}.(\u{1b}.I81;;17:\u{1b}%0BPU1600 2600;LBPD1 2\u{3}PD-5.0 .5",
+            "\u{1b}E\u{1b}%-12345X@PJL ENTER LANGUAGE=HPGL2\nPU1600 2600PD-5 .5\u{1b}%0A",
+            "DT*;LBtext*PU1600 2600DT;PD-5 .5",
+        ] {
+            let mut found = all(text);
+            found.retain(|(name, _)| name != "LB" && name != "DT");
+            assert_eq!(found, expected, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_instruction_says_where_it_is() {
+        let flaw = |text: &str| {
+            let found = Instructions::new(text).find_map(Result::err);
+            found.expect("a flaw").range
+        };
+        assert_eq!(flaw("IN;1 2"), 3..4);
+        assert_eq!(flaw("IN;P1"), 3..4);
+        assert_eq!(flaw("PU-;"), 2..3);
+        assert_eq!(flaw("PU1,99999999"), 4..12);
+        assert_eq!(flaw("PU1 2;ü"), 6..8);
+    }
+}

@@ -1,0 +1,269 @@
+//! The plotter: where its pen is, and what it has drawn.
+
+use std::ops::Range;
+
+use super::Notes;
+use super::lexer::{Flaw, Instruction};
+use super::scale::Scale;
+use crate::{Artwork, Lines, Problem, Stroke};
+
+/// No sheet is as large, mm.
+const LARGEST: f64 = 1e5;
+
+/// A stroke that is being drawn.
+#[derive(Debug)]
+pub(super) struct Open {
+    points: Vec<[f64; 2]>,
+    range: Range<usize>,
+    /// It is to be a dot if the pen goes nowhere.
+    pub(super) dot: bool,
+}
+
+#[derive(Debug)]
+pub(super) struct Plotter<'t> {
+    pub(super) artwork: Artwork,
+    pub(super) tolerance: f64,
+    pub(super) lines: &'t Lines<'t>,
+    pub(super) notes: Notes,
+    pub(super) scale: Scale,
+    /// In the plot's units.
+    pub(super) at: [f64; 2],
+    pub(super) down: bool,
+    relative: bool,
+    /// 0 is none.
+    pub(super) pen: f64,
+    /// The pens that have drawn.
+    pens: Vec<f64>,
+    pub(super) open: Option<Open>,
+    /// Within a polygon strokes are gathered and not drawn.
+    pub(super) polygon: Option<usize>,
+    /// The strokes of the last one.
+    pub(super) edges: Vec<Stroke>,
+}
+
+impl<'t> Plotter<'t> {
+    pub(super) fn new(title: &str, tolerance: f64, lines: &'t Lines<'t>) -> Self {
+        let artwork = Artwork {
+            title: title.to_owned(),
+            ..Artwork::default()
+        };
+        Self {
+            artwork,
+            tolerance,
+            lines,
+            notes: Notes::default(),
+            scale: Scale::default(),
+            at: [0.0; 2],
+            down: false,
+            relative: false,
+            pen: 1.0,
+            pens: Vec::new(),
+            open: None,
+            polygon: None,
+            edges: Vec::new(),
+        }
+    }
+
+    pub(super) fn finish(mut self) -> (Artwork, Vec<Problem>) {
+        self.lift();
+        self.end_polygon();
+        if self.pens.len() > 1 {
+            let pens: Vec<_> = self.pens.iter().map(ToString::to_string).collect();
+            let message = format!("pens {} draw alike: there is one", pens.join(", "));
+            self.notes.add(crate::Origin::NONE, &message);
+        }
+        (self.artwork, self.notes.into_problems())
+    }
+
+    pub(super) fn note(&mut self, instruction: &Instruction, message: &str) {
+        self.notes
+            .add(self.lines.origin(instruction.range.clone()), message);
+    }
+
+    pub(super) fn take(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+        match &instruction.name {
+            b"PU" => {
+                self.lift();
+                self.go(instruction)?;
+            }
+            b"PD" => {
+                self.lower(instruction);
+                self.go(instruction)?;
+            }
+            b"PA" | b"PR" => {
+                self.relative = &instruction.name == b"PR";
+                self.go(instruction)?;
+            }
+            b"SP" => {
+                self.lift_for_a_moment();
+                self.pen = instruction.numbers.first().copied().unwrap_or(0.0);
+            }
+            b"IN" | b"DF" => self.reset(&instruction.name == b"IN"),
+            b"IP" => self.scale.corners(instruction)?,
+            b"SC" => {
+                // What has been drawn of a stroke is on the sheet; the pen's place has other numbers now.
+                self.lift_for_a_moment();
+                self.scale.units(instruction)?;
+            }
+            b"CI" | b"AA" | b"AR" | b"EA" | b"ER" | b"RA" | b"RR" | b"EW" | b"WG" | b"BZ"
+            | b"BR" => {
+                self.figure(instruction)?;
+            }
+            b"PM" => self.polygon(instruction),
+            b"EP" | b"FP" => self.edge(instruction),
+            _ => self.other(instruction)?,
+        }
+        Ok(())
+    }
+
+    /// What draws nothing, and what is not understood.
+    fn other(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+        let name = instruction.name();
+        match name.as_str() {
+            "LB" => {
+                self.note(instruction, "text (LB) is left out: write it as curves");
+            }
+            "LT" if !instruction.numbers.is_empty() => {
+                self.note(
+                    instruction,
+                    "line types (LT) are left out: all lines are drawn through",
+                );
+            }
+            "PE" => {
+                return Err(Flaw::new(
+                    instruction.range.clone(),
+                    "encoded polylines (PE) are not read",
+                )
+                .help("write the plot as plain HPGL, with PU and PD"));
+            }
+            "RO" if instruction
+                .numbers
+                .first()
+                .is_none_or(|angle| *angle == 0.0) => {}
+            "RO" | "AT" | "RT" => {
+                let message = format!("{name} is not done here");
+                return Err(Flaw::new(instruction.range.clone(), message));
+            }
+            // Pen speed and force, widths, colours, label styles, fills, the plotter and its paper.
+            "LT" | "VS" | "VA" | "VN" | "FS" | "AS" | "PW" | "WU" | "PT" | "PC" | "NP" | "CR"
+            | "CO" | "LA" | "LO" | "DI" | "DR" | "DV" | "SI" | "SR" | "SL" | "SD" | "AD" | "CS"
+            | "CA" | "SS" | "SA" | "CP" | "ES" | "DT" | "FT" | "AC" | "UL" | "SV" | "TR" | "MC"
+            | "PG" | "AF" | "AH" | "EC" | "BP" | "PS" | "QL" | "MG" | "MT" | "ST" | "NR" | "RP"
+            | "IW" | "OE" | "OI" | "OS" | "OA" | "OH" | "OP" => {}
+            _ => self.note(instruction, &format!("{name} is left out")),
+        }
+        Ok(())
+    }
+
+    fn reset(&mut self, moves: bool) {
+        self.lift();
+        self.end_polygon();
+        self.edges.clear();
+        (self.scale, self.relative) = (Scale::default(), false);
+        if moves {
+            self.at = [0.0; 2];
+        }
+    }
+
+    pub(super) fn draws(&self) -> bool {
+        self.down && self.pen != 0.0
+    }
+
+    fn lower(&mut self, instruction: &Instruction) {
+        self.down = true;
+        if self.draws() && self.open.is_none() {
+            self.begin(instruction.range.clone(), true);
+        }
+    }
+
+    pub(super) fn begin(&mut self, range: Range<usize>, dot: bool) {
+        if !self.pens.contains(&self.pen) && self.pens.len() < 100 {
+            self.pens.push(self.pen);
+        }
+        let points = vec![self.scale.place(self.at)];
+        self.open = Some(Open { points, range, dot });
+    }
+
+    fn lift(&mut self) {
+        self.down = false;
+        self.lift_for_a_moment();
+    }
+
+    /// Ends the stroke; the next one begins with the next line.
+    pub(super) fn lift_for_a_moment(&mut self) {
+        if let Some(open) = self
+            .open
+            .take()
+            .filter(|open| open.dot || open.points.len() > 1)
+        {
+            let origin = self.lines.origin(open.range);
+            let points = open.points;
+            self.add(Stroke { points, origin });
+        }
+    }
+
+    fn add(&mut self, stroke: Stroke) {
+        if self.polygon.is_some() {
+            self.edges.push(stroke);
+        } else {
+            self.artwork.strokes.push(stroke);
+        }
+    }
+
+    /// To each of the points of an instruction.
+    fn go(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+        for to in pairs(instruction, self.relative.then_some(&mut self.at.clone()))? {
+            self.line(to, instruction)?;
+        }
+        Ok(())
+    }
+
+    /// Goes to a point, with the pen as it is.
+    pub(super) fn line(&mut self, to: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+        self.fits(to, instruction)?;
+        let place = self.scale.place(to);
+        if self.draws() {
+            if self.open.is_none() {
+                self.begin(instruction.range.clone(), false);
+            }
+            if let Some(open) = &mut self.open {
+                open.range.end = instruction.range.end;
+                if open.points.last() != Some(&place) {
+                    open.points.push(place);
+                }
+            }
+        }
+        self.at = to;
+        Ok(())
+    }
+
+    /// Whether a point is on any sheet.
+    pub(super) fn fits(&self, to: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+        let [x, y] = self.scale.place(to);
+        if x.abs().max(y.abs()) <= LARGEST {
+            return Ok(());
+        }
+        let message = format!("the pen would be at {x:.0}, {y:.0} mm");
+        Err(Flaw::new(instruction.range.clone(), message))
+    }
+}
+
+/// The points of an instruction. Relative ones count from the one before, `from` at first.
+pub(super) fn pairs(
+    instruction: &Instruction,
+    mut from: Option<&mut [f64; 2]>,
+) -> Result<Vec<[f64; 2]>, Flaw> {
+    let (pairs, rest) = instruction.numbers.as_chunks::<2>();
+    if !rest.is_empty() {
+        let message = format!("{} has an x without a y", instruction.name());
+        return Err(Flaw::new(instruction.range.clone(), message));
+    }
+    let places = pairs.iter().map(|[x, y]| match &mut from {
+        Some(from) => {
+            **from = [from[0] + x, from[1] + y];
+            **from
+        }
+        None => [*x, *y],
+    });
+    Ok(places.collect())
+}

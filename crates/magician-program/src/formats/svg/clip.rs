@@ -1,0 +1,193 @@
+//! What a clip path leaves of a line.
+
+use kurbo::Affine;
+use usvg::{ClipPath, FillRule, Group, Node};
+
+use super::lines::{Line, curves, flatten};
+use super::walk::matrix;
+
+/// As many crossings of corners and edges are looked at for one path.
+const MOST_WORK: usize = 200_000_000;
+
+/// A region that lines are clipped to: inside any of its shapes, and inside each further region.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Region {
+    shapes: Vec<Shape>,
+    /// The regions that its clip path itself, and those around it, are clipped to.
+    also: Vec<Region>,
+}
+
+#[derive(Clone, Debug)]
+struct Shape {
+    edges: Vec<[[f64; 2]; 2]>,
+    rule: FillRule,
+    /// What clips this shape alone.
+    within: Vec<Region>,
+}
+
+impl Region {
+    /// Of a clip path of something drawn in these coordinates.
+    pub(super) fn of(clip: &ClipPath, to: Affine, tolerance: f64) -> Self {
+        let to_own = to * matrix(clip.transform());
+        let mut shapes = Vec::new();
+        collect(clip.root(), to_own, &[], tolerance, &mut shapes);
+        let also = clip.clip_path().map(|outer| Self::of(outer, to, tolerance));
+        Self {
+            shapes,
+            also: also.into_iter().collect(),
+        }
+    }
+
+    fn edges(&self) -> usize {
+        let own = self
+            .shapes
+            .iter()
+            .map(|shape| shape.edges.len() + shape.within.iter().map(Self::edges).sum::<usize>());
+        own.sum::<usize>() + self.also.iter().map(Self::edges).sum::<usize>()
+    }
+
+    fn contains(&self, at: [f64; 2]) -> bool {
+        self.shapes.iter().any(|shape| shape.contains(at))
+            && self.also.iter().all(|region| region.contains(at))
+    }
+
+    /// Where a way crosses any edge, as shares of it.
+    fn crossings(&self, from: [f64; 2], to: [f64; 2], found: &mut Vec<f64>) {
+        for shape in &self.shapes {
+            let own = shape
+                .edges
+                .iter()
+                .filter_map(|edge| crossing([from, to], *edge));
+            found.extend(own);
+            for region in &shape.within {
+                region.crossings(from, to, found);
+            }
+        }
+        for region in &self.also {
+            region.crossings(from, to, found);
+        }
+    }
+
+    /// What of a line is inside. `None` if that is too much work.
+    pub(super) fn clip(&self, line: &Line) -> Option<Vec<Line>> {
+        if line.len().saturating_mul(self.edges()) > MOST_WORK {
+            return None;
+        }
+        if let [dot] = line.as_slice() {
+            return Some(if self.contains(*dot) {
+                vec![line.clone()]
+            } else {
+                vec![]
+            });
+        }
+        let mut pieces: Vec<Line> = Vec::new();
+        let mut open = Line::new();
+        for (from, to) in line.iter().zip(line.iter().skip(1)) {
+            let mut cuts = vec![0.0, 1.0];
+            self.crossings(*from, *to, &mut cuts);
+            cuts.sort_by(f64::total_cmp);
+            cuts.dedup();
+            let at = |share: f64| match share {
+                1.0 => *to,
+                _ => [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis])),
+            };
+            for (start, end) in cuts.iter().zip(cuts.iter().skip(1)) {
+                if !self.contains(at(f64::midpoint(*start, *end))) {
+                    pieces.push(std::mem::take(&mut open));
+                    continue;
+                }
+                if open.is_empty() {
+                    open.push(at(*start));
+                }
+                open.push(at(*end));
+            }
+        }
+        pieces.push(open);
+        pieces.retain(|piece| piece.len() > 1);
+        rejoin(line, &mut pieces);
+        Some(pieces)
+    }
+}
+
+/// The last piece of a closed line goes on as the first.
+fn rejoin(line: &Line, pieces: &mut Vec<Line>) {
+    let ends = pieces.first().and_then(|piece| piece.first());
+    let begins = pieces.last().and_then(|piece| piece.last());
+    let whole = line.first() == line.last() && ends == line.first() && begins == line.last();
+    if whole
+        && pieces.len() > 1
+        && let Some(mut last) = pieces.pop()
+        && let Some(first) = pieces.first_mut()
+    {
+        last.extend(first.iter().skip(1));
+        *first = last;
+    }
+}
+
+impl Shape {
+    fn contains(&self, [x, y]: [f64; 2]) -> bool {
+        let mut winding = 0;
+        for [from, to] in &self.edges {
+            let up = from[1] <= y && to[1] > y;
+            let down = from[1] > y && to[1] <= y;
+            if !(up || down) {
+                continue;
+            }
+            let share = (y - from[1]) / (to[1] - from[1]);
+            if from[0] + share * (to[0] - from[0]) > x {
+                winding += if up { 1 } else { -1 };
+            }
+        }
+        let inside = match self.rule {
+            FillRule::NonZero => winding != 0,
+            FillRule::EvenOdd => winding % 2 != 0,
+        };
+        inside && self.within.iter().all(|region| region.contains([x, y]))
+    }
+}
+
+/// Where one way crosses another, as a share of the first.
+fn crossing([from, to]: [[f64; 2]; 2], [start, end]: [[f64; 2]; 2]) -> Option<f64> {
+    let way = [to[0] - from[0], to[1] - from[1]];
+    let edge = [end[0] - start[0], end[1] - start[1]];
+    let between = [start[0] - from[0], start[1] - from[1]];
+    let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+    let turn = cross(way, edge);
+    if turn == 0.0 {
+        return None;
+    }
+    let share = cross(between, edge) / turn;
+    let along = cross(between, way) / turn;
+    ((0.0..=1.0).contains(&share) && (0.0..=1.0).contains(&along)).then_some(share)
+}
+
+fn collect(group: &Group, to: Affine, within: &[Region], tolerance: f64, shapes: &mut Vec<Shape>) {
+    for node in group.children() {
+        match node {
+            Node::Group(group) => {
+                let own = to * matrix(group.transform());
+                let mut inner = within.to_vec();
+                inner.extend(
+                    group
+                        .clip_path()
+                        .map(|clip| Region::of(clip, own, tolerance)),
+                );
+                collect(group, own, &inner, tolerance, shapes);
+            }
+            Node::Path(path) => {
+                let rule = path.fill().map_or(FillRule::NonZero, |fill| fill.rule());
+                let outline = flatten(&curves(path.data(), to), tolerance, true);
+                let edges = outline
+                    .iter()
+                    .flat_map(|line| line.iter().zip(line.iter().skip(1)));
+                shapes.push(Shape {
+                    edges: edges.map(|(from, to)| [*from, *to]).collect(),
+                    rule,
+                    within: within.to_vec(),
+                });
+            }
+            Node::Text(text) => collect(text.flattened(), to, within, tolerance, shapes),
+            Node::Image(_) => {}
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Curves as corners that are never farther from them than a tolerance.
+
+use kurbo::{Affine, BezPath, PathEl, Point};
+use usvg::tiny_skia_path::{Path, PathSegment};
+
+/// Corners nearer than this are one, mm.
+const SAME: f64 = 1e-6;
+/// As many dashes a path may have.
+const MOST_DASHES: f64 = 100_000.0;
+
+/// A line of corners; a closed one ends where it begins.
+pub(super) type Line = Vec<[f64; 2]>;
+
+/// The curves of a path in other coordinates.
+pub(super) fn curves(path: &Path, to: Affine) -> BezPath {
+    let point = |at: usvg::tiny_skia_path::Point| to * Point::new(at.x.into(), at.y.into());
+    let elements = path.segments().map(|segment| match segment {
+        PathSegment::MoveTo(to) => PathEl::MoveTo(point(to)),
+        PathSegment::LineTo(to) => PathEl::LineTo(point(to)),
+        PathSegment::QuadTo(by, to) => PathEl::QuadTo(point(by), point(to)),
+        PathSegment::CubicTo(one, other, to) => {
+            PathEl::CurveTo(point(one), point(other), point(to))
+        }
+        PathSegment::Close => PathEl::ClosePath,
+    });
+    elements.collect()
+}
+
+/// Corners along curves. `close` has every line end where it begins, as the edge of a filled shape does.
+pub(super) fn flatten(curves: &BezPath, tolerance: f64, close: bool) -> Vec<Line> {
+    let mut lines: Vec<Line> = Vec::new();
+    let mut line = Line::new();
+    let mut begin = [0.0; 2];
+    let finish = |line: &mut Line, lines: &mut Vec<Line>| {
+        let mut done = std::mem::take(line);
+        if close {
+            shut(&mut done);
+        }
+        if done.len() > 1 {
+            lines.push(tidy(done));
+        }
+    };
+    kurbo::flatten(curves.iter(), tolerance, |element| match element {
+        PathEl::MoveTo(to) => {
+            finish(&mut line, &mut lines);
+            begin = [to.x, to.y];
+            line.push(begin);
+        }
+        PathEl::ClosePath => {
+            shut(&mut line);
+            finish(&mut line, &mut lines);
+            // What follows begins here without saying so.
+            line.push(begin);
+        }
+        PathEl::LineTo(to) | PathEl::QuadTo(_, to) | PathEl::CurveTo(_, _, to) => {
+            line.push([to.x, to.y]);
+        }
+    });
+    finish(&mut line, &mut lines);
+    lines
+}
+
+fn shut(line: &mut Line) {
+    if let (Some(first), Some(last)) = (line.first().copied(), line.last())
+        && first != *last
+    {
+        line.push(first);
+    }
+}
+
+/// Without corners that are where the one before is; a line that goes nowhere becomes a dot.
+fn tidy(line: Line) -> Line {
+    let closed = line.first() == line.last();
+    let mut tidy: Line = Vec::with_capacity(line.len());
+    for point in line {
+        if tidy
+            .last()
+            .is_none_or(|last| crate::artwork::distance(*last, point) > SAME)
+        {
+            tidy.push(point);
+        }
+    }
+    if let (true, Some(first), Some(last)) = (closed, tidy.first().copied(), tidy.last_mut()) {
+        // A dot stays one, and the last corner is the first to the last bit.
+        *last = first;
+    }
+    tidy
+}
+
+/// The dashes of lines. `None` if there are too many of them.
+pub(super) fn dashed(lines: &[Line], pattern: &[f64], offset: f64) -> Option<Vec<Line>> {
+    let period: f64 = pattern.iter().sum();
+    let length: f64 = lines.iter().map(length).sum();
+    let count = length / period * pattern.len() as f64;
+    if !(period > 0.0 && count < MOST_DASHES) || pattern.iter().any(|part| *part < 0.0) {
+        return None;
+    }
+    Some(
+        lines
+            .iter()
+            .flat_map(|line| dashes(line, pattern, offset))
+            .collect(),
+    )
+}
+
+fn dashes(line: &Line, pattern: &[f64], offset: f64) -> Vec<Line> {
+    let Some(first) = line.first() else {
+        return Vec::new();
+    };
+    let period: f64 = pattern.iter().sum();
+    // An odd number of parts changes dashes and gaps each time.
+    let cycle = period
+        * if pattern.len().is_multiple_of(2) {
+            1.0
+        } else {
+            2.0
+        };
+    let mut parts = pattern.iter().copied().cycle();
+    let mut left = parts.next().unwrap_or(f64::INFINITY);
+    let mut on = true;
+    let mut skip = offset.rem_euclid(cycle);
+    while skip >= left && skip > 0.0 {
+        skip -= left;
+        left = parts.next().unwrap_or(f64::INFINITY);
+        on = !on;
+    }
+    left -= skip;
+    let mut found = Vec::new();
+    let mut dash: Line = if on { vec![*first] } else { Vec::new() };
+    for (from, to) in line.iter().zip(line.iter().skip(1)) {
+        let long = crate::artwork::distance(*from, *to);
+        let mut done = 0.0;
+        while long - done > left {
+            done += left;
+            let share = done / long;
+            let at = [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]));
+            if on {
+                dash.push(at);
+                found.push(std::mem::take(&mut dash));
+            } else {
+                dash = vec![at];
+            }
+            on = !on;
+            left = parts.next().unwrap_or(f64::INFINITY);
+        }
+        left -= long - done;
+        if on {
+            dash.push(*to);
+        }
+    }
+    found.push(dash);
+    found.retain(|dash| !dash.is_empty());
+    found.into_iter().map(tidy).collect()
+}
+
+fn length(line: &Line) -> f64 {
+    let pairs = line.iter().zip(line.iter().skip(1));
+    pairs
+        .map(|(from, to)| crate::artwork::distance(*from, *to))
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn straight(length: f64) -> Vec<Line> {
+        vec![vec![[0.0, 0.0], [length / 2.0, 0.0], [length, 0.0]]]
+    }
+
+    fn spans(pattern: &[f64], offset: f64) -> Vec<[f64; 2]> {
+        let dashes = dashed(&straight(20.0), pattern, offset).unwrap();
+        let ends = |dash: &Line| [dash[0][0], dash[dash.len() - 1][0]];
+        dashes.iter().map(ends).collect()
+    }
+
+    #[test]
+    fn dashes_follow_the_pattern() {
+        assert_eq!(
+            spans(&[5.0, 3.0], 0.0),
+            [[0.0, 5.0], [8.0, 13.0], [16.0, 20.0]]
+        );
+        assert_eq!(
+            spans(&[5.0, 3.0], 6.0),
+            [[2.0, 7.0], [10.0, 15.0], [18.0, 20.0]]
+        );
+        assert_eq!(
+            spans(&[5.0, 3.0], -2.0),
+            [[2.0, 7.0], [10.0, 15.0], [18.0, 20.0]]
+        );
+        // An odd pattern counts twice: 4 on, 4 off.
+        assert_eq!(spans(&[4.0], 0.0), [[0.0, 4.0], [8.0, 12.0], [16.0, 20.0]]);
+        // A dash without length is a dot.
+        assert_eq!(
+            spans(&[0.0, 8.0], 0.0),
+            [[0.0, 0.0], [8.0, 8.0], [16.0, 16.0]]
+        );
+    }
+
+    #[test]
+    fn dashes_without_end_are_none() {
+        assert_eq!(dashed(&straight(20.0), &[0.0, 0.0], 0.0), None);
+        assert_eq!(dashed(&straight(20.0), &[1e-9, 1e-9], 0.0), None);
+        assert_eq!(dashed(&straight(20.0), &[f64::NAN], 0.0), None);
+    }
+}

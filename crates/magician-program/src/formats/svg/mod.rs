@@ -1,0 +1,139 @@
+//! SVG drawings: every visible line as a stroke, true to size.
+//!
+//! A stroke is the middle of a line, however wide it is painted; of a filled shape without a line it is the edge. What comes
+//! from `use`, markers, nested drawings and styles is drawn where it appears; clip paths cut lines off. Texts are written in a
+//! font of our own, as outlines. Images, masks and filters are left out, which a note tells.
+
+mod clip;
+mod cost;
+pub(crate) mod font;
+mod lines;
+mod notes;
+mod source;
+mod walk;
+
+use kurbo::Affine;
+use usvg::{ImageHrefResolver, Options, Tree};
+
+use self::notes::Notes;
+use self::source::{Page, Source};
+use self::walk::Walk;
+use super::{Content, ReadOptions, Reading};
+use crate::{Artwork, Problem};
+
+/// Files may be as large, bytes.
+const LARGEST: usize = 64 << 20;
+/// What a pixel is: 96 of them are an inch (CSS Values and Units 3, section 6.2), mm.
+const PIXEL: f64 = 25.4 / 96.0;
+/// Elements within elements are read by functions within functions.
+const STACK: usize = 64 << 20;
+/// Finer is of no use to any arm, mm.
+const FINEST: f64 = 1e-3;
+/// What is not followed, or not followed without end: masks and filters, and markers on the lines of markers.
+const STYLE: &str = "* { mask: none !important; filter: none !important }
+marker * { marker-start: none !important; marker-mid: none !important; marker-end: none !important }
+marker use { display: none !important }";
+
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+    if bytes.len() > LARGEST {
+        let message = format!("it has {} bytes, at most {LARGEST} are read", bytes.len());
+        return Err(Problem::of_file(message));
+    }
+    if bytes.starts_with(&[0x1f, 0x8b]) {
+        return Err(Problem::of_file("it is packed").help("unpack it with `gzip -d` first"));
+    }
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let at = error.valid_up_to();
+        Problem::of_file(format!("it is not UTF-8 from byte {at} on"))
+    })?;
+    let drawing = on_a_deep_stack(|| drawing(text, options))?;
+    Ok(Reading {
+        content: Content::Artwork(drawing.content),
+        notes: drawing.notes,
+    })
+}
+
+/// Does something that goes deep, on any caller's stack. If the library breaks on a drawing, that is a problem of the file.
+fn on_a_deep_stack<T: Send>(
+    work: impl FnOnce() -> Result<T, Problem> + Send,
+) -> Result<T, Problem> {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK);
+        match thread
+            .spawn_scoped(scope, work)
+            .map(|running| running.join())
+        {
+            Ok(Ok(done)) => done,
+            Ok(Err(_)) => Err(Problem::of_file("nothing can be made of this drawing")),
+            Err(error) => Err(Problem::of_file(format!(
+                "there is no room to read it: {error}"
+            ))),
+        }
+    })
+}
+
+fn drawing(text: &str, options: &ReadOptions) -> Result<Reading<Artwork>, Problem> {
+    let mut notes = Notes::default();
+    let source = source::prepare(text, &mut notes)?;
+    let tree = tree(&source.text)?;
+    let (width, height) = (tree.size().width(), tree.size().height());
+    let page = [width, height].map(|side| f64::from(side) * PIXEL);
+    if source.page == Page::ViewBox {
+        let [width, height] = page;
+        let remark = format!(
+            "no size is given; a unit is taken as 1/96 inch, so that the page is {width:.1} by {height:.1} mm"
+        );
+        notes.add(Problem::of_file(remark));
+    }
+    // Up is up, from the lower edge of the page.
+    let to = Affine::new([PIXEL, 0.0, 0.0, -PIXEL, 0.0, page[1]]);
+    let tolerance = match options.tolerance {
+        tolerance if tolerance.is_finite() => tolerance.max(FINEST),
+        _ => ReadOptions::default().tolerance,
+    };
+    let Source {
+        elements,
+        page: says,
+        ..
+    } = source;
+    let mut walk = Walk::new(&elements, tolerance, options.fills, &mut notes);
+    walk.all(tree.root(), to)?;
+    let Walk { strokes, names, .. } = walk;
+    let artwork = Artwork {
+        title: options.title.clone(),
+        page: (says != Page::Unknown).then_some(page),
+        strokes,
+        names,
+    };
+    Ok(Reading {
+        content: artwork,
+        notes: notes.into_problems(),
+    })
+}
+
+fn tree(text: &str) -> Result<Tree, Problem> {
+    let options = Options {
+        dpi: 96.0,
+        font_family: font::NAME.to_owned(),
+        font_resolver: font::resolver(),
+        fontdb: font::database(),
+        style_sheet: Some(STYLE.to_owned()),
+        // Images are not drawn, and a drawing has no business with other files.
+        image_href_resolver: ImageHrefResolver {
+            resolve_data: Box::new(|_, _, _| None),
+            resolve_string: Box::new(|_, _| None),
+        },
+        ..Options::default()
+    };
+    let document = source::parse(text)?;
+    Tree::from_xmltree(&document, &options).map_err(|error| {
+        let message = match error {
+            usvg::Error::InvalidSize => "its width or height is none".to_owned(),
+            usvg::Error::ParsingFailed(roxmltree::Error::NodesLimitReached) => {
+                "it has more elements, or deeper ones, than can be drawn".to_owned()
+            }
+            other => other.to_string(),
+        };
+        Problem::of_file(message)
+    })
+}

@@ -1,0 +1,35 @@
+//! What is said of a drawing, each thing once.
+
+use crate::Problem;
+
+/// As many different things are said.
+const MOST: usize = 50;
+
+/// Remarks, with how often each was made.
+#[derive(Default)]
+pub(super) struct Notes {
+    made: Vec<(Problem, usize)>,
+}
+
+impl Notes {
+    /// Makes one; of the same words only the first counts with its place.
+    pub(super) fn add(&mut self, note: Problem) {
+        let room = self.made.len() < MOST;
+        let same = |made: &&mut (Problem, usize)| made.0.message == note.message;
+        match self.made.iter_mut().find(same) {
+            Some((_, times)) => *times += 1,
+            None if room => self.made.push((note, 1)),
+            None => {}
+        }
+    }
+
+    pub(super) fn into_problems(self) -> Vec<Problem> {
+        let told = self.made.into_iter().map(|(mut note, times)| {
+            if times > 1 {
+                note.message += &format!(" ({times} times)");
+            }
+            note
+        });
+        told.collect()
+    }
+}

@@ -1,0 +1,282 @@
+//! The text of an SVG, made ready for the library that understands it.
+//!
+//! That library keeps no places in the text, only ids. So every element that can draw gets an id where it has none, and the places
+//! are kept beside it by id. What only costs time and changes no line (the insides of patterns) is left out.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+use super::cost;
+use super::notes::Notes;
+use crate::{Lines, Origin, Problem};
+
+/// Elements that can be what a stroke came from.
+const DRAWING: [&str; 13] = [
+    "path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text", "use", "g", "a",
+    "svg", "switch",
+];
+/// Elements that draw, but not lines.
+const LEFT_OUT: [(&str, &str); 2] = [
+    ("image", "images in the drawing are left out"),
+    ("foreignObject", "what is not SVG is left out"),
+];
+/// Properties that are not followed.
+const IGNORED: [(&str, &str); 2] = [
+    ("mask", "masks are left out: what they hide is drawn"),
+    ("filter", "filters are left out"),
+];
+/// As many elements are read, those in definitions included.
+const MOST_NODES: u32 = 2_000_000;
+const SVG: &str = "http://www.w3.org/2000/svg";
+
+/// A text that is ready, and where its elements are in the one that it was made of.
+pub(super) struct Source {
+    pub(super) text: String,
+    /// By id.
+    pub(super) elements: HashMap<String, Element>,
+    /// Whether it says how large it is, in any way.
+    pub(super) page: Page,
+}
+
+/// How a file says how large it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Page {
+    /// In a width or a height with a unit, or in pixels.
+    Sized,
+    /// Only by its viewBox.
+    ViewBox,
+    /// Not at all.
+    Unknown,
+}
+
+/// An element of the file.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Element {
+    pub(super) origin: Origin,
+    /// Its id, its tag if it has none.
+    pub(super) name: String,
+}
+
+impl Element {
+    pub(super) fn problem(&self, message: impl Into<String>) -> Problem {
+        Problem::new(self.origin, message).named(self.name.clone())
+    }
+}
+
+/// Makes a text ready.
+pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Problem> {
+    let document = parse(text)?;
+    let root = document.root_element();
+    if !is(&root, "svg") {
+        let message = format!(
+            "the outermost element is <{}>, not <svg>",
+            root.tag_name().name()
+        );
+        return Err(Problem::new(
+            Origin {
+                line: 1,
+                column: 1,
+                ..Origin::NONE
+            },
+            message,
+        ));
+    }
+    let prefix = unused_prefix(text);
+    let mut place = Places::new(text);
+    let mut elements = HashMap::new();
+    let mut edits = Vec::new();
+    let mut emptied = 0..0;
+    for (nth, node) in root.descendants().enumerate() {
+        let range = node.range();
+        let within = root.range().contains(&range.start) && range.start >= emptied.end;
+        if !node.is_element() || !within {
+            continue;
+        }
+        if is(&node, "pattern")
+            && let Some(inside) = inside(&node)
+        {
+            emptied = inside.clone();
+            edits.push((inside, r#"<rect width="1" height="1"/>"#.to_owned()));
+        }
+        let drawing = DRAWING.iter().any(|tag| is(&node, tag));
+        let remarks: Vec<_> = remarks(&node).collect();
+        if !drawing && remarks.is_empty() {
+            continue;
+        }
+        let own = node.attribute("id").map(str::to_owned);
+        let element = Element {
+            origin: place.origin(start_tag(text, &node)),
+            name: own
+                .clone()
+                .unwrap_or_else(|| node.tag_name().name().to_owned()),
+        };
+        for remark in remarks {
+            notes.add(element.problem(remark));
+        }
+        let id = own.unwrap_or_else(|| {
+            let id = format!("{prefix}{nth}");
+            if let Some(at) = after_name(text, &node) {
+                edits.push((at..at, format!(r#" id="{id}""#)));
+            }
+            id
+        });
+        elements.entry(id).or_insert(element);
+    }
+    let page = page_of(&root);
+    let ready = edited(text, edits);
+    cost::check(&parse(&ready)?)?;
+    Ok(Source {
+        text: ready,
+        elements,
+        page,
+    })
+}
+
+pub(super) fn parse(text: &str) -> Result<Document<'_>, Problem> {
+    let options = ParsingOptions {
+        allow_dtd: true,
+        nodes_limit: MOST_NODES,
+        ..ParsingOptions::default()
+    };
+    Document::parse_with_options(text, options).map_err(|error| {
+        let at = error.pos();
+        let origin = Origin {
+            line: at.row,
+            column: at.col,
+            length: 1,
+            name: 0,
+        };
+        // The library ends its sentences with the place.
+        let message = error.to_string();
+        let message = message.split(" at ").next().unwrap_or(&message);
+        Problem::new(origin, format!("the XML cannot be read: {message}"))
+    })
+}
+
+/// Whether it is an element of SVG with this tag.
+pub(super) fn is(node: &Node<'_, '_>, tag: &str) -> bool {
+    let name = node.tag_name();
+    node.is_element() && name.name() == tag && matches!(name.namespace(), None | Some(SVG))
+}
+
+/// What is to be said of an element that is not drawn as it should be.
+fn remarks(node: &Node<'_, '_>) -> impl Iterator<Item = &'static str> {
+    let tag = LEFT_OUT.iter().filter(|(tag, _)| is(node, tag));
+    let style = node.attribute("style").unwrap_or_default();
+    let ignored = IGNORED.iter().filter(move |(property, _)| {
+        let value = node.attribute(*property);
+        value.is_some_and(|value| value.trim_start().starts_with("url"))
+            || style.contains(&format!("{property}:url"))
+    });
+    tag.chain(ignored)
+        .map(|(_, remark)| *remark)
+        .collect::<Vec<_>>()
+        .into_iter()
+}
+
+fn page_of(root: &Node<'_, '_>) -> Page {
+    let says = |name| {
+        root.attribute(name)
+            .is_some_and(|value| !value.trim_end().ends_with('%'))
+    };
+    if says("width") || says("height") {
+        Page::Sized
+    } else if root.attribute("viewBox").is_some() {
+        Page::ViewBox
+    } else {
+        Page::Unknown
+    }
+}
+
+/// What no id in the text begins with.
+fn unused_prefix(text: &str) -> String {
+    let mut prefix = "element-".to_owned();
+    while text.contains(&prefix) {
+        prefix.insert(0, 'x');
+    }
+    prefix
+}
+
+/// Just behind `<name`, if it is there in the text: what an entity stands for is elsewhere.
+fn after_name(text: &str, node: &Node<'_, '_>) -> Option<usize> {
+    let start = node.range().start;
+    let tag = text.get(start..)?.strip_prefix('<')?;
+    let end = tag.find(|c: char| c.is_whitespace() || c == '/' || c == '>')?;
+    let name = tag.get(..end)?;
+    let local = name.rsplit(':').next()?;
+    (local == node.tag_name().name()).then_some(start + 1 + end)
+}
+
+/// From `<` to `>`.
+fn start_tag(text: &str, node: &Node<'_, '_>) -> Range<usize> {
+    let range = node.range();
+    let last = node
+        .attributes()
+        .map(|attribute| attribute.range().end)
+        .max();
+    let from = last.unwrap_or(range.start).clamp(range.start, range.end);
+    let close = text.get(from..range.end).and_then(|rest| rest.find('>'));
+    range.start..close.map_or(range.end, |at| from + at + 1)
+}
+
+/// The inside of an element that has children.
+fn inside(node: &Node<'_, '_>) -> Option<Range<usize>> {
+    let (first, last) = (node.first_child()?, node.last_child()?);
+    let (start, end) = (first.range().start, last.range().end);
+    (node.range().start < start && start < end && end < node.range().end).then_some(start..end)
+}
+
+fn edited(text: &str, mut edits: Vec<(Range<usize>, String)>) -> String {
+    edits.sort_by_key(|(range, _)| range.start);
+    let mut ready = String::with_capacity(text.len() + edits.len() * 24);
+    let mut done = 0;
+    for (range, new) in edits {
+        ready += text.get(done..range.start).unwrap_or_default();
+        ready += &new;
+        done = range.end.max(done);
+    }
+    ready + text.get(done..).unwrap_or_default()
+}
+
+/// Turns places that mostly go forward into lines and columns without reading the text again for each.
+struct Places<'t> {
+    text: &'t str,
+    lines: Lines<'t>,
+    at: usize,
+    line: u32,
+    column: u32,
+}
+
+impl<'t> Places<'t> {
+    fn new(text: &'t str) -> Self {
+        Self {
+            text,
+            lines: Lines::new(text),
+            at: 0,
+            line: 1,
+            column: 1,
+        }
+    }
+
+    fn origin(&mut self, range: Range<usize>) -> Origin {
+        let Some(way) = self.text.get(self.at..range.start) else {
+            return self.lines.origin(range);
+        };
+        for character in way.chars() {
+            match character {
+                '\n' => (self.line, self.column) = (self.line.saturating_add(1), 1),
+                _ => self.column = self.column.saturating_add(1),
+            }
+        }
+        self.at = range.start;
+        let length = self.text.get(range).map_or(0, |tag| tag.chars().count());
+        Origin {
+            line: self.line,
+            column: self.column,
+            length: u32::try_from(length).unwrap_or(u32::MAX),
+            name: 0,
+        }
+    }
+}

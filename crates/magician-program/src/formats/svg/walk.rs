@@ -1,0 +1,280 @@
+//! Every visible line of a drawing, in the order in which it is painted.
+
+use std::collections::HashMap;
+
+use kurbo::{Affine, BezPath};
+use usvg::{Color, Group, Node, Paint, Path, Stroke as Outline, Text, Transform};
+
+use super::clip::Region;
+use super::font;
+use super::lines::{Line, curves, dashed, flatten};
+use super::notes::Notes;
+use super::source::Element;
+use crate::formats::Fills;
+use crate::{Problem, Stroke};
+
+/// As many corners a drawing may have.
+const MOST_CORNERS: usize = 5_000_000;
+/// Nothing lies farther out, mm.
+const FARTHEST: f64 = 100_000.0;
+
+/// What goes through the elements and collects strokes.
+pub(super) struct Walk<'a> {
+    pub(super) elements: &'a HashMap<String, Element>,
+    pub(super) tolerance: f64,
+    pub(super) fills: Fills,
+    pub(super) notes: &'a mut Notes,
+    pub(super) strokes: Vec<Stroke>,
+    pub(super) names: Vec<String>,
+    /// Where a name is in the list.
+    known: HashMap<String, usize>,
+    corners: usize,
+}
+
+/// Where in the drawing the walk is.
+#[derive(Clone)]
+struct Place {
+    /// From the coordinates here to mm on the sheet.
+    to: Affine,
+    /// What clips it.
+    clips: Vec<Region>,
+    /// The innermost element with an id that is known.
+    element: Element,
+}
+
+impl<'a> Walk<'a> {
+    pub(super) fn new(
+        elements: &'a HashMap<String, Element>,
+        tolerance: f64,
+        fills: Fills,
+        notes: &'a mut Notes,
+    ) -> Self {
+        Self {
+            elements,
+            tolerance,
+            fills,
+            notes,
+            strokes: Vec::new(),
+            names: Vec::new(),
+            known: HashMap::new(),
+            corners: 0,
+        }
+    }
+
+    /// Goes through everything; `to` leads from pixels to mm on the sheet.
+    pub(super) fn all(&mut self, root: &Group, to: Affine) -> Result<(), Problem> {
+        let place = Place {
+            to,
+            clips: Vec::new(),
+            element: Element::default(),
+        };
+        self.group(root, &place)
+    }
+
+    fn group(&mut self, group: &Group, outer: &Place) -> Result<(), Problem> {
+        if group.opacity().get() == 0.0 {
+            return Ok(());
+        }
+        let mut place = self.inner(group.id(), outer);
+        place.to = outer.to * matrix(group.transform());
+        if let Some(clip) = group.clip_path() {
+            place.clips.push(Region::of(clip, place.to, self.tolerance));
+        }
+        for node in group.children() {
+            match node {
+                Node::Group(group) => self.group(group, &place)?,
+                Node::Path(path) => self.path(path, &place)?,
+                Node::Text(text) => self.text(text, &place)?,
+                Node::Image(_) => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn inner(&self, id: &str, outer: &Place) -> Place {
+        let known = self.elements.get(id);
+        Place {
+            element: known.unwrap_or(&outer.element).clone(),
+            ..outer.clone()
+        }
+    }
+
+    fn path(&mut self, path: &Path, outer: &Place) -> Result<(), Problem> {
+        if !path.is_visible() {
+            return Ok(());
+        }
+        let place = self.inner(path.id(), outer);
+        let stroke = path.stroke().filter(|stroke| stroke.opacity().get() > 0.0);
+        let fill = path.fill().filter(|fill| fill.opacity().get() > 0.0);
+        let lines = match (stroke, fill) {
+            (Some(stroke), _) => self.stroked(path, stroke, &place)?,
+            (None, Some(fill)) => {
+                if !self.takes_fill(fill.paint(), &place.element) {
+                    return Ok(());
+                }
+                flatten(&self.curves(path, &place)?, self.tolerance, true)
+            }
+            (None, None) => return Ok(()),
+        };
+        self.add(lines, &place)
+    }
+
+    /// Whether the edge of a filled shape is drawn.
+    fn takes_fill(&mut self, paint: &Paint, element: &Element) -> bool {
+        let white = matches!(paint, Paint::Color(color) if *color == Color::white());
+        let (take, remark) = match (self.fills, white) {
+            (Fills::Ignore, _) => (false, "filled shapes without a line are left out"),
+            (Fills::Outline, true) => (false, "white shapes without a line are left out"),
+            (Fills::Outline, false) => (true, "filled shapes without a line are drawn as outlines"),
+        };
+        self.notes.add(element.problem(remark));
+        take
+    }
+
+    fn curves(&self, path: &Path, place: &Place) -> Result<BezPath, Problem> {
+        let curves = curves(path.data(), place.to);
+        let bounds = curves.control_box();
+        let sides = [bounds.x0, bounds.y0, bounds.x1, bounds.y1];
+        match sides
+            .iter()
+            .find(|side| side.is_nan() || side.abs() > FARTHEST)
+        {
+            None => Ok(curves),
+            Some(side) => {
+                let message =
+                    format!("it reaches to {side:.0} mm, at most {FARTHEST:.0} mm are drawn");
+                Err(place.element.problem(message))
+            }
+        }
+    }
+
+    /// The lines of a stroke, in dashes if it has some.
+    fn stroked(
+        &mut self,
+        path: &Path,
+        stroke: &Outline,
+        place: &Place,
+    ) -> Result<Vec<Line>, Problem> {
+        let curves = self.curves(path, place)?;
+        let whole = || flatten(&curves, self.tolerance, false);
+        let Some(pattern) = stroke.dasharray() else {
+            return Ok(whole());
+        };
+        // Dashes are measured before the transform, which may stretch them.
+        let [a, b, c, d, ..] = place.to.as_coeffs();
+        let scale = a.hypot(b).max(c.hypot(d));
+        let own = super::lines::curves(path.data(), Affine::IDENTITY);
+        let pattern: Vec<f64> = pattern.iter().map(|part| f64::from(*part)).collect();
+        let offset = f64::from(stroke.dashoffset());
+        let fine = self.tolerance / scale;
+        if !(fine.is_finite() && fine > 0.0) {
+            return Ok(whole());
+        }
+        let Some(mut dashes) = dashed(&flatten(&own, fine, false), &pattern, offset) else {
+            let remark = "dashes too fine to be drawn are drawn as whole lines";
+            self.notes.add(place.element.problem(remark));
+            return Ok(whole());
+        };
+        for point in dashes.iter_mut().flatten() {
+            let put = place.to * kurbo::Point::new(point[0], point[1]);
+            *point = [put.x, put.y];
+        }
+        Ok(dashes)
+    }
+
+    fn text(&mut self, text: &Text, outer: &Place) -> Result<(), Problem> {
+        let place = self.inner(text.id(), outer);
+        let missing = font::missing(text);
+        if !missing.is_empty() {
+            let listed: Vec<String> = missing
+                .chars()
+                .map(|c| format!("{c} (U+{:04X})", c as u32))
+                .collect();
+            let message = format!(
+                "the font {} does not have {}",
+                font::NAME,
+                listed.join(", ")
+            );
+            let help = "turn the text into paths in the program that it was drawn with";
+            return Err(place.element.problem(message).help(help));
+        }
+        for wish in font::differences(text) {
+            let remark = format!(
+                "text is written in {} Regular instead of {wish}",
+                font::NAME
+            );
+            self.notes.add(place.element.problem(remark));
+        }
+        self.letters(text.flattened(), &place)
+    }
+
+    /// The outlines of a text's letters, whatever is done with other fills.
+    fn letters(&mut self, group: &Group, outer: &Place) -> Result<(), Problem> {
+        let to = outer.to * matrix(group.transform());
+        let place = Place {
+            to,
+            ..outer.clone()
+        };
+        for node in group.children() {
+            match node {
+                Node::Group(group) => self.letters(group, &place)?,
+                Node::Path(path) if path.is_visible() => {
+                    let lines = flatten(&self.curves(path, &place)?, self.tolerance, true);
+                    self.add(lines, &place)?;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes lines, as far as they are not clipped away.
+    fn add(&mut self, mut lines: Vec<Line>, place: &Place) -> Result<(), Problem> {
+        for region in &place.clips {
+            let clipped: Option<Vec<Vec<Line>>> =
+                lines.iter().map(|line| region.clip(line)).collect();
+            let Some(clipped) = clipped else {
+                let message = "its clip path is too fine to be followed";
+                return Err(place.element.problem(message));
+            };
+            lines = clipped.concat();
+        }
+        if lines.is_empty() {
+            return Ok(());
+        }
+        let origin = place.element.origin.named(self.name(&place.element.name));
+        for points in lines {
+            self.corners += points.len();
+            if self.corners > MOST_CORNERS {
+                let message = format!("the drawing has more than {MOST_CORNERS} corners");
+                let help = "a larger tolerance makes fewer corners";
+                return Err(Problem::of_file(message).help(help));
+            }
+            self.strokes.push(Stroke { points, origin });
+        }
+        Ok(())
+    }
+
+    fn name(&mut self, name: &str) -> usize {
+        if let Some(known) = self.known.get(name) {
+            return *known;
+        }
+        let index = self.names.len();
+        self.names.push(name.to_owned());
+        self.known.insert(name.to_owned(), index);
+        index
+    }
+}
+
+/// As the curves' library has it.
+pub(super) fn matrix(transform: Transform) -> Affine {
+    let Transform {
+        sx,
+        ky,
+        kx,
+        sy,
+        tx,
+        ty,
+    } = transform;
+    Affine::new([sx, ky, kx, sy, tx, ty].map(f64::from))
+}

@@ -1,0 +1,419 @@
+//! Plans moved, scaled and turned.
+
+use std::fmt::Display;
+
+use magician_protocol::{CpMode, PtpMode, Set};
+
+use super::{Action, Plan};
+use crate::{Problem, Step, Surface};
+
+/// Moves, scales or turns whatever has a place: `p' = scale R (p - about) + about + by`.
+#[derive(Clone, Copy, Debug)]
+struct Map {
+    scale: f64,
+    degrees: f64,
+    /// Cosine and sine of the turn.
+    turn: [f64; 2],
+    about: [f64; 3],
+    by: [f64; 3],
+    /// What it does, as a sentence goes on: `moved`.
+    done: &'static str,
+}
+
+/// What a command is to a transformation.
+enum Outcome {
+    /// It has changed along, or there is nothing about it to change.
+    Done,
+    /// It leads to a place that has changed along.
+    Placed,
+    /// It leads on from where the arm is by a way that has changed along.
+    Onwards,
+    /// It leads from where the arm is through places that have changed along: on another curve, unless the arm has too.
+    Through,
+    /// It leads to where the arm's own homing leads.
+    Home,
+    /// It cannot be changed along, and why.
+    Refused(&'static str),
+}
+
+impl Plan {
+    /// The same in another place: everything `[x, y, z]` mm further. What is relative to where the arm stands stays
+    /// as it is, once a step before it has led to a place of the plan.
+    ///
+    /// # Errors
+    /// A [`Problem`] that names the first step that cannot be moved: to joint angles, to a homing point, or on from
+    /// where nobody knows; and a way that is no number.
+    pub fn moved(&self, by: [f64; 3]) -> Result<Self, Problem> {
+        finite(&by, "the way to move by")?;
+        self.mapped(&Map {
+            by,
+            ..Map::identity("moved")
+        })
+    }
+
+    /// The same in another size: every length `factor` times as long, `about` a point that stays where it is. Heights of
+    /// jumps count as lengths; speeds and rotations stay.
+    ///
+    /// # Errors
+    /// As [`moved`](Self::moved), and for a factor that is not above 0.
+    pub fn scaled(&self, factor: f64, about: [f64; 3]) -> Result<Self, Problem> {
+        finite(&[factor], "the factor")?;
+        finite(&about, "the point that stays")?;
+        if factor <= 0.0 {
+            return Err(Problem::of_file(format!(
+                "a plan cannot be scaled by {factor}: it must be above 0"
+            )));
+        }
+        let scale = factor;
+        self.mapped(&Map {
+            scale,
+            about,
+            ..Map::identity("scaled")
+        })
+    }
+
+    /// The same turned by so many degrees, counter-clockwise seen from above, about the vertical through `[x, y]`. The
+    /// rotation r of poses turns along, and so do ways that are relative to where the arm stands.
+    ///
+    /// # Errors
+    /// As [`moved`](Self::moved).
+    pub fn rotated(&self, degrees: f64, [x, y]: [f64; 2]) -> Result<Self, Problem> {
+        finite(&[degrees, x, y], "the turn")?;
+        self.mapped(&Map {
+            degrees,
+            turn: cos_sin(degrees),
+            about: [x, y, 0.0],
+            ..Map::identity("turned")
+        })
+    }
+
+    /// The steps so many times over.
+    ///
+    /// # Errors
+    /// A [`Problem`] if that would be more steps than any arm will ever do.
+    pub fn repeated(&self, times: usize) -> Result<Self, Problem> {
+        let count = check_size(self, times)?;
+        Ok(Self {
+            steps: self.steps.iter().cycle().take(count).cloned().collect(),
+            ..self.clone()
+        })
+    }
+
+    fn mapped(&self, map: &Map) -> Result<Self, Problem> {
+        let mut plan = self.clone();
+        plan.surface = self.surface.map(|surface| map.surface(surface));
+        plan.steps.clear();
+        plan.steps.reserve_exact(self.steps.len());
+        self.map_steps(map, &mut plan.steps)?;
+        Ok(plan)
+    }
+
+    /// Adds the steps of this plan, changed along.
+    fn map_steps(&self, map: &Map, steps: &mut Vec<Step>) -> Result<(), Problem> {
+        // Whether the arm is by then where a step of the plan has led it.
+        let mut placed = false;
+        for (at, step) in self.steps.iter().enumerate() {
+            let mut changed = step.clone();
+            match map.action(&mut changed.action) {
+                Outcome::Done => {}
+                Outcome::Placed => placed = true,
+                Outcome::Onwards if placed || map.by == [0.0; 3] => {}
+                Outcome::Through if placed => {}
+                Outcome::Onwards | Outcome::Through => {
+                    let why = "goes on from where the arm stands, which no step before it has said";
+                    return Err(self.refusal(at, map.done, why));
+                }
+                Outcome::Home => placed = false,
+                Outcome::Refused(why) => return Err(self.refusal(at, map.done, why)),
+            }
+            steps.push(changed);
+        }
+        Ok(())
+    }
+
+    fn refusal(&self, at: usize, done: &str, why: impl Display) -> Problem {
+        let origin = self
+            .steps
+            .get(at)
+            .map_or_else(Default::default, |step| step.origin);
+        let message = format!("step {} cannot be {done}: it {why}", at + 1);
+        let problem = Problem::new(origin, message);
+        match self.name_of(&origin) {
+            Some(name) => problem.named(name),
+            None => problem,
+        }
+    }
+
+    /// The steps again and again, each time so much further.
+    pub(super) fn at_each(
+        &self,
+        count: usize,
+        ways: impl Iterator<Item = [f64; 3]>,
+    ) -> Result<Self, Problem> {
+        check_size(self, count)?;
+        let mut plan = self.clone();
+        plan.steps.clear();
+        for by in ways {
+            finite(&by, "the way to a place")?;
+            let map = Map {
+                by,
+                ..Map::identity("moved")
+            };
+            self.map_steps(&map, &mut plan.steps)?;
+        }
+        Ok(plan)
+    }
+}
+
+/// More steps than this are a mistake: at the arm's best rate they take a week.
+const MOST_STEPS: usize = 100_000_000;
+
+/// How many steps a plan has so many times over.
+fn check_size(plan: &Plan, times: usize) -> Result<usize, Problem> {
+    let count = plan.steps.len();
+    let all = count
+        .checked_mul(times)
+        .filter(|all| times.max(*all) <= MOST_STEPS);
+    all.ok_or_else(|| {
+        let message =
+            format!("{count} steps {times} times over are too many: {MOST_STEPS} is the most");
+        Problem::of_file(message)
+    })
+}
+
+pub(super) fn finite(numbers: &[f64], what: &str) -> Result<(), Problem> {
+    match numbers.iter().all(|number| number.is_finite()) {
+        true => Ok(()),
+        false => Err(Problem::of_file(format!("{what} is no number"))),
+    }
+}
+
+/// Exact for quarter turns.
+fn cos_sin(degrees: f64) -> [f64; 2] {
+    match degrees.rem_euclid(360.0) {
+        0.0 => [1.0, 0.0],
+        90.0 => [0.0, 1.0],
+        180.0 => [-1.0, 0.0],
+        270.0 => [0.0, -1.0],
+        other => {
+            let (sin, cos) = other.to_radians().sin_cos();
+            [cos, sin]
+        }
+    }
+}
+
+impl Map {
+    fn identity(done: &'static str) -> Self {
+        Self {
+            scale: 1.0,
+            degrees: 0.0,
+            turn: [1.0, 0.0],
+            about: [0.0; 3],
+            by: [0.0; 3],
+            done,
+        }
+    }
+
+    fn way(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let [cos, sin] = self.turn;
+        [x * cos - y * sin, x * sin + y * cos, z].map(|value| self.scale * value)
+    }
+
+    fn place(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let ([ax, ay, az], [bx, by, bz]) = (self.about, self.by);
+        let [x, y, z] = self.way([x - ax, y - ay, z - az]);
+        [x + ax + bx, y + ay + by, z + az + bz]
+    }
+
+    /// The height of a place, wherever it is.
+    fn height(&self, z: &mut f32) {
+        let [_, _, about] = self.about;
+        let [_, _, by] = self.by;
+        *z = (self.scale * (f64::from(*z) - about) + about + by) as f32;
+    }
+
+    fn length(&self, length: &mut f32) {
+        *length = (self.scale * f64::from(*length)) as f32;
+    }
+
+    fn surface(&self, surface: Surface) -> Surface {
+        let [x, y] = surface.slope;
+        let [cos, sin] = self.turn;
+        let slope = [x * cos - y * sin, x * sin + y * cos];
+        let [x, y, z] = self.place([0.0, 0.0, surface.height]);
+        let [sx, sy] = slope;
+        Surface {
+            height: z - sx * x - sy * y,
+            slope,
+        }
+    }
+
+    fn point(&self, [x, y, z]: [&mut f32; 3]) -> Outcome {
+        let place = self.place([f64::from(*x), f64::from(*y), f64::from(*z)]);
+        [*x, *y, *z] = place.map(|value| value as f32);
+        Outcome::Placed
+    }
+
+    fn pose(&self, [x, y, z, r]: &mut [f32; 4]) -> Outcome {
+        *r = (f64::from(*r) + self.degrees) as f32;
+        self.point([x, y, z])
+    }
+
+    fn through(&self, via: &mut [f32; 4], to: &mut [f32; 4]) -> Outcome {
+        self.pose(via);
+        self.pose(to);
+        Outcome::Through
+    }
+
+    /// A way: its r is a turn, which turns nothing.
+    fn onwards(&self, [x, y, z]: [&mut f32; 3]) -> Outcome {
+        let way = self.way([f64::from(*x), f64::from(*y), f64::from(*z)]);
+        [*x, *y, *z] = way.map(|value| value as f32);
+        Outcome::Onwards
+    }
+
+    fn action(&self, action: &mut Action) -> Outcome {
+        match action {
+            Action::Move { to, .. } => self.pose(to),
+            Action::Joints { .. } => JOINTS,
+            Action::Shift {
+                by: [x, y, z, _], ..
+            } => self.onwards([x, y, z]),
+            Action::Arc { via, to } => self.through(via, to),
+            Action::Path { to: [x, y, z] } | Action::Burn { to: [x, y, z], .. } => {
+                self.point([x, y, z])
+            }
+            Action::Suction(_) | Action::Gripper(_) | Action::Laser(_) | Action::Wait(_) => {
+                Outcome::Done
+            }
+            Action::Home => Outcome::Home,
+            Action::Command(command) => self.command(command),
+        }
+    }
+
+    /// A command as the protocol has it. Every row stands here, so that a new one cannot be forgotten.
+    fn command(&self, command: &mut Set) -> Outcome {
+        match command {
+            Set::PtpCmd(ptp) => self.ptp(
+                ptp.ptp_mode,
+                [&mut ptp.x, &mut ptp.y, &mut ptp.z, &mut ptp.r],
+            ),
+            Set::PtpPoCmd(ptp) => self.ptp(
+                ptp.ptp_mode,
+                [&mut ptp.x, &mut ptp.y, &mut ptp.z, &mut ptp.r],
+            ),
+            Set::PtpWithLCmd(ptp) => self.ptp(
+                ptp.ptp_mode,
+                [&mut ptp.x, &mut ptp.y, &mut ptp.z, &mut ptp.r],
+            ),
+            Set::PtpPoWithLCmd(ptp) => self.ptp(
+                ptp.ptp_mode,
+                [&mut ptp.x, &mut ptp.y, &mut ptp.z, &mut ptp.r],
+            ),
+            Set::CpCmd(cp) => self.cp(cp.cp_mode, [&mut cp.x, &mut cp.y, &mut cp.z]),
+            Set::CpLeCmd(cp) => self.cp(cp.cp_mode, [&mut cp.x, &mut cp.y, &mut cp.z]),
+            Set::ArcCmd(arc) => self.through(&mut arc.cir_point, &mut arc.to_point),
+            Set::CircleCmd(circle) => self.through(&mut circle.cir_point, &mut circle.to_point),
+            Set::PtpJumpParams(jump) => {
+                self.length(&mut jump.jump_height);
+                self.height(&mut jump.z_limit);
+                Outcome::Done
+            }
+            Set::PtpJump2Params(jump) => {
+                self.length(&mut jump.start_jump_height);
+                self.length(&mut jump.end_jump_height);
+                self.height(&mut jump.z_limit);
+                Outcome::Done
+            }
+            Set::HomeCmd(_) => Outcome::Home,
+            Set::HomeParams(_) => Outcome::Refused(
+                "sets where homing ends, which belongs to the arm and not to the plan",
+            ),
+            Set::JogCmd(_) => Outcome::Refused("jogs, to an end that nobody knows"),
+            Set::ResetPose(_) | Set::PulseMode(_) | Set::SetAutoLeveling(_) => {
+                Outcome::Refused("changes where the arm takes itself to be")
+            }
+            Set::DeviceSn(_)
+            | Set::DeviceName(_)
+            | Set::SetDeviceWithL(_)
+            | Set::ClearAlarmsState(_)
+            | Set::ClearAllAlarmsState(_)
+            | Set::HhtTrigMode(_)
+            | Set::HhtTrigOutputEnabled(_)
+            | Set::ArmOrientation(_)
+            | Set::EndEffectorParams(_)
+            | Set::SetEndEffectorLaser(_)
+            | Set::SetEndEffectorSuctionCup(_)
+            | Set::SetEndEffectorGripper(_)
+            | Set::JogJointParams(_)
+            | Set::JogCoordinateParams(_)
+            | Set::JogCommonParams(_)
+            | Set::JogLParams(_)
+            | Set::PtpJointParams(_)
+            | Set::PtpCoordinateParams(_)
+            | Set::PtpCommonParams(_)
+            | Set::PtpLParams(_)
+            | Set::CpParams(_)
+            | Set::CpRHeadHoldEnable(_)
+            | Set::CpCommonParams(_)
+            | Set::ArcParams(_)
+            | Set::ArcCommonParams(_)
+            | Set::WaitCmd(_)
+            | Set::TrigCmd(_)
+            | Set::IoMultiplexing(_)
+            | Set::IoDo(_)
+            | Set::IoPwm(_)
+            | Set::EMotor(_)
+            | Set::EMotorS(_)
+            | Set::SetColorSensor(_)
+            | Set::SetIrSwitch(_)
+            | Set::AngleSensorStaticError(_)
+            | Set::AngleSensorCoef(_)
+            | Set::BaseDecoderStaticError(_)
+            | Set::WifiConfigMode(_)
+            | Set::WifiSsid(_)
+            | Set::WifiPassword(_)
+            | Set::WifiIpAddress(_)
+            | Set::WifiNetmask(_)
+            | Set::WifiGateway(_)
+            | Set::WifiDns(_)
+            | Set::FirmwareSwitch(_)
+            | Set::FirmwareMode(_)
+            | Set::LostStepParams(_)
+            | Set::LostStepCmd(_)
+            | Set::Uart4PeripheralsEnabled(_)
+            | Set::ZdfCalibRequest(_)
+            | Set::QueuedCmdStartExec(_)
+            | Set::QueuedCmdStopExec(_)
+            | Set::QueuedCmdForceStopExec(_)
+            | Set::QueuedCmdStartDownload(_)
+            | Set::QueuedCmdStopDownload(_)
+            | Set::QueuedCmdClear(_) => Outcome::Done,
+        }
+    }
+
+    fn ptp(&self, mode: PtpMode, [x, y, z, r]: [&mut f32; 4]) -> Outcome {
+        match mode {
+            PtpMode::JumpXyz | PtpMode::MovjXyz | PtpMode::MovlXyz | PtpMode::JumpMovlXyz => {
+                *r = (f64::from(*r) + self.degrees) as f32;
+                self.point([x, y, z])
+            }
+            PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => self.onwards([x, y, z]),
+            PtpMode::JumpAngle
+            | PtpMode::MovjAngle
+            | PtpMode::MovlAngle
+            | PtpMode::MovjAngleInc => JOINTS,
+            PtpMode::Unknown(_) => Outcome::Refused("travels in a way that does not exist"),
+        }
+    }
+
+    fn cp(&self, mode: CpMode, point: [&mut f32; 3]) -> Outcome {
+        match mode {
+            CpMode::Absolute => self.point(point),
+            CpMode::Relative => self.onwards(point),
+            CpMode::Unknown(_) => Outcome::Refused("counts from what does not exist"),
+        }
+    }
+}
+
+const JOINTS: Outcome = Outcome::Refused("goes by joint angles; a pose can be changed along");

@@ -1,0 +1,228 @@
+//! HPGL: what becomes of it.
+
+use magician_program::{Artwork, Content, Format, Lines, Problem, ReadOptions, Reading, read};
+use proptest::prelude::*;
+
+const STAR: &str = include_str!("../samples/star.plt");
+
+fn try_read(text: &str) -> Result<(Artwork, Vec<String>), Problem> {
+    let options = ReadOptions::default();
+    let Reading { content, notes, .. } = read(Format::Hpgl, text.as_bytes(), &options)?;
+    match content {
+        Content::Artwork(artwork) => Ok((artwork, notes.iter().map(ToString::to_string).collect())),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn strokes(text: &str) -> Vec<Vec<[f64; 2]>> {
+    let (artwork, _) = try_read(text).unwrap_or_else(|problem| panic!("{text}: {problem}"));
+    let strokes = artwork.strokes.into_iter();
+    strokes.map(|stroke| stroke.points).collect()
+}
+
+fn problem(text: &str) -> String {
+    try_read(text).expect_err(text).to_string()
+}
+
+#[test]
+fn the_sample_is_a_star_in_millimetres() {
+    let (artwork, notes) = try_read(STAR).expect("it is all right");
+    let [stroke] = &artwork.strokes[..] else {
+        panic!("{artwork:?}")
+    };
+    let star = [
+        [40.0, 65.0],
+        [54.675, 19.775],
+        [16.225, 47.725],
+        [63.775, 47.725],
+        [25.325, 19.775],
+        [40.0, 65.0],
+    ];
+    assert_eq!(stroke.points, star);
+    assert!(stroke.is_closed());
+    assert_eq!(notes, [""; 0]);
+    let range = Lines::new(STAR).range(&stroke.origin).expect("a place");
+    let text = &STAR[range];
+    assert!(
+        text.starts_with("PD2187 791") && text.ends_with("PD1600 2600"),
+        "{text}"
+    );
+    assert_eq!((stroke.origin.line, stroke.origin.column), (8, 1));
+}
+
+#[test]
+fn pens_go_up_and_down_absolutely_and_relatively() {
+    let expected = vec![
+        vec![[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]],
+        vec![[3.0, 3.0], [3.5, 3.0]],
+    ];
+    for text in [
+        "IN;SP1;PU40,40;PD80,40,80,80;PU120 120;PD;PA140 120;PU;",
+        "sp1pu40 40pd80 40 80 80pupa120 120pdpr20 0pupa0,0",
+        "IN;SP1;PR;PU40,40;PD40,0,0,40;PU40,40;PD20,0;SP0;PA;PD0,0;",
+    ] {
+        assert_eq!(strokes(text), expected, "{text}");
+    }
+    assert_eq!(strokes("SP1;PU40,40;PD;PU;"), [[[1.0, 1.0]]]);
+    assert_eq!(
+        strokes("SP0;PU40,40;PD80,80;PU;"),
+        Vec::<Vec<[f64; 2]>>::new()
+    );
+}
+
+#[test]
+fn rectangles_and_wedges_leave_the_pen_where_it_was() {
+    assert_eq!(
+        strokes("PU40,40;EA80,120;PD40,80;"),
+        [
+            vec![[1.0, 1.0], [2.0, 1.0], [2.0, 3.0], [1.0, 3.0], [1.0, 1.0]],
+            vec![[1.0, 1.0], [1.0, 2.0]],
+        ]
+    );
+    assert_eq!(strokes("PU40,40;ER40,80;"), strokes("PU40,40;EA80,120;"));
+    let wedge = strokes("PU400,400;EW400,0,90;");
+    let [wedge] = &wedge[..] else {
+        panic!("{wedge:?}")
+    };
+    assert_eq!((wedge[0], wedge[1]), ([10.0, 10.0], [20.0, 10.0]));
+    let [_, .., before, last] = wedge[..] else {
+        panic!("{wedge:?}")
+    };
+    assert_eq!(last, [10.0, 10.0]);
+    assert!((before[0] - 10.0).abs() < 1e-9 && (before[1] - 20.0).abs() < 1e-9);
+}
+
+/// Every corner and every middle of a side is so near to the circle.
+fn is_round(points: &[[f64; 2]], centre: [f64; 2], radius: f64) {
+    let off = |[x, y]: [f64; 2]| ((x - centre[0]).hypot(y - centre[1]) - radius).abs();
+    for side in points.windows(2) {
+        let middle = [0, 1].map(|axis| f64::midpoint(side[0][axis], side[1][axis]));
+        assert!(off(side[0]) < 0.05 && off(middle) < 0.05, "{side:?}");
+    }
+}
+
+#[test]
+fn circles_and_arcs_are_within_the_tolerance() {
+    let circle = strokes("PU4000,4000;CI1000;");
+    is_round(&circle[0], [100.0, 100.0], 25.0);
+    assert_eq!(
+        (circle[0].first(), circle[0].len() > 20),
+        (circle[0].last(), true)
+    );
+    assert_eq!(circle[0][0], [125.0, 100.0]);
+    for text in [
+        "PU4000,4000;PD;AA4000,3000,-90;PU;",
+        "PU4000,4000;PD;AR0,-1000,-90;PU;",
+    ] {
+        let arc = strokes(text);
+        is_round(&arc[0], [100.0, 75.0], 25.0);
+        // From the top, clockwise, to the right.
+        let end = arc[0].last().expect("an end");
+        assert!(
+            (end[0] - 125.0).abs() < 1e-9 && (end[1] - 75.0).abs() < 1e-9,
+            "{end:?}"
+        );
+    }
+    // The pen goes along an arc also when it is up.
+    let after = strokes("PU4000,4000;AA4000,3000,-90;PD4000,4000;");
+    assert!((after[0][0][0] - 125.0).abs() < 1e-9);
+}
+
+#[test]
+fn user_units_count_where_the_file_says_what_they_are() {
+    let scaled = "IN;IP400,800,4400,4800;SC0,100,0,200;PU0,0;PD100,200;";
+    assert_eq!(strokes(scaled), [[[10.0, 20.0], [110.0, 120.0]]]);
+    let factors = "IP400,800,0,0;SC0,40,0,80,2;PU0,0;PD1,1;";
+    assert_eq!(strokes(factors), [[[10.0, 20.0], [11.0, 22.0]]]);
+    assert_eq!(
+        problem("IN;SC0,100,0,100;"),
+        "line 1, column 4: SC scales to the plotter's own frame, and the file does not say which (IP)"
+    );
+    assert!(problem("IP0,0,40,40;SC0,0,0,1;").ends_with("the scale of SC is no number"));
+}
+
+#[test]
+fn polygons_are_drawn_when_their_edge_is() {
+    let triangle = "PU0,0;PM0;PD40,0,40,40;PU;PM2;";
+    assert_eq!(strokes(triangle), Vec::<Vec<[f64; 2]>>::new());
+    let (artwork, notes) = try_read(&format!("{triangle}FP;EP;")).expect("it is all right");
+    assert_eq!(artwork.strokes.len(), 1);
+    assert!(artwork.strokes[0].is_closed());
+    assert_eq!(
+        notes,
+        ["line 1, column 31: nothing is filled: filled shapes are outlines"]
+    );
+}
+
+#[test]
+fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
+    let (artwork, notes) = try_read("IN;SP1;LT2,1;PD40,40;SP2;LBhello PD1\u{3};PU;PD0,0;XX1;")
+        .expect("it is all right");
+    assert_eq!(artwork.strokes.len(), 2);
+    assert_eq!(
+        notes,
+        [
+            "line 1, column 8: line types (LT) are left out: all lines are drawn through",
+            "line 1, column 26: text (LB) is left out: write it as curves",
+            "line 1, column 48: XX is left out",
+            "pens 1, 2 draw alike: there is one",
+        ]
+    );
+    assert!(problem("IN;\nPE<=abc;").starts_with("line 2, column 1: encoded polylines"));
+    assert!(problem("RO90;").contains("RO is not done"));
+    assert!(problem("PD1,2,3;").contains("PD has an x without a y"));
+    assert!(problem("CI;").contains("CI needs a radius"));
+}
+
+/// Programs of instructions that are nearly right.
+fn nearly() -> impl Strategy<Value = String> {
+    let name = prop::sample::select(vec![
+        "IN", "PA", "PR", "PU", "PD", "SP", "CI", "AA", "AR", "EA", "ER", "EW", "RA", "WG", "IP",
+        "SC", "PM", "EP", "FP", "BZ", "BR", "LB", "DT", "\u{1b}.", "PE", "LT",
+    ]);
+    let number = prop_oneof![
+        (-9000_i32..9000).prop_map(f64::from),
+        -400.0..400.0,
+        Just(0.0),
+        Just(8e6)
+    ];
+    let one = (name, prop::collection::vec(number, 0..8)).prop_map(|(name, numbers)| {
+        let numbers: Vec<_> = numbers.iter().map(ToString::to_string).collect();
+        format!("{name}{};", numbers.join(","))
+    });
+    prop::collection::vec(one, 0..20).prop_map(|all| all.concat())
+}
+
+proptest! {
+    #[test]
+    fn arbitrary_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        let _ = read(Format::Hpgl, &bytes, &ReadOptions::default());
+    }
+
+    #[test]
+    fn what_is_accepted_is_finite_and_says_where_it_came_from(text in nearly()) {
+        if let Ok((artwork, _)) = try_read(&text) {
+            for stroke in &artwork.strokes {
+                prop_assert!(!stroke.points.is_empty() && stroke.origin.is_known());
+                prop_assert!(stroke.points.iter().flatten().all(|number| number.is_finite()));
+            }
+        }
+    }
+}
+
+#[test]
+fn curves_end_where_they_say_and_stay_within_their_corners() {
+    let absolute = strokes("PU400,400;PD;BZ400,800,800,800,800,400;PU;");
+    assert_eq!(absolute, strokes("PU400,400;PD;BR0,400,400,400,400,0;PU;"));
+    let [curve] = &absolute[..] else {
+        panic!("{absolute:?}")
+    };
+    assert_eq!(
+        (curve[0], curve[curve.len() - 1]),
+        ([10.0, 10.0], [20.0, 10.0])
+    );
+    let highest = curve.iter().map(|point| point[1]).fold(0.0, f64::max);
+    // Its middle is three quarters of the way up.
+    assert!((highest - 17.5).abs() < 0.05, "{highest}");
+    assert!(curve.len() > 8);
+}

@@ -1,0 +1,20 @@
+#![no_main]
+//! A playback file of any bytes: refused with a place in it, or written back the same, and followed to a plan whose plan-made
+//! file is read again.
+
+use libfuzzer_sys::fuzz_target;
+use magician_program::formats::playback::Playback;
+
+fuzz_target!(|data: &[u8]| {
+    let Ok(playback) = Playback::read(data) else {
+        return;
+    };
+    let again = Playback::read(playback.to_xml().as_bytes()).expect("what we have written");
+    assert_eq!(again, playback);
+    let plan = playback.to_plan().content;
+    assert!(plan.steps.len() >= playback.rows.len());
+    if let Ok(made) = Playback::from_plan(&plan) {
+        let read = Playback::read(made.to_xml().as_bytes()).expect("what we have made");
+        assert_eq!(read, made);
+    }
+});
