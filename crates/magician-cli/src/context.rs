@@ -188,6 +188,8 @@ impl Context {
     /// How the arm stood when a signal had stopped it, if it said so.
     pub(crate) fn stood(&mut self) -> Option<Stood> {
         self.stood.take()
+    }
+
     /// Works with the arm on something that lasts and moves nothing: Ctrl-C ends it. `sim` is what stands in for a port that
     /// is `sim` without a speed.
     pub(crate) fn watching<T>(
