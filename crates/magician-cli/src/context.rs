@@ -47,7 +47,7 @@ pub(crate) struct Context {
 }
 
 /// How long a stop may take before this program ends without knowing.
-const STAND_BY: Duration = Duration::from_secs(3);
+pub(crate) const STAND_BY: Duration = Duration::from_secs(3);
 
 /// How long connections that were dropped get for their last words.
 const FAREWELL: Duration = Duration::from_millis(600);
@@ -443,6 +443,6 @@ pub(crate) async fn stop(arm: &Arm, debts: &Debts) -> Result<(String, Option<Sto
     Ok((message, Some(stood)))
 }
 
-fn not_confirmed(why: &str) -> String {
+pub(crate) fn not_confirmed(why: &str) -> String {
     format!("interrupted, but the arm did not confirm that it stands: {why}")
 }

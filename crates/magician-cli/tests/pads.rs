@@ -24,14 +24,20 @@ struct Place {
 
 impl Place {
     fn at(arguments: &[&str], shown: &str) -> Self {
+        Self::within(Path::new("."), arguments, shown)
+    }
+
+    /// The same in a directory.
+    fn within(dir: &Path, arguments: &[&str], shown: &str) -> Self {
         let served = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
         let mut command = command();
         command
             .args(["--port", &served.door("tcp")])
-            .args(arguments);
+            .args(arguments)
+            .current_dir(dir);
         let mut terminal = Terminal::running(command);
         terminal.until("\x1b[?1049h");
-        terminal.until_seen("link up");
+        terminal.until_drawn("link up");
         let mut place = Self { served, terminal };
         place.shows("", shown);
         place
@@ -47,11 +53,10 @@ impl Place {
         self.look(&["pose"])[name].as_f64().expect("a number")
     }
 
-    /// Types keys and sees what they come to. Only what changes is drawn, unless all of it is asked for, with Ctrl-L.
+    /// Types keys and sees what they come to.
     fn shows(&mut self, keys: &str, text: &str) {
         self.terminal.types(keys);
-        self.terminal.types("\x0c");
-        self.terminal.until_seen(text);
+        self.terminal.until_drawn(text);
     }
 
     /// Waits until the arm has been seen to stand.
@@ -74,7 +79,7 @@ impl Place {
 fn jog_steps_and_refuses_what_is_out_of_reach() {
     let mut place = Place::at(&["jog"], "x 199.40 mm");
     place.terminal.types(UP);
-    place.terminal.until_seen("command 1 finished");
+    place.terminal.until_drawn("command 1 finished");
     assert!((place.axis("x") - 204.404).abs() < 0.001);
     place.shows("++", "step 50 mm");
     place.terminal.types(UP);
@@ -164,7 +169,7 @@ impl Place {
 fn an_arm_that_goes_away_is_said_and_can_be_left() {
     let mut place = Place::at(&["jog"], "x 199.40 mm");
     place.served.child.kill().expect("it lives");
-    place.terminal.until_seen("the line broke");
+    place.terminal.until_drawn("the line broke");
     place.shows("", "LINK LOST, looking for it");
     place.terminal.types("\x03");
     place.terminal.until("\x1b[?1049l");
@@ -264,6 +269,25 @@ fn what_was_not_saved_is_there_the_next_time() {
 }
 
 #[test]
+fn a_lesson_without_a_file_asks_for_one_and_does_not_write_over_another() {
+    let dir = tempfile::tempdir().expect("directory");
+    let there = dir.path().join("there.plan.json");
+    std::fs::write(&there, "mine").expect("written");
+    let mut place = Place::within(dir.path(), &["teach"], "lesson.playback");
+    place.shows("\r\x13", "save as");
+    let erase = "\x7f".repeat("lesson.playback".len());
+    place.shows(&format!("{erase}there.plan.json\r"), "is there already");
+    place.shows("n", "1 rows");
+    assert_eq!(std::fs::read_to_string(&there).expect("text"), "mine");
+    place.shows(&format!("\x13{erase}there.plan.json\r"), "is there already");
+    place.shows("y", "saved to");
+    place.terminal.types("q");
+    place.ends(0, ": 1 rows");
+    assert_eq!(taught(&there).steps.len(), 1);
+    assert_eq!(std::fs::read_dir(dir.path()).expect("read").count(), 1);
+}
+
+#[test]
 fn a_hand_that_lets_go_of_the_key_stores_the_place() {
     let dir = tempfile::tempdir().expect("directory");
     let port = dir.path().join("arm");
@@ -277,13 +301,13 @@ fn a_hand_that_lets_go_of_the_key_stores_the_place() {
         .args(["--port", port, "teach"])
         .current_dir(dir.path());
     let mut teach = Terminal::running(teach);
-    teach.until_seen("link up");
+    teach.until_drawn("link up");
     teach.until_drawn("by hand too");
     sim.types("u\x1b[A\x1b[A");
     sim.until_drawn("the unlock key is held");
     teach.until_drawn("x 209.40 mm");
     sim.types("u");
-    teach.until_seen("P1 stored: the arm's key was released");
+    teach.until_drawn("P1 stored: the arm's key was released");
     teach.until_drawn("MOVJ 209.4 0.0 -8.5");
     teach.types("qn");
     teach.until("nothing was saved");

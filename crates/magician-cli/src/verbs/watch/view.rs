@@ -92,17 +92,17 @@ fn narrow(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let [pins_area, rest] = columns.areas(third);
     pose(frame, pose_area, model, theme);
     joint_bars(frame, joints, &model.seen, theme);
-    queue(frame, queue_area, model, theme);
+    queue(frame, queue_area, model, true, theme);
     speeds(frame, speeds_area, model, theme);
     lamps(frame, pins_area, model, theme);
-    let [alarms, log] = Layout::vertical([Constraint::Length(4), Constraint::Fill(1)]).areas(rest);
+    let [alarms, log] = Layout::vertical([Constraint::Length(5), Constraint::Fill(1)]).areas(rest);
     alarm_panel(frame, alarms, &model.seen, theme);
     log_panel(frame, log, &model.seen, theme);
 }
 
 fn wide(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let [left, right] =
-        Layout::horizontal([Constraint::Fill(1), Constraint::Length(40)]).areas(area);
+        Layout::horizontal([Constraint::Fill(1), Constraint::Length(48)]).areas(area);
     let columns = Layout::horizontal([Constraint::Length(29), Constraint::Fill(1)]);
     let [first, second, alarms, log] = Layout::vertical([
         Constraint::Length(7),
@@ -115,7 +115,7 @@ fn wide(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let [queue_area, speeds_area] = columns.areas(second);
     pose(frame, pose_area, model, theme);
     joint_bars(frame, joints, &model.seen, theme);
-    queue(frame, queue_area, model, theme);
+    queue(frame, queue_area, model, false, theme);
     speeds(frame, speeds_area, model, theme);
     alarm_panel(frame, alarms, &model.seen, theme);
     log_panel(frame, log, &model.seen, theme);
@@ -152,7 +152,7 @@ fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     frame.render_widget(Paragraph::new(lines).block(panel(title, theme)), area);
 }
 
-fn queue(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
+fn queue(frame: &mut Frame<'_>, area: Rect, model: &Model, with_line: bool, theme: Theme) {
     let block = panel("queue and tools", theme);
     let width = usize::from(block.inner(area).width);
     let mut lines = Vec::new();
@@ -170,7 +170,9 @@ fn queue(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
         lines.push(Line::from(format!("done {}", status.current.0)));
     }
     lines.push(tool_spans(model.around.tools, theme).into_iter().collect());
-    lines.extend(line_lines(model));
+    if with_line {
+        lines.extend(line_lines(model));
+    }
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
