@@ -299,7 +299,8 @@ fn a_laser_burns_on_an_arm_only_when_told_to() {
 #[test]
 fn an_arm_that_was_not_homed_and_a_queue_that_is_not_empty() {
     let place = Place::new(&[]);
-    let file = place.write("a.gcode", "G21 G90\nG0 X220 Y0 Z0\n");
+    let steps = r#"{"format":"magician-plan","version":1,"title":"a","steps":[{"move":[220,0,0,0],"by":"joints"}]}"#;
+    let file = place.write("a.plan.json", steps);
     let waits = place.run(&["enqueue", "WAITCmd", "timeout=10"]);
     assert!(waits.status.success());
     let strangers = place.run(&["run", &file]);
