@@ -190,6 +190,16 @@ impl Context {
         self.stood.take()
     }
 
+    /// Works with the arm on something that lasts and moves nothing: Ctrl-C ends it. `sim` is what stands in for a port that
+    /// is `sim` without a speed.
+    pub(crate) fn watching<T>(
+        &mut self,
+        sim: Sim,
+        work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        self.work(Some(sim), work)
+    }
+
     /// From here on Ctrl-C stops the arm, if `going`: the verb sets something going that lasts, and the connection
     /// cannot tell.
     pub(crate) fn sets_going(&mut self, going: bool) {

@@ -107,6 +107,8 @@ struct Walk {
     lit: bool,
     /// Steps complained of, the next one last.
     awaited: Vec<usize>,
+    /// Whether it has come to a first place of its own: the way there leaves nothing.
+    begun: bool,
 }
 
 impl Walk {
@@ -133,6 +135,7 @@ impl Walk {
             holds: false,
             lit: false,
             awaited,
+            begun: false,
         };
         if let Some(arm) = start.arm() {
             walk.stand(arm);
@@ -250,9 +253,9 @@ impl Walk {
         }
         if let Some(from) = self.at {
             let power = power.or(self.lit.then_some(100.0));
-            let leaves = self.trip.work.leaves([from, to], power, self.holds);
-            self.draw(leaves, from, to);
+            self.go(from, to, power);
         }
+        self.begun = true;
         self.arrive(to);
     }
 
@@ -287,10 +290,10 @@ impl Walk {
         let mut last = [start.x, start.y, start.z];
         for nth in 1..=corners as u64 {
             let Pose { x, y, z, .. } = way.sample(way.duration_us() * nth / corners as u64).pose;
-            let leaves = self.trip.work.leaves([last, [x, y, z]], power, self.holds);
-            self.draw(leaves, last, [x, y, z]);
+            self.go(last, [x, y, z], power);
             last = [x, y, z];
         }
+        self.begun = true;
         self.stand(way.end());
     }
 
@@ -308,6 +311,14 @@ impl Walk {
         };
         let pose = pose(joints.j1 + joints.j4);
         Some(ArmState { joints, pose })
+    }
+
+    fn go(&mut self, from: [f64; 3], to: [f64; 3], power: Option<f64>) {
+        let leaves = match self.trip.work.leaves([from, to], power, self.holds) {
+            Leaves::Ink if !self.begun => Leaves::Nothing,
+            leaves => leaves,
+        };
+        self.draw(leaves, from, to);
     }
 
     fn draw(&mut self, leaves: Leaves, from: [f64; 3], to: [f64; 3]) {
