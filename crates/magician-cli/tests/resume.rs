@@ -274,3 +274,72 @@ fn nothing_is_resumed_that_was_placed_in_another_way() {
     assert_eq!(other.status.code(), Some(3), "{other:?}");
     assert!(Path::new(&program).exists());
 }
+
+#[test]
+fn a_laser_burns_on_an_arm_only_when_told_to() {
+    let place = Place::new(&[]);
+    let text = "G21 G90\nG0 X220 Y0 Z0\nM3 S0\nG1 X221 F600 S500\nM5\n";
+    let file = place.write("burn.gcode", text);
+    let refused = place.run(&["run", &file]);
+    assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+    assert!(
+        error(&refused)["message"]
+            .as_str()
+            .expect("text")
+            .contains("laser")
+    );
+    let check = place.run(&["run", &file, "--check"]);
+    assert!(check.status.success(), "{check:?}");
+    let burnt = place.run(&["run", &file, "--yes"]);
+    assert!(burnt.status.success(), "{burnt:?}");
+    let laser = place.run(&["get", "EndEffectorLaser"]);
+    assert_eq!(report(&laser)["is_on"], 0, "it ends dark");
+}
+
+#[test]
+fn an_arm_that_was_not_homed_and_a_queue_that_is_not_empty() {
+    let place = Place::new(&[]);
+    let steps = r#"{"format":"magician-plan","version":1,"title":"a","steps":[{"move":[220,0,0,0],"by":"joints"}]}"#;
+    let file = place.write("a.plan.json", steps);
+    let waits = place.run(&["enqueue", "WAITCmd", "timeout=10"]);
+    assert!(waits.status.success());
+    let strangers = place.run(&["run", &file]);
+    assert_eq!(strangers.status.code(), Some(3), "{strangers:?}");
+    let message = error(&strangers)["message"]
+        .as_str()
+        .expect("text")
+        .to_owned();
+    assert!(message.contains("--keep"), "{message}");
+    assert!(place.run(&["run", &file, "--keep"]).status.success());
+    let fresh = serve(&[]);
+    let mut unhomed = command();
+    let door = fresh.door("tcp");
+    unhomed.args(["--port", &door, "--json", "run", &file, "--require-homed"]);
+    let unhomed = unhomed.output().expect("it runs");
+    assert_eq!(unhomed.status.code(), Some(3), "{unhomed:?}");
+}
+
+#[test]
+fn a_look_with_a_port_reads_the_settings_in_force() {
+    let place = Place::new(&[]);
+    let file = place.write("a.gcode", "G21 G90\nG0 X220 Y0 Z0\nG0 X260\n");
+    let seconds = |place: &Place| {
+        let look = place.run(&["run", &file, "--estimate"]);
+        assert!(look.status.success(), "{look:?}");
+        report(&look)["seconds"].as_f64().expect("a time")
+    };
+    let usual = seconds(&place);
+    let slow = [
+        "set",
+        "PTPCommonParams",
+        "velocity_ratio=5",
+        "acceleration_ratio=5",
+    ];
+    assert!(place.run(&slow).status.success());
+    assert!(seconds(&place) > 3.0 * usual);
+    assert_eq!(
+        report(&place.run(&["queue"]))["current_index"],
+        0,
+        "nothing was sent"
+    );
+}
