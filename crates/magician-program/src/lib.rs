@@ -32,6 +32,7 @@ mod reach;
 pub mod rehearse;
 pub mod resume;
 mod surface;
+mod trail;
 
 pub use artwork::{Artwork, Stroke};
 pub use calibrate::Tip;
@@ -43,3 +44,4 @@ pub use problem::Problem;
 pub use raster::Raster;
 pub use reach::{Fit, Placement, Reach};
 pub use surface::Surface;
+pub use trail::{Follow, Mark, Trail};
