@@ -12,9 +12,9 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, bench, commands, completions, config, conform, conveyor, decode, demo, doctor, enqueue,
-    forward, get, help, home, info, inverse, io, jog, man, ports, pose, proxy, queue, rail, replay,
-    sensor, set, shell, sim, stop, tools, travel,
+    alarms, bench, calibrate, commands, completions, config, conform, conveyor, decode, demo,
+    doctor, enqueue, forward, get, help, home, info, inverse, io, jog, man, ports, pose, proxy,
+    queue, rail, record, replay, sensor, set, shell, sim, stop, tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -120,6 +120,8 @@ pub(crate) enum Verb {
     Home(home::Home),
     Move(travel::Move),
     Jog(jog::Jog),
+    Record(record::Record),
+    Calibrate(calibrate::Calibrate),
     Stop(stop::Stop),
     Suction(tools::Suction),
     Gripper(tools::Gripper),
@@ -183,7 +185,9 @@ impl Verb {
             Self::Bench(verb) => verb.run(context),
             Self::Commands(verb) => verb.run(context),
             Self::Decode(verb) => verb.run(context),
+            Self::Record(verb) => verb.run(context),
             Self::Replay(verb) => verb.run(context),
+            Self::Calibrate(verb) => verb.run(context),
             Self::Forward(verb) => verb.run(context),
             Self::Inverse(verb) => verb.run(context),
             Self::Config(verb) => verb.run(context),

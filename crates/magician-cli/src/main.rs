@@ -17,6 +17,7 @@ mod interrupt;
 mod log;
 mod output;
 mod progress;
+mod recording;
 mod serving;
 mod source;
 mod terminal;

@@ -17,6 +17,7 @@ use toml::de::{DeTable, DeValue};
 use crate::diagnostics;
 use crate::dirs;
 use crate::failure::{Failure, Kind};
+pub(crate) use edit::write as replace;
 pub(crate) use keys::{KEYS, Key};
 
 /// A file larger than this is none of settings.
