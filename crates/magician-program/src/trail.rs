@@ -44,8 +44,8 @@ pub enum Follow {
 
 /// Marks of a motion, thinned as they come: no mark is farther than the tolerance from the lines that remain.
 ///
-/// A program of it goes to the first mark, and follows the motion at its own average speed from rest to rest; rests are kept,
-/// also the last. Where J4 was turned (by its motor: hands cannot) it follows on straight lines, as a continuous path does not drive J4 (model
+/// A program of it goes to the first mark, and follows the motion at its own average speed from rest to rest. Rests between
+/// motions are kept; nobody means those before the first and after the last. Where J4 was turned (by its motor: hands cannot) it follows on straight lines, as a continuous path does not drive J4 (model
 /// section 8).
 ///
 /// ```
@@ -109,11 +109,20 @@ impl Trail {
         }
         if apart(&at, &mark) < STILL && (mark.pose[3] - at.pose[3]).abs() < STILL {
             self.last = Some((at, mark.t));
+            // The end of a motion is where the arm came to rest.
+            let stretch = self.stretches.last_mut();
+            if let Some(end) = stretch.and_then(|stretch| stretch.marks.last_mut()) {
+                end.pose = mark.pose;
+            }
             return;
         }
         let rest = seen - at.t;
         if rest > REST || self.stretches.is_empty() {
-            let start = Mark { t: seen, ..at };
+            let end = self.stretches.last().and_then(|last| last.marks.last());
+            let start = Mark {
+                t: seen,
+                ..end.copied().unwrap_or(at)
+            };
             self.stretches.push(Stretch::from(start, rest));
         }
         if let Some(stretch) = self.stretches.last_mut() {
@@ -135,7 +144,7 @@ impl Trail {
             tool,
             ..Plan::new(title)
         };
-        let Some((last, seen)) = self.last else {
+        let Some((last, _)) = self.last else {
             return plan;
         };
         let first = self.stretches.first().and_then(|first| first.marks.first());
@@ -143,11 +152,12 @@ impl Trail {
         let by = Travel::Joints;
         plan.push(Action::Move { to, by }, Origin::NONE);
         let mut speed = None;
-        for stretch in &self.stretches {
-            rest(&mut plan, stretch.rest);
+        for (nth, stretch) in self.stretches.iter().enumerate() {
+            if nth > 0 {
+                rest(&mut plan, stretch.rest);
+            }
             stretch.follow(&mut plan, self.tolerance, follow, &mut speed);
         }
-        rest(&mut plan, seen - last.t);
         plan
     }
 }
@@ -342,11 +352,10 @@ mod tests {
         led(&mut trail, 9.15, 2.0, |t| line(3.0 - t));
         let plan = trail.plan("to and fro", None, Follow::Path);
         let actions: Vec<_> = plan.steps.iter().map(|step| step.action.clone()).collect();
-        let [there, first, _, out, wait, back] = &actions[..] else {
+        let [there, _, out, wait, back] = &actions[..] else {
             panic!("{actions:#?}");
         };
         assert!(matches!(there, Action::Move { to, .. } if to[0] == 200.0));
-        assert!(matches!(first, Action::Wait(2000..2100)), "{first:?}");
         assert_eq!(
             *out,
             Action::Path {

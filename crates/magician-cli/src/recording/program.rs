@@ -33,7 +33,11 @@ impl Program {
             trail: Trail::new(beginning.tolerance),
             stale: false,
         };
-        program.save()?;
+        // Nothing yet, but what cannot be written is known now.
+        match format {
+            Format::Playback => program.write("<root></root>")?,
+            _ => program.write(&program.plan().to_json())?,
+        }
         Ok(program)
     }
 
@@ -57,13 +61,17 @@ impl Program {
                 .to_xml(),
             _ => plan.to_json(),
         };
-        replace(&self.path, &text).map_err(|error| {
+        self.write(&text)?;
+        Ok(plan.steps.len())
+    }
+
+    fn write(&self, text: &str) -> Result<(), Failure> {
+        replace(&self.path, text).map_err(|error| {
             Failure::invalid(format!(
                 "{} cannot be written: {error}",
                 self.path.display()
             ))
-        })?;
-        Ok(plan.steps.len())
+        })
     }
 }
 
