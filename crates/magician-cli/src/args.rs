@@ -12,9 +12,10 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, bench, calibrate, commands, completions, config, conform, conveyor, decode, demo,
-    doctor, enqueue, forward, get, help, home, info, inverse, io, jog, man, ports, pose, proxy,
-    queue, rail, record, replay, sensor, set, shell, sim, stop, tools, travel,
+    alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode,
+    demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, man,
+    play, ports, pose, proxy, queue, rail, record, replay, run, sensor, set, shell, sim, stop,
+    teach, tools, travel,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -122,6 +123,12 @@ pub(crate) enum Verb {
     Jog(jog::Jog),
     Record(record::Record),
     Calibrate(calibrate::Calibrate),
+    Teach(teach::Teach),
+    Run(Box<run::Run>),
+    Draw(Box<draw::Draw>),
+    Engrave(Box<engrave::Verb>),
+    Play(Box<play::Play>),
+    Convert(Box<convert::Convert>),
     Stop(stop::Stop),
     Suction(tools::Suction),
     Gripper(tools::Gripper),
@@ -163,6 +170,12 @@ impl Verb {
             Self::Home(verb) => verb.run(context),
             Self::Move(verb) => verb.run(context),
             Self::Jog(verb) => verb.run(context),
+            Self::Teach(verb) => verb.run(context),
+            Self::Run(verb) => verb.run(context),
+            Self::Draw(verb) => verb.run(context),
+            Self::Engrave(verb) => verb.run(context),
+            Self::Play(verb) => verb.run(context),
+            Self::Convert(verb) => verb.run(context),
             Self::Stop(verb) => verb.run(context),
             Self::Suction(verb) => verb.run(context),
             Self::Gripper(verb) => verb.run(context),

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use magician::commands::Pose;
-use magician::{Arm, ErrorKind, LineOptions, Options, SimSpeed, Target, Tracer};
+use magician::{Arm, ErrorKind, LineOptions, Options, SimSpeed, Target, Tracer, VirtualArm};
 use tokio::runtime::{Builder, Runtime};
 use tokio::time::timeout;
 
@@ -30,6 +30,10 @@ pub(crate) struct Context {
     config: Option<Rc<Config>>,
     /// The trace file under way, and where it is.
     trace: Option<(PathBuf, Tracer)>,
+    /// A virtual arm of the verb's own making, to be connected to where the arm is a virtual one in this process.
+    stage: Option<VirtualArm>,
+    /// How the arm stood when a signal had stopped it.
+    stood: Option<Stood>,
     /// Settings that the verb under way owes the arm.
     pub(crate) debts: Debts,
     /// Whether more lines follow: Ctrl-C then stops the arm and keeps the connection.
@@ -64,6 +68,14 @@ impl Sim {
     }
 }
 
+/// How an arm stands that was stopped.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stood {
+    pub(crate) pose: Pose,
+    /// The index that it finished last.
+    pub(crate) index: u64,
+}
+
 /// An open connection, and the `--port` it was opened for.
 struct Connected {
     arm: Arm,
@@ -79,6 +91,8 @@ impl Context {
             arm: None,
             config: None,
             trace: None,
+            stage: None,
+            stood: None,
             debts: Debts::default(),
             in_shell: false,
             lasts: false,
@@ -160,6 +174,21 @@ impl Context {
         let done = self.work(sim, work)?;
         self.going = false;
         Ok(done)
+    }
+
+    /// Puts up a virtual arm that is to be connected to where the arm is one in this process.
+    pub(crate) fn put_up(&mut self, arm: VirtualArm) {
+        self.stage = Some(arm);
+    }
+
+    /// Whether a connection is open already: a shell's.
+    pub(crate) fn is_connected(&self) -> bool {
+        self.arm.is_some()
+    }
+
+    /// How the arm stood when a signal had stopped it, if it said so.
+    pub(crate) fn stood(&mut self) -> Option<Stood> {
+        self.stood.take()
     }
 
     /// From here on Ctrl-C stops the arm, if `going`: the verb sets something going that lasts, and the connection
@@ -270,12 +299,13 @@ impl Context {
                     stopped = stopped => stopped.unwrap_or_else(|_| Err(not_confirmed("it took too long"))),
                 }
             }
-            _ => Ok("interrupted".to_owned()),
+            _ => Ok(("interrupted".to_owned(), None)),
         };
         self.going = false;
         self.debts.forget();
         let message = match failure {
-            Ok(message) => {
+            Ok((message, stood)) => {
+                self.stood = stood;
                 if !self.in_shell {
                     self.disconnect().await;
                 }
@@ -330,7 +360,11 @@ impl Context {
     async fn connect(&mut self, sim: Option<Sim>) -> Result<Connected, Failure> {
         let port = self.global.port.clone();
         let target = self.target(sim)?;
-        let arm = Arm::connect_with(&target, self.options()?).await?;
+        let options = self.options()?;
+        let arm = match (target, self.stage.take()) {
+            (Target::Sim(_), Some(stage)) => Arm::simulated(stage, options).await?,
+            (target, _) => Arm::connect_with(&target, options).await?,
+        };
         Ok(Connected { arm, port })
     }
 
@@ -408,18 +442,21 @@ impl Context {
 }
 
 /// Stops the arm, gives its settings back, and tells where it stands.
-pub(crate) async fn stop(arm: &Arm, debts: &Debts) -> Result<String, String> {
-    let pose = async {
+pub(crate) async fn stop(arm: &Arm, debts: &Debts) -> Result<(String, Option<Stood>), String> {
+    let stood = async {
         arm.stop().await?;
         debts.pay(arm).await?;
-        Ok::<_, Failure>(arm.get::<Pose>().await?)
+        let pose = arm.get::<Pose>().await?;
+        let index = arm.current_index().await?.0;
+        Ok::<_, Failure>(Stood { pose, index })
     };
-    let Pose { x, y, z, r, .. } = pose
+    let stood = stood
         .await
         .map_err(|failure| not_confirmed(&failure.message))?;
-    Ok(format!(
-        "interrupted: the arm stands at x {x:.1} y {y:.1} z {z:.1} r {r:.1}; queue empty"
-    ))
+    let Pose { x, y, z, r, .. } = stood.pose;
+    let message =
+        format!("interrupted: the arm stands at x {x:.1} y {y:.1} z {z:.1} r {r:.1}; queue empty");
+    Ok((message, Some(stood)))
 }
 
 fn not_confirmed(why: &str) -> String {

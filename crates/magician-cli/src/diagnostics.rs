@@ -10,10 +10,8 @@ use miette::{
 
 use crate::output::{Paint, draws_on_stderr, width_of_stderr};
 
-/// Most characters of a line that are shown.
-const MOST: usize = 120;
-/// As many of them stand before the place.
-const BEFORE: usize = 40;
+/// So much narrower than the terminal is what is shown of a line.
+const MARGIN: usize = 10;
 
 /// Draws a problem: `text` is the file's, if it is one. Ends without a line feed.
 pub(crate) fn draw(
@@ -33,7 +31,8 @@ fn draw_with(
     style: GraphicalTheme,
     width: usize,
 ) -> String {
-    let excerpt = text.and_then(|text| Excerpt::of(file, text, &problem.origin));
+    let most = width.saturating_sub(MARGIN);
+    let excerpt = text.and_then(|text| Excerpt::of(file, text, &problem.origin, most));
     let message = match &excerpt {
         Some(_) => problem.message.clone(),
         None => format!("{file}: {problem}"),
@@ -132,17 +131,17 @@ impl SourceCode for Excerpt {
 }
 
 impl Excerpt {
-    /// The line of an origin; none for a place that the text does not have.
-    fn of(file: &str, text: &str, origin: &Origin) -> Option<Self> {
+    /// The line of an origin, at most so many characters of it; none for a place that the text does not have.
+    fn of(file: &str, text: &str, origin: &Origin, most: usize) -> Option<Self> {
         let line = (origin.line as usize).checked_sub(1)?;
         let first = (origin.column as usize).checked_sub(1)?;
         let line: Vec<char> = text.lines().nth(line)?.chars().map(plain).collect();
         let length = (origin.length as usize).max(1);
-        let from = match line.len() > MOST {
-            true => first.saturating_sub(BEFORE),
+        let from = match line.len() > most {
+            true => first.saturating_sub(most / 3),
             false => 0,
         };
-        let shown = line.iter().skip(from).take(MOST);
+        let shown = line.iter().skip(from).take(most);
         let (mut text, mut span) = (String::new(), (0, 0));
         for (at, sign) in shown.enumerate() {
             if at + from == first {

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use magician_program::{Content, Format, Problem, ReadOptions, Reading};
 use miette::Severity;
@@ -20,7 +20,6 @@ pub(crate) struct Source {
     pub(crate) name: String,
     /// What it is called without its ending.
     pub(crate) title: String,
-    path: PathBuf,
     bytes: Vec<u8>,
 }
 
@@ -55,14 +54,13 @@ impl Source {
                 .filter(|_| !is_stdin)
                 .unwrap_or_else(|| "stdin".to_owned()),
             name,
-            path: path.to_owned(),
             bytes,
         })
     }
 
     /// What it is: as the person says, else as its name and its first bytes do.
     pub(crate) fn format(&self, said: Option<Format>) -> Result<Format, Failure> {
-        let known = said;
+        let known = said.or_else(|| Format::of(&self.name, &self.bytes));
         known.ok_or_else(|| {
             let message = format!("{}: nothing tells what kind of file this is", self.name);
             Failure::invalid(message).hint("--format says it")

@@ -1,11 +1,17 @@
 //! What would become of a plan, before anything moves.
 
+mod pen;
+mod way;
+
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use magician::words::Preflight;
 use magician::{Error, Set};
 
-use crate::{Origin, Plan, Problem};
+use crate::{Action, Origin, Plan, Problem};
+use pen::Pen;
+use way::length;
 
 /// As many complaints are kept; the others are counted.
 const MOST_COMPLAINTS: usize = 100;
@@ -42,15 +48,26 @@ pub struct Report {
     pub complaints: Vec<Complaint>,
     /// How many there are in all.
     pub refused: usize,
+    /// How many steps the plan has.
+    pub steps: usize,
+    /// How many of each kind, by [`Action::name`]; kinds that do not occur are absent.
+    pub counts: BTreeMap<&'static str, usize>,
     /// How long the arm takes for all that was not refused, on a queue that never runs short: that of the virtual arm to the
     /// microsecond. `None` if a step has no end that is known (a trigger, homing, a start that is not known).
     pub time: Option<Duration>,
-    /// How long the tool's way is that draws or burns, mm.
+    /// How long the tool's way is that draws or burns, mm: with the laser lit; in a plan without a laser, the segments of
+    /// continuous paths, and where the surface is known the lines and arcs that begin and end on it.
     pub drawn: f64,
-    /// How long its other straight ways and arcs are, mm.
+    /// How long its other ways are, mm. Lines, paths, arcs and circles have their true length, ways of joints and jumps that
+    /// of the straight line between their ends.
     pub travelled: f64,
     /// The least and the greatest x, y, z at which steps end.
     pub bounds: Option<[[f64; 3]; 2]>,
+    /// The step with the longest way, from 0, and how long that is, mm.
+    pub longest_way: Option<(usize, f64)>,
+    /// The step that takes longest, from 0, and how long; segments of continuous paths aside, and what has no end that is
+    /// known.
+    pub longest_time: Option<(usize, Duration)>,
 }
 
 impl Report {
@@ -78,9 +95,25 @@ impl Report {
 
     fn reach(&mut self, at: [f64; 3]) {
         let [least, most] = self.bounds.get_or_insert([at, at]);
-        for axis in 0..3 {
-            least[axis] = least[axis].min(at[axis]);
-            most[axis] = most[axis].max(at[axis]);
+        for ((least, most), at) in least.iter_mut().zip(most).zip(at) {
+            *least = least.min(at);
+            *most = most.max(at);
+        }
+    }
+
+    fn travel(&mut self, step: usize, way: f64, draws: bool) {
+        match draws {
+            true => self.drawn += way,
+            false => self.travelled += way,
+        }
+        if self.longest_way.is_none_or(|(_, longest)| way > longest) {
+            self.longest_way = Some((step, way));
+        }
+    }
+
+    fn take(&mut self, step: usize, time: Duration) {
+        if time < Duration::MAX && self.longest_time.is_none_or(|(_, longest)| time > longest) {
+            self.longest_time = Some((step, time));
         }
     }
 }
@@ -89,33 +122,69 @@ impl Report {
 /// is refused is left out: the next one is followed from where it would have begun.
 #[must_use]
 pub fn check(plan: &Plan, start: &Preflight) -> Report {
-    let mut report = Report::default();
-    let mut course = start.clone();
-    let mut time = Some(Duration::ZERO);
-    let first = plan.preamble().into_iter().count();
-    for (nth, command) in plan.commands().enumerate() {
-        let step = nth.saturating_sub(first);
-        let before = course.arm().map(|arm| arm.pose);
-        match course.check(&command) {
-            Ok(done) => {
-                time = time.filter(|_| done.time < Duration::MAX);
-                time = time.map(|time| time.saturating_add(done.time));
-                let after = done.end.map(|end| end.pose);
-                if let (Some(from), Some(to)) = (before, after) {
-                    let way = from.distance_to(&to);
-                    match &command {
-                        Set::CpCmd(_) | Set::CpLeCmd(_) => report.drawn += way,
-                        _ => report.travelled += way,
-                    }
-                    report.reach([to.x, to.y, to.z]);
-                }
-            }
-            Err(error) => report.complain(plan, step, error),
+    let mut course = Course {
+        arm: start.clone().summing(),
+        pen: Pen::of(plan),
+        time: Some(Duration::ZERO),
+        report: Report {
+            steps: plan.steps.len(),
+            ..Report::default()
+        },
+    };
+    if let Some(tool) = plan.preamble()
+        && let Err(error) = course.arm.check(&tool)
+    {
+        course.report.complain(plan, 0, error);
+    }
+    let mut counts = [0; Action::NAMES.len()];
+    for (at, step) in plan.steps.iter().enumerate() {
+        if let Some(count) = counts.get_mut(step.action.kind()) {
+            *count += 1;
+        }
+        if let Err(error) = course.follow(at, &step.action.command()) {
+            course.report.complain(plan, at, error);
         }
     }
-    if let Err(error) = course.finish() {
-        report.complain(plan, plan.steps.len(), error);
+    if let Err(error) = course.arm.finish() {
+        course.report.complain(plan, plan.steps.len(), error);
     }
-    report.time = time;
+    let rest = course.arm.rest();
+    let mut report = course.report;
+    report.time = course.time.map(|time| time.saturating_add(rest));
+    let counted = Action::NAMES.into_iter().zip(counts);
+    report.counts = counted.filter(|(_, count)| *count > 0).collect();
     report
+}
+
+struct Course {
+    arm: Preflight,
+    pen: Pen,
+    time: Option<Duration>,
+    report: Report,
+}
+
+impl Course {
+    fn follow(&mut self, step: usize, command: &Set) -> Result<(), Error> {
+        let before = self.arm.arm().copied();
+        if !command.row().queueable {
+            return Err(Error::invalid("cannot be queued").with_command(command.row().set_name));
+        }
+        let done = self.arm.check(command)?;
+        self.time = self.time.filter(|_| done.time < Duration::MAX);
+        self.time = self.time.map(|time| time.saturating_add(done.time));
+        let is_path = matches!(command, Set::CpCmd(_) | Set::CpLeCmd(_));
+        if !is_path {
+            self.report.take(step, done.time.saturating_sub(done.path));
+        }
+        self.pen.note(command);
+        if let (Some(from), Some(to)) = (before, done.end) {
+            let way = length(command, &from, &to);
+            if way > 0.0 {
+                self.report
+                    .travel(step, way, self.pen.draws(command, &from, &to));
+            }
+            self.report.reach([to.pose.x, to.pose.y, to.pose.z]);
+        }
+        Ok(())
+    }
 }

@@ -209,3 +209,20 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn curves_end_where_they_say_and_stay_within_their_corners() {
+    let absolute = strokes("PU400,400;PD;BZ400,800,800,800,800,400;PU;");
+    assert_eq!(absolute, strokes("PU400,400;PD;BR0,400,400,400,400,0;PU;"));
+    let [curve] = &absolute[..] else {
+        panic!("{absolute:?}")
+    };
+    assert_eq!(
+        (curve[0], curve[curve.len() - 1]),
+        ([10.0, 10.0], [20.0, 10.0])
+    );
+    let highest = curve.iter().map(|point| point[1]).fold(0.0, f64::max);
+    // Its middle is three quarters of the way up.
+    assert!((highest - 17.5).abs() < 0.05, "{highest}");
+    assert!(curve.len() > 8);
+}

@@ -68,7 +68,7 @@ impl Area {
             .map(f64::from)
             .filter(|x| self.reaches([*x, 0.0]));
         let first = ahead.next()?;
-        Some([first, ahead.last().unwrap_or(first)])
+        Some([first, ahead.next_back().unwrap_or(first)])
     }
 
     /// Where the middle of a drawing goes best: the place nearest to the middle of what is reached straight ahead where all of

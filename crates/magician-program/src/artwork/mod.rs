@@ -2,9 +2,11 @@
 
 mod area;
 mod mark;
+mod order;
 mod place;
 
 pub use mark::Marking;
+pub use order::{Order, Saving};
 pub use place::{Layout, Placed, Sheet};
 
 use crate::Origin;

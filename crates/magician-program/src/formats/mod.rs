@@ -7,7 +7,7 @@ mod hpgl;
 mod image;
 mod kind;
 pub mod playback;
-mod svg;
+pub(crate) mod svg;
 mod xml;
 
 pub use gcode::{Arcs, Dialect, GcodeOptions};

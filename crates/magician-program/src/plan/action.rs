@@ -83,6 +83,36 @@ pub enum Action {
 }
 
 impl Action {
+    /// What each kind is called, in the order in which people are told.
+    pub const NAMES: [&'static str; 12] = [
+        "move", "joints", "shift", "arc", "path", "burn", "suction", "gripper", "laser", "wait",
+        "home", "command",
+    ];
+
+    /// What its kind is called: one of [`NAMES`](Self::NAMES), and its key in a plan file.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        Self::NAMES.get(self.kind()).copied().unwrap_or("command")
+    }
+
+    /// The index of its name.
+    pub(crate) fn kind(&self) -> usize {
+        match self {
+            Self::Move { .. } => 0,
+            Self::Joints { .. } => 1,
+            Self::Shift { .. } => 2,
+            Self::Arc { .. } => 3,
+            Self::Path { .. } => 4,
+            Self::Burn { .. } => 5,
+            Self::Suction(_) => 6,
+            Self::Gripper(_) => 7,
+            Self::Laser(_) => 8,
+            Self::Wait(_) => 9,
+            Self::Home => 10,
+            Self::Command(_) => 11,
+        }
+    }
+
     /// The command that does it.
     #[must_use]
     pub fn command(&self) -> Set {

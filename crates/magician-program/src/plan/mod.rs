@@ -2,6 +2,7 @@
 
 mod action;
 pub(crate) mod file;
+mod from;
 mod json;
 mod pallet;
 mod step;
@@ -12,6 +13,7 @@ use magician_protocol::Set;
 
 pub use action::{Action, Grip, Travel};
 pub use file::PLAN_SCHEMA;
+pub use from::Continuation;
 pub use pallet::Pallet;
 pub use step::{Step, Tool};
 

@@ -31,6 +31,8 @@ pub struct Engrave {
     pub speed: f64,
     /// To get to that speed, mm/s2.
     pub acceleration: f64,
+    /// Where nothing is burnt for long, mm/s; the arm takes its speed ratio of it, half at power-up.
+    pub travel: f64,
     /// Leaves out white lines and the white ends of others, and goes over wide gaps as fast as the arm travels.
     pub white_skip: bool,
     /// How far above the surface it begins and ends, mm.
@@ -49,6 +51,7 @@ impl Default for Engrave {
             overscan: None,
             speed: 20.0,
             acceleration: 100.0,
+            travel: 200.0,
             white_skip: true,
             lift: 10.0,
         }
@@ -58,6 +61,8 @@ impl Default for Engrave {
 impl Engrave {
     /// As many cells, at most, are engraved.
     pub const MOST_CELLS: usize = 16_000_000;
+    /// As often an image is made smaller until it fits with its run up.
+    const MOST_TRIES: usize = 64;
     /// Segments that the arm knows behind the one under way (model section 14).
     const AHEAD: f64 = 31.0;
 
@@ -79,7 +84,7 @@ impl Engrave {
     /// and out. To be placed as any drawing is; [`Grid::of_frame`] tells where the image then lies. A page of the image's size
     /// makes it lie on a sheet corner on corner.
     ///
-    /// The way to run up does not shrink with an image that is made to fit: frame its new size again then.
+    /// The way to run up does not shrink with an image that is made to fit: [`placed`](Self::placed) sees to that.
     #[must_use]
     pub fn frame(&self, size: [f64; 2]) -> Artwork {
         let frame = |beyond: f64| {
@@ -97,6 +102,54 @@ impl Engrave {
         }
     }
 
+    /// Where an image of this size (mm) comes to lie. `place` lays its [frame](Self::frame) before the arm, in true size or smaller
+    /// if it is to fit, and tells where it lies then and how large it is, 1 being the true size.
+    ///
+    /// ```
+    /// use magician_program::raster::{Engrave, Grid};
+    /// use magician_program::{Artwork, Problem};
+    ///
+    /// // Wherever it lies: no more than 30 mm wide.
+    /// let narrow = |frame: &Artwork| {
+    ///     let [least, most] = frame.bounds().expect("a frame has lines");
+    ///     let scale = (30.0 / (most[0] - least[0])).min(1.0);
+    ///     let mut placed = frame.clone();
+    ///     for point in placed.strokes.iter_mut().flat_map(|stroke| &mut stroke.points) {
+    ///         *point = point.map(|value| value * scale);
+    ///     }
+    ///     Ok::<_, Problem>((placed, scale))
+    /// };
+    /// let grid = Engrave::default().placed([52.0, 26.0], narrow)?;
+    /// let [width, height] = grid.size();
+    /// // 2 mm of it on either side are for the run up.
+    /// assert!((width - 26.0).abs() < 0.01 && (height - 13.0).abs() < 0.01);
+    /// # Ok::<(), Problem>(())
+    /// ```
+    ///
+    /// # Errors
+    /// What `place` refuses, and options that make no sense.
+    pub fn placed(
+        &self,
+        mut size: [f64; 2],
+        mut place: impl FnMut(&Artwork) -> Result<(Artwork, f64), Problem>,
+    ) -> Result<Grid, Problem> {
+        self.validate()?;
+        for _ in 0..Self::MOST_TRIES {
+            let (placed, scale) = place(&self.frame(size))?;
+            if scale >= 0.9999 {
+                let lost =
+                    || Problem::of_file("the frame of the image was lost when it was placed");
+                return Grid::of_frame(&placed).ok_or_else(lost);
+            }
+            // The run up was made smaller with it, and will not be in the next try.
+            size = super::positive(size.map(|side| side * scale))?;
+        }
+        Err(
+            Problem::of_file("there is not enough room to run up to the image")
+                .help("engrave it slower, or with less overscan"),
+        )
+    }
+
     fn validate(&self) -> Result<(), Problem> {
         let above = |name: &str, value: f64, unit: &str| {
             if value > 0.0 && value.is_finite() {
@@ -108,6 +161,7 @@ impl Engrave {
         above("the line spacing", self.spacing, "mm")?;
         above("the speed", self.speed, "mm/s")?;
         above("the acceleration", self.acceleration, "mm/s2")?;
+        above("the speed of travels", self.travel, "mm/s")?;
         above("gamma", self.gamma, "")?;
         for (name, value) in [("the overscan", self.run_up()), ("the lift", self.lift)] {
             if !(value >= 0.0 && value.is_finite()) {

@@ -3,22 +3,25 @@
 use std::ops::Range;
 
 use magician::words;
+use magician_motion::{Geometry, Limits, Pose};
 
 use super::tone::Powers;
 use super::{Engrave, Grid};
 use crate::artwork::distance;
-use crate::{Action, Origin, Plan, Surface, Travel};
+use crate::{Action, Origin, Plan, Surface, Tool, Travel};
 
-/// Speed (mm/s) and acceleration (mm/s2) of travels where nothing is burnt.
-const TRAVEL: [f64; 2] = [100.0, 200.0];
-/// The share of these that an arm uses that has not been told otherwise (model section 6).
+/// The share of the speed of travels that an arm uses that has not been told otherwise (model section 6).
 const RATIO: f64 = 0.5;
+/// So much above the height at which it begins and ends the tool first comes, mm: joints that go together may lower the tool on
+/// their way.
+const APPROACH: f64 = 50.0;
 
 /// How long ways take.
 pub(super) struct Rates {
     speed: f64,
     acceleration: f64,
     run_up: f64,
+    travel: f64,
 }
 
 impl Rates {
@@ -27,6 +30,7 @@ impl Rates {
             speed: engrave.speed,
             acceleration: engrave.acceleration,
             run_up: engrave.run_up(),
+            travel: engrave.travel * RATIO,
         }
     }
 
@@ -36,16 +40,15 @@ impl Rates {
     }
 
     /// From rest to rest as fast as the arm travels, s.
-    fn travel(way: f64) -> f64 {
-        let [speed, acceleration] = TRAVEL.map(|rate| rate * RATIO);
-        rest_to_rest(way, speed, acceleration)
+    fn travel(&self, way: f64) -> f64 {
+        rest_to_rest(way, self.travel, self.travel)
     }
 
     /// Whether it is quicker to run out before a gap in a line, travel, and run up behind it than to pass it as it is.
     fn leaps(&self, gap: f64) -> bool {
         let between = gap - 2.0 * self.run_up;
         let runs = 2.0 * self.dark(2.0 * self.run_up);
-        between > 0.0 && Self::travel(between) + runs < gap / self.speed
+        between > 0.0 && self.travel(between) + runs < gap / self.speed
     }
 }
 
@@ -81,8 +84,8 @@ impl<'e> Scan<'e> {
         engrave: &'e Engrave,
         rates: Rates,
     ) -> Self {
-        let [travel, hurry] = TRAVEL.map(|rate| rate as f32);
-        plan.push(words::line_speed(travel, hurry), Origin::NONE);
+        let travel = engrave.travel as f32;
+        plan.push(words::line_speed(travel, travel), Origin::NONE);
         let path = words::path_speed(engrave.speed as f32, engrave.acceleration as f32);
         plan.push(path, Origin::NONE);
         Self {
@@ -133,8 +136,11 @@ impl<'e> Scan<'e> {
     pub(super) fn end(mut self) -> Plan {
         self.plan.push(Action::Laser(false), Origin::NONE);
         if let Some(at) = self.at {
-            let up = self.above(at);
-            self.travel(up, Travel::Line, Origin::NONE);
+            self.travel(
+                self.above(at, self.engrave.lift),
+                Travel::Line,
+                Origin::NONE,
+            );
         }
         self.plan
     }
@@ -143,7 +149,8 @@ impl<'e> Scan<'e> {
     /// quicker to travel.
     fn stretches(&self, runs: &[Run], cell: f64) -> Vec<Range<usize>> {
         if !self.engrave.white_skip {
-            return vec![0..runs.len()];
+            let all = 0..runs.len();
+            return vec![all];
         }
         let mut stretches: Vec<Range<usize>> = Vec::new();
         let mut burnt_to = 0;
@@ -194,13 +201,13 @@ impl<'e> Scan<'e> {
     fn approach(&mut self, to: [f64; 2], origin: Origin) {
         let Some(at) = self.at else {
             // The first way may begin anywhere: with all joints together none leads out of reach.
-            self.travel(self.above(to), Travel::Joints, origin);
+            self.travel(self.over(to), Travel::Joints, origin);
             self.travel(self.on(to), Travel::Line, origin);
             self.at = Some(to);
             return;
         };
         let way = distance(at, to);
-        if Rates::travel(way) < self.rates.dark(way) {
+        if self.rates.travel(way) < self.rates.dark(way) {
             self.travel(self.on(to), Travel::Line, origin);
             self.at = Some(to);
         } else {
@@ -222,17 +229,32 @@ impl<'e> Scan<'e> {
         self.at = Some(to);
     }
 
+    /// J4 stays at 0, as it does on the path: turning it back would cost time.
     fn travel(&mut self, [x, y, z]: [f32; 3], by: Travel, origin: Origin) {
-        let to = [x, y, z, 0.0];
+        let to = [x, y, z, y.atan2(x).to_degrees()];
         self.plan.push(Action::Move { to, by }, origin);
     }
 
     fn on(&self, at: [f64; 2]) -> [f32; 3] {
-        [at[0], at[1], self.surface.at(at)].map(|value| value as f32)
+        self.above(at, 0.0)
     }
 
-    fn above(&self, at: [f64; 2]) -> [f32; 3] {
-        [at[0], at[1], self.surface.at(at) + self.engrave.lift].map(|value| value as f32)
+    fn above(&self, at: [f64; 2], height: f64) -> [f32; 3] {
+        [at[0], at[1], self.surface.at(at) + height].map(|value| value as f32)
+    }
+
+    /// Above a point, as high as is reached, but not above what an approach needs.
+    fn over(&self, at: [f64; 2]) -> [f32; 3] {
+        let shares = (0..=10).rev().map(|tenth| f64::from(tenth) / 10.0);
+        let heights = shares.map(|share| self.engrave.lift + share * APPROACH);
+        let mut points = heights.map(|height| self.above(at, height));
+        let found = points.find(|point| {
+            let [x, y, z] = point.map(f64::from);
+            let pose = Pose::new(x, y, z, y.atan2(x).to_degrees());
+            let laser = Geometry::magician(Tool::Laser.bias());
+            laser.inverse_within(&pose, &Limits::CONTROLLER).is_ok()
+        });
+        found.unwrap_or_else(|| self.above(at, self.engrave.lift))
     }
 }
 

@@ -16,11 +16,14 @@ use magician_protocol::Ctrl;
 use magician_protocol::commands::QueuedCmdStartExec;
 
 use crate::Plan;
+pub(crate) use stage::kind_of;
 use stage::tell;
 pub use stage::{RehearseOptions, stage, start_of, tool_of};
 
 /// The host's link.
 const HOST: LinkId = LinkId(0);
+/// As many looks at the tool are kept.
+const MOST_LOOKS: usize = 1_000_000;
 /// As many events are kept.
 const MOST_EVENTS: usize = 1000;
 
@@ -42,6 +45,8 @@ pub struct Rehearsal {
     pub alarms: AlarmSet,
     /// What happened in it and when, but for commands that came and went: alarms, touches, refusals; the first 1000.
     pub log: Vec<(Duration, Event)>,
+    /// Where the tool was from look to look, if it was watched: x, y, z; a million looks at most.
+    pub way: Vec<[f64; 3]>,
     planned: usize,
 }
 
@@ -75,7 +80,7 @@ impl Rehearsal {
 /// As [`stage`], and for a command that fits no frame. What the arm refuses is no error but an alarm in the
 /// [`Rehearsal`].
 pub fn rehearse(plan: &Plan, options: &RehearseOptions) -> Result<Rehearsal, Error> {
-    let mut run = Run::on(stage(plan, options)?);
+    let mut run = Run::on(stage(plan, options)?, options.watch);
     let mut commands = plan.commands();
     run.fill(&mut commands)?;
     let start = Set::QueuedCmdStartExec(QueuedCmdStartExec {});
@@ -91,13 +96,21 @@ struct Run {
     arm: Controller,
     began: u64,
     log: Vec<(Duration, Event)>,
+    /// From one look to the next, us.
+    watch: Option<u64>,
+    way: Vec<[f64; 3]>,
 }
 
 impl Run {
-    fn on(arm: Controller) -> Self {
-        let began = arm.now();
-        let log = Vec::new();
-        let mut run = Self { arm, began, log };
+    fn on(arm: Controller, watch: Option<Duration>) -> Self {
+        let mut run = Self {
+            began: arm.now(),
+            arm,
+            log: Vec::new(),
+            watch: watch.map(|each| u64::try_from(each.as_micros()).unwrap_or(u64::MAX).max(1)),
+            way: Vec::new(),
+        };
+        run.look();
         while run.arm.poll_event().is_some() {}
         run
     }
@@ -127,9 +140,29 @@ impl Run {
         let Some(at) = self.arm.poll_timeout() else {
             return false;
         };
+        self.watch_until(at);
         self.arm.advance(at);
+        self.look();
         self.note();
         true
+    }
+
+    fn watch_until(&mut self, end: u64) {
+        while let Some(next) = (self.watch).map(|each| self.arm.now().saturating_add(each))
+            && next < end
+            && self.arm.state().moving
+            && self.way.len() < MOST_LOOKS
+        {
+            self.arm.advance(next);
+            self.look();
+        }
+    }
+
+    fn look(&mut self) {
+        if self.watch.is_some() && self.way.len() < MOST_LOOKS {
+            let Pose { x, y, z, .. } = self.arm.state().pose;
+            self.way.push([x, y, z]);
+        }
     }
 
     fn note(&mut self) {
@@ -161,6 +194,7 @@ impl Run {
             joints: state.joints,
             alarms: state.alarms,
             log: self.log,
+            way: self.way,
             planned: plan.steps.len(),
         }
     }

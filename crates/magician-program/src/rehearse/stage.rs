@@ -1,5 +1,7 @@
 //! The virtual arm on which a plan is rehearsed.
 
+use std::time::Duration;
+
 use magician::sim::{Controller, Profile, Scenario, World};
 use magician::words::{self, Preflight};
 use magician::{Error, FrameBuf, Set};
@@ -25,6 +27,8 @@ pub struct RehearseOptions {
     /// The z that the arm reports where its tool touches the table, mm; the plan's surface if it has one, else where its
     /// pen draws.
     pub table: Option<f64>,
+    /// How often to look where the tool is, for its way; never if it does not say.
+    pub watch: Option<Duration>,
 }
 
 impl RehearseOptions {
@@ -32,6 +36,13 @@ impl RehearseOptions {
     #[must_use]
     pub fn tool(mut self, tool: Tool) -> Self {
         self.tool = Some(tool);
+        self
+    }
+
+    /// Sets [`watch`](Self::watch).
+    #[must_use]
+    pub fn watch(mut self, each: Duration) -> Self {
+        self.watch = Some(each);
         self
     }
 
@@ -86,6 +97,14 @@ pub fn tool_of(plan: &Plan, options: &RehearseOptions) -> Tool {
     options.tool.or(plan.tool).unwrap_or_else(|| needed(plan))
 }
 
+/// What a tool that is only a bias must be for the plan; any other is what it is.
+pub(crate) fn kind_of(plan: &Plan, tool: Tool) -> Tool {
+    match tool {
+        Tool::Bias(_) => needed(plan),
+        named => named,
+    }
+}
+
 fn needed(plan: &Plan) -> Tool {
     let needs = |wanted: fn(&Action) -> bool| plan.steps.iter().any(|step| wanted(&step.action));
     if needs(|action| matches!(action, Action::Burn { .. } | Action::Laser(_))) {
@@ -100,10 +119,7 @@ fn needed(plan: &Plan) -> Tool {
 }
 
 fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenario, Error> {
-    let kind = match tool {
-        Tool::Bias(_) => needed(plan),
-        named => named,
-    };
+    let kind = kind_of(plan, tool);
     let (height, slope) = table_of(plan, options, kind).unzip();
     let give = GIVE + slope.unwrap_or(0.0);
     let mut text =

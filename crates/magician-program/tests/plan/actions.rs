@@ -4,7 +4,7 @@ use magician_program::Action;
 use magician_protocol::{MAX_PARAMS, Set, Writer};
 use proptest::prelude::*;
 
-use crate::strategies::{action, any_set};
+use crate::strategies::{action, any_set, cases};
 
 fn bytes(command: &Set) -> Vec<u8> {
     let mut room = [0; MAX_PARAMS];
@@ -15,7 +15,7 @@ fn bytes(command: &Set) -> Vec<u8> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #![proptest_config(cases(2000))]
 
     #[test]
     fn a_command_comes_back_from_its_action_to_the_last_bit(command in any_set()) {

@@ -6,10 +6,10 @@ use magician_program::{
 };
 use proptest::prelude::*;
 
-use crate::strategies::plan;
+use crate::strategies::{cases, plan};
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(cases(400))]
 
     #[test]
     fn what_was_written_is_read_back(plan in plan()) {

@@ -7,7 +7,7 @@ use magician_program::{Action, Grip, Origin, PLAN_SCHEMA, Plan, Tool, Travel};
 use proptest::prelude::*;
 use serde_json::Value;
 
-use crate::strategies::plan;
+use crate::strategies::{cases, plan};
 
 struct Schema {
     root: Value,
@@ -134,7 +134,7 @@ impl Schema {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(cases(200))]
 
     #[test]
     fn every_plan_written_is_as_the_schema_says(plan in plan()) {

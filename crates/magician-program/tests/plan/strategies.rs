@@ -4,6 +4,23 @@ use magician_program::{Action, Grip, Origin, Plan, Step, Surface, Tool, Travel};
 use magician_protocol::{Row, Set, TABLE};
 use proptest::prelude::*;
 use proptest::sample::select;
+use proptest::test_runner::RngSeed;
+
+/// So many cases of one seed; `PROPTEST_CASES` asks for as many others as one likes.
+pub(crate) fn cases(count: u32) -> ProptestConfig {
+    let config = ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    };
+    match std::env::var_os("PROPTEST_CASES") {
+        Some(_) => config,
+        None => ProptestConfig {
+            cases: count,
+            rng_seed: RngSeed::Fixed(0xD0B07),
+            ..config
+        },
+    }
+}
 
 /// Any 32 bits that a number, two shorts or four flags may be, with what is special among them.
 fn word() -> impl Strategy<Value = u32> {

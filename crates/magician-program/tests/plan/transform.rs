@@ -7,6 +7,8 @@ use magician::{JointAngles, ToolBias};
 use magician_program::{Action, Origin, Pallet, Plan, Surface, Travel};
 use proptest::prelude::*;
 
+use crate::strategies::cases;
+
 fn near() -> impl Strategy<Value = [f32; 4]> {
     (
         190.0f32..230.0,
@@ -151,7 +153,7 @@ fn is_same(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(cases(300))]
 
     #[test]
     fn what_is_moved_ends_so_much_further(plan in program(), by in prop::array::uniform3(-15.0f64..15.0)) {

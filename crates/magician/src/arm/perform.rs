@@ -37,8 +37,13 @@ impl Arm {
         run.along(check).finish(|_| {}).await
     }
 
-    /// An alarm that holds the queue would let nothing of the program run but homing.
-    async fn check_alarms(&self, commands: &[Set], guards: Guards) -> Result<()> {
+    /// Whether the arm is ready for these commands, as far as its alarms tell and these guards ask: what
+    /// [`perform_with`](Self::perform_with) looks at first. An alarm that holds the queue lets nothing run but homing.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Alarm`] for the guard `alarms`, [`ErrorKind::InvalidInput`] for `require_homed`; else as
+    /// [`get`](Self::get).
+    pub async fn check_alarms(&self, commands: &[Set], guards: Guards) -> Result<()> {
         let homes = matches!(commands.first(), Some(Set::HomeCmd(_)));
         let alarms = self.alarms().await?;
         if guards.alarms && alarms.blocking() && !homes {

@@ -1,6 +1,6 @@
 //! Numbers that are none, and values that the protocol's table does not allow.
 
-use magician_protocol::{Ctrl, Field, FieldValue, FrameBuf, Set};
+use magician_protocol::{CpMode, Ctrl, Field, FieldValue, FrameBuf, Set};
 
 use crate::{Error, Result};
 
@@ -9,6 +9,13 @@ const RAIL: &str = "l";
 
 /// Every number of a command is one, and within the range that its row tells.
 pub(super) fn check(command: &Set) -> Result<()> {
+    match is_plainly_sound(command) {
+        true => Ok(()),
+        false => check_by_table(command),
+    }
+}
+
+fn check_by_table(command: &Set) -> Result<()> {
     let frame = FrameBuf::set(command, Ctrl::SET)?;
     let Some(layout) = command.row().set else {
         return Ok(());
@@ -21,6 +28,20 @@ pub(super) fn check(command: &Set) -> Result<()> {
             .try_for_each(|item| check_value(field, item))?;
     }
     Ok(())
+}
+
+/// Whether nothing can be wrong with it, told without the table: of the segments of which drawings have a million.
+fn is_plainly_sound(command: &Set) -> bool {
+    let known = |mode| matches!(mode, CpMode::Absolute | CpMode::Relative);
+    let finite = |numbers: [f32; 4]| numbers.iter().all(|number| number.is_finite());
+    match command {
+        Set::CpCmd(cp) => known(cp.cp_mode) && finite([cp.x, cp.y, cp.z, cp.velocity_or_power]),
+        Set::CpLeCmd(cp) => {
+            let power = cp.velocity_or_power;
+            known(cp.cp_mode) && finite([cp.x, cp.y, cp.z, power]) && (0.0..=100.0).contains(&power)
+        }
+        _ => false,
+    }
 }
 
 fn check_value(field: &Field, value: FieldValue<'_>) -> Result<()> {
@@ -76,4 +97,53 @@ fn check_within(name: &str, number: f64, low: f64, high: f64, unit: &'static str
     let limit = if number < low { low } else { high };
     let message = format!("{name} is {number}, it must be {low} to {high} ({unit})");
     Err(Error::invalid(message).with_limit(number, limit, unit))
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_protocol::commands::{CpCmd, CpLeCmd};
+
+    use super::*;
+
+    #[test]
+    fn what_is_sound_without_the_table_is_sound_by_it() {
+        let numbers = [
+            0.0,
+            -0.0,
+            1.0,
+            -1.0,
+            100.0,
+            100.01,
+            1e30,
+            f32::NAN,
+            f32::INFINITY,
+        ];
+        let mut plain = 0;
+        for cp_mode in [0, 1, 2].map(CpMode::from) {
+            for x in numbers {
+                for velocity_or_power in numbers {
+                    let cp = CpCmd {
+                        cp_mode,
+                        x,
+                        y: 0.0,
+                        z: 0.0,
+                        velocity_or_power,
+                    };
+                    let le = CpLeCmd {
+                        cp_mode,
+                        x,
+                        y: 0.0,
+                        z: 0.0,
+                        velocity_or_power,
+                    };
+                    for command in [Set::from(cp), Set::from(le)] {
+                        let by_table = check_by_table(&command).is_ok();
+                        assert_eq!(is_plainly_sound(&command), by_table, "{command:?}");
+                        plain += u32::from(by_table);
+                    }
+                }
+            }
+        }
+        assert!(plain > 50);
+    }
 }

@@ -62,7 +62,7 @@ impl Path {
     fn tell(&mut self, only_settled: bool) -> u64 {
         let open = if only_settled { 0 } else { self.to_rest() };
         let more = (self.settled.saturating_add(open)).saturating_sub(self.told);
-        self.told += more;
+        self.told = self.told.saturating_add(more);
         more
     }
 
@@ -73,7 +73,7 @@ impl Path {
         };
         let law = next_law(look_ahead, self.entry, &first, self.open.iter());
         self.entry = law.exit();
-        self.settled += microseconds(law.duration());
+        self.settled = self.settled.saturating_add(microseconds(law.duration()));
     }
 
     /// How long the open segments take if the last of them ends at rest.
@@ -87,7 +87,7 @@ impl Path {
             entry = law.exit();
             microseconds(law.duration())
         });
-        times.sum()
+        times.fold(0, u64::saturating_add)
     }
 }
 

@@ -202,3 +202,43 @@ fn the_closed_forms() {
         assert_eq!(check.estimate(&[endless]).unwrap(), Duration::MAX);
     }
 }
+
+/// Speeds so low that no clock could count the time are speeds all the same.
+#[test]
+fn the_slowest_paths_take_for_ever_and_no_sum_overflows() {
+    let slow = CpParams {
+        plan_acc: 1e-37,
+        junction_vel: 1e-37,
+        acc_or_period: 1.0,
+        real_time_track: Flag::OFF,
+    };
+    let mut program = vec![words::move_to(200.0, 0.0, 20.0, 0.0), slow.into()];
+    for step in 0..100u8 {
+        program.push(words::path_to(200.0 + f32::from(step) / 10.0, 1.0, 20.0));
+    }
+    let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    assert_eq!(check.estimate(&program).unwrap(), Duration::MAX);
+    let mut one_by_one = check;
+    for command in &program {
+        one_by_one.check(command).unwrap();
+    }
+}
+
+#[test]
+fn what_is_told_in_sum_is_told_in_parts() {
+    let mut dice = Dice::new(9);
+    let mut program = vec![words::move_to(200.0, 0.0, 20.0, 0.0)];
+    program.extend(path(&mut dice, 200));
+    program.push(words::wait(Duration::from_millis(30)));
+    program.extend(path(&mut dice, 20));
+    let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    let sum = |mut check: Preflight| {
+        let mut steps = program.iter().map(|command| check.check(command).unwrap());
+        let told: Duration = steps.by_ref().map(|step| step.time).sum();
+        drop(steps);
+        told + check.rest()
+    };
+    let whole = check.estimate(&program).unwrap();
+    assert_eq!(sum(check.clone()), whole);
+    assert_eq!(sum(check.summing()), whole);
+}

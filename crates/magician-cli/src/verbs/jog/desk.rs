@@ -10,7 +10,7 @@ use magician::{Arm, ErrorKind, Events, StateWatch};
 use ratatui::crossterm::event::{Event, KeyEvent};
 use tokio::time::Duration;
 
-use super::hands::{Done, Hands, Ratios};
+use super::hands::{Hands, Ratios};
 use super::pad::{Pad, Reply, Tone, Tools, plain};
 use crate::context::stop;
 use crate::debts::Debts;
@@ -29,7 +29,7 @@ pub(crate) enum Happened {
     /// Text that was pasted.
     Pasted,
     /// What was ordered is done; the pad knows.
-    Done(Done),
+    Done,
     /// The arm was read, or something else is new.
     News,
     Beat,
@@ -104,7 +104,7 @@ impl Desk {
                 if let Err(failure) = &done.outcome {
                     self.seen.note(plain(&failure.message));
                 }
-                Happened::Done(done)
+                Happened::Done
             }
             status = self.state.changed() => {
                 self.seen.see(status?);
@@ -171,7 +171,7 @@ impl Desk {
             End::Interrupt => {
                 drop(self.hands);
                 let message = match stop(&self.arm, &self.debts).await {
-                    Ok(message) | Err(message) => message,
+                    Ok((message, _)) | Err(message) => message,
                 };
                 Err(Failure::new(Kind::Interrupted, message))
             }

@@ -13,6 +13,9 @@ use magician::words::Guards;
 use magician::{Arm, ErrorKind, Jog, JogOptions, Progress, RunOptions, Set};
 
 use super::axis::Heading;
+use super::pad::plain;
+use magician_program::Plan;
+
 use crate::debts::{Debts, at_once};
 use crate::failure::{Failure, Kind};
 
@@ -42,12 +45,12 @@ pub(crate) enum Order {
     /// A command at once, past the queue.
     Tool {
         what: &'static str,
-        command: Set,
+        command: Box<Set>,
     },
     /// Share of the set speeds of jogs and moves, percent.
     Speed(f32),
-    /// A checked program.
-    Run(Vec<Set>),
+    /// A program, checked as a whole first.
+    Run(Box<Plan>),
 }
 
 /// What was being done.
@@ -97,6 +100,8 @@ pub(crate) struct Hands {
     /// What is done beside.
     beside: VecDeque<Job>,
     progress: Rc<Cell<Option<Progress>>>,
+    /// Commands of the program that come before its first step.
+    preamble: u64,
 }
 
 impl Hands {
@@ -110,6 +115,7 @@ impl Hands {
             moving: None,
             beside: VecDeque::new(),
             progress: Rc::default(),
+            preamble: 0,
         }
     }
 
@@ -119,9 +125,12 @@ impl Hands {
         self.moving.as_ref().map(|job| job.what).or(jog)
     }
 
-    /// How far the program is that was ordered last.
-    pub(crate) fn progress(&self) -> Option<Progress> {
-        self.progress.get()
+    /// The step of the program that the arm is at, from 0, once that is known.
+    pub(crate) fn step(&self) -> Option<usize> {
+        let now = self.progress.get()?;
+        let ahead = now.last.0.saturating_sub(now.current.0);
+        let done = now.sent.checked_sub(ahead)?;
+        usize::try_from(done.saturating_sub(self.preamble)).ok()
     }
 
     /// Does what is ordered, or says what came of it at once. What was ordered before and is not done yet gives way only to a
@@ -174,9 +183,10 @@ impl Hands {
                 let work = async move { Ok(arm.home().await.map(|()| None)?) };
                 self.begin_if_free(What::Home, work)
             }
-            Order::Run(commands) => {
+            Order::Run(plan) => {
                 self.progress.set(None);
-                let work = run(self.arm.clone(), commands, Rc::clone(&self.progress));
+                self.preamble = u64::from(plan.preamble().is_some());
+                let work = run(self.arm.clone(), *plan, Rc::clone(&self.progress));
                 self.begin_if_free(What::Run, work)
             }
         }
@@ -320,14 +330,20 @@ impl Hands {
 /// Checks a program from here on, and runs it.
 async fn run(
     arm: Arm,
-    commands: Vec<Set>,
+    plan: Plan,
     progress: Rc<Cell<Option<Progress>>>,
 ) -> Result<Option<Jog>, Failure> {
     arm.wait_still().await?;
-    let check = arm.preflight_for(&commands).await?;
-    check.clone().program(&commands)?;
+    let commands: Vec<Set> = plan.commands().collect();
+    let start = arm.preflight_for(&commands).await?;
+    if let Some(complaint) = magician_program::check(&plan, &start).complaints.first() {
+        let name = complaint.name.clone();
+        let name = name.unwrap_or_else(|| format!("step {}", complaint.step + 1));
+        let message = format!("{name}: {}", plain(&complaint.error.to_string()));
+        return Err(Failure::new(Kind::Driver(complaint.error.kind()), message));
+    }
     let run = arm.begin(commands, RunOptions::default());
-    run.along(check)
+    run.along(start)
         .finish(|now| progress.set(Some(now)))
         .await?;
     Ok(None)

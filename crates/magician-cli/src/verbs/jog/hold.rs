@@ -71,6 +71,7 @@ impl Hold {
     }
 
     /// The way that is being jogged.
+    #[cfg(test)]
     pub(crate) fn heading(&self) -> Option<Heading> {
         self.held.map(|held| held.heading)
     }

@@ -23,12 +23,14 @@ use crate::progress::attended;
 use crate::terminal::{self, Stage};
 
 pub(super) use axis::Axis;
-pub(super) use desk::{Desk, End, Happened, title, tools};
+pub(super) use desk::{Desk, End, Happened, next_of};
 pub(super) use hands::{Order, What};
-pub(super) use pad::{Pad, Reply, Tone, Tools};
+#[cfg(test)]
+pub(super) use pad::Tools;
+pub(super) use pad::{Pad, Reply, Tone};
 use view::Model;
 pub(super) use view::{
-    MOVES, alarm_panel, foot, joint_bars, log_panel, pad_lines, pose as pose_panel, tool_line,
+    MOVES, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose as pose_panel,
 };
 
 /// Move the arm by keys on the terminal, or by one step: `jog x 10`

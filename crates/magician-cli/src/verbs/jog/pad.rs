@@ -333,6 +333,7 @@ impl Pad {
     }
 
     fn tool(&mut self, what: &'static str, command: Set) -> Reply {
+        let command = Box::new(command);
         Reply::Order(Order::Tool { what, command })
     }
 }

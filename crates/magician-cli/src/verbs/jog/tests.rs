@@ -38,7 +38,7 @@ fn a_pad_on_a_narrow_and_on_a_wide_terminal() {
                 "2-3     0.0   -70 ─",
                 "moves coordinates  by step 5 mm or deg  speed 50 %",
                 "stands",
-                "○ suction  ○ gripper  ○ laser",
+                "○ suction ○ gripper ○ laser",
                 "0x00 ResetOccurred",
                 "space STOP",
                 "? all keys",

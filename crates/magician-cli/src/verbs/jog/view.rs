@@ -148,8 +148,28 @@ pub(crate) fn joint_bars(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: 
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
+/// How much room there is for words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Placing {
+    Narrow,
+    Wide,
+}
+
+/// How keys move, what is done, what the tools do.
+pub(crate) fn pad_panel(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    seen: &Seen,
+    pad: &Pad,
+    placing: Placing,
+    theme: Theme,
+) {
+    let lines = pad_lines(seen, pad, placing, theme);
+    frame.render_widget(Paragraph::new(lines).block(panel("pad", theme)), area);
+}
+
 fn state(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
-    let mut lines = pad_lines(seen, pad, theme);
+    let mut lines = pad_lines(seen, pad, Placing::Wide, theme);
     let refusal = match &pad.refusal {
         Some(why) => Line::from(vec![
             Span::styled("refused ", theme.note()),
@@ -162,33 +182,59 @@ fn state(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme
     frame.render_widget(text.block(panel("pad", theme)), area);
 }
 
-/// How keys move, what is done, what the tools do.
-pub(crate) fn pad_lines(seen: &Seen, pad: &Pad, theme: Theme) -> Vec<Line<'static>> {
-    let arrows = match pad.frame {
-        pad::Frame::Cartesian => "coordinates",
-        pad::Frame::Joints => "joints J2 J1 J3 J4",
+fn pad_lines(seen: &Seen, pad: &Pad, placing: Placing, theme: Theme) -> Vec<Line<'static>> {
+    let (narrow, wide) = match pad.frame {
+        pad::Frame::Cartesian => ("x y z r", "coordinates"),
+        pad::Frame::Joints => ("joints", "joints J2 J1 J3 J4"),
     };
-    let way = match pad.way {
-        Way::Step => format!("step {} mm or deg", mm(f64::from(pad.step))),
-        Way::Hold if pad.hold.tells_releases() => "hold: moves until release".to_owned(),
-        Way::Hold => "hold: moves while held".to_owned(),
+    let speed = format!("{} %", mm(f64::from(pad.speed)));
+    let step = mm(f64::from(pad.step));
+    let first = match placing {
+        Placing::Narrow => {
+            let way = match pad.way {
+                Way::Step => format!("step {step}"),
+                Way::Hold => "hold".to_owned(),
+            };
+            Line::styled(format!("{narrow}  {way}  {speed}"), theme.title())
+        }
+        Placing::Wide => {
+            let way = match pad.way {
+                Way::Step => format!("step {step} mm or deg"),
+                Way::Hold if pad.hold.tells_releases() => "hold: moves until release".to_owned(),
+                Way::Hold => "hold: moves while held".to_owned(),
+            };
+            Line::from(vec![
+                Span::styled("moves ", theme.dim()),
+                Span::styled(wide, theme.title()),
+                Span::styled("  by ", theme.dim()),
+                Span::styled(way, theme.title()),
+                Span::styled("  speed ", theme.dim()),
+                Span::styled(speed, theme.title()),
+            ])
+        }
+    };
+    let (doing, tools) = (doing(seen, pad), tools(pad, theme));
+    let style = match pad.doing.is_none() && seen.stands() {
+        true => theme.dim(),
+        false => theme.good(),
+    };
+    let doing = [
+        Span::styled(doing, style),
+        Span::styled(format!("  {:.1} mm/s", seen.speed().tool), theme.dim()),
+    ];
+    let label = |text| match placing {
+        Placing::Narrow => None,
+        Placing::Wide => Some(Span::styled(text, theme.dim())),
     };
     vec![
-        Line::from(vec![
-            Span::styled("moves ", theme.dim()),
-            Span::styled(arrows, theme.title()),
-            Span::styled("  by ", theme.dim()),
-            Span::styled(way, theme.title()),
-            Span::styled("  speed ", theme.dim()),
-            Span::styled(format!("{} %", mm(f64::from(pad.speed))), theme.title()),
-        ]),
-        doing(seen, pad, theme),
-        tool_line(pad, theme),
+        first,
+        label("arm   ").into_iter().chain(doing).collect(),
+        label("tools ").into_iter().chain(tools).collect(),
     ]
 }
 
-fn doing(seen: &Seen, pad: &Pad, theme: Theme) -> Line<'static> {
-    let what = match pad.doing {
+fn doing(seen: &Seen, pad: &Pad) -> String {
+    match pad.doing {
         Some(What::Jog(heading)) => format!("jogs {heading}"),
         Some(What::Step(heading)) => format!("steps {heading}"),
         Some(What::Stop) => "stops".to_owned(),
@@ -196,26 +242,16 @@ fn doing(seen: &Seen, pad: &Pad, theme: Theme) -> Line<'static> {
         Some(What::Run) => "plays".to_owned(),
         _ if seen.stands() => "stands".to_owned(),
         _ => "moves".to_owned(),
-    };
-    let style = match pad.doing.is_none() && seen.stands() {
-        true => theme.dim(),
-        false => theme.good(),
-    };
-    let speed = format!("  {:.1} mm/s", seen.speed().tool);
-    Line::from(vec![
-        Span::styled("arm   ", theme.dim()),
-        Span::styled(what, style),
-        Span::styled(speed, theme.dim()),
-    ])
+    }
 }
 
 /// What the tools do.
-pub(crate) fn tool_line(pad: &Pad, theme: Theme) -> Line<'static> {
+fn tools(pad: &Pad, theme: Theme) -> [Span<'static>; 3] {
     let tools = pad.tools;
     let gripper = match tools.grips {
         None => "gripper",
-        Some(true) => "gripper closed",
-        Some(false) => "gripper open",
+        Some(true) => "closed",
+        Some(false) => "open",
     };
     let lit = |on: bool| if on { theme.good() } else { theme.dim() };
     let laser = if tools.laser {
@@ -223,18 +259,15 @@ pub(crate) fn tool_line(pad: &Pad, theme: Theme) -> Line<'static> {
     } else {
         theme.dim()
     };
-    Line::from(vec![
-        Span::styled("tools ", theme.dim()),
+    let grips = tools.grips.is_some();
+    [
         Span::styled(
-            format!("{} suction  ", lamp(tools.suction)),
+            format!("{} suction ", lamp(tools.suction)),
             lit(tools.suction),
         ),
-        Span::styled(
-            format!("{} {gripper}  ", lamp(tools.grips.is_some())),
-            lit(tools.grips.is_some()),
-        ),
+        Span::styled(format!("{} {gripper} ", lamp(grips)), lit(grips)),
         Span::styled(format!("{} laser", lamp(tools.laser)), laser),
-    ])
+    ]
 }
 
 /// The alarms that stand.

@@ -2,7 +2,7 @@
 
 mod fidelity;
 mod log;
-mod picture;
+pub(crate) mod picture;
 mod tui;
 
 use std::io::{self, BufWriter, Write};

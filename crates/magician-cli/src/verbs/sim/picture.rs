@@ -17,7 +17,7 @@ const HALVINGS: u32 = 4;
 
 /// Where the picture goes, and as what.
 #[derive(Clone, Debug)]
-pub(super) struct Picture {
+pub(crate) struct Picture {
     path: PathBuf,
     format: Format,
 }
@@ -30,7 +30,7 @@ enum Format {
 
 impl Picture {
     /// The end of the name says what it is.
-    pub(super) fn at(path: PathBuf) -> Result<Self, &'static str> {
+    pub(crate) fn at(path: PathBuf) -> Result<Self, &'static str> {
         let end = path.extension().map(|end| end.to_ascii_lowercase());
         let format = match end.as_deref().and_then(|end| end.to_str()) {
             Some("svg") => Format::Svg,
@@ -42,7 +42,7 @@ impl Picture {
 
     /// Makes sure that the files can be written, as far as that can be told before there is anything to write: nobody
     /// should draw for an hour and then hear of it. `arms` is how many there are, if they are numbered.
-    pub(super) fn check(&self, arms: Option<u32>) -> Result<(), Failure> {
+    pub(crate) fn check(&self, arms: Option<u32>) -> Result<(), Failure> {
         match arms {
             None => probe(&self.path),
             Some(count) => (1..=count).try_for_each(|number| probe(&self.numbered(number))),
@@ -66,6 +66,11 @@ impl Picture {
             outcome = outcome.and(self.save(&drawing, &path));
         }
         outcome
+    }
+
+    /// Writes a drawing.
+    pub(crate) fn keep(&self, drawing: &Drawing) -> Result<(), Failure> {
+        self.save(drawing, &self.path)
     }
 
     fn save(&self, drawing: &Drawing, path: &Path) -> Result<(), Failure> {

@@ -17,6 +17,7 @@ mod eval;
 mod machine;
 mod refused;
 mod robot;
+mod settings;
 mod tree;
 mod value;
 

@@ -135,7 +135,7 @@ impl Arc {
         let widest = 2.0 * (1.0 - tolerance / radius).clamp(-1.0, 1.0).acos();
         // A quarter at most, so that a small circle is not a line.
         let count = (self.sweep.abs() / widest.min(PI / 2.0)).ceil().max(1.0);
-        if !(count <= MOST_PIECES) {
+        if count > MOST_PIECES {
             return Err(format!(
                 "the arc has a radius of {radius:.0} mm and takes {count:.0} lines; {MOST_PIECES} are the most"
             ));

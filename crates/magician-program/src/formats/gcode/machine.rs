@@ -9,10 +9,6 @@ use super::survey::{HIGHEST_SERVO, Survey};
 use super::{Line, is_left_out};
 use crate::{Origin, Plan, Problem};
 
-/// The arm's fastest speed along a line, mm/s (model section 6).
-const FASTEST: f64 = 300.0;
-/// mm of an inch.
-const INCH: f64 = 25.4;
 /// Below this angle the servo of `M300` has the pen down (30 is down, 50 is up).
 const SERVO_DOWN: f64 = 40.0;
 
@@ -175,112 +171,6 @@ impl<'o> Machine<'o> {
             }
             _ => Ok(()),
         }
-    }
-
-    fn settings(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
-        let mut motions = 0;
-        for code in block.codes.iter().filter(|code| code.letter == b'G') {
-            let mode = match code.tenths {
-                0 => Mode::Travel,
-                10 => Mode::Line,
-                20 => Mode::Arc(true),
-                30 => Mode::Arc(false),
-                800 => Mode::None,
-                _ => {
-                    self.setting(code, block, origin)?;
-                    continue;
-                }
-            };
-            self.mode = mode;
-            motions += 1;
-            if motions > 1 {
-                return Err(Flaw::new(
-                    code.range.clone(),
-                    "two motions stand on one line",
-                ));
-            }
-        }
-        for (letter, message) in [
-            (b'E', "E words are left out: nothing is extruded"),
-            (
-                b'T',
-                "tools (T) are left out: the arm has the one that is on it",
-            ),
-            (b'O', "program numbers (O) are left out"),
-        ] {
-            if block.number(letter).is_some() {
-                self.notes.add(origin, message);
-            }
-        }
-        if let Some(feed) = block.number(b'F').filter(|_| !block.has(b'G', 28)) {
-            self.set_feed(feed, block, origin)?;
-        }
-        Ok(())
-    }
-
-    fn setting(&mut self, code: &Code, block: &Block, origin: Origin) -> Result<(), Flaw> {
-        match code.tenths {
-            170 | 180 | 190 => self.plane = code.tenths / 10,
-            200 => self.unit = INCH,
-            210 => self.unit = 1.0,
-            900 => self.relative = false,
-            910 => self.relative = true,
-            901 => self.absolute_centres = true,
-            911 => self.absolute_centres = false,
-            // Done with the motion.
-            40 | 280 | 530 | 920..=923 => {}
-            // No polar coordinates, compensation, scaling, rotation or cycle; the one coordinate system, exact or
-            // continuous paths, speeds a minute: as it is here anyway.
-            150 | 400 | 490 | 500 | 540 | 610 | 611 | 640 | 690 | 940 | 970 | 980 | 990 => {}
-            430 => {
-                let message = "the length of a tool (G43) is left out: coordinates are the arm's";
-                self.notes.add(origin, message);
-            }
-            930 | 950 | 960 => {
-                let message =
-                    format!("{code} is not done: F is a speed in mm or inches a minute (G94)");
-                return Err(Flaw::new(code.range.clone(), message));
-            }
-            _ => return self.other(code, block, origin),
-        }
-        Ok(())
-    }
-
-    /// A G code that is not known. It may not move, nor change where things are.
-    fn other(&mut self, code: &Code, block: &Block, origin: Origin) -> Result<(), Flaw> {
-        let places = matches!(code.tenths, 160 | 410..=429 | 431 | 510 | 550..=599 | 680 | 100);
-        let moves = matches!(
-            code.tenths,
-            50..=79 | 120 | 260 | 281 | 283..=389 | 730 | 740 | 760 | 810..=899
-        );
-        let harmless = matches!(code.tenths, 100 | 110) && !block.has_any(b"XYZLP");
-        if (places || moves || block.has_any(b"XYZIJR")) && !harmless {
-            let what = if places {
-                "changes where things are"
-            } else {
-                "may move the arm"
-            };
-            let message = format!("{code} {what}, and is not done here");
-            return Err(Flaw::new(code.range.clone(), message)
-                .help("write lines and arcs (G0 to G3) from the program that made the file"));
-        }
-        self.notes.add(origin, &format!("{code} is left out"));
-        Ok(())
-    }
-
-    fn set_feed(&mut self, feed: f64, block: &Block, origin: Origin) -> Result<(), Flaw> {
-        if feed <= 0.0 {
-            let message = format!("the speed is F{feed}, it must be above 0");
-            return Err(Flaw::new(block.range_of(b'F'), message));
-        }
-        let speed = feed * self.unit / 60.0;
-        if speed > FASTEST {
-            let message =
-                "speeds above 300 mm/s (F18000) are taken as that: the arm goes no faster";
-            self.notes.add(origin, message);
-        }
-        self.feed = Some(speed.min(FASTEST));
-        Ok(())
     }
 
     fn switches(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {

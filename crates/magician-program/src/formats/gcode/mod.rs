@@ -28,6 +28,7 @@ mod machine;
 mod motion;
 mod notes;
 mod options;
+mod settings;
 mod survey;
 
 use std::borrow::Cow;

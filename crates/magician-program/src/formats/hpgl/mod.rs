@@ -16,8 +16,10 @@
 //! Any of space, comma and nothing may stand between numbers, and a semicolon or nothing behind an instruction.
 
 mod curves;
+mod figures;
 mod lexer;
 mod plotter;
+mod polygon;
 mod scale;
 
 use super::gcode::{Notes, text_of};

@@ -3,46 +3,42 @@
 use std::ops::Range;
 
 use super::Notes;
-use super::curves;
 use super::lexer::{Flaw, Instruction};
 use super::scale::Scale;
-use crate::artwork::distance;
 use crate::{Artwork, Lines, Problem, Stroke};
 
 /// No sheet is as large, mm.
 const LARGEST: f64 = 1e5;
-/// More turns than this are no arc of a drawing, degrees.
-const WIDEST: f64 = 36_000.0;
 
 /// A stroke that is being drawn.
 #[derive(Debug)]
-struct Open {
+pub(super) struct Open {
     points: Vec<[f64; 2]>,
     range: Range<usize>,
     /// It is to be a dot if the pen goes nowhere.
-    dot: bool,
+    pub(super) dot: bool,
 }
 
 #[derive(Debug)]
 pub(super) struct Plotter<'t> {
-    artwork: Artwork,
-    tolerance: f64,
-    lines: &'t Lines<'t>,
-    notes: Notes,
-    scale: Scale,
+    pub(super) artwork: Artwork,
+    pub(super) tolerance: f64,
+    pub(super) lines: &'t Lines<'t>,
+    pub(super) notes: Notes,
+    pub(super) scale: Scale,
     /// In the plot's units.
-    at: [f64; 2],
-    down: bool,
+    pub(super) at: [f64; 2],
+    pub(super) down: bool,
     relative: bool,
     /// 0 is none.
-    pen: f64,
+    pub(super) pen: f64,
     /// The pens that have drawn.
     pens: Vec<f64>,
-    open: Option<Open>,
+    pub(super) open: Option<Open>,
     /// Within a polygon strokes are gathered and not drawn.
-    polygon: Option<usize>,
+    pub(super) polygon: Option<usize>,
     /// The strokes of the last one.
-    edges: Vec<Stroke>,
+    pub(super) edges: Vec<Stroke>,
 }
 
 impl<'t> Plotter<'t> {
@@ -79,7 +75,7 @@ impl<'t> Plotter<'t> {
         (self.artwork, self.notes.into_problems())
     }
 
-    fn note(&mut self, instruction: &Instruction, message: &str) {
+    pub(super) fn note(&mut self, instruction: &Instruction, message: &str) {
         self.notes
             .add(self.lines.origin(instruction.range.clone()), message);
     }
@@ -169,7 +165,7 @@ impl<'t> Plotter<'t> {
         }
     }
 
-    fn draws(&self) -> bool {
+    pub(super) fn draws(&self) -> bool {
         self.down && self.pen != 0.0
     }
 
@@ -180,7 +176,7 @@ impl<'t> Plotter<'t> {
         }
     }
 
-    fn begin(&mut self, range: Range<usize>, dot: bool) {
+    pub(super) fn begin(&mut self, range: Range<usize>, dot: bool) {
         if !self.pens.contains(&self.pen) && self.pens.len() < 100 {
             self.pens.push(self.pen);
         }
@@ -194,7 +190,7 @@ impl<'t> Plotter<'t> {
     }
 
     /// Ends the stroke; the next one begins with the next line.
-    fn lift_for_a_moment(&mut self) {
+    pub(super) fn lift_for_a_moment(&mut self) {
         if let Some(open) = self
             .open
             .take()
@@ -223,7 +219,7 @@ impl<'t> Plotter<'t> {
     }
 
     /// Goes to a point, with the pen as it is.
-    fn line(&mut self, to: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn line(&mut self, to: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
         self.fits(to, instruction)?;
         let place = self.scale.place(to);
         if self.draws() {
@@ -242,7 +238,7 @@ impl<'t> Plotter<'t> {
     }
 
     /// Whether a point is on any sheet.
-    fn fits(&self, to: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn fits(&self, to: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
         let [x, y] = self.scale.place(to);
         if x.abs().max(y.abs()) <= LARGEST {
             return Ok(());
@@ -250,188 +246,10 @@ impl<'t> Plotter<'t> {
         let message = format!("the pen would be at {x:.0}, {y:.0} mm");
         Err(Flaw::new(instruction.range.clone(), message))
     }
-
-    /// Arcs, circles, rectangles, wedges and curves.
-    fn figure(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
-        let numbers = &instruction.numbers[..];
-        let needs = |what: &str| {
-            let message = format!("{} needs {what}", instruction.name());
-            Flaw::new(instruction.range.clone(), message)
-        };
-        let [x, y] = self.at;
-        let relative = matches!(&instruction.name, b"AR" | b"ER" | b"RR" | b"BR");
-        let from = if relative { self.at } else { [0.0; 2] };
-        match &instruction.name {
-            b"CI" => {
-                let radius = *numbers.first().ok_or_else(|| needs("a radius"))?;
-                let start = [x + radius, y];
-                let circle = self.arc([x, y], start, 360.0, instruction)?;
-                self.outline(start, circle, instruction)?;
-            }
-            b"AA" | b"AR" => {
-                let [cx, cy, sweep, ..] = *numbers else {
-                    return Err(needs("a centre and an angle"));
-                };
-                let centre = [from[0] + cx, from[1] + cy];
-                for corner in self.arc(centre, self.at, sweep, instruction)? {
-                    self.line(corner, instruction)?;
-                }
-            }
-            b"EW" | b"WG" => {
-                let [radius, start, sweep, ..] = *numbers else {
-                    return Err(needs("a radius and two angles"));
-                };
-                let (sin, cos) = start.to_radians().sin_cos();
-                let first = [x + radius * cos, y + radius * sin];
-                let mut wedge = vec![first];
-                wedge.extend(self.arc([x, y], first, sweep, instruction)?);
-                wedge.push([x, y]);
-                self.outline([x, y], wedge, instruction)?;
-            }
-            b"BZ" | b"BR" => {
-                let points = pairs(instruction, None)?;
-                for three in points.chunks(3) {
-                    let &[a, b, c] = three else {
-                        return Err(needs("three points for each curve"));
-                    };
-                    // Relative ones count from where each curve begins.
-                    let from = if relative { self.at } else { [0.0; 2] };
-                    let [a, b, c] = [a, b, c].map(|[x, y]| [from[0] + x, from[1] + y]);
-                    [a, b, c]
-                        .iter()
-                        .try_for_each(|point| self.fits(*point, instruction))?;
-                    let tolerance = self.tolerance / self.scale.most();
-                    for corner in curves::curve([self.at, a, b, c], tolerance) {
-                        self.line(corner, instruction)?;
-                    }
-                }
-            }
-            _ => {
-                let [dx, dy, ..] = *numbers else {
-                    return Err(needs("a corner"));
-                };
-                let [to_x, to_y] = [from[0] + dx, from[1] + dy];
-                let corners = vec![[to_x, y], [to_x, to_y], [x, to_y], [x, y]];
-                self.outline([x, y], corners, instruction)?;
-            }
-        }
-        if matches!(&instruction.name, b"RA" | b"RR" | b"WG") {
-            self.note(instruction, "nothing is filled: filled shapes are outlines");
-        }
-        Ok(())
-    }
-
-    fn arc(
-        &self,
-        centre: [f64; 2],
-        from: [f64; 2],
-        sweep: f64,
-        instruction: &Instruction,
-    ) -> Result<Vec<[f64; 2]>, Flaw> {
-        let radius = distance(centre, from);
-        let span = |sign: f64| [centre[0] + sign * radius, centre[1] + sign * radius];
-        self.fits(span(1.0), instruction)?;
-        self.fits(span(-1.0), instruction)?;
-        if sweep.abs() > WIDEST {
-            let message = format!("an arc of {sweep} degrees goes round too often");
-            return Err(Flaw::new(instruction.range.clone(), message));
-        }
-        let tolerance = self.tolerance / self.scale.most();
-        Ok(curves::arc(centre, from, sweep, tolerance))
-    }
-
-    /// A closed line of its own; then the pen is where it was, as it was.
-    fn outline(
-        &mut self,
-        start: [f64; 2],
-        mut corners: Vec<[f64; 2]>,
-        instruction: &Instruction,
-    ) -> Result<(), Flaw> {
-        // A curve comes back to its first point but for a rounding error.
-        if let Some(last) = corners.last_mut() {
-            *last = start;
-        }
-        if let Some(open) = &mut self.open {
-            open.dot = false;
-        }
-        self.lift_for_a_moment();
-        if self.pen == 0.0 {
-            return Ok(());
-        }
-        let (at, down) = (self.at, self.down);
-        (self.at, self.down) = (start, true);
-        let mut corners = corners.into_iter();
-        let drawn = corners.try_for_each(|corner| self.line(corner, instruction));
-        self.lift_for_a_moment();
-        (self.at, self.down) = (at, down);
-        drawn
-    }
-
-    /// PM: 0 begins a polygon, 1 another part of it, 2 ends it.
-    fn polygon(&mut self, instruction: &Instruction) {
-        match instruction.numbers.first().copied().unwrap_or(0.0) {
-            0.0 => {
-                self.lift_for_a_moment();
-                self.edges.clear();
-                self.polygon = Some(0);
-                if self.draws() {
-                    self.begin(instruction.range.clone(), false);
-                }
-            }
-            1.0 => self.close_part(),
-            _ => {
-                self.close_part();
-                self.polygon = None;
-            }
-        }
-    }
-
-    /// A part of a polygon ends where it began.
-    fn close_part(&mut self) {
-        self.lift_for_a_moment();
-        let Some(first) = self.polygon else {
-            return;
-        };
-        let part = self.edges.get(first..).unwrap_or_default();
-        let ends = part.first().zip(part.last()).and_then(|(begin, end)| {
-            begin
-                .points
-                .first()
-                .copied()
-                .zip(end.points.last().copied())
-        });
-        if let (Some((begin, end)), Some(last)) = (ends, self.edges.last_mut()) {
-            if begin != end {
-                last.points.push(begin);
-            }
-        }
-        self.polygon = Some(self.edges.len());
-    }
-
-    fn end_polygon(&mut self) {
-        if self.polygon.take().is_some() && !self.edges.is_empty() {
-            self.notes.add(
-                crate::Origin::NONE,
-                "a polygon (PM) without an end is left out",
-            );
-        }
-    }
-
-    /// EP and FP: the polygon's outline.
-    fn edge(&mut self, instruction: &Instruction) {
-        if &instruction.name == b"FP" {
-            self.note(instruction, "nothing is filled: filled shapes are outlines");
-            // Programs draw the edge of what they fill, too.
-            if self.edges.is_empty() {
-                return;
-            }
-        }
-        self.artwork.strokes.append(&mut self.edges);
-    }
 }
 
 /// The points of an instruction. Relative ones count from the one before, `from` at first.
-fn pairs(
+pub(super) fn pairs(
     instruction: &Instruction,
     mut from: Option<&mut [f64; 2]>,
 ) -> Result<Vec<[f64; 2]>, Flaw> {

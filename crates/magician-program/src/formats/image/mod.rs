@@ -107,9 +107,9 @@ fn grey(image: DynamicImage) -> Vec<u8> {
 }
 
 /// Pairs of grey and opacity over white, narrowed.
-fn over_white<T: Copy + Into<u64>>(pairs: &[T], full: u64, narrow: impl Fn(T) -> u8) -> Vec<u8>
+fn over_white<T>(pairs: &[T], full: u64, narrow: impl Fn(T) -> u8) -> Vec<u8>
 where
-    T: TryFrom<u64>,
+    T: Copy + Into<u64> + TryFrom<u64>,
 {
     let over = |grey: T, opacity: T| {
         let opacity: u64 = opacity.into();

@@ -6,7 +6,7 @@ use usvg::fontdb::{Database, ID};
 use usvg::{FontFamily, FontResolver, FontStyle, Text};
 
 /// Its name.
-pub(super) const NAME: &str = "Roboto";
+pub(crate) const NAME: &str = "Roboto";
 static ROBOTO: &[u8] = include_bytes!("../../../fonts/Roboto-Regular.ttf");
 
 static DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| {
@@ -15,12 +15,12 @@ static DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| {
     Arc::new(database)
 });
 
-pub(super) fn database() -> Arc<Database> {
+pub(crate) fn database() -> Arc<Database> {
     Arc::clone(&DATABASE)
 }
 
 /// Whatever is asked for, it is this one.
-pub(super) fn resolver() -> FontResolver<'static> {
+pub(crate) fn resolver() -> FontResolver<'static> {
     FontResolver {
         select_font: Box::new(|_, database| only(database)),
         select_fallback: Box::new(|_, _, _| None),

@@ -90,7 +90,7 @@ fn tidy(line: Line) -> Line {
 /// The dashes of lines. `None` if there are too many of them.
 pub(super) fn dashed(lines: &[Line], pattern: &[f64], offset: f64) -> Option<Vec<Line>> {
     let period: f64 = pattern.iter().sum();
-    let length: f64 = lines.iter().map(|line| length(line)).sum();
+    let length: f64 = lines.iter().map(length).sum();
     let count = length / period * pattern.len() as f64;
     if !(period > 0.0 && count < MOST_DASHES) || pattern.iter().any(|part| *part < 0.0) {
         return None;
@@ -109,7 +109,12 @@ fn dashes(line: &Line, pattern: &[f64], offset: f64) -> Vec<Line> {
     };
     let period: f64 = pattern.iter().sum();
     // An odd number of parts changes dashes and gaps each time.
-    let cycle = period * if pattern.len() % 2 == 0 { 1.0 } else { 2.0 };
+    let cycle = period
+        * if pattern.len().is_multiple_of(2) {
+            1.0
+        } else {
+            2.0
+        };
     let mut parts = pattern.iter().copied().cycle();
     let mut left = parts.next().unwrap_or(f64::INFINITY);
     let mut on = true;

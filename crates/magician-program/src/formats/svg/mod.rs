@@ -6,7 +6,7 @@
 
 mod clip;
 mod cost;
-mod font;
+pub(crate) mod font;
 mod lines;
 mod notes;
 mod source;

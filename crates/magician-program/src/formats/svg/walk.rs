@@ -135,7 +135,10 @@ impl<'a> Walk<'a> {
         let curves = curves(path.data(), place.to);
         let bounds = curves.control_box();
         let sides = [bounds.x0, bounds.y0, bounds.x1, bounds.y1];
-        match sides.iter().find(|side| !(side.abs() <= FARTHEST)) {
+        match sides
+            .iter()
+            .find(|side| side.is_nan() || side.abs() > FARTHEST)
+        {
             None => Ok(curves),
             Some(side) => {
                 let message =

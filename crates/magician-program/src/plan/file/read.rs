@@ -10,9 +10,6 @@ use super::{FORMAT, VERSION};
 use crate::plan::json::{Json, Member};
 use crate::{Action, Grip, Origin, Plan, Problem, Step, Surface, Tool, Travel};
 
-const ACTIONS: &str =
-    "move, joints, shift, arc, path, burn, suction, gripper, laser, wait, home, command";
-
 /// Reads a plan file.
 pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Problem> {
     let json = Json::of(bytes)?;
@@ -256,7 +253,7 @@ impl<'t> StepReader<'_, 't> {
             let message = "this step says nothing to do";
             return Err(json
                 .problem(step, message)
-                .help(format!("a step is one of {ACTIONS}")));
+                .help(format!("a step is one of {}", Action::NAMES.join(", "))));
         };
         if let Some(second) = second {
             let message = format!("`{}` and `{}` in one step", first.key, second.key);
@@ -328,7 +325,7 @@ impl<'t> StepReader<'_, 't> {
 }
 
 fn is_action(key: &str) -> bool {
-    ACTIONS.split(", ").any(|known| known == key)
+    Action::NAMES.contains(&key)
 }
 
 /// What a step says beside what it does.

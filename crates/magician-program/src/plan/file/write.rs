@@ -198,38 +198,39 @@ impl Serialize for Line<'_> {
 }
 
 fn action<M: SerializeMap>(map: &mut M, action: &Action) -> Result<(), M::Error> {
+    let key = action.name();
     match action {
         Action::Move { to, by } => {
-            map.serialize_entry("move", &Numbers(*to))?;
+            map.serialize_entry(key, &Numbers(*to))?;
             map.serialize_entry("by", travel(*by))
         }
         Action::Joints { to, by } => {
-            map.serialize_entry("joints", &Numbers(*to))?;
+            map.serialize_entry(key, &Numbers(*to))?;
             map.serialize_entry("by", travel(*by))
         }
         Action::Shift { by, line } => {
-            map.serialize_entry("shift", &Numbers(*by))?;
+            map.serialize_entry(key, &Numbers(*by))?;
             let way = if *line { Travel::Line } else { Travel::Joints };
             map.serialize_entry("by", travel(way))
         }
         Action::Arc { via, to } => {
-            map.serialize_entry("arc", &Numbers(*to))?;
+            map.serialize_entry(key, &Numbers(*to))?;
             map.serialize_entry("via", &Numbers(*via))
         }
-        Action::Path { to } => map.serialize_entry("path", &Numbers(*to)),
+        Action::Path { to } => map.serialize_entry(key, &Numbers(*to)),
         Action::Burn { to, power } => {
-            map.serialize_entry("burn", &Numbers(*to))?;
+            map.serialize_entry(key, &Numbers(*to))?;
             map.serialize_entry("power", &Number(*power))
         }
-        Action::Suction(on) => map.serialize_entry("suction", on),
-        Action::Gripper(grip) => map.serialize_entry("gripper", grip_name(*grip)),
-        Action::Laser(on) => map.serialize_entry("laser", on),
+        Action::Suction(on) => map.serialize_entry(key, on),
+        Action::Gripper(grip) => map.serialize_entry(key, grip_name(*grip)),
+        Action::Laser(on) => map.serialize_entry(key, on),
         Action::Wait(milliseconds) => {
-            map.serialize_entry("wait", &(f64::from(*milliseconds) / 1000.0))
+            map.serialize_entry(key, &(f64::from(*milliseconds) / 1000.0))
         }
-        Action::Home => map.serialize_entry("home", &true),
+        Action::Home => map.serialize_entry(key, &true),
         Action::Command(command) => {
-            map.serialize_entry("command", command.row().name)?;
+            map.serialize_entry(key, command.row().name)?;
             map.serialize_entry("values", &Values(command))
         }
     }

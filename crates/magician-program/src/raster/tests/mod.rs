@@ -1,2 +1,4 @@
+mod bench;
 mod engrave;
 mod outline;
+mod plan;

@@ -1,0 +1,399 @@
+//! What verbs that run a file have in common: read, place, check, and then look at it or run it.
+
+mod drive;
+mod journal;
+pub(crate) mod options;
+mod owed;
+mod program;
+mod record;
+mod report;
+mod show;
+mod tell;
+
+use std::cell::RefCell;
+
+use magician::sim::Controller;
+use magician::words::{self, Preflight};
+use magician::{Arm, Options, Set, SimSpeed, Target, VirtualArm};
+use magician_program::artwork::Marking;
+use magician_program::raster::Size;
+use magician_program::rehearse::{RehearseOptions, stage};
+use magician_program::{
+    Action, Content, Format, Pallet, Placing, Plan, Problem, Setup, Surface, Tool, Work,
+};
+use miette::Severity;
+
+use self::drive::{Done, Drive, State};
+use self::options::{File, Look, Pen, Place, Way};
+use self::program::Program;
+use crate::config::{Config, Key};
+use crate::context::Context;
+use crate::failure::{Failure, Kind};
+use crate::source::Source;
+use crate::verbs::sim::picture::Picture;
+
+/// Height of the table of a virtual arm, where nobody has said another, mm.
+const TABLE: f64 = -60.0;
+/// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
+const ACCELERATION: f32 = 100.0;
+/// As many notes are shown.
+const NOTES: usize = 10;
+
+/// A file, and what is to be done with it.
+#[derive(Debug)]
+pub(crate) struct Job {
+    pub(crate) file: File,
+    pub(crate) look: Look,
+    pub(crate) place: Place,
+    pub(crate) way: Way,
+    pub(crate) pen: Pen,
+    /// What is made of drawings and images.
+    pub(crate) work: Work,
+    /// How large an image becomes.
+    pub(crate) size: Size,
+    /// Rest at the end of each loop, ms.
+    pub(crate) pause: u32,
+}
+
+/// What has become of a file.
+struct Made {
+    source: Source,
+    setup: Setup,
+    program: Program,
+    /// What the arm is told first, besides what the plan says.
+    settings: Vec<Set>,
+}
+
+/// Where a program is tried or run.
+enum Where {
+    /// Nowhere: it is only looked at, as an arm would do it that was just homed.
+    Nowhere,
+    /// On a virtual arm of its own.
+    Stage(SimSpeed),
+    /// On an arm that is there.
+    Arm(Target),
+}
+
+impl Job {
+    /// Does it.
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let looks = self.look.is_wanted();
+        if looks && (self.way.resume || self.way.picture.is_some() || self.way.record.is_some()) {
+            return Err(Failure::usage(
+                "--resume, --picture and --record are of a run, and nothing is run here",
+            ));
+        }
+        let read = self.read(context)?;
+        let place = self.place(looks, context)?;
+        let picture = self.picture(&place, context)?;
+        let Made {
+            source,
+            setup,
+            program,
+            settings,
+        } = self.made(read, &place, context)?;
+        let look = show::Shown {
+            source: &source,
+            program: &program,
+            settings: &settings,
+            from: self.way.from.map_or(0, |step| step - 1),
+            look: &self.look,
+            sheet: setup.sheet,
+        };
+        let mut options = RehearseOptions::default();
+        options.tool = setup.tool.or(setup.usual_tool);
+        match place {
+            Where::Nowhere => {
+                let start = start_nowhere(stage(&program.plan, &options)?, &program, context)?;
+                look.show(&start, context)
+            }
+            Where::Arm(_) if looks => {
+                let start = self.start(&program, context)?;
+                look.show(&start, context)
+            }
+            Where::Stage(speed) => {
+                let arm = VirtualArm::new(stage(&program.plan, &options)?, speed);
+                context.put_up(arm.clone());
+                let pace = match speed {
+                    SimSpeed::Times(times) => times,
+                    SimSpeed::Max => f64::INFINITY,
+                };
+                let drive = self.drive(&source, &program, &settings, Some(pace), context);
+                let outcome = go(&drive, context);
+                let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));
+                let done = outcome?;
+                drawn.transpose()?;
+                self.tell(&done, &program, context)
+            }
+            Where::Arm(target) => {
+                if program.burns() && !matches!(target, Target::Sim(_)) {
+                    permit(&target, context)?;
+                }
+                let drive = self.drive(&source, &program, &settings, None, context);
+                let done = go(&drive, context)?;
+                self.tell(&done, &program, context)
+            }
+        }
+    }
+
+    /// Reads the file.
+    fn read(&self, context: &Context) -> Result<(Source, Format, Content), Failure> {
+        let source = Source::open(&self.file.file)?;
+        let format = source.format(self.file.format)?;
+        let reading = source.read(format, self.pen.tolerance)?;
+        notes(&source, &reading.notes, context);
+        Ok((source, format, reading.content))
+    }
+
+    /// Makes a program of what was in the file.
+    fn made(
+        &self,
+        read: (Source, Format, Content),
+        place: &Where,
+        context: &mut Context,
+    ) -> Result<Made, Failure> {
+        let (source, format, content) = read;
+        let taught = matches!(content, Content::Plan(_));
+        let config = context.config()?;
+        let setup = self.setup(place, &config)?;
+        let made = setup.plan(format, content);
+        let made = made.map_err(|problem| source.failure(&problem))?;
+        notes(&source, &made.notes, context);
+        let mut plan = self
+            .on_grid(made.content)
+            .map_err(|problem| source.failure(&problem))?;
+        if self.pause > 0 {
+            plan.push(Action::Wait(self.pause), magician_program::Origin::NONE);
+        }
+        let settings = self.settings(&mut plan, taught);
+        let loops = self.way.loops.unwrap_or(1);
+        let program = Program {
+            plan,
+            loops: Some(loops).filter(|loops| *loops > 0),
+        };
+        if program.plan.steps.is_empty() {
+            return Err(Failure::invalid(format!(
+                "{}: there is nothing to do in it",
+                source.name
+            )));
+        }
+        Ok(Made {
+            source,
+            setup,
+            program,
+            settings,
+        })
+    }
+
+    /// Reads it and makes a plan of it, for whoever does something else with it than running it.
+    pub(crate) fn plan(&self, context: &mut Context) -> Result<(Source, Plan), Failure> {
+        let read = self.read(context)?;
+        let made = self.made(read, &Where::Nowhere, context)?;
+        Ok((made.source, made.program.plan))
+    }
+
+    /// Where it is tried or run. A port that only the file of settings names is not needed for a look.
+    fn place(&self, looks: bool, context: &mut Context) -> Result<Where, Failure> {
+        let given = context
+            .global
+            .port
+            .as_deref()
+            .is_some_and(|port| !port.is_empty());
+        if looks && !given && !context.is_connected() {
+            return Ok(Where::Nowhere);
+        }
+        Ok(match context.target(None)? {
+            Target::Sim(_) if looks && !context.is_connected() => Where::Nowhere,
+            Target::Sim(speed) if !context.is_connected() => Where::Stage(speed),
+            target => Where::Arm(target),
+        })
+    }
+
+    /// The picture that was asked for, known to be writable.
+    fn picture(&self, place: &Where, context: &Context) -> Result<Option<Picture>, Failure> {
+        let Some(path) = &self.way.picture else {
+            return Ok(None);
+        };
+        match place {
+            Where::Stage(_) => {}
+            _ if context.is_connected() => {
+                return Err(Failure::usage(
+                    "--picture is of a virtual arm that a run makes for itself, not of a shell's",
+                ));
+            }
+            _ => {
+                let message = "--picture is of what a virtual arm has drawn";
+                return Err(Failure::usage(message).hint("give --port sim"));
+            }
+        }
+        let picture = Picture::at(path.clone()).map_err(Failure::usage)?;
+        picture.check(None)?;
+        Ok(Some(picture))
+    }
+
+    /// What flags, environment and settings say of how the file is to be done.
+    fn setup(&self, place: &Where, config: &Config) -> Result<Setup, Failure> {
+        let (asked, way, pen) = (&self.place, &self.way, &self.pen);
+        let mut setup = Setup::default();
+        setup.tool = asked.tool;
+        setup.usual_tool = usual_tool(config)?;
+        setup.sheet = config.table("sheet")?;
+        setup.surface = asked.surface.map(Surface::level);
+        let table = match place {
+            Where::Nowhere | Where::Stage(_) => Some(TABLE),
+            Where::Arm(_) => None,
+        };
+        setup.usual_surface = config.number("surface").or(table).map(Surface::level);
+        let mut placing = Placing::default();
+        placing.at = asked.at;
+        placing.scale = asked.scale.unwrap_or(1.0);
+        placing.rotate = asked.rotate.unwrap_or(0.0);
+        (placing.fit, placing.mirror) = (asked.fit, asked.mirror);
+        placing.by = asked.by.unwrap_or_default();
+        setup.placing = placing;
+        let usual = Marking::pen();
+        let or_config = |flag: Option<f64>, name| flag.or_else(|| config.number(name));
+        setup.pen = Marking {
+            lift: or_config(pen.lift, "draw.lift").unwrap_or(usual.lift),
+            speed: config
+                .number("draw.speed")
+                .map_or(usual.speed, |speed| speed as f32),
+            travel: or_config(pen.travel_speed, "draw.travel_speed")
+                .map_or(usual.travel, |speed| speed as f32),
+            ..usual
+        };
+        setup.order = !pen.no_order;
+        setup.work = self.work.clone();
+        setup.size = self.size;
+        setup.speed = way.speed.map(|speed| speed as f32);
+        Ok(setup)
+    }
+
+    fn on_grid(&self, plan: Plan) -> Result<Plan, Problem> {
+        match self.place.grid {
+            Some(grid) => plan.placed_on(&Pallet::grid(grid.rows, grid.columns, grid.pitch)),
+            None => Ok(plan),
+        }
+    }
+
+    /// What the arm is told first, besides what the plan says.
+    fn settings(&self, plan: &mut Plan, taught: bool) -> Vec<Set> {
+        let mut settings = Vec::new();
+        if let Some(ratio) = self.way.speed_ratio {
+            settings.push(plan.moves_at(ratio as f32));
+        }
+        let path = |action: &Action| matches!(action, Action::Path { .. } | Action::Burn { .. });
+        if let Some(speed) = self.way.speed.filter(|_| taught)
+            && plan.steps.iter().any(|step| path(&step.action))
+        {
+            settings.push(words::path_speed(speed as f32, ACCELERATION));
+        }
+        settings
+    }
+
+    /// What the arm at the port says of itself, for a look.
+    fn start(&self, program: &Program, context: &mut Context) -> Result<Preflight, Failure> {
+        let commands: Vec<Set> = program.kinds().collect();
+        context.with_arm(async |arm, _| Ok(arm.preflight_for(&commands).await?))
+    }
+
+    fn drive<'a>(
+        &'a self,
+        source: &'a Source,
+        program: &'a Program,
+        settings: &'a [Set],
+        pace: Option<f64>,
+        context: &Context,
+    ) -> Drive<'a> {
+        let way = &self.way;
+        Drive {
+            source,
+            program,
+            settings,
+            from: way.from,
+            resume: way.resume,
+            keep: way.keep,
+            require_homed: way.require_homed,
+            record: way.record.as_deref(),
+            json: context.global.json,
+            lasting: pace.is_none(),
+            pace,
+            state: RefCell::new(State::default()),
+        }
+    }
+
+    /// How it ended.
+    fn tell(&self, done: &Done, program: &Program, context: &mut Context) -> Result<(), Failure> {
+        let files = [("picture", &self.way.picture), ("record", &self.way.record)];
+        let files =
+            files.map(|(name, path)| (name, path.as_ref().map(|path| path.display().to_string())));
+        show::done(done, program, &files, context)
+    }
+}
+
+/// What a virtual arm says of itself that is put up only to be asked.
+fn start_nowhere(
+    arm: Controller,
+    program: &Program,
+    context: &mut Context,
+) -> Result<Preflight, Failure> {
+    let commands: Vec<Set> = program.kinds().collect();
+    let runtime = context.runtime()?;
+    runtime.block_on(async {
+        let arm = Arm::simulated(arm, Options::default()).await?;
+        Ok(arm.preflight_for(&commands).await?)
+    })
+}
+
+/// Runs it; after a signal, tells how to go on.
+fn go(drive: &Drive<'_>, context: &mut Context) -> Result<Done, Failure> {
+    let debts = context.debts.clone();
+    let outcome = context.moving(None, async |arm, out| drive.run(arm, out, &debts).await);
+    outcome.map_err(|failure| match failure.kind {
+        Kind::Interrupted => drive.over(failure, context.stood()),
+        _ => failure,
+    })
+}
+
+/// The tool that the environment or the settings name.
+fn usual_tool(config: &Config) -> Result<Option<Tool>, Failure> {
+    let key = Key::named("tool");
+    let Some((text, _)) = key.and_then(|key| config.value(key)) else {
+        return Ok(None);
+    };
+    let tool = text.parse::<Tool>();
+    tool.map(Some)
+        .map_err(|why| Failure::usage(format!("MAGICIAN_TOOL is `{text}`: {why}")))
+}
+
+/// A laser that is no toy needs a word.
+fn permit(target: &Target, context: &Context) -> Result<(), Failure> {
+    if context.global.yes {
+        return Ok(());
+    }
+    let message = format!("this burns with the laser of the arm at {target}; nothing was sent");
+    Err(Failure::usage(message).hint(
+        "put on goggles for its wavelength, clear what must not burn, stay with it, and give --yes; --check and \
+         --preview move nothing",
+    ))
+}
+
+/// What was read in a certain way, for people.
+pub(crate) fn notes(source: &Source, notes: &[Problem], context: &Context) {
+    if context.global.json {
+        return;
+    }
+    for note in notes.iter().take(NOTES) {
+        eprintln!("{}", source.draw(note, Severity::Advice));
+    }
+    if notes.len() > NOTES {
+        eprintln!("and {} notes more", notes.len() - NOTES);
+    }
+}
+
+impl Look {
+    /// Whether anything is to be looked at.
+    fn is_wanted(&self) -> bool {
+        self.check || self.estimate || self.preview.is_some() || self.dry_run
+    }
+}

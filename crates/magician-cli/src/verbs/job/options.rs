@@ -1,0 +1,228 @@
+//! The flags that verbs which run a file share.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, ValueHint};
+use magician_program::raster::{Size, Trace};
+use magician_program::{Format, Tool};
+
+use crate::args::number;
+
+/// The file.
+#[derive(Args, Debug)]
+pub(crate) struct File {
+    /// File to run; `-` reads it from stdin
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(super) file: PathBuf,
+    /// What the file is, where its name and its content do not tell: playback, svg, gcode, image, dxf, hpgl, blockly, plan
+    #[arg(long, value_name = "FORMAT")]
+    pub(super) format: Option<Format>,
+}
+
+/// Looks at what would come, without a move.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Look first, move nothing")]
+pub(crate) struct Look {
+    /// Only check it: exit status 10 if the arm cannot do all of it
+    #[arg(long)]
+    pub(super) check: bool,
+    /// Only tell how long it takes, and its lengths
+    #[arg(long)]
+    pub(super) estimate: bool,
+    /// Only draw what would come of it: a .svg or .png file
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(super) preview: Option<PathBuf>,
+    /// Do everything but send it; -v or --json prints the commands
+    #[arg(long)]
+    pub(super) dry_run: bool,
+}
+
+/// Where it goes.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Tool and place")]
+pub(crate) struct Place {
+    /// Tool on the arm: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; the arm keeps it
+    #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
+    pub(super) tool: Option<Tool>,
+    /// Height of the paper or the wood: the z of `magician pose` when the tool touches it, mm
+    #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = number::<f64>)]
+    pub(super) surface: Option<f64>,
+    /// Put its middle at this x and y, mm
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
+    pub(super) at: Option<[f64; 2]>,
+    /// Make it so much larger
+    #[arg(long, value_name = "FACTOR", value_parser = positive)]
+    pub(super) scale: Option<f64>,
+    /// Turn it to the left, degrees
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = number::<f64>)]
+    pub(super) rotate: Option<f64>,
+    /// Make it smaller until the arm reaches all of it
+    #[arg(long)]
+    pub(super) fit: bool,
+    /// Mirror it, left to right
+    #[arg(long)]
+    pub(super) mirror: bool,
+    /// Move it by so much, mm
+    #[arg(long = "move", value_name = "DX,DY,DZ", allow_hyphen_values = true, value_parser = numbers::<3>)]
+    pub(super) by: Option<[f64; 3]>,
+    /// Do it once at each place of a grid, such as 2x3:40x30
+    #[arg(
+        long,
+        visible_alias = "pallet",
+        value_name = "ROWSxCOLUMNS:DXxDY",
+        allow_hyphen_values = true
+    )]
+    pub(super) grid: Option<Grid>,
+}
+
+/// How it runs.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "The run")]
+pub(crate) struct Way {
+    /// Speed of the tool along lines that it draws or burns, mm/s
+    #[arg(long, value_name = "MM/S", value_parser = positive)]
+    pub(super) speed: Option<f64>,
+    /// Share of the set speed for moves from point to point, percent
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    pub(super) speed_ratio: Option<f64>,
+    /// Do it so often; 0 is until Ctrl-C
+    #[arg(long, value_name = "N")]
+    pub(super) loops: Option<u64>,
+    /// Begin at this step, counted from 1
+    #[arg(long, value_name = "STEP", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(super) from: Option<u64>,
+    /// Go on where the last run of this file ended before its end
+    #[arg(long, conflicts_with = "from")]
+    pub(super) resume: bool,
+    /// Write the poses during the run to a .csv or .jsonl file
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(super) record: Option<PathBuf>,
+    /// On a virtual arm: write what pen or laser left to a .svg or .png file
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(super) picture: Option<PathBuf>,
+    /// Run what an earlier program left in the queue first
+    #[arg(long)]
+    pub(super) keep: bool,
+    /// Refuse to move an arm that was not homed since it was switched on
+    #[arg(long)]
+    pub(super) require_homed: bool,
+}
+
+/// How lines are drawn with a pen.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "The pen")]
+pub(crate) struct Pen {
+    /// How far the pen is lifted between lines, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub(super) lift: Option<f64>,
+    /// Speed between lines, mm/s
+    #[arg(long, value_name = "MM/S", value_parser = positive)]
+    pub(super) travel_speed: Option<f64>,
+    /// Draw the lines in the order of the file
+    #[arg(long)]
+    pub(super) no_order: bool,
+    /// How far a line may be from the curve that it stands for, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub(super) tolerance: Option<f64>,
+    /// Of an image: what is darker is outlined, 1 to 255
+    #[arg(long, value_name = "GREY", value_parser = clap::value_parser!(u8).range(1..))]
+    pub(super) threshold: Option<u8>,
+    /// Width of an image, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub(super) width: Option<f64>,
+}
+
+impl Pen {
+    /// How the outlines of an image are found.
+    pub(crate) fn trace(&self) -> Trace {
+        let mut trace = Trace::default();
+        trace.level = self.threshold.unwrap_or(trace.level);
+        trace.tolerance = self.tolerance.unwrap_or(trace.tolerance);
+        trace
+    }
+
+    /// How large an image becomes.
+    pub(crate) fn size(&self) -> Size {
+        self.width.map_or(Size::Natural, Size::Width)
+    }
+}
+
+/// Places in rows and columns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Grid {
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    /// From one column to the next in x, from one row to the next in y, mm.
+    pub(super) pitch: [f64; 2],
+}
+
+impl FromStr for Grid {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parsed = (|| {
+            let (counts, pitch) = text.split_once(':')?;
+            let (rows, columns) = counts.split_once('x')?;
+            let (dx, dy) = pitch.split_once('x')?;
+            let grid = Self {
+                rows: rows.trim().parse().ok().filter(|count| *count > 0)?,
+                columns: columns.trim().parse().ok().filter(|count| *count > 0)?,
+                pitch: [dx.trim().parse().ok()?, dy.trim().parse().ok()?],
+            };
+            let finite = grid.pitch.iter().all(|pitch: &f64| pitch.is_finite());
+            finite.then_some(grid)
+        })();
+        parsed.ok_or_else(|| "expected ROWSxCOLUMNS:DXxDY, such as 2x3:40x30".to_owned())
+    }
+}
+
+/// Numbers with commas between them.
+pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let parsed: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    let parsed = parsed
+        .ok()
+        .filter(|all| all.iter().all(|number| number.is_finite()));
+    parsed
+        .and_then(|all| all.try_into().ok())
+        .ok_or_else(|| format!("expected {N} numbers with commas between them"))
+}
+
+/// Above 0.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    let value = text
+        .parse::<f64>()
+        .ok()
+        .filter(|value| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+/// 1 to 100.
+pub(crate) fn percent(text: &str) -> Result<f64, String> {
+    let value = text.trim_end_matches('%').parse::<f64>().ok();
+    value
+        .filter(|value| (1.0..=100.0).contains(value))
+        .ok_or_else(|| "expected 1 to 100 percent".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_and_numbers() {
+        let grid = Grid {
+            rows: 2,
+            columns: 3,
+            pitch: [40.0, -30.5],
+        };
+        assert_eq!("2x3:40x-30.5".parse(), Ok(grid));
+        for wrong in ["", "2x3", "0x3:1x1", "2x3:1", "axb:1x1", "2x3:nanx1"] {
+            assert!(wrong.parse::<Grid>().is_err(), "{wrong}");
+        }
+        assert_eq!(numbers::<3>("1,-2, 3.5"), Ok([1.0, -2.0, 3.5]));
+        for wrong in ["", "1,2", "1,2,3,4", "1,2,inf", "a,b,c"] {
+            assert!(numbers::<3>(wrong).is_err(), "{wrong}");
+        }
+    }
+}

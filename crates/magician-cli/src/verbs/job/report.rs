@@ -1,0 +1,201 @@
+//! What a check has found, for people and for programs.
+
+use magician::ErrorKind;
+use magician_program::{Complaint, Problem, Report};
+use miette::Severity;
+use serde::Serialize;
+
+use super::tell::clock;
+use crate::failure::{Failure, Figures, Kind};
+use crate::source::Source;
+
+/// As many complaints are shown to people.
+const SHOWN: usize = 10;
+
+/// What a program does, in figures.
+#[derive(Debug, Serialize)]
+pub(super) struct Estimate {
+    /// Of the arm's clock; none if it has no end that is known.
+    seconds: Option<f64>,
+    /// None if it goes on for ever.
+    steps: Option<u64>,
+    drawn_mm: f64,
+    travel_mm: f64,
+    bounds: Option<Bounds>,
+}
+
+/// From where to where steps lead.
+#[derive(Debug, Serialize)]
+struct Bounds {
+    x: [f64; 2],
+    y: [f64; 2],
+    z: [f64; 2],
+}
+
+/// A step that is refused, as JSON has it.
+#[derive(Debug, Serialize)]
+pub(super) struct Refusal {
+    step: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    column: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<String>,
+    kind: &'static str,
+    message: String,
+    #[serde(flatten)]
+    figures: Figures,
+}
+
+impl Estimate {
+    pub(super) fn new(report: &Report, steps: Option<u64>) -> Self {
+        let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
+        Self {
+            seconds: report.time.map(|time| time.as_secs_f64()),
+            steps,
+            drawn_mm: rounded(report.drawn),
+            travel_mm: rounded(report.travelled),
+            bounds: report.bounds.map(|[least, most]| {
+                let range = |axis: usize| [least[axis], most[axis]].map(rounded);
+                Bounds {
+                    x: range(0),
+                    y: range(1),
+                    z: range(2),
+                }
+            }),
+        }
+    }
+
+    /// One line for people.
+    pub(super) fn line(&self) -> String {
+        let time = match self.seconds {
+            Some(seconds) => {
+                let time = std::time::Duration::from_secs_f64(seconds);
+                format!("takes {} ({seconds:.1} s)", clock(time))
+            }
+            None => "takes nobody knows how long".to_owned(),
+        };
+        format!("{time}: {}", self.work())
+    }
+
+    /// Steps and lengths.
+    pub(super) fn work(&self) -> String {
+        let steps = match self.steps {
+            Some(1) => "1 step".to_owned(),
+            Some(steps) => format!("{steps} steps"),
+            None => "steps without end".to_owned(),
+        };
+        let (drawn, travelled) = (length(self.drawn_mm), length(self.travel_mm));
+        format!("{steps}, {drawn} drawn, {travelled} travelled")
+    }
+
+    /// Where it is, for people.
+    pub(super) fn place(&self) -> Option<String> {
+        let Bounds { x, y, z } = self.bounds.as_ref()?;
+        let range = |name, [least, most]: [f64; 2]| format!("{name} {least:.1} to {most:.1}");
+        Some(format!(
+            "{}, {}, {} mm",
+            range("x", *x),
+            range("y", *y),
+            range("z", *z)
+        ))
+    }
+}
+
+fn length(mm: f64) -> String {
+    match mm {
+        mm if mm >= 1000.0 => format!("{:.2} m", mm / 1000.0),
+        mm => format!("{mm:.0} mm"),
+    }
+}
+
+impl Refusal {
+    /// `offset` is what is added to a step of the report to have its number, from 0.
+    pub(super) fn of(complaint: &Complaint, offset: i64) -> Self {
+        let place = complaint.origin;
+        let known = |value: u32| Some(value).filter(|value| *value > 0);
+        let error = &complaint.error;
+        Self {
+            step: number(complaint, offset),
+            line: known(place.line),
+            column: known(place.column),
+            name: complaint.name.clone(),
+            kind: error.kind().name(),
+            message: error.to_string(),
+            figures: figures(error),
+        }
+    }
+}
+
+fn figures(error: &magician::Error) -> Figures {
+    Figures {
+        command: error.command().map(str::to_owned),
+        value: error.value(),
+        limit: error.limit(),
+        unit: error.unit(),
+        ..Figures::default()
+    }
+}
+
+/// Steps as people count them.
+fn number(complaint: &Complaint, offset: i64) -> u64 {
+    let step = (complaint.step as i64).saturating_add(offset);
+    u64::try_from(step).unwrap_or(0).saturating_add(1)
+}
+
+/// The complaints as a failure: drawn for people, the first of them for programs. Of kind `check` if only a check was
+/// asked for.
+pub(super) fn failure(report: &Report, source: &Source, offset: i64, check: bool) -> Failure {
+    let shown = report.complaints.iter().take(SHOWN);
+    let drawn = shown.map(|complaint| {
+        let mut problem = Problem::from(complaint);
+        problem.message = sentence(complaint, offset);
+        source.draw(&problem, Severity::Error)
+    });
+    let mut drawn: Vec<String> = drawn.collect();
+    let all = report.refused;
+    let shown = drawn.len();
+    let count = match (all, shown < all) {
+        (1, _) => "1 step is refused; nothing was sent".to_owned(),
+        (all, false) => format!("{all} steps are refused; nothing was sent"),
+        (all, true) => {
+            format!("{all} steps are refused, the first {shown} are shown; nothing was sent")
+        }
+    };
+    drawn.push(count.clone());
+    let first_of_all = report.complaints.first();
+    let message = match first_of_all {
+        Some(complaint) => {
+            let problem = Problem {
+                message: sentence(complaint, offset),
+                ..Problem::from(complaint)
+            };
+            format!("{}: {problem}; {count}", source.name)
+        }
+        None => count,
+    };
+    let kind = first_of_all.map_or(ErrorKind::InvalidInput, |complaint| complaint.error.kind());
+    let kind = if check {
+        Kind::CheckFailed
+    } else {
+        Kind::Driver(kind)
+    };
+    let about = first_of_all.map(|complaint| figures(&complaint.error));
+    Failure::new(kind, message)
+        .about(about.unwrap_or_default())
+        .drawn(drawn.join("\n"))
+}
+
+/// What is wrong, with the step and by how much.
+fn sentence(complaint: &Complaint, offset: i64) -> String {
+    let error = &complaint.error;
+    let over = match (error.value(), error.limit(), error.unit()) {
+        (Some(value), Some(limit), Some(unit)) => {
+            let by = (value - limit).abs();
+            format!(" ({by:.1} {unit} beyond)")
+        }
+        _ => String::new(),
+    };
+    format!("step {}: {error}{over}", number(complaint, offset))
+}

@@ -1,0 +1,255 @@
+//! What a look at a program shows, and what a run says at its end.
+
+use std::path::Path;
+
+use magician::words::Preflight;
+use magician::{Ctrl, FrameBuf, Set};
+use magician_program::Report;
+use magician_program::artwork::Sheet;
+use magician_program::preview::{Preview, PreviewOptions};
+use magician_protocol::{Direction, describe};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::drive::Done;
+use super::options::Look;
+use super::program::{Program, Rest};
+use super::report::{Estimate, Refusal, failure};
+use super::tell::clock;
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::output::Output;
+use crate::source::Source;
+
+/// Resolution of a PNG: about 200 dots an inch.
+const PIXELS_PER_MM: f64 = 8.0;
+/// As often it is halved for a picture that would be too large.
+const HALVINGS: u32 = 4;
+
+/// A program to be looked at.
+pub(super) struct Shown<'a> {
+    pub(super) source: &'a Source,
+    pub(super) program: &'a Program,
+    pub(super) settings: &'a [Set],
+    /// The first step, from 0.
+    pub(super) from: u64,
+    pub(super) look: &'a Look,
+    pub(super) sheet: Option<Sheet>,
+}
+
+/// A look as JSON has it.
+#[derive(Serialize)]
+struct Answer {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ok: Option<bool>,
+    #[serde(flatten)]
+    estimate: Estimate,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    refused: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    complaints: Option<Vec<Refusal>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    preview: Option<String>,
+}
+
+/// A command that would be sent, as JSON has it.
+#[derive(Serialize)]
+struct Order<'a> {
+    /// From 1; none for what comes before the first step.
+    step: Option<u64>,
+    command: &'static str,
+    params: &'a magician_protocol::Description<'a>,
+}
+
+impl Shown<'_> {
+    /// Checks it from there, and shows what was asked for.
+    pub(super) fn show(&self, start: &Preflight, context: &mut Context) -> Result<(), Failure> {
+        let mut told = start.clone();
+        for setting in self.settings {
+            told.check(setting)?;
+        }
+        let rest = self.program.rest(self.from, &told)?;
+        let report = self.program.check(&rest, &told);
+        if let Some(path) = &self.look.preview {
+            self.draw(path, &rest, &report, &told)?;
+        }
+        if self.look.dry_run && (context.global.json || context.global.verbose > 0) {
+            let json = context.global.json;
+            self.commands(&rest, json, &mut context.out)?;
+        }
+        let answer = self.answer(&rest, &report);
+        context.show(&answer, |out| self.lines(&answer, out))?;
+        match report.is_good() {
+            true => Ok(()),
+            false => Err(failure(
+                &report,
+                self.source,
+                rest.offset(),
+                self.look.check,
+            )),
+        }
+    }
+
+    fn answer(&self, rest: &Rest<'_>, report: &Report) -> Answer {
+        let check = self.look.check;
+        let refusals = report
+            .complaints
+            .iter()
+            .map(|complaint| Refusal::of(complaint, rest.offset()));
+        Answer {
+            ok: check.then_some(report.is_good()),
+            estimate: Estimate::new(
+                report,
+                self.program
+                    .steps()
+                    .map(|steps| steps.saturating_sub(self.from)),
+            ),
+            refused: check.then_some(report.refused),
+            complaints: check.then(|| refusals.collect()),
+            preview: self
+                .look
+                .preview
+                .as_ref()
+                .map(|path| path.display().to_string()),
+        }
+    }
+
+    fn lines(&self, answer: &Answer, out: &mut Output) -> Result<(), Failure> {
+        out.line(format_args!(
+            "{}: {}",
+            self.source.name,
+            answer.estimate.line()
+        ))?;
+        if let Some(place) = answer.estimate.place() {
+            out.line(place)?;
+        }
+        if answer.ok == Some(true) {
+            out.line("the arm can do all of it")?;
+        }
+        match &answer.preview {
+            Some(path) => out.line(format_args!("preview: {path}")),
+            None => Ok(()),
+        }
+    }
+
+    fn draw(
+        &self,
+        path: &Path,
+        rest: &Rest<'_>,
+        report: &Report,
+        start: &Preflight,
+    ) -> Result<(), Failure> {
+        let end = path.extension().map(|end| end.to_ascii_lowercase());
+        let mut options = PreviewOptions::default();
+        options.sheet = self.sheet.and_then(|sheet| corners(&sheet));
+        let preview = Preview::new(rest.first(), report, start, &options);
+        let wrong = |error: &dyn std::fmt::Display| {
+            Failure::invalid(format!("{} cannot be written: {error}", path.display()))
+        };
+        let bytes = match end.as_deref().and_then(|end| end.to_str()) {
+            Some("svg") => preview.to_svg().as_bytes().to_vec(),
+            Some("png") => {
+                let mut scale = PIXELS_PER_MM;
+                let mut made = preview.to_png(scale);
+                for _ in 0..HALVINGS {
+                    if made.is_ok() {
+                        break;
+                    }
+                    scale /= 2.0;
+                    made = preview.to_png(scale);
+                }
+                made.map_err(|error| wrong(&error))?
+            }
+            _ => return Err(Failure::usage("a preview is a .svg or .png file")),
+        };
+        std::fs::write(path, bytes).map_err(|error| wrong(&error))
+    }
+
+    /// Every command that would be sent, up to the end of the first loop.
+    fn commands(&self, rest: &Rest<'_>, json: bool, out: &mut Output) -> Result<(), Failure> {
+        let lead = self.settings.len() as u64 + rest.lead;
+        let first = self.settings.iter().copied().chain(rest.first().commands());
+        for (nth, command) in (0_u64..).zip(first) {
+            let step = nth.checked_sub(lead).map(|nth| rest.from + nth + 1);
+            let frame = FrameBuf::set(&command, Ctrl::QUEUED).map_err(magician::Error::from)?;
+            let meaning = describe(&frame.frame(), Direction::Request);
+            let meaning = meaning.map_err(magician::Error::from)?;
+            if json {
+                out.json(&Order {
+                    step,
+                    command: meaning.name,
+                    params: &meaning,
+                })?;
+                continue;
+            }
+            let values = meaning.values().map_err(magician::Error::from)?;
+            let fields: Vec<String> = values
+                .map(|(field, value)| format!("{}={value}", field.name))
+                .collect();
+            let step = step.map(|step| step.to_string()).unwrap_or_default();
+            out.line(format_args!(
+                "{step:>6}  {} {}",
+                meaning.name,
+                fields.join(" ")
+            ))?;
+        }
+        Ok(())
+    }
+}
+
+fn corners(sheet: &Sheet) -> Option<Vec<[f64; 2]>> {
+    let [width, height] = sheet.size?;
+    let (sin, cos) = sheet.rotation.to_radians().sin_cos();
+    let [x, y] = sheet.corner;
+    let corner = |right: f64, up: f64| [x + right * cos - up * sin, y + right * sin + up * cos];
+    Some(vec![
+        corner(0.0, 0.0),
+        corner(width, 0.0),
+        corner(width, height),
+        corner(0.0, height),
+    ])
+}
+
+/// What a run has come to, and the files that it has left.
+pub(super) fn done(
+    done: &Done,
+    program: &Program,
+    files: &[(&str, Option<String>)],
+    context: &mut Context,
+) -> Result<(), Failure> {
+    let steps = program.steps().unwrap_or(0).saturating_sub(done.from);
+    let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
+    let mut object = Map::new();
+    let mut put = |name: &str, value: Value| {
+        object.insert(name.to_owned(), value);
+    };
+    put("title", json!(program.plan.title));
+    put("steps", json!(steps));
+    put("first_step", json!(done.from + 1));
+    put("loops", json!(program.loops));
+    put("seconds", json!(done.seconds));
+    put("drawn_mm", json!(rounded(done.report.drawn)));
+    put("travel_mm", json!(rounded(done.report.travelled)));
+    put("first_index", json!(done.ran.first.map(|index| index.0)));
+    put("last_index", json!(done.ran.last.map(|index| index.0)));
+    for (name, path) in files {
+        if let Some(path) = path {
+            put(name, json!(path));
+        }
+    }
+    context.show(&object, |out| {
+        let estimate = Estimate::new(&done.report, Some(steps));
+        let time = clock(std::time::Duration::from_secs_f64(done.seconds));
+        let indices = match (done.ran.first, done.ran.last) {
+            (Some(first), Some(last)) => format!("; queue indices {} to {}", first.0, last.0),
+            _ => String::new(),
+        };
+        out.line(format_args!("done in {time}: {}{indices}", estimate.work()))?;
+        for (name, path) in files {
+            if let Some(path) = path {
+                out.line(format_args!("{name}: {path}"))?;
+            }
+        }
+        Ok(())
+    })
+}

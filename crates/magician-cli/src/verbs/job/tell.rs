@@ -1,0 +1,162 @@
+//! How far a run is: a bar on a terminal, a line every few seconds elsewhere, objects with `--json`.
+
+use std::cell::{Cell, RefCell};
+use std::io::{self, Write};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+use crate::output::{Output, draws_on_stderr, obeys};
+
+/// Between two lines where there is no bar.
+const LINES: Duration = Duration::from_secs(3);
+/// Between two objects.
+const OBJECTS: Duration = Duration::from_millis(500);
+/// Runs shorter than this need no bar.
+const PATIENCE: Duration = Duration::from_millis(300);
+
+/// Shows how far a run is.
+pub(super) struct Teller<'o> {
+    /// For the objects.
+    out: RefCell<&'o mut Output>,
+    json: bool,
+    bar: Option<ProgressBar>,
+    told: Cell<Instant>,
+    begun: Instant,
+    steps: Option<u64>,
+}
+
+#[derive(Serialize)]
+struct Object {
+    step: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    steps: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    share: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds_left: Option<f64>,
+}
+
+impl<'o> Teller<'o> {
+    pub(super) fn new(out: &'o mut Output, json: bool, steps: Option<u64>) -> Self {
+        let live = !json && obeys(&io::stderr());
+        Self {
+            out: RefCell::new(out),
+            json,
+            bar: live.then(|| bar(steps)),
+            told: Cell::new(Instant::now()),
+            begun: Instant::now(),
+            steps,
+        }
+    }
+
+    /// So many steps are finished, and the rest takes so long.
+    pub(super) fn at(&self, step: u64, left: Option<Duration>) {
+        if let Some(bar) = &self.bar {
+            if self.begun.elapsed() >= PATIENCE {
+                bar.set_position(step);
+                bar.set_message(
+                    left.map(|left| format!("{} left", clock(left)))
+                        .unwrap_or_default(),
+                );
+                bar.tick();
+            }
+            return;
+        }
+        let pause = if self.json { OBJECTS } else { LINES };
+        if self.told.get().elapsed() < pause {
+            return;
+        }
+        self.told.set(Instant::now());
+        let share = self.steps.map(|steps| step as f64 / steps.max(1) as f64);
+        if self.json {
+            let object = Object {
+                step,
+                steps: self.steps,
+                share: share.map(|share| (share * 1e4).round() / 1e4),
+                seconds_left: left.map(|left| (left.as_secs_f64() * 10.0).round() / 10.0),
+            };
+            // Nobody who reads is no reason to stop an arm; the last object will tell.
+            if let Ok(mut out) = self.out.try_borrow_mut() {
+                let _ = out.json(&object).and_then(|()| out.flush());
+            }
+            return;
+        }
+        let of = match (self.steps, share) {
+            (Some(steps), Some(share)) => format!(" of {steps}, {:.0} %", share * 100.0),
+            _ => String::new(),
+        };
+        let left = left
+            .map(|left| format!(", {} left", clock(left)))
+            .unwrap_or_default();
+        let _ = writeln!(io::stderr(), "step {step}{of}{left}");
+    }
+
+    /// Says something on a line of its own, to people.
+    pub(super) fn say(&self, text: &str) {
+        if self.json {
+            return;
+        }
+        match &self.bar {
+            Some(bar) => bar.suspend(|| {
+                let _ = writeln!(io::stderr(), "{text}");
+            }),
+            None => {
+                let _ = writeln!(io::stderr(), "{text}");
+            }
+        }
+    }
+}
+
+impl Drop for Teller<'_> {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn bar(steps: Option<u64>) -> ProgressBar {
+    let bar = match steps {
+        Some(steps) => ProgressBar::new(steps),
+        None => ProgressBar::no_length(),
+    };
+    bar.set_draw_target(ProgressDrawTarget::stderr());
+    let template = match steps {
+        Some(_) => "{bar:24} {percent:>3} %  step {pos}/{len}  {msg}",
+        None => "{spinner} step {pos}  {msg}",
+    };
+    let signs = match draws_on_stderr() {
+        true => "█▉▊▋▌▍▎▏ ",
+        false => "=> ",
+    };
+    let ascii = ["|", "/", "-", "\\", " "];
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.progress_chars(signs).tick_strings(&ascii));
+    }
+    bar
+}
+
+/// Hours, minutes and seconds, as a clock shows them.
+pub(super) fn clock(time: Duration) -> String {
+    let seconds = time.as_secs_f64().round() as u64;
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    match hours {
+        0 => format!("{minutes}:{seconds:02}"),
+        _ => format!("{hours}:{minutes:02}:{seconds:02}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_read_like_clocks() {
+        let shown = |seconds| clock(Duration::from_secs_f64(seconds));
+        assert_eq!(shown(0.4), "0:00");
+        assert_eq!(shown(83.2), "1:23");
+        assert_eq!(shown(3_725.0), "1:02:05");
+    }
+}

@@ -1,0 +1,52 @@
+//! `play`: a taught program, as often as wanted.
+
+use std::time::Duration;
+
+use clap::Args;
+use magician_program::Work;
+use magician_program::raster::Size;
+
+use super::job::Job;
+use super::job::options::{File, Look, Pen, Place, Way};
+use crate::args::seconds;
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// Play a taught program: from DobotStudio, or from `magician teach`
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician play pick.playback
+  magician play pick.playback --loops 10 --speed-ratio 80
+  magician play pick.playback --loops 0 --pause 2     until Ctrl-C, with a rest of 2 s in between
+  magician play drop.playback --grid 2x3:40x30        at each place of a pallet")]
+pub(crate) struct Play {
+    #[command(flatten)]
+    file: File,
+    /// Seconds to rest at the end of each loop
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pause: Option<Duration>,
+    #[command(flatten)]
+    look: Look,
+    #[command(flatten)]
+    place: Place,
+    #[command(flatten)]
+    way: Way,
+}
+
+impl Play {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let pause = self.pause.unwrap_or_default().as_millis();
+        let job = Job {
+            file: self.file,
+            look: self.look,
+            place: self.place,
+            way: self.way,
+            pen: Pen::default(),
+            work: Work::Usual,
+            size: Size::Natural,
+            pause: u32::try_from(pause).unwrap_or(u32::MAX),
+        };
+        job.run(context)
+    }
+}

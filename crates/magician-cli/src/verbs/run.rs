@@ -1,0 +1,49 @@
+//! `run`: a file of any kind, checked and done.
+
+use clap::Args;
+use magician_program::Work;
+use magician_program::raster::Size;
+
+use super::job::Job;
+use super::job::options::{File, Look, Pen, Place, Way};
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// Run a file: a taught program, G-code, a drawing, an image
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician run pick.playback                       what DobotStudio has taught
+  magician run drawing.svg --check                 whether the arm can do it, without an arm
+  magician run drawing.svg --preview out.svg       what will be drawn, and where
+  magician run part.gcode --port sim --picture out.png
+  magician run part.gcode --resume                 go on after Ctrl-C or a pulled cable
+
+Everything is checked before the first byte is sent. Drawings are drawn with the pen (`magician draw` has more to say of \
+them), images engraved (`magician engrave`). What burns needs --yes on a real arm.")]
+pub(crate) struct Run {
+    #[command(flatten)]
+    file: File,
+    #[command(flatten)]
+    look: Look,
+    #[command(flatten)]
+    place: Place,
+    #[command(flatten)]
+    way: Way,
+}
+
+impl Run {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let job = Job {
+            file: self.file,
+            look: self.look,
+            place: self.place,
+            way: self.way,
+            pen: Pen::default(),
+            work: Work::Usual,
+            size: Size::Natural,
+            pause: 0,
+        };
+        job.run(context)
+    }
+}

@@ -1,0 +1,462 @@
+//! What keys mean while something is taught: nothing is done here.
+
+use std::time::Duration;
+
+use magician::commands::Pose;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+
+use super::file::UNNAMED;
+use super::lesson::{Lesson, place};
+use crate::verbs::jog::{Pad, Reply, Tone};
+
+/// So soon after a stop, space is meant to stop again, not to store.
+const STOPPING: Duration = Duration::from_secs(1);
+
+/// What is being typed or answered.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Prompt {
+    /// The name of the row.
+    Name(String),
+    /// How long it stays there, seconds.
+    Pause(String),
+    /// The file to save to.
+    File(String),
+    /// Leave with what is not saved?
+    Leave,
+    /// Go on with what was left the last time?
+    Recover,
+}
+
+/// What a key comes to.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Turn {
+    /// What the pad does with it.
+    Pad(Reply),
+    /// Play from this row on.
+    Play(usize),
+    /// Save to the lesson's file.
+    Save,
+    /// Save to this file from now on.
+    SaveAs(String),
+    /// Save, and leave if that went well.
+    SaveAndLeave,
+    /// Leave without saving.
+    Leave,
+    /// Take what was left the last time, or drop it.
+    Recover(bool),
+    /// Store points that a hand teaches, or no more.
+    Follow,
+}
+
+/// The lesson, and what the keyboard is for.
+#[derive(Clone, Debug)]
+pub(super) struct Classroom {
+    pub(super) lesson: Lesson,
+    pub(super) prompt: Option<Prompt>,
+    /// Whether the lesson has a file.
+    pub(super) has_file: bool,
+    /// Whether points that a hand teaches are stored; `None` if the arm tells of none.
+    pub(super) follows: Option<bool>,
+    /// The row that is played, from where on.
+    pub(super) playing: Option<usize>,
+    /// When something was stopped last.
+    stopped: Option<Duration>,
+}
+
+impl Classroom {
+    pub(super) fn new(lesson: Lesson, has_file: bool) -> Self {
+        Self {
+            lesson,
+            prompt: None,
+            has_file,
+            follows: None,
+            playing: None,
+            stopped: None,
+        }
+    }
+
+    /// What a key comes to while the arm is there; `still` if it stands.
+    pub(super) fn key(
+        &mut self,
+        key: KeyEvent,
+        pad: &mut Pad,
+        pose: Option<&Pose>,
+        still: bool,
+        now: Duration,
+    ) -> Turn {
+        let control = key.modifiers.contains(KeyModifiers::CONTROL);
+        if key.kind == KeyEventKind::Release || pad.question.is_some() || pad.help {
+            return Turn::Pad(pad.key(key, now));
+        }
+        if control {
+            return match key.code {
+                KeyCode::Char('s') => self.save(),
+                KeyCode::Char('r') => self.said(pad, |lesson| {
+                    lesson
+                        .redo()
+                        .then_some("made anew")
+                        .ok_or("nothing to make anew")
+                }),
+                _ => Turn::Pad(pad.key(key, now)),
+            };
+        }
+        let moves = pad.doing.is_some() || !still;
+        if key.code == KeyCode::Char(' ') && moves {
+            self.stopped = Some(now);
+            return Turn::Pad(pad.key(key, now));
+        }
+        if let Some(prompt) = self.prompt.take() {
+            pad.message = None;
+            return self.answer(prompt, key.code, pad);
+        }
+        if pad.heading(key.code).is_some() {
+            return Turn::Pad(pad.key(key, now));
+        }
+        match key.code {
+            KeyCode::Char(' ') if self.was_stopped(now) => Turn::Pad(pad.key(key, now)),
+            KeyCode::Enter | KeyCode::Char(' ') if key.kind == KeyEventKind::Press => {
+                self.store(pad, pose, still)
+            }
+            // A key that is held stores once.
+            KeyCode::Enter | KeyCode::Char(' ') => Turn::Pad(Reply::Nothing),
+            KeyCode::Char('q') if self.lesson.is_saved() => Turn::Leave,
+            KeyCode::Char('q') => self.asks(Prompt::Leave),
+            _ => self.edit(key, pad, pose, now),
+        }
+    }
+
+    /// Stores where a hand has left the arm.
+    pub(super) fn taught(&mut self, pad: &mut Pad, pose: &Pose) {
+        if self.lesson.is_at(pose) {
+            return;
+        }
+        let name = self.lesson.store(pose);
+        pad.say(
+            Tone::Plain,
+            format!("{name} stored: the arm's key was released"),
+        );
+    }
+
+    fn was_stopped(&self, now: Duration) -> bool {
+        self.stopped
+            .is_some_and(|at| now.saturating_sub(at) < STOPPING)
+    }
+
+    fn store(&mut self, pad: &mut Pad, pose: Option<&Pose>, still: bool) -> Turn {
+        match pose {
+            Some(pose) if still => {
+                let name = self.lesson.store(pose);
+                pad.say(Tone::Plain, format!("{name} stored"));
+            }
+            Some(_) => pad.say(
+                Tone::Bad,
+                "the arm moves: a point is stored where it stands",
+            ),
+            None => pad.say(Tone::Bad, "nothing is known of the arm yet"),
+        }
+        Turn::Pad(Reply::Nothing)
+    }
+
+    fn edit(&mut self, key: KeyEvent, pad: &mut Pad, pose: Option<&Pose>, now: Duration) -> Turn {
+        let row = self.lesson.rows.get(self.lesson.selected);
+        match key.code {
+            KeyCode::Char('j') => self.lesson.select(true),
+            KeyCode::Char('k') => self.lesson.select(false),
+            KeyCode::Char('J') => self.lesson.shift(true),
+            KeyCode::Char('K') => self.lesson.shift(false),
+            KeyCode::Char('n') => {
+                let name = row.map_or_else(String::new, |row| row.name.clone());
+                return self.asks(Prompt::Name(name));
+            }
+            KeyCode::Char('P') => {
+                let pause = row.map_or(0, |row| row.pause);
+                let text = if pause == 0 {
+                    String::new()
+                } else {
+                    (f64::from(pause) / 1000.0).to_string()
+                };
+                return self.asks(Prompt::Pause(text));
+            }
+            KeyCode::Char('x') | KeyCode::Delete => {
+                return self.said(pad, |lesson| {
+                    lesson.delete().map(|()| "deleted; u takes it back")
+                });
+            }
+            KeyCode::Char('t') => return self.said(pad, |lesson| lesson.next_way().map(|()| "")),
+            KeyCode::Char('G') => return self.said(pad, |lesson| lesson.next_grip().map(|()| "")),
+            KeyCode::Char('S') => {
+                return self.said(pad, |lesson| lesson.next_suction().map(|()| ""));
+            }
+            KeyCode::Char('u') => {
+                return self.said(pad, |lesson| {
+                    lesson
+                        .undo()
+                        .then_some("taken back")
+                        .ok_or("nothing to take back")
+                });
+            }
+            KeyCode::Char('U') => {
+                return self.said(pad, |lesson| {
+                    lesson
+                        .redo()
+                        .then_some("made anew")
+                        .ok_or("nothing to make anew")
+                });
+            }
+            KeyCode::Char('r') => {
+                let Some(pose) = pose else {
+                    return Turn::Pad(Reply::Nothing);
+                };
+                return self.said(pad, |lesson| {
+                    lesson
+                        .teach_again(pose)
+                        .map(|()| "this point is now where the arm is")
+                });
+            }
+            KeyCode::Char('v') => {
+                self.lesson.via = pose.map(place);
+                pad.say(
+                    Tone::Plain,
+                    "an arc goes through here: go to its end and press Enter",
+                );
+            }
+            KeyCode::Char('o') if self.lesson.rows.is_empty() => {
+                pad.say(Tone::Bad, "there is nothing to play")
+            }
+            KeyCode::Char('o') => return Turn::Play(self.lesson.selected),
+            KeyCode::Char('O') => return Turn::Play(0),
+            KeyCode::Char('f') => return Turn::Follow,
+            KeyCode::Esc => self.lesson.via = None,
+            _ => return Turn::Pad(pad.key(key, now)),
+        }
+        Turn::Pad(Reply::Nothing)
+    }
+
+    fn said(
+        &mut self,
+        pad: &mut Pad,
+        change: impl FnOnce(&mut Lesson) -> Result<&'static str, &'static str>,
+    ) -> Turn {
+        match change(&mut self.lesson) {
+            Ok("") => pad.message = None,
+            Ok(text) => pad.say(Tone::Plain, text),
+            Err(text) => pad.say(Tone::Bad, text),
+        }
+        Turn::Pad(Reply::Nothing)
+    }
+
+    fn asks(&mut self, prompt: Prompt) -> Turn {
+        self.prompt = Some(prompt);
+        Turn::Pad(Reply::Nothing)
+    }
+
+    fn save(&mut self) -> Turn {
+        match self.has_file {
+            true => Turn::Save,
+            false => self.asks(Prompt::File(UNNAMED.to_owned())),
+        }
+    }
+
+    fn answer(&mut self, prompt: Prompt, code: KeyCode, pad: &mut Pad) -> Turn {
+        match (prompt, code) {
+            (Prompt::Leave, KeyCode::Char('y' | 'Y')) if self.has_file => Turn::SaveAndLeave,
+            (Prompt::Leave, KeyCode::Char('y' | 'Y')) => self.save(),
+            (Prompt::Leave, KeyCode::Char('n' | 'N')) => Turn::Leave,
+            (Prompt::Leave, _) => Turn::Pad(Reply::Nothing),
+            (Prompt::Recover, KeyCode::Char('y' | 'Y')) => Turn::Recover(true),
+            (Prompt::Recover, KeyCode::Char('n' | 'N')) => Turn::Recover(false),
+            (Prompt::Recover, _) => self.asks(Prompt::Recover),
+            (_, KeyCode::Esc) => Turn::Pad(Reply::Nothing),
+            (Prompt::Name(text), KeyCode::Enter) => {
+                self.said(pad, |lesson| lesson.rename(&text).map(|()| ""))
+            }
+            (Prompt::Pause(text), KeyCode::Enter) => {
+                self.said(pad, |lesson| lesson.pause(&text).map(|()| ""))
+            }
+            (Prompt::File(text), KeyCode::Enter) => Turn::SaveAs(text),
+            (prompt, code) => self.asks(typed(prompt, code)),
+        }
+    }
+}
+
+/// A line after one more key.
+fn typed(mut prompt: Prompt, code: KeyCode) -> Prompt {
+    if let Prompt::Name(text) | Prompt::Pause(text) | Prompt::File(text) = &mut prompt {
+        match code {
+            KeyCode::Char(sign) if text.chars().count() < 60 => text.push(sign),
+            KeyCode::Backspace => drop(text.pop()),
+            _ => {}
+        }
+    }
+    prompt
+}
+
+impl Prompt {
+    /// What is asked, and what has been typed.
+    pub(super) fn text(&self) -> String {
+        match self {
+            Self::Name(text) => format!("name: {text}_"),
+            Self::Pause(text) => format!("pause there, s: {text}_"),
+            Self::File(text) => format!("save as NAME.playback or NAME.plan.json: {text}_"),
+            Self::Leave => {
+                "not saved. Save it? y saves, n leaves without, any other key stays".to_owned()
+            }
+            Self::Recover => {
+                "a lesson was left unsaved the last time. Go on with it? y/n".to_owned()
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verbs::jog::{Order, Tools, What};
+
+    struct Desk {
+        room: Classroom,
+        pad: Pad,
+        pose: Pose,
+        still: bool,
+        now: Duration,
+    }
+
+    impl Desk {
+        fn new() -> Self {
+            Self {
+                room: Classroom::new(Lesson::new("lesson", None), true),
+                pad: Pad::new(50.0, Tools::default(), false),
+                pose: Pose {
+                    x: 200.0,
+                    y: 0.0,
+                    z: 0.0,
+                    r: 0.0,
+                    joint_angle: [0.0; 4],
+                },
+                still: true,
+                now: Duration::ZERO,
+            }
+        }
+
+        fn press(&mut self, code: KeyCode) -> Turn {
+            self.pose.x += 1.0;
+            let key = KeyEvent::new(code, KeyModifiers::NONE);
+            let Self {
+                room, pad, pose, ..
+            } = self;
+            room.key(key, pad, Some(pose), self.still, self.now)
+        }
+
+        fn types(&mut self, text: &str) {
+            text.chars()
+                .for_each(|sign| drop(self.press(KeyCode::Char(sign))));
+        }
+
+        fn rows(&self) -> usize {
+            self.room.lesson.rows.len()
+        }
+    }
+
+    #[test]
+    fn enter_and_space_store_where_the_arm_stands() {
+        let mut desk = Desk::new();
+        desk.press(KeyCode::Enter);
+        desk.press(KeyCode::Char(' '));
+        assert_eq!(desk.rows(), 2);
+        desk.still = false;
+        desk.press(KeyCode::Enter);
+        assert_eq!(desk.rows(), 2);
+        // While it moves, and for a moment after, space is a stop.
+        let stop = Turn::Pad(Reply::Order(Order::Stop));
+        assert_eq!(desk.press(KeyCode::Char(' ')), stop);
+        desk.still = true;
+        assert_eq!(desk.press(KeyCode::Char(' ')), stop);
+        desk.now = Duration::from_secs(3);
+        desk.press(KeyCode::Char(' '));
+        assert_eq!(desk.rows(), 3);
+    }
+
+    #[test]
+    fn space_stops_a_program_whatever_is_typed() {
+        let mut desk = Desk::new();
+        desk.press(KeyCode::Enter);
+        desk.types("n");
+        desk.pad.doing = Some(What::Run);
+        let stop = Turn::Pad(Reply::Order(Order::Stop));
+        assert_eq!(desk.press(KeyCode::Char(' ')), stop);
+        desk.pad.doing = None;
+        desk.now = Duration::from_secs(3);
+        desk.types(" a b");
+        desk.press(KeyCode::Enter);
+        assert_eq!(desk.room.lesson.rows[0].name, "P1 a b");
+    }
+
+    #[test]
+    fn arrows_move_the_arm_and_letters_edit() {
+        let mut desk = Desk::new();
+        assert!(matches!(
+            desk.press(KeyCode::Up),
+            Turn::Pad(Reply::Order(Order::Step { .. }))
+        ));
+        desk.types("\u{20}");
+        desk.types("P");
+        desk.types("1.5");
+        desk.press(KeyCode::Enter);
+        desk.types("SGt");
+        let row = &desk.room.lesson.rows[0];
+        assert_eq!((row.pause, row.suction), (1500, Some(true)));
+        assert!(row.gripper.is_some());
+        desk.types("x");
+        assert_eq!(desk.rows(), 0);
+        desk.types("u");
+        assert_eq!(desk.rows(), 1);
+        assert_eq!(desk.press(KeyCode::Char('o')), Turn::Play(0));
+        assert_eq!(desk.press(KeyCode::Char('f')), Turn::Follow);
+    }
+
+    #[test]
+    fn what_is_not_saved_is_asked_for() {
+        let mut desk = Desk::new();
+        assert_eq!(desk.press(KeyCode::Char('q')), Turn::Leave);
+        desk.press(KeyCode::Enter);
+        assert_eq!(desk.press(KeyCode::Char('q')), Turn::Pad(Reply::Nothing));
+        assert_eq!(desk.room.prompt, Some(Prompt::Leave));
+        desk.press(KeyCode::Esc);
+        desk.press(KeyCode::Char('q'));
+        assert_eq!(desk.press(KeyCode::Char('y')), Turn::SaveAndLeave);
+        desk.press(KeyCode::Char('q'));
+        assert_eq!(desk.press(KeyCode::Char('n')), Turn::Leave);
+        desk.room.has_file = false;
+        desk.press(KeyCode::Char('q'));
+        desk.press(KeyCode::Char('y'));
+        (0..UNNAMED.len()).for_each(|_| drop(desk.press(KeyCode::Backspace)));
+        desk.types("a.playback");
+        let save = Turn::SaveAs("a.playback".to_owned());
+        assert_eq!(desk.press(KeyCode::Enter), save);
+    }
+
+    #[test]
+    fn an_arc_goes_through_the_point_that_was_marked() {
+        let mut desk = Desk::new();
+        desk.types("\u{20}v");
+        assert!(desk.room.lesson.via.is_some());
+        desk.press(KeyCode::Enter);
+        let plan = desk.room.lesson.plan(0);
+        assert!(matches!(
+            plan.steps[1].action,
+            magician_program::Action::Arc { .. }
+        ));
+        desk.types("v");
+        desk.press(KeyCode::Esc);
+        assert!(desk.room.lesson.via.is_none());
+    }
+
+    #[test]
+    fn a_hand_stores_a_place_once() {
+        let mut desk = Desk::new();
+        let pose = desk.pose;
+        desk.room.taught(&mut desk.pad, &pose);
+        desk.room.taught(&mut desk.pad, &pose);
+        assert_eq!(desk.rows(), 1);
+    }
+}

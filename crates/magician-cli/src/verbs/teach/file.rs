@@ -1,0 +1,140 @@
+//! Where a lesson is kept: its file, and beside it what has not been saved yet.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use magician_program::formats::playback::Playback;
+use magician_program::{Content, Format, Plan};
+
+use crate::config::replace;
+use crate::failure::Failure;
+use crate::source::Source;
+
+/// What a lesson without a file is called.
+pub(super) const UNNAMED: &str = "lesson.playback";
+
+/// The format of a file that can be taught, by its name.
+pub(super) fn format(path: &Path) -> Result<Format, Failure> {
+    match Format::of(&path.to_string_lossy(), b"") {
+        Some(format @ (Format::Playback | Format::Plan)) => Ok(format),
+        _ => {
+            let message = format!(
+                "{}: what is taught is kept as NAME.playback (DobotStudio reads it too) or NAME.plan.json",
+                path.display()
+            );
+            Err(Failure::usage(message))
+        }
+    }
+}
+
+/// What a file teaches; nothing if there is none.
+pub(super) fn read(path: &Path) -> Result<Option<Plan>, Failure> {
+    if !path.try_exists()? {
+        return Ok(None);
+    }
+    let source = Source::open(path)?;
+    match source.read(format(path)?, None)?.content {
+        Content::Plan(plan) => Ok(Some(plan)),
+        _ => Err(Failure::invalid(format!("{} is no lesson", path.display()))),
+    }
+}
+
+/// Writes a plan as its file's name says; what has to be known of it.
+pub(super) fn write(path: &Path, plan: &Plan) -> Result<Option<String>, Failure> {
+    let (text, note) = match format(path)? {
+        Format::Playback => {
+            let playback = Playback::from_plan(plan).map_err(|problem| {
+                Failure::invalid(problem.to_string())
+                    .hint("a name that ends in .plan.json keeps everything")
+            })?;
+            let note = playback.notes().first().map(|note| note.message.clone());
+            (playback.to_xml(), note)
+        }
+        _ => (plan.to_json(), None),
+    };
+    replace(path, &text)?;
+    Ok(note)
+}
+
+/// What keeps a lesson while it is not saved: a plan file beside its own.
+#[derive(Clone, Debug)]
+pub(super) struct Rescue {
+    path: PathBuf,
+}
+
+impl Rescue {
+    /// For the lesson of a file.
+    pub(super) fn beside(path: &Path) -> Self {
+        let mut name = path.as_os_str().to_owned();
+        name.push("~");
+        Self { path: name.into() }
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What was left there, if something was that can be read.
+    pub(super) fn find(&self) -> Option<Plan> {
+        let bytes = fs::read(&self.path).ok()?;
+        let plan = Plan::from_json(&bytes).ok()?;
+        (!plan.steps.is_empty()).then_some(plan)
+    }
+
+    /// Keeps the lesson as it is now.
+    pub(super) fn keep(&self, plan: &Plan) -> io::Result<()> {
+        replace(&self.path, &plan.to_json())
+    }
+
+    /// It is not needed any more.
+    pub(super) fn forget(&self) {
+        // One that was never kept is none; one that cannot be removed is offered again.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_program::{Action, Origin, Travel};
+
+    use super::*;
+
+    fn plan() -> Plan {
+        let mut plan = Plan::new("house");
+        let (to, by) = ([200.0, 0.0, 10.0, 0.0], Travel::Line);
+        plan.push(Action::Move { to, by }, Origin::NONE);
+        plan
+    }
+
+    #[test]
+    fn both_formats_read_back_and_what_is_not_saved_is_found_again() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in ["a.playback", "b.plan.json"] {
+            let path = dir.path().join(name);
+            assert_eq!(read(&path).unwrap(), None);
+            write(&path, &plan()).unwrap();
+            let found = read(&path).unwrap().unwrap();
+            assert_eq!(found.steps[0].action, plan().steps[0].action);
+            let rescue = Rescue::beside(&path);
+            assert_eq!(rescue.find(), None);
+            rescue.keep(&plan()).unwrap();
+            assert_eq!(rescue.find(), Some(plan()));
+            rescue.forget();
+            assert_eq!(rescue.find(), None);
+        }
+        let left = fs::read_dir(dir.path()).unwrap().count();
+        assert_eq!(left, 2);
+    }
+
+    #[test]
+    fn other_names_are_refused_and_nothing_is_written() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in ["a.svg", "a", "a.gcode"] {
+            assert!(write(&dir.path().join(name), &plan()).is_err(), "{name}");
+        }
+        let empty = Plan::new("nothing");
+        assert!(write(&dir.path().join("a.playback"), &empty).is_err());
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
+    }
+}

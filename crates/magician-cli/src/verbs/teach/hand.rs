@@ -1,0 +1,51 @@
+//! Points that a hand teaches: the arm reports when its unlock key is released.
+
+use std::time::Duration;
+
+use magician::commands::{HhtTrigMode, HhtTrigOutput, HhtTrigOutputEnabled, Pose};
+use magician::protocol::{Flag, TeachTrigger};
+use magician::{Arm, ErrorKind};
+
+use crate::debts::Debts;
+use crate::failure::Failure;
+use crate::terminal::Polled;
+
+/// Looks at the trigger are so far apart.
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// Lets the arm report, and looks again and again; nothing if it cannot (document 1.7).
+pub(super) async fn follow(arm: &Arm, debts: &Debts) -> Result<Option<Polled<Pose>>, Failure> {
+    let before = async {
+        let mode = arm.get::<HhtTrigMode>().await?;
+        let enabled = arm.get::<HhtTrigOutputEnabled>().await?;
+        Ok::<_, magician::Error>((mode, enabled))
+    };
+    let (mode, enabled) = match before.await {
+        Ok(before) => before,
+        Err(error) if matches!(error.kind(), ErrorKind::Port | ErrorKind::Closed) => {
+            return Err(error.into());
+        }
+        Err(_) => return Ok(None),
+    };
+    debts.owe(mode);
+    debts.owe(enabled);
+    arm.set(&HhtTrigMode {
+        mode: TeachTrigger::OnRelease,
+    })
+    .await?;
+    let is_enabled = Flag::ON;
+    arm.set(&HhtTrigOutputEnabled { is_enabled }).await?;
+    // What was taught before is nobody's lesson; reading it clears it.
+    let _ = arm.get::<HhtTrigOutput>().await?;
+    let arm = arm.clone();
+    Ok(Some(Polled::every(PERIOD, move || {
+        let arm = arm.clone();
+        async move {
+            let told = arm.get::<HhtTrigOutput>().await.ok()?;
+            match told.is_triggered.is_on() {
+                true => arm.get::<Pose>().await.ok(),
+                false => None,
+            }
+        }
+    })))
+}

@@ -1,0 +1,549 @@
+//! What has been taught: rows, each a way to a place and what is done there, with everything that can be undone.
+
+use magician::commands::Pose;
+use magician_program::{Action, Grip, Origin, Plan, Step, Surface, Tool, Travel};
+
+/// As many changes can be undone.
+const UNDO: usize = 500;
+
+/// A row of the list: where the arm goes, what its tool does there, how long it stays.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Row {
+    pub(super) name: String,
+    /// A move as a rule; also anything else that a file may have, which is kept as it is. `None`: where the row before ends.
+    pub(super) motion: Option<Action>,
+    pub(super) gripper: Option<Grip>,
+    pub(super) suction: Option<bool>,
+    /// ms
+    pub(super) pause: u32,
+}
+
+impl Row {
+    /// What is done for it, in order.
+    fn actions(&self) -> impl Iterator<Item = Action> + '_ {
+        let pause = (self.pause > 0).then_some(Action::Wait(self.pause));
+        let motion = self.motion.clone();
+        motion
+            .into_iter()
+            .chain(self.gripper.map(Action::Gripper))
+            .chain(self.suction.map(Action::Suction))
+            .chain(pause)
+    }
+
+    /// Takes a step of a plan as a part of this row, if it can be one.
+    fn takes(&mut self, action: &Action) -> bool {
+        let fresh = self.pause == 0;
+        match *action {
+            Action::Gripper(grip) if fresh && self.gripper.is_none() && self.suction.is_none() => {
+                self.gripper = Some(grip);
+            }
+            Action::Suction(on) if fresh && self.suction.is_none() => self.suction = Some(on),
+            Action::Wait(pause) if fresh && pause > 0 => self.pause = pause,
+            _ => return false,
+        }
+        true
+    }
+
+    /// A row that begins with this step.
+    fn of(action: &Action, name: &str) -> Self {
+        let mut row = Self {
+            name: name.to_owned(),
+            ..Self::default()
+        };
+        if !row.takes(action) {
+            row.motion = Some(action.clone());
+        }
+        row
+    }
+}
+
+/// What a change can be taken back to.
+#[derive(Clone, Debug, PartialEq)]
+struct Snapshot {
+    rows: Vec<Row>,
+    selected: usize,
+}
+
+/// A program that is being taught.
+#[derive(Clone, Debug)]
+pub(super) struct Lesson {
+    pub(super) title: String,
+    pub(super) tool: Option<Tool>,
+    surface: Option<Surface>,
+    pub(super) rows: Vec<Row>,
+    /// The row that is chosen; 0 if there is none.
+    pub(super) selected: usize,
+    /// How new points are reached.
+    pub(super) by: Travel,
+    /// The point that the arc to the next one goes through.
+    pub(super) via: Option<[f32; 4]>,
+    undo: Vec<Snapshot>,
+    redo: Vec<Snapshot>,
+    saved: Vec<Row>,
+}
+
+impl Lesson {
+    pub(super) fn new(title: impl Into<String>, tool: Option<Tool>) -> Self {
+        Self {
+            title: title.into(),
+            tool,
+            surface: None,
+            rows: Vec::new(),
+            selected: 0,
+            by: Travel::Joints,
+            via: None,
+            undo: Vec::new(),
+            redo: Vec::new(),
+            saved: Vec::new(),
+        }
+    }
+
+    /// What a plan teaches. Every step of it is in a row.
+    pub(super) fn of(plan: &Plan) -> Self {
+        let mut rows: Vec<Row> = Vec::new();
+        for step in &plan.steps {
+            let name = plan.name_of(&step.origin).unwrap_or_default();
+            let last = rows.last_mut().filter(|row| row.name == name);
+            if !last.is_some_and(|row| row.takes(&step.action)) {
+                rows.push(Row::of(&step.action, name));
+            }
+        }
+        Self {
+            surface: plan.surface,
+            saved: rows.clone(),
+            rows,
+            ..Self::new(plan.title.clone(), plan.tool)
+        }
+    }
+
+    /// The plan from a row on.
+    pub(super) fn plan(&self, from: usize) -> Plan {
+        let mut plan = Plan::new(self.title.clone());
+        plan.tool = self.tool;
+        plan.surface = self.surface;
+        for row in self.rows.iter().skip(from) {
+            let origin = match row.name.is_empty() {
+                true => Origin::NONE,
+                false => Origin::NONE.named(plan.name(row.name.clone())),
+            };
+            let steps = row.actions().map(|action| Step { action, origin });
+            plan.steps.extend(steps);
+        }
+        plan
+    }
+
+    /// The row that so many steps of the plan from a row on belong to, from 0.
+    pub(super) fn row_of(&self, from: usize, step: usize) -> Option<usize> {
+        let mut left = step;
+        for (nth, row) in self.rows.iter().enumerate().skip(from) {
+            let steps = row.actions().count();
+            if left < steps {
+                return Some(nth);
+            }
+            left -= steps;
+        }
+        None
+    }
+
+    pub(super) fn is_saved(&self) -> bool {
+        self.rows == self.saved
+    }
+
+    /// The rows as they are have been saved.
+    pub(super) fn mark_saved(&mut self) {
+        self.saved.clone_from(&self.rows);
+    }
+
+    /// The rows as they are have not been saved, wherever they came from.
+    pub(super) fn mark_unsaved(&mut self) {
+        self.saved.clear();
+    }
+
+    /// Adds where the arm is, after the row that is chosen, and chooses it; the name that it got.
+    pub(super) fn store(&mut self, pose: &Pose) -> String {
+        let to = place(pose);
+        let motion = match self.via.take() {
+            Some(via) => Action::Arc { via, to },
+            None => Action::Move { to, by: self.by },
+        };
+        let name = self.fresh_name();
+        self.change(|lesson| {
+            let row = Row {
+                name: name.clone(),
+                motion: Some(motion),
+                ..Row::default()
+            };
+            let at = (lesson.selected + 1).min(lesson.rows.len());
+            lesson.rows.insert(at, row);
+            lesson.selected = at;
+        });
+        name
+    }
+
+    /// Whether the row that is chosen leads to this very place.
+    pub(super) fn is_at(&self, pose: &Pose) -> bool {
+        let motion = self
+            .rows
+            .get(self.selected)
+            .and_then(|row| row.motion.as_ref());
+        match motion {
+            Some(Action::Move { to, .. } | Action::Arc { to, .. }) => *to == place(pose),
+            _ => false,
+        }
+    }
+
+    /// Lets the row that is chosen lead to where the arm is. `Err` says why it cannot.
+    pub(super) fn teach_again(&mut self, pose: &Pose) -> Result<(), &'static str> {
+        self.edit(|row| {
+            let here = place(pose);
+            match &mut row.motion {
+                Some(Action::Move { to, .. } | Action::Arc { to, .. }) => *to = here,
+                Some(Action::Joints { to, .. }) => *to = pose.joint_angle,
+                Some(Action::Path { to } | Action::Burn { to, .. }) => {
+                    *to = [pose.x, pose.y, pose.z];
+                }
+                _ => return Err("this row leads nowhere that could be taught"),
+            }
+            Ok(())
+        })
+    }
+
+    /// Lets the row that is chosen go another way: with the joints, straight, as a jump. Without rows: the next one.
+    pub(super) fn next_way(&mut self) -> Result<(), &'static str> {
+        let turned = |by| match by {
+            Travel::Joints => Travel::Line,
+            Travel::Line => Travel::Jump,
+            Travel::Jump => Travel::Joints,
+        };
+        if self.rows.is_empty() {
+            self.by = turned(self.by);
+            return Ok(());
+        }
+        let mut now = self.by;
+        self.edit(|row| match &mut row.motion {
+            Some(Action::Move { by, .. } | Action::Joints { by, .. }) => {
+                *by = turned(*by);
+                now = *by;
+                Ok(())
+            }
+            Some(Action::Arc { .. }) => Err("an arc stays one; teach it anew to change it"),
+            _ => Err("this row is no move to a point"),
+        })?;
+        self.by = now;
+        Ok(())
+    }
+
+    pub(super) fn rename(&mut self, name: &str) -> Result<(), &'static str> {
+        let name = name.trim().to_owned();
+        self.edit(|row| {
+            row.name = name;
+            Ok(())
+        })
+    }
+
+    /// Sets the pause, seconds.
+    pub(super) fn pause(&mut self, text: &str) -> Result<(), &'static str> {
+        let text = text.trim().trim_end_matches('s').trim_end();
+        let seconds = if text.is_empty() {
+            Ok(0.0)
+        } else {
+            text.parse::<f64>()
+        };
+        let seconds = seconds.ok().filter(|seconds| (0.0..=4e6).contains(seconds));
+        let seconds = seconds.ok_or("a pause is seconds, such as 0.5")?;
+        self.edit(|row| {
+            row.pause = (seconds * 1000.0).round() as u32;
+            Ok(())
+        })
+    }
+
+    /// What the gripper does there: nothing new, close, open, off.
+    pub(super) fn next_grip(&mut self) -> Result<(), &'static str> {
+        self.edit(|row| {
+            row.gripper = match row.gripper {
+                None => Some(Grip::Close),
+                Some(Grip::Close) => Some(Grip::Open),
+                Some(Grip::Open) => Some(Grip::Off),
+                Some(Grip::Off) => None,
+            };
+            Ok(())
+        })
+    }
+
+    /// What the suction cup does there: nothing new, on, off.
+    pub(super) fn next_suction(&mut self) -> Result<(), &'static str> {
+        self.edit(|row| {
+            row.suction = match row.suction {
+                None => Some(true),
+                Some(true) => Some(false),
+                Some(false) => None,
+            };
+            Ok(())
+        })
+    }
+
+    pub(super) fn delete(&mut self) -> Result<(), &'static str> {
+        if self.rows.is_empty() {
+            return Err(NO_ROW);
+        }
+        self.change(|lesson| {
+            lesson.rows.remove(lesson.selected);
+            lesson.selected = lesson.selected.min(lesson.rows.len().saturating_sub(1));
+        });
+        Ok(())
+    }
+
+    /// Moves the row that is chosen towards the end, or the beginning.
+    pub(super) fn shift(&mut self, down: bool) {
+        let other = match down {
+            true => self.selected + 1,
+            false => self.selected.wrapping_sub(1),
+        };
+        if other < self.rows.len() {
+            self.change(|lesson| {
+                lesson.rows.swap(lesson.selected, other);
+                lesson.selected = other;
+            });
+        }
+    }
+
+    /// Chooses the next row, or the one before.
+    pub(super) fn select(&mut self, down: bool) {
+        let other = match down {
+            true => self.selected + 1,
+            false => self.selected.saturating_sub(1),
+        };
+        self.selected = other.min(self.rows.len().saturating_sub(1));
+    }
+
+    /// Takes the last change back; whether there was one.
+    pub(super) fn undo(&mut self) -> bool {
+        let Some(before) = self.undo.pop() else {
+            return false;
+        };
+        let now = self.snapshot();
+        self.redo.push(now);
+        self.restore(before);
+        true
+    }
+
+    /// Makes the last change anew that was taken back; whether there was one.
+    pub(super) fn redo(&mut self) -> bool {
+        let Some(after) = self.redo.pop() else {
+            return false;
+        };
+        let now = self.snapshot();
+        self.undo.push(now);
+        self.restore(after);
+        true
+    }
+
+    fn edit(
+        &mut self,
+        edit: impl FnOnce(&mut Row) -> Result<(), &'static str>,
+    ) -> Result<(), &'static str> {
+        let mut row = self.rows.get(self.selected).cloned().ok_or(NO_ROW)?;
+        edit(&mut row)?;
+        self.change(|lesson| {
+            if let Some(known) = lesson.rows.get_mut(lesson.selected) {
+                *known = row;
+            }
+        });
+        Ok(())
+    }
+
+    fn change(&mut self, change: impl FnOnce(&mut Self)) {
+        let before = self.snapshot();
+        change(self);
+        if before.rows == self.rows {
+            return;
+        }
+        if self.undo.len() == UNDO {
+            self.undo.remove(0);
+        }
+        self.undo.push(before);
+        self.redo.clear();
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            rows: self.rows.clone(),
+            selected: self.selected,
+        }
+    }
+
+    fn restore(&mut self, Snapshot { rows, selected }: Snapshot) {
+        self.rows = rows;
+        self.selected = selected;
+    }
+
+    /// A name that no row has.
+    fn fresh_name(&self) -> String {
+        let taken = |name: &str| self.rows.iter().any(|row| row.name == name);
+        let mut names = (self.rows.len() + 1..).map(|number| format!("P{number}"));
+        names.find(|name| !taken(name)).unwrap_or_default()
+    }
+}
+
+const NO_ROW: &str = "there is no point yet: Enter stores where the arm is";
+
+pub(super) fn place(pose: &Pose) -> [f32; 4] {
+    [pose.x, pose.y, pose.z, pose.r]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use magician_program::formats::playback::Playback;
+
+    fn pose(x: f32) -> Pose {
+        Pose {
+            x,
+            y: 1.0,
+            z: 2.0,
+            r: 3.0,
+            joint_angle: [x, 0.0, 0.0, 0.0],
+        }
+    }
+
+    fn taught(xs: &[f32]) -> Lesson {
+        let mut lesson = Lesson::new("lesson", Some(Tool::Suction));
+        xs.iter().for_each(|x| drop(lesson.store(&pose(*x))));
+        lesson
+    }
+
+    fn names(lesson: &Lesson) -> Vec<&str> {
+        lesson.rows.iter().map(|row| row.name.as_str()).collect()
+    }
+
+    #[test]
+    fn points_come_after_the_one_that_is_chosen() {
+        let mut lesson = taught(&[200.0, 210.0]);
+        lesson.select(false);
+        lesson.store(&pose(205.0));
+        assert_eq!(names(&lesson), ["P1", "P3", "P2"]);
+        assert_eq!(lesson.selected, 1);
+        assert!(lesson.is_at(&pose(205.0)) && !lesson.is_at(&pose(205.5)));
+        lesson.shift(true);
+        assert_eq!(
+            (names(&lesson), lesson.selected),
+            (vec!["P1", "P2", "P3"], 2)
+        );
+        lesson.shift(true);
+        assert_eq!(lesson.selected, 2);
+        lesson.delete().unwrap();
+        lesson.delete().unwrap();
+        lesson.delete().unwrap();
+        assert!(lesson.delete().is_err() && lesson.rows.is_empty());
+    }
+
+    #[test]
+    fn every_change_can_be_undone_and_made_anew() {
+        let mut lesson = taught(&[200.0, 210.0]);
+        let mut states = vec![lesson.rows.clone()];
+        let changes: [fn(&mut Lesson); 8] = [
+            |lesson| lesson.rename(" pick ").unwrap(),
+            |lesson| lesson.pause("0.5").unwrap(),
+            |lesson| lesson.next_suction().unwrap(),
+            |lesson| lesson.next_grip().unwrap(),
+            |lesson| lesson.next_way().unwrap(),
+            |lesson| lesson.teach_again(&pose(250.0)).unwrap(),
+            |lesson| lesson.shift(false),
+            |lesson| lesson.delete().unwrap(),
+        ];
+        for change in changes {
+            change(&mut lesson);
+            states.push(lesson.rows.clone());
+        }
+        for state in states.iter().rev().skip(1) {
+            assert!(lesson.undo());
+            assert_eq!(lesson.rows, *state);
+        }
+        for state in &states[1..] {
+            assert!(lesson.redo());
+            assert_eq!(lesson.rows, *state);
+        }
+        assert!(!lesson.redo());
+        lesson.undo();
+        lesson.store(&pose(1.0));
+        assert!(!lesson.redo(), "another change ends that");
+    }
+
+    #[test]
+    fn an_arc_takes_two_points_and_stays_one() {
+        let mut lesson = taught(&[200.0]);
+        lesson.via = Some(place(&pose(220.0)));
+        lesson.store(&pose(240.0));
+        let motion = lesson.rows[1].motion.clone();
+        let (via, to) = (place(&pose(220.0)), place(&pose(240.0)));
+        assert_eq!(motion, Some(Action::Arc { via, to }));
+        assert!(lesson.next_way().is_err() && lesson.via.is_none());
+    }
+
+    #[test]
+    fn a_plan_of_rows_gives_the_same_rows() {
+        let mut lesson = taught(&[200.0, 210.0, 220.0]);
+        lesson.next_suction().unwrap();
+        lesson.pause("1.25 s").unwrap();
+        lesson.select(false);
+        lesson.rename("").unwrap();
+        lesson.next_way().unwrap();
+        let plan = lesson.plan(0);
+        assert_eq!(plan.steps.len(), 5);
+        let again = Lesson::of(&plan);
+        assert_eq!((&again.rows, again.tool), (&lesson.rows, lesson.tool));
+        assert!(again.is_saved() && !lesson.is_saved());
+        let rows = [0, 1, 2, 3, 4, 5].map(|step| lesson.row_of(0, step));
+        assert_eq!(rows, [Some(0), Some(1), Some(2), Some(2), Some(2), None]);
+        assert_eq!(
+            (lesson.row_of(1, 0), lesson.plan(1).steps.len()),
+            (Some(1), 4)
+        );
+    }
+
+    #[test]
+    fn what_a_file_says_otherwise_is_kept() {
+        let mut plan = Plan::new("drawn");
+        let steps = [
+            Action::Wait(0),
+            Action::Suction(true),
+            Action::Gripper(Grip::Open),
+            Action::Home,
+            Action::Wait(5),
+            Action::Wait(6),
+            Action::Path {
+                to: [200.0, 0.0, 0.0],
+            },
+        ];
+        for step in steps {
+            plan.push(step, Origin::NONE);
+        }
+        assert_eq!(Lesson::of(&plan).plan(0), plan);
+    }
+
+    #[test]
+    fn a_playback_file_that_is_written_is_taught_as_it_was() {
+        let mut lesson = taught(&[200.0, 210.0]);
+        lesson.next_suction().unwrap();
+        lesson.rename("pick").unwrap();
+        let playback = Playback::from_plan(&lesson.plan(0)).unwrap();
+        let read = Playback::read(playback.to_xml().as_bytes()).unwrap();
+        let again = Lesson::of(&read.to_plan().content);
+        assert_eq!(names(&again), ["P1", "pick"]);
+        let suction: Vec<_> = again.rows.iter().map(|row| row.suction).collect();
+        assert_eq!(suction, [Some(false), Some(true)]);
+        assert_eq!(again.rows[1].motion, lesson.rows[1].motion);
+    }
+
+    #[test]
+    fn pauses_are_seconds() {
+        let mut lesson = taught(&[200.0]);
+        for (text, wanted) in [("2", 2000), ("0.25s", 250), ("", 0), ("1e3", 1_000_000)] {
+            lesson.pause(text).unwrap();
+            assert_eq!(lesson.rows[0].pause, wanted);
+        }
+        for wrong in ["-1", "nan", "inf", "soon", "1e9"] {
+            assert!(lesson.pause(wrong).is_err(), "{wrong}");
+        }
+    }
+}

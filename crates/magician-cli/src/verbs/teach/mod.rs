@@ -1,0 +1,357 @@
+//! `teach`: points that a person shows the arm, as a file to play.
+
+mod classroom;
+mod file;
+mod hand;
+mod lesson;
+mod view;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use magician::commands::{EndEffectorParams, Pose};
+use magician::{Arm, ToolBias, words};
+use magician_program::{Plan, Tool};
+use serde::Serialize;
+
+use crate::args;
+use crate::context::Context;
+use crate::debts::{Debts, at_once};
+use crate::failure::Failure;
+use crate::terminal::{Polled, Stage};
+use crate::verbs::jog::{
+    AT_SIGHT, Desk, End, Happened, Order, Reply, Tone, What, for_a_person, next_of,
+};
+use classroom::{Classroom, Prompt, Turn};
+use file::{Rescue, UNNAMED};
+use lesson::Lesson;
+use view::Model;
+
+/// Teach the arm points by keys or by hand, edit them, play them, keep them in a file
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician teach pick.playback     a file that DobotStudio and `magician play` read; goes on with one that there is
+  magician teach pick.plan.json    our own format, which keeps everything
+
+Keys move the arm as with `magician jog`; or hold the unlock key on the forearm and lead the arm by hand: when the key is \
+released, the place is stored. Enter stores where the arm stands. What is not saved is kept in FILE~ from change to change, \
+so that nothing is lost with the cable, the terminal or the power. Points are for the tip of the tool whose bias is in force \
+on the arm; --tool sets it.")]
+pub(crate) struct Teach {
+    /// The lesson: NAME.playback or NAME.plan.json
+    file: Option<PathBuf>,
+    /// The tool that is mounted: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; the arm keeps it
+    #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
+    tool: Option<args::Tool>,
+}
+
+#[derive(Serialize)]
+struct Answer {
+    file: Option<String>,
+    rows: usize,
+    saved: bool,
+}
+
+impl Teach {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let known = match &self.file {
+            Some(path) => {
+                file::format(path)?;
+                file::read(path)?
+            }
+            None => None,
+        };
+        for_a_person("teach", "`magician run FILE` plays what was taught")?;
+        context.lasts = true;
+        let debts = context.debts.clone();
+        let answer = context.moving(Some(AT_SIGHT), async |arm, _| {
+            let mut session = Session::open(arm, &debts, self.file, self.tool, known).await?;
+            let outcome = session.go_on().await;
+            session.leave(outcome).await
+        })?;
+        context.show(&answer, |out| {
+            let rows = answer.rows;
+            match &answer.file {
+                Some(file) if answer.saved => out.line(format_args!("{file}: {rows} rows")),
+                _ => out.line("nothing was saved"),
+            }
+        })
+    }
+}
+
+struct Session {
+    desk: Desk,
+    room: Classroom,
+    path: Option<PathBuf>,
+    rescue: Rescue,
+    /// What was left the last time.
+    left: Option<Plan>,
+    /// What the rescue file has.
+    kept: Plan,
+    /// The row from which on it plays, or did last.
+    began: usize,
+    hand: Option<Polled<Pose>>,
+    stage: Stage<Model>,
+}
+
+impl Session {
+    async fn open(
+        arm: &Arm,
+        debts: &Debts,
+        path: Option<PathBuf>,
+        tool: Option<args::Tool>,
+        known: Option<Plan>,
+    ) -> Result<Self, Failure> {
+        let mut desk = Desk::open(arm, debts).await?;
+        let wanted = tool.map(|args::Tool(bias)| bias);
+        let wanted = wanted.or(known.as_ref().and_then(|plan| plan.tool.map(Tool::bias)));
+        if let Some(bias) = wanted {
+            at_once(arm, &words::tool(bias)).await?;
+        }
+        let tool = tool_of(arm.get::<EndEffectorParams>().await?);
+        let named = path.as_deref().unwrap_or(Path::new(UNNAMED));
+        let mut lesson = match known {
+            Some(plan) => Lesson::of(&plan),
+            None => Lesson::new("", None),
+        };
+        lesson.tool = Some(tool);
+        lesson.title = title(named);
+        let mut room = Classroom::new(lesson, path.is_some());
+        let hand = hand::follow(arm, debts).await?;
+        room.follows = hand.as_ref().map(|_| true);
+        let rescue = Rescue::beside(named);
+        let left = rescue.find();
+        if left.is_some() {
+            room.prompt = Some(Prompt::Recover);
+        }
+        desk.seen.note(format!("points are for the tool: {tool}"));
+        Ok(Self {
+            kept: room.lesson.plan(0),
+            desk,
+            room,
+            path,
+            rescue,
+            left,
+            began: 0,
+            hand,
+            stage: Stage::open(view::draw)?,
+        })
+    }
+
+    async fn go_on(&mut self) -> Result<End, Failure> {
+        loop {
+            self.follow_program();
+            self.stage.show(Model {
+                seen: self.desk.seen.clone(),
+                pad: self.desk.pad.clone(),
+                room: self.room.clone(),
+            });
+            let end = tokio::select! {
+                biased;
+                happened = self.desk.next(&mut self.stage) => match happened? {
+                    Happened::Key(key) => {
+                        let status = self.desk.seen.status.as_ref();
+                        let (pose, still) = (status.map(|status| status.pose), self.desk.seen.stands());
+                        let now = self.desk.now();
+                        let turn = self.room.key(key, &mut self.desk.pad, pose.as_ref(), still, now);
+                        self.take(turn)
+                    }
+                    other => self.desk.attend(&other),
+                },
+                Some(pose) = next_of(&mut self.hand) => {
+                    if self.room.follows == Some(true) {
+                        self.room.taught(&mut self.desk.pad, &pose);
+                    }
+                    None
+                }
+            };
+            self.keep();
+            if let Some(end) = end {
+                return Ok(end);
+            }
+        }
+    }
+
+    fn take(&mut self, turn: Turn) -> Option<End> {
+        match turn {
+            Turn::Pad(reply) => return self.desk.obey(reply),
+            Turn::Play(from) => self.play(from),
+            Turn::Save => drop(self.save()),
+            Turn::SaveAs(name) => {
+                let before = self.path.replace(name.into());
+                if !self.save() {
+                    self.path = before;
+                }
+            }
+            Turn::SaveAndLeave if self.save() => return Some(End::Quit),
+            Turn::SaveAndLeave => {}
+            Turn::Leave => {
+                self.rescue.forget();
+                return Some(End::Quit);
+            }
+            Turn::Recover(wanted) => self.recover(wanted),
+            Turn::Follow => self.turn_following(),
+        }
+        None
+    }
+
+    fn play(&mut self, from: usize) {
+        let plan = self.room.lesson.plan(from);
+        let reply = Reply::Order(Order::Run(Box::new(plan)));
+        self.desk.obey(reply);
+        if self.desk.pad.doing == Some(What::Run) {
+            self.room.playing = Some(from);
+            self.began = from;
+            self.desk.pad.say(Tone::Plain, "playing; space stops it");
+        }
+    }
+
+    /// The row that is being played, while something is.
+    fn follow_program(&mut self) {
+        if self.desk.pad.doing != Some(What::Run) {
+            self.room.playing = None;
+            return;
+        }
+        let step = self.desk.hands.step();
+        let row = step.and_then(|step| self.room.lesson.row_of(self.began, step));
+        self.room.playing = row.or(self.room.playing);
+    }
+
+    fn turn_following(&mut self) {
+        let text = match &mut self.room.follows {
+            Some(follows) => {
+                *follows = !*follows;
+                match follows {
+                    true => "points are stored when the arm's unlock key is released",
+                    false => "the arm's unlock key stores nothing",
+                }
+            }
+            None => "this arm does not report its unlock key",
+        };
+        self.desk.pad.say(Tone::Plain, text);
+    }
+
+    fn recover(&mut self, wanted: bool) {
+        let Some(left) = self.left.take().filter(|_| wanted) else {
+            self.rescue.forget();
+            return;
+        };
+        let before = &self.room.lesson;
+        let mut lesson = Lesson::of(&left);
+        lesson.title.clone_from(&before.title);
+        lesson.tool = before.tool;
+        lesson.mark_unsaved();
+        if left.tool != lesson.tool {
+            let tool = left.tool.map_or("none".to_owned(), |tool| tool.to_string());
+            let text =
+                format!("it was taught with the tool {tool}: start again with --tool {tool}");
+            self.desk.pad.say(Tone::Bad, text);
+        }
+        self.kept = left;
+        self.room.lesson = lesson;
+    }
+
+    /// Saves the lesson; whether that went well.
+    fn save(&mut self) -> bool {
+        let Some(path) = self.path.clone() else {
+            self.room.prompt = Some(Prompt::File(UNNAMED.to_owned()));
+            return false;
+        };
+        match file::write(&path, &self.room.lesson.plan(0)) {
+            Ok(note) => {
+                self.rescue.forget();
+                self.rescue = Rescue::beside(&path);
+                self.room.lesson.title = title(&path);
+                self.room.lesson.mark_saved();
+                self.room.has_file = true;
+                self.kept = self.room.lesson.plan(0);
+                let note = note.map_or_else(String::new, |note| format!("; {note}"));
+                let text = format!("saved to {}{note}", path.display());
+                self.desk.pad.say(Tone::Plain, text);
+                true
+            }
+            Err(failure) => {
+                self.desk
+                    .pad
+                    .say(Tone::Bad, format!("not saved: {}", failure.message));
+                false
+            }
+        }
+    }
+
+    /// Keeps what is not saved, if it has changed since it was kept last.
+    fn keep(&mut self) {
+        // What was left the last time stays until it is known whether it is wanted.
+        if self.left.is_some() {
+            return;
+        }
+        let plan = self.room.lesson.plan(0);
+        if plan == self.kept {
+            return;
+        }
+        if let Err(error) = self.rescue.keep(&plan) {
+            let text = format!(
+                "{} cannot be written: {error}",
+                self.rescue.path().display()
+            );
+            self.desk.pad.say(Tone::Bad, text);
+        }
+        self.kept = plan;
+    }
+
+    async fn leave(self, outcome: Result<End, Failure>) -> Result<Answer, Failure> {
+        let lesson = self.room.lesson;
+        let rescue = self.rescue.path().display().to_string();
+        let lost = !lesson.is_saved() && self.rescue.find().is_some();
+        let told = |failure: Failure| match lost {
+            true => failure.hint(format!(
+                "what was not saved is in {rescue}: teach offers it the next time"
+            )),
+            false => failure,
+        };
+        let closed = self.stage.close();
+        let end = outcome.map_err(told)?;
+        closed.map_err(told)?;
+        self.desk.leave(end).await.map_err(told)?;
+        Ok(Answer {
+            file: self.path.map(|path| path.display().to_string()),
+            rows: lesson.rows.len(),
+            saved: lesson.is_saved() && !lesson.rows.is_empty(),
+        })
+    }
+}
+
+/// What a file is called.
+fn title(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
+}
+
+/// The tool whose bias is in force.
+fn tool_of(bias: EndEffectorParams) -> Tool {
+    let found = [bias.x_bias, bias.y_bias, bias.z_bias];
+    let is = |tool: &Tool| {
+        let ToolBias { x, y, z } = tool.bias();
+        [x as f32, y as f32, z as f32] == found
+    };
+    let known = Tool::NAMED.into_iter().map(|(_, tool)| tool).find(is);
+    known.unwrap_or(Tool::Bias(found))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tools_are_known_by_their_bias() {
+        let bias = |x_bias, z_bias| EndEffectorParams {
+            x_bias,
+            y_bias: 0.0,
+            z_bias,
+        };
+        assert_eq!(tool_of(bias(0.0, 0.0)), Tool::None);
+        assert_eq!(tool_of(bias(61.0, 0.0)), Tool::Pen);
+        assert_eq!(tool_of(bias(61.0, 5.0)), Tool::Bias([61.0, 0.0, 5.0]));
+    }
+}

@@ -1,0 +1,274 @@
+//! A run that ends before its end, and the one that goes on with it.
+#![cfg(unix)]
+
+mod magician;
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use magician::command;
+use magician::served::Served;
+use serde_json::Value;
+
+/// Pairs of a move and a wait.
+const PAIRS: usize = 24;
+
+/// An arm in another process, and a directory for programs and journals.
+struct Place {
+    dir: tempfile::TempDir,
+    served: Served,
+    door: String,
+}
+
+impl Place {
+    fn new(more: &[&str]) -> Self {
+        let dir = tempfile::tempdir().expect("directory");
+        let served = serve(more);
+        let door = served.door("tcp");
+        let place = Self { dir, served, door };
+        assert!(place.run(&["alarms", "--clear"]).status.success());
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) -> String {
+        let path = self.path(name);
+        std::fs::write(&path, text).expect("written");
+        path.to_str().expect("UTF-8").to_owned()
+    }
+
+    /// Short moves with a wait after each: what is done is counted by the waits.
+    fn program(&self, wait: u32) -> String {
+        let steps: Vec<String> = (0..PAIRS)
+            .map(|nth| {
+                let y = nth as f64 - 12.0;
+                format!("{{\"move\":[230,{y},20,0],\"by\":\"joints\"}},\n{{\"wait\":{wait}}}")
+            })
+            .collect();
+        let head =
+            r#"{"format":"magician-plan","version":1,"title":"waits","tool":"none","steps":["#;
+        self.write(
+            "waits.plan.json",
+            &format!("{head}\n{}\n]}}\n", steps.join(",\n")),
+        )
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = command();
+        command
+            .args(["--port", &self.door, "--json"])
+            .args(arguments);
+        command.env("XDG_STATE_HOME", self.dir.path().join("state"));
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().expect("it runs")
+    }
+
+    fn start(&self, arguments: &[&str]) -> Child {
+        let mut command = self.command(arguments);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.spawn().expect("it starts")
+    }
+
+    fn journals(&self) -> usize {
+        let files = std::fs::read_dir(self.path("state/magician/runs"));
+        files.map_or(0, |files| files.count())
+    }
+}
+
+fn serve(more: &[&str]) -> Served {
+    Served::start(&[&["--tcp", "127.0.0.1:0", "-v"], more].concat(), 1)
+}
+
+fn signal(name: &str, child: &Child) {
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args([name, &id]).status();
+    assert!(kill.expect("kill runs").success());
+}
+
+fn error(output: &Output) -> Value {
+    let text = String::from_utf8_lossy(&output.stderr);
+    let object: Value = serde_json::from_str(&text).unwrap_or_else(|_| panic!("{text}"));
+    object["error"].clone()
+}
+
+/// The last object on stdout.
+fn report(output: &Output) -> Value {
+    let text = String::from_utf8_lossy(&output.stdout);
+    let last = text.lines().last().unwrap_or_default();
+    serde_json::from_str(last).unwrap_or_else(|_| panic!("{output:?}"))
+}
+
+fn waits(log: &[String]) -> usize {
+    log.iter()
+        .filter(|line| line.ends_with(" WAITCmd finished"))
+        .count()
+}
+
+/// The number before `WAITCmd finished` has come to so many waits.
+fn until_waits(served: &mut Served, count: usize) -> Vec<String> {
+    (0..count)
+        .map(|_| served.until(|line| line.ends_with(" WAITCmd finished")))
+        .collect()
+}
+
+#[test]
+fn a_killed_run_goes_on_and_no_step_is_done_twice() {
+    let mut place = Place::new(&[]);
+    let program = place.program(30);
+    let mut child = place.start(&["run", &program]);
+    let mut log = until_waits(&mut place.served, 5);
+    signal("-KILL", &child);
+    child.wait().expect("it ends");
+    assert_eq!(place.journals(), 1);
+    let done = place.run(&["run", &program, "--resume"]);
+    assert!(done.status.success(), "{done:?}");
+    let first = report(&done)["first_step"].as_u64().expect("a step");
+    assert!(first > 10, "{done:?}");
+    assert_eq!(place.journals(), 0, "a good end leaves nothing");
+    log.extend(place.served.log());
+    assert_eq!(waits(&log), PAIRS);
+}
+
+#[test]
+fn ctrl_c_says_where_it_goes_on_and_it_does() {
+    let mut place = Place::new(&[]);
+    let program = place.program(30);
+    let child = place.start(&["run", &program]);
+    until_waits(&mut place.served, 4);
+    signal("-INT", &child);
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(error(&output)["kind"], "interrupted");
+    let text = std::fs::read_dir(place.path("state/magician/runs")).expect("journals");
+    let path = text
+        .map(|entry| entry.expect("an entry").path())
+        .next()
+        .expect("one");
+    let mark: Value =
+        serde_json::from_str(&std::fs::read_to_string(path).expect("text")).expect("JSON");
+    let finished = mark["finished"].as_u64().expect("a number");
+    assert!((8..48).contains(&finished), "{mark}");
+    assert!(mark["ended"].is_string(), "{mark}");
+    let done = place.run(&["run", &program, "--resume"]);
+    assert!(done.status.success(), "{done:?}");
+    assert_eq!(report(&done)["first_step"], finished + 1);
+    assert_eq!(report(&done)["steps"], 2 * PAIRS as u64 - finished);
+    let again = place.run(&["run", &program, "--resume"]);
+    assert_eq!(again.status.code(), Some(3), "{again:?}");
+    assert!(
+        error(&again)["message"]
+            .as_str()
+            .expect("text")
+            .contains("nothing to resume")
+    );
+}
+
+#[test]
+fn an_alarm_ends_a_run_and_once_cleared_it_goes_on() {
+    let dir = tempfile::tempdir().expect("directory");
+    let scenario = dir.path().join("alarm.toml");
+    let text = "[[fault]]\nkind = \"alarm\"\nalarm = 0x40\nindex = 20\n";
+    std::fs::write(&scenario, text).expect("written");
+    let place = Place::new(&["--scenario", scenario.to_str().expect("UTF-8")]);
+    let program = place.program(10);
+    let failed = place.run(&["run", &program]);
+    assert_eq!(failed.status.code(), Some(8), "{failed:?}");
+    assert_eq!(error(&failed)["kind"], "alarm");
+    let held = place.run(&["run", &program, "--resume"]);
+    assert_eq!(
+        held.status.code(),
+        Some(8),
+        "it stands until it is cleared: {held:?}"
+    );
+    assert!(place.run(&["alarms", "--clear"]).status.success());
+    let done = place.run(&["run", &program, "--resume"]);
+    assert!(done.status.success(), "{done:?}");
+    let first = report(&done)["first_step"].as_u64().expect("a step");
+    assert!((15..=21).contains(&first), "{first}");
+}
+
+#[test]
+fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
+    let mut place = Place::new(&[]);
+    let program = place.program(30);
+    let child = place.start(&["run", &program]);
+    until_waits(&mut place.served, 4);
+    place.served.child.kill().expect("it lives");
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(
+        (output.status.code(), &error(&output)["kind"]),
+        (Some(4), &Value::from("port"))
+    );
+    assert_eq!(place.journals(), 1);
+    // Another arm, with the same serial number and nothing behind it.
+    place.served = serve(&[]);
+    place.door = place.served.door("tcp");
+    assert!(place.run(&["alarms", "--clear"]).status.success());
+    let doubt = place.run(&["run", &program, "--resume"]);
+    assert_eq!(doubt.status.code(), Some(9), "{doubt:?}");
+    assert_eq!(error(&doubt)["kind"], "uncertain");
+    let mut shown = place.command(&["run", &program, "--resume"]);
+    let shown = shown.args(["--json=false"]).output().expect("it runs");
+    assert_eq!(
+        shown.status.code(),
+        Some(2),
+        "flags take no values: {shown:?}"
+    );
+    let done = place.run(&["run", &program, "--from", "9"]);
+    assert!(done.status.success(), "{done:?}");
+    assert_eq!(
+        (&report(&done)["first_step"], &report(&done)["steps"]),
+        (&Value::from(9), &Value::from(40))
+    );
+}
+
+#[test]
+fn people_are_told_how_to_go_on() {
+    let mut place = Place::new(&[]);
+    let program = place.program(30);
+    let mut told = command();
+    told.args(["--port", &place.door, "run", &program]);
+    told.env("XDG_STATE_HOME", place.path("state"));
+    told.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = told.spawn().expect("it starts");
+    until_waits(&mut place.served, 3);
+    signal("-INT", &child);
+    let output = child.wait_with_output().expect("it ends");
+    let text = String::from_utf8_lossy(&output.stderr);
+    for part in ["the arm stands at x", "of 48 steps are done", "--resume"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+#[test]
+fn a_stop_from_elsewhere_ends_a_run_that_can_go_on() {
+    let mut place = Place::new(&[]);
+    let program = place.program(30);
+    let child = place.start(&["run", &program]);
+    until_waits(&mut place.served, 3);
+    assert!(place.run(&["stop"]).status.success());
+    let output = child.wait_with_output().expect("it ends");
+    assert!(!output.status.success(), "{output:?}");
+    let done = place.run(&["run", &program, "--resume"]);
+    assert!(done.status.success(), "{done:?}");
+    assert!(report(&done)["first_step"].as_u64().expect("a step") > 6);
+}
+
+#[test]
+fn nothing_is_resumed_that_was_placed_in_another_way() {
+    let mut place = Place::new(&[]);
+    let program = place.program(30);
+    let mut child = place.start(&["run", &program]);
+    until_waits(&mut place.served, 3);
+    signal("-INT", &child);
+    child.wait().expect("it ends");
+    let other = place.run(&["run", &program, "--move", "0,0,5", "--resume"]);
+    assert_eq!(other.status.code(), Some(3), "{other:?}");
+    assert!(Path::new(&program).exists());
+}

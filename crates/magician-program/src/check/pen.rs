@@ -1,0 +1,65 @@
+//! Whether the tool leaves a line.
+
+use magician::{ArmState, Set};
+use magician_protocol::PtpMode;
+
+use crate::{Action, Plan, Surface, Tool};
+
+/// So far above the surface a pen still draws, mm.
+const TOUCH: f64 = 0.5;
+
+pub(super) struct Pen {
+    /// It is a laser: it must be lit.
+    laser: bool,
+    /// It was switched on.
+    lit: bool,
+    surface: Option<Surface>,
+}
+
+impl Pen {
+    pub(super) fn of(plan: &Plan) -> Self {
+        let burns = |action: &Action| matches!(action, Action::Burn { .. } | Action::Laser(_));
+        Self {
+            laser: plan.tool == Some(Tool::Laser)
+                || plan.steps.iter().any(|step| burns(&step.action)),
+            lit: false,
+            surface: plan.surface,
+        }
+    }
+
+    pub(super) fn note(&mut self, command: &Set) {
+        if let Set::SetEndEffectorLaser(laser) = command {
+            self.lit = laser.enable_ctrl.is_on() && laser.on.is_on();
+        }
+    }
+
+    /// Whether a command draws or burns on its way.
+    pub(super) fn draws(&self, command: &Set, from: &ArmState, to: &ArmState) -> bool {
+        let touches = |surface: Surface| {
+            let on = |at: &ArmState| at.pose.z - surface.at([at.pose.x, at.pose.y]) <= TOUCH;
+            on(from) && on(to)
+        };
+        match command {
+            Set::CpLeCmd(segment) if self.laser => self.lit || segment.velocity_or_power > 0.0,
+            _ if self.laser => self.lit,
+            Set::CpCmd(_) => self.surface.is_none_or(touches),
+            _ => is_shaped(command) && self.surface.is_some_and(touches),
+        }
+    }
+}
+
+/// Whether a command says what its way looks like.
+fn is_shaped(command: &Set) -> bool {
+    let mode = match command {
+        Set::ArcCmd(_) | Set::CircleCmd(_) => return true,
+        Set::PtpCmd(ptp) => ptp.ptp_mode,
+        Set::PtpPoCmd(ptp) => ptp.ptp_mode,
+        Set::PtpWithLCmd(ptp) => ptp.ptp_mode,
+        Set::PtpPoWithLCmd(ptp) => ptp.ptp_mode,
+        _ => return false,
+    };
+    matches!(
+        mode,
+        PtpMode::MovlXyz | PtpMode::MovlAngle | PtpMode::MovlXyzInc
+    )
+}

@@ -1,0 +1,133 @@
+//! How far each pixel is from the nearest inked one, exactly: columns first, then the lower envelope of parabolas along each
+//! row (Meijster, Roerdink and Hesselink 2000).
+
+use super::Picture;
+
+/// The distance of each pixel of a picture from its nearest inked one, mm, row by row from the lowest; the length of the
+/// diagonal if there is none.
+pub(super) fn field(picture: &Picture) -> Vec<f32> {
+    let [width, height] = picture.frame().size();
+    let columns = columns(picture.inked(), [width, height]);
+    let per_mm = picture.frame().pixels_per_mm();
+    let farthest = (width as f64).hypot(height as f64);
+    let mut field = Vec::with_capacity(columns.len());
+    let mut envelope = Envelope::default();
+    for row in columns.chunks(width.max(1)) {
+        envelope.of(row);
+        for squared in envelope.along(row) {
+            let pixels = (squared as f64).sqrt().min(farthest);
+            field.push((pixels / per_mm) as f32);
+        }
+    }
+    field
+}
+
+/// The distance from the nearest inked pixel of the same column; more than the picture is wide and high if there is none.
+fn columns(inked: &[bool], [width, height]: [usize; 2]) -> Vec<u32> {
+    let none = u32::try_from(width + height).unwrap_or(u32::MAX / 2);
+    let mut distances = vec![none; inked.len()];
+    let mut nearest = vec![none; width];
+    let rows = (0..height).chain((0..height).rev());
+    for (nth, row) in rows.enumerate() {
+        if nth == height {
+            nearest.fill(none);
+        }
+        let cells = row * width..(row + 1) * width;
+        let (Some(distances), Some(inked)) = (distances.get_mut(cells.clone()), inked.get(cells))
+        else {
+            continue;
+        };
+        for ((distance, near), inked) in distances.iter_mut().zip(&mut nearest).zip(inked) {
+            *near = if *inked { 0 } else { (*near + 1).min(none) };
+            *distance = (*distance).min(*near);
+        }
+    }
+    distances
+}
+
+/// The parabolas of which one is the lowest somewhere in a row: where each has its middle, and where it begins to be.
+#[derive(Default)]
+struct Envelope {
+    parts: Vec<(i64, i64)>,
+}
+
+impl Envelope {
+    fn of(&mut self, row: &[u32]) {
+        self.parts.clear();
+        for (middle, height) in row.iter().enumerate() {
+            let (middle, height) = (middle as i64, i64::from(*height));
+            let mut begins = 0;
+            while let Some((other, begun)) = self.parts.last().copied() {
+                let low = i64::from(row.get(other as usize).copied().unwrap_or(0));
+                let value =
+                    |at: i64, middle: i64, height: i64| (at - middle).pow(2) + height.pow(2);
+                if value(begun, other, low) > value(begun, middle, height) {
+                    self.parts.pop();
+                    continue;
+                }
+                // From here on the new one is lower.
+                let twice = middle.pow(2) - other.pow(2) + height.pow(2) - low.pow(2);
+                begins = twice.div_euclid(2 * (middle - other)) + 1;
+                break;
+            }
+            if begins < row.len() as i64 {
+                self.parts.push((middle, begins));
+            }
+        }
+    }
+
+    /// Squares of distances along the row.
+    fn along<'a>(&'a self, row: &'a [u32]) -> impl Iterator<Item = i64> + 'a {
+        let mut part = 0;
+        (0..row.len() as i64).map(move |at| {
+            while self
+                .parts
+                .get(part + 1)
+                .is_some_and(|(_, begins)| *begins <= at)
+            {
+                part += 1;
+            }
+            let (middle, _) = self.parts.get(part).copied().unwrap_or_default();
+            let height = i64::from(row.get(middle as usize).copied().unwrap_or(0));
+            (at - middle).pow(2) + height.pow(2)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::Frame;
+
+    #[test]
+    fn distances_are_those_to_the_nearest() {
+        let lines = [
+            vec![[0.0, 0.0]],
+            vec![[4.0, 1.0], [4.0, 2.0]],
+            vec![[1.5, 5.0], [3.0, 3.5]],
+        ];
+        let frame = Frame::around(lines.iter().flatten().copied(), 1.0, 5.0);
+        let picture = Picture::of_lines(frame, &lines);
+        let [width, height] = frame.size();
+        let inked: Vec<_> = (0..width * height)
+            .filter(|at| picture.inked()[*at])
+            .collect();
+        for (at, distance) in field(&picture).into_iter().enumerate() {
+            let apart = |other: &usize| {
+                let [dx, dy] = [at % width, at / width].map(|value| value as f64);
+                let [x, y] = [other % width, other / width].map(|value| value as f64);
+                (dx - x).hypot(dy - y) / 5.0
+            };
+            let nearest = inked.iter().map(apart).fold(f64::MAX, f64::min);
+            assert!((f64::from(distance) - nearest).abs() < 1e-5, "{at}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_as_far_as_the_diagonal() {
+        let frame = Frame::around([[0.0, 0.0], [3.0, 4.0]], 0.0, 10.0);
+        let empty: [Vec<[f64; 2]>; 0] = [];
+        let field = field(&Picture::of_lines(frame, &empty));
+        assert!(field.iter().all(|distance| (distance - 5.0).abs() < 1e-5));
+    }
+}

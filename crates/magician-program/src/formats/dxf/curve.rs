@@ -1,0 +1,98 @@
+//! Curves as lines of enough points.
+
+use kurbo::{Affine, Point, Vec2};
+
+/// Pieces of one curve, at most.
+const MOST_PIECES: f64 = 100_000.0;
+
+/// A part of an ellipse: `centre + cos t * one + sin t * other`, from one t on for a sweep, radians.
+pub(super) struct Ellipse {
+    pub(super) centre: Point,
+    pub(super) one: Vec2,
+    pub(super) other: Vec2,
+    pub(super) from: f64,
+    pub(super) sweep: f64,
+}
+
+impl Ellipse {
+    /// A circle, counter-clockwise, where a map takes it.
+    pub(super) fn circle(map: &Affine, centre: Point, radius: f64, from: f64, sweep: f64) -> Self {
+        let whole = *map * centre;
+        Self {
+            centre: whole,
+            one: *map * (centre + Vec2::new(radius, 0.0)) - whole,
+            other: *map * (centre + Vec2::new(0.0, radius)) - whole,
+            from,
+            sweep,
+        }
+    }
+
+    fn at(&self, t: f64) -> Point {
+        self.centre + self.one * t.cos() + self.other * t.sin()
+    }
+
+    /// Its longer half axis.
+    fn radius(&self) -> f64 {
+        let (one, other) = (self.one.hypot2(), self.other.hypot2());
+        let half = (one - other) / 2.0;
+        ((one + other) / 2.0 + half.hypot(self.one.dot(self.other))).sqrt()
+    }
+
+    /// Its points, both ends included, so that no chord is farther from it than the tolerance. A whole one ends with the very
+    /// point that it begins with.
+    pub(super) fn points(&self, tolerance: f64) -> Vec<Point> {
+        // A chord over an angle a of a circle is off by r (1 - cos(a / 2)), and an ellipse is a circle pressed flat.
+        let step = 4.0 * (tolerance / (2.0 * self.radius())).sqrt().min(0.19).asin();
+        let pieces = (self.sweep.abs() / step).ceil().clamp(1.0, MOST_PIECES);
+        let mut points: Vec<Point> = (0..=pieces as u32)
+            .map(|nth| self.at(self.from + self.sweep * f64::from(nth) / pieces))
+            .collect();
+        if self.sweep.abs() >= std::f64::consts::TAU
+            && let (Some(first), Some(last)) = (points.first().copied(), points.last_mut())
+        {
+            *last = first;
+        }
+        points
+    }
+}
+
+/// An angle turned to one of 0 to below 2 pi, of which 0 means all around.
+pub(super) fn sweep(from: f64, to: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    let sweep = (to - from).rem_euclid(turn);
+    // Ends that are meant to be the same are all around, by however little they miss one another.
+    if sweep < 1e-9 || turn - sweep < 1e-9 {
+        turn
+    } else {
+        sweep
+    }
+}
+
+/// A polyline's way from one vertex to the next: straight, or an arc whose bulge is the tangent of a quarter of its angle,
+/// above 0 to the left. Adds all points but the first.
+pub(super) fn bulge(
+    points: &mut Vec<Point>,
+    map: &Affine,
+    [from, to]: [Point; 2],
+    bulge: f64,
+    tolerance: f64,
+) {
+    let chord = to - from;
+    if bulge != 0.0 && from != to {
+        let left = Vec2::new(-chord.y, chord.x);
+        let centre = from.midpoint(to) + left * ((1.0 - bulge * bulge) / (4.0 * bulge));
+        let spoke = from - centre;
+        let middle = *map * centre;
+        let arc = Ellipse {
+            centre: middle,
+            one: *map * from - middle,
+            other: *map * (centre + Vec2::new(-spoke.y, spoke.x)) - middle,
+            from: 0.0,
+            sweep: 4.0 * bulge.atan(),
+        };
+        let inner = arc.points(tolerance);
+        let count = inner.len().saturating_sub(2);
+        points.extend(inner.into_iter().skip(1).take(count));
+    }
+    points.push(*map * to);
+}

@@ -1,0 +1,249 @@
+//! Entities as lines.
+
+use kurbo::{Affine, Point, Vec2};
+
+use super::canvas::{Canvas, Place};
+use super::curve::{self, Ellipse};
+use super::pairs::Record;
+use super::spline::Spline;
+use crate::Problem;
+
+type Drawn = Result<(), Problem>;
+
+/// Draws one entity, or notes why not. The vertices are those of a POLYLINE.
+pub(super) fn draw<'p>(
+    canvas: &mut Canvas<'p>,
+    record: &'p Record<'p>,
+    vertices: &'p [Record<'p>],
+    layer: &'p str,
+    place: &Place<'p>,
+) -> Drawn {
+    let pen = Pen {
+        record,
+        layer,
+        map: place.map,
+    };
+    match record.kind {
+        "LINE" => pen.line(canvas, &[10, 11], false),
+        "POINT" => pen.line(canvas, &[10], false),
+        "CIRCLE" => pen.arc(canvas, true),
+        "ARC" => pen.arc(canvas, false),
+        "ELLIPSE" => pen.ellipse(canvas),
+        "LWPOLYLINE" => pen.light_polyline(canvas),
+        "POLYLINE" => pen.polyline(canvas, vertices),
+        "SPLINE" => pen.spline(canvas),
+        "SOLID" | "TRACE" => pen.solid(canvas),
+        "3DFACE" => pen.line(canvas, &[10, 11, 12, 13], true),
+        "TEXT" | "MTEXT" | "ATTRIB" | "ATTDEF" => canvas.leave_out(record, "text is not drawn"),
+        "HATCH" => canvas.leave_out(record, "areas are not filled"),
+        "DIMENSION" => canvas.leave_out(record, "dimensions are not drawn"),
+        _ => canvas.leave_out(record, "this kind of entity is not drawn"),
+    }
+}
+
+/// From an entity's own plane, at this height above it, to the drawing seen from above: the plane is told by its normal, and
+/// turned about it by the arbitrary axis rule of the DXF Reference.
+pub(super) fn plane(record: &Record<'_>, height: f64) -> Result<Affine, Problem> {
+    let normal = normal(record)?;
+    let [nx, ny, nz] = normal;
+    let near_z = nx.abs() < 1.0 / 64.0 && ny.abs() < 1.0 / 64.0;
+    let [ax, ay, az] = unit(if near_z {
+        [nz, 0.0, -nx]
+    } else {
+        [-ny, nx, 0.0]
+    });
+    let [bx, by] = [ny * az - nz * ay, nz * ax - nx * az];
+    Ok(Affine::new([ax, ay, bx, by, nx * height, ny * height]))
+}
+
+fn normal(record: &Record<'_>) -> Result<[f64; 3], Problem> {
+    let [x, y, z] = [210, 220, 230].map(|code| record.number(code));
+    Ok(unit([
+        x?.unwrap_or(0.0),
+        y?.unwrap_or(0.0),
+        z?.unwrap_or(1.0),
+    ]))
+}
+
+/// Of length 1; up if it has no direction.
+fn unit(vector: [f64; 3]) -> [f64; 3] {
+    let greatest = vector
+        .iter()
+        .fold(0.0, |most, value| f64::max(most, value.abs()));
+    if greatest == 0.0 {
+        return [0.0, 0.0, 1.0];
+    }
+    let [x, y, z] = vector.map(|value| value / greatest);
+    let length = x.hypot(y).hypot(z);
+    [x / length, y / length, z / length]
+}
+
+/// What draws one entity.
+struct Pen<'p> {
+    record: &'p Record<'p>,
+    layer: &'p str,
+    map: Affine,
+}
+
+impl<'p> Pen<'p> {
+    fn stroke(&self, canvas: &mut Canvas<'p>, points: Vec<Point>) -> Drawn {
+        canvas.stroke(points, self.record, self.layer)
+    }
+
+    /// Straight from point to point of the drawing, and back to the first if it is closed.
+    fn line(&self, canvas: &mut Canvas<'p>, codes: &[i32], closed: bool) -> Drawn {
+        let mut points = Vec::new();
+        for code in codes {
+            let [x, y, _] = self.record.point(*code)?;
+            points.push(self.map * Point::new(x, y));
+        }
+        if closed {
+            points.extend(points.first().copied());
+        }
+        self.stroke(canvas, points)
+    }
+
+    /// The outline of a filled shape of three or four corners, which are told crosswise.
+    fn solid(&self, canvas: &mut Canvas<'p>) -> Drawn {
+        let fourth = self.record.text(13).map_or(12, |_| 13);
+        let mut points = Vec::new();
+        for code in [10, 11, fourth, 12, 10] {
+            let [x, y, z] = self.record.point(code)?;
+            points.push(self.map * plane(self.record, z)? * Point::new(x, y));
+        }
+        self.stroke(canvas, points)
+    }
+
+    fn arc(&self, canvas: &mut Canvas<'p>, whole: bool) -> Drawn {
+        let [x, y, z] = self.record.point(10)?;
+        let radius = self.record.needed(40)?;
+        let (from, sweep) = if whole {
+            (0.0, std::f64::consts::TAU)
+        } else {
+            let [from, to] = [self.record.needed(50)?, self.record.needed(51)?];
+            let [from, to] = [from, to].map(|angle| angle.rem_euclid(360.0).to_radians());
+            (from, curve::sweep(from, to))
+        };
+        let map = self.map * plane(self.record, z)?;
+        let arc = Ellipse::circle(&map, Point::new(x, y), radius, from, sweep);
+        self.stroke(canvas, arc.points(canvas.tolerance))
+    }
+
+    fn ellipse(&self, canvas: &mut Canvas<'p>) -> Drawn {
+        let [x, y, _] = self.record.point(10)?;
+        let [major_x, major_y, major_z] = self.record.point(11)?;
+        let ratio = self.record.needed(40)?;
+        let from = self.record.number(41)?.unwrap_or(0.0);
+        let to = self.record.number(42)?.unwrap_or(std::f64::consts::TAU);
+        let [nx, ny, nz] = normal(self.record)?;
+        // Normal times major axis: the minor one, seen from above.
+        let minor = Vec2::new(ny * major_z - nz * major_y, nz * major_x - nx * major_z) * ratio;
+        let middle = Point::new(x, y);
+        let centre = self.map * middle;
+        let ellipse = Ellipse {
+            centre,
+            one: self.map * (middle + Vec2::new(major_x, major_y)) - centre,
+            other: self.map * (middle + minor) - centre,
+            from,
+            sweep: curve::sweep(from, to),
+        };
+        self.stroke(canvas, ellipse.points(canvas.tolerance))
+    }
+
+    fn light_polyline(&self, canvas: &mut Canvas<'p>) -> Drawn {
+        let height = self.record.number(38)?.unwrap_or(0.0);
+        let map = self.map * plane(self.record, height)?;
+        let corners = self.record.points(10, 42)?;
+        let corners = corners
+            .into_iter()
+            .map(|([x, y, _], bulge)| (Point::new(x, y), bulge));
+        let closed = self.record.integer(70)? & 1 != 0;
+        self.corners(canvas, &map, corners.collect(), closed)
+    }
+
+    fn polyline(&self, canvas: &mut Canvas<'p>, vertices: &'p [Record<'p>]) -> Drawn {
+        let flags = self.record.integer(70)?;
+        let (closed, in_space) = (flags & 1 != 0, flags & 8 != 0);
+        if flags & (16 | 64) != 0 {
+            return canvas.leave_out(self.record, "meshes are not drawn");
+        }
+        let height = self.record.number(30)?.unwrap_or(0.0);
+        let map = if in_space {
+            self.map
+        } else {
+            self.map * plane(self.record, height)?
+        };
+        let mut corners = Vec::new();
+        let mut level = None;
+        let mut flat = true;
+        for vertex in vertices {
+            // The frame of a spline; its curve is beside it.
+            if vertex.integer(70)? & 16 != 0 {
+                continue;
+            }
+            let [x, y, z] = vertex.point(10)?;
+            flat &= *level.get_or_insert(z) == z;
+            let bulge = if in_space { None } else { vertex.number(42)? };
+            corners.push((Point::new(x, y), bulge.unwrap_or(0.0)));
+        }
+        if in_space && !flat {
+            canvas.flattened(self.record);
+        }
+        self.corners(canvas, &map, corners, closed)
+    }
+
+    /// A line through corners, each with the bulge of the way to the next.
+    fn corners(
+        &self,
+        canvas: &mut Canvas<'p>,
+        map: &Affine,
+        mut corners: Vec<(Point, f64)>,
+        closed: bool,
+    ) -> Drawn {
+        let Some(first) = corners.first().copied() else {
+            return canvas.leave_out(self.record, "it has no corners");
+        };
+        if closed {
+            corners.push(first);
+        }
+        let mut points = vec![*map * first.0];
+        for pair in corners.windows(2) {
+            if let [(from, bulge), (to, _)] = *pair {
+                curve::bulge(&mut points, map, [from, to], bulge, canvas.tolerance);
+            }
+            if points.len() > canvas.room() {
+                break;
+            }
+        }
+        self.stroke(canvas, points)
+    }
+
+    fn spline(&self, canvas: &mut Canvas<'p>) -> Drawn {
+        let flat = |points: Vec<([f64; 3], f64)>| -> Vec<Point> {
+            let points = points.into_iter();
+            points
+                .map(|([x, y, _], _)| self.map * Point::new(x, y))
+                .collect()
+        };
+        let controls = flat(self.record.points(10, -1)?);
+        if controls.is_empty() {
+            return canvas.leave_out(self.record, "it has no control points");
+        }
+        let degree = self.record.integer(71)?;
+        let (knots, weights) = (self.record.numbers(40)?, self.record.numbers(41)?);
+        match Spline::new(degree, knots, &controls, &weights) {
+            Ok(spline) => {
+                let mut points = spline.points(canvas.tolerance, canvas.room());
+                // What is meant to be closed may miss itself by a rounding.
+                if let ([first, .., last], true) =
+                    (points.as_mut_slice(), self.record.integer(70)? & 1 != 0)
+                    && first.distance(*last) < canvas.tolerance
+                {
+                    *last = *first;
+                }
+                self.stroke(canvas, points)
+            }
+            Err(why) => canvas.leave_out(self.record, why),
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Lines that meet become one: drawing programs keep an outline as many lines and arcs, and a pen would be lifted after each.
+
+use std::collections::HashMap;
+
+use crate::Stroke;
+
+/// Ends that are nearer to one another than this meet, mm.
+const NEAR: f64 = 1e-4;
+
+/// An end of a line: twice its index, and one more for its last point.
+type End = usize;
+
+/// Joins lines of one layer where the ends of two, and no more, meet. A line that was joined from several is where the first of
+/// them was, and came from there.
+pub(super) fn joined(strokes: Vec<Stroke>) -> Vec<Stroke> {
+    let partners = partners(&strokes);
+    let mut slots: Vec<Option<Stroke>> = strokes.into_iter().map(Some).collect();
+    let mut joined = Vec::with_capacity(slots.len());
+    for nth in 0..slots.len() {
+        let Some(origin) = slots.get(nth).and_then(|slot| Some(slot.as_ref()?.origin)) else {
+            continue;
+        };
+        let mut points = Vec::new();
+        let mut next = Some(first_end(&partners, nth));
+        while let Some(end) = next {
+            let Some(mut stroke) = slots.get_mut(end / 2).and_then(Option::take) else {
+                break;
+            };
+            if end % 2 == 1 {
+                stroke.points.reverse();
+            }
+            points.extend(
+                stroke
+                    .points
+                    .into_iter()
+                    .skip(usize::from(!points.is_empty())),
+            );
+            next = partner(&partners, end ^ 1);
+        }
+        // A chain that has come round is closed, whatever its ends miss one another by.
+        if let (Some(_), [first, .., last]) = (next, points.as_mut_slice()) {
+            *last = *first;
+        }
+        joined.push(Stroke { points, origin });
+    }
+    joined
+}
+
+/// The end at which the chain of a line begins; of a chain that is closed, the line's own beginning.
+fn first_end(partners: &[Option<End>], nth: usize) -> End {
+    let mut end = 2 * nth;
+    while let Some(before) = partner(partners, end) {
+        end = before ^ 1;
+        if end / 2 == nth {
+            return 2 * nth;
+        }
+    }
+    end
+}
+
+fn partner(partners: &[Option<End>], end: End) -> Option<End> {
+    partners.get(end).copied().flatten()
+}
+
+/// For each end of a line the one that it meets.
+fn partners(strokes: &[Stroke]) -> Vec<Option<End>> {
+    let mut meetings: HashMap<(u32, [i64; 2]), Vec<End>> = HashMap::new();
+    for (nth, stroke) in strokes.iter().enumerate() {
+        let ([first, .., last], false) = (stroke.points.as_slice(), stroke.is_closed()) else {
+            continue;
+        };
+        for (end, point) in [(2 * nth, first), (2 * nth + 1, last)] {
+            let cell = point.map(|value| (value / NEAR).round() as i64);
+            let met = meetings.entry((stroke.origin.name, cell)).or_default();
+            met.push(end);
+        }
+    }
+    let mut partners = vec![None; 2 * strokes.len()];
+    for ends in meetings.into_values() {
+        if let [one, other] = ends.as_slice()
+            && one / 2 != other / 2
+        {
+            partners[*one] = Some(*other);
+            partners[*other] = Some(*one);
+        }
+    }
+    partners
+}

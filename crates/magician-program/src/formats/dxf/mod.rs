@@ -1,0 +1,76 @@
+//! DXF drawings (AutoCAD DXF Reference; text, and binary as text).
+//!
+//! Drawn are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, POINT, the outlines of SOLID, TRACE and 3DFACE, and what
+//! blocks hold, seen from above; lines that meet become one. Layers that are off, frozen or not plotted are left out, and so is the rest, with a note.
+
+mod binary;
+mod canvas;
+mod curve;
+mod drawing;
+mod entity;
+mod join;
+mod pairs;
+mod spline;
+#[cfg(test)]
+mod tests;
+
+use canvas::Canvas;
+use drawing::Drawing;
+
+use super::{Content, ReadOptions, Reading};
+use crate::{Artwork, Origin, Problem};
+
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+    if bytes.starts_with(b"AC10") {
+        return Err(Problem::of_file("this is a DWG file, not a DXF file")
+            .help("save it as DXF in the program that it comes from"));
+    }
+    match binary::to_text(bytes)? {
+        // Places in a text that nobody has are none.
+        Some(text) => read_text(&text, options)
+            .map(without_places)
+            .map_err(|problem| Problem {
+                origin: Origin::NONE,
+                ..problem
+            }),
+        None => read_text(&String::from_utf8_lossy(bytes), options),
+    }
+}
+
+fn read_text(text: &str, options: &ReadOptions) -> Result<Reading, Problem> {
+    let pairs = pairs::pairs(text)?;
+    let records = pairs::records(&pairs);
+    let drawing = Drawing::new(&records)?;
+    let mut canvas = Canvas::new(&drawing, options.tolerance);
+    canvas.draw()?;
+    let (strokes, names, notes) = canvas.finish();
+    let artwork = Artwork {
+        title: options.title.clone(),
+        page: None,
+        strokes: join::joined(strokes),
+        names,
+    };
+    Ok(Reading {
+        content: Content::Artwork(artwork),
+        notes,
+    })
+}
+
+fn without_places(mut reading: Reading) -> Reading {
+    let forget = |origin: &mut Origin| {
+        let name = origin.name;
+        *origin = Origin {
+            name,
+            ..Origin::NONE
+        };
+    };
+    for note in &mut reading.notes {
+        forget(&mut note.origin);
+    }
+    if let Content::Artwork(artwork) = &mut reading.content {
+        for stroke in &mut artwork.strokes {
+            forget(&mut stroke.origin);
+        }
+    }
+    reading
+}

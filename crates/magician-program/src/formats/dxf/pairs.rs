@@ -1,0 +1,163 @@
+//! A DXF file as what it is made of: pairs of a group code and a value, each on a line of its own, and records of them.
+
+use crate::{Origin, Problem};
+
+/// A value, and the code that says what it means.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pair<'t> {
+    pub(super) code: i32,
+    pub(super) value: &'t str,
+    pub(super) origin: Origin,
+}
+
+/// The pairs of a text.
+pub(super) fn pairs(text: &str) -> Result<Vec<Pair<'_>>, Problem> {
+    let mut pairs = Vec::new();
+    let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
+    let mut lines = (1_u32..).zip(text.lines());
+    while let Some((line, code)) = lines.next() {
+        let at = origin(line, code);
+        let Ok(number) = code.trim().parse() else {
+            if code.trim().is_empty() && pairs.last().is_some_and(is_end) {
+                break;
+            }
+            let what = shortened(code.trim());
+            return Err(Problem::new(
+                at,
+                format!("expected a group code, found \"{what}\""),
+            ));
+        };
+        let Some((line, value)) = lines.next() else {
+            return Err(Problem::new(at, "the file ends after a group code"));
+        };
+        pairs.push(Pair {
+            code: number,
+            value: value.trim(),
+            origin: origin(line, value),
+        });
+        if pairs.last().is_some_and(is_end) {
+            break;
+        }
+    }
+    Ok(pairs)
+}
+
+fn is_end(pair: &Pair<'_>) -> bool {
+    (pair.code, pair.value) == (0, "EOF")
+}
+
+fn origin(line: u32, text: &str) -> Origin {
+    let count = |text: &str| u32::try_from(text.chars().count()).unwrap_or(u32::MAX);
+    let before = text.len() - text.trim_start().len();
+    Origin {
+        line,
+        column: count(text.get(..before).unwrap_or_default()).saturating_add(1),
+        length: count(text.trim()),
+        name: 0,
+    }
+}
+
+fn shortened(text: &str) -> String {
+    text.chars().take(20).collect()
+}
+
+impl Pair<'_> {
+    fn number(&self) -> Result<f64, Problem> {
+        let number = self.value.parse().ok();
+        number
+            .filter(|number: &f64| number.is_finite())
+            .ok_or_else(|| {
+                let what = shortened(self.value);
+                Problem::new(self.origin, format!("expected a number, found \"{what}\""))
+            })
+    }
+
+    fn integer(&self) -> Result<i64, Problem> {
+        self.value.parse().map_err(|_| {
+            let what = shortened(self.value);
+            Problem::new(
+                self.origin,
+                format!("expected a whole number, found \"{what}\""),
+            )
+        })
+    }
+}
+
+/// A pair of code 0, which says what begins here, and all up to the next.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Record<'p> {
+    pub(super) kind: &'p str,
+    pub(super) origin: Origin,
+    pub(super) pairs: &'p [Pair<'p>],
+}
+
+pub(super) fn records<'p>(pairs: &'p [Pair<'p>]) -> Vec<Record<'p>> {
+    let groups = pairs.chunk_by(|_, next| next.code != 0);
+    let records = groups.filter_map(|group| match group {
+        [head, pairs @ ..] if head.code == 0 => Some(Record {
+            kind: head.value,
+            origin: head.origin,
+            pairs,
+        }),
+        _ => None,
+    });
+    records.collect()
+}
+
+impl<'p> Record<'p> {
+    /// The first value with this code.
+    pub(super) fn text(&self, code: i32) -> Option<&'p str> {
+        self.first(code).map(|pair| pair.value)
+    }
+
+    pub(super) fn number(&self, code: i32) -> Result<Option<f64>, Problem> {
+        self.first(code).map(Pair::number).transpose()
+    }
+
+    /// A number without which this means nothing.
+    pub(super) fn needed(&self, code: i32) -> Result<f64, Problem> {
+        self.number(code)?.ok_or_else(|| {
+            let why = format!("{} has no value for group code {code}", self.kind);
+            Problem::new(self.origin, why)
+        })
+    }
+
+    pub(super) fn integer(&self, code: i32) -> Result<i64, Problem> {
+        self.first(code).map_or(Ok(0), Pair::integer)
+    }
+
+    /// All numbers with this code.
+    pub(super) fn numbers(&self, code: i32) -> Result<Vec<f64>, Problem> {
+        let pairs = self.pairs.iter().filter(|pair| pair.code == code);
+        pairs.map(Pair::number).collect()
+    }
+
+    /// The point whose x has this code; y and z have 10 and 20 more, and are 0 where they are left out.
+    pub(super) fn point(&self, code: i32) -> Result<[f64; 3], Problem> {
+        let x = self.needed(code)?;
+        let [y, z] = [10, 20].map(|more| self.number(code + more));
+        Ok([x, y?.unwrap_or(0.0), z?.unwrap_or(0.0)])
+    }
+
+    /// All points whose x has this code, each with the value of one more code that follows it.
+    pub(super) fn points(&self, code: i32, more: i32) -> Result<Vec<([f64; 3], f64)>, Problem> {
+        let mut points: Vec<([f64; 3], f64)> = Vec::new();
+        for pair in self.pairs {
+            if pair.code == code {
+                points.push(([pair.number()?, 0.0, 0.0], 0.0));
+            } else if let Some((point, extra)) = points.last_mut() {
+                match pair.code - code {
+                    10 => point[1] = pair.number()?,
+                    20 => point[2] = pair.number()?,
+                    _ if pair.code == more => *extra = pair.number()?,
+                    _ => {}
+                }
+            }
+        }
+        Ok(points)
+    }
+
+    fn first(&self, code: i32) -> Option<&'p Pair<'p>> {
+        self.pairs.iter().find(|pair| pair.code == code)
+    }
+}

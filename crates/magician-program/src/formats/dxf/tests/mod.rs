@@ -1,0 +1,62 @@
+//! Drawings as words, and as they come from a file.
+
+mod blocks;
+mod entities;
+mod files;
+
+use std::fmt::Write;
+
+use super::*;
+use crate::{Format, Stroke, read};
+
+const PLATE: &str = include_str!("../../../../samples/plate.dxf");
+const TOLERANCE: f64 = 0.01;
+
+fn options() -> ReadOptions {
+    ReadOptions {
+        tolerance: TOLERANCE,
+        ..ReadOptions::default()
+    }
+}
+
+fn drawn(bytes: &[u8]) -> (Artwork, Vec<Problem>) {
+    let reading = read(Format::Dxf, bytes, &options()).unwrap();
+    match reading.content {
+        Content::Artwork(artwork) => (artwork, reading.notes),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A file of codes and values, each a word.
+fn file(words: &str) -> String {
+    let mut text = words
+        .split_whitespace()
+        .fold(String::new(), |mut text, word| {
+            writeln!(text, "{word}").unwrap();
+            text
+        });
+    text.push_str("0\nEOF\n");
+    text
+}
+
+/// The lines of entities in mm, and what is noted.
+fn entities(words: &str) -> (Vec<Stroke>, Vec<String>) {
+    let head = "0 SECTION 2 HEADER 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 ENTITIES";
+    let (artwork, notes) = drawn(file(&format!("{head} {words} 0 ENDSEC")).as_bytes());
+    let notes = notes.iter().map(ToString::to_string);
+    (artwork.strokes, notes.collect())
+}
+
+/// The only line of an entity, drawn without a note.
+fn entity(words: &str) -> Vec<[f64; 2]> {
+    let (strokes, notes) = entities(words);
+    assert_eq!(notes, [""; 0]);
+    let [stroke] = strokes.as_slice() else {
+        panic!("{strokes:?}")
+    };
+    stroke.points.clone()
+}
+
+fn near(one: [f64; 2], other: [f64; 2]) -> bool {
+    (one[0] - other[0]).hypot(one[1] - other[1]) < 1e-9
+}

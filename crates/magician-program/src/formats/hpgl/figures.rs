@@ -1,0 +1,144 @@
+//! Arcs, circles, rectangles, wedges and curves.
+
+use super::curves;
+use super::lexer::{Flaw, Instruction};
+use super::plotter::{Plotter, pairs};
+use crate::artwork::distance;
+
+/// More turns than this are no arc of a drawing, degrees.
+const WIDEST: f64 = 36_000.0;
+
+/// What becomes of fills.
+pub(super) const UNFILLED: &str = "nothing is filled: filled shapes are outlines";
+
+fn needs(instruction: &Instruction, what: &str) -> Flaw {
+    let message = format!("{} needs {what}", instruction.name());
+    Flaw::new(instruction.range.clone(), message)
+}
+
+impl Plotter<'_> {
+    /// One of them.
+    pub(super) fn figure(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+        let relative = matches!(&instruction.name, b"AR" | b"ER" | b"RR" | b"BR");
+        let from = if relative { self.at } else { [0.0; 2] };
+        match &instruction.name {
+            b"CI" => self.circle(instruction)?,
+            b"AA" | b"AR" => self.arc_on(from, instruction)?,
+            b"EW" | b"WG" => self.wedge(instruction)?,
+            b"BZ" | b"BR" => self.curves(relative, instruction)?,
+            _ => self.rectangle(from, instruction)?,
+        }
+        if matches!(&instruction.name, b"RA" | b"RR" | b"WG") {
+            self.note(instruction, UNFILLED);
+        }
+        Ok(())
+    }
+
+    fn circle(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+        let &[radius, ..] = &instruction.numbers[..] else {
+            return Err(needs(instruction, "a radius"));
+        };
+        let [x, y] = self.at;
+        let start = [x + radius, y];
+        let circle = self.arc([x, y], start, 360.0, instruction)?;
+        self.outline(start, circle, instruction)
+    }
+
+    /// An arc from where the pen is.
+    fn arc_on(&mut self, from: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+        let &[x, y, sweep, ..] = &instruction.numbers[..] else {
+            return Err(needs(instruction, "a centre and an angle"));
+        };
+        let centre = [from[0] + x, from[1] + y];
+        let corners = self.arc(centre, self.at, sweep, instruction)?;
+        let mut corners = corners.into_iter();
+        corners.try_for_each(|corner| self.line(corner, instruction))
+    }
+
+    fn wedge(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+        let &[radius, start, sweep, ..] = &instruction.numbers[..] else {
+            return Err(needs(instruction, "a radius and two angles"));
+        };
+        let ([x, y], (sin, cos)) = (self.at, start.to_radians().sin_cos());
+        let first = [x + radius * cos, y + radius * sin];
+        let mut wedge = vec![first];
+        wedge.extend(self.arc([x, y], first, sweep, instruction)?);
+        wedge.push([x, y]);
+        self.outline([x, y], wedge, instruction)
+    }
+
+    fn rectangle(&mut self, from: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+        let &[across, along, ..] = &instruction.numbers[..] else {
+            return Err(needs(instruction, "a corner"));
+        };
+        let [x, y] = self.at;
+        let [to_x, to_y] = [from[0] + across, from[1] + along];
+        let corners = vec![[to_x, y], [to_x, to_y], [x, to_y], [x, y]];
+        self.outline([x, y], corners, instruction)
+    }
+
+    /// Bezier curves from where the pen is; relative ones count from where each begins.
+    fn curves(&mut self, relative: bool, instruction: &Instruction) -> Result<(), Flaw> {
+        for three in pairs(instruction, None)?.chunks(3) {
+            let &[a, b, c] = three else {
+                return Err(needs(instruction, "three points for each curve"));
+            };
+            let from = if relative { self.at } else { [0.0; 2] };
+            let [a, b, c] = [a, b, c].map(|[x, y]| [from[0] + x, from[1] + y]);
+            for point in [a, b, c] {
+                self.fits(point, instruction)?;
+            }
+            let tolerance = self.tolerance / self.scale.most();
+            for corner in curves::curve([self.at, a, b, c], tolerance) {
+                self.line(corner, instruction)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn arc(
+        &self,
+        centre: [f64; 2],
+        from: [f64; 2],
+        sweep: f64,
+        instruction: &Instruction,
+    ) -> Result<Vec<[f64; 2]>, Flaw> {
+        let radius = distance(centre, from);
+        let span = |sign: f64| [centre[0] + sign * radius, centre[1] + sign * radius];
+        self.fits(span(1.0), instruction)?;
+        self.fits(span(-1.0), instruction)?;
+        if sweep.abs() > WIDEST {
+            let message = format!("an arc of {sweep} degrees goes round too often");
+            return Err(Flaw::new(instruction.range.clone(), message));
+        }
+        let tolerance = self.tolerance / self.scale.most();
+        Ok(curves::arc(centre, from, sweep, tolerance))
+    }
+
+    /// A closed line of its own; then the pen is where it was, as it was.
+    fn outline(
+        &mut self,
+        start: [f64; 2],
+        mut corners: Vec<[f64; 2]>,
+        instruction: &Instruction,
+    ) -> Result<(), Flaw> {
+        // A curve comes back to its first point but for a rounding error.
+        if let Some(last) = corners.last_mut() {
+            *last = start;
+        }
+        if let Some(open) = &mut self.open {
+            open.dot = false;
+        }
+        self.lift_for_a_moment();
+        if self.pen == 0.0 {
+            return Ok(());
+        }
+        let (at, down) = (self.at, self.down);
+        (self.at, self.down) = (start, true);
+        let mut corners = corners.into_iter();
+        let drawn = corners.try_for_each(|corner| self.line(corner, instruction));
+        self.lift_for_a_moment();
+        (self.at, self.down) = (at, down);
+        drawn
+    }
+}

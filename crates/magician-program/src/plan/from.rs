@@ -1,0 +1,329 @@
+//! A plan from one of its steps on: to begin later, or to go on after a stop.
+
+mod settings;
+
+use magician::words::{self, Preflight};
+use magician::{Error, Set};
+use magician_motion::Pose;
+use magician_protocol::PtpMode;
+
+use super::{Action, Plan, Travel};
+use crate::{Origin, Problem, Step};
+use settings::Settings;
+
+/// Heights are tried in steps of this, mm, where the highest is out of reach.
+const LOWER: f64 = 5.0;
+/// Ways shorter than this need no step, mm.
+const SHORT: f64 = 1e-3;
+/// The way across is so far above both of its ends at least, if it can be, mm.
+const LIFT: f64 = 10.0;
+
+/// A plan from one of its steps on, ready to be run on its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Continuation {
+    /// What is to be done.
+    pub plan: Plan,
+    /// For each step of it the step of the whole plan (from 0) that it belongs to. What leads to the first one belongs to it:
+    /// whoever is interrupted there begins with that one again.
+    pub steps: Vec<usize>,
+}
+
+impl Plan {
+    /// The plan from a step (from 0) on, for an arm that is as `start` tells. It first sets what the steps before would have
+    /// set (speeds, tool, pins, pump, motors that run), and nothing that they did; goes straight up, across, and straight
+    /// down to where the step begins, with the laser dark; and then goes on as the plan does. A step of a continuous path
+    /// begins where its segment does, at rest.
+    ///
+    /// The way across is as high as the plan has been until then, jumps counted, and 10 mm above both of its ends; or as
+    /// high as it can be. Homing is not repeated: an arm that has been switched off in between is to be homed before.
+    ///
+    /// ```
+    /// use magician::{JointAngles, ToolBias, words::Preflight};
+    /// use magician_program::{Action, Origin, Plan, Travel};
+    ///
+    /// let mut plan = Plan::new("two strokes");
+    /// for (x, y, z) in [(220.0, 0.0, 20.0), (220.0, 0.0, 0.0), (220.0, 40.0, 0.0), (240.0, 40.0, 0.0)] {
+    ///     plan.push(Action::Move { to: [x, y, z, 0.0], by: Travel::Line }, Origin::NONE);
+    /// }
+    /// let arm = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    /// let rest = plan.from_step(3, &arm)?;
+    /// let targets: Vec<_> = rest.plan.steps.iter().filter_map(|step| step.action.target()).collect();
+    /// assert_eq!(targets[1..], [[220.0, 40.0, 20.0], [220.0, 40.0, 0.0], [240.0, 40.0, 0.0]]);
+    /// assert_eq!(rest.steps, [3, 3, 3, 3]);
+    /// # Ok::<(), magician_program::Problem>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A [`Problem`] if there is no such step, a step before it cannot be done, nobody knows where it begins (behind a
+    /// homing to a point that is not known, say), or the arm cannot get there.
+    pub fn from_step(&self, step: usize, start: &Preflight) -> Result<Continuation, Problem> {
+        if step >= self.steps.len() && step > 0 {
+            let message = format!(
+                "there is no step {}: the plan has {}",
+                step + 1,
+                self.steps.len()
+            );
+            return Err(Problem::of_file(message));
+        }
+        let mut plan = self.clone();
+        if step > 0 {
+            let mut lead = Lead::to(self, step, start)?;
+            lead.make(start)?;
+            plan.steps = lead.steps;
+            plan.steps.extend(self.steps.iter().skip(step).cloned());
+        }
+        let added = plan.steps.len() - (self.steps.len() - step);
+        let steps = std::iter::repeat_n(step, added).chain(step..self.steps.len());
+        Ok(Continuation {
+            plan,
+            steps: steps.collect(),
+        })
+    }
+
+    fn problem_at(&self, step: usize, message: String) -> Problem {
+        let origin = self
+            .steps
+            .get(step)
+            .map_or(Origin::NONE, |step| step.origin);
+        let problem = Problem::new(origin, message);
+        match self.name_of(&origin) {
+            Some(name) => problem.named(name),
+            None => problem,
+        }
+    }
+}
+
+/// The highest that the tool has been.
+struct Height {
+    most: f64,
+    /// How far jumps lift, and their highest z: at first as an arm has them at power-up (model section 6).
+    jump: [f64; 2],
+}
+
+impl Default for Height {
+    fn default() -> Self {
+        Self {
+            most: f64::NEG_INFINITY,
+            jump: [20.0, 100.0],
+        }
+    }
+}
+
+impl Height {
+    fn note(&mut self, command: &Set, from: Option<f64>, to: Option<f64>) {
+        let jumps = match command {
+            Set::PtpJumpParams(jump) => {
+                self.jump = [jump.jump_height, jump.z_limit].map(f64::from);
+                false
+            }
+            Set::PtpJump2Params(jump) => {
+                let lift = jump.start_jump_height.max(jump.end_jump_height);
+                self.jump = [lift, jump.z_limit].map(f64::from);
+                false
+            }
+            Set::PtpCmd(ptp) => is_jump(ptp.ptp_mode),
+            Set::PtpPoCmd(ptp) => is_jump(ptp.ptp_mode),
+            Set::PtpWithLCmd(ptp) => is_jump(ptp.ptp_mode),
+            Set::PtpPoWithLCmd(ptp) => is_jump(ptp.ptp_mode),
+            _ => false,
+        };
+        let [lift, limit] = self.jump;
+        for z in [from, to].into_iter().flatten() {
+            let apex = if jumps { (z + lift).min(limit) } else { z };
+            self.most = self.most.max(z).max(apex);
+        }
+    }
+}
+
+fn is_jump(mode: PtpMode) -> bool {
+    matches!(
+        mode,
+        PtpMode::JumpXyz | PtpMode::JumpAngle | PtpMode::JumpMovlXyz
+    )
+}
+
+/// What leads to a step.
+struct Lead<'p> {
+    plan: &'p Plan,
+    step: usize,
+    settings: Settings,
+    /// Where the step begins.
+    place: Pose,
+    /// The highest z so far.
+    height: f64,
+    steps: Vec<Step>,
+}
+
+impl<'p> Lead<'p> {
+    /// Follows the plan up to the step.
+    fn to(plan: &'p Plan, step: usize, start: &Preflight) -> Result<Self, Problem> {
+        let mut arm = start.clone().summing();
+        let mut settings = Settings::default();
+        let mut height = Height::default();
+        if let Some(tool) = plan.preamble() {
+            let told = arm.check(&tool);
+            told.map_err(|error| Problem::of_file(error.to_string()))?;
+        }
+        for (at, before) in plan.steps.iter().take(step).enumerate() {
+            let command = before.action.command();
+            let from = arm.arm().map(|at| at.pose.z);
+            let done = arm.check(&command).map_err(|error| {
+                let message = format!("step {} comes before, and cannot be done: {error}", at + 1);
+                plan.problem_at(at, message)
+            })?;
+            settings.note(&command);
+            height.note(&command, from, done.end.map(|end| end.pose.z));
+        }
+        let Some(at) = arm.arm() else {
+            let message = format!(
+                "nobody knows where the arm is when step {} begins",
+                step + 1
+            );
+            return Err(plan
+                .problem_at(step, message)
+                .help(plan.places_known_after(step)));
+        };
+        if settings.has_lost_the_rail() {
+            let message = format!(
+                "nobody knows where on the rail the arm is when step {} begins",
+                step + 1
+            );
+            let help = "begin with a step that sends it to a place on the rail, or with the first";
+            return Err(plan.problem_at(step, message).help(help));
+        }
+        Ok(Self {
+            plan,
+            step,
+            settings,
+            place: at.pose,
+            height: height.most.max(at.pose.z + LIFT),
+            steps: Vec::new(),
+        })
+    }
+
+    /// Settings, then the way there, then the laser if it is to be lit.
+    fn make(&mut self, start: &Preflight) -> Result<(), Problem> {
+        let mut arm = start.clone().summing();
+        let refused = |error: Error| {
+            let message = format!(
+                "the arm cannot get to where step {} begins: {error}",
+                self.step + 1
+            );
+            self.plan.problem_at(self.step, message)
+        };
+        let mut steps: Vec<Action> = Vec::new();
+        if let Some(tool) = self.plan.preamble() {
+            arm.check(&tool).map_err(refused)?;
+        }
+        let burns = |step: &Step| matches!(step.action, Action::Burn { .. } | Action::Laser(_));
+        let dark = self
+            .plan
+            .steps
+            .iter()
+            .any(burns)
+            .then_some(words::laser(false));
+        for command in dark.into_iter().chain(self.settings.in_force()) {
+            arm.check(&command).map_err(refused)?;
+            steps.push(command.into());
+        }
+        self.approach(&mut arm, &mut steps).map_err(refused)?;
+        if self.settings.is_lit() {
+            steps.push(Action::Laser(true));
+        }
+        let origin = Origin::NONE;
+        self.steps = steps
+            .into_iter()
+            .map(|action| Step { action, origin })
+            .collect();
+        Ok(())
+    }
+
+    /// Up, across and down, as far as that is possible and needed.
+    fn approach(&self, arm: &mut Preflight, steps: &mut Vec<Action>) -> Result<(), Error> {
+        let mut go = |arm: &mut Preflight, pose: Pose, ways: &[Travel], l: Option<f32>| {
+            let mut refusal = None;
+            for by in ways {
+                let to = pose.to_array().map(|value| value as f32);
+                let plain = Action::Move { to, by: *by };
+                let command = match l {
+                    Some(l) => words::with_rail(plain.command(), l)?,
+                    None => plain.command(),
+                };
+                match arm.check(&command) {
+                    Ok(_) => {
+                        steps.push(command.into());
+                        return Ok(());
+                    }
+                    Err(error) => refusal = refusal.or(Some(error)),
+                }
+            }
+            refusal.map_or(Ok(()), Err)
+        };
+        let rail = self.settings.rail();
+        let begun = arm.arm().map(|at| at.pose);
+        if let Some(from) = begun
+            && rail.is_none()
+            && from.distance_to(&self.place) < SHORT
+            && (from.r - self.place.r).abs() < SHORT
+        {
+            return Ok(());
+        }
+        let height = begun.map_or(self.height, |from| self.height.max(from.z + LIFT));
+        if let Some(from) = begun {
+            // Where it cannot go up there is nothing that it could run into.
+            let _ = highest(&from, height, |pose| go(arm, pose, &[Travel::Line], None));
+        }
+        // From an unknown start only all joints together lead to a place that is known.
+        let across: &[Travel] = match begun {
+            Some(_) => &[Travel::Line, Travel::Joints],
+            None => &[Travel::Joints],
+        };
+        let over = highest(&self.place, height, |pose| go(arm, pose, across, rail));
+        match over {
+            Some(Ok(())) => go(arm, self.place, &[Travel::Line], None),
+            _ => go(arm, self.place, across, rail),
+        }
+    }
+}
+
+/// Goes above a place: as high as that, or as high as it can be. Nothing if it is as high already.
+fn highest(
+    place: &Pose,
+    height: f64,
+    mut go: impl FnMut(Pose) -> Result<(), Error>,
+) -> Option<Result<(), Error>> {
+    let mut z = height;
+    let mut refusal = None;
+    while z > place.z + SHORT {
+        match go(Pose { z, ..*place }) {
+            Ok(()) => return Some(Ok(())),
+            Err(error) => refusal = Some(Err(error)),
+        }
+        z -= LOWER;
+    }
+    refusal
+}
+
+impl Plan {
+    /// From which step on the place is known.
+    fn places_known_after(&self, step: usize) -> String {
+        let leads = |step: &Step| {
+            let way = |by: Travel| by == Travel::Joints;
+            matches!(step.action, Action::Move { by, .. } | Action::Joints { by, .. } if way(by))
+        };
+        let later = self
+            .steps
+            .iter()
+            .enumerate()
+            .skip(step)
+            .find(|(_, step)| leads(step));
+        match later {
+            Some((at, _)) if at + 1 < self.steps.len() => format!(
+                "step {} goes to a place of its own with all joints together: begin with step {}, or with the first",
+                at + 1,
+                at + 2
+            ),
+            _ => "begin with the first step".to_owned(),
+        }
+    }
+}

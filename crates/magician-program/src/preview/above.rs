@@ -1,0 +1,112 @@
+//! The view from above.
+
+use magician::Geometry;
+
+use super::marks::MarkKind;
+use super::panel::{Extent, Panel};
+use super::svg::{Number, Svg, path};
+use super::symbols;
+use super::trip::{Layer, Leaves, Trip};
+use super::{BASE, FAINT, INK, PreviewOptions, REACH, REACH_EDGE, layers};
+use crate::{Reach, Surface};
+
+/// The base is 158 mm square.
+const HALF_BASE: f64 = 79.0;
+
+/// Which part of the plane the view shows: all ways, and the sheet.
+pub(super) fn part(trip: &Trip, options: &PreviewOptions) -> [[f64; 2]; 2] {
+    let mut extent = Extent::default();
+    for layer in &trip.layers {
+        let points = layer.above.lines().flatten();
+        points.for_each(|point| extent.show(*point));
+    }
+    let ends = trip.ends.into_iter().flatten();
+    ends.for_each(|[x, y, _]| extent.show([x, y]));
+    let sheet = options.sheet.iter().flatten();
+    sheet.for_each(|corner| extent.show(*corner));
+    extent.part()
+}
+
+/// Draws it.
+pub(super) fn draw(
+    svg: &mut Svg,
+    panel: &Panel,
+    trip: &Trip,
+    options: &PreviewOptions,
+    arm: &Geometry,
+) {
+    panel.begin(svg);
+    reach(svg, panel, arm, trip.work.surface());
+    base(svg, panel);
+    if let Some(sheet) = &options.sheet {
+        let data = path(sheet.iter().map(|corner| panel.at(*corner)), true);
+        let look = [("fill", "#fff"), ("stroke", FAINT), ("stroke-width", "0.3")];
+        svg.path(&data, &look);
+    }
+    panel.grid(svg);
+    let look = |layer: &Layer| super::svg::tracks(&layer.above, |point| panel.at(point));
+    layers::draw(svg, &trip.layers, look);
+    for mark in &trip.marks {
+        let [x, y, _] = mark.at;
+        symbols::marks(svg, panel.at([x, y]), mark);
+    }
+    if let Some([start, end]) = trip.ends {
+        symbols::ends(svg, [start, end].map(|[x, y, _]| panel.at([x, y])));
+    }
+    for (step, at) in &trip.complaints {
+        if let Some([x, y, _]) = at {
+            symbols::complaint(svg, panel, [*x, *y], step + 1);
+        }
+    }
+    panel.end(svg);
+    panel.numbers(svg, "X / mm", "Y / mm");
+}
+
+/// What the tool can reach on the surface.
+pub(super) fn reach(svg: &mut Svg, panel: &Panel, arm: &Geometry, surface: Option<Surface>) {
+    let Some(surface) = surface else {
+        return;
+    };
+    let look = [
+        ("fill", REACH),
+        ("stroke", REACH_EDGE),
+        ("stroke-width", "0.3"),
+    ];
+    for ring in Reach::new(arm.tool, surface, 0.0).outline() {
+        let ring = ring.into_iter().map(|point| panel.at(point));
+        svg.path(&path(ring, true), &look);
+    }
+}
+
+/// The base's footprint and its axis.
+pub(super) fn base(svg: &mut Svg, panel: &Panel) {
+    let corners = [[-HALF_BASE, -HALF_BASE], [HALF_BASE, HALF_BASE]];
+    let round = Number(6.0 * panel.scale).to_string();
+    let look = [
+        ("fill", BASE),
+        ("rx", &round),
+        ("stroke", FAINT),
+        ("stroke-width", "0.3"),
+    ];
+    svg.rectangle(corners.map(|corner| panel.at(corner)), &look);
+    svg.circle(panel.at([0.0, 0.0]), 0.8, &[("fill", INK)]);
+}
+
+/// Which kinds of marks there are.
+pub(super) fn kinds(trip: &Trip) -> Vec<MarkKind> {
+    let mut kinds: Vec<_> = trip
+        .marks
+        .iter()
+        .flat_map(|mark| mark.kinds.clone())
+        .collect();
+    kinds.sort();
+    kinds.dedup();
+    kinds
+}
+
+/// Whether there is anything of a sort.
+pub(super) fn has(trip: &Trip, sort: impl Fn(Leaves) -> bool) -> bool {
+    trip.layers
+        .iter()
+        .any(|layer| sort(layer.leaves) && !layer.above.is_empty())
+}

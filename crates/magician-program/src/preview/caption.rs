@@ -1,0 +1,106 @@
+//! The title, and the figures under it.
+
+use std::time::Duration;
+
+use super::svg::{Anchor, Svg, Type};
+use super::trip::Trip;
+use super::work::Work;
+use super::{FAINT, INK};
+use crate::{Plan, Report};
+
+/// How wide a letter of the title is on the average, of its size.
+const WIDE: f64 = 0.56;
+
+/// Draws them with their upper left corner at a place.
+pub(super) fn draw(
+    svg: &mut Svg,
+    [left, top]: [f64; 2],
+    width: f64,
+    plan: &Plan,
+    report: &Report,
+    trip: &Trip,
+) {
+    let title = Type {
+        size: 5.2,
+        colour: INK,
+        anchor: Anchor::Start,
+        rim: false,
+    };
+    let name = if plan.title.is_empty() {
+        "untitled"
+    } else {
+        plan.title.as_str()
+    };
+    let most = (width / (title.size * WIDE)) as usize;
+    let short: String = name.chars().take(most).collect();
+    svg.text([left, top + 4.6], short, &title);
+    let text = Type {
+        size: 3.4,
+        colour: FAINT,
+        ..title
+    };
+    let facts = facts(plan, report, trip);
+    svg.text([left, top + 11.0], facts.join("  ·  "), &text);
+}
+
+fn facts(plan: &Plan, report: &Report, trip: &Trip) -> Vec<String> {
+    let mut facts = Vec::new();
+    if let Some([low, high]) = trip.bounds {
+        let [x, y] = [high[0] - low[0], high[1] - low[1]];
+        facts.push(format!("{x:.1} × {y:.1} mm"));
+    }
+    let (left, other) = match trip.work {
+        Work::Draws(_) => ("drawn", "pen up"),
+        Work::Burns(_) => ("burnt", "dark"),
+        Work::Carries(_) => ("drawn", "travelled"),
+    };
+    if trip.drawn > 0.0 {
+        facts.push(format!("{} {left}", length(trip.drawn)));
+    }
+    if trip.other > 0.0 {
+        facts.push(format!("{} {other}", length(trip.other)));
+    }
+    facts.extend(report.time.map(time));
+    facts.push(match plan.steps.len() {
+        1 => "1 step".to_owned(),
+        steps => format!("{steps} steps"),
+    });
+    match report.refused {
+        0 => {}
+        refused => facts.push(format!("{refused} refused")),
+    }
+    facts
+}
+
+fn length(mm: f64) -> String {
+    if mm < 9999.5 {
+        format!("{mm:.0} mm")
+    } else {
+        format!("{:.1} m", mm / 1000.0)
+    }
+}
+
+/// `21.7 s`, `3 min 05 s`, `2 h 10 min`.
+fn time(time: Duration) -> String {
+    let seconds = time.as_secs_f64();
+    let whole = seconds.round() as u64;
+    match whole {
+        0..60 => format!("{seconds:.1} s"),
+        60..3600 => format!("{} min {:02} s", whole / 60, whole % 60),
+        _ => format!("{} h {:02} min", whole / 3600, whole % 3600 / 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_and_lengths_are_short() {
+        let told = |seconds| time(Duration::from_millis(seconds));
+        assert_eq!(told(21_740), "21.7 s");
+        assert_eq!(told(185_400), "3 min 05 s");
+        assert_eq!(told(7_830_000), "2 h 10 min");
+        assert_eq!([length(463.2), length(12_345.0)], ["463 mm", "12.3 m"]);
+    }
+}

@@ -1,0 +1,57 @@
+//! How each sort of way looks.
+
+use super::svg::{Number, Svg};
+use super::trip::{Layer, Leaves, SHADES};
+use super::{BURNT, CARRIED, DRAWN, EMPTY};
+
+/// With more corners than this, and between the lines of an engraving, dashes are only a cloud.
+const DASHED: usize = 600;
+
+/// Draws the layers, what is left on top; `data` tells the lines of one.
+pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> String) {
+    let burns = |layer: &Layer| matches!(layer.leaves, Leaves::Burn(_));
+    let burns = layers.iter().any(burns);
+    let mut layers: Vec<&Layer> = layers.iter().collect();
+    layers.sort_by_key(|layer| match layer.leaves {
+        Leaves::Nothing => 0,
+        Leaves::Carried => 1,
+        Leaves::Burn(shade) => 1 + shade,
+        Leaves::Ink => 2 + SHADES,
+    });
+    for layer in layers {
+        let data = data(layer);
+        let (colour, width, opacity, dashes) = look(layer.leaves);
+        let many = burns || layer.above.len() > DASHED;
+        let crowded = layer.leaves == Leaves::Nothing && many;
+        let (width, opacity) = if crowded {
+            (0.1, 0.3)
+        } else {
+            (width, opacity)
+        };
+        let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
+        let mut attributes = vec![
+            ("fill", "none"),
+            ("stroke", colour),
+            ("stroke-width", &width),
+            ("stroke-linecap", "round"),
+            ("stroke-linejoin", "round"),
+        ];
+        if opacity != "1" {
+            attributes.push(("stroke-opacity", &opacity));
+        }
+        if let Some(dashes) = dashes.filter(|_| !crowded) {
+            attributes.push(("stroke-dasharray", dashes));
+        }
+        svg.path(&data, &attributes);
+    }
+}
+
+/// Colour, width in mm, opacity and dashes.
+pub(super) fn look(leaves: Leaves) -> (&'static str, f64, f64, Option<&'static str>) {
+    match leaves {
+        Leaves::Nothing => (EMPTY, 0.25, 0.9, Some("1.4 1.2")),
+        Leaves::Carried => (CARRIED, 0.6, 1.0, None),
+        Leaves::Ink => (DRAWN, 0.5, 1.0, None),
+        Leaves::Burn(shade) => (BURNT, 0.2, shade as f64 / SHADES as f64, None),
+    }
+}

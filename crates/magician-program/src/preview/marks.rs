@@ -1,0 +1,45 @@
+//! What happens at places: picking, placing, waiting.
+
+/// Places nearer to one another than this are the same, mm.
+const SAME: f64 = 1.0;
+
+/// What happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum MarkKind {
+    /// The tool takes hold.
+    Pick,
+    /// It lets go.
+    Place,
+    /// It waits.
+    Wait,
+}
+
+/// A place at which something happens.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Mark {
+    pub(super) at: [f64; 3],
+    /// What happens there, each once.
+    pub(super) kinds: Vec<MarkKind>,
+    pub(super) name: Option<String>,
+}
+
+impl Mark {
+    /// Adds what happens at a place.
+    pub(super) fn add(marks: &mut Vec<Self>, at: [f64; 3], kind: MarkKind, name: Option<&str>) {
+        let near = |mark: &&mut Self| (0..3).all(|axis| (mark.at[axis] - at[axis]).abs() < SAME);
+        let name = name.map(str::to_owned);
+        match marks.iter_mut().find(near) {
+            Some(mark) => {
+                if !mark.kinds.contains(&kind) {
+                    mark.kinds.push(kind);
+                }
+                mark.name = mark.name.take().or(name);
+            }
+            None => marks.push(Self {
+                at,
+                kinds: vec![kind],
+                name,
+            }),
+        }
+    }
+}

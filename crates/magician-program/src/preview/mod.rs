@@ -1,0 +1,214 @@
+//! Pictures of plans: what will be drawn, burnt or carried, and where, in true size.
+//!
+//! From above, X to the right and Y up, on a grid in mm, with what the tool can reach at the height of its surface; a small
+//! map tells where before the arm that is. A plan that picks and places is also shown from the side. However many steps a plan has, a picture has a
+//! path for each sort of line, with as many corners as can be seen.
+
+mod above;
+mod caption;
+mod layers;
+mod legend;
+mod locator;
+mod marks;
+mod panel;
+mod png;
+mod section;
+mod side;
+mod svg;
+mod symbols;
+mod track;
+mod trip;
+mod work;
+
+use magician::Geometry;
+use magician::words::Preflight;
+
+use legend::Legend;
+use panel::{Panel, TICKS};
+pub use png::PictureError;
+pub(crate) use png::options as svg_options;
+use svg::Svg;
+use trip::Trip;
+
+use crate::{Plan, Report};
+
+const INK: &str = "#1f2933";
+const FAINT: &str = "#66727f";
+const DRAWN: &str = "#1a1a1a";
+const BURNT: &str = "#4a2508";
+const EMPTY: &str = "#3b7dd8";
+const CARRIED: &str = "#d9530b";
+const WRONG: &str = "#c4161c";
+const REACH: &str = "#e9edf1";
+const REACH_EDGE: &str = "#a9b5c1";
+const BASE: &str = "#d5dae0";
+
+/// Free space round the picture, and between its parts, mm.
+const MARGIN: f64 = 6.0;
+/// Room for title and caption, mm.
+const HEAD: f64 = 16.0;
+
+/// What else a picture shows.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct PreviewOptions {
+    /// The corners of the sheet, where it is known, in the arm's x and y, mm.
+    pub sheet: Option<Vec<[f64; 2]>>,
+    /// Whether there is a view from the side; if it does not say, there is one of plans that pick and place.
+    pub side: Option<bool>,
+}
+
+impl PreviewOptions {
+    /// Sets [`sheet`](Self::sheet).
+    #[must_use]
+    pub fn sheet(mut self, corners: impl Into<Vec<[f64; 2]>>) -> Self {
+        self.sheet = Some(corners.into());
+        self
+    }
+
+    /// Sets [`side`](Self::side).
+    #[must_use]
+    pub fn side(mut self, side: bool) -> Self {
+        self.side = Some(side);
+        self
+    }
+}
+
+/// The picture of a plan.
+///
+/// ```
+/// use magician::{JointAngles, ToolBias, words::Preflight};
+/// use magician_program::preview::{Preview, PreviewOptions};
+/// use magician_program::{Action, Origin, Plan, Surface, Tool, Travel, check};
+///
+/// let mut plan = Plan::new("a line");
+/// plan.tool = Some(Tool::Pen);
+/// plan.surface = Some(Surface::level(-60.0));
+/// plan.push(Action::Move { to: [200.0, 0.0, -60.0, 0.0], by: Travel::Joints }, Origin::NONE);
+/// plan.push(Action::Path { to: [240.0, 0.0, -60.0] }, Origin::NONE);
+///
+/// let start = Preflight::at(JointAngles::HOME, ToolBias::PEN);
+/// let report = check(&plan, &start);
+/// let preview = Preview::new(&plan, &report, &start, &PreviewOptions::default());
+/// assert!(preview.to_svg().starts_with("<svg"));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Preview {
+    svg: String,
+    trip: Trip,
+}
+
+impl Preview {
+    /// The picture of a plan, of what [`check`](fn@crate::check) says of it, and of where it starts: what the check was
+    /// given.
+    #[must_use]
+    pub fn new(plan: &Plan, report: &Report, start: &Preflight, options: &PreviewOptions) -> Self {
+        let trip = Trip::through(plan, report, start, options.side);
+        let geometry = match plan.tool {
+            Some(tool) => Geometry::magician(tool.bias()),
+            None => start.geometry(),
+        };
+        let svg = draw(plan, report, &trip, &geometry, options);
+        Self { svg, trip }
+    }
+
+    /// The ways that it shows from above, each by its corners, in the arm's x and y, mm.
+    pub fn ways(&self) -> impl Iterator<Item = &[[f64; 2]]> {
+        let layers = self.trip.layers.iter();
+        layers.flat_map(|layer| layer.above.lines())
+    }
+
+    /// As SVG: one unit is a millimetre, and so it is printed.
+    #[must_use]
+    pub fn to_svg(&self) -> &str {
+        &self.svg
+    }
+
+    /// As PNG, so many pixels to a millimetre: the SVG, drawn.
+    ///
+    /// # Errors
+    /// [`PictureError`] if the scale makes no sense or the picture would be too large.
+    pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+        png::drawn(&self.svg, pixels_per_mm)
+    }
+}
+
+fn draw(
+    plan: &Plan,
+    report: &Report,
+    trip: &Trip,
+    arm: &Geometry,
+    options: &PreviewOptions,
+) -> String {
+    let page = Page::of(trip, report, options);
+    let [left, top] = page.above.corner;
+    let mut svg = Svg::new(page.size, &plan.title);
+    let width = page.size[0] - MARGIN - left;
+    caption::draw(&mut svg, [left, MARGIN], width, plan, report, trip);
+    above::draw(&mut svg, &page.above, trip, options, arm);
+    locator::draw(&mut svg, [page.locator, top], &page.above, trip, arm);
+    if let Some(side) = &page.side {
+        side::draw(&mut svg, side, trip, arm);
+    }
+    page.legend.draw(&mut svg, [left, page.foot]);
+    svg.finish()
+}
+
+/// Where everything lies in the picture, mm.
+struct Page {
+    size: [f64; 2],
+    above: Panel,
+    side: Option<Panel>,
+    /// The left edge of the locator.
+    locator: f64,
+    legend: Legend,
+    /// The upper edge of the legend.
+    foot: f64,
+}
+
+impl Page {
+    fn of(trip: &Trip, report: &Report, options: &PreviewOptions) -> Self {
+        let panel = |part, corner, id| Panel {
+            part,
+            corner,
+            scale: 1.0,
+            id,
+        };
+        let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD];
+        let mut above = panel(above::part(trip, options), [left, top], "above");
+        let mut side = trip
+            .has_side
+            .then(|| panel(side::part(trip), [left, top], "side"));
+        if let Some(side) = &mut side {
+            let [width, height] = above.size();
+            // Beside a view that is high; below one that is wide, with x right above the distance.
+            if height > 0.9 * width {
+                side.corner[0] += width + MARGIN + TICKS[0];
+            } else {
+                let least = above.part[0][0].min(side.part[0][0]);
+                let most = above.part[1][0].max(side.part[1][0]);
+                for panel in [&mut above, &mut *side] {
+                    (panel.part[0][0], panel.part[1][0]) = (least, most);
+                }
+                side.corner[1] += height + TICKS[1] + MARGIN / 2.0;
+            }
+        }
+        let views = [Some(above), side].into_iter().flatten();
+        let ends = views.map(|view| [0, 1].map(|axis| view.corner[axis] + view.size()[axis]));
+        let [right, bottom] = ends.fold([left, top + locator::HEIGHT - TICKS[1]], |end, view| {
+            [end[0].max(view[0]), end[1].max(view[1])]
+        });
+        let locator = right + MARGIN;
+        let right = locator + locator::WIDTH;
+        let legend = Legend::new(trip, report, right - left);
+        let foot = bottom + TICKS[1] + 2.0;
+        Self {
+            size: [right + MARGIN, foot + legend.height() + MARGIN - 2.0],
+            above,
+            side,
+            locator,
+            legend,
+            foot,
+        }
+    }
+}

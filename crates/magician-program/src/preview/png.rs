@@ -1,0 +1,87 @@
+//! An SVG of ours as PNG.
+
+use resvg::tiny_skia::{Color, Pixmap, Transform};
+use resvg::usvg;
+
+use crate::formats::svg::font;
+
+/// As many pixels has the largest picture.
+const MOST_PIXELS: f64 = 64e6;
+/// Units of the picture, which are pixels of 96 to the inch, in a millimetre.
+const UNITS: f64 = 96.0 / 25.4;
+
+/// Why a picture cannot be made.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum PictureError {
+    /// The scale is no number above 0.
+    Scale(f64),
+    /// It would have too many pixels: so many across and down.
+    Size([f64; 2]),
+    /// Something in it cannot be drawn or encoded.
+    Drawing(String),
+}
+
+impl std::fmt::Display for PictureError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Scale(scale) => {
+                write!(
+                    f,
+                    "a picture needs more than 0 pixels a millimetre, not {scale}"
+                )
+            }
+            Self::Size([width, height]) => write!(
+                f,
+                "the picture would be {width:.0} by {height:.0} pixels, at most {MOST_PIXELS:e} are made: take fewer \
+                 pixels a millimetre"
+            ),
+            Self::Drawing(why) => write!(f, "the picture cannot be drawn: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for PictureError {}
+
+/// As an error of the driver: invalid input.
+impl From<PictureError> for magician::Error {
+    fn from(error: PictureError) -> Self {
+        Self::invalid(error.to_string())
+    }
+}
+
+pub(super) fn drawn(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+    if !(pixels_per_mm > 0.0 && pixels_per_mm.is_finite()) {
+        return Err(PictureError::Scale(pixels_per_mm));
+    }
+    let wrong = |why: String| PictureError::Drawing(why);
+    let tree = usvg::Tree::from_str(svg, &options()).map_err(|error| wrong(error.to_string()))?;
+    let scale = pixels_per_mm / UNITS;
+    let size = [tree.size().width(), tree.size().height()];
+    let size = size.map(|side| (f64::from(side) * scale).ceil());
+    if size[0] * size[1] > MOST_PIXELS {
+        return Err(PictureError::Size(size));
+    }
+    let pixels = Pixmap::new(size[0] as u32, size[1] as u32);
+    let mut pixels = pixels.ok_or(PictureError::Size(size))?;
+    pixels.fill(Color::WHITE);
+    let scale = scale as f32;
+    resvg::render(
+        &tree,
+        Transform::from_scale(scale, scale),
+        &mut pixels.as_mut(),
+    );
+    pixels
+        .encode_png()
+        .map_err(|error| wrong(error.to_string()))
+}
+
+/// With our font and no other.
+pub(crate) fn options() -> usvg::Options<'static> {
+    usvg::Options {
+        font_family: font::NAME.to_owned(),
+        font_resolver: font::resolver(),
+        fontdb: font::database(),
+        ..usvg::Options::default()
+    }
+}

@@ -1,0 +1,53 @@
+//! The view from the side: everything at its distance from the base axis.
+
+use magician::{Geometry, Limits};
+
+use super::panel::{Extent, Panel};
+use super::section::section;
+use super::svg::{Svg, path};
+use super::trip::{Layer, Trip};
+use super::{FAINT, REACH, REACH_EDGE, layers, symbols};
+
+/// Which part of the plane the view shows.
+pub(super) fn part(trip: &Trip) -> [[f64; 2]; 2] {
+    let mut extent = Extent::default();
+    for layer in &trip.layers {
+        let points = layer.side.lines().flatten();
+        points.for_each(|point| extent.show(*point));
+    }
+    let ends = trip.ends.into_iter().flatten();
+    ends.for_each(|[x, y, z]| extent.show([x.hypot(y), z]));
+    extent.part()
+}
+
+/// Draws it.
+pub(super) fn draw(svg: &mut Svg, panel: &Panel, trip: &Trip, arm: &Geometry) {
+    panel.begin(svg);
+    let edge = section(arm, &Limits::CONTROLLER).into_iter();
+    let look = [
+        ("fill", REACH),
+        ("stroke", REACH_EDGE),
+        ("stroke-width", "0.3"),
+    ];
+    svg.path(&path(edge.map(|point| panel.at(point)), true), &look);
+    panel.grid(svg);
+    let [low, high] = panel.part;
+    let axis = [low[1], high[1]].map(|z| panel.at([0.0, z]));
+    let look = [
+        ("stroke", FAINT),
+        ("stroke-width", "0.3"),
+        ("stroke-dasharray", "5 1.2 1 1.2"),
+    ];
+    svg.path(&path(axis, false), &look);
+    let data = |layer: &Layer| super::svg::tracks(&layer.side, |point| panel.at(point));
+    layers::draw(svg, &trip.layers, data);
+    let beside = |[x, y, z]: [f64; 3]| panel.at([x.hypot(y), z]);
+    for mark in &trip.marks {
+        symbols::spot(svg, beside(mark.at));
+    }
+    if let Some(ends) = trip.ends {
+        symbols::ends(svg, ends.map(beside));
+    }
+    panel.end(svg);
+    panel.numbers(svg, "distance from the base axis / mm", "Z / mm");
+}

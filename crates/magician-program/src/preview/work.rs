@@ -1,0 +1,76 @@
+//! What a plan is for, which decides what its ways leave.
+
+use super::trip::{Leaves, SHADES};
+use crate::rehearse::{RehearseOptions, kind_of, tool_of};
+use crate::{Action, Plan, Surface, Tool};
+
+/// So much above the surface is at the surface, mm.
+const AT_SURFACE: f64 = 0.05;
+
+/// What a plan is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Work {
+    /// A pen draws on a surface.
+    Draws(Option<Surface>),
+    /// A laser burns, wherever it is lit.
+    Burns(Option<Surface>),
+    /// Something is moved about; the lowest place that it stops at, mm.
+    Carries(Option<f64>),
+}
+
+impl Work {
+    /// What a plan is for: its tool says so, or else its steps.
+    pub(super) fn of(plan: &Plan) -> Self {
+        let lowest = |path: bool| {
+            let steps = plan.steps.iter().map(|step| &step.action);
+            let steps = steps.filter(|action| !path || matches!(action, Action::Path { .. }));
+            let heights = steps.filter_map(|action| Some(f64::from(action.target()?[2])));
+            heights.filter(|z| z.is_finite()).reduce(f64::min)
+        };
+        let tool = kind_of(plan, tool_of(plan, &RehearseOptions::default()));
+        match tool {
+            Tool::Laser => Self::Burns(plan.surface),
+            Tool::Suction | Tool::Gripper => Self::Carries(lowest(false)),
+            Tool::None | Tool::Pen | Tool::Bias(_) => match (plan.surface, lowest(true)) {
+                (None, Some(z)) => Self::Draws(Some(Surface::level(z))),
+                (None, None) => Self::Carries(lowest(false)),
+                (surface, _) => Self::Draws(surface),
+            },
+        }
+    }
+
+    /// What a straight way leaves.
+    pub(super) fn leaves(&self, ends: [[f64; 3]; 2], power: Option<f64>, holds: bool) -> Leaves {
+        let power = power.unwrap_or(0.0);
+        if power > 0.0 {
+            // A conversion of a float saturates.
+            let shade = (power / 100.0 * SHADES as f64).ceil() as usize;
+            return Leaves::Burn(shade.clamp(1, SHADES));
+        }
+        match self {
+            Self::Draws(Some(surface)) => {
+                let down = |[x, y, z]: [f64; 3]| z <= surface.at([x, y]) + AT_SURFACE;
+                if ends.into_iter().all(down) {
+                    Leaves::Ink
+                } else {
+                    Leaves::Nothing
+                }
+            }
+            _ if holds => Leaves::Carried,
+            _ => Leaves::Nothing,
+        }
+    }
+
+    /// Whether heights matter in it.
+    pub(super) fn is_deep(&self) -> bool {
+        matches!(self, Self::Carries(_))
+    }
+
+    /// The surface on which it is done.
+    pub(super) fn surface(&self) -> Option<Surface> {
+        match self {
+            Self::Draws(surface) | Self::Burns(surface) => *surface,
+            Self::Carries(lowest) => lowest.map(Surface::level),
+        }
+    }
+}

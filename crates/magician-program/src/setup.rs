@@ -1,0 +1,364 @@
+//! What was in a file becomes a plan for this arm: where it lies, with which tool, how fast.
+
+use magician_motion::ToolBias;
+
+use crate::artwork::{Layout, Marking, Sheet};
+use crate::raster::{Engrave, Grid, Size, Trace};
+use crate::{
+    Artwork, Content, Fit, Format, Placement, Plan, Problem, Raster, Reach, Reading, Surface, Tool,
+};
+
+/// What a person says of how a file is to be done. What is left open is as the file says, or has a default.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Setup {
+    /// The tool that was asked for.
+    pub tool: Option<Tool>,
+    /// The tool that is on the arm as a rule: for files that name none, and for drawings.
+    pub usual_tool: Option<Tool>,
+    /// The surface that was asked for.
+    pub surface: Option<Surface>,
+    /// The surface that drawings and images lie on, if nobody asks for another.
+    pub usual_surface: Option<Surface>,
+    /// The sheet that drawings lie on, where it is known.
+    pub sheet: Option<Sheet>,
+    /// Where it goes.
+    pub placing: Placing,
+    /// How lines are drawn with a pen.
+    pub pen: Marking,
+    /// Whether the lines of a drawing may be taken in another order, to travel less.
+    pub order: bool,
+    /// What is made of drawings and images.
+    pub work: Work,
+    /// How large an image becomes.
+    pub size: Size,
+    /// Speed of the tool at work, mm/s, instead of what the file or the way of working says.
+    pub speed: Option<f32>,
+}
+
+/// What is made of drawings and images.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Work {
+    /// What is usual: drawings are drawn, images engraved.
+    #[default]
+    Usual,
+    /// All is drawn with a pen, images by their outlines.
+    Draw(Trace),
+    /// All is burnt, drawings along their lines with the most power.
+    Engrave(Engrave),
+}
+
+/// Where something goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Placing {
+    /// Its middle goes to this x and y, mm.
+    pub at: Option<[f64; 2]>,
+    /// Its size, 1 being the true one.
+    pub scale: f64,
+    /// Turned to the left, degrees.
+    pub rotate: f64,
+    /// Made smaller until it can be reached.
+    pub fit: bool,
+    /// Mirrored, left to right.
+    pub mirror: bool,
+    /// Moved on from there, mm.
+    pub by: [f64; 3],
+}
+
+impl Default for Placing {
+    fn default() -> Self {
+        Self {
+            at: None,
+            scale: 1.0,
+            rotate: 0.0,
+            fit: false,
+            mirror: false,
+            by: [0.0; 3],
+        }
+    }
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Self {
+            tool: None,
+            usual_tool: None,
+            surface: None,
+            usual_surface: None,
+            sheet: None,
+            placing: Placing::default(),
+            pen: Marking::pen(),
+            order: true,
+            work: Work::Usual,
+            size: Size::Natural,
+            speed: None,
+        }
+    }
+}
+
+impl Setup {
+    /// The plan for what was in a file of this format.
+    ///
+    /// # Errors
+    /// A [`Problem`] if it cannot be placed so, or a surface is needed and not known.
+    pub fn plan(&self, format: Format, content: Content) -> Result<Reading<Plan>, Problem> {
+        let mut notes = Vec::new();
+        let plan = match content {
+            Content::Plan(plan) => self.taught(format, plan, &mut notes)?,
+            Content::Artwork(artwork) => self.drawn(artwork, &mut notes)?,
+            Content::Image(image) => match &self.work {
+                Work::Draw(trace) => {
+                    let trace = Trace {
+                        size: self.size,
+                        ..trace.clone()
+                    };
+                    self.drawn(image.outlines(&trace)?, &mut notes)?
+                }
+                Work::Engrave(engrave) => self.engraved(&image, engrave.clone())?,
+                Work::Usual => self.engraved(&image, Engrave::default())?,
+            },
+        };
+        Ok(Reading {
+            content: plan,
+            notes,
+        })
+    }
+
+    /// A plan that is in the arm's coordinates already.
+    fn taught(
+        &self,
+        format: Format,
+        mut plan: Plan,
+        notes: &mut Vec<Problem>,
+    ) -> Result<Plan, Problem> {
+        if let Some(tool) = self.tool {
+            plan.tool = Some(tool);
+        } else if plan.tool.is_none() {
+            plan.tool = self.usual_tool;
+            if format == Format::Playback && plan.tool.is_none() {
+                plan.tool = Some(Tool::Suction);
+                let what = "the file does not say which tool it was taught with: it is taken to be the suction cup";
+                notes.push(Problem::of_file(what).help("--tool NAME says it"));
+            }
+        }
+        if plan.surface.is_none() {
+            plan.surface = self.surface;
+        }
+        if let Some(speed) = self.speed {
+            plan.path_at(speed);
+        }
+        self.placed(plan)
+    }
+
+    /// Mirrored, scaled, turned about the middle, brought where it belongs.
+    fn placed(&self, mut plan: Plan) -> Result<Plan, Problem> {
+        let Placing {
+            at,
+            scale,
+            rotate,
+            fit,
+            mirror,
+            by,
+        } = self.placing;
+        if mirror {
+            return Err(
+                Problem::of_file("what is in the arm's coordinates cannot be mirrored")
+                    .help("mirror the drawing that it was made of"),
+            );
+        }
+        if scale != 1.0 {
+            plan = plan.scaled(scale, middle(&plan))?;
+        }
+        if rotate != 0.0 {
+            let [x, y, _] = middle(&plan);
+            plan = plan.rotated(rotate, [x, y])?;
+        }
+        if let Some([x, y]) = at {
+            let [from_x, from_y, _] = middle(&plan);
+            plan = plan.moved([x - from_x, y - from_y, 0.0])?;
+        }
+        if fit {
+            plan = fitted(plan)?;
+        }
+        match by {
+            [0.0, 0.0, 0.0] => Ok(plan),
+            by => plan.moved(by),
+        }
+    }
+
+    /// Lines on a sheet.
+    fn drawn(&self, artwork: Artwork, notes: &mut Vec<Problem>) -> Result<Plan, Problem> {
+        let marking = self.marking();
+        let layout = self.layout()?;
+        let placed = artwork.placed(&layout, &marking)?;
+        if placed.scale < layout.scale {
+            let percent = 100.0 * placed.scale / layout.scale;
+            let what = format!("it is made smaller to fit: {percent:.0} % of its size");
+            notes.push(Problem::of_file(what));
+        }
+        let plan = placed.plan(&marking);
+        self.pushed(plan)
+    }
+
+    fn marking(&self) -> Marking {
+        let asked = self.tool.or(self.usual_tool);
+        let marking = match &self.work {
+            Work::Engrave(engrave) => Marking {
+                tool: asked.unwrap_or(Tool::Laser),
+                speed: engrave.speed as f32,
+                acceleration: engrave.acceleration as f32,
+                lift: engrave.lift,
+                travel: self.pen.travel,
+                ..Marking::laser(engrave.power[1] as f32)
+            },
+            _ => Marking {
+                tool: asked.unwrap_or(self.pen.tool),
+                ..self.pen
+            },
+        };
+        Marking {
+            speed: self.speed.unwrap_or(marking.speed),
+            ..marking
+        }
+    }
+
+    fn layout(&self) -> Result<Layout, Problem> {
+        let Placing {
+            at,
+            scale,
+            rotate,
+            fit,
+            mirror,
+            ..
+        } = self.placing;
+        let sheet = self.sheet;
+        let surface = self.known_surface()?;
+        Ok(Layout {
+            surface,
+            scale,
+            rotate,
+            at,
+            fit,
+            mirror,
+            sheet: sheet.map(|sheet| Sheet { surface, ..sheet }),
+        })
+    }
+
+    fn known_surface(&self) -> Result<Surface, Problem> {
+        let measured = self.sheet.map(|sheet| sheet.surface);
+        let surface = self.surface.or(measured).or(self.usual_surface);
+        surface.ok_or_else(|| {
+            Problem::of_file("nobody has said how high the paper or the wood lies").help(
+                "`magician calibrate` measures it, or --surface Z says it: the z that `magician pose` shows when the \
+                 tool touches it",
+            )
+        })
+    }
+
+    /// Grey that becomes power.
+    fn engraved(&self, image: &Raster, mut engrave: Engrave) -> Result<Plan, Problem> {
+        engrave.speed = self.speed.map_or(engrave.speed, f64::from);
+        let surface = self.known_surface()?;
+        let natural = image.size(self.size)?;
+        let size = natural.map(|side| side * self.placing.scale);
+        let tool = self.tool.or(self.usual_tool).unwrap_or(Tool::Laser);
+        let grid = self.grid(size, surface, &engrave, tool.bias())?;
+        let mut plan = image.plan(&grid, surface, &engrave)?;
+        plan.tool = Some(tool);
+        self.pushed(plan)
+    }
+
+    /// Where an image goes: where it is told to, on the sheet, or where there is room.
+    fn grid(
+        &self,
+        size: [f64; 2],
+        surface: Surface,
+        engrave: &Engrave,
+        tool: ToolBias,
+    ) -> Result<Grid, Problem> {
+        let Placing {
+            at,
+            rotate,
+            mirror,
+            fit,
+            ..
+        } = self.placing;
+        let sheet = self.sheet.map_or(0.0, |sheet| sheet.rotation);
+        let turn = rotate + sheet;
+        if let Some(at) = at {
+            return Ok(Grid::centred(size, at, turn, mirror));
+        }
+        if let (Some(sheet), false) = (self.sheet, fit) {
+            let half = turned(size.map(|side| side / 2.0), sheet.rotation);
+            let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);
+            return Ok(Grid::centred(size, at, turn, mirror));
+        }
+        let reach = Reach::new(tool, surface, engrave.lift);
+        let run_up = engrave.run_up();
+        let around = [size[0] + 2.0 * run_up, size[1]];
+        let corners = Grid::centred(around, [0.0; 2], turn, mirror).corners();
+        let wanted = if fit { Fit::Shrink } else { Fit::TrueSize };
+        let Placement { scale, offset } = reach.best_place(&corners, wanted)?;
+        Ok(Grid::centred(
+            size.map(|side| side * scale),
+            offset,
+            turn,
+            mirror,
+        ))
+    }
+
+    fn pushed(&self, plan: Plan) -> Result<Plan, Problem> {
+        match self.placing.by {
+            [0.0, 0.0, 0.0] => Ok(plan),
+            by => plan.moved(by),
+        }
+    }
+}
+
+/// Where the middle of a plan is, and its lowest point.
+fn middle(plan: &Plan) -> [f64; 3] {
+    let [least, most] = extent(plan).unwrap_or_default();
+    let middle = |axis: usize| f64::midpoint(least[axis], most[axis]);
+    [middle(0), middle(1), least[2]]
+}
+
+/// The least and the greatest x, y, z to which steps lead.
+fn extent(plan: &Plan) -> Option<[[f64; 3]; 2]> {
+    let mut targets = plan.steps.iter().filter_map(|step| step.action.target());
+    let first = targets.next()?.map(f64::from);
+    Some(targets.fold([first, first], |[least, most], to| {
+        let at = |axis: usize| f64::from(to[axis]);
+        [
+            [0, 1, 2].map(|axis| least[axis].min(at(axis))),
+            [0, 1, 2].map(|axis| most[axis].max(at(axis))),
+        ]
+    }))
+}
+
+/// Brought where all of it is reached, and made smaller if need be.
+fn fitted(plan: Plan) -> Result<Plan, Problem> {
+    let Some([least, most]) = extent(&plan) else {
+        return Ok(plan);
+    };
+    let tool = plan.tool.map_or(ToolBias::NONE, Tool::bias);
+    let reach = Reach::new(tool, Surface::level(least[2]), most[2] - least[2]);
+    let points: Vec<[f64; 2]> = plan
+        .steps
+        .iter()
+        .filter_map(|step| step.action.target())
+        .map(|[x, y, _]| [f64::from(x), f64::from(y)])
+        .collect();
+    let Placement { scale, offset } = reach.best_place(&points, Fit::Shrink)?;
+    let [x, y] = offset;
+    let scaled = match scale {
+        1.0 => plan,
+        scale => plan.scaled(scale, [0.0, 0.0, least[2]])?,
+    };
+    scaled.moved([x, y, 0.0])
+}
+
+fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    [x * cos - y * sin, x * sin + y * cos]
+}
