@@ -15,6 +15,7 @@ mod dirs;
 mod failure;
 mod interrupt;
 mod log;
+mod mounted;
 mod output;
 mod progress;
 mod recording;

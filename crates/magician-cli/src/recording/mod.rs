@@ -13,21 +13,24 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use magician::commands::{DeviceTime, EndEffectorParams};
+use magician::commands::{DeviceTime, EndEffectorParams, Pose};
+use magician::protocol::AlarmSet;
 use magician::{Arm, ErrorKind, Event, Events, Link, StateWatch, Status};
-use magician_program::Tool;
 use serde::Serialize;
 use tokio::sync::{oneshot, watch};
 use tokio::task::JoinHandle;
-use tokio::time::{MissedTickBehavior, interval};
+use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use crate::failure::{Failure, Kind};
+use crate::mounted::tool_of;
 use crate::terminal::event_text;
 pub(crate) use sink::Format;
 use sink::{Beginning, Reading, Sink};
 
 /// What was recorded is in the file so often.
 const FLUSH: Duration = Duration::from_secs(1);
+/// How long an arm has to tell how it stands in the end.
+const LAST_LOOK: Duration = Duration::from_millis(500);
 
 /// How an arm is recorded.
 #[derive(Clone, Debug)]
@@ -48,7 +51,6 @@ pub(crate) enum Clock {
     /// This computer's.
     Host,
     /// The arm's, which costs one more read for each reading: for a virtual one that runs faster.
-    #[expect(dead_code, reason = "`run` records so")]
     Arm,
 }
 
@@ -94,7 +96,7 @@ pub(crate) struct Summary {
 /// An arm being recorded. Dropping it ends that; [`finish`](Self::finish) also completes the file.
 pub(crate) struct Recorder {
     tally: watch::Receiver<Tally>,
-    /// Dropped, it ends the task.
+    /// Told, the task takes a last look; dropped, it ends at once.
     stop: oneshot::Sender<()>,
     task: JoinHandle<Result<Summary, Failure>>,
 }
@@ -123,7 +125,8 @@ impl Recorder {
         let work = Work {
             state: arm.state(options.rate)?,
             events: arm.events(),
-            clock: clock.map(|begun| (arm.clone(), begun)),
+            arm: arm.clone(),
+            clock,
             steps: options.steps,
             begun: Instant::now(),
             places,
@@ -160,7 +163,8 @@ impl Recorder {
 
     /// Completes the file.
     pub(crate) async fn finish(self) -> Result<Summary, Failure> {
-        drop(self.stop);
+        // Who ended before has an error to tell.
+        let _ = self.stop.send(());
         match self.task.await {
             Ok(outcome) => outcome,
             Err(panic) => Err(Failure::new(Kind::Bug, panic.to_string())),
@@ -168,23 +172,21 @@ impl Recorder {
     }
 }
 
-/// A bias, by its name if it has one.
-pub(crate) fn tool_of(bias: &EndEffectorParams) -> Tool {
-    let bias = [bias.x_bias, bias.y_bias, bias.z_bias];
-    let is_same = |tool: &Tool| {
-        let known = tool.bias();
-        [known.x, known.y, known.z].map(|part| part as f32) == bias
-    };
-    let named = Tool::NAMED.into_iter().map(|(_, tool)| tool);
-    { named }.find(is_same).unwrap_or(Tool::Bias(bias))
+/// What was read of the arm.
+struct Seen {
+    pose: Pose,
+    index: u64,
+    left_space: u32,
+    alarms: AlarmSet,
 }
 
 /// The task.
 struct Work {
     state: StateWatch,
     events: Events,
-    /// The arm, if its clock counts, and what that showed at the beginning.
-    clock: Option<(Arm, u32)>,
+    arm: Arm,
+    /// What the arm's clock showed at the beginning, if it counts.
+    clock: Option<u32>,
     steps: Option<Arc<AtomicU64>>,
     begun: Instant,
     places: u32,
@@ -227,7 +229,13 @@ impl Work {
         loop {
             tokio::select! {
                 biased;
-                _ = &mut stopped => return Ok(()),
+                told = &mut stopped => {
+                    if told.is_ok() {
+                        // An arm that says nothing any more has said all.
+                        let _ = timeout(LAST_LOOK, self.look()).await;
+                    }
+                    return Ok(());
+                }
                 Some(event) = self.events.next() => self.note(&event)?,
                 _ = flushes.tick() => self.sink.flush()?,
                 status = self.state.changed() => match status {
@@ -263,29 +271,48 @@ impl Work {
         if self.last.is_some_and(|(at, _)| at == status.at) {
             return Ok(());
         }
-        let t = match &self.clock {
-            Some((arm, begun)) => {
-                let now = arm.get::<DeviceTime>().await?.g_systick;
-                f64::from(now.wrapping_sub(*begun)) / 1000.0
+        let seen = Seen {
+            pose: status.pose,
+            index: status.current.0,
+            left_space: status.left_space,
+            alarms: status.alarms,
+        };
+        self.keep(status.at, seen).await
+    }
+
+    /// Reads the arm once more.
+    async fn look(&mut self) -> Result<(), Failure> {
+        let at = Instant::now();
+        let seen = Seen {
+            pose: self.arm.get().await?,
+            index: self.arm.current_index().await?.0,
+            left_space: self.arm.left_space().await?,
+            alarms: self.arm.alarms().await?,
+        };
+        self.keep(at, seen).await
+    }
+
+    async fn keep(&mut self, at: Instant, seen: Seen) -> Result<(), Failure> {
+        let t = match self.clock {
+            Some(begun) => {
+                let now = self.arm.get::<DeviceTime>().await?.g_systick;
+                f64::from(now.wrapping_sub(begun)) / 1000.0
             }
-            None => status
-                .at
-                .saturating_duration_since(self.begun)
-                .as_secs_f64(),
+            None => at.saturating_duration_since(self.begun).as_secs_f64(),
         };
         let steps = self.steps.as_ref();
         let reading = Reading {
             t,
             step: steps.map(|steps| steps.load(Ordering::Relaxed)),
-            pose: status.pose,
-            index: status.current.0,
-            left_space: status.left_space,
+            pose: seen.pose,
+            index: seen.index,
+            left_space: seen.left_space,
             places: self.places,
-            alarms: status.alarms,
+            alarms: seen.alarms,
         };
         self.sink.write(&reading)?;
         self.count(&reading);
-        self.last = Some((status.at, reading));
+        self.last = Some((at, reading));
         Ok(())
     }
 

@@ -5,7 +5,6 @@ mod journal;
 pub(crate) mod options;
 mod owed;
 mod program;
-mod record;
 mod report;
 mod show;
 mod tell;
@@ -19,16 +18,17 @@ use magician_program::artwork::Marking;
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    Action, Content, Format, Pallet, Placing, Plan, Problem, Setup, Surface, Tool, Work,
+    Action, Content, Format, Pallet, Placing, Plan, Problem, Setup, Surface, Work,
 };
 use miette::Severity;
 
 use self::drive::{Done, Drive, State};
 use self::options::{File, Look, Pen, Place, Way};
 use self::program::Program;
-use crate::config::{Config, Key};
+use crate::config::Config;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
+use crate::mounted::usual_tool;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
 
@@ -353,17 +353,6 @@ fn go(drive: &Drive<'_>, context: &mut Context) -> Result<Done, Failure> {
         Kind::Interrupted => drive.over(failure, context.stood()),
         _ => failure,
     })
-}
-
-/// The tool that the environment or the settings name.
-fn usual_tool(config: &Config) -> Result<Option<Tool>, Failure> {
-    let key = Key::named("tool");
-    let Some((text, _)) = key.and_then(|key| config.value(key)) else {
-        return Ok(None);
-    };
-    let tool = text.parse::<Tool>();
-    tool.map(Some)
-        .map_err(|why| Failure::usage(format!("MAGICIAN_TOOL is `{text}`: {why}")))
 }
 
 /// A laser that is no toy needs a word.
