@@ -30,8 +30,9 @@ use crate::source::Source;
 const NEAR: f64 = 0.5;
 /// How long an arm that failed is asked how it stands.
 const AFTERMATH: Duration = Duration::from_secs(3);
-/// Readings a second of a recording.
+/// Readings of a recording for a second of the arm's clock, and the most for one of ours.
 const RATE: f64 = 20.0;
+const MOST: f64 = 500.0;
 /// Between two looks at an arm that still has something to do.
 const LOOKS: Duration = Duration::from_millis(100);
 /// A queue that stands for so long does not go on by itself.
@@ -266,7 +267,7 @@ impl Drive<'_> {
         let options = Options {
             clock: Clock::Arm,
             steps: Some(Arc::clone(finished)),
-            ..Options::at(RATE)
+            ..Options::at((RATE * self.pace.unwrap_or(1.0)).clamp(RATE, MOST))
         };
         Recorder::begin(arm, path, options).await
     }
