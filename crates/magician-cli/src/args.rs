@@ -12,10 +12,7 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, bench, commands, completions, config, conform, convert, conveyor, decode, demo, doctor,
-    draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, man, play, ports,
-    pose, proxy, queue, rail, replay, run, sensor, set, shell, sim, stop, teach, tools, travel,
-    watch,
+    alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode, demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, man, play, ports, pose, proxy, queue, rail, record, replay, run, sensor, set, shell, sim, stop, teach, tools, travel, watch,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -121,6 +118,8 @@ pub(crate) enum Verb {
     Home(home::Home),
     Move(travel::Move),
     Jog(jog::Jog),
+    Record(record::Record),
+    Calibrate(calibrate::Calibrate),
     Teach(teach::Teach),
     Run(Box<run::Run>),
     Draw(Box<draw::Draw>),
@@ -198,7 +197,9 @@ impl Verb {
             Self::Bench(verb) => verb.run(context),
             Self::Commands(verb) => verb.run(context),
             Self::Decode(verb) => verb.run(context),
+            Self::Record(verb) => verb.run(context),
             Self::Replay(verb) => verb.run(context),
+            Self::Calibrate(verb) => verb.run(context),
             Self::Forward(verb) => verb.run(context),
             Self::Inverse(verb) => verb.run(context),
             Self::Config(verb) => verb.run(context),

@@ -1,6 +1,7 @@
 //! What a verb works with: the global options, the output, and the arm once it is asked for.
 
 use std::path::PathBuf;
+use std::pin::{Pin, pin};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -246,6 +247,31 @@ impl Context {
                 }
             }
         })
+    }
+
+    /// Works with the arm on something that lasts until Ctrl-C, which is its proper end: `work` is told, and comes to it. Also
+    /// the wish of the system to end is told so.
+    pub(crate) fn until_told<T>(
+        &mut self,
+        sim: Sim,
+        work: impl AsyncFnOnce(
+            &Arm,
+            &mut Output,
+            Pin<&mut dyn Future<Output = ()>>,
+        ) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let arm = self.work(Some(sim), async |arm, _| Ok(arm.clone()))?;
+        let runtime = self.runtime()?;
+        let out = &mut self.out;
+        let (outcome, terminated) = runtime.block_on(async {
+            let mut signals = Signals::listen()?;
+            let mut terminated = false;
+            let over = async { terminated = signals.next().await == Signal::Terminate };
+            let outcome = work(&arm, out, pin!(over)).await;
+            Ok::<_, Failure>((outcome, terminated))
+        })?;
+        self.terminated |= terminated;
+        outcome
     }
 
     /// A signal while nothing is done: what was set going before is stopped.

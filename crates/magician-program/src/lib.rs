@@ -36,6 +36,7 @@ pub mod rehearse;
 pub mod resume;
 mod setup;
 mod surface;
+mod trail;
 
 pub use artwork::{Artwork, Stroke};
 pub use calibrate::Tip;
@@ -48,3 +49,4 @@ pub use raster::Raster;
 pub use reach::{Fit, Placement, Reach};
 pub use setup::{Placing, Setup, Work};
 pub use surface::Surface;
+pub use trail::{Follow, Mark, Trail};

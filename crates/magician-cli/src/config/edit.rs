@@ -36,6 +36,20 @@ pub(super) fn with(text: &str, name: &str, value: &str) -> Option<String> {
     }
 }
 
+/// The text with this table, at its end; what it said of it before is gone.
+pub(super) fn with_table(text: &str, name: &str, table: &toml::Table) -> Option<String> {
+    let mut text = without(text, name)?;
+    text.truncate(text.trim_end().len());
+    if !text.is_empty() {
+        text.push_str("\n\n");
+    }
+    text.push_str(&format!("[{name}]\n"));
+    for (key, value) in table {
+        text.push_str(&format!("{key} = {value}\n"));
+    }
+    Some(text)
+}
+
 /// The text without this name, and without the rest of its lines.
 pub(super) fn without(text: &str, name: &str) -> Option<String> {
     let Some((key, value)) = find(text, name)? else {
@@ -165,6 +179,20 @@ mod tests {
             Some("[draw]\nlift = 5\n".to_owned())
         );
         assert_eq!(with("a = 1", "b", "2"), Some("a = 1\nb = 2\n".to_owned()));
+    }
+
+    #[test]
+    fn a_table_takes_the_place_of_the_one_before() {
+        let table: toml::Table = toml::from_str("a = [1.5, -2]\nb = { c = 3 }").expect("a table");
+        let text = with_table(FILE, "sheet", &table).expect("it can");
+        let end = "speed = 60\n\n[sheet]\na = [1.5, -2]\nb = { c = 3 }\n";
+        assert!(text.ends_with(end), "{text}");
+        assert_eq!(with_table(&text, "sheet", &table), Some(text));
+        let text = with_table("sheet = { a = 1 }\nport = \"COM3\"\n", "sheet", &table);
+        assert!(
+            text.expect("it can")
+                .starts_with("port = \"COM3\"\n\n[sheet]\n")
+        );
     }
 
     #[test]

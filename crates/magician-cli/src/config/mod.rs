@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use magician::ErrorKind;
 use magician_program::{Lines, Problem};
 use miette::Severity;
+use serde::Serialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -34,7 +35,7 @@ pub(crate) struct Config {
 }
 
 /// Where a value comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Source {
     Environment,
@@ -110,6 +111,14 @@ impl Config {
     /// Says this from now on: `value` is how TOML writes it.
     pub(crate) fn set(&mut self, name: &str, value: &str) -> Result<(), Failure> {
         let text = edit::with(&self.text, name, value);
+        self.change(text, |config| config.says(name).is_some())
+    }
+
+    /// Says this from now on, as a table under a header of its own.
+    pub(crate) fn set_table(&mut self, name: &str, value: &impl Serialize) -> Result<(), Failure> {
+        let table = toml::Table::try_from(value);
+        let table = table.map_err(|error| Failure::new(Kind::Bug, error.to_string()))?;
+        let text = edit::with_table(&self.text, name, &table);
         self.change(text, |config| config.says(name).is_some())
     }
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod alarms;
 pub(crate) mod bench;
+pub(crate) mod calibrate;
 pub(crate) mod commands;
 pub(crate) mod completions;
 pub(crate) mod config;
@@ -30,6 +31,7 @@ pub(crate) mod pose;
 pub(crate) mod proxy;
 pub(crate) mod queue;
 pub(crate) mod rail;
+pub(crate) mod record;
 pub(crate) mod replay;
 pub(crate) mod run;
 pub(crate) mod sensor;

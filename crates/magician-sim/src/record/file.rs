@@ -89,8 +89,9 @@ struct Channel {
 }
 
 impl<W: Write> File<W> {
-    /// Begins a file: header and metadata go out, topics with the first messages.
-    pub(super) fn begin(out: W, epoch: u64, rate: u64) -> io::Result<Self> {
+    /// Begins a file: header and metadata (whose clock it is, when that showed 0, samples a second) go out, topics with the
+    /// first messages.
+    pub(super) fn begin(out: W, clock: &str, epoch: u64, rate: &str) -> io::Result<Self> {
         // Chunks go out whole, so that a killed program leaves no half of one in the middle.
         let options = WriteOptions::new()
             .compression(None)
@@ -101,9 +102,9 @@ impl<W: Write> File<W> {
         let metadata = Metadata {
             name: "magician".to_owned(),
             metadata: BTreeMap::from([
-                ("clock".to_owned(), "arm".to_owned()),
+                ("clock".to_owned(), clock.to_owned()),
                 ("epoch_ns".to_owned(), epoch.to_string()),
-                ("samples_per_second".to_owned(), rate.to_string()),
+                ("samples_per_second".to_owned(), rate.to_owned()),
             ]),
         };
         writer.write_metadata(&metadata).map_err(io_error)?;
@@ -124,7 +125,7 @@ impl<W: Write> File<W> {
         })
     }
 
-    /// Writes a message of an instant of the arm's clock.
+    /// Writes a message of an instant of the clock.
     pub(super) fn write<M: Serialize>(
         &mut self,
         topic: Topic,

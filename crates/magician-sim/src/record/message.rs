@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use magician_motion::{Pose, ToolBias};
+use magician_motion::{JointAngles, Pose, ToolBias};
 use magician_protocol::{Alarm, AlarmSet, IoFunction};
 use serde::Serialize;
 
@@ -109,9 +109,10 @@ struct Joint {
 }
 
 impl Joints {
-    pub(super) fn new(timestamp: Time, state: &State) -> Self {
-        let angles = state.joints.to_array().map(f64::to_radians);
-        let rail = state.rail.map(|mm| mm / 1000.0);
+    /// Of joint angles in degrees and a rail's place in mm, if there is a rail.
+    pub(super) fn new(timestamp: Time, joints: &JointAngles, rail: Option<f64>) -> Self {
+        let angles = joints.to_array().map(f64::to_radians);
+        let rail = rail.map(|mm| mm / 1000.0);
         let named = ["J1", "J2", "J3", "J4", "L"]
             .into_iter()
             .zip(angles.into_iter().chain(rail));
@@ -135,6 +136,15 @@ pub(super) struct Queue {
     started: bool,
     held: bool,
     overflows: u64,
+}
+
+/// The command queue as a host sees it, which is told less.
+#[derive(Serialize)]
+pub(super) struct QueueFromOutside {
+    pub(super) timestamp: Time,
+    pub(super) capacity: u32,
+    pub(super) waiting: u32,
+    pub(super) current_index: u64,
 }
 
 impl Queue {
@@ -322,6 +332,12 @@ impl Log {
     const DEBUG: u8 = 1;
     const INFO: u8 = 2;
     const WARNING: u8 = 3;
+
+    /// What a host has noticed.
+    pub(super) fn noticed(timestamp: Time, warning: bool, message: &str) -> Self {
+        let level = if warning { Self::WARNING } else { Self::INFO };
+        Self::new(timestamp, level, message.to_owned())
+    }
 
     fn new(timestamp: Time, level: u8, message: String) -> Self {
         Self {

@@ -19,6 +19,9 @@
 //! second stand in the file's metadata record `magician`. A sample is taken at every multiple of 20 ms of the arm's clock
 //! exactly, moving or not. A request and its reply have the instant at which the arm handled the request.
 //!
+//! A host that looks on from outside writes its [`Readings`] in the same topics: `/pose`, `/joints`, `/queue` (without what a
+//! host is not told), `/alarms`, and in `/events` what it noticed. `clock` in the metadata is `host` then.
+//!
 //! **Units.** The two Foxglove schemas of the pose want metres and radians and have them; [`Pose`](magician_motion::Pose)
 //! in mm is `position` times 1000, r is the angle of `orientation` about z and keeps its turns (-360 to 360 deg), and the
 //! joints are those of GetPose, and `L` for the rail if there is one. The tool bias is in mm. `params` of a frame are in the units of the protocol.
@@ -41,9 +44,12 @@ mod behind;
 mod file;
 mod frames;
 mod message;
+mod readings;
 
 #[cfg(feature = "serve")]
 pub(crate) use behind::{Full, WriteBehind};
+
+pub use readings::{Reading, Readings};
 
 use file::{File, Topic};
 use frames::Lines;
@@ -104,7 +110,7 @@ impl<W: Write> Recorder<W> {
     /// What the writer reports.
     pub fn new(out: W, epoch: u64) -> io::Result<Self> {
         Ok(Self {
-            file: File::begin(out, epoch, SECOND / PERIOD)?,
+            file: File::begin(out, "arm", epoch, &(SECOND / PERIOD).to_string())?,
             lines: Lines::default(),
             next: 0,
             next_event: 0,
@@ -149,8 +155,9 @@ impl<W: Write> Recorder<W> {
         if sample {
             self.file
                 .write(Topic::Pose, now, |t| PoseInFrame::new(t, &state.pose))?;
-            self.file
-                .write(Topic::Joints, now, |t| Joints::new(t, &state))?;
+            self.file.write(Topic::Joints, now, |t| {
+                Joints::new(t, &state.joints, state.rail)
+            })?;
         }
         if now >= self.next {
             self.next = (now / PERIOD + 1).saturating_mul(PERIOD);

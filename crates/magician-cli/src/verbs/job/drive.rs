@@ -1,7 +1,9 @@
 //! A program on its way through an arm, and what is left when it ends badly.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use magician::commands::{DeviceSn, DeviceTime, Pose};
@@ -14,7 +16,6 @@ use tokio::time::sleep;
 use super::journal::Journal;
 use super::owed::owe;
 use super::program::{Program, Rest};
-use super::record::{self, Recorder, Sample};
 use super::report;
 use super::tell::Teller;
 use crate::debts::Debts;
@@ -24,6 +25,21 @@ use crate::source::Source;
 
 /// Between two samples of a recording, 20 a second.
 const SAMPLES: Duration = Duration::from_millis(50);
+use crate::progress::attended;
+use crate::recording::{Clock, Options, Recorder};
+use crate::source::Source;
+
+/// How far from where it should an arm may stand, mm.
+const NEAR: f64 = 0.5;
+/// How long an arm that failed is asked how it stands.
+const AFTERMATH: Duration = Duration::from_secs(3);
+/// Readings of a recording for a second of the arm's clock, and the most for one of ours.
+const RATE: f64 = 20.0;
+const MOST: f64 = 500.0;
+/// Between two looks at an arm that still has something to do.
+const LOOKS: Duration = Duration::from_millis(100);
+/// A queue that stands for so long does not go on by itself.
+const STANDING: Duration = Duration::from_secs(3);
 
 /// What is to run, and how.
 pub(super) struct Drive<'a> {
@@ -113,7 +129,11 @@ impl Drive<'_> {
         if !report.is_good() {
             return Err(report::failure(&report, self.source, rest.offset(), false));
         }
-        let recorder = self.record.map(record::open).transpose()?;
+        let finished = Arc::new(AtomicU64::new(from));
+        let recorder = match self.record {
+            Some(path) => Some(self.recorder(arm, path, &finished).await?),
+            None => None,
+        };
         owe(
             arm,
             debts,
@@ -132,7 +152,9 @@ impl Drive<'_> {
             teller.say(&format!("beginning at step {}{}", from + 1, self.of()));
         }
         let ran = self
-            .perform(arm, &rest, start, &report, &teller, begun, recorder)
+            .perform(
+                arm, &rest, start, &report, &teller, begun, &finished, recorder,
+            )
             .await;
         drop(teller);
         let ran = match ran {
@@ -204,11 +226,11 @@ impl Drive<'_> {
         report: &Report,
         teller: &Teller<'_>,
         begun: (Instant, u32),
-        mut recorder: Option<Box<dyn Recorder>>,
+        finished: &AtomicU64,
+        mut recorder: Option<Recorder>,
     ) -> Result<Ran, Failure> {
         let times = rest.times(&start, self.settings);
         let lead = self.lead(rest);
-        let finished = Cell::new(rest.from);
         let commands = self
             .settings
             .iter()
@@ -219,32 +241,42 @@ impl Drive<'_> {
         let mut run = arm.begin(commands, options).along(start);
         let run = run.finish(|progress| {
             let done = self.reached(progress.sent, progress.last.0, progress.current.0, begun);
-            finished.set(done);
+            finished.store(done, Ordering::Relaxed);
             let left = times.left(report.time, done - rest.from.min(done));
             teller.at(done, left.map(|left| self.of_wall(left)));
         });
         let watch = async {
-            let Some(recorder) = &mut recorder else {
-                return std::future::pending().await;
-            };
-            loop {
-                let sample = sample(arm, begun.1, finished.get()).await;
-                if let Err(failure) = sample.and_then(|sample| recorder.keep(&sample)) {
-                    return failure;
-                }
-                sleep(SAMPLES).await;
+            match &mut recorder {
+                Some(recorder) => recorder.failed().await,
+                None => std::future::pending().await,
             }
         };
         let ran = tokio::select! {
             biased;
-            ran = run => ran?,
+            ran = run => ran.map_err(Failure::from),
             failure = watch => return Err(failure),
         };
-        if let Some(recorder) = &mut recorder {
-            recorder.keep(&sample(arm, begun.1, finished.get()).await?)?;
-            recorder.end()?;
-        }
-        Ok(ran)
+        let recorded = match recorder {
+            Some(recorder) => recorder.finish().await.map(drop),
+            None => Ok(()),
+        };
+        let ran = ran?;
+        recorded.map(|()| ran)
+    }
+
+    /// What keeps the poses, on the arm's clock: a virtual one may be faster than ours.
+    async fn recorder(
+        &self,
+        arm: &Arm,
+        path: &Path,
+        finished: &Arc<AtomicU64>,
+    ) -> Result<Recorder, Failure> {
+        let options = Options {
+            clock: Clock::Arm,
+            steps: Some(Arc::clone(finished)),
+            ..Options::at((RATE * self.pace.unwrap_or(1.0)).clamp(RATE, MOST))
+        };
+        Recorder::begin(arm, path, options).await
     }
 
     /// A time of the arm's clock as a person waits for it.
@@ -279,11 +311,4 @@ impl Drive<'_> {
         }
         finished
     }
-}
-
-async fn sample(arm: &Arm, begun: u32, step: u64) -> Result<Sample, Failure> {
-    let clock = arm.get::<DeviceTime>().await?.g_systick;
-    let pose = arm.get::<Pose>().await?;
-    let t = f64::from(clock.wrapping_sub(begun)) / 1000.0;
-    Ok(Sample::new(t, step, &pose))
 }

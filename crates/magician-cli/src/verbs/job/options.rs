@@ -95,7 +95,7 @@ pub(crate) struct Way {
     /// Go on where the last run of this file ended before its end
     #[arg(long, conflicts_with = "from")]
     pub(super) resume: bool,
-    /// Write the poses during the run to a .csv or .jsonl file
+    /// Write what the arm does meanwhile to a .mcap, .csv or .jsonl file; `magician record --help` has more
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) record: Option<PathBuf>,
     /// On a virtual arm: write what pen or laser left to a .svg or .png file

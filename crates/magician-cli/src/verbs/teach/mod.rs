@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use magician::commands::{EndEffectorParams, Pose};
-use magician::{Arm, ToolBias, words};
+use magician::{Arm, words};
 use magician_program::{Plan, Tool};
 use serde::Serialize;
 
@@ -18,6 +18,7 @@ use crate::args;
 use crate::context::Context;
 use crate::debts::{Debts, at_once};
 use crate::failure::Failure;
+use crate::mounted::tool_of;
 use crate::terminal::{Polled, Stage};
 use crate::verbs::jog::{
     AT_SIGHT, Desk, End, Happened, Order, Reply, Tone, What, for_a_person, next_of,
@@ -109,7 +110,7 @@ impl Session {
         if let Some(bias) = wanted {
             at_once(arm, &words::tool(bias)).await?;
         }
-        let tool = tool_of(arm.get::<EndEffectorParams>().await?);
+        let tool = tool_of(&arm.get::<EndEffectorParams>().await?);
         let named = path.as_deref().unwrap_or(Path::new(UNNAMED));
         let mut lesson = match known {
             Some(plan) => Lesson::of(&plan),
@@ -329,32 +330,4 @@ impl Session {
 fn title(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     name.to_string_lossy().into_owned()
-}
-
-/// The tool whose bias is in force.
-fn tool_of(bias: EndEffectorParams) -> Tool {
-    let found = [bias.x_bias, bias.y_bias, bias.z_bias];
-    let is = |tool: &Tool| {
-        let ToolBias { x, y, z } = tool.bias();
-        [x as f32, y as f32, z as f32] == found
-    };
-    let known = Tool::NAMED.into_iter().map(|(_, tool)| tool).find(is);
-    known.unwrap_or(Tool::Bias(found))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tools_are_known_by_their_bias() {
-        let bias = |x_bias, z_bias| EndEffectorParams {
-            x_bias,
-            y_bias: 0.0,
-            z_bias,
-        };
-        assert_eq!(tool_of(bias(0.0, 0.0)), Tool::None);
-        assert_eq!(tool_of(bias(61.0, 0.0)), Tool::Pen);
-        assert_eq!(tool_of(bias(61.0, 5.0)), Tool::Bias([61.0, 0.0, 5.0]));
-    }
 }

@@ -1,0 +1,104 @@
+//! A program that repeats the motion.
+
+use std::path::{Path, PathBuf};
+
+use magician::Event;
+use magician_program::formats::playback::Playback;
+use magician_program::{Follow, Mark, Plan, Tool, Trail};
+
+use super::sink::{Beginning, Format, Reading, Sink};
+use crate::config::replace;
+use crate::failure::Failure;
+
+/// The file is replaced as a whole each time: what lies there can be run.
+pub(super) struct Program {
+    path: PathBuf,
+    format: Format,
+    tool: Tool,
+    trail: Trail,
+    /// Whether there is something that the file does not have.
+    stale: bool,
+}
+
+impl Program {
+    pub(super) fn open(
+        path: &Path,
+        format: Format,
+        beginning: &Beginning,
+    ) -> Result<Self, Failure> {
+        let program = Self {
+            path: path.to_owned(),
+            format,
+            tool: beginning.tool,
+            trail: Trail::new(beginning.tolerance),
+            stale: false,
+        };
+        // Nothing yet, but what cannot be written is known now.
+        match format {
+            Format::Playback => program.write("<root></root>")?,
+            _ => program.write(&program.plan().to_json())?,
+        }
+        Ok(program)
+    }
+
+    fn plan(&self) -> Plan {
+        let title = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let title = title.trim_end_matches(".json").trim_end_matches(".plan");
+        let follow = match self.format {
+            Format::Playback => Follow::Lines,
+            _ => Follow::Path,
+        };
+        self.trail
+            .plan(title.trim_end_matches(".playback"), Some(self.tool), follow)
+    }
+
+    /// Writes it; its steps.
+    fn save(&self) -> Result<usize, Failure> {
+        let plan = self.plan();
+        let text = match self.format {
+            Format::Playback => Playback::from_plan(&plan)
+                .map_err(magician::Error::from)?
+                .to_xml(),
+            _ => plan.to_json(),
+        };
+        self.write(&text)?;
+        Ok(plan.steps.len())
+    }
+
+    fn write(&self, text: &str) -> Result<(), Failure> {
+        replace(&self.path, text).map_err(|error| {
+            Failure::invalid(format!(
+                "{} cannot be written: {error}",
+                self.path.display()
+            ))
+        })
+    }
+}
+
+impl Sink for Program {
+    fn write(&mut self, reading: &Reading) -> Result<(), Failure> {
+        let pose = &reading.pose;
+        self.trail.push(Mark {
+            t: reading.t,
+            pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from),
+            j4: f64::from(pose.joint_angle[3]),
+        });
+        self.stale = true;
+        Ok(())
+    }
+
+    fn note(&mut self, _: f64, _: &Event, _: &str) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), Failure> {
+        if std::mem::take(&mut self.stale) {
+            self.save()?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<Option<usize>, Failure> {
+        self.save().map(Some)
+    }
+}

@@ -1,0 +1,129 @@
+//! The files that a recording can be.
+
+use std::path::Path;
+
+use magician::Event;
+use magician::commands::Pose;
+use magician::protocol::AlarmSet;
+use magician_program::Tool;
+use serde::Serialize;
+
+use super::{csv, jsonl, mcap, program};
+use crate::failure::Failure;
+
+/// What is known of the arm at an instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reading {
+    /// Seconds since the beginning.
+    pub(super) t: f64,
+    /// Steps of a program that are finished, where somebody counts them.
+    pub(super) step: Option<u64>,
+    pub(super) pose: Pose,
+    /// The queued command that was finished last.
+    pub(super) index: u64,
+    /// Free places in the queue.
+    pub(super) left_space: u32,
+    /// Its places in all.
+    pub(super) places: u32,
+    pub(super) alarms: AlarmSet,
+}
+
+/// What is known before the first reading.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Beginning {
+    /// Readings a second.
+    pub(super) rate: f64,
+    /// How far a program may be from the motion, mm.
+    pub(super) tolerance: f64,
+    /// The tool that poses are told for.
+    pub(super) tool: Tool,
+    pub(super) counts_steps: bool,
+}
+
+/// Where readings go.
+pub(super) trait Sink: Send {
+    fn write(&mut self, reading: &Reading) -> Result<(), Failure>;
+    /// Something has happened.
+    fn note(&mut self, t: f64, event: &Event, text: &str) -> Result<(), Failure>;
+    /// What was written is to outlive this program from now on.
+    fn flush(&mut self) -> Result<(), Failure>;
+    /// No more come; steps of the program, if it is one.
+    fn finish(&mut self) -> Result<Option<usize>, Failure>;
+}
+
+/// What a recording can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Format {
+    Mcap,
+    Csv,
+    Jsonl,
+    /// A program of ours that repeats the motion.
+    Plan,
+    /// The same for DobotStudio.
+    Playback,
+}
+
+impl Format {
+    /// By the end of the name.
+    const ENDS: [(&str, Self); 8] = [
+        (".mcap", Self::Mcap),
+        (".csv", Self::Csv),
+        (".jsonl", Self::Jsonl),
+        (".ndjson", Self::Jsonl),
+        (".plan.json", Self::Plan),
+        (".plan", Self::Plan),
+        (".playback", Self::Playback),
+        // What `run --record` has taken for lines of objects.
+        (".json", Self::Jsonl),
+    ];
+
+    /// What a file is to be.
+    pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let name = name.to_ascii_lowercase();
+        let mut known = Self::ENDS.into_iter();
+        let found = known.find(|(end, _)| name.ends_with(end));
+        found.map(|(_, format)| format).ok_or_else(|| {
+            let message = format!("{}: the end of its name does not say what to record", path.display());
+            Failure::usage(message).hint(
+                ".mcap, .csv and .jsonl are readings; .plan.json and .playback are programs that repeat the motion",
+            )
+        })
+    }
+
+    /// Whether it is a program that repeats the motion.
+    pub(crate) fn is_program(self) -> bool {
+        matches!(self, Self::Plan | Self::Playback)
+    }
+
+    pub(super) fn open(self, path: &Path, beginning: &Beginning) -> Result<Box<dyn Sink>, Failure> {
+        Ok(match self {
+            Self::Mcap => Box::new(mcap::Mcap::open(path, beginning)?),
+            Self::Csv => Box::new(csv::Csv::open(path, beginning)?),
+            Self::Jsonl => Box::new(jsonl::Jsonl::open(path)?),
+            Self::Plan | Self::Playback => Box::new(program::Program::open(path, self, beginning)?),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_end_of_a_name_says_what_it_is() {
+        for (name, format) in [
+            ("a.mcap", Format::Mcap),
+            ("A.CSV", Format::Csv),
+            ("a.b.jsonl", Format::Jsonl),
+            ("a.plan.json", Format::Plan),
+            ("a.playback", Format::Playback),
+        ] {
+            assert_eq!(Format::of(Path::new(name)).ok(), Some(format), "{name}");
+        }
+        for name in ["a", "a.txt", "csv", ".."] {
+            assert!(Format::of(Path::new(name)).is_err(), "{name}");
+        }
+    }
+}

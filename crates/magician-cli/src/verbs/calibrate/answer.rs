@@ -1,0 +1,145 @@
+//! What was found, for people and for programs.
+
+use magician_program::artwork::Sheet;
+use magician_program::{Tip, Tool};
+use serde::Serialize;
+
+use super::paper::Paper;
+use super::subject::{Found, Subject, bias};
+use crate::columns::Columns;
+use crate::failure::Failure;
+use crate::output::Output;
+
+/// As JSON has it. What was not looked for is absent.
+#[derive(Debug, Serialize)]
+pub(super) struct Answer {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sheet: Option<Sheet>,
+    /// How steep it is, deg.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tilt: Option<f64>,
+    /// What it looks like.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    paper: Option<Paper>,
+    /// Height of a level surface, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    surface: Option<f64>,
+    /// From where the bias in force has the tip, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    offset: Option<[f64; 2]>,
+    /// The tool that touched; of a calibrated tool its bias.
+    tool: String,
+    pub(super) saved: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) file: Option<String>,
+    /// Whether the arm was told the bias.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) told: Option<bool>,
+    #[serde(skip)]
+    lines: Vec<[String; 2]>,
+}
+
+impl Answer {
+    pub(super) fn new(found: &Found, tool: Tool) -> Self {
+        let mut answer = Self {
+            sheet: None,
+            tilt: None,
+            paper: None,
+            surface: None,
+            offset: None,
+            tool: tool.to_string(),
+            saved: false,
+            file: None,
+            told: None,
+            lines: lines(found, tool),
+        };
+        match found {
+            Found::Sheet(sheet) => {
+                answer.sheet = Some(*sheet);
+                answer.tilt = Some((tilt(sheet) * 100.0).round() / 100.0);
+                answer.paper = sheet.size.and_then(Paper::like);
+            }
+            Found::Surface(height) => answer.surface = Some(*height),
+            Found::Tip(tip) => {
+                answer.offset = Some(tip.offset.map(|part| (part * 1000.0).round() / 1000.0));
+                answer.tool = bias(tip);
+                answer.told = Some(false);
+            }
+        }
+        answer
+    }
+
+    /// What was found.
+    pub(super) fn write(&self, out: &mut Output) -> Result<(), Failure> {
+        let mut columns = Columns::default();
+        for [name, value] in &self.lines {
+            columns.row([name, value]);
+        }
+        columns.write(out)
+    }
+
+    /// What became of it.
+    pub(super) fn write_end(&self, subject: Subject, out: &mut Output) -> Result<(), Failure> {
+        if self.told == Some(true) {
+            out.line("the arm was told")?;
+        }
+        match (&self.file, self.saved) {
+            (Some(file), true) => out.line(format_args!("saved in {file}: {}", subject.used_by())),
+            (None, true) => out.line("saved"),
+            _ => out.line("not saved; --yes saves it without asking"),
+        }
+    }
+}
+
+/// How steep its surface is, deg.
+fn tilt(sheet: &Sheet) -> f64 {
+    let [x, y] = sheet.surface.slope;
+    x.hypot(y).atan().to_degrees()
+}
+
+/// What was found, in words: names and values.
+pub(super) fn lines(found: &Found, tool: Tool) -> Vec<[String; 2]> {
+    let line = |name: &str, value: String| [name.to_owned(), value];
+    match found {
+        Found::Sheet(sheet) => sheet_lines(sheet, Some(tool)),
+        Found::Surface(height) => vec![
+            line("height", format!("z {height:.2} mm")),
+            line("touched with", tool.to_string()),
+        ],
+        Found::Tip(tip) => tip_lines(tip, tool),
+    }
+}
+
+/// A sheet in words.
+pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]> {
+    let mut lines = Vec::new();
+    let mut line = |name: &str, value: String| lines.push([name.to_owned(), value]);
+    if let Some([width, height]) = sheet.size {
+        let like = Paper::like([width, height]);
+        let like = like.map_or_else(String::new, |paper| format!(": looks like {paper}"));
+        line("size", format!("{width:.1} by {height:.1} mm{like}"));
+    }
+    let [x, y] = sheet.corner;
+    line("lower left", format!("x {x:.1} y {y:.1}"));
+    line("rotation", format!("{:.1} deg to the left", sheet.rotation));
+    line("tilt", format!("{:.2} deg", tilt(sheet)));
+    let height = sheet.surface.at(sheet.corner);
+    line(
+        "height",
+        format!("z {height:.2} mm at the lower left corner"),
+    );
+    if let Some(tool) = tool {
+        line("touched with", tool.to_string());
+    }
+    lines
+}
+
+fn tip_lines(tip: &Tip, tool: Tool) -> Vec<[String; 2]> {
+    let [ahead, left] = tip.offset;
+    let off =
+        format!("{ahead:.2} mm ahead, {left:.2} mm to the left of where the tool {tool} has it");
+    vec![
+        ["tip".to_owned(), off],
+        ["bias".to_owned(), format!("{} mm", bias(tip))],
+    ]
+}

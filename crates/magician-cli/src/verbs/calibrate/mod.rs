@@ -1,0 +1,266 @@
+//! `calibrate`: where the paper lies and where the tool's tip is, from points that somebody touches with it.
+
+mod answer;
+mod known;
+mod paper;
+mod session;
+mod subject;
+mod view;
+
+use std::io::{self, IsTerminal, Write};
+
+use clap::{Args, Subcommand};
+use magician::commands::EndEffectorParams;
+use magician::{Arm, words};
+use magician_program::{Problem, Tool};
+use serde::Serialize;
+
+use self::answer::Answer;
+use self::known::Part;
+use self::session::Outcome;
+use self::subject::{Found, Subject, Touch};
+use super::job::options::numbers;
+use super::jog::{AT_SIGHT, for_a_person};
+use crate::args::number;
+use crate::config::Config;
+use crate::context::Context;
+use crate::debts::at_once;
+use crate::failure::Failure;
+use crate::mounted::{tool_of, usual_tool};
+
+/// Find out where the paper lies and where the tool's tip is, by touching points with it
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician calibrate sheet             touch three corners of the paper; drawings then lie on it
+  magician calibrate surface           touch the table once: only its height
+  magician calibrate tool              touch one point twice, the tool turned in between: its bias
+  magician calibrate show              what is known; `forget` forgets it
+  magician calibrate sheet --points 180,-60,-61 300,-60,-61 180,60,-61 --yes
+
+The arm is brought to the points by hand, with its unlock button, or with the keys of `magician jog`. What was found is kept in \
+the file of settings, where `draw`, `engrave` and `run` look for it.")]
+pub(crate) struct Calibrate {
+    #[command(subcommand)]
+    deed: Deed,
+}
+
+#[derive(Debug, Subcommand)]
+enum Deed {
+    /// Where the paper lies: touch its corners lower left, lower right, upper left, with the arm's X to the right
+    Sheet {
+        /// The three points instead of touching them, as x, y, z of the tool
+        #[arg(long, num_args = 3, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
+        points: Option<Vec<[f64; 3]>>,
+        #[command(flatten)]
+        mounted: Mounted,
+    },
+    /// Only how high a level surface is: touch it once
+    Surface {
+        /// The height instead of touching it: z of the tool, mm
+        #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = number::<f64>)]
+        height: Option<f64>,
+        #[command(flatten)]
+        mounted: Mounted,
+    },
+    /// Where the tip of the tool is: touch one point twice, the tool turned in between
+    Tool {
+        /// Both touches instead of doing them, as x, y, r of the tool
+        #[arg(long, num_args = 2, value_name = "X,Y,R", allow_hyphen_values = true, value_parser = numbers::<3>)]
+        poses: Option<Vec<[f64; 3]>>,
+        /// Tell the arm the new bias at once
+        #[arg(long)]
+        tell: bool,
+        #[command(flatten)]
+        mounted: Mounted,
+    },
+    /// Show what is known
+    Show,
+    /// Forget it: all of it, or only this
+    Forget {
+        #[arg(value_enum)]
+        part: Option<Part>,
+    },
+}
+
+/// The tool that touches.
+#[derive(Args, Clone, Copy, Debug)]
+struct Mounted {
+    /// Tool that touches, and draws later: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; the arm keeps it
+    #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
+    tool: Option<Tool>,
+}
+
+impl Calibrate {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        match self.deed {
+            Deed::Sheet { points, mounted } => {
+                let points = points.map(|points| points.into_iter().map(Touch::of_point).collect());
+                find(Subject::Sheet, points, mounted, false, context)
+            }
+            Deed::Surface { height, mounted } => {
+                let points = height.map(|z| vec![Touch::of_point([0.0, 0.0, z])]);
+                find(Subject::Surface, points, mounted, false, context)
+            }
+            Deed::Tool {
+                poses,
+                tell,
+                mounted,
+            } => {
+                let poses = poses.map(|poses| poses.into_iter().map(Touch::of_turn).collect());
+                find(Subject::Tool, poses, mounted, tell, context)
+            }
+            Deed::Show => known::show(context),
+            Deed::Forget { part } => known::forget(part, context),
+        }
+    }
+}
+
+/// Finds it, shows it, keeps it.
+fn find(
+    subject: Subject,
+    given: Option<Vec<Touch>>,
+    mounted: Mounted,
+    tell: bool,
+    context: &mut Context,
+) -> Result<(), Failure> {
+    let usual = usual_tool(&*context.config()?)?;
+    let (found, tool, saves) = match given {
+        Some(touches) => {
+            let tool = tool_of_points(subject, mounted, usual, context)?;
+            let found = subject.found(&touches, tool).map_err(wrong)?;
+            let saves = context.global.yes;
+            (found, tool, if saves { Saves::Yes } else { Saves::Asks })
+        }
+        None => {
+            let way = subject.without_a_terminal();
+            for_a_person(&format!("calibrate {}", subject.name()), way)?;
+            let (outcome, tool) = at_the_pad(subject, mounted, usual, context)?;
+            let Some(Outcome { found, saves }) = outcome else {
+                let nothing = Nothing { saved: false };
+                return context.show(&nothing, |out| out.line("nothing was saved"));
+            };
+            (found, tool, if saves { Saves::Yes } else { Saves::No })
+        }
+    };
+    let mut answer = Answer::new(&found, tool);
+    if !context.global.json {
+        answer.write(&mut context.out)?;
+        context.out.flush()?;
+    }
+    let saves = match saves {
+        Saves::Asks => asks(context.global.json)?,
+        other => other == Saves::Yes,
+    };
+    if saves {
+        let mut config = Config::load()?;
+        found.keep(&mut config)?;
+        answer.saved = true;
+        answer.file = config.path().map(|path| path.display().to_string());
+    }
+    if let (Found::Tip(tip), true) = (&found, tell) {
+        let command = words::tool(tip.bias);
+        context.with_arm(async |arm, _| at_once(arm, &command).await)?;
+        answer.told = Some(true);
+    }
+    match context.global.json {
+        true => context.out.json(&answer),
+        false => answer.write_end(subject, &mut context.out),
+    }
+}
+
+/// Nothing was found.
+#[derive(Serialize)]
+struct Nothing {
+    saved: bool,
+}
+
+/// What points cannot be.
+fn wrong(problem: Problem) -> Failure {
+    let failure = Failure::invalid(problem.message);
+    match problem.help {
+        Some(help) => failure.hint(help),
+        None => failure,
+    }
+}
+
+/// Whether it is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Saves {
+    Yes,
+    No,
+    /// Whoever is at the terminal decides.
+    Asks,
+}
+
+/// Asks on the terminal; without one the answer is no.
+fn asks(json: bool) -> Result<bool, Failure> {
+    if json || !io::stdin().is_terminal() || !io::stderr().is_terminal() {
+        return Ok(false);
+    }
+    let mut stderr = io::stderr();
+    write!(stderr, "save it? y/n ")?;
+    stderr.flush()?;
+    let mut line = String::new();
+    io::stdin().read_line(&mut line)?;
+    Ok(matches!(line.trim(), "y" | "Y" | "yes"))
+}
+
+/// The tool that points are for which somebody gives. Only a tool's own bias depends on it.
+fn tool_of_points(
+    subject: Subject,
+    mounted: Mounted,
+    usual: Option<Tool>,
+    context: &mut Context,
+) -> Result<Tool, Failure> {
+    match (mounted.tool, subject) {
+        (Some(tool), _) => Ok(tool),
+        (None, Subject::Tool) => {
+            context.with_arm(async |arm, _| Ok(tool_of(&arm.get::<EndEffectorParams>().await?)))
+        }
+        (None, _) => Ok(usual.unwrap_or(Tool::Pen)),
+    }
+}
+
+/// Has a person touch the points.
+fn at_the_pad(
+    subject: Subject,
+    mounted: Mounted,
+    usual: Option<Tool>,
+    context: &mut Context,
+) -> Result<(Option<Outcome>, Tool), Failure> {
+    context.lasts = true;
+    let debts = context.debts.clone();
+    let asks = !context.global.yes;
+    context.moving(Some(AT_SIGHT), async |arm, _| {
+        let tool = tool_in_force(arm, subject, mounted, usual).await?;
+        let outcome = session::run(arm, &debts, subject, tool, asks).await?;
+        Ok((outcome, tool))
+    })
+}
+
+/// The tool that the arm counts from; told, if asked. Paper that is touched with another one than it is drawn on with would be
+/// found where it is not.
+async fn tool_in_force(
+    arm: &Arm,
+    subject: Subject,
+    mounted: Mounted,
+    usual: Option<Tool>,
+) -> Result<Tool, Failure> {
+    if let Some(tool) = mounted.tool {
+        at_once(arm, &words::tool(tool.bias())).await?;
+    }
+    let tool = tool_of(&arm.get::<EndEffectorParams>().await?);
+    let draws = usual.unwrap_or(Tool::Pen);
+    let is_other = tool.bias() != draws.bias();
+    if is_other && mounted.tool.is_none() && subject != Subject::Tool {
+        let message = format!(
+            "the arm counts from the tool {tool}, and drawings are made with the tool {draws}: the paper would be found \
+             where it is not"
+        );
+        return Err(Failure::invalid(message).hint(format!(
+            "--tool {draws} tells the arm; `magician config set tool NAME` says what draws"
+        )));
+    }
+    Ok(tool)
+}

@@ -1,0 +1,65 @@
+//! Sizes of paper that people have.
+
+/// Names, and the shorter and the longer side, mm (ISO 216; ANSI/ASME Y14.1).
+const KNOWN: [(&str, [f64; 2]); 9] = [
+    ("A6", [105.0, 148.0]),
+    ("A5", [148.0, 210.0]),
+    ("A4", [210.0, 297.0]),
+    ("A3", [297.0, 420.0]),
+    ("B5", [176.0, 250.0]),
+    ("Letter", [215.9, 279.4]),
+    ("Legal", [215.9, 355.6]),
+    ("a postcard of 100 by 150", [100.0, 150.0]),
+    ("an index card of 3 by 5 in", [76.2, 127.0]),
+];
+/// What is farther off is another paper, mm.
+const NEAR: f64 = 6.0;
+
+/// Paper of about that size.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub(super) struct Paper {
+    pub(super) name: &'static str,
+    /// Whether it lies on its longer side.
+    pub(super) landscape: bool,
+    /// By how much the worse side is off, mm.
+    pub(super) off: f64,
+}
+
+impl Paper {
+    /// The paper that a sheet looks like, if it looks like any.
+    pub(super) fn like([width, height]: [f64; 2]) -> Option<Self> {
+        let landscape = width > height;
+        let sides = [width.min(height), width.max(height)];
+        let off = |known: [f64; 2]| (sides[0] - known[0]).abs().max((sides[1] - known[1]).abs());
+        let papers = KNOWN.into_iter().map(|(name, known)| Self {
+            name,
+            landscape,
+            off: (off(known) * 10.0).round() / 10.0,
+        });
+        let near = papers.filter(|paper| paper.off <= NEAR);
+        near.min_by(|one, other| one.off.total_cmp(&other.off))
+    }
+}
+
+/// `A4, landscape; the touched corners are 0.8 mm off`.
+impl std::fmt::Display for Paper {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let lies = if self.landscape { ", landscape" } else { "" };
+        write!(f, "{}{lies}, {} mm off", self.name, self.off)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paper_is_known_by_its_size() {
+        let like = |size| Paper::like(size).map(|paper| paper.to_string());
+        assert_eq!(like([210.4, 296.2]), Some("A4, 0.8 mm off".to_owned()));
+        let lying = Some("A5, landscape, 1 mm off".to_owned());
+        assert_eq!(like([211.0, 148.0]), lying);
+        assert_eq!(like([216.0, 279.0]), Some("Letter, 0.4 mm off".to_owned()));
+        assert_eq!(like([120.0, 90.0]), None);
+    }
+}

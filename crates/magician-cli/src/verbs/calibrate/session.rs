@@ -1,0 +1,165 @@
+//! Points that a person touches at the terminal.
+
+use magician::Arm;
+use magician_program::{Problem, Tool};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+
+use super::subject::{Found, Subject, Touch};
+use super::view;
+use crate::debts::Debts;
+use crate::failure::Failure;
+use crate::terminal::{Seen, Stage};
+use crate::verbs::jog::{Desk, End, Happened, Pad, Tone};
+
+/// How it ended.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Outcome {
+    pub(super) found: Found,
+    pub(super) saves: bool,
+}
+
+/// What is shown.
+#[derive(Clone, Debug)]
+pub(super) struct Model {
+    pub(super) seen: Seen,
+    pub(super) pad: Pad,
+    pub(super) touched: Touched,
+}
+
+/// What was touched so far.
+#[derive(Clone, Debug)]
+pub(super) struct Touched {
+    pub(super) subject: Subject,
+    pub(super) tool: Tool,
+    pub(super) touches: Vec<Touch>,
+    /// What it has come to, when all of it is touched.
+    pub(super) result: Option<Result<Found, Problem>>,
+}
+
+/// What a key is for here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wish {
+    Take,
+    TakeBack,
+    /// It is the pad's.
+    Move,
+}
+
+impl Touched {
+    pub(super) fn new(subject: Subject, tool: Tool) -> Self {
+        Self {
+            subject,
+            tool,
+            touches: Vec::new(),
+            result: None,
+        }
+    }
+
+    pub(super) fn take(&mut self, touch: Touch) {
+        self.touches.push(touch);
+        if self.touches.len() == self.subject.points().len() {
+            self.result = Some(self.subject.found(&self.touches, self.tool));
+        }
+    }
+
+    fn take_back(&mut self) {
+        self.touches.pop();
+        self.result = None;
+    }
+
+    /// It can be kept.
+    fn good(&self) -> Option<&Found> {
+        self.result.as_ref()?.as_ref().ok()
+    }
+}
+
+/// Has all points touched. Nothing, if the person left before.
+pub(super) async fn run(
+    arm: &Arm,
+    debts: &Debts,
+    subject: Subject,
+    tool: Tool,
+    asks: bool,
+) -> Result<Option<Outcome>, Failure> {
+    let mut desk = Desk::open(arm, debts).await?;
+    desk.seen
+        .note(format!("the arm counts from the tool {tool}"));
+    let mut touched = Touched::new(subject, tool);
+    let mut stage = Stage::open(view::draw)?;
+    let mut saves = false;
+    let end = loop {
+        stage.show(Model {
+            seen: desk.seen.clone(),
+            pad: desk.pad.clone(),
+            touched: touched.clone(),
+        });
+        let end = match desk.next(&mut stage).await? {
+            Happened::Key(key) => match wish(key, &desk.pad) {
+                Wish::Take if touched.good().is_some() => {
+                    saves = true;
+                    Some(End::Quit)
+                }
+                Wish::Take => {
+                    take(&mut desk, &mut touched);
+                    (touched.good().is_some() && !asks).then(|| {
+                        saves = true;
+                        End::Quit
+                    })
+                }
+                Wish::TakeBack => {
+                    touched.take_back();
+                    None
+                }
+                Wish::Move => {
+                    let reply = desk.pad.key(key, desk.now());
+                    desk.obey(reply)
+                }
+            },
+            other => desk.attend(&other),
+        };
+        if let Some(end) = end {
+            break end;
+        }
+    };
+    stage.close()?;
+    desk.leave(end).await?;
+    let found = touched.good().cloned();
+    Ok(found.map(|found| Outcome { found, saves }))
+}
+
+/// Takes the point where the arm stands.
+fn take(desk: &mut Desk, touched: &mut Touched) {
+    if touched.result.is_some() {
+        desk.pad
+            .say(Tone::Bad, "Backspace takes the last point back");
+        return;
+    }
+    let Some(status) = desk.seen.status.as_ref() else {
+        return;
+    };
+    if !desk.seen.stands() {
+        desk.pad
+            .say(Tone::Bad, "the arm moves: take the point when it stands");
+        return;
+    }
+    let pose = &status.pose;
+    let touch = Touch {
+        pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from),
+    };
+    touched.take(touch);
+    let nth = touched.touches.len();
+    desk.seen.note(format!("point {nth} taken"));
+}
+
+/// Enter and Backspace are ours, unless the pad asks or explains something.
+fn wish(key: KeyEvent, pad: &Pad) -> Wish {
+    let pressed = key.kind == KeyEventKind::Press && key.modifiers == KeyModifiers::NONE;
+    if !pressed || pad.help || pad.question.is_some() {
+        return Wish::Move;
+    }
+    match key.code {
+        KeyCode::Enter => Wish::Take,
+        KeyCode::Backspace => Wish::TakeBack,
+        _ => Wish::Move,
+    }
+}

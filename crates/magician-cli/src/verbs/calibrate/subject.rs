@@ -1,0 +1,171 @@
+//! What can be found, and what has to be touched for it.
+
+use magician_program::artwork::Sheet;
+use magician_program::{Problem, Surface, Tip, Tool};
+
+use crate::config::{Config, Key};
+use crate::failure::Failure;
+
+/// What is to be found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Subject {
+    Sheet,
+    Surface,
+    Tool,
+}
+
+/// Where the tool was when it touched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Touch {
+    /// x, y, z, r, mm and deg.
+    pub(super) pose: [f64; 4],
+}
+
+impl Touch {
+    pub(super) fn of_point([x, y, z]: [f64; 3]) -> Self {
+        let pose = [x, y, z, 0.0];
+        Self { pose }
+    }
+
+    pub(super) fn of_turn([x, y, r]: [f64; 3]) -> Self {
+        let pose = [x, y, 0.0, r];
+        Self { pose }
+    }
+
+    fn point(&self) -> [f64; 3] {
+        let [x, y, z, _] = self.pose;
+        [x, y, z]
+    }
+
+    fn turn(&self) -> [f64; 3] {
+        let [x, y, _, r] = self.pose;
+        [x, y, r]
+    }
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Found {
+    Sheet(Sheet),
+    /// Height of a level surface, mm.
+    Surface(f64),
+    Tip(Tip),
+}
+
+impl Subject {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Sheet => "sheet",
+            Self::Surface => "surface",
+            Self::Tool => "tool",
+        }
+    }
+
+    /// The points, in their order.
+    pub(super) fn points(self) -> &'static [&'static str] {
+        match self {
+            Self::Sheet => &["lower left", "lower right", "upper left"],
+            Self::Surface => &["anywhere on it"],
+            Self::Tool => &["the point", "turned"],
+        }
+    }
+
+    /// What is to be done.
+    pub(super) fn instruction(self) -> &'static str {
+        match self {
+            Self::Sheet => {
+                "Touch three corners of the paper with the tip: by hand with the arm's unlock button, or with the keys. \
+                 Enter takes each."
+            }
+            Self::Surface => {
+                "Touch the paper or the table with the tip: by hand with the arm's unlock button, or with the keys. Enter takes \
+                 it."
+            }
+            Self::Tool => {
+                "Touch a mark on the table with the tip and press Enter. Lift the tool (w), turn it by about half a turn (a, d), \
+                 touch the same mark again, Enter."
+            }
+        }
+    }
+
+    pub(super) fn without_a_terminal(self) -> &'static str {
+        match self {
+            Self::Sheet => {
+                "--points X,Y,Z X,Y,Z X,Y,Z gives the corners, as `magician pose` tells them"
+            }
+            Self::Surface => "--height Z gives it, as `magician pose` tells it",
+            Self::Tool => "--poses X,Y,R X,Y,R gives both touches, as `magician pose` tells them",
+        }
+    }
+
+    /// What uses it.
+    pub(super) fn used_by(self) -> &'static str {
+        match self {
+            Self::Sheet => "`magician draw` and `engrave` lay a page on it, corner on corner",
+            Self::Surface => "`magician draw` and `engrave` take it for the height of the paper",
+            Self::Tool => "`magician draw`, `engrave` and `run` count from its tip",
+        }
+    }
+
+    /// What the touches come to.
+    pub(super) fn found(self, touches: &[Touch], tool: Tool) -> Result<Found, Problem> {
+        match (self, touches) {
+            (Self::Sheet, [a, b, c]) => {
+                let sheet = Sheet::touched([a.point(), b.point(), c.point()])?;
+                Ok(Found::Sheet(rounded(&sheet)))
+            }
+            (Self::Surface, [touch]) if touch.pose[2].is_finite() => {
+                Ok(Found::Surface(round(touch.pose[2], 1e3)))
+            }
+            (Self::Tool, [a, b]) => {
+                let tip = Tip::touched([a.turn(), b.turn()], tool.bias())?;
+                Ok(Found::Tip(tip))
+            }
+            _ => Err(Problem::of_file("that many points say nothing of it")),
+        }
+    }
+}
+
+impl Found {
+    /// Keeps it in the settings.
+    pub(super) fn keep(&self, config: &mut Config) -> Result<(), Failure> {
+        let number = |name, value: f64| {
+            let text = Key::named(name).map(|key| key.write(&value.to_string()));
+            (name, text)
+        };
+        let (name, text) = match self {
+            Self::Sheet(sheet) => return config.set_table("sheet", sheet),
+            Self::Surface(height) => number("surface", *height),
+            Self::Tip(tip) => ("tool", Key::named("tool").map(|key| key.write(&bias(tip)))),
+        };
+        match text {
+            Some(Ok(text)) => config.set(name, &text),
+            Some(Err(why)) => Err(Failure::invalid(format!("{name}: {why}"))),
+            None => Err(Failure::new(crate::failure::Kind::Bug, name)),
+        }
+    }
+}
+
+/// The bias of a tip, as people type it.
+pub(super) fn bias(tip: &Tip) -> String {
+    let [x, y, z] = [tip.bias.x, tip.bias.y, tip.bias.z].map(|part| round(part, 1e3));
+    format!("{x},{y},{z}")
+}
+
+/// As exact as an arm is, so that the file can be read.
+fn rounded(sheet: &Sheet) -> Sheet {
+    Sheet {
+        corner: sheet.corner.map(|part| round(part, 1e3)),
+        rotation: round(sheet.rotation, 1e4),
+        surface: Surface {
+            height: round(sheet.surface.height, 1e4),
+            slope: sheet.surface.slope.map(|part| round(part, 1e7)),
+        },
+        size: sheet.size.map(|size| size.map(|side| round(side, 1e2))),
+    }
+}
+
+/// To so many parts of one. 0 has no sign.
+fn round(value: f64, parts: f64) -> f64 {
+    (value * parts).round() / parts + 0.0
+}

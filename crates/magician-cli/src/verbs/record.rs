@@ -1,0 +1,193 @@
+//! `record`: what an arm does while somebody else moves it.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+use std::pin::Pin;
+use std::time::Duration;
+
+use clap::{Args, ValueHint};
+use magician::Arm;
+use tokio::time::{MissedTickBehavior, interval, sleep};
+
+use super::jog::AT_SIGHT;
+use super::pose::rate;
+use crate::args::{number, seconds};
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::output::{obeys, width_of_stderr};
+use crate::recording::{Format, Options, Recorder, Summary, Tally};
+
+/// Between two looks at how far it is.
+const FRAME: Duration = Duration::from_millis(100);
+
+/// Record what the arm does while somebody moves it, as readings or as a program that repeats it
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician record day.mcap                  until Ctrl-C; Foxglove opens it
+  magician record day.csv --rate 50 --for 60
+  magician record lead.plan.json            lead the arm by hand (its unlock button), then Ctrl-C
+  magician run lead.plan.json               and it repeats that
+
+The end of the name says what it is: .mcap, .csv and .jsonl are readings (time in s, pose and joints in mm and deg, queue index \
+and space, alarms; .mcap and .jsonl also tell of alarms and of a line that broke); .plan.json is a program that follows the \
+motion at its own speed and keeps its rests, .playback the same for DobotStudio, with a stop at each point.
+
+It only looks: the arm is moved by hand, by its own keys, or by another program through `magician proxy`. A killed recording \
+lacks its last second at most.")]
+pub(crate) struct Record {
+    /// File to write
+    #[arg(value_hint = ValueHint::FilePath)]
+    file: PathBuf,
+    /// Readings a second; a line at 115200 baud has room for about 50
+    #[arg(long, value_name = "HZ", default_value_t = 20.0, value_parser = rate)]
+    rate: f64,
+    /// How long; until Ctrl-C without it
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    lasting: Option<Duration>,
+    /// How far a program may be from the motion that it repeats, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.5, value_parser = tolerance)]
+    tolerance: f64,
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    let value = number::<f64>(text)?;
+    let good = (0.01..=100.0).contains(&value);
+    good.then_some(value)
+        .ok_or_else(|| "expected 0.01 to 100 mm".to_owned())
+}
+
+impl Record {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let format = Format::of(&self.file)?;
+        // What hands did cannot be done again by a computer.
+        if self.file.exists() && !context.global.yes {
+            let message = format!("{} is there already", self.file.display());
+            return Err(Failure::usage(message).hint("--yes replaces it"));
+        }
+        let json = context.global.json;
+        let summary = context.until_told(AT_SIGHT, async |arm, _, over| {
+            self.record(arm, json, over).await
+        })?;
+        context.show(&summary, |out| {
+            out.line(told(&summary))?;
+            if format.is_program() {
+                out.line(format_args!(
+                    "`magician run {}` repeats it",
+                    self.file.display()
+                ))?;
+            }
+            Ok(())
+        })
+    }
+
+    async fn record(
+        &self,
+        arm: &Arm,
+        json: bool,
+        over: Pin<&mut dyn Future<Output = ()>>,
+    ) -> Result<Summary, Failure> {
+        let options = Options {
+            tolerance: self.tolerance,
+            ..Options::at(self.rate)
+        };
+        let mut recorder = Recorder::begin(arm, &self.file, options).await?;
+        let mut live = Live::begin(json, &self.file, self.lasting.is_some());
+        let time = async {
+            match self.lasting {
+                Some(lasting) => sleep(lasting).await,
+                None => std::future::pending().await,
+            }
+        };
+        let end = async {
+            tokio::select! {
+                () = over => {}
+                () = time => {}
+            }
+        };
+        let mut end = std::pin::pin!(end);
+        let mut frames = interval(FRAME);
+        frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        loop {
+            tokio::select! {
+                biased;
+                () = &mut end => break,
+                failure = recorder.failed() => return Err(failure),
+                _ = frames.tick() => live.show(&recorder.tally()),
+            }
+        }
+        drop(live);
+        recorder.finish().await
+    }
+}
+
+fn told(summary: &Summary) -> String {
+    let Summary {
+        seconds,
+        readings,
+        length,
+        ..
+    } = summary;
+    let steps = match summary.steps {
+        Some(steps) => format!(", {steps} steps"),
+        None => String::new(),
+    };
+    format!(
+        "{}: {seconds:.1} s, {readings} readings, {length:.1} mm of way{steps}",
+        summary.file.display()
+    )
+}
+
+/// How it goes, on a line of stderr that is written over and over.
+struct Live {
+    on: bool,
+    width: usize,
+}
+
+impl Live {
+    fn begin(json: bool, file: &std::path::Path, timed: bool) -> Self {
+        let mut stderr = io::stderr().lock();
+        let on = !json && stderr.is_terminal() && obeys(&stderr);
+        if !json {
+            let end = if timed { "" } else { "; Ctrl-C ends it" };
+            let _ = writeln!(stderr, "recording {}{end}", file.display());
+        }
+        Self {
+            on,
+            width: width_of_stderr() - 1,
+        }
+    }
+
+    fn show(&mut self, tally: &Tally) {
+        if !self.on {
+            return;
+        }
+        let line: String = line(tally).chars().take(self.width).collect();
+        let _ = write!(io::stderr(), "\r{line}\x1b[K");
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        if self.on {
+            let _ = write!(io::stderr(), "\r\x1b[K");
+        }
+    }
+}
+
+/// One line, short enough for 80 columns.
+fn line(tally: &Tally) -> String {
+    let [x, y, z, r] = tally.pose;
+    let time = match tally.seconds {
+        long if long >= 600.0 => format!(
+            "{:.0}:{:02.0} min",
+            (long / 60.0).floor(),
+            (long % 60.0).floor()
+        ),
+        short => format!("{short:.1} s"),
+    };
+    format!(
+        "{time}  {} readings  x{x:8.2} y{y:8.2} z{z:8.2} r{r:7.1} {:6.1} mm/s",
+        tally.readings, tally.speed
+    )
+}
