@@ -259,7 +259,8 @@ fn thin(marks: &[Mark], tolerance: f64) -> Vec<Mark> {
     };
     let mut stays = vec![false; marks.len()];
     (stays[0], stays[last]) = (true, true);
-    let mut spans = vec![0..last];
+    let whole = 0..last;
+    let mut spans = vec![whole];
     while let Some(span) = spans.pop() {
         if let Some((at, off)) = farthest(marks, &span)
             && off > tolerance

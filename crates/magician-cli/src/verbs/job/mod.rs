@@ -19,10 +19,10 @@ use magician::words::Preflight;
 use magician::{Arm, Options, Set, SimSpeed, Target, VirtualArm};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
-use magician_program::{Action, Content, Format, Plan, Problem, Setup, Work};
 use magician_program::{
     Action, Content, Format, Pallet, Placing, Plan, Problem, Setup, Surface, Work,
 };
+use magician_program::{Action, Content, Format, Plan, Problem, Setup, Work};
 use miette::Severity;
 
 use self::drive::{Done, Drive, State};
