@@ -6,6 +6,7 @@ mod dissector;
 mod dist;
 mod fidelity;
 mod gallery;
+mod programs;
 mod protocol;
 mod soak;
 
@@ -20,6 +21,7 @@ Usage: cargo xtask CHORE
   protocol   list every command of the protocol: docs/PROTOCOL.md
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
+  programs   run programs of every kind on the virtual arm: docs/programs/* and docs/PROGRAMS.md
   dist       build the release archive: target/dist/*.tar.gz
   bench [WHAT...] [--json]
              measure what the virtual arm costs
@@ -32,6 +34,7 @@ fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let done = match words.split_first() {
         Some((chore, [])) if chore == "gallery" => gallery::write(&docs),
+        Some((chore, [])) if chore == "programs" => programs::write(&root),
         Some((chore, [])) if chore == "protocol" => protocol::write(&docs),
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),

@@ -12,10 +12,7 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode,
-    demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, man,
-    play, ports, pose, proxy, queue, rail, record, replay, run, sensor, set, shell, sim, stop,
-    teach, tools, travel,
+    alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode, demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, man, play, ports, pose, proxy, queue, rail, record, replay, run, sensor, set, shell, sim, stop, teach, tools, travel, watch,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
@@ -129,6 +126,7 @@ pub(crate) enum Verb {
     Engrave(Box<engrave::Verb>),
     Play(Box<play::Play>),
     Convert(Box<convert::Convert>),
+    Watch(watch::Watch),
     Stop(stop::Stop),
     Suction(tools::Suction),
     Gripper(tools::Gripper),
@@ -176,6 +174,7 @@ impl Verb {
             Self::Engrave(verb) => verb.run(context),
             Self::Play(verb) => verb.run(context),
             Self::Convert(verb) => verb.run(context),
+            Self::Watch(verb) => verb.run(context),
             Self::Stop(verb) => verb.run(context),
             Self::Suction(verb) => verb.run(context),
             Self::Gripper(verb) => verb.run(context),

@@ -48,7 +48,7 @@ pub(crate) struct Context {
 }
 
 /// How long a stop may take before this program ends without knowing.
-const STAND_BY: Duration = Duration::from_secs(3);
+pub(crate) const STAND_BY: Duration = Duration::from_secs(3);
 
 /// How long connections that were dropped get for their last words.
 const FAREWELL: Duration = Duration::from_millis(600);
@@ -189,6 +189,16 @@ impl Context {
     /// How the arm stood when a signal had stopped it, if it said so.
     pub(crate) fn stood(&mut self) -> Option<Stood> {
         self.stood.take()
+    }
+
+    /// Works with the arm on something that lasts and moves nothing: Ctrl-C ends it. `sim` is what stands in for a port that
+    /// is `sim` without a speed.
+    pub(crate) fn watching<T>(
+        &mut self,
+        sim: Sim,
+        work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        self.work(Some(sim), work)
     }
 
     /// From here on Ctrl-C stops the arm, if `going`: the verb sets something going that lasts, and the connection
@@ -459,6 +469,6 @@ pub(crate) async fn stop(arm: &Arm, debts: &Debts) -> Result<(String, Option<Sto
     Ok((message, Some(stood)))
 }
 
-fn not_confirmed(why: &str) -> String {
+pub(crate) fn not_confirmed(why: &str) -> String {
     format!("interrupted, but the arm did not confirm that it stands: {why}")
 }

@@ -3,12 +3,15 @@
 
 mod magician;
 
-use std::process::Command;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
 
 use magician::served::Served;
 use magician::terminal::Terminal;
 use magician::{command, run, run_with};
-use serde_json::Value;
+use magician_program::{Action, Content, Format, Plan, ReadOptions, Tool};
+use serde_json::{Value, json};
 
 const UP: &str = "\x1b[A";
 const LEFT: &str = "\x1b[D";
@@ -21,14 +24,20 @@ struct Place {
 
 impl Place {
     fn at(arguments: &[&str], shown: &str) -> Self {
+        Self::within(Path::new("."), arguments, shown)
+    }
+
+    /// The same in a directory.
+    fn within(dir: &Path, arguments: &[&str], shown: &str) -> Self {
         let served = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
         let mut command = command();
         command
             .args(["--port", &served.door("tcp")])
-            .args(arguments);
+            .args(arguments)
+            .current_dir(dir);
         let mut terminal = Terminal::running(command);
         terminal.until("\x1b[?1049h");
-        terminal.until_seen("link up");
+        terminal.until_drawn("link up");
         let mut place = Self { served, terminal };
         place.shows("", shown);
         place
@@ -44,11 +53,10 @@ impl Place {
         self.look(&["pose"])[name].as_f64().expect("a number")
     }
 
-    /// Types keys and sees what they come to. Only what changes is drawn, unless all of it is asked for, with Ctrl-L.
+    /// Types keys and sees what they come to.
     fn shows(&mut self, keys: &str, text: &str) {
         self.terminal.types(keys);
-        self.terminal.types("\x0c");
-        self.terminal.until_seen(text);
+        self.terminal.until_drawn(text);
     }
 
     /// Waits until the arm has been seen to stand.
@@ -71,7 +79,7 @@ impl Place {
 fn jog_steps_and_refuses_what_is_out_of_reach() {
     let mut place = Place::at(&["jog"], "x 199.40 mm");
     place.terminal.types(UP);
-    place.terminal.until_seen("command 1 finished");
+    place.terminal.until_drawn("command 1 finished");
     assert!((place.axis("x") - 204.404).abs() < 0.001);
     place.shows("++", "step 50 mm");
     place.terminal.types(UP);
@@ -161,11 +169,208 @@ impl Place {
 fn an_arm_that_goes_away_is_said_and_can_be_left() {
     let mut place = Place::at(&["jog"], "x 199.40 mm");
     place.served.child.kill().expect("it lives");
-    place.terminal.until_seen("the line broke");
+    place.terminal.until_drawn("the line broke");
     place.shows("", "LINK LOST, looking for it");
     place.terminal.types("\x03");
     place.terminal.until("\x1b[?1049l");
     place.ends_with(130);
+}
+
+/// What the teacher's file teaches.
+fn taught(path: &Path) -> Plan {
+    let bytes = std::fs::read(path).expect("a file");
+    let format = Format::of(&path.to_string_lossy(), &bytes).expect("a format");
+    let reading = magician_program::read(format, &bytes, &ReadOptions::default());
+    match reading.expect("it reads back").content {
+        Content::Plan(plan) => plan,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn teach_stores_points_plays_them_and_saves_them() {
+    for name in ["pick.playback", "pick.plan.json"] {
+        let dir = tempfile::tempdir().expect("directory");
+        let path = dir.path().join(name);
+        let file = path.to_str().expect("UTF-8");
+        let rescue = dir.path().join(format!("{name}~"));
+        let mut place = Place::at(&["teach", file, "--tool", "suction"], "x 259.10 mm");
+        place.shows("\r", "P1 stored");
+        place.terminal.types(UP);
+        place.terminal.until_drawn("x 264.10 mm");
+        place.terminal.until_drawn("stands");
+        place.shows("\rt", "2 rows");
+        place.shows("SP0.5\r", "MOVL 264.1 0.0 -8.5 suck 0.5s");
+        place.shows("nput\x7f\x7f\x7f\x7f\x7ftake\r", "take MOVL");
+        assert_eq!(
+            Plan::from_json(&std::fs::read(&rescue).expect("kept"))
+                .expect("a plan")
+                .steps
+                .len(),
+            4
+        );
+        place.shows("O", "play");
+        place.terminal.until_drawn("played");
+        assert_eq!(
+            place.look(&["get", "EndEffectorSuctionCup"])["is_sucked"],
+            1
+        );
+        place.shows("\x13", "saved to");
+        assert!(!rescue.exists());
+        place.terminal.types("q");
+        place.ends(0, ": 2 rows");
+        let plan = taught(&path);
+        let moves: Vec<_> = plan
+            .steps
+            .iter()
+            .filter_map(|step| step.action.target())
+            .collect();
+        assert_eq!(moves.len(), 2);
+        assert!((moves[0][0] - 259.104).abs() < 0.001 && (moves[1][0] - 264.104).abs() < 0.001);
+        assert_eq!(plan.tool, Some(Tool::Suction));
+        let last = plan.steps.last().expect("a step");
+        assert_eq!(
+            (plan.name_of(&last.origin), &last.action),
+            (Some("take"), &Action::Wait(500))
+        );
+        assert_eq!(std::fs::read_dir(dir.path()).expect("read").count(), 1);
+    }
+}
+
+#[test]
+fn what_was_not_saved_is_there_the_next_time() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = dir.path().join("pick.playback");
+    let file = path.to_str().expect("UTF-8");
+    let mut place = Place::at(&["teach", file], "x 199.40 mm");
+    place.shows("\r", "P1 stored");
+    let id = place.terminal.child.id().to_string();
+    let kill = Command::new("kill").args(["-KILL", &id]).status();
+    assert!(kill.expect("kill runs").success());
+    let mut place = Place::at(&["teach", file], "left unsaved the last time");
+    place.shows("y", "1 rows");
+    place.shows("q", "not saved. Save it?");
+    place.terminal.types("y");
+    place.ends(0, ": 1 rows");
+    assert_eq!(
+        taught(&path)
+            .steps
+            .iter()
+            .filter(|step| step.action.target().is_some())
+            .count(),
+        1
+    );
+    // Left without saving, it is gone.
+    let mut place = Place::at(&["teach", file], "P1 MOVJ");
+    place.shows("x", "0 rows");
+    place.terminal.types("qn");
+    place.ends(0, "nothing was saved");
+    assert_eq!(std::fs::read_dir(dir.path()).expect("read").count(), 1);
+}
+
+#[test]
+fn a_lesson_without_a_file_asks_for_one_and_does_not_write_over_another() {
+    let dir = tempfile::tempdir().expect("directory");
+    let there = dir.path().join("there.plan.json");
+    std::fs::write(&there, "mine").expect("written");
+    let mut place = Place::within(dir.path(), &["teach"], "lesson.playback");
+    place.shows("\r\x13", "save as");
+    let erase = "\x7f".repeat("lesson.playback".len());
+    place.shows(&format!("{erase}there.plan.json\r"), "is there already");
+    place.shows("n", "1 rows");
+    assert_eq!(std::fs::read_to_string(&there).expect("text"), "mine");
+    place.shows(&format!("\x13{erase}there.plan.json\r"), "is there already");
+    place.shows("y", "saved to");
+    place.terminal.types("q");
+    place.ends(0, ": 1 rows");
+    assert_eq!(taught(&there).steps.len(), 1);
+    assert_eq!(std::fs::read_dir(dir.path()).expect("read").count(), 1);
+}
+
+#[test]
+fn a_hand_that_lets_go_of_the_key_stores_the_place() {
+    let dir = tempfile::tempdir().expect("directory");
+    let port = dir.path().join("arm");
+    let port = port.to_str().expect("UTF-8");
+    let mut sim = command();
+    sim.args(["sim", "--pty", port, "--tui"]);
+    let mut sim = Terminal::with_stdout(sim, Some(Stdio::piped()));
+    sim.until_seen("from above");
+    let mut teach = command();
+    teach
+        .args(["--port", port, "teach"])
+        .current_dir(dir.path());
+    let mut teach = Terminal::running(teach);
+    teach.until_drawn("link up");
+    teach.until_drawn("by hand too");
+    sim.types("u\x1b[A\x1b[A");
+    sim.until_drawn("the unlock key is held");
+    teach.until_drawn("x 209.40 mm");
+    sim.types("u");
+    teach.until_drawn("P1 stored: the arm's key was released");
+    teach.until_drawn("MOVJ 209.4 0.0 -8.5");
+    teach.types("qn");
+    teach.until("nothing was saved");
+    assert_eq!(teach.child.wait().expect("it ends").code(), Some(0));
+}
+
+#[test]
+fn watch_shows_an_arm_that_others_move_and_leaves_it_alone() {
+    let mut place = Place::at(&["watch"], "x 199.40 mm");
+    let door = place.served.door("tcp");
+    let moved = run(&["--port", &door, "--json", "move", "220", "40", "30"]);
+    assert_eq!(moved.status, 0, "{moved:?}");
+    run(&["--port", &door, "io", "mux", "4", "digital-output"]);
+    run(&["--port", &door, "io", "set", "4", "1"]);
+    place.terminal.until_drawn("x 220.00 mm");
+    place.terminal.until_drawn("done 1");
+    place.terminal.until_drawn("4o●");
+    place.terminal.until_drawn("tool stands");
+    place.shows("?", "Nothing here moves");
+    place.terminal.types("x");
+    let before = place.look(&["queue"]);
+    place.terminal.types("q");
+    place.terminal.until("\x1b[?25h");
+    assert_eq!(place.look(&["queue"]), before);
+    place.ends_with(0);
+}
+
+#[test]
+fn watch_prints_lines_where_there_is_no_terminal() {
+    for (json, arguments) in [
+        (true, &["--json", "watch"][..]),
+        (false, &["watch", "--rate", "50"]),
+    ] {
+        let mut child = command()
+            .args(["--port", "sim"])
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("it starts");
+        let mut lines = BufReader::new(child.stdout.take().expect("stdout")).lines();
+        for _ in 0..3 {
+            let line = lines.next().expect("a line").expect("UTF-8");
+            if json {
+                let state: Value = serde_json::from_str(&line).expect("JSON");
+                assert_eq!(
+                    (&state["j2"], &state["left_space"]),
+                    (&json!(45.0), &json!(32))
+                );
+                assert_eq!(
+                    (&state["alarms"], &state["link"]),
+                    (&json!([0]), &json!("up"))
+                );
+            } else {
+                assert!(line.contains("done 0 free 32 alarms 0x00"), "{line}");
+            }
+        }
+        let kill = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(kill.expect("kill runs").success());
+        assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    }
 }
 
 #[test]
@@ -192,4 +397,9 @@ fn pads_are_refused_without_a_person() {
     let refused = run(&["--port", "sim", "jog"]);
     assert_eq!((refused.status, refused.out.as_str()), (2, ""));
     assert!(refused.err.contains("jog x 10"), "{}", refused.err);
+    let refused = run(&["--port", "sim", "teach", "a.playback"]);
+    assert_eq!(refused.status, 2);
+    let refused = run(&["--port", "sim", "teach", "a.svg"]);
+    assert_eq!(refused.status, 2);
+    assert!(refused.err.contains(".playback"), "{}", refused.err);
 }

@@ -41,7 +41,7 @@ impl Place {
     }
 
     /// Short moves with a wait after each: what is done is counted by the waits.
-    fn program(&self, wait: u32) -> String {
+    fn program(&self, wait: &str) -> String {
         let steps: Vec<String> = (0..PAIRS)
             .map(|nth| {
                 let y = nth as f64 - 12.0;
@@ -82,7 +82,10 @@ impl Place {
 }
 
 fn serve(more: &[&str]) -> Served {
-    Served::start(&[&["--tcp", "127.0.0.1:0", "-v"], more].concat(), 1)
+    Served::start(
+        &[&["--tcp", "127.0.0.1:0", "--speed", "2", "-v"], more].concat(),
+        1,
+    )
 }
 
 fn signal(name: &str, child: &Child) {
@@ -110,19 +113,19 @@ fn waits(log: &[String]) -> usize {
         .count()
 }
 
-/// The number before `WAITCmd finished` has come to so many waits.
-fn until_waits(served: &mut Served, count: usize) -> Vec<String> {
-    (0..count)
-        .map(|_| served.until(|line| line.ends_with(" WAITCmd finished")))
-        .collect()
+/// The arm has finished so many waits.
+fn until_waits(served: &mut Served, count: usize) {
+    for _ in 0..count {
+        served.until(|line| line.ends_with(" WAITCmd finished"));
+    }
 }
 
 #[test]
 fn a_killed_run_goes_on_and_no_step_is_done_twice() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let mut child = place.start(&["run", &program]);
-    let mut log = until_waits(&mut place.served, 5);
+    until_waits(&mut place.served, 5);
     signal("-KILL", &child);
     child.wait().expect("it ends");
     assert_eq!(place.journals(), 1);
@@ -131,14 +134,13 @@ fn a_killed_run_goes_on_and_no_step_is_done_twice() {
     let first = report(&done)["first_step"].as_u64().expect("a step");
     assert!(first > 10, "{done:?}");
     assert_eq!(place.journals(), 0, "a good end leaves nothing");
-    log.extend(place.served.log());
-    assert_eq!(waits(&log), PAIRS);
+    assert_eq!(waits(&place.served.log()), PAIRS);
 }
 
 #[test]
 fn ctrl_c_says_where_it_goes_on_and_it_does() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let child = place.start(&["run", &program]);
     until_waits(&mut place.served, 4);
     signal("-INT", &child);
@@ -173,10 +175,10 @@ fn ctrl_c_says_where_it_goes_on_and_it_does() {
 fn an_alarm_ends_a_run_and_once_cleared_it_goes_on() {
     let dir = tempfile::tempdir().expect("directory");
     let scenario = dir.path().join("alarm.toml");
-    let text = "[[fault]]\nkind = \"alarm\"\nalarm = 0x40\nindex = 20\n";
+    let text = "[[fault]]\nkind = \"alarm\"\nalarm = 0x10\nindex = 20\n";
     std::fs::write(&scenario, text).expect("written");
     let place = Place::new(&["--scenario", scenario.to_str().expect("UTF-8")]);
-    let program = place.program(10);
+    let program = place.program("0.01");
     let failed = place.run(&["run", &program]);
     assert_eq!(failed.status.code(), Some(8), "{failed:?}");
     assert_eq!(error(&failed)["kind"], "alarm");
@@ -196,7 +198,7 @@ fn an_alarm_ends_a_run_and_once_cleared_it_goes_on() {
 #[test]
 fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let child = place.start(&["run", &program]);
     until_waits(&mut place.served, 4);
     place.served.child.kill().expect("it lives");
@@ -231,7 +233,7 @@ fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
 #[test]
 fn people_are_told_how_to_go_on() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let mut told = command();
     told.args(["--port", &place.door, "run", &program]);
     told.env("XDG_STATE_HOME", place.path("state"));
@@ -249,7 +251,7 @@ fn people_are_told_how_to_go_on() {
 #[test]
 fn a_stop_from_elsewhere_ends_a_run_that_can_go_on() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let child = place.start(&["run", &program]);
     until_waits(&mut place.served, 3);
     assert!(place.run(&["stop"]).status.success());
@@ -263,7 +265,7 @@ fn a_stop_from_elsewhere_ends_a_run_that_can_go_on() {
 #[test]
 fn nothing_is_resumed_that_was_placed_in_another_way() {
     let mut place = Place::new(&[]);
-    let program = place.program(30);
+    let program = place.program("0.03");
     let mut child = place.start(&["run", &program]);
     until_waits(&mut place.served, 3);
     signal("-INT", &child);
@@ -271,4 +273,73 @@ fn nothing_is_resumed_that_was_placed_in_another_way() {
     let other = place.run(&["run", &program, "--move", "0,0,5", "--resume"]);
     assert_eq!(other.status.code(), Some(3), "{other:?}");
     assert!(Path::new(&program).exists());
+}
+
+#[test]
+fn a_laser_burns_on_an_arm_only_when_told_to() {
+    let place = Place::new(&[]);
+    let text = "G21 G90\nG0 X220 Y0 Z0\nM3 S0\nG1 X221 F600 S500\nM5\n";
+    let file = place.write("burn.gcode", text);
+    let refused = place.run(&["run", &file]);
+    assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+    assert!(
+        error(&refused)["message"]
+            .as_str()
+            .expect("text")
+            .contains("laser")
+    );
+    let check = place.run(&["run", &file, "--check"]);
+    assert!(check.status.success(), "{check:?}");
+    let burnt = place.run(&["run", &file, "--yes"]);
+    assert!(burnt.status.success(), "{burnt:?}");
+    let laser = place.run(&["get", "EndEffectorLaser"]);
+    assert_eq!(report(&laser)["is_on"], 0, "it ends dark");
+}
+
+#[test]
+fn an_arm_that_was_not_homed_and_a_queue_that_is_not_empty() {
+    let place = Place::new(&[]);
+    let steps = r#"{"format":"magician-plan","version":1,"title":"a","steps":[{"move":[220,0,0,0],"by":"joints"}]}"#;
+    let file = place.write("a.plan.json", steps);
+    let waits = place.run(&["enqueue", "WAITCmd", "timeout=10"]);
+    assert!(waits.status.success());
+    let strangers = place.run(&["run", &file]);
+    assert_eq!(strangers.status.code(), Some(3), "{strangers:?}");
+    let message = error(&strangers)["message"]
+        .as_str()
+        .expect("text")
+        .to_owned();
+    assert!(message.contains("--keep"), "{message}");
+    assert!(place.run(&["run", &file, "--keep"]).status.success());
+    let fresh = serve(&[]);
+    let mut unhomed = command();
+    let door = fresh.door("tcp");
+    unhomed.args(["--port", &door, "--json", "run", &file, "--require-homed"]);
+    let unhomed = unhomed.output().expect("it runs");
+    assert_eq!(unhomed.status.code(), Some(3), "{unhomed:?}");
+}
+
+#[test]
+fn a_look_with_a_port_reads_the_settings_in_force() {
+    let place = Place::new(&[]);
+    let file = place.write("a.gcode", "G21 G90\nG0 X220 Y0 Z0\nG0 X260\n");
+    let seconds = |place: &Place| {
+        let look = place.run(&["run", &file, "--estimate"]);
+        assert!(look.status.success(), "{look:?}");
+        report(&look)["seconds"].as_f64().expect("a time")
+    };
+    let usual = seconds(&place);
+    let slow = [
+        "set",
+        "PTPCommonParams",
+        "velocity_ratio=5",
+        "acceleration_ratio=5",
+    ];
+    assert!(place.run(&slow).status.success());
+    assert!(seconds(&place) > 3.0 * usual);
+    assert_eq!(
+        report(&place.run(&["queue"]))["current_index"],
+        0,
+        "nothing was sent"
+    );
 }

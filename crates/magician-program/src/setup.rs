@@ -2,7 +2,7 @@
 
 use magician_motion::ToolBias;
 
-use crate::artwork::{Layout, Marking, Sheet};
+use crate::artwork::{Layout, Marking, Order, Sheet};
 use crate::raster::{Engrave, Grid, Size, Trace};
 use crate::{
     Artwork, Content, Fit, Format, Placement, Plan, Problem, Raster, Reach, Reading, Surface, Tool,
@@ -188,9 +188,21 @@ impl Setup {
     }
 
     /// Lines on a sheet.
-    fn drawn(&self, artwork: Artwork, notes: &mut Vec<Problem>) -> Result<Plan, Problem> {
+    fn drawn(&self, mut artwork: Artwork, notes: &mut Vec<Problem>) -> Result<Plan, Problem> {
         let marking = self.marking();
         let layout = self.layout()?;
+        let order = match self.order {
+            true => Order::default(),
+            false => Order::OF_FILE,
+        };
+        let saving = artwork.put_in_order(&order);
+        if saving.before_mm - saving.after_mm >= 1.0 {
+            let (before, after) = (saving.before_mm, saving.after_mm);
+            let what = format!(
+                "drawn in another order, so that there are {after:.0} mm between its lines instead of {before:.0} mm"
+            );
+            notes.push(Problem::of_file(what).help("--no-order keeps the order of the file"));
+        }
         let placed = artwork.placed(&layout, &marking)?;
         if placed.scale < layout.scale {
             let percent = 100.0 * placed.scale / layout.scale;

@@ -157,10 +157,10 @@ fn burns_are_as_dark_as_their_power() {
     let burnt = Tones::of_burns(&burnt(), corners, 2.0, 0.5);
     let grey = (0..20).map(|column| 255 - (f64::from(column) * 0.05 * 255.0).round() as u8);
     let image = |grey: Vec<u8>| Raster {
-        title: String::new(),
         width: grey.len(),
         height: 1,
         grey,
+        ..Raster::default()
     };
     let source = image(grey.clone().collect());
     let matched = burnt
@@ -177,10 +177,10 @@ fn burns_are_as_dark_as_their_power() {
 #[test]
 fn an_image_is_the_right_way_up() {
     let image = Raster {
-        title: String::new(),
         width: 1,
         height: 2,
         grey: vec![0, 255],
+        ..Raster::default()
     };
     let corners = [[0.0, 0.0], [1.0, 2.0]];
     let tones = Tones::of_image(&image, corners, 1.0);

@@ -144,3 +144,35 @@ fn steps_tell_the_tool_that_they_need() {
     let told = RehearseOptions::default().tool(Tool::None);
     assert_eq!(tool_of(&drawing(), &told), Tool::None);
 }
+
+#[test]
+fn a_pen_begins_above_its_paper() {
+    let mut plan = Plan::new("high");
+    plan.tool = Some(Tool::Pen);
+    plan.surface = Some(Surface::level(20.0));
+    travel(&mut plan, 220.0, 0.0, 30.0);
+    travel(&mut plan, 220.0, 0.0, 20.0);
+    let to = [240.0, 0.0, 20.0];
+    plan.push(Action::Path { to }, Origin::NONE);
+    let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
+    assert!(done.is_good(), "{:?}", done.log);
+    let [low, high] = done.drawing.bounds().unwrap();
+    for (found, wanted) in [low, high].concat().iter().zip([220.0, 0.0, 240.0, 0.0]) {
+        assert!((found - wanted).abs() < 1e-6, "{low:?} {high:?}");
+    }
+}
+
+#[test]
+fn a_watched_way_goes_from_the_start_to_the_end() {
+    let options = RehearseOptions::default();
+    assert!(rehearse(&drawing(), &options).unwrap().way.is_empty());
+    let options = options.watch(std::time::Duration::from_millis(10));
+    let done = rehearse(&drawing(), &options).unwrap();
+    let end = [done.pose.x, done.pose.y, done.pose.z];
+    assert_eq!(done.way.last(), Some(&end));
+    let steps = done.way.windows(2).map(|pair| {
+        let squares = (0..3).map(|axis| (pair[1][axis] - pair[0][axis]).powi(2));
+        squares.sum::<f64>().sqrt()
+    });
+    assert!(steps.fold(0.0, f64::max) < 3.0);
+}

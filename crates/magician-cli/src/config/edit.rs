@@ -71,10 +71,6 @@ pub(super) fn without(text: &str, name: &str) -> Option<String> {
 }
 
 /// Where a name and its value stand. `None` if the text is no TOML.
-#[expect(
-    clippy::type_complexity,
-    reason = "key and value, if there are any, if it can be read"
-)]
 fn find(text: &str, name: &str) -> Option<Option<(Range<usize>, Range<usize>)>> {
     let file = DeTable::parse(text).ok()?;
     let mut table = file.get_ref();

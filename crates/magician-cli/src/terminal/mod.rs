@@ -23,7 +23,7 @@ pub(crate) use keyboard::{Keyboard, Waited};
 pub(crate) use panel::{help, hints, lamp, mm, panel};
 pub(crate) use polled::Polled;
 pub(crate) use screen::{Listen, LogWriter, Screen, check, take_log};
-pub(crate) use seen::{Seen, Speeds, event_text, sparkline};
+pub(crate) use seen::{Seen, event_text, sparkline};
 pub(crate) use shown::{Shown, hung_up};
 pub(crate) use stage::{Stage, Told};
 pub(crate) use theme::Theme;

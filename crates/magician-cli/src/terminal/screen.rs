@@ -8,8 +8,8 @@ use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 use ratatui::backend::CrosstermBackend;
 use ratatui::crossterm::cursor::{Hide, Show};
 use ratatui::crossterm::event::{
-    DisableFocusChange, EnableFocusChange, KeyboardEnhancementFlags, PopKeyboardEnhancementFlags,
-    PushKeyboardEnhancementFlags,
+    DisableBracketedPaste, DisableFocusChange, EnableBracketedPaste, EnableFocusChange,
+    KeyboardEnhancementFlags, PopKeyboardEnhancementFlags, PushKeyboardEnhancementFlags,
 };
 use ratatui::crossterm::style::ResetColor;
 use ratatui::crossterm::terminal::{
@@ -41,7 +41,8 @@ const USUAL_SIZE: (u16, u16) = (80, 24);
 pub(crate) enum Listen {
     /// Presses.
     Presses,
-    /// Also releases, where the terminal tells them, and whether the window has the focus.
+    /// Also releases, where the terminal tells them, whether the window has the focus, and what is pasted, which then is no
+    /// row of keys.
     Everything,
 }
 
@@ -91,7 +92,7 @@ impl Screen {
         if listen == Listen::Everything {
             LISTENS.store(true, Ordering::SeqCst);
             // Consoles of Windows tell all this unasked, and cannot be asked.
-            let _ = execute!(io::stderr(), EnableFocusChange);
+            let _ = execute!(io::stderr(), EnableFocusChange, EnableBracketedPaste);
             let _ = execute!(io::stderr(), PushKeyboardEnhancementFlags(RELEASES));
         }
         Ok(screen)
@@ -142,7 +143,7 @@ pub(crate) fn give_back() {
         let mut stderr = io::stderr().lock();
         if LISTENS.swap(false, Ordering::SeqCst) {
             let _ = queue!(stderr, PopKeyboardEnhancementFlags);
-            let _ = queue!(stderr, DisableFocusChange);
+            let _ = queue!(stderr, DisableFocusChange, DisableBracketedPaste);
         }
         let _ =
             queue!(stderr, ResetColor, LeaveAlternateScreen, Show).and_then(|()| stderr.flush());

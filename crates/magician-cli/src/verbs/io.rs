@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::output::Output;
 
 /// Highest address of a pin (document 1.15.1).
-const PINS: u8 = 20;
+pub(super) const PINS: u8 = 20;
 
 /// Look at the pins of the arm's connectors and drive them
 #[derive(Args, Debug)]
@@ -111,9 +111,9 @@ fn function(text: &str) -> Result<IoFunction, String> {
 }
 
 /// What is known of a pin.
-#[derive(Default, Serialize)]
-struct Pin {
-    address: u8,
+#[derive(Clone, Debug, Default, Serialize)]
+pub(super) struct Pin {
+    pub(super) address: u8,
     #[serde(skip_serializing_if = "Option::is_none")]
     multiplex: Option<u8>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -129,6 +129,54 @@ struct Pin {
 #[derive(Serialize)]
 struct List {
     pins: Vec<Pin>,
+}
+
+impl Pin {
+    /// What it is, in words.
+    pub(super) fn function(&self) -> Option<String> {
+        let value = self.multiplex?;
+        Some(match IoFunction::INFO.name_of(value) {
+            Some(name) => kebab(name),
+            None => value.to_string(),
+        })
+    }
+
+    /// What it is, as a letter: output, pulse width, input, analog.
+    pub(super) fn letter(&self) -> char {
+        match self.multiplex.map(IoFunction::from) {
+            None | Some(IoFunction::None) => ' ',
+            Some(IoFunction::DigitalOutput) => 'o',
+            Some(IoFunction::Pwm) => 'w',
+            Some(
+                IoFunction::DigitalInput
+                | IoFunction::DigitalInputPullUp
+                | IoFunction::DigitalInputPullDown,
+            ) => 'i',
+            Some(IoFunction::AnalogInput) => 'a',
+            Some(IoFunction::Unknown(_)) => '?',
+        }
+    }
+
+    /// Whether it does anything at all.
+    pub(super) fn has_function(&self) -> bool {
+        self.letter() != ' '
+    }
+
+    /// Whether it is high, some of the time at least.
+    pub(super) fn is_on(&self) -> bool {
+        let pulses = self.duty_cycle.is_some_and(|percent| percent > 0.0);
+        pulses || self.level.or(Some(0)) != Some(0) || self.value.is_some_and(|value| value > 0)
+    }
+
+    #[cfg(test)]
+    pub(super) fn analog(address: u8, value: u16) -> Self {
+        Self {
+            address,
+            multiplex: Some(IoFunction::AnalogInput.into()),
+            value: Some(value),
+            ..Self::default()
+        }
+    }
 }
 
 impl Io {
@@ -204,7 +252,7 @@ async fn act(arm: &Arm, action: Action) -> Result<Vec<Pin>, Failure> {
 }
 
 /// Reads a pin as what it is.
-async fn read(arm: &Arm, address: u8) -> Result<Pin, Failure> {
+pub(super) async fn read(arm: &Arm, address: u8) -> Result<Pin, Failure> {
     let query = Some(address);
     let function = arm
         .get_with::<IoMultiplexing>(&GetIoMultiplexing { address: query })
@@ -258,22 +306,17 @@ fn overview(pins: &[Pin], all: bool, out: &mut Output) -> Result<(), Failure> {
 fn write<'a>(pins: impl IntoIterator<Item = &'a Pin>, out: &mut Output) -> Result<(), Failure> {
     let mut columns = Columns::default();
     for pin in pins {
-        let function = pin
-            .multiplex
-            .map(|value| match IoFunction::INFO.name_of(value) {
-                Some(name) => kebab(name),
-                None => value.to_string(),
-            });
         columns.row([
             format!("EIO {}", pin.address),
-            function.unwrap_or_default(),
+            pin.function().unwrap_or_default(),
             state(pin),
         ]);
     }
     columns.write(out)
 }
 
-fn state(pin: &Pin) -> String {
+/// What it is at, in words.
+pub(super) fn state(pin: &Pin) -> String {
     match (pin.level, pin.frequency, pin.duty_cycle, pin.value) {
         (Some(level), ..) => if level == 0 { "low" } else { "high" }.to_owned(),
         (_, Some(hertz), Some(percent), _) => format!("{hertz} Hz, {percent} %"),

@@ -43,3 +43,4 @@ pub(crate) mod teach;
 pub(crate) mod tools;
 pub(crate) mod travel;
 pub(crate) mod version;
+pub(crate) mod watch;

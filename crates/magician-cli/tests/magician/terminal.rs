@@ -126,7 +126,7 @@ impl Terminal {
     }
 }
 
-/// Text without what a terminal obeys; a leap of the cursor is a space.
+/// Text without what a terminal obeys; a leap of the cursor is a space, and so are several spaces.
 fn plain(seen: &str) -> String {
     let mut pieces = seen.split("\x1b[");
     let mut text = pieces.next().unwrap_or_default().to_owned();
@@ -138,6 +138,8 @@ fn plain(seen: &str) -> String {
         }
         text.push_str(rest);
     }
+    let mut last = None;
+    text.retain(|sign| last.replace(sign) != Some(' ') || sign != ' ');
     text
 }
 

@@ -1,14 +1,11 @@
 //! The view from above.
 
-use magician::Geometry;
-
 use super::marks::MarkKind;
 use super::panel::{Extent, Panel};
 use super::svg::{Number, Svg, path};
 use super::symbols;
 use super::trip::{Layer, Leaves, Trip};
 use super::{BASE, FAINT, INK, PreviewOptions, REACH, REACH_EDGE, layers};
-use crate::{Reach, Surface};
 
 /// The base is 158 mm square.
 const HALF_BASE: f64 = 79.0;
@@ -33,10 +30,10 @@ pub(super) fn draw(
     panel: &Panel,
     trip: &Trip,
     options: &PreviewOptions,
-    arm: &Geometry,
+    within_reach: &[Vec<[f64; 2]>],
 ) {
     panel.begin(svg);
-    reach(svg, panel, arm, trip.work.surface());
+    reach(svg, panel, within_reach);
     base(svg, panel);
     if let Some(sheet) = &options.sheet {
         let data = path(sheet.iter().map(|corner| panel.at(*corner)), true);
@@ -63,17 +60,14 @@ pub(super) fn draw(
 }
 
 /// What the tool can reach on the surface.
-pub(super) fn reach(svg: &mut Svg, panel: &Panel, arm: &Geometry, surface: Option<Surface>) {
-    let Some(surface) = surface else {
-        return;
-    };
+pub(super) fn reach(svg: &mut Svg, panel: &Panel, rings: &[Vec<[f64; 2]>]) {
     let look = [
         ("fill", REACH),
         ("stroke", REACH_EDGE),
         ("stroke-width", "0.3"),
     ];
-    for ring in Reach::new(arm.tool, surface, 0.0).outline() {
-        let ring = ring.into_iter().map(|point| panel.at(point));
+    for ring in rings {
+        let ring = ring.iter().map(|point| panel.at(*point));
         svg.path(&path(ring, true), &look);
     }
 }

@@ -33,7 +33,7 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> Str
             ("fill", "none"),
             ("stroke", colour),
             ("stroke-width", &width),
-            ("stroke-linecap", "round"),
+            ("stroke-linecap", cap(layer.leaves)),
             ("stroke-linejoin", "round"),
         ];
         if opacity != "1" {
@@ -43,6 +43,14 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> Str
             attributes.push(("stroke-dasharray", dashes));
         }
         svg.path(&data, &attributes);
+    }
+}
+
+/// Ends that overlap where the power changes would be darker than both.
+fn cap(leaves: Leaves) -> &'static str {
+    match leaves {
+        Leaves::Burn(_) => "butt",
+        _ => "round",
     }
 }
 

@@ -1,7 +1,5 @@
 //! Where before the arm the view is: the arm from above, small.
 
-use magician::Geometry;
-
 use super::above::{base, reach};
 use super::panel::Panel;
 use super::svg::{Anchor, Svg, Type};
@@ -17,7 +15,13 @@ pub(super) const WIDTH: f64 = (PART[1][0] - PART[0][0]) * SCALE;
 pub(super) const HEIGHT: f64 = (PART[1][1] - PART[0][1]) * SCALE + 6.0;
 
 /// Draws it with its upper left corner at a place.
-pub(super) fn draw(svg: &mut Svg, corner: [f64; 2], view: &Panel, trip: &Trip, arm: &Geometry) {
+pub(super) fn draw(
+    svg: &mut Svg,
+    corner: [f64; 2],
+    view: &Panel,
+    trip: &Trip,
+    within_reach: &[Vec<[f64; 2]>],
+) {
     let panel = Panel {
         part: PART,
         corner,
@@ -25,7 +29,7 @@ pub(super) fn draw(svg: &mut Svg, corner: [f64; 2], view: &Panel, trip: &Trip, a
         id: "locator",
     };
     panel.begin(svg);
-    reach(svg, &panel, arm, trip.work.surface());
+    reach(svg, &panel, within_reach);
     base(svg, &panel);
     let frame = view.part.map(|end| panel.at(end));
     let look = [

@@ -18,6 +18,7 @@ mod svg;
 mod symbols;
 mod track;
 mod trip;
+mod walk;
 mod work;
 
 use magician::Geometry;
@@ -30,7 +31,7 @@ pub(crate) use png::options as svg_options;
 use svg::Svg;
 use trip::Trip;
 
-use crate::{Plan, Report};
+use crate::{Plan, Reach, Report};
 
 const INK: &str = "#1f2933";
 const FAINT: &str = "#66727f";
@@ -145,8 +146,11 @@ fn draw(
     let mut svg = Svg::new(page.size, &plan.title);
     let width = page.size[0] - MARGIN - left;
     caption::draw(&mut svg, [left, MARGIN], width, plan, report, trip);
-    above::draw(&mut svg, &page.above, trip, options, arm);
-    locator::draw(&mut svg, [page.locator, top], &page.above, trip, arm);
+    let surface = trip.work.surface();
+    let reach = surface.map(|surface| Reach::new(arm.tool, surface, 0.0).outline());
+    let reach = reach.unwrap_or_default();
+    above::draw(&mut svg, &page.above, trip, options, &reach);
+    locator::draw(&mut svg, [page.locator, top], &page.above, trip, &reach);
     if let Some(side) = &page.side {
         side::draw(&mut svg, side, trip, arm);
     }

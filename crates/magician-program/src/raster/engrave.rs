@@ -62,7 +62,7 @@ impl Engrave {
     /// As many cells, at most, are engraved.
     pub const MOST_CELLS: usize = 16_000_000;
     /// As often an image is made smaller until it fits with its run up.
-    const MOST_TRIES: usize = 64;
+    const MOST_TRIES: usize = 8;
     /// Segments that the arm knows behind the one under way (model section 14).
     const AHEAD: f64 = 31.0;
 
@@ -142,7 +142,12 @@ impl Engrave {
                 return Grid::of_frame(&placed).ok_or_else(lost);
             }
             // The run up was made smaller with it, and will not be in the next try.
-            size = super::positive(size.map(|side| side * scale))?;
+            let runs = 2.0 * self.run_up();
+            let shrink = (scale * (size[0] + runs) - runs) / size[0];
+            if shrink.is_nan() || shrink <= 0.0 {
+                break;
+            }
+            size = size.map(|side| side * shrink);
         }
         Err(
             Problem::of_file("there is not enough room to run up to the image")

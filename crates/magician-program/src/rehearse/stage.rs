@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use magician::sim::{Controller, Profile, Scenario, World};
 use magician::words::{self, Preflight};
-use magician::{Error, FrameBuf, Set};
+use magician::{Error, FrameBuf, Geometry, JointAngles, Limits, Set};
+use magician_motion::Pose;
 use magician_protocol::Ctrl;
 use magician_protocol::commands::ClearAllAlarmsState;
 
@@ -13,6 +14,10 @@ use crate::{Action, Plan, Tool};
 
 /// How far a tool gives way beyond the slope of its surface, mm.
 const GIVE: f64 = 3.0;
+/// So far above the table a tool begins at least, mm.
+const CLEAR: f64 = 20.0;
+/// Where it begins if it cannot be so high where it is at home, mm.
+const ABOVE: [f64; 2] = [200.0, 0.0];
 /// So much above the surface is at the surface: the rounding of what is sent, mm.
 const AT_SURFACE: f64 = 1e-3;
 /// A table that is farther off than this is none, mm.
@@ -54,7 +59,8 @@ impl RehearseOptions {
     }
 }
 
-/// A virtual arm that is ready for a plan: homed, without an alarm, its tool mounted and told of, a level table under it.
+/// A virtual arm that is ready for a plan: without an alarm, its tool mounted and told of, a level table under it. It
+/// stands at its home point and has been homed; where its tool would be in the table there, it stands above the table.
 ///
 /// A plan without a tool gets the one that its steps need: a laser for what burns, cup or gripper for what they hold, else
 /// a pen. A surface that is not level is stood for by a table at its highest point, and a tool that gives way as far as
@@ -66,6 +72,9 @@ pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error
     let tool = tool_of(plan, options);
     let scenario = scenario(plan, options, tool)?;
     let mut arm = Controller::in_world(Profile::default(), World::from_scenario(&scenario));
+    if let Some(above) = scenario.table().and_then(|table| above(table.height, tool)) {
+        arm = arm.standing_at(above);
+    }
     let told = [
         Set::ClearAllAlarmsState(ClearAllAlarmsState {}),
         words::tool(tool.bias()),
@@ -74,6 +83,24 @@ pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error
         tell(&mut arm, command, Ctrl::SET)?;
     }
     Ok(arm)
+}
+
+/// Where the arm stands whose tool would be in the table at home, or hardly above it.
+fn above(table: f64, tool: Tool) -> Option<JointAngles> {
+    let geometry = Geometry::magician(tool.bias());
+    let home = geometry.forward(&JointAngles::HOME);
+    let raised = Pose {
+        z: table + CLEAR,
+        ..home
+    };
+    let [x, y] = ABOVE;
+    let aside = Pose { x, y, ..raised };
+    if home.z >= raised.z {
+        return None;
+    }
+    let limits = Limits::CONTROLLER;
+    let mut places = [raised, aside].into_iter();
+    places.find_map(|place| geometry.inverse_within(&place, &limits).ok())
 }
 
 /// Where a check begins that is to hold for this arm.

@@ -165,13 +165,9 @@ fn accepted_or_refused(text: &str) -> bool {
         ran.expect("the arm can do it");
         return true;
     }
-    let found = report
-        .complaints
-        .iter()
-        .map(|complaint| complaint.error.to_string());
-    for message in found {
-        assert!(!message.contains("laser"), "{message}");
-    }
+    // It is a place that is out of reach, not the laser; that one may follow from a step left out.
+    let first = report.complaints.first().expect("a complaint");
+    assert_eq!(first.error.kind(), ErrorKind::Unreachable, "{first:?}");
     let kind = ran.expect_err("the check refuses it").kind();
     assert!(
         matches!(kind, ErrorKind::Unreachable | ErrorKind::InvalidInput),

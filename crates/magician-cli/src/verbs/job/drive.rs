@@ -8,20 +8,23 @@ use std::time::{Duration, Instant};
 
 use magician::commands::{DeviceSn, DeviceTime, Pose};
 use magician::words::{Guards, Preflight};
-use magician::{Arm, Error, ErrorKind, Ran, RunOptions, Set};
+use magician::{Arm, Ran, RunOptions, Set};
 use magician_program::Report;
-use magician_program::resume::{Mark, Seen, Span, Tally, Verdict, settle};
-use tokio::time::{sleep, timeout};
+use magician_program::resume::{Mark, Tally};
+use tokio::time::sleep;
 
 use super::journal::Journal;
 use super::owed::owe;
 use super::program::{Program, Rest};
 use super::report;
 use super::tell::Teller;
-use crate::context::Stood;
 use crate::debts::Debts;
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::output::Output;
+use crate::source::Source;
+
+/// Between two samples of a recording, 20 a second.
+const SAMPLES: Duration = Duration::from_millis(50);
 use crate::progress::attended;
 use crate::recording::{Clock, Options, Recorder};
 use crate::source::Source;
@@ -60,14 +63,14 @@ pub(super) struct Drive<'a> {
 /// What must be known after the run was given up in its middle.
 #[derive(Debug, Default)]
 pub(super) struct State {
-    journal: Option<Journal>,
-    tally: Tally,
+    pub(super) journal: Option<Journal>,
+    pub(super) tally: Tally,
     /// The first step, over all loops.
-    from: u64,
+    pub(super) from: u64,
     /// Commands taken from the program.
-    pulled: u64,
+    pub(super) pulled: u64,
     /// Where the run began.
-    start: Option<Preflight>,
+    pub(super) start: Option<Preflight>,
 }
 
 /// What a run has come to.
@@ -111,6 +114,10 @@ impl Drive<'_> {
             (true, _) => self.resumed(arm, &journal).await?,
             (false, from) => from.map_or(0, |step| step - 1),
         };
+        if !self.keep {
+            // A run of nothing says whether commands of others wait: better than a check from a start that nobody knows.
+            arm.run([], |_| {}).await?;
+        }
         journal.mark.finished = from;
         journal.mark.handed = from;
         journal.mark.clock = arm.get::<DeviceTime>().await?.g_systick;
@@ -168,7 +175,7 @@ impl Drive<'_> {
     }
 
     /// `of 800`.
-    fn of(&self) -> String {
+    pub(super) fn of(&self) -> String {
         self.program
             .steps()
             .map(|steps| format!(" of {steps}"))
@@ -190,7 +197,7 @@ impl Drive<'_> {
         self.settings.len() as u64 + rest.lead
     }
 
-    fn kinds(&self) -> Vec<Set> {
+    pub(super) fn kinds(&self) -> Vec<Set> {
         self.settings
             .iter()
             .copied()
@@ -199,7 +206,7 @@ impl Drive<'_> {
     }
 
     /// The start of the check, when the arm has been told what comes before the program.
-    fn told(&self, start: &Preflight) -> Result<Preflight, Failure> {
+    pub(super) fn told(&self, start: &Preflight) -> Result<Preflight, Failure> {
         let mut start = start.clone();
         for setting in self.settings {
             start.check(setting)?;
@@ -304,188 +311,4 @@ impl Drive<'_> {
         }
         finished
     }
-
-    /// The run has failed: the arm is stopped and asked how far it came, if it can be.
-    async fn fails(&self, arm: &Arm, failure: Failure) -> Failure {
-        let gone = matches!(failure.kind, Kind::Driver(ErrorKind::Port));
-        let asked = async {
-            arm.stop().await?;
-            let pose = arm.get::<Pose>().await?;
-            Ok::<_, Error>(Stood {
-                pose,
-                index: arm.current_index().await?.0,
-            })
-        };
-        let stood = match gone {
-            true => None,
-            false => timeout(AFTERMATH, asked).await.ok().and_then(Result::ok),
-        };
-        self.over(failure, stood)
-    }
-
-    /// The run is over before its end: what is known is kept, and the failure says how to go on.
-    pub(super) fn over(&self, failure: Failure, stood: Option<Stood>) -> Failure {
-        let mut state = self.state.borrow_mut();
-        let Some(mut journal) = state.journal.take() else {
-            return failure;
-        };
-        if state.pulled == 0 {
-            return failure;
-        }
-        let steps = state.from + state.pulled;
-        journal.mark.handed = steps.min(self.program.steps().unwrap_or(u64::MAX));
-        let command = "the same command with --resume";
-        let Some(stood) = stood else {
-            journal.breaks_off();
-            return failure.hint(format!(
-                "the arm finishes what it has; {command} asks it how far it came, and goes on"
-            ));
-        };
-        let span = state.tally.finished(stood.index);
-        let from = state.from;
-        let verdict = match span.least == span.most {
-            true => settle(from + span.least, |steps| {
-                self.stands_after(&state, steps, &stood.pose, true)
-            }),
-            false => Verdict::Doubt(Span {
-                least: from + span.least,
-                most: from + span.most,
-            }),
-        };
-        journal.ends(verdict);
-        failure.hint(self.advice(verdict, command))
-    }
-
-    fn advice(&self, verdict: Verdict, command: &str) -> String {
-        let of = self.of();
-        match verdict {
-            Verdict::After(steps) => format!(
-                "{steps}{of} steps are done; {command} goes on with step {}",
-                steps + 1
-            ),
-            Verdict::Again(steps) => format!(
-                "{steps}{of} steps are done and the next was cut short; {command} goes on with step {}",
-                steps + 1
-            ),
-            Verdict::Doubt(span) => in_doubt(span),
-        }
-    }
-
-    /// Whether the arm stands where so many steps leave it. `stopped`: somebody stopped it, and a wait was cut short then.
-    fn stands_after(&self, state: &State, steps: u64, pose: &Pose, stopped: bool) -> Option<bool> {
-        let done = steps.checked_sub(state.from).filter(|done| *done > 0)?;
-        let start = state.start.clone()?.guards(Guards::NONE);
-        let rest = self
-            .program
-            .rest(state.from, &self.told(&start).ok()?)
-            .ok()?;
-        let count = usize::try_from(done + rest.lead).ok()?;
-        let mut course = start;
-        let mut last = None;
-        for command in self
-            .settings
-            .iter()
-            .copied()
-            .chain(rest.commands())
-            .take(count + self.settings.len())
-        {
-            // What could not be checked was not sent.
-            let _ = course.check(&command);
-            last = Some(command);
-        }
-        if stopped && matches!(last, Some(Set::WaitCmd(_) | Set::TrigCmd(_))) {
-            return Some(false);
-        }
-        let at = course.arm()?.pose;
-        let [x, y, z] = [pose.x, pose.y, pose.z].map(f64::from);
-        let off = [x - at.x, y - at.y, z - at.z];
-        Some(off.iter().all(|off| off.abs() <= NEAR))
-    }
-
-    /// The step at which an earlier run of the same goes on.
-    async fn resumed(&self, arm: &Arm, journal: &Journal) -> Result<u64, Failure> {
-        let mark = journal.left()?;
-        if mark.ended.is_none() {
-            self.settled(arm).await?;
-        }
-        let seen = Seen {
-            current: arm.current_index().await?.0,
-            clock: arm.get::<DeviceTime>().await?.g_systick,
-        };
-        let pose = arm.get::<Pose>().await?;
-        let state = State {
-            start: Some(arm.preflight_for(&self.kinds()).await?),
-            ..State::default()
-        };
-        let seen = self.lasting.then_some(seen);
-        let verdict = mark.verdict(seen, |steps| self.stands_after(&state, steps, &pose, false));
-        let steps = match verdict {
-            Verdict::After(steps) => steps,
-            Verdict::Again(steps) => {
-                self.say(&format!(
-                    "step {} was cut short, or nobody knows how it ended: it is done again",
-                    steps + 1
-                ));
-                steps
-            }
-            Verdict::Doubt(span) => {
-                let message = "nobody can tell how far the last run came: the arm was switched off, or others have used it";
-                let failure = Failure::new(Kind::Driver(ErrorKind::Uncertain), message);
-                return Err(failure.hint(in_doubt(span)));
-            }
-        };
-        if self.program.steps().is_some_and(|all| steps >= all) {
-            journal.remove();
-            return Err(Failure::invalid(
-                "there is nothing to resume: all steps are done",
-            ));
-        }
-        Ok(steps)
-    }
-
-    /// Waits until the arm has done what a run that died has left in its queue.
-    async fn settled(&self, arm: &Arm) -> Result<(), Failure> {
-        let (_, places) = arm.stats().await?;
-        let wait = async {
-            let mut before = None;
-            let mut changed = Instant::now();
-            loop {
-                let left = arm.left_space().await?;
-                let waiting = places.saturating_sub(left);
-                let now = (arm.current_index().await?, arm.get::<Pose>().await?);
-                if waiting == 0 && before == Some(now) {
-                    return Ok(());
-                }
-                if before.replace(now) != Some(now) {
-                    changed = Instant::now();
-                }
-                if changed.elapsed() > STANDING {
-                    let message = format!(
-                        "{waiting} commands of the last run wait in the arm's queue, and nothing moves"
-                    );
-                    return Err(Failure::invalid(message).hint(
-                        "`magician alarms` shows what may hold it; `magician stop` drops them, then --resume goes on",
-                    ));
-                }
-                sleep(LOOKS).await;
-            }
-        };
-        attended(self.json, "waiting for what the arm still has", wait).await
-    }
-
-    fn say(&self, text: &str) {
-        if !self.json {
-            eprintln!("{text}");
-        }
-    }
-}
-
-fn in_doubt(Span { least, most }: Span) -> String {
-    format!(
-        "{least} steps are done for certain, steps {} to {most} may be: look at the work, then --from {} does them again, \
-         --from {} leaves them out",
-        least + 1,
-        least + 1,
-        most + 1
-    )
 }

@@ -1,22 +1,25 @@
 //! What verbs that run a file have in common: read, place, check, and then look at it or run it.
 
+mod after;
 mod drive;
 mod journal;
 pub(crate) mod options;
 mod owed;
 mod program;
 mod report;
+mod setting;
 mod show;
 mod tell;
 
 use std::cell::RefCell;
+use std::io::{self, Write};
 
 use magician::sim::Controller;
-use magician::words::{self, Preflight};
+use magician::words::Preflight;
 use magician::{Arm, Options, Set, SimSpeed, Target, VirtualArm};
-use magician_program::artwork::Marking;
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
+use magician_program::{Action, Content, Format, Plan, Problem, Setup, Work};
 use magician_program::{
     Action, Content, Format, Pallet, Placing, Plan, Problem, Setup, Surface, Work,
 };
@@ -32,10 +35,6 @@ use crate::mounted::usual_tool;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
 
-/// Height of the table of a virtual arm, where nobody has said another, mm.
-const TABLE: f64 = -60.0;
-/// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
-const ACCELERATION: f32 = 100.0;
 /// As many notes are shown.
 const NOTES: usize = 10;
 
@@ -231,66 +230,6 @@ impl Job {
         Ok(Some(picture))
     }
 
-    /// What flags, environment and settings say of how the file is to be done.
-    fn setup(&self, place: &Where, config: &Config) -> Result<Setup, Failure> {
-        let (asked, way, pen) = (&self.place, &self.way, &self.pen);
-        let mut setup = Setup::default();
-        setup.tool = asked.tool;
-        setup.usual_tool = usual_tool(config)?;
-        setup.sheet = config.table("sheet")?;
-        setup.surface = asked.surface.map(Surface::level);
-        let table = match place {
-            Where::Nowhere | Where::Stage(_) => Some(TABLE),
-            Where::Arm(_) => None,
-        };
-        setup.usual_surface = config.number("surface").or(table).map(Surface::level);
-        let mut placing = Placing::default();
-        placing.at = asked.at;
-        placing.scale = asked.scale.unwrap_or(1.0);
-        placing.rotate = asked.rotate.unwrap_or(0.0);
-        (placing.fit, placing.mirror) = (asked.fit, asked.mirror);
-        placing.by = asked.by.unwrap_or_default();
-        setup.placing = placing;
-        let usual = Marking::pen();
-        let or_config = |flag: Option<f64>, name| flag.or_else(|| config.number(name));
-        setup.pen = Marking {
-            lift: or_config(pen.lift, "draw.lift").unwrap_or(usual.lift),
-            speed: config
-                .number("draw.speed")
-                .map_or(usual.speed, |speed| speed as f32),
-            travel: or_config(pen.travel_speed, "draw.travel_speed")
-                .map_or(usual.travel, |speed| speed as f32),
-            ..usual
-        };
-        setup.order = !pen.no_order;
-        setup.work = self.work.clone();
-        setup.size = self.size;
-        setup.speed = way.speed.map(|speed| speed as f32);
-        Ok(setup)
-    }
-
-    fn on_grid(&self, plan: Plan) -> Result<Plan, Problem> {
-        match self.place.grid {
-            Some(grid) => plan.placed_on(&Pallet::grid(grid.rows, grid.columns, grid.pitch)),
-            None => Ok(plan),
-        }
-    }
-
-    /// What the arm is told first, besides what the plan says.
-    fn settings(&self, plan: &mut Plan, taught: bool) -> Vec<Set> {
-        let mut settings = Vec::new();
-        if let Some(ratio) = self.way.speed_ratio {
-            settings.push(plan.moves_at(ratio as f32));
-        }
-        let path = |action: &Action| matches!(action, Action::Path { .. } | Action::Burn { .. });
-        if let Some(speed) = self.way.speed.filter(|_| taught)
-            && plan.steps.iter().any(|step| path(&step.action))
-        {
-            settings.push(words::path_speed(speed as f32, ACCELERATION));
-        }
-        settings
-    }
-
     /// What the arm at the port says of itself, for a look.
     fn start(&self, program: &Program, context: &mut Context) -> Result<Preflight, Failure> {
         let commands: Vec<Set> = program.kinds().collect();
@@ -373,11 +312,16 @@ pub(crate) fn notes(source: &Source, notes: &[Problem], context: &Context) {
         return;
     }
     for note in notes.iter().take(NOTES) {
-        eprintln!("{}", source.draw(note, Severity::Advice));
+        say(&source.draw(note, Severity::Advice));
     }
     if notes.len() > NOTES {
-        eprintln!("and {} notes more", notes.len() - NOTES);
+        say(&format!("and {} notes more", notes.len() - NOTES));
     }
+}
+
+/// A stderr that nobody reads is no reason to stop.
+fn say(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
 }
 
 impl Look {

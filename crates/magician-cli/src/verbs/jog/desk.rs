@@ -8,11 +8,11 @@ use magician::commands::{
 };
 use magician::{Arm, ErrorKind, Events, StateWatch};
 use ratatui::crossterm::event::{Event, KeyEvent};
-use tokio::time::Duration;
+use tokio::time::{Duration, timeout};
 
 use super::hands::{Hands, Ratios};
 use super::pad::{Pad, Reply, Tone, Tools, plain};
-use crate::context::stop;
+use crate::context::{STAND_BY, not_confirmed, stop};
 use crate::debts::Debts;
 use crate::failure::{Failure, Kind};
 use crate::terminal::{Polled, Seen, Stage, Told, event_text, take_log};
@@ -26,8 +26,6 @@ const RAIL: Duration = Duration::from_millis(250);
 #[derive(Debug)]
 pub(crate) enum Happened {
     Key(KeyEvent),
-    /// Text that was pasted.
-    Pasted,
     /// What was ordered is done; the pad knows.
     Done,
     /// The arm was read, or something else is new.
@@ -94,7 +92,6 @@ impl Desk {
             told = stage.next() => match told {
                 Told::Event(Event::Key(key)) => Happened::Key(key),
                 Told::Event(Event::FocusLost) => Happened::Away,
-                Told::Event(Event::Paste(_)) => Happened::Pasted,
                 Told::Event(_) => Happened::News,
                 Told::Beat => Happened::Beat,
                 Told::Gone => Happened::Gone,
@@ -170,8 +167,10 @@ impl Desk {
             End::Quit => self.hands.finish().await,
             End::Interrupt => {
                 drop(self.hands);
-                let message = match stop(&self.arm, &self.debts).await {
-                    Ok((message, _)) | Err(message) => message,
+                let stopped = timeout(STAND_BY, stop(&self.arm, &self.debts)).await;
+                let message = match stopped {
+                    Ok(Ok((message, _)) | Err(message)) => message,
+                    Err(_) => not_confirmed("it took too long"),
                 };
                 Err(Failure::new(Kind::Interrupted, message))
             }

@@ -53,8 +53,8 @@ struct Held {
     repeats: bool,
 }
 
-impl Default for Hold {
-    fn default() -> Self {
+impl Hold {
+    pub(crate) fn new() -> Self {
         Self {
             // Consoles of Windows always tell.
             releases: cfg!(windows),
@@ -62,9 +62,7 @@ impl Default for Hold {
             last: None,
         }
     }
-}
 
-impl Hold {
     /// Whether the terminal is known to tell releases.
     pub(crate) fn tells_releases(&self) -> bool {
         self.releases
@@ -177,7 +175,7 @@ mod tests {
     fn plain() -> Hold {
         Hold {
             releases: false,
-            ..Hold::default()
+            ..Hold::new()
         }
     }
 

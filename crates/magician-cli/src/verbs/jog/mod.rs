@@ -23,14 +23,13 @@ use crate::progress::attended;
 use crate::terminal::{self, Stage};
 
 pub(super) use axis::Axis;
-pub(super) use desk::{Desk, End, Happened, next_of};
+pub(super) use desk::{Desk, End, Happened, next_of, rail_of, title, tools};
 pub(super) use hands::{Order, What};
-#[cfg(test)]
-pub(super) use pad::Tools;
-pub(super) use pad::{Pad, Reply, Tone};
+pub(super) use pad::{Pad, Reply, Tone, Tools};
 use view::Model;
 pub(super) use view::{
     MOVES, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose as pose_panel,
+    tool_spans,
 };
 
 /// Move the arm by keys on the terminal, or by one step: `jog x 10`

@@ -108,7 +108,7 @@ impl Pad {
             speed,
             tools,
             rail,
-            hold: Hold::default(),
+            hold: Hold::new(),
             doing: None,
             question: None,
             help: false,
@@ -185,7 +185,8 @@ impl Pad {
                 self.say(Tone::Plain, text);
             }
             What::Speed(percent) => self.speed = percent,
-            What::Jog(_) | What::Step(_) | What::Run => {}
+            What::Run => self.say(Tone::Plain, "played"),
+            What::Jog(_) | What::Step(_) => {}
         }
     }
 

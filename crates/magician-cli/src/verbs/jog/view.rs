@@ -7,7 +7,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::axis::Axis;
 use super::hands::What;
-use super::pad::{self, Pad, Tone, Way};
+use super::pad::{self, Pad, Tone, Tools, Way};
 use crate::terminal::{Seen, Theme, help, hints, lamp, mm, panel};
 
 /// What is shown.
@@ -213,7 +213,7 @@ fn pad_lines(seen: &Seen, pad: &Pad, placing: Placing, theme: Theme) -> Vec<Line
             ])
         }
     };
-    let (doing, tools) = (doing(seen, pad), tools(pad, theme));
+    let (doing, tools) = (doing(seen, pad), tool_spans(pad.tools, theme));
     let style = match pad.doing.is_none() && seen.stands() {
         true => theme.dim(),
         false => theme.good(),
@@ -246,8 +246,7 @@ fn doing(seen: &Seen, pad: &Pad) -> String {
 }
 
 /// What the tools do.
-fn tools(pad: &Pad, theme: Theme) -> [Span<'static>; 3] {
-    let tools = pad.tools;
+pub(crate) fn tool_spans(tools: Tools, theme: Theme) -> [Span<'static>; 3] {
     let gripper = match tools.grips {
         None => "gripper",
         Some(true) => "closed",

@@ -21,6 +21,8 @@ pub(super) enum Prompt {
     Pause(String),
     /// The file to save to.
     File(String),
+    /// Write over this file, which is there already?
+    Replace(String),
     /// Leave with what is not saved?
     Leave,
     /// Go on with what was left the last time?
@@ -38,6 +40,8 @@ pub(super) enum Turn {
     Save,
     /// Save to this file from now on.
     SaveAs(String),
+    /// The same, whether it is there or not.
+    Replace(String),
     /// Save, and leave if that went well.
     SaveAndLeave,
     /// Leave without saving.
@@ -262,7 +266,8 @@ impl Classroom {
             (Prompt::Leave, KeyCode::Char('y' | 'Y')) if self.has_file => Turn::SaveAndLeave,
             (Prompt::Leave, KeyCode::Char('y' | 'Y')) => self.save(),
             (Prompt::Leave, KeyCode::Char('n' | 'N')) => Turn::Leave,
-            (Prompt::Leave, _) => Turn::Pad(Reply::Nothing),
+            (Prompt::Replace(name), KeyCode::Char('y' | 'Y')) => Turn::Replace(name),
+            (Prompt::Leave | Prompt::Replace(_), _) => Turn::Pad(Reply::Nothing),
             (Prompt::Recover, KeyCode::Char('y' | 'Y')) => Turn::Recover(true),
             (Prompt::Recover, KeyCode::Char('n' | 'N')) => Turn::Recover(false),
             (Prompt::Recover, _) => self.asks(Prompt::Recover),
@@ -283,7 +288,7 @@ impl Classroom {
 fn typed(mut prompt: Prompt, code: KeyCode) -> Prompt {
     if let Prompt::Name(text) | Prompt::Pause(text) | Prompt::File(text) = &mut prompt {
         match code {
-            KeyCode::Char(sign) if text.chars().count() < 60 => text.push(sign),
+            KeyCode::Char(sign) if text.chars().count() < 200 => text.push(sign),
             KeyCode::Backspace => drop(text.pop()),
             _ => {}
         }
@@ -298,6 +303,7 @@ impl Prompt {
             Self::Name(text) => format!("name: {text}_"),
             Self::Pause(text) => format!("pause there, s: {text}_"),
             Self::File(text) => format!("save as NAME.playback or NAME.plan.json: {text}_"),
+            Self::Replace(name) => format!("{name} is there already: write over it? y/n"),
             Self::Leave => {
                 "not saved. Save it? y saves, n leaves without, any other key stays".to_owned()
             }

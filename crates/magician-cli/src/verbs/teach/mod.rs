@@ -179,7 +179,10 @@ impl Session {
             Turn::Pad(reply) => return self.desk.obey(reply),
             Turn::Play(from) => self.play(from),
             Turn::Save => drop(self.save()),
-            Turn::SaveAs(name) => {
+            Turn::SaveAs(name) if Path::new(&name).exists() => {
+                self.room.prompt = Some(Prompt::Replace(name));
+            }
+            Turn::SaveAs(name) | Turn::Replace(name) => {
                 let before = self.path.replace(name.into());
                 if !self.save() {
                     self.path = before;

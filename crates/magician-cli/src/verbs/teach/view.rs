@@ -65,6 +65,9 @@ const HINTS: [(&str, &str); 8] = [
 /// From here on there is room for the pad as it is elsewhere.
 const WIDE: u16 = 120;
 
+/// A list this wide has room for long names and rotations.
+const ROOMY: u16 = 64;
+
 /// Draws one frame.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     let Model { seen, pad, room } = model;
@@ -130,7 +133,7 @@ fn list(frame: &mut Frame<'_>, area: Rect, room: &Classroom, theme: Theme) {
     // The row that is chosen stays in sight.
     let first = (lesson.selected + 1).saturating_sub(height.max(1));
     for (nth, row) in lesson.rows.iter().enumerate().skip(first).take(height) {
-        let text = format!("{:>3} {}", nth + 1, describe(row));
+        let text = format!("{:>2} {}", nth + 1, describe(row, area.width >= ROOMY));
         let style = match (nth == lesson.selected, room.playing == Some(nth)) {
             (_, true) => theme.good(),
             (true, _) => theme.bar(),
@@ -163,14 +166,17 @@ fn list(frame: &mut Frame<'_>, area: Rect, room: &Classroom, theme: Theme) {
 }
 
 /// A row in a line: name, way, place, what is done there.
-fn describe(row: &Row) -> String {
-    let name: String = row.name.chars().take(8).collect();
+fn describe(row: &Row, roomy: bool) -> String {
+    let name: String = row.name.chars().take(if roomy { 16 } else { 7 }).collect();
     let way = |by: &Travel| match by {
         Travel::Joints => "MOVJ",
         Travel::Line => "MOVL",
         Travel::Jump => "JUMP",
     };
-    let at = |[a, b, c, d]: [f32; 4]| format!("{a:>6.1}{b:>7.1}{c:>7.1}{d:>7.1}");
+    let at = |[a, b, c, d]: [f32; 4]| match roomy {
+        true => format!("{a:>6.1}{b:>7.1}{c:>7.1}{d:>7.1}"),
+        false => format!("{a:>6.1}{b:>7.1}{c:>7.1}"),
+    };
     let motion = match &row.motion {
         Some(Action::Move { to, by }) => format!("{} {}", way(by), at(*to)),
         Some(Action::Joints { to, by }) => format!("{} {} J", way(by), at(*to)),
@@ -187,7 +193,10 @@ fn describe(row: &Row) -> String {
         Some(other) => other.command().row().set_name.to_owned(),
         None => "there".to_owned(),
     };
-    let mut text = format!("{name:<8} {motion}");
+    let mut text = match roomy {
+        true => format!("{name:<16} {motion}"),
+        false => format!("{name:<7} {motion}"),
+    };
     text.push_str(match row.gripper {
         Some(Grip::Close) => " grip",
         Some(Grip::Open) => " open",
@@ -242,7 +251,9 @@ mod tests {
                 &[
                     "magician teach | arm at a port",
                     "pick.playback*: 1 rows",
-                    "  1 P1       MOVJ  199.4    0.0   -8.5    0.0 suck 0.5s",
+                    "  1 P1 ",
+                    " MOVJ  199.4    0.0   -8.5",
+                    " suck 0.5s",
                     "arc through 220.0 10.0 0.0",
                     "x    199.40 mm",
                     "J2     45.0",
@@ -273,6 +284,6 @@ mod tests {
                 assert_eq!(picture(&model, width, height).len(), usize::from(height));
             }
         }
-        shows(&picture(&model, 80, 24), &["301 P301"]);
+        shows(&picture(&model, 80, 24), &["301 P301 "]);
     }
 }

@@ -1,0 +1,212 @@
+//! What becomes of a run that ended before its end, and where the next one goes on.
+
+use std::io::{self, Write};
+use std::time::{Duration, Instant};
+
+use magician::commands::{DeviceTime, Pose};
+use magician::words::Guards;
+use magician::{Arm, Error, ErrorKind, Set};
+use magician_program::resume::{Seen, Span, Verdict, settle};
+use tokio::time::{sleep, timeout};
+
+use super::drive::{Drive, State};
+use super::journal::Journal;
+use crate::context::Stood;
+use crate::failure::{Failure, Kind};
+use crate::progress::attended;
+
+/// How far from where it should an arm may stand, mm.
+const NEAR: f64 = 0.5;
+/// How long an arm that failed is asked how it stands.
+const AFTERMATH: Duration = Duration::from_secs(3);
+/// Between two looks at an arm that still has something to do.
+const LOOKS: Duration = Duration::from_millis(100);
+/// A queue that stands for so long does not go on by itself.
+const STANDING: Duration = Duration::from_secs(3);
+
+impl Drive<'_> {
+    /// The run has failed: the arm is stopped and asked how far it came, if it can be.
+    pub(super) async fn fails(&self, arm: &Arm, failure: Failure) -> Failure {
+        let gone = matches!(failure.kind, Kind::Driver(ErrorKind::Port));
+        let asked = async {
+            arm.stop().await?;
+            let pose = arm.get::<Pose>().await?;
+            Ok::<_, Error>(Stood {
+                pose,
+                index: arm.current_index().await?.0,
+            })
+        };
+        let stood = match gone {
+            true => None,
+            false => timeout(AFTERMATH, asked).await.ok().and_then(Result::ok),
+        };
+        self.over(failure, stood)
+    }
+
+    /// The run is over before its end: what is known is kept, and the failure says how to go on.
+    pub(super) fn over(&self, failure: Failure, stood: Option<Stood>) -> Failure {
+        let mut state = self.state.borrow_mut();
+        let Some(mut journal) = state.journal.take() else {
+            return failure;
+        };
+        if state.pulled == 0 {
+            return failure;
+        }
+        let steps = state.from + state.pulled;
+        journal.mark.handed = steps.min(self.program.steps().unwrap_or(u64::MAX));
+        let command = "the same command with --resume";
+        let Some(stood) = stood else {
+            journal.breaks_off();
+            return failure.hint(format!(
+                "the arm finishes what it has; {command} asks it how far it came, and goes on"
+            ));
+        };
+        let span = state.tally.finished(stood.index);
+        let from = state.from;
+        let verdict = match span.least == span.most {
+            true => settle(from + span.least, |steps| {
+                self.stands_after(&state, steps, &stood.pose, true)
+            }),
+            false => Verdict::Doubt(Span {
+                least: from + span.least,
+                most: from + span.most,
+            }),
+        };
+        journal.ends(verdict);
+        failure.hint(self.advice(verdict, command))
+    }
+
+    fn advice(&self, verdict: Verdict, command: &str) -> String {
+        let of = self.of();
+        match verdict {
+            Verdict::After(steps) => format!(
+                "{steps}{of} steps are done; {command} goes on with step {}",
+                steps + 1
+            ),
+            Verdict::Again(steps) => format!(
+                "{steps}{of} steps are done and the next was cut short; {command} goes on with step {}",
+                steps + 1
+            ),
+            Verdict::Doubt(span) => in_doubt(span),
+        }
+    }
+
+    /// Whether the arm stands where so many steps leave it. `stopped`: somebody stopped it, and a wait was cut short then.
+    fn stands_after(&self, state: &State, steps: u64, pose: &Pose, stopped: bool) -> Option<bool> {
+        let done = steps.checked_sub(state.from).filter(|done| *done > 0)?;
+        let start = state.start.clone()?.guards(Guards::NONE);
+        let rest = self
+            .program
+            .rest(state.from, &self.told(&start).ok()?)
+            .ok()?;
+        let count = usize::try_from(done + rest.lead).ok()?;
+        let mut course = start;
+        let mut last = None;
+        for command in self
+            .settings
+            .iter()
+            .copied()
+            .chain(rest.commands())
+            .take(count + self.settings.len())
+        {
+            // What could not be checked was not sent.
+            let _ = course.check(&command);
+            last = Some(command);
+        }
+        if stopped && matches!(last, Some(Set::WaitCmd(_) | Set::TrigCmd(_))) {
+            return Some(false);
+        }
+        let at = course.arm()?.pose;
+        let [x, y, z] = [pose.x, pose.y, pose.z].map(f64::from);
+        let off = [x - at.x, y - at.y, z - at.z];
+        Some(off.iter().all(|off| off.abs() <= NEAR))
+    }
+
+    /// The step at which an earlier run of the same goes on.
+    pub(super) async fn resumed(&self, arm: &Arm, journal: &Journal) -> Result<u64, Failure> {
+        let mark = journal.left()?;
+        if mark.ended.is_none() {
+            self.settled(arm).await?;
+        }
+        let seen = Seen {
+            current: arm.current_index().await?.0,
+            clock: arm.get::<DeviceTime>().await?.g_systick,
+        };
+        let pose = arm.get::<Pose>().await?;
+        let state = State {
+            start: Some(arm.preflight_for(&self.kinds()).await?),
+            ..State::default()
+        };
+        let seen = self.lasting.then_some(seen);
+        let verdict = mark.verdict(seen, |steps| self.stands_after(&state, steps, &pose, false));
+        let steps = match verdict {
+            Verdict::After(steps) => steps,
+            Verdict::Again(steps) => {
+                self.say(&format!(
+                    "step {} was cut short, or nobody knows how it ended: it is done again",
+                    steps + 1
+                ));
+                steps
+            }
+            Verdict::Doubt(span) => {
+                let message = "nobody can tell how far the last run came: the arm was switched off, or others have used it";
+                let failure = Failure::new(Kind::Driver(ErrorKind::Uncertain), message);
+                return Err(failure.hint(in_doubt(span)));
+            }
+        };
+        if self.program.steps().is_some_and(|all| steps >= all) {
+            journal.remove();
+            return Err(Failure::invalid(
+                "there is nothing to resume: all steps are done",
+            ));
+        }
+        Ok(steps)
+    }
+
+    /// Waits until the arm has done what a run that died has left in its queue.
+    async fn settled(&self, arm: &Arm) -> Result<(), Failure> {
+        let (_, places) = arm.stats().await?;
+        let wait = async {
+            let mut before = None;
+            let mut changed = Instant::now();
+            loop {
+                let left = arm.left_space().await?;
+                let waiting = places.saturating_sub(left);
+                let now = (arm.current_index().await?, arm.get::<Pose>().await?);
+                if waiting == 0 && before == Some(now) {
+                    return Ok(());
+                }
+                if before.replace(now) != Some(now) {
+                    changed = Instant::now();
+                }
+                if changed.elapsed() > STANDING {
+                    let message = format!(
+                        "{waiting} commands of the last run wait in the arm's queue, and nothing moves"
+                    );
+                    return Err(Failure::invalid(message).hint(
+                        "`magician alarms` shows what may hold it; `magician stop` drops them, then --resume goes on",
+                    ));
+                }
+                sleep(LOOKS).await;
+            }
+        };
+        attended(self.json, "waiting for what the arm still has", wait).await
+    }
+
+    fn say(&self, text: &str) {
+        if !self.json {
+            // A stderr that nobody reads is no reason to stop.
+            let _ = writeln!(io::stderr(), "{text}");
+        }
+    }
+}
+
+fn in_doubt(Span { least, most }: Span) -> String {
+    format!(
+        "{least} steps are done for certain, steps {} to {most} may be: look at the work, then --from {} does them again, \
+         --from {} leaves them out",
+        least + 1,
+        least + 1,
+        most + 1
+    )
+}

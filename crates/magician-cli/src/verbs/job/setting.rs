@@ -1,0 +1,88 @@
+//! What flags, environment and settings say of how a file is to be done.
+
+use magician::{Set, words};
+use magician_program::artwork::Marking;
+use magician_program::{Action, Pallet, Placing, Plan, Problem, Setup, Surface, Tool};
+
+use super::{Job, Where};
+use crate::config::{Config, Key};
+use crate::failure::Failure;
+
+/// Height of the table of a virtual arm, where nobody has said another, mm.
+const TABLE: f64 = -60.0;
+/// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
+const ACCELERATION: f32 = 100.0;
+
+impl Job {
+    /// What flags, environment and settings say of how the file is to be done.
+    pub(super) fn setup(&self, place: &Where, config: &Config) -> Result<Setup, Failure> {
+        let (asked, way, pen) = (&self.place, &self.way, &self.pen);
+        let mut setup = Setup::default();
+        setup.tool = asked.tool;
+        setup.usual_tool = usual_tool(config)?;
+        setup.sheet = config.table("sheet")?;
+        setup.surface = asked.surface.map(Surface::level);
+        let table = match place {
+            Where::Nowhere | Where::Stage(_) => Some(TABLE),
+            Where::Arm(_) => None,
+        };
+        setup.usual_surface = config.number("surface").or(table).map(Surface::level);
+        let mut placing = Placing::default();
+        placing.at = asked.at;
+        placing.scale = asked.scale.unwrap_or(1.0);
+        placing.rotate = asked.rotate.unwrap_or(0.0);
+        (placing.fit, placing.mirror) = (asked.fit, asked.mirror);
+        placing.by = asked.by.unwrap_or_default();
+        setup.placing = placing;
+        let usual = Marking::pen();
+        let or_config = |flag: Option<f64>, name| flag.or_else(|| config.number(name));
+        setup.pen = Marking {
+            lift: or_config(pen.lift, "draw.lift").unwrap_or(usual.lift),
+            speed: config
+                .number("draw.speed")
+                .map_or(usual.speed, |speed| speed as f32),
+            travel: or_config(pen.travel_speed, "draw.travel_speed")
+                .map_or(usual.travel, |speed| speed as f32),
+            ..usual
+        };
+        setup.order = !pen.no_order;
+        setup.work = self.work.clone();
+        setup.size = self.size;
+        setup.speed = way.speed.map(|speed| speed as f32);
+        Ok(setup)
+    }
+
+    /// Once at each place of the grid.
+    pub(super) fn on_grid(&self, plan: Plan) -> Result<Plan, Problem> {
+        match self.place.grid {
+            Some(grid) => plan.placed_on(&Pallet::grid(grid.rows, grid.columns, grid.pitch)),
+            None => Ok(plan),
+        }
+    }
+
+    /// What the arm is told first, besides what the plan says.
+    pub(super) fn settings(&self, plan: &mut Plan, taught: bool) -> Vec<Set> {
+        let mut settings = Vec::new();
+        if let Some(ratio) = self.way.speed_ratio {
+            settings.push(plan.moves_at(ratio as f32));
+        }
+        let path = |action: &Action| matches!(action, Action::Path { .. } | Action::Burn { .. });
+        if let Some(speed) = self.way.speed.filter(|_| taught)
+            && plan.steps.iter().any(|step| path(&step.action))
+        {
+            settings.push(words::path_speed(speed as f32, ACCELERATION));
+        }
+        settings
+    }
+}
+
+/// The tool that the environment or the settings name.
+fn usual_tool(config: &Config) -> Result<Option<Tool>, Failure> {
+    let key = Key::named("tool");
+    let Some((text, _)) = key.and_then(|key| config.value(key)) else {
+        return Ok(None);
+    };
+    let tool = text.parse::<Tool>();
+    tool.map(Some)
+        .map_err(|why| Failure::usage(format!("MAGICIAN_TOOL is `{text}`: {why}")))
+}

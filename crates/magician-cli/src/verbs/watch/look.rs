@@ -1,0 +1,118 @@
+//! What is read of an arm that is watched, beside its state.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use magician::Arm;
+use magician::connection::Stats;
+
+use crate::terminal::Polled;
+use crate::verbs::io::{self, PINS, Pin};
+use crate::verbs::jog::{Tools, tools};
+
+/// A pin is read so often; those that do something take every second turn.
+const PIN: Duration = Duration::from_millis(100);
+/// Tools and the line's counts are read so often.
+const AROUND: Duration = Duration::from_millis(500);
+
+/// What is not in the arm's state.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Around {
+    pub(super) tools: Tools,
+    pub(super) stats: Stats,
+}
+
+/// Reads tools and counts again and again.
+pub(super) fn around(arm: &Arm) -> Polled<Around> {
+    let arm = arm.clone();
+    Polled::every(AROUND, move || {
+        let arm = arm.clone();
+        async move {
+            let tools = tools(&arm).await.ok()?;
+            let (stats, _) = arm.stats().await.ok()?;
+            Some(Around { tools, stats })
+        }
+    })
+}
+
+/// Whose turn it is.
+#[derive(Debug)]
+pub(super) struct Rota {
+    /// Those that have a function.
+    busy: Vec<u8>,
+    turn: usize,
+}
+
+impl Rota {
+    pub(super) const fn new() -> Self {
+        Self {
+            busy: Vec::new(),
+            turn: 0,
+        }
+    }
+
+    /// The next pin to read: by turns any, and one that does something.
+    pub(super) fn next(&mut self) -> u8 {
+        self.turn = self.turn.wrapping_add(1);
+        let (turn, any) = (self.turn / 2, self.turn.is_multiple_of(2));
+        match self.busy.get(turn % self.busy.len().max(1)) {
+            Some(busy) if !any => *busy,
+            _ => {
+                let turn = if self.busy.is_empty() {
+                    self.turn
+                } else {
+                    turn
+                };
+                (turn % usize::from(PINS)) as u8 + 1
+            }
+        }
+    }
+
+    pub(super) fn note(&mut self, address: u8, busy: bool) {
+        self.busy.retain(|known| *known != address);
+        if busy {
+            self.busy.push(address);
+        }
+    }
+}
+
+/// Reads the pins one by one, again and again.
+pub(super) fn pins(arm: &Arm) -> Polled<Pin> {
+    let arm = arm.clone();
+    let rota = Arc::new(Mutex::new(Rota::new()));
+    Polled::every(PIN, move || {
+        let (arm, rota) = (arm.clone(), Arc::clone(&rota));
+        async move {
+            let held = || rota.lock().unwrap_or_else(PoisonError::into_inner);
+            let address = held().next();
+            let pin = io::read(&arm, address).await.ok()?;
+            held().note(address, pin.has_function());
+            Some(pin)
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pin_has_its_turn_and_busy_ones_more() {
+        let mut rota = Rota::new();
+        let mut first: Vec<u8> = (0..20).map(|_| rota.next()).collect();
+        first.sort_unstable();
+        assert_eq!(first, (1..=20).collect::<Vec<u8>>());
+        rota.note(7, true);
+        rota.note(9, true);
+        let turns: Vec<u8> = (0..80).map(|_| rota.next()).collect();
+        for pin in 1..=20 {
+            assert!(turns.contains(&pin), "{pin}");
+        }
+        let of = |pin| turns.iter().filter(|turn| **turn == pin).count();
+        assert!(of(7) >= 20 && of(9) >= 20 && of(1) <= 3);
+        rota.note(7, false);
+        rota.note(9, false);
+        let turns: Vec<u8> = (0..40).map(|_| rota.next()).collect();
+        assert!(turns.iter().filter(|turn| **turn == 7).count() <= 2);
+    }
+}

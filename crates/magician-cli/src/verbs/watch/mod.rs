@@ -1,0 +1,143 @@
+//! `watch`: an arm at work, on the terminal, or line by line.
+
+mod line;
+mod look;
+mod view;
+
+use std::io::{self, IsTerminal};
+
+use clap::Args;
+use magician::Arm;
+use magician::commands::DeviceWithL;
+use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+
+use crate::context::Context;
+use crate::failure::Failure;
+use crate::output::Output;
+use crate::terminal::{self, Seen, Stage, Told, event_text, take_log};
+use crate::verbs::jog::{AT_SIGHT, next_of, rail_of, title};
+use crate::verbs::pose::rate;
+use line::State;
+use view::Model;
+
+/// Watch an arm at work: pose, joints, queue, pins, alarms, tools, speeds, the line
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Nothing is moved or changed. On a terminal it is a picture, drawn on stderr, until q; elsewhere, and with --json, a line a \
+reading until Ctrl-C.")]
+pub(crate) struct Watch {
+    /// Readings a second; 20 on a terminal and 10 elsewhere unless given
+    #[arg(long, value_name = "HZ", value_parser = rate)]
+    rate: Option<f64>,
+}
+
+impl Watch {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let json = context.global.json;
+        let drawn = !json && io::stdout().is_terminal() && io::stdin().is_terminal();
+        if drawn {
+            terminal::check("watch", "`magician watch | cat` gives lines")?;
+        }
+        context.lasts = true;
+        context.watching(AT_SIGHT, async |arm, out| match drawn {
+            true => draw(arm, self.rate.unwrap_or(20.0)).await,
+            false => lines(arm, self.rate.unwrap_or(10.0), json, out).await,
+        })
+    }
+}
+
+/// A line a reading.
+async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(), Failure> {
+    let mut state = arm.state(rate)?;
+    loop {
+        let status = state.changed().await?;
+        match json {
+            true => out.json(&State::from(&status))?,
+            false => out.line(line::plain(&status))?,
+        }
+        out.flush()?;
+    }
+}
+
+/// The picture, until somebody has seen enough.
+async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
+    let (_, places) = arm.stats().await?;
+    let mut model = Model::new(Seen::new(title(arm).await?, places));
+    let on_rail = arm.get::<DeviceWithL>().await;
+    let mut rail = on_rail
+        .is_ok_and(|rail| rail.with_l.is_on())
+        .then(|| rail_of(arm));
+    let (mut around, mut pins) = (look::around(arm), look::pins(arm));
+    let (mut state, mut events) = (arm.state(rate)?, arm.events());
+    let mut stage = Stage::open(view::draw)?;
+    loop {
+        stage.show(model.clone());
+        tokio::select! {
+            biased;
+            told = stage.next() => match told {
+                Told::Event(Event::Key(key)) => match press(key, &mut model.help) {
+                    Press::Nothing => {}
+                    Press::Quit => return stage.close(),
+                    Press::Interrupt => {
+                        stage.close()?;
+                        return Err(Failure::interrupted());
+                    }
+                },
+                Told::Gone => return Err(Failure::interrupted()),
+                Told::Event(_) | Told::Beat => {}
+            },
+            status = state.changed() => model.seen.see(status?),
+            Some(event) = events.next() => model.seen.note(event_text(&event)),
+            read = around.next() => model.around = read,
+            pin = pins.next() => model.note(pin),
+            Some(rail) = next_of(&mut rail) => model.seen.rail = Some(rail),
+        }
+        for line in take_log() {
+            model.seen.note(line);
+        }
+    }
+}
+
+/// What a key comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Press {
+    Nothing,
+    Quit,
+    Interrupt,
+}
+
+fn press(key: KeyEvent, help: &mut bool) -> Press {
+    let control = key.modifiers.contains(KeyModifiers::CONTROL);
+    match key.code {
+        _ if key.kind == KeyEventKind::Release => Press::Nothing,
+        KeyCode::Char('c') if control => Press::Interrupt,
+        _ if std::mem::take(help) => Press::Nothing,
+        KeyCode::Char('q') => Press::Quit,
+        KeyCode::Char('?') | KeyCode::F(1) => {
+            *help = true;
+            Press::Nothing
+        }
+        _ => Press::Nothing,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_show_help_and_end_it() {
+        let mut help = false;
+        let mut letter = |letter, modifiers| {
+            let press = press(KeyEvent::new(KeyCode::Char(letter), modifiers), &mut help);
+            (press, help)
+        };
+        let none = KeyModifiers::NONE;
+        assert_eq!(letter('?', none), (Press::Nothing, true));
+        assert_eq!(letter('q', none), (Press::Nothing, false));
+        assert_eq!(letter('q', none), (Press::Quit, false));
+        assert_eq!(letter('c', none), (Press::Nothing, false));
+        let interrupt = (Press::Interrupt, false);
+        assert_eq!(letter('c', KeyModifiers::CONTROL), interrupt);
+    }
+}

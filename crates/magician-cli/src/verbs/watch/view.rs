@@ -1,0 +1,326 @@
+//! How an arm that is watched looks.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use super::look::Around;
+use crate::terminal::{Seen, Theme, help, hints, lamp, panel, sparkline};
+use crate::verbs::io::{self, PINS, Pin};
+use crate::verbs::jog::{alarm_panel, joint_bars, log_panel, tool_spans};
+
+/// What is shown.
+#[derive(Clone, Debug)]
+pub(super) struct Model {
+    pub(super) seen: Seen,
+    pub(super) around: Around,
+    /// The pins as far as they have been read, in their order.
+    pub(super) pins: Vec<Option<Pin>>,
+    pub(super) help: bool,
+}
+
+impl Model {
+    pub(super) fn new(seen: Seen) -> Self {
+        Self {
+            seen,
+            around: Around::default(),
+            pins: vec![None; PINS.into()],
+            help: false,
+        }
+    }
+
+    /// Takes note of a pin.
+    pub(super) fn note(&mut self, pin: Pin) {
+        let place = usize::from(pin.address).checked_sub(1);
+        if let Some(known) = place.and_then(|place| self.pins.get_mut(place)) {
+            *known = Some(pin);
+        }
+    }
+}
+
+const KEYS: [(&str, &str); 7] = [
+    ("q, Ctrl-C", "leave; the arm goes on with what it does"),
+    ("?", "these lines"),
+    ("Ctrl-L", "draw everything anew"),
+    ("", "Nothing here moves or changes anything."),
+    (
+        "io",
+        "o output, w pulses, i input, a analog; a lamp for what is on",
+    ),
+    (
+        "speeds",
+        "from reading to reading; each row as high as its highest",
+    ),
+    ("2-3", "J2 - J3, which the parallelogram limits"),
+];
+const HINTS: [(&str, &str); 2] = [("q", "quit"), ("?", "help")];
+/// From here on the pins are a list.
+const WIDE: u16 = 120;
+
+/// Draws one frame.
+pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
+    let [header, middle, footer] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Fill(1),
+        Constraint::Length(1),
+    ])
+    .areas(frame.area());
+    let header_text = model.seen.header("watch", header.width, theme);
+    frame.render_widget(header_text, header);
+    match middle.width >= WIDE && middle.height >= u16::from(PINS) + 2 {
+        true => wide(frame, middle, model, theme),
+        false => narrow(frame, middle, model, theme),
+    }
+    frame.render_widget(Paragraph::new(hints(&HINTS, theme)), footer);
+    if model.help {
+        help(frame, middle, &KEYS, theme);
+    }
+}
+
+fn narrow(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
+    let columns = Layout::horizontal([Constraint::Length(29), Constraint::Fill(1)]);
+    let [first, second, third] = Layout::vertical([
+        Constraint::Length(7),
+        Constraint::Length(7),
+        Constraint::Fill(1),
+    ])
+    .areas(area);
+    let [pose_area, joints] = columns.areas(first);
+    let [queue_area, speeds_area] = columns.areas(second);
+    let [pins_area, rest] = columns.areas(third);
+    pose(frame, pose_area, model, theme);
+    joint_bars(frame, joints, &model.seen, theme);
+    queue(frame, queue_area, model, true, theme);
+    speeds(frame, speeds_area, model, theme);
+    lamps(frame, pins_area, model, theme);
+    let [alarms, log] = Layout::vertical([Constraint::Length(5), Constraint::Fill(1)]).areas(rest);
+    alarm_panel(frame, alarms, &model.seen, theme);
+    log_panel(frame, log, &model.seen, theme);
+}
+
+fn wide(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
+    let [left, right] =
+        Layout::horizontal([Constraint::Fill(1), Constraint::Length(48)]).areas(area);
+    let columns = Layout::horizontal([Constraint::Length(29), Constraint::Fill(1)]);
+    let [first, second, alarms, log] = Layout::vertical([
+        Constraint::Length(7),
+        Constraint::Length(7),
+        Constraint::Length(6),
+        Constraint::Fill(1),
+    ])
+    .areas(left);
+    let [pose_area, joints] = columns.areas(first);
+    let [queue_area, speeds_area] = columns.areas(second);
+    pose(frame, pose_area, model, theme);
+    joint_bars(frame, joints, &model.seen, theme);
+    queue(frame, queue_area, model, false, theme);
+    speeds(frame, speeds_area, model, theme);
+    alarm_panel(frame, alarms, &model.seen, theme);
+    log_panel(frame, log, &model.seen, theme);
+    let [pins, line] =
+        Layout::vertical([Constraint::Length(u16::from(PINS) + 2), Constraint::Fill(1)])
+            .areas(right);
+    list(frame, pins, model, theme);
+    let text = Paragraph::new(line_lines(model)).block(panel("line", theme));
+    frame.render_widget(text, line);
+}
+
+fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
+    let mut lines = Vec::new();
+    if let Some(status) = &model.seen.status {
+        let p = &status.pose;
+        let rows = [
+            ("x", p.x, "mm"),
+            ("y", p.y, "mm"),
+            ("z", p.z, "mm"),
+            ("r", p.r, "deg"),
+        ];
+        for (name, value, unit) in rows {
+            lines.push(Line::from(format!("{name:<2}{value:>9.2} {unit}")));
+        }
+    }
+    if let Some(rail) = model.seen.rail {
+        lines.push(Line::from(format!("l {rail:>9.2} mm")));
+    }
+    let title = if model.seen.stands() {
+        "tool stands"
+    } else {
+        "tool moves"
+    };
+    frame.render_widget(Paragraph::new(lines).block(panel(title, theme)), area);
+}
+
+fn queue(frame: &mut Frame<'_>, area: Rect, model: &Model, with_line: bool, theme: Theme) {
+    let block = panel("queue and tools", theme);
+    let width = usize::from(block.inner(area).width);
+    let mut lines = Vec::new();
+    if let Some(status) = &model.seen.status {
+        let places = model.seen.places.max(1);
+        let taken = places.saturating_sub(status.left_space);
+        let figures = format!(" {taken}/{places}");
+        let bar = width.saturating_sub(figures.len());
+        let full = (bar * taken as usize).div_ceil(places as usize).min(bar);
+        lines.push(Line::from(vec![
+            Span::styled("█".repeat(full), theme.good()),
+            Span::styled("░".repeat(bar - full), theme.dim()),
+            Span::raw(figures),
+        ]));
+        lines.push(Line::from(format!("done {}", status.current.0)));
+    }
+    lines.push(tool_spans(model.around.tools, theme).into_iter().collect());
+    if with_line {
+        lines.extend(line_lines(model));
+    }
+    frame.render_widget(Paragraph::new(lines).block(block), area);
+}
+
+/// What went over the line, and how well.
+fn line_lines(model: &Model) -> Vec<Line<'static>> {
+    let stats = model.around.stats;
+    vec![
+        Line::from(format!("sent {}, again {}", stats.sent, stats.resent)),
+        Line::from(format!("late {}, noise {}", stats.late, stats.noise)),
+    ]
+}
+
+fn speeds(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
+    let block = panel("speeds", theme);
+    let width = usize::from(block.inner(area).width).saturating_sub(19);
+    let seen = &model.seen;
+    let now = seen.speed();
+    let tool: Vec<f64> = seen.speeds.iter().map(|speeds| speeds.tool).collect();
+    let mut lines = vec![row("tool", now.tool, "mm/s", &tool, width, theme)];
+    for (nth, name) in ["J1", "J2", "J3", "J4"].into_iter().enumerate() {
+        let joint: Vec<f64> = seen
+            .speeds
+            .iter()
+            .map(|speeds| speeds.joints[nth])
+            .collect();
+        lines.push(row(name, now.joints[nth], "deg/s", &joint, width, theme));
+    }
+    frame.render_widget(Paragraph::new(lines).block(block), area);
+}
+
+fn row(
+    name: &str,
+    now: f64,
+    unit: &str,
+    values: &[f64],
+    width: usize,
+    theme: Theme,
+) -> Line<'static> {
+    Line::from(vec![
+        Span::raw(format!("{name:<4} {now:>6.1} {unit:<6} ")),
+        sparkline(values, width, 1.0, theme.good()),
+    ])
+}
+
+/// The pins as lamps, five in a row.
+fn lamps(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
+    let lines: Vec<Line<'static>> = model
+        .pins
+        .chunks(5)
+        .zip(0..)
+        .map(|(pins, row)| {
+            let cells = pins.iter().zip(1 + row * 5..);
+            let cell = |(pin, address): (&Option<Pin>, i32)| {
+                let letter = pin.as_ref().map_or(' ', Pin::letter);
+                let lit = pin.as_ref().is_some_and(Pin::is_on);
+                let text = format!("{address:>2}{letter}{} ", lamp(lit));
+                Span::styled(text, shade(pin.as_ref(), theme))
+            };
+            cells.map(cell).collect()
+        })
+        .collect();
+    frame.render_widget(Paragraph::new(lines).block(panel("io", theme)), area);
+}
+
+/// The pins in words, one a row.
+fn list(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
+    let lines = model.pins.iter().zip(1..).map(|(pin, address): (_, u8)| {
+        let text = match pin {
+            Some(pin) => {
+                let function = pin.function().unwrap_or_default();
+                format!("{} {function:<23} {}", lamp(pin.is_on()), io::state(pin))
+            }
+            None => "? not read yet".to_owned(),
+        };
+        let text = format!("{address:>2} {text}");
+        Line::styled(text, shade(pin.as_ref(), theme))
+    });
+    let lines: Vec<_> = lines.collect();
+    frame.render_widget(Paragraph::new(lines).block(panel("io", theme)), area);
+}
+
+fn shade(pin: Option<&Pin>, theme: Theme) -> Style {
+    match pin {
+        Some(pin) if pin.is_on() => theme.good(),
+        Some(pin) if pin.has_function() => Style::new(),
+        _ => theme.dim(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::terminal::test::{screen, shows, status};
+
+    fn model() -> Model {
+        let mut seen = Seen::new("arm at a port".to_owned(), 32);
+        let first = status();
+        let mut second = first.clone();
+        second.pose.x += 5.0;
+        second.left_space = 16;
+        second.at = first.at + std::time::Duration::from_millis(100);
+        seen.see(first);
+        seen.see(second);
+        seen.note("alarm 0x12 is gone");
+        let mut model = Model::new(seen);
+        model.note(Pin::analog(9, 2048));
+        model
+    }
+
+    fn picture(model: &Model, width: u16, height: u16) -> Vec<String> {
+        screen(width, height, |frame| draw(frame, model, Theme::PLAIN))
+    }
+
+    #[test]
+    fn an_arm_on_a_narrow_and_on_a_wide_terminal() {
+        let both = [
+            "magician watch | arm at a port",
+            "tool moves",
+            "x    204.40 mm",
+            "J2     45.0",
+            "16/32",
+            "done 0",
+            "tool   50.0 mm/s",
+            "J4      0.0 deg/s",
+            "0x00 ResetOccurred",
+            "alarm 0x12 is gone",
+            "sent 0, again 0",
+            "q quit",
+        ];
+        let (narrow, wide) = (picture(&model(), 80, 24), picture(&model(), 200, 50));
+        shows(&narrow, &both);
+        shows(&wide, &both);
+        shows(&narrow, &[" 8 ○  9a● 10 ○"]);
+        shows(&wide, &[" 9 ● analog-input            2048 of 4095"]);
+        // The latest speed is the highest, at the right.
+        assert!(narrow.iter().any(|line| line.contains("█│")));
+    }
+
+    #[test]
+    fn every_size_has_a_picture() {
+        let mut model = model();
+        for help in [false, true] {
+            model.help = help;
+            for width in [1, 2, 5, 10, 29, 50, 80, 119, 120, 300] {
+                for height in [1, 2, 3, 5, 10, 21, 23, 24, 60] {
+                    assert_eq!(picture(&model, width, height).len(), usize::from(height));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,611 @@
+//! `run`, `draw`, `engrave`, `play` and `convert` on virtual arms in the process, and without any arm.
+
+mod magician;
+
+use std::path::PathBuf;
+
+use magician::{Run, command, run, run_with};
+use serde_json::{Value, json};
+
+/// A sample of the program crate.
+fn sample(name: &str) -> String {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let path = root.join("../magician-program/samples").join(name);
+    path.to_str().expect("UTF-8").to_owned()
+}
+
+/// A directory for what is written.
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("directory"))
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.path().join(name).to_str().expect("UTF-8").to_owned()
+    }
+
+    fn write(&self, name: &str, text: &str) -> String {
+        std::fs::write(self.path(name), text).expect("written");
+        self.path(name)
+    }
+
+    fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap_or_else(|_| panic!("no {name}"))
+    }
+
+    fn text(&self, name: &str) -> String {
+        String::from_utf8(self.read(name)).expect("UTF-8")
+    }
+}
+
+const SAMPLES: [&str; 11] = [
+    "arc_movl_v1412.playback",
+    "curves.svg",
+    "engrave_gradient.png",
+    "example_loop.blockly",
+    "gripper_pick_v194.playback",
+    "house.svg",
+    "jump_suction_named_v170.playback",
+    "laser_checker.gcode",
+    "pen_outline.gcode",
+    "star.plt",
+    "suction_points_v194.playback",
+];
+
+/// Lines far out of reach behind one that is not.
+const FAR: &str = "G21 G90\nG0 X220 Y0 Z10\nG1 X230 F1200\nG1 X400\nG1 X230 Y10\n";
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+#[test]
+fn every_sample_passes_the_check_without_an_arm_and_runs() {
+    for name in SAMPLES {
+        let file = sample(name);
+        let check = run(&["run", &file, "--check", "--json"]);
+        assert_eq!((check.status, check.err.as_str()), (0, ""), "{name}");
+        let check = check.object();
+        assert_eq!(
+            (&check["ok"], &check["refused"]),
+            (&json!(true), &json!(0)),
+            "{name}"
+        );
+        let done = run(&["--port", "sim", "run", &file, "--json"]);
+        assert_eq!(done.status, 0, "{name}: {done:?}");
+        let done = done.objects().pop().expect("a report");
+        assert_eq!(done["steps"], check["steps"], "{name}");
+        assert_eq!(done["drawn_mm"], check["drawn_mm"], "{name}");
+    }
+}
+
+#[test]
+fn an_estimate_has_time_steps_lengths_and_bounds() {
+    let estimate = run(&[
+        "run",
+        &sample("suction_points_v194.playback"),
+        "--estimate",
+        "--json",
+    ]);
+    let object = estimate.object();
+    let keys: Vec<_> = object.as_object().expect("an object").keys().collect();
+    assert_eq!(
+        keys,
+        ["seconds", "steps", "drawn_mm", "travel_mm", "bounds"]
+    );
+    assert_eq!(object["steps"], 6);
+    assert!(number(&object["seconds"]) > 5.0);
+    assert_eq!(object["bounds"]["x"].as_array().map(Vec::len), Some(2));
+    let text = run(&["run", &sample("suction_points_v194.playback"), "--estimate"]).out;
+    assert!(
+        text.contains("6 steps") && text.contains("travelled"),
+        "{text}"
+    );
+    let thrice = run(&[
+        "play",
+        &sample("suction_points_v194.playback"),
+        "--loops",
+        "3",
+        "--estimate",
+        "--json",
+    ]);
+    assert_eq!(thrice.object()["steps"], 18);
+    assert!(number(&thrice.object()["seconds"]) > 2.0 * number(&object["seconds"]));
+    let ever = run(&[
+        "play",
+        &sample("suction_points_v194.playback"),
+        "--loops",
+        "0",
+        "--estimate",
+        "--json",
+    ]);
+    assert_eq!(
+        (&ever.object()["steps"], &ever.object()["seconds"]),
+        (&Value::Null, &Value::Null)
+    );
+}
+
+#[test]
+fn complaints_have_their_place_in_the_file() {
+    let place = Place::new();
+    let file = place.write("far.gcode", FAR);
+    let check = run(&["run", &file, "--check"]);
+    assert_eq!(check.status, 10);
+    for part in [
+        "far.gcode:4:1",
+        "G1 X400",
+        "^^^",
+        "limit 282.0 mm",
+        "1 step is refused",
+    ] {
+        assert!(check.err.contains(part), "{part}: {}", check.err);
+    }
+    let check = run(&["run", &file, "--check", "--json"]);
+    assert_eq!(
+        (check.status, &check.error()["kind"]),
+        (10, &json!("check-failed"))
+    );
+    let object = check.object();
+    assert_eq!(
+        (&object["ok"], &object["refused"]),
+        (&json!(false), &json!(1))
+    );
+    let complaint = &object["complaints"][0];
+    assert_eq!(
+        (&complaint["line"], &complaint["column"], &complaint["kind"]),
+        (&json!(4), &json!(1), &json!("unreachable"))
+    );
+    assert!(number(&complaint["value"]) > number(&complaint["limit"]));
+    let refused = run(&["--port", "sim", "run", &file, "--json"]);
+    assert_eq!((refused.status, refused.out.as_str()), (3, ""));
+    assert_eq!(refused.error()["kind"], "unreachable");
+    assert_eq!(refused.error()["limit"], 282.0);
+}
+
+#[test]
+fn no_more_than_ten_complaints_are_shown_and_all_are_counted() {
+    let place = Place::new();
+    let far: String = (0..25).map(|y| format!("G1 X400 Y{y}\n")).collect();
+    let file = place.write(
+        "far.gcode",
+        &format!("G21 G90 F1200\nG0 X220 Y0 Z10\n{far}"),
+    );
+    let check = run(&["run", &file, "--check"]);
+    assert_eq!(check.err.matches("far.gcode:").count(), 10, "{}", check.err);
+    assert!(
+        check
+            .err
+            .contains("25 steps are refused, the first 10 are shown"),
+        "{}",
+        check.err
+    );
+}
+
+#[test]
+fn files_that_nobody_understands() {
+    let place = Place::new();
+    let garbage = place.write("notes.txt", "Good morning\n");
+    let unknown = run(&["run", &garbage, "--json"]);
+    assert_eq!(
+        (unknown.status, &unknown.error()["kind"]),
+        (3, &json!("invalid-input"))
+    );
+    let missing = run(&["run", &place.path("nothing.svg"), "--json"]);
+    assert_eq!(missing.status, 3);
+    let svg = place.write(
+        "broken.svg",
+        "<svg xmlns='http://www.w3.org/2000/svg'>\n<path d='M0 0'\n</svg>\n",
+    );
+    let broken = run(&["run", &svg, "--check"]);
+    assert_eq!(broken.status, 3);
+    assert!(broken.err.contains("broken.svg:"), "{}", broken.err);
+    let said = run(&["run", &garbage, "--format", "playback", "--json"]);
+    assert_eq!(said.status, 3);
+    assert_eq!(run(&["run", &garbage, "--format", "song"]).status, 2);
+    let empty = place.write("empty.gcode", "; nothing\n");
+    assert_eq!(run(&["run", &empty, "--check"]).status, 3);
+    // The file is looked at before an arm is looked for.
+    assert!(
+        unknown.error()["message"]
+            .as_str()
+            .expect("text")
+            .contains("notes.txt")
+    );
+}
+
+#[test]
+fn a_program_comes_from_stdin_too() {
+    let bytes = std::fs::read(sample("pen_outline.gcode")).expect("a sample");
+    for arguments in [
+        &["run", "-", "--estimate", "--json"][..],
+        &["run", "-", "--format", "gcode", "--estimate", "--json"],
+    ] {
+        let piped = run_with(arguments, &bytes);
+        assert_eq!(piped.status, 0, "{piped:?}");
+        assert_eq!(piped.object()["steps"], 13);
+    }
+}
+
+#[test]
+fn a_look_leaves_a_preview_and_a_run_a_picture() {
+    let place = Place::new();
+    let file = sample("house.svg");
+    let svg = run(&[
+        "draw",
+        &file,
+        "--preview",
+        &place.path("look.svg"),
+        "--json",
+    ]);
+    assert_eq!(svg.object()["preview"], place.path("look.svg"));
+    assert!(place.text("look.svg").starts_with("<svg"));
+    assert_eq!(
+        run(&[
+            "draw",
+            &file,
+            "--preview",
+            &place.path("look.png"),
+            "--check"
+        ])
+        .status,
+        0
+    );
+    assert!(place.read("look.png").starts_with(b"\x89PNG"));
+    assert_eq!(
+        run(&["draw", &file, "--preview", &place.path("look.bmp")]).status,
+        2
+    );
+    for name in ["left.svg", "left.png"] {
+        let done = run(&[
+            "--port",
+            "sim",
+            "draw",
+            &file,
+            "--picture",
+            &place.path(name),
+        ]);
+        assert_eq!(done.status, 0, "{done:?}");
+        assert!(
+            done.out.contains(&format!("picture: {}", place.path(name))),
+            "{}",
+            done.out
+        );
+    }
+    assert!(place.text("left.svg").contains("<path"));
+    // A preview of what is refused shows why.
+    let far = place.write("far.gcode", FAR);
+    let refused = run(&["run", &far, "--preview", &place.path("far.svg")]);
+    assert_eq!(refused.status, 3);
+    assert!(place.text("far.svg").starts_with("<svg"));
+}
+
+#[test]
+fn a_dry_run_sends_nothing_and_can_show_every_command() {
+    let file = sample("suction_points_v194.playback");
+    let silent = run(&["run", &file, "--dry-run"]);
+    assert_eq!((silent.status, silent.out.lines().count()), (0, 2));
+    let shown = run(&["run", &file, "--dry-run", "-v"]);
+    assert!(shown.out.contains("SetPTPCmd ptp_mode="), "{}", shown.out);
+    let objects = run(&["run", &file, "--dry-run", "--speed-ratio", "30", "--json"]).objects();
+    assert_eq!(objects.len(), 9, "ratio, tool, six steps and the figures");
+    assert_eq!(objects[0]["command"], "SetPTPCommonParams");
+    assert_eq!(objects[0]["params"]["velocity_ratio"], 30.0);
+    assert_eq!(
+        (&objects[0]["step"], &objects[2]["step"]),
+        (&Value::Null, &json!(1))
+    );
+    assert_eq!(objects[8]["steps"], 6);
+}
+
+#[test]
+fn a_program_begins_at_any_of_its_steps() {
+    let file = sample("suction_points_v194.playback");
+    let whole = run(&["--port", "sim", "run", &file, "--json"])
+        .objects()
+        .pop()
+        .expect("a report");
+    let part = run(&["--port", "sim", "run", &file, "--from", "4", "--json"]);
+    assert_eq!(part.status, 0, "{part:?}");
+    let part = part.objects().pop().expect("a report");
+    assert_eq!(
+        (&part["first_step"], &part["steps"]),
+        (&json!(4), &json!(3))
+    );
+    assert_eq!(
+        (&whole["first_step"], &whole["steps"]),
+        (&json!(1), &json!(6))
+    );
+    assert_eq!(
+        run(&["--port", "sim", "run", &file, "--from", "7"]).status,
+        2
+    );
+    assert_eq!(
+        run(&["--port", "sim", "run", &file, "--from", "0"]).status,
+        2
+    );
+    let second = run(&[
+        "--port", "sim", "play", &file, "--loops", "2", "--from", "9", "--json",
+    ]);
+    let second = second.objects().pop().expect("a report");
+    assert_eq!(
+        (&second["first_step"], &second["steps"]),
+        (&json!(9), &json!(4))
+    );
+}
+
+#[test]
+fn settings_are_given_back_and_the_tool_stays() {
+    let place = Place::new();
+    let plan = place.write(
+        "fast.gcode",
+        "G21 G90\nG0 X220 Y0 Z10\nG1 X240 F1800\nG1 Y10\n",
+    );
+    let lines = format!(
+        "get CPParams\nget PTPCommonParams\nrun {plan} --tool pen --speed 30 --speed-ratio 90\nget CPParams\n\
+         get PTPCommonParams\nget EndEffectorParams\n"
+    );
+    let script = run_with(&["--port", "sim", "--json", "shell"], lines.as_bytes());
+    assert_eq!(script.status, 0, "{script:?}");
+    let answers = script.objects();
+    let last = answers.len();
+    assert_eq!(answers[0], answers[last - 3]);
+    assert_eq!(answers[1], answers[last - 2]);
+    assert_eq!(
+        answers[last - 1],
+        json!({"x_bias": 61.0, "y_bias": 0.0, "z_bias": 0.0})
+    );
+}
+
+#[test]
+fn placing_moves_scales_turns_and_repeats() {
+    let file = sample("pen_outline.gcode");
+    let look = |more: &[&str]| {
+        let answer = run(&[&["run", &file, "--estimate", "--json"], more].concat());
+        assert_eq!(answer.status, 0, "{more:?}: {answer:?}");
+        answer.object()
+    };
+    let plain = look(&[]);
+    assert_eq!(look(&["--move", "0,0,5"])["drawn_mm"], plain["drawn_mm"]);
+    let half = number(&look(&["--scale", "0.5"])["drawn_mm"]) / number(&plain["drawn_mm"]);
+    assert!((half - 0.5).abs() < 0.01, "{half}");
+    let turned = look(&["--rotate", "90", "--at", "230,0"]);
+    assert!((number(&turned["drawn_mm"]) - number(&plain["drawn_mm"])).abs() < 0.1);
+    assert_eq!(look(&["--grid", "2x2:10x-10"])["steps"], 52);
+    assert_eq!(look(&["--pallet", "1x2:10x0"])["steps"], 26);
+    let far = run(&["run", &file, "--move", "200,0,0", "--check", "--json"]);
+    assert_eq!(far.status, 10);
+    for wrong in [
+        &["--at", "1"][..],
+        &["--move", "1,2"],
+        &["--grid", "2x2"],
+        &["--scale", "0"],
+        &["--rotate", "x"],
+        &["--loops", "-1"],
+        &["--speed-ratio", "0"],
+    ] {
+        let all = [&["run", &file, "--check"], wrong].concat();
+        assert_eq!(run(&all).status, 2, "{wrong:?}");
+    }
+}
+
+#[test]
+fn drawings_are_as_large_as_they_are_unless_they_are_made_to_fit() {
+    let place = Place::new();
+    let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='400mm' height='400mm' viewBox='0 0 400 400'>\
+               <rect id='frame' x='0' y='0' width='400' height='400' fill='none' stroke='black'/></svg>";
+    let file = place.write("large.svg", svg);
+    let large = run(&["draw", &file, "--check"]);
+    assert_eq!(large.status, 3);
+    assert!(large.err.contains("--fit"), "{}", large.err);
+    let fitted = run(&["draw", &file, "--fit", "--check", "--json"]);
+    assert_eq!(fitted.status, 0, "{fitted:?}");
+    assert!(number(&fitted.object()["drawn_mm"]) < 1600.0);
+    let quick = run(&[
+        "draw",
+        &sample("house.svg"),
+        "--speed",
+        "80",
+        "--estimate",
+        "--json",
+    ])
+    .object();
+    let slow = run(&[
+        "draw",
+        &sample("house.svg"),
+        "--speed",
+        "10",
+        "--estimate",
+        "--json",
+    ])
+    .object();
+    assert!(number(&quick["seconds"]) < number(&slow["seconds"]));
+    let low = run(&[
+        "draw",
+        &sample("house.svg"),
+        "--surface",
+        "-40",
+        "--lift",
+        "5",
+        "--estimate",
+        "--json",
+    ])
+    .object();
+    assert_eq!(low["bounds"]["z"][0], -40.0);
+}
+
+#[test]
+fn images_are_engraved_or_outlined() {
+    let file = sample("engrave_gradient.png");
+    let wide = |more: &[&str]| {
+        let answer = run(&[
+            &["engrave", &file, "--width", "20", "--estimate", "--json"],
+            more,
+        ]
+        .concat());
+        assert_eq!(answer.status, 0, "{more:?}: {answer:?}");
+        answer.object()
+    };
+    let usual = wide(&[]);
+    assert!(number(&usual["drawn_mm"]) > 100.0);
+    assert!(number(&wide(&["--spacing", "0.4"])["drawn_mm"]) < number(&usual["drawn_mm"]));
+    assert!(number(&wide(&["--one-way"])["seconds"]) > number(&usual["seconds"]));
+    assert!(number(&wide(&["--speed", "10"])["seconds"]) > number(&usual["seconds"]));
+    for more in [
+        &["--mode", "dither"][..],
+        &["--mode", "threshold", "--threshold", "100"],
+        &["--invert"],
+        &["--power", "10..40"],
+        &["--overscan", "3"],
+        &["--gamma", "1.5"],
+    ] {
+        wide(more);
+    }
+    assert_eq!(run(&["engrave", &file, "--power", "120"]).status, 2);
+    assert_eq!(
+        run(&["engrave", &file, "--width", "5", "--height", "5"]).status,
+        2
+    );
+    let outlines = run(&[
+        "draw",
+        &file,
+        "--width",
+        "40",
+        "--threshold",
+        "200",
+        "--check",
+        "--json",
+    ]);
+    assert_eq!(outlines.status, 0, "{outlines:?}");
+    assert_eq!(
+        run(&["engrave", &sample("house.svg"), "--power", "60", "--check"]).status,
+        0
+    );
+}
+
+#[test]
+fn recordings_have_a_row_for_each_sample() {
+    let place = Place::new();
+    let file = sample("suction_points_v194.playback");
+    for name in ["poses.csv", "poses.jsonl"] {
+        let done = run(&["--port", "sim", "run", &file, "--record", &place.path(name)]);
+        assert_eq!(done.status, 0, "{done:?}");
+    }
+    let csv = place.text("poses.csv");
+    let mut rows = csv.lines();
+    assert_eq!(rows.next(), Some("t,step,x,y,z,r,j1,j2,j3,j4"));
+    assert!(rows.clone().count() >= 2);
+    assert!(rows.all(|row| row.split(',').count() == 10));
+    let last: Value =
+        serde_json::from_str(place.text("poses.jsonl").lines().last().expect("a row"))
+            .expect("JSON");
+    assert_eq!(last["step"], 6);
+    let wrong = run(&[
+        "--port",
+        "sim",
+        "run",
+        &file,
+        "--record",
+        &place.path("poses.txt"),
+    ]);
+    assert_eq!(wrong.status, 2);
+}
+
+#[test]
+fn flags_that_make_no_sense_together() {
+    let file = sample("house.svg");
+    let place = Place::new();
+    for arguments in [
+        &["run", &file, "--check", "--resume"][..],
+        &["run", &file, "--check", "--picture", "x.svg"],
+        &["run", &file, "--estimate", "--record", "x.csv"],
+        &["run", &file, "--from", "2", "--resume"],
+        &[
+            "--port",
+            "tcp:127.0.0.1:1",
+            "run",
+            &file,
+            "--surface",
+            "-60",
+            "--picture",
+            "x.svg",
+        ],
+    ] {
+        assert_eq!(run(arguments).status, 2, "{arguments:?}");
+    }
+    let _ = place;
+}
+
+#[test]
+fn conversions_keep_what_can_be_kept_and_tell_what_is_lost() {
+    let place = Place::new();
+    let convert = |from: &str, to: &str| run(&["convert", from, &place.path(to), "--json"]);
+    let taught = sample("suction_points_v194.playback");
+    for (to, lost) in [("a.plan.json", 0), ("a.playback", 0), ("a.csv", 1)] {
+        let done = convert(&taught, to);
+        assert_eq!(done.status, 0, "{to}: {done:?}");
+        assert_eq!(done.object()["steps"], 6);
+        assert_eq!(
+            done.object()["lost"].as_array().map(Vec::len),
+            Some(lost),
+            "{to}"
+        );
+    }
+    let figures = |file: &str| run(&["run", file, "--estimate", "--json"]).object();
+    assert_eq!(figures(&place.path("a.plan.json")), figures(&taught));
+    assert_eq!(figures(&place.path("a.playback")), figures(&taught));
+    assert_eq!(place.text("a.csv").lines().count(), 7);
+    assert_eq!(convert(&sample("house.svg"), "house.svg").status, 0);
+    assert!(place.text("house.svg").contains("<path"));
+    assert_eq!(convert(&sample("house.svg"), "house.png").status, 0);
+    assert_eq!(convert(&taught, "a.svg").status, 3, "nothing is drawn");
+    assert_eq!(
+        convert(&sample("house.svg"), "house.playback").status,
+        3,
+        "it cannot say paths"
+    );
+    assert_eq!(convert(&taught, "a.doc").status, 2);
+}
+
+#[test]
+fn the_tool_and_the_surface_come_from_the_settings() {
+    let place = Place::new();
+    let config = place.write(
+        "config.toml",
+        "tool = \"70,0,-10\"\nsurface = -30\n[draw]\nspeed = 10\nlift = 8\n",
+    );
+    let look = |more: &[&str]| {
+        let mut command = command();
+        command.env("MAGICIAN_CONFIG", &config);
+        command
+            .args(["draw", &sample("house.svg"), "--dry-run", "--json"])
+            .args(more);
+        let output = command.output().expect("it runs");
+        assert!(output.status.success(), "{output:?}");
+        let text = String::from_utf8(output.stdout).expect("UTF-8");
+        let run = Run {
+            status: 0,
+            out: text,
+            err: String::new(),
+        };
+        run.objects()
+    };
+    let objects = look(&[]);
+    assert_eq!(
+        objects[0]["params"],
+        json!({"x_bias": 70.0, "y_bias": 0.0, "z_bias": -10.0})
+    );
+    assert_eq!(objects.last().expect("figures")["bounds"]["z"][0], -30.0);
+    let speeds = |objects: &[Value]| {
+        let cp = objects
+            .iter()
+            .find(|object| object["command"] == "SetCPParams");
+        cp.expect("a speed")["params"]["junction_vel"].clone()
+    };
+    assert_eq!(speeds(&objects), 10.0);
+    let objects = look(&["--tool", "pen", "--surface", "-50", "--speed", "25"]);
+    assert_eq!(objects[0]["params"]["x_bias"], 61.0);
+    assert_eq!(objects.last().expect("figures")["bounds"]["z"][0], -50.0);
+    assert_eq!(speeds(&objects), 25.0);
+}

@@ -1,0 +1,337 @@
+//! Step by step through a plan, as the tool would go.
+
+use magician::words::Preflight;
+use magician::{ArmState, JointAngles, Set};
+use magician_motion::Pose;
+use magician_protocol::{CpMode, PtpMode};
+
+use super::marks::{Mark, MarkKind};
+use super::track::Track;
+use super::trip::{Layer, Leaves, MOST_COMPLAINTS, Trip};
+use super::work::Work;
+use crate::{Action, Grip, Plan, Report, Travel};
+
+/// Corners are merged within this, mm: half of what is seen of a pen's line.
+const FINE: f64 = 0.02;
+/// As many marks are drawn.
+const MOST_MARKS: usize = 400;
+/// Corners of a curve, at least and at most.
+const CORNERS: [f64; 2] = [24.0, 240.0];
+/// A corner of a curve for so many mm from end to end.
+const CORNER_EACH: f64 = 1.0;
+/// A place that is farther off is as good as nowhere, mm.
+const FARTHEST: f64 = 10_000.0;
+
+/// How the tool is turned: what is known of it.
+#[derive(Clone, Copy)]
+enum Turn {
+    /// Its rotation seen from above.
+    R(f64),
+    /// Its servo.
+    J4(f64),
+}
+
+/// A walk under way.
+pub(super) struct Walk {
+    trip: Trip,
+    course: Preflight,
+    at: Option<[f64; 3]>,
+    turn: Turn,
+    holds: bool,
+    lit: bool,
+    /// Steps complained of, the next one last.
+    awaited: Vec<usize>,
+    /// Whether it has come to a first place of its own: the way there leaves nothing.
+    begun: bool,
+}
+
+impl Walk {
+    /// Begins where the arm stands.
+    pub(super) fn from(
+        plan: &Plan,
+        report: &Report,
+        start: &Preflight,
+        side: Option<bool>,
+    ) -> Self {
+        let work = Work::of(plan);
+        let first = report.complaints.iter().map(|complaint| complaint.step);
+        let mut awaited: Vec<usize> = first.take(MOST_COMPLAINTS).collect();
+        awaited.reverse();
+        let mut walk = Self {
+            trip: Trip {
+                layers: Vec::new(),
+                marks: Vec::new(),
+                ends: None,
+                complaints: Vec::new(),
+                drawn: 0.0,
+                other: 0.0,
+                bounds: None,
+                has_side: side.unwrap_or(work.is_deep()),
+                work,
+            },
+            course: start.clone(),
+            at: None,
+            turn: Turn::J4(0.0),
+            holds: false,
+            lit: false,
+            awaited,
+            begun: false,
+        };
+        if let Some(arm) = start.arm() {
+            walk.stand(arm);
+        }
+        walk
+    }
+
+    fn stand(&mut self, arm: &ArmState) {
+        self.turn = Turn::J4(arm.joints.j4);
+        self.arrive([arm.pose.x, arm.pose.y, arm.pose.z]);
+    }
+
+    fn arrive(&mut self, at: [f64; 3]) {
+        self.at = Some(at);
+        let [_, end] = self.trip.ends.get_or_insert([at, at]);
+        *end = at;
+    }
+
+    /// Takes a step.
+    pub(super) fn step(&mut self, nth: usize, action: &Action, name: Option<&str>) {
+        match *action {
+            Action::Path { to } => self.path(to.map(f64::from), None),
+            Action::Burn { to, power } => self.path(to.map(f64::from), Some(power.into())),
+            Action::Move {
+                to: [x, y, z, r],
+                by: Travel::Line,
+            } => {
+                self.straight([x, y, z].map(f64::from), None);
+                self.turn = Turn::R(r.into());
+            }
+            Action::Shift {
+                by: [x, y, z, r],
+                line: true,
+            } => self.shift([x, y, z].map(f64::from), r.into()),
+            Action::Move { .. }
+            | Action::Joints { .. }
+            | Action::Shift { .. }
+            | Action::Arc { .. } => self.curve(&action.command(), action.target()),
+            Action::Suction(on) => self.hold(on, name),
+            Action::Gripper(grip) => self.hold(grip == Grip::Close, name),
+            Action::Laser(on) => self.lit = on,
+            Action::Wait(_) => self.mark(MarkKind::Wait, name),
+            Action::Home => self.at = None,
+            Action::Command(ref command) => self.command(command),
+        }
+        while self.awaited.pop_if(|step| *step == nth).is_some() {
+            let there = action.target().map(|to| to.map(f64::from));
+            self.trip.complaints.push((nth, there.or(self.at)));
+        }
+    }
+
+    fn command(&mut self, command: &Set) {
+        match command {
+            Set::CpCmd(cp) if cp.cp_mode == CpMode::Relative => {
+                self.onwards([cp.x, cp.y, cp.z].map(f64::from), None, Self::path);
+            }
+            Set::CpLeCmd(cp) if cp.cp_mode == CpMode::Relative => {
+                let power = cp.velocity_or_power.into();
+                self.onwards([cp.x, cp.y, cp.z].map(f64::from), Some(power), Self::path);
+            }
+            Set::PtpCmd(ptp) => {
+                let places = matches!(ptp.ptp_mode, PtpMode::JumpMovlXyz);
+                self.curve(command, places.then_some([ptp.x, ptp.y, ptp.z]));
+            }
+            Set::PtpPoCmd(ptp) => {
+                let places = matches!(
+                    ptp.ptp_mode,
+                    PtpMode::JumpXyz | PtpMode::MovjXyz | PtpMode::MovlXyz | PtpMode::JumpMovlXyz
+                );
+                self.curve(command, places.then_some([ptp.x, ptp.y, ptp.z]));
+            }
+            Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) | Set::CircleCmd(_) => {
+                self.curve(command, None);
+            }
+            Set::HomeCmd(_) | Set::JogCmd(_) | Set::ResetPose(_) => self.at = None,
+            _ => self.set(command),
+        }
+    }
+
+    /// A setting that ways after it depend on.
+    pub(super) fn set(&mut self, command: &Set) {
+        let moves_the_tip = matches!(command, Set::EndEffectorParams(_));
+        let before = self.state().filter(|_| moves_the_tip);
+        // What is wrong with it is in the report.
+        let _ = self.course.check(command);
+        if let Some(before) = before {
+            self.stand(&ArmState::at_joints(
+                &self.course.geometry(),
+                &before.joints,
+            ));
+        }
+    }
+
+    fn shift(&mut self, by: [f64; 3], turn: f64) {
+        self.onwards(by, None, Self::straight);
+        match &mut self.turn {
+            Turn::R(r) | Turn::J4(r) => *r += turn,
+        }
+    }
+
+    fn onwards(
+        &mut self,
+        by: [f64; 3],
+        power: Option<f64>,
+        go: fn(&mut Self, [f64; 3], Option<f64>),
+    ) {
+        if let Some(at) = self.at {
+            go(self, [0, 1, 2].map(|axis| at[axis] + by[axis]), power);
+        }
+    }
+
+    /// Straight to a place.
+    fn straight(&mut self, to: [f64; 3], power: Option<f64>) {
+        if !is_somewhere(to) {
+            return;
+        }
+        if let Some(from) = self.at {
+            let power = power.or(self.lit.then_some(100.0));
+            self.go(from, to, power);
+        }
+        self.begun = true;
+        self.arrive(to);
+    }
+
+    /// Straight to a place, with the servo at rest.
+    fn path(&mut self, to: [f64; 3], power: Option<f64>) {
+        if let Turn::R(_) = self.turn {
+            self.turn = Turn::J4(self.state().map_or(0.0, |arm| arm.joints.j4));
+        }
+        self.straight(to, power);
+    }
+
+    /// The way that a command really is, as far as it can be known.
+    fn curve(&mut self, command: &Set, target: Option<[f32; 3]>) {
+        let from = self.state();
+        let way = from.and_then(|from| self.course.way(&from, command));
+        let Some(way) = way else {
+            if let Some(to) = target {
+                self.straight(to.map(f64::from), None);
+            }
+            return;
+        };
+        let (start, end) = (way.start().pose, way.end().pose);
+        let apart = (end.x - start.x).hypot(end.y - start.y) + (end.z - start.z).abs();
+        let round = matches!(command, Set::CircleCmd(_));
+        let [least, most] = CORNERS;
+        let corners = if round {
+            most
+        } else {
+            (apart / CORNER_EACH).clamp(least, most)
+        };
+        let power = self.lit.then_some(100.0);
+        let mut last = [start.x, start.y, start.z];
+        for nth in 1..=corners as u64 {
+            let Pose { x, y, z, .. } = way.sample(way.duration_us() * nth / corners as u64).pose;
+            self.go(last, [x, y, z], power);
+            last = [x, y, z];
+        }
+        self.begun = true;
+        self.stand(way.end());
+    }
+
+    /// The arm as it stands: beyond its limits too, as the report tells of those.
+    fn state(&self) -> Option<ArmState> {
+        let [x, y, z] = self.at?;
+        let geometry = self.course.geometry();
+        let pose = |r| Pose::new(x, y, z, r);
+        let joints = match self.turn {
+            Turn::R(r) => geometry.inverse(&pose(r)).ok()?,
+            Turn::J4(j4) => JointAngles {
+                j4,
+                ..geometry.inverse(&pose(0.0)).ok()?
+            },
+        };
+        let pose = pose(joints.j1 + joints.j4);
+        Some(ArmState { joints, pose })
+    }
+
+    fn go(&mut self, from: [f64; 3], to: [f64; 3], power: Option<f64>) {
+        let leaves = match self.trip.work.leaves([from, to], power, self.holds) {
+            Leaves::Ink if !self.begun => Leaves::Nothing,
+            leaves => leaves,
+        };
+        self.draw(leaves, from, to);
+    }
+
+    fn draw(&mut self, leaves: Leaves, from: [f64; 3], to: [f64; 3]) {
+        let trip = &mut self.trip;
+        let known = trip.layers.iter().position(|layer| layer.leaves == leaves);
+        let nth = known.unwrap_or_else(|| {
+            let (above, side) = (Track::new(FINE), Track::new(FINE));
+            trip.layers.push(Layer {
+                leaves,
+                above,
+                side,
+            });
+            trip.layers.len() - 1
+        });
+        let Some(layer) = trip.layers.get_mut(nth) else {
+            return;
+        };
+        let flat = |[x, y, _]: [f64; 3]| [x, y];
+        let beside = |[x, y, z]: [f64; 3]| [x.hypot(y), z];
+        layer.above.begin(flat(from));
+        layer.above.line_to(flat(to));
+        if trip.has_side {
+            layer.side.begin(beside(from));
+            layer.side.line_to(beside(to));
+        }
+        let squares: f64 = (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum();
+        match leaves {
+            Leaves::Ink | Leaves::Burn(_) => {
+                trip.drawn += squares.sqrt();
+                for [x, y] in [flat(from), flat(to)] {
+                    let [low, high] = trip.bounds.get_or_insert([[x, y]; 2]);
+                    *low = [low[0].min(x), low[1].min(y)];
+                    *high = [high[0].max(x), high[1].max(y)];
+                }
+            }
+            Leaves::Nothing | Leaves::Carried => trip.other += squares.sqrt(),
+        }
+    }
+
+    fn hold(&mut self, holds: bool, name: Option<&str>) {
+        let kind = match (self.holds, holds) {
+            (false, true) => MarkKind::Pick,
+            (true, false) => MarkKind::Place,
+            _ => return,
+        };
+        self.holds = holds;
+        self.mark(kind, name);
+    }
+
+    fn mark(&mut self, kind: MarkKind, name: Option<&str>) {
+        if let Some(at) = self.at.filter(|_| self.trip.marks.len() < MOST_MARKS) {
+            Mark::add(&mut self.trip.marks, at, kind, name);
+        }
+    }
+
+    /// Ends, after so many steps.
+    pub(super) fn finish(mut self, steps: usize) -> Trip {
+        let at = self.at;
+        let rest = self.awaited.drain(..).rev();
+        self.trip
+            .complaints
+            .extend(rest.map(|step| (step.min(steps), at)));
+        for layer in &mut self.trip.layers {
+            layer.above.settle();
+            layer.side.settle();
+        }
+        self.trip.thin(FINE);
+        self.trip
+    }
+}
+
+fn is_somewhere(place: [f64; 3]) -> bool {
+    // Not a number is not below anything.
+    place.iter().all(|value| value.abs() < FARTHEST)
+}

@@ -1,0 +1,180 @@
+//! Pictures of plans.
+
+use std::time::Duration;
+
+use magician::words;
+use magician_program::compare::compare;
+use magician_program::preview::{PictureError, Preview, PreviewOptions};
+use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
+use magician_program::{Action, Origin, Plan, Surface, Tool, Travel, check};
+
+const PAPER: f32 = -60.0;
+
+fn preview(plan: &Plan, options: &PreviewOptions) -> Preview {
+    let start = start_of(&stage(plan, &RehearseOptions::default()).unwrap());
+    Preview::new(plan, &check(plan, &start), &start, options)
+}
+
+fn go(plan: &mut Plan, [x, y, z]: [f32; 3], by: Travel) {
+    let to = [x, y, z, 0.0];
+    plan.push(Action::Move { to, by }, Origin::NONE);
+}
+
+fn drawing(segments: u32) -> Plan {
+    let mut plan = Plan::new("ring");
+    plan.tool = Some(Tool::Pen);
+    plan.surface = Some(Surface::level(PAPER.into()));
+    let at = |nth: u32| {
+        let (sin, cos) = (nth as f32 / segments as f32 * std::f32::consts::TAU).sin_cos();
+        [230.0 + 40.0 * cos, 40.0 * sin]
+    };
+    let [x, y] = at(0);
+    go(&mut plan, [x, y, PAPER + 10.0], Travel::Joints);
+    go(&mut plan, [x, y, PAPER], Travel::Line);
+    for nth in 1..=segments {
+        let [x, y] = at(nth);
+        plan.push(Action::Path { to: [x, y, PAPER] }, Origin::NONE);
+    }
+    go(&mut plan, [x, y, PAPER + 10.0], Travel::Line);
+    plan
+}
+
+/// Every way that there is.
+fn ways() -> Plan {
+    let mut plan = Plan::new("ways");
+    plan.tool = Some(Tool::Suction);
+    go(&mut plan, [200.0, 100.0, -30.0], Travel::Jump);
+    plan.push(Action::Suction(true), Origin::NONE);
+    plan.push(Action::Wait(200), Origin::NONE);
+    go(&mut plan, [240.0, -80.0, -30.0], Travel::Jump);
+    plan.push(Action::Suction(false), Origin::NONE);
+    plan.push(
+        words::joint_speed([30.0, 200.0, 90.0, 50.0], [100.0; 4]),
+        Origin::NONE,
+    );
+    go(&mut plan, [180.0, 60.0, 60.0], Travel::Joints);
+    let (via, to) = ([210.0, 90.0, 50.0, 0.0], [240.0, 60.0, 20.0, 20.0]);
+    plan.push(Action::Arc { via, to }, Origin::NONE);
+    let to = [20.0, 30.0, 20.0, 0.0];
+    let by = Travel::Joints;
+    plan.push(Action::Joints { to, by }, Origin::NONE);
+    for line in [false, true] {
+        let by = [10.0, -20.0, 5.0, 3.0];
+        plan.push(Action::Shift { by, line }, Origin::NONE);
+    }
+    let jump = words::jump_line_to(210.0, 0.0, 10.0, 0.0);
+    plan.push(jump, Origin::NONE);
+    plan.push(words::path_by(10.0, 5.0, -10.0), Origin::NONE);
+    plan.push(
+        words::circle([230.0, 20.0, 0.0, 0.0], [240.0, 0.0, 0.0, 0.0], 1),
+        Origin::NONE,
+    );
+    plan
+}
+
+#[test]
+fn the_ways_shown_are_those_that_the_tool_takes() {
+    for plan in [ways(), drawing(200)] {
+        let watch = RehearseOptions::default().watch(Duration::from_millis(2));
+        let done = rehearse(&plan, &watch).unwrap();
+        assert!(done.is_good(), "{:?} {:?}", done.alarms, done.log);
+        let way: Vec<[f64; 2]> = done.way.iter().map(|[x, y, _]| [*x, *y]).collect();
+        let preview = preview(&plan, &PreviewOptions::default());
+        let shown: Vec<Vec<[f64; 2]>> = preview.ways().map(<[_]>::to_vec).collect();
+        let matched = compare(&[way], &shown, 0.15).matched;
+        assert!(matched.is_good(), "{}: {matched:?}", plan.title);
+    }
+}
+
+#[test]
+fn the_size_of_a_picture_does_not_follow_that_of_the_plan() {
+    let [small, large] = [400, 40_000].map(|segments| {
+        let preview = preview(&drawing(segments), &PreviewOptions::default());
+        preview.to_svg().to_owned()
+    });
+    assert!(
+        large.len() < small.len() + 2000,
+        "{} {}",
+        large.len(),
+        small.len()
+    );
+    assert_eq!(large.matches('<').count(), small.matches('<').count());
+}
+
+#[test]
+fn a_picture_is_in_true_size() {
+    let svg = preview(&drawing(90), &PreviewOptions::default());
+    let tree = resvg::usvg::Tree::from_str(svg.to_svg(), &resvg::usvg::Options::default()).unwrap();
+    let head = svg.to_svg().split('>').next().unwrap();
+    let width: f64 = head
+        .split("width=\"")
+        .nth(1)
+        .unwrap()
+        .split("mm")
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!(head.contains(&format!("viewBox=\"0 0 {width} ")), "{head}");
+    assert!((f64::from(tree.size().width()) * 25.4 / 96.0 - width).abs() < 1e-3);
+    assert!(svg.to_svg().contains(">80.0 × 80.0 mm  ·  251 mm drawn"));
+}
+
+#[test]
+fn what_is_wrong_is_marked_and_counted() {
+    let mut plan = drawing(40);
+    for x in [400.0, 10.0, 500.0, f32::NAN, f32::INFINITY] {
+        go(&mut plan, [x, 0.0, PAPER], Travel::Line);
+    }
+    let preview = preview(&plan, &PreviewOptions::default());
+    let svg = preview.to_svg();
+    for part in [
+        ">step 44<",
+        ">step 45<",
+        ">step 46<",
+        "and 2 more",
+        "5 refused",
+    ] {
+        assert!(svg.contains(part), "{part}: {svg}");
+    }
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+}
+
+#[test]
+fn a_plan_that_picks_and_places_is_shown_from_the_side() {
+    let wanted = |options: PreviewOptions, plan: &Plan| {
+        preview(plan, &options)
+            .to_svg()
+            .contains("distance from the base axis")
+    };
+    assert!(wanted(PreviewOptions::default(), &ways()));
+    assert!(!wanted(PreviewOptions::default(), &drawing(9)));
+    assert!(!wanted(PreviewOptions::default().side(false), &ways()));
+    assert!(wanted(PreviewOptions::default().side(true), &drawing(9)));
+    let svg = preview(&ways(), &PreviewOptions::default());
+    for part in ["takes hold", "lets go", "waits", "with something held"] {
+        assert!(svg.to_svg().contains(part), "{part}");
+    }
+}
+
+#[test]
+fn any_title_and_an_empty_plan_make_a_picture() {
+    let plan = Plan::new("<&\"\u{1}ä 字");
+    let preview = preview(&plan, &PreviewOptions::default());
+    assert!(preview.to_svg().contains("&lt;&amp;&quot; ä 字"));
+    assert!(preview.to_png(1.0).unwrap().starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn a_png_is_as_large_as_it_is_to_be_or_refused() {
+    let preview = preview(&drawing(9), &PreviewOptions::default());
+    let image = image::load_from_memory(&preview.to_png(2.0).unwrap()).unwrap();
+    let twice = image::load_from_memory(&preview.to_png(4.0).unwrap()).unwrap();
+    assert!(twice.width().abs_diff(2 * image.width()) <= 2);
+    for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = preview.to_png(scale).unwrap_err();
+        assert!(matches!(refused, PictureError::Scale(_)), "{refused}");
+    }
+    let refused = preview.to_png(1e6).unwrap_err();
+    assert!(matches!(refused, PictureError::Size(_)), "{refused}");
+}
