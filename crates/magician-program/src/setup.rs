@@ -476,9 +476,11 @@ mod tests {
             grey: vec![0, 255],
             ..Raster::default()
         };
-        let mut setup = Setup::default();
-        setup.usual_surface = Some(Surface::level(-60.0));
-        setup.size = Size::Width(20.0);
+        let mut setup = Setup {
+            usual_surface: Some(Surface::level(-60.0)),
+            size: Size::Width(20.0),
+            ..Setup::default()
+        };
         let tool = |setup: &Setup| {
             let made = setup.plan(Format::Image, Content::Image(image.clone()));
             made.expect("a plan").content.tool
