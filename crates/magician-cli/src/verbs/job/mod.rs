@@ -20,18 +20,13 @@ use magician::{Arm, Options, Set, SimSpeed, Target, VirtualArm};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{Action, Content, Format, Plan, Problem, Setup, Work};
-use magician_program::{
-    Action, Content, Format, Pallet, Placing, Plan, Problem, Setup, Surface, Work,
-};
 use miette::Severity;
 
 use self::drive::{Done, Drive, State};
 use self::options::{File, Look, Pen, Place, Way};
 use self::program::Program;
-use crate::config::Config;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
-use crate::mounted::usual_tool;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
 
