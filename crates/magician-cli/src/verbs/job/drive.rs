@@ -109,7 +109,8 @@ impl Drive<'_> {
         let begun = (Instant::now(), journal.mark.clock);
         let start = arm.preflight_for(&self.kinds()).await?;
         let told = self.told(&start)?;
-        let rest = self.rest(from, &told)?;
+        let rest = self.program.rest(from, &told);
+        let rest = rest.map_err(|problem| self.source.failure(&problem))?;
         let report = self.program.check(&rest, &told);
         if !report.is_good() {
             return Err(report::failure(&report, self.source, rest.offset(), false));
@@ -165,16 +166,6 @@ impl Drive<'_> {
             .steps()
             .map(|steps| format!(" of {steps}"))
             .unwrap_or_default()
-    }
-
-    fn rest(&self, from: u64, start: &Preflight) -> Result<Rest<'_>, Failure> {
-        match self.program.steps() {
-            Some(steps) if from >= steps && steps > 0 => Err(Failure::usage(format!(
-                "there is no step {}: the last is {steps}",
-                from + 1
-            ))),
-            _ => self.program.rest(from, start),
-        }
     }
 
     /// Commands before the first step.

@@ -86,6 +86,7 @@ impl Job {
             program,
             settings,
         } = self.made(read, &place, context)?;
+        program.has(self.way.from.map_or(0, |step| step - 1))?;
         let look = show::Shown {
             source: &source,
             program: &program,
