@@ -124,8 +124,8 @@ fn a_page_is_drawn_on_the_sheet_that_was_touched() {
 
 /// The corners of the one line in a picture.
 fn ink(picture: &str) -> Vec<[f64; 2]> {
-    let lines = picture.lines().filter(|line| line.contains("#1a1a1a"));
-    let line = lines.last().expect("a line");
+    let mut lines = picture.lines().filter(|line| line.contains("#1a1a1a"));
+    let line = lines.next_back().expect("a line");
     let path = line.split('"').nth(1).expect("its points");
     let mut points = Vec::new();
     for point in path.trim_start_matches('M').split('L') {
