@@ -6,6 +6,7 @@ mod journal;
 pub(crate) mod options;
 mod owed;
 mod program;
+mod reading;
 mod report;
 mod setting;
 mod show;
@@ -77,8 +78,8 @@ impl Job {
                 "--resume, --picture and --record are of a run, and nothing is run here",
             ));
         }
-        let read = self.read(context)?;
         let place = self.place(looks, context)?;
+        let read = self.read(&place, context)?;
         let picture = self.picture(&place, context)?;
         let Made {
             source,
@@ -137,15 +138,6 @@ impl Job {
         }
     }
 
-    /// Reads the file.
-    fn read(&self, context: &Context) -> Result<(Source, Format, Content), Failure> {
-        let source = Source::open(&self.file.file)?;
-        let format = source.format(self.file.format)?;
-        let reading = source.read(format, self.pen.tolerance)?;
-        notes(&source, &reading.notes, context);
-        Ok((source, format, reading.content))
-    }
-
     /// Makes a program of what was in the file.
     fn made(
         &self,
@@ -188,7 +180,7 @@ impl Job {
 
     /// Reads it and makes a plan of it, for whoever does something else with it than running it.
     pub(crate) fn plan(&self, context: &mut Context) -> Result<(Source, Plan), Failure> {
-        let read = self.read(context)?;
+        let read = self.read(&Where::Nowhere, context)?;
         let made = self.made(read, &Where::Nowhere, context)?;
         Ok((made.source, made.program.plan))
     }
