@@ -306,7 +306,7 @@ mod at_a_terminal {
         let mut terminal = at(&place, &served, &["calibrate", "sheet", "--tool", "pen"]);
         terminal.until_drawn("x 260.40 mm");
         types(&mut terminal, "++", "step 50");
-        types(&mut terminal, "\r", "1 lower left  x 260.40");
+        types(&mut terminal, "\r", "1 lower left x 260.40");
         types(&mut terminal, "\r", "point 1 was taken here");
         types(&mut terminal, UP, "x 310.40 mm");
         terminal.until_drawn("stands");

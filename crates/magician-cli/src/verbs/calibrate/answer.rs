@@ -115,9 +115,10 @@ pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]>
     let mut lines = Vec::new();
     let mut line = |name: &str, value: String| lines.push([name.to_owned(), value]);
     if let Some([width, height]) = sheet.size {
-        let like = Paper::like([width, height]);
-        let like = like.map_or_else(String::new, |paper| format!(": looks like {paper}"));
-        line("size", format!("{width:.1} by {height:.1} mm{like}"));
+        line("size", format!("{width:.1} by {height:.1} mm"));
+        if let Some(paper) = Paper::like([width, height]) {
+            line("paper", format!("looks like {paper}"));
+        }
     }
     let [x, y] = sheet.corner;
     line("lower left", format!("x {x:.1} y {y:.1}"));
@@ -132,10 +133,7 @@ pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]>
     );
     line("tilt", format!("{:.2} deg", tilt(sheet)));
     let height = sheet.surface.at(sheet.corner);
-    line(
-        "height",
-        format!("z {height:.2} mm at the lower left corner"),
-    );
+    line("height", format!("z {height:.2} mm at the lower left"));
     if let Some(tool) = tool {
         line("touched with", tool.to_string());
     }
