@@ -104,7 +104,7 @@ pub(super) fn lines(found: &Found, tool: Tool) -> Vec<[String; 2]> {
         Found::Sheet(sheet) => sheet_lines(sheet, Some(tool)),
         Found::Surface(height) => vec![
             line("height", format!("z {height:.2} mm")),
-            line("touched with", tool.to_string()),
+            line("touched by", tool.to_string()),
         ],
         Found::Tip(tip) => tip_lines(tip, tool),
     }
@@ -135,7 +135,7 @@ pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]>
     let height = sheet.surface.at(sheet.corner);
     line("height", format!("z {height:.2} mm at the lower left"));
     if let Some(tool) = tool {
-        line("touched with", tool.to_string());
+        line("touched by", tool.to_string());
     }
     lines
 }

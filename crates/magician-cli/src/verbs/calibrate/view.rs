@@ -106,7 +106,7 @@ fn task(frame: &mut Frame<'_>, area: Rect, touched: &Touched, theme: Theme) {
         Some(Ok(found)) => {
             for [name, value] in found_lines(found, touched.tool) {
                 lines.push(Line::from(vec![
-                    Span::styled(format!("{name:<13}"), theme.dim()),
+                    Span::styled(format!("{name:<11}"), theme.dim()),
                     Span::raw(value),
                 ]));
             }
