@@ -107,12 +107,18 @@ impl Job {
                 look.show(&start, context)
             }
             Where::Stage(speed) => {
-                let arm = VirtualArm::new(stage(&program.plan, &options)?, speed);
-                context.put_up(arm.clone());
-                let pace = match speed {
-                    SimSpeed::Times(times) => times,
-                    SimSpeed::Max => f64::INFINITY,
+                let stage = stage(&program.plan, &options)?;
+                let (arm, pace) = match speed {
+                    SimSpeed::Times(times) => (VirtualArm::new(stage, speed), times),
+                    SimSpeed::Max => {
+                        let arm = VirtualArm::new(stage, SimSpeed::Times(1.0));
+                        (arm, f64::INFINITY)
+                    }
                 };
+                match speed {
+                    SimSpeed::Times(_) => context.put_up(arm.clone()),
+                    SimSpeed::Max => context.put_up_in_arm_time(arm.clone()),
+                }
                 let drive = self.drive(&source, &program, &settings, Some(pace), context);
                 let outcome = go(&drive, context);
                 let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));
