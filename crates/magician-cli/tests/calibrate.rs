@@ -210,6 +210,11 @@ fn a_tool_is_found_from_two_touches_and_told_to_the_arm() {
         (&Value::Bool(true), &Value::Bool(true))
     );
     assert!(place.text("config.toml").contains("tool = \"64,0,0\""));
+    assert_eq!(found["stale"], Value::Null);
+    // What was touched before was touched with the other bias.
+    place.run(&["calibrate", "surface", "--height", "-60.5", "--yes"]);
+    let found = place.run(&[&tool[..], &more].concat()).object();
+    assert_eq!(found["stale"], serde_json::json!(["surface"]));
 }
 
 #[test]

@@ -35,6 +35,9 @@ pub(super) struct Answer {
     /// Whether the arm was told the bias.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) told: Option<bool>,
+    /// What was touched with the tool as it was taken to be before, and has to be found again.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) stale: Vec<&'static str>,
     #[serde(skip)]
     lines: Vec<[String; 2]>,
 }
@@ -51,6 +54,7 @@ impl Answer {
             saved: false,
             file: None,
             told: None,
+            stale: Vec::new(),
             lines: lines(found, tool),
         };
         match found {
@@ -82,6 +86,11 @@ impl Answer {
     pub(super) fn write_end(&self, subject: Subject, out: &mut Output) -> Result<(), Failure> {
         if self.told == Some(true) {
             out.line("the arm was told")?;
+        }
+        for name in &self.stale {
+            out.line(format_args!(
+                "the {name} was found with another bias: `magician calibrate {name}` finds it again"
+            ))?;
         }
         match (&self.file, self.saved) {
             (Some(file), true) => out.line(format_args!("saved in {file}: {}", subject.used_by())),
@@ -141,7 +150,8 @@ pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]>
 }
 
 fn tip_lines(tip: &Tip, tool: Tool) -> Vec<[String; 2]> {
-    let [ahead, left] = tip.offset;
+    // Adding 0 takes the sign off a 0.
+    let [ahead, left] = tip.offset.map(|part| (part * 100.0).round() / 100.0 + 0.0);
     let off =
         format!("{ahead:.2} mm ahead, {left:.2} mm to the left of where the tool {tool} has it");
     vec![
