@@ -134,6 +134,8 @@ fn ink(picture: &str) -> Vec<[f64; 2]> {
             .collect();
         points.push([numbers[0], numbers[1]]);
     }
+    // A pen that comes down leaves a dot first.
+    points.dedup();
     points
 }
 
