@@ -12,7 +12,10 @@ use magician_motion::ToolBias;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
-    alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode, demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, man, play, ports, pose, proxy, queue, rail, record, replay, run, sensor, set, shell, sim, stop, teach, tools, travel, watch,
+    alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode,
+    demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, man,
+    play, ports, pose, proxy, queue, rail, record, replay, run, sensor, set, shell, sim, stop,
+    teach, tools, travel, watch,
 };
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.

@@ -343,3 +343,29 @@ fn a_look_with_a_port_reads_the_settings_in_force() {
         "nothing was sent"
     );
 }
+
+#[test]
+fn a_real_arm_is_not_told_to_guess_how_high_the_paper_lies() {
+    let place = Place::new(&[]);
+    let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' viewBox='0 0 20 20'>\
+               <path d='M5 5 L15 15' stroke='black'/></svg>";
+    let file = place.write("line.svg", svg);
+    let refused = place.run(&["draw", &file]);
+    assert_eq!(refused.status.code(), Some(3), "{refused:?}");
+    let mut told = command();
+    let told = told
+        .args(["--port", &place.door, "draw", &file])
+        .output()
+        .expect("it runs");
+    let text = String::from_utf8_lossy(&told.stderr);
+    assert!(
+        text.contains("magician calibrate") && text.contains("--surface Z"),
+        "{text}"
+    );
+    assert!(
+        place
+            .run(&["draw", &file, "--surface", "-50"])
+            .status
+            .success()
+    );
+}

@@ -1,7 +1,5 @@
 //! A motion that somebody led the arm through, as a program that repeats it.
 
-use std::ops::Range;
-
 use magician::words;
 
 use crate::{Action, Origin, Plan, Tool, Travel};
@@ -259,13 +257,13 @@ fn thin(marks: &[Mark], tolerance: f64) -> Vec<Mark> {
     };
     let mut stays = vec![false; marks.len()];
     (stays[0], stays[last]) = (true, true);
-    let mut spans = vec![0..last];
+    let mut spans = vec![[0, last]];
     while let Some(span) = spans.pop() {
-        if let Some((at, off)) = farthest(marks, &span)
+        if let Some((at, off)) = farthest(marks, span)
             && off > tolerance
         {
             stays[at] = true;
-            spans.extend([span.start..at, at..span.end]);
+            spans.extend([[span[0], at], [at, span[1]]]);
         }
     }
     let kept = marks.iter().zip(stays).filter(|(_, stays)| *stays);
@@ -273,9 +271,9 @@ fn thin(marks: &[Mark], tolerance: f64) -> Vec<Mark> {
 }
 
 /// The mark between two others that is farthest from the line between them, and how far.
-fn farthest(marks: &[Mark], span: &Range<usize>) -> Option<(usize, f64)> {
-    let [from, to] = [point(marks.get(span.start)?), point(marks.get(span.end)?)];
-    let between = marks.iter().enumerate().take(span.end).skip(span.start + 1);
+fn farthest(marks: &[Mark], [first, last]: [usize; 2]) -> Option<(usize, f64)> {
+    let [from, to] = [point(marks.get(first)?), point(marks.get(last)?)];
+    let between = marks.iter().enumerate().take(last).skip(first + 1);
     let off = between.map(|(at, mark)| (at, off_chord(point(mark), from, to)));
     off.max_by(|(_, one), (_, other)| one.total_cmp(other))
 }

@@ -76,35 +76,35 @@ pub(crate) const KEYS: [Key; 10] = [
         name: "draw.speed",
         about: "speed of the pen on the paper, mm/s",
         variable: None,
-        default: "",
+        default: "50",
         kind: Kind::Positive,
     },
     Key {
         name: "draw.travel_speed",
         about: "speed of the pen above the paper, mm/s",
         variable: None,
-        default: "",
+        default: "200",
         kind: Kind::Positive,
     },
     Key {
         name: "draw.lift",
         about: "how far the pen is lifted, mm",
         variable: None,
-        default: "",
+        default: "10",
         kind: Kind::Positive,
     },
     Key {
         name: "engrave.speed",
         about: "speed of the laser on the wood, mm/s",
         variable: None,
-        default: "",
+        default: "20",
         kind: Kind::Positive,
     },
     Key {
         name: "engrave.power",
         about: "most power of the laser, percent",
         variable: None,
-        default: "",
+        default: "100",
         kind: Kind::Percent,
     },
 ];
@@ -178,6 +178,23 @@ mod tests {
 
     fn write(name: &str, text: &str) -> Result<String, String> {
         Key::named(name).expect("a key").write(text)
+    }
+
+    #[test]
+    fn defaults_are_those_that_hold() {
+        use magician_program::artwork::Marking;
+        use magician_program::raster::Engrave;
+        let (pen, laser) = (Marking::pen(), Engrave::default());
+        for (name, value) in [
+            ("draw.speed", f64::from(pen.speed)),
+            ("draw.travel_speed", f64::from(pen.travel)),
+            ("draw.lift", pen.lift),
+            ("engrave.speed", laser.speed),
+            ("engrave.power", laser.power[1]),
+        ] {
+            let key = Key::named(name).expect("a key");
+            assert_eq!(key.default.parse(), Ok(value), "{name}");
+        }
     }
 
     #[test]

@@ -28,9 +28,12 @@ pub(crate) fn hints(keys: &[(&str, &str)], theme: Theme) -> Line<'static> {
 
 /// The list of all keys, over the middle of what is shown.
 pub(crate) fn help(frame: &mut Frame<'_>, area: Rect, keys: &[(&str, &str)], theme: Theme) {
-    const WIDTH: u16 = 68;
+    const LEAST: usize = 68;
+    let longest = keys.iter().map(|(_, what)| what.chars().count() + 16);
+    let width = longest.max().unwrap_or(0).max(LEAST);
+    let width = u16::try_from(width).unwrap_or(u16::MAX).min(area.width);
     let height = u16::try_from(keys.len() + 2).unwrap_or(u16::MAX);
-    let [across] = Layout::horizontal([Constraint::Length(WIDTH.min(area.width))])
+    let [across] = Layout::horizontal([Constraint::Length(width)])
         .flex(Flex::Center)
         .areas(area);
     let [area] = Layout::vertical([Constraint::Length(height.min(area.height))])

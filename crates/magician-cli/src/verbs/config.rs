@@ -8,6 +8,9 @@ use crate::config::{Config, KEYS, Key, Source, near};
 use crate::context::Context;
 use crate::failure::Failure;
 
+/// Columns of a terminal on which the meanings have room, too.
+const ROOMY: usize = 120;
+
 /// Show or change the settings that hold where no flag says otherwise
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -26,7 +29,7 @@ pub(crate) struct Show {
 
 #[derive(Debug, Subcommand)]
 enum Deed {
-    /// Print one value
+    /// Print one value; `magician config` lists the names
     Get {
         /// Name of the setting
         key: String,
@@ -128,6 +131,7 @@ fn all(context: &mut Context) -> Result<(), Failure> {
     };
     context.show(&all, |out| {
         let mut columns = Columns::default();
+        let roomy = out.width() >= ROOMY;
         for (key, setting) in KEYS.iter().zip(&all.settings) {
             let source = match (setting.source, key.variable) {
                 (Source::Environment, Some(variable)) => variable,
@@ -135,7 +139,10 @@ fn all(context: &mut Context) -> Result<(), Failure> {
                 _ => "default",
             };
             let value = setting.value.as_deref().unwrap_or(key.default);
-            columns.row([key.name, value, source, key.about]);
+            match roomy {
+                true => columns.row([key.name, value, source, key.about]),
+                false => columns.row([key.name, value, source]),
+            }
         }
         columns.write(out)?;
         match &all.path {

@@ -3,7 +3,7 @@
 mod settings;
 
 use magician::words::{self, Preflight};
-use magician::{Error, Set};
+use magician::{Error, JointAngles, Set};
 use magician_motion::Pose;
 use magician_protocol::PtpMode;
 
@@ -17,6 +17,12 @@ const LOWER: f64 = 5.0;
 const SHORT: f64 = 1e-3;
 /// The way across is so far above both of its ends at least, if it can be, mm.
 const LIFT: f64 = 10.0;
+/// What 32 bits may cost in each joint, deg: no more than the arm's own resolution.
+const CLOSE: f64 = 0.01;
+/// No tool of the arm gets higher, mm.
+const HIGHEST: f64 = 400.0;
+/// As many heights are tried: down to as far below as above.
+const MOST_TRIES: u32 = 160;
 
 /// A plan from one of its steps on, ready to be run on its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -149,6 +155,8 @@ struct Lead<'p> {
     settings: Settings,
     /// Where the step begins.
     place: Pose,
+    /// The joints there.
+    joints: JointAngles,
     /// The highest z so far.
     height: f64,
     steps: Vec<Step>,
@@ -196,6 +204,7 @@ impl<'p> Lead<'p> {
             step,
             settings,
             place: at.pose,
+            joints: at.joints,
             height: height.most.max(at.pose.z + LIFT),
             steps: Vec::new(),
         })
@@ -227,6 +236,11 @@ impl<'p> Lead<'p> {
             steps.push(command.into());
         }
         self.approach(&mut arm, &mut steps).map_err(refused)?;
+        if !self.has_arrived(&arm) {
+            return Err(refused(Error::invalid(
+                "its coordinates are too large for 32 bits to tell them apart",
+            )));
+        }
         if self.settings.is_lit() {
             steps.push(Action::Laser(true));
         }
@@ -236,6 +250,14 @@ impl<'p> Lead<'p> {
             .map(|action| Step { action, origin })
             .collect();
         Ok(())
+    }
+
+    fn has_arrived(&self, arm: &Preflight) -> bool {
+        let place = self.joints.to_array();
+        arm.arm().is_some_and(|at| {
+            let mut pairs = at.joints.to_array().into_iter().zip(place);
+            pairs.all(|(is, wanted)| (is - wanted).abs() < CLOSE)
+        })
     }
 
     /// Up, across and down, as far as that is possible and needed.
@@ -292,14 +314,13 @@ fn highest(
     height: f64,
     mut go: impl FnMut(Pose) -> Result<(), Error>,
 ) -> Option<Result<(), Error>> {
-    let mut z = height;
+    let heights = (0..MOST_TRIES).map(|down| height.min(HIGHEST) - LOWER * f64::from(down));
     let mut refusal = None;
-    while z > place.z + SHORT {
+    for z in heights.take_while(|z| *z > place.z + SHORT) {
         match go(Pose { z, ..*place }) {
             Ok(()) => return Some(Ok(())),
             Err(error) => refusal = Some(Err(error)),
         }
-        z -= LOWER;
     }
     refusal
 }

@@ -76,7 +76,7 @@ proptest! {
         prop_assert_eq!(part.run(&rest.plan).alarm, None);
         let (mut whole_says, mut part_says) = (whole.readings(), part.readings());
         let poses = [whole_says.pose.take().unwrap(), part_says.pose.take().unwrap()];
-        let [one, other] = poses.map(|pose| [pose.x, pose.y, pose.z, pose.r]);
+        let [one, other] = poses.map(|pose| pose.joint_angle);
         let off = one.iter().zip(other).map(|(one, other)| (one - other).abs()).fold(0.0, f32::max);
         prop_assert!(off < 1e-2, "{:?} {:?}", one, other);
         prop_assert_eq!(whole_says, part_says);
@@ -321,4 +321,22 @@ fn from_a_start_that_nobody_knows_it_comes_from_above() {
         other => panic!("{other:?}"),
     };
     assert_eq!(by, PtpMode::MovjXyz);
+}
+
+/// What no arm has: a tool longer than the world, and jumps as high.
+#[test]
+fn it_does_not_look_for_ever_for_a_way() {
+    let plan = of([
+        Action::from(words::jump_height(1e30, 1e30)),
+        Action::from(words::tool(ToolBias::new(1e34, 0.0, 1e33))),
+        Action::Shift {
+            by: [1.0, 0.0, 0.0, 0.0],
+            line: true,
+        },
+        Action::Wait(1),
+    ]);
+    let arm = at_home().guards(Guards::NONE);
+    for step in 0..4 {
+        let _ = plan.from_step(step, &arm);
+    }
 }

@@ -15,7 +15,7 @@ fn bytes(command: &Set) -> Vec<u8> {
 }
 
 proptest! {
-    #![proptest_config(cases(2000))]
+    #![proptest_config(cases(600))]
 
     #[test]
     fn a_command_comes_back_from_its_action_to_the_last_bit(command in any_set()) {

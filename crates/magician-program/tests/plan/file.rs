@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use crate::strategies::{cases, plan};
 
 proptest! {
-    #![proptest_config(cases(400))]
+    #![proptest_config(cases(200))]
 
     #[test]
     fn what_was_written_is_read_back(plan in plan()) {

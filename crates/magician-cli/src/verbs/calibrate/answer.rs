@@ -121,7 +121,15 @@ pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]>
     }
     let [x, y] = sheet.corner;
     line("lower left", format!("x {x:.1} y {y:.1}"));
-    line("rotation", format!("{:.1} deg to the left", sheet.rotation));
+    let side = if sheet.rotation < 0.0 {
+        "right"
+    } else {
+        "left"
+    };
+    line(
+        "rotation",
+        format!("{:.1} deg to the {side}", sheet.rotation.abs()),
+    );
     line("tilt", format!("{:.2} deg", tilt(sheet)));
     let height = sheet.surface.at(sheet.corner);
     line(

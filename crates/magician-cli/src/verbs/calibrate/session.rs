@@ -11,6 +11,9 @@ use crate::failure::Failure;
 use crate::terminal::{Seen, Stage};
 use crate::verbs::jog::{Desk, End, Happened, Pad, Tone};
 
+/// What is nearer was touched twice by mistake, mm and deg.
+const SAME: f64 = 2.0;
+
 /// How it ended.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Outcome {
@@ -60,6 +63,16 @@ impl Touched {
         if self.touches.len() == self.subject.points().len() {
             self.result = Some(self.subject.found(&self.touches, self.tool));
         }
+    }
+
+    /// Which point was taken there already. A tool touches one point twice.
+    fn is_there(&self, touch: &Touch) -> Option<usize> {
+        let near = |other: &Touch| {
+            let apart = other.pose.iter().zip(touch.pose);
+            let far = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            far < SAME
+        };
+        self.touches.iter().position(near)
     }
 
     fn take_back(&mut self) {
@@ -137,7 +150,7 @@ fn take(desk: &mut Desk, touched: &mut Touched) {
     let Some(status) = desk.seen.status.as_ref() else {
         return;
     };
-    if !desk.seen.stands() {
+    if desk.pad.doing.is_some() || !desk.seen.stands() {
         desk.pad
             .say(Tone::Bad, "the arm moves: take the point when it stands");
         return;
@@ -146,6 +159,14 @@ fn take(desk: &mut Desk, touched: &mut Touched) {
     let touch = Touch {
         pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from),
     };
+    if let Some(nth) = touched.is_there(&touch) {
+        let text = format!(
+            "point {} was taken here: bring the tool to the next one",
+            nth + 1
+        );
+        desk.pad.say(Tone::Bad, text);
+        return;
+    }
     touched.take(touch);
     let nth = touched.touches.len();
     desk.seen.note(format!("point {nth} taken"));

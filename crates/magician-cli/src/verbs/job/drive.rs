@@ -6,12 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use magician::commands::{DeviceSn, DeviceTime, Pose};
+use magician::commands::{DeviceSn, DeviceTime};
 use magician::words::{Guards, Preflight};
 use magician::{Arm, Ran, RunOptions, Set};
 use magician_program::Report;
 use magician_program::resume::{Mark, Tally};
-use tokio::time::sleep;
 
 use super::journal::Journal;
 use super::owed::owe;
@@ -21,26 +20,12 @@ use super::tell::Teller;
 use crate::debts::Debts;
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::source::Source;
-
-/// Between two samples of a recording, 20 a second.
-const SAMPLES: Duration = Duration::from_millis(50);
-use crate::progress::attended;
 use crate::recording::{Clock, Options, Recorder};
 use crate::source::Source;
 
-/// How far from where it should an arm may stand, mm.
-const NEAR: f64 = 0.5;
-/// How long an arm that failed is asked how it stands.
-const AFTERMATH: Duration = Duration::from_secs(3);
 /// Readings of a recording for a second of the arm's clock, and the most for one of ours.
 const RATE: f64 = 20.0;
 const MOST: f64 = 500.0;
-/// Between two looks at an arm that still has something to do.
-const LOOKS: Duration = Duration::from_millis(100);
-/// A queue that stands for so long does not go on by itself.
-const STANDING: Duration = Duration::from_secs(3);
-
 /// What is to run, and how.
 pub(super) struct Drive<'a> {
     pub(super) source: &'a Source,
@@ -124,7 +109,8 @@ impl Drive<'_> {
         let begun = (Instant::now(), journal.mark.clock);
         let start = arm.preflight_for(&self.kinds()).await?;
         let told = self.told(&start)?;
-        let rest = self.rest(from, &told)?;
+        let rest = self.program.rest(from, &told);
+        let rest = rest.map_err(|problem| self.source.failure(&problem))?;
         let report = self.program.check(&rest, &told);
         if !report.is_good() {
             return Err(report::failure(&report, self.source, rest.offset(), false));
@@ -180,16 +166,6 @@ impl Drive<'_> {
             .steps()
             .map(|steps| format!(" of {steps}"))
             .unwrap_or_default()
-    }
-
-    fn rest(&self, from: u64, start: &Preflight) -> Result<Rest<'_>, Failure> {
-        match self.program.steps() {
-            Some(steps) if from >= steps && steps > 0 => Err(Failure::usage(format!(
-                "there is no step {}: the last is {steps}",
-                from + 1
-            ))),
-            _ => self.program.rest(from, start),
-        }
     }
 
     /// Commands before the first step.

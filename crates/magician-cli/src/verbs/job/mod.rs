@@ -20,18 +20,13 @@ use magician::{Arm, Options, Set, SimSpeed, Target, VirtualArm};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{Action, Content, Format, Plan, Problem, Setup, Work};
-use magician_program::{
-    Action, Content, Format, Pallet, Placing, Plan, Problem, Setup, Surface, Work,
-};
 use miette::Severity;
 
 use self::drive::{Done, Drive, State};
 use self::options::{File, Look, Pen, Place, Way};
 use self::program::Program;
-use crate::config::Config;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
-use crate::mounted::usual_tool;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
 
@@ -91,6 +86,7 @@ impl Job {
             program,
             settings,
         } = self.made(read, &place, context)?;
+        program.has(self.way.from.map_or(0, |step| step - 1))?;
         let look = show::Shown {
             source: &source,
             program: &program,
@@ -111,12 +107,18 @@ impl Job {
                 look.show(&start, context)
             }
             Where::Stage(speed) => {
-                let arm = VirtualArm::new(stage(&program.plan, &options)?, speed);
-                context.put_up(arm.clone());
-                let pace = match speed {
-                    SimSpeed::Times(times) => times,
-                    SimSpeed::Max => f64::INFINITY,
+                let stage = stage(&program.plan, &options)?;
+                let (arm, pace) = match speed {
+                    SimSpeed::Times(times) => (VirtualArm::new(stage, speed), times),
+                    SimSpeed::Max => {
+                        let arm = VirtualArm::new(stage, SimSpeed::Times(1.0));
+                        (arm, f64::INFINITY)
+                    }
                 };
+                match speed {
+                    SimSpeed::Times(_) => context.put_up(arm.clone()),
+                    SimSpeed::Max => context.put_up_in_arm_time(arm.clone()),
+                }
                 let drive = self.drive(&source, &program, &settings, Some(pace), context);
                 let outcome = go(&drive, context);
                 let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));

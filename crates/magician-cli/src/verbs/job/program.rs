@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use magician::words::{Guards, Preflight};
 use magician::{Ctrl, FrameBuf, Set};
-use magician_program::{Action, Plan, Report, check};
+use magician_program::{Action, Plan, Problem, Report, check};
 
 use crate::failure::Failure;
 
@@ -46,16 +46,24 @@ impl Program {
         Some(self.loops?.saturating_mul(self.plan.steps.len() as u64))
     }
 
+    /// Makes sure that it has a step, counted over all loops from 0.
+    pub(super) fn has(&self, step: u64) -> Result<(), Failure> {
+        match self.steps() {
+            Some(steps) if step >= steps => {
+                let message = format!("there is no step {}: the last is {steps}", step + 1);
+                Err(Failure::usage(message))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// From a step on, counted over all loops, on an arm that is as `start` tells.
-    pub(super) fn rest(&self, from: u64, start: &Preflight) -> Result<Rest<'_>, Failure> {
+    pub(super) fn rest(&self, from: u64, start: &Preflight) -> Result<Rest<'_>, Problem> {
         let round = (self.plan.steps.len() as u64).max(1);
         let (done, step) = (from / round, from % round);
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
             0 => Cow::Borrowed(&self.plan),
-            step => {
-                let rest = self.plan.from_step(step, start);
-                Cow::Owned(rest.map_err(magician::Error::from)?.plan)
-            }
+            step => Cow::Owned(self.plan.from_step(step, start)?.plan),
         };
         let told = first.preamble().into_iter().count() as u64;
         let added = (first.steps.len() as u64).saturating_sub(round.saturating_sub(step));

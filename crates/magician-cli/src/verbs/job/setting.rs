@@ -2,11 +2,12 @@
 
 use magician::{Set, words};
 use magician_program::artwork::Marking;
-use magician_program::{Action, Pallet, Placing, Plan, Problem, Setup, Surface, Tool};
+use magician_program::{Action, Pallet, Placing, Plan, Problem, Setup, Surface};
 
 use super::{Job, Where};
-use crate::config::{Config, Key};
+use crate::config::Config;
 use crate::failure::Failure;
+use crate::mounted::usual_tool;
 
 /// Height of the table of a virtual arm, where nobody has said another, mm.
 const TABLE: f64 = -60.0;
@@ -74,15 +75,4 @@ impl Job {
         }
         settings
     }
-}
-
-/// The tool that the environment or the settings name.
-fn usual_tool(config: &Config) -> Result<Option<Tool>, Failure> {
-    let key = Key::named("tool");
-    let Some((text, _)) = key.and_then(|key| config.value(key)) else {
-        return Ok(None);
-    };
-    let tool = text.parse::<Tool>();
-    tool.map(Some)
-        .map_err(|why| Failure::usage(format!("MAGICIAN_TOOL is `{text}`: {why}")))
 }

@@ -68,7 +68,8 @@ impl Shown<'_> {
         for setting in self.settings {
             told.check(setting)?;
         }
-        let rest = self.program.rest(self.from, &told)?;
+        let rest = self.program.rest(self.from, &told);
+        let rest = rest.map_err(|problem| self.source.failure(&problem))?;
         let report = self.program.check(&rest, &told);
         if let Some(path) = &self.look.preview {
             self.draw(path, &rest, &report, &told)?;

@@ -40,9 +40,7 @@ pub(crate) enum Question {
 impl Question {
     pub(crate) fn text(self) -> &'static str {
         match self {
-            Self::Home => {
-                "home: the base turns to its end and back, for half a minute. Is its way free? y/n"
-            }
+            Self::Home => "home: the base turns to its end and back, half a minute. Way free? y/n",
             Self::Laser => "switch the laser on: does everybody wear goggles? y/n",
         }
     }

@@ -50,7 +50,7 @@ const KEYS: [(&str, &str); 20] = [
         "hold or step; length of steps; faster, slower",
     ),
     ("p g l", "suction, gripper, laser now"),
-    ("h  c  Ctrl-L", "home; clear alarms; draw everything anew"),
+    ("h c  Ctrl-L", "home; clear alarms; draw everything anew"),
 ];
 const HINTS: [(&str, &str); 8] = [
     ("Enter", "store"),

@@ -1,0 +1,356 @@
+//! `magician calibrate`: what is found, where it is kept, and that drawings lie on it.
+
+mod magician;
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use magician::command;
+use serde_json::Value;
+
+/// A page with one line along its left and its lower edge, from corner to corner.
+const PAGE: &str = r#"<svg xmlns="http://www.w3.org/2000/svg" width="80mm" height="60mm" viewBox="0 0 80 60">
+<path d="M0 0 L0 60 L80 60" fill="none" stroke="black"/></svg>"#;
+
+/// Settings and files of one person.
+struct Place {
+    dir: tempfile::TempDir,
+}
+
+/// What a run left.
+struct Ran {
+    status: i32,
+    out: String,
+    err: String,
+}
+
+impl Ran {
+    fn object(&self) -> Value {
+        serde_json::from_str(&self.out).unwrap_or_else(|_| panic!("{}{}", self.out, self.err))
+    }
+}
+
+impl Place {
+    fn new() -> Self {
+        let dir = tempfile::tempdir().expect("directory");
+        Self { dir }
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn text(&self, name: &str) -> String {
+        std::fs::read_to_string(self.file(name)).unwrap_or_default()
+    }
+
+    fn command(&self) -> Command {
+        let mut command = command();
+        command
+            .env("MAGICIAN_CONFIG", self.file("config.toml"))
+            .env("XDG_STATE_HOME", self.dir.path())
+            .current_dir(self.dir.path());
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Ran {
+        let output = self.command().args(arguments).output().expect("it runs");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        Ran {
+            status: output.status.code().expect("not killed"),
+            out: text(&output.stdout),
+            err: text(&output.stderr),
+        }
+    }
+}
+
+#[test]
+fn a_page_is_drawn_on_the_sheet_that_was_touched() {
+    let place = Place::new();
+    std::fs::write(place.file("page.svg"), PAGE).expect("written");
+    let (corner, degrees) = ([200.0, -40.0], 12.0_f64);
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let surface = |x: f64, y: f64| -60.0 + 0.02 * (x - 200.0) - 0.01 * y;
+    let at = |u: f64, v: f64| {
+        let (x, y) = (corner[0] + u * cos - v * sin, corner[1] + u * sin + v * cos);
+        [x, y, surface(x, y)]
+    };
+    let points = [at(0.0, 0.0), at(90.0, 0.0), at(0.0, 70.0)];
+    let points = points.map(|[x, y, z]| format!("{x:.4},{y:.4},{z:.4}"));
+    let [a, b, c] = &points;
+    let ran = place.run(&["--json", "calibrate", "sheet", "--points", a, b, c, "--yes"]);
+    let found = ran.object();
+    let number = |value: &Value| value.as_f64().expect("a number");
+    assert!(
+        (number(&found["sheet"]["rotation"]) - degrees).abs() < 0.01,
+        "{found}"
+    );
+    assert!((number(&found["tilt"]) - 1.28).abs() < 0.01, "{found}");
+    assert_eq!(found["saved"], true);
+
+    let drawn = ["draw", "page.svg", "--port", "sim", "--no-order"];
+    let ran = place.run(&[&drawn[..], &["--picture", "left.svg"]].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    // What the pen has left: y points down in a picture.
+    let corners = [at(0.0, 60.0), at(0.0, 0.0), at(80.0, 0.0)];
+    let wanted = corners.map(|[x, y, _]| [x, -y]);
+    let left = ink(&place.text("left.svg"));
+    assert_eq!(left.len(), 3, "{left:?}");
+    for (left, wanted) in left.iter().zip(wanted) {
+        let off = (left[0] - wanted[0]).hypot(left[1] - wanted[1]);
+        assert!(off < 0.05, "{left:?} {wanted:?}");
+    }
+
+    // The tip follows the surface.
+    let ran = place.run(&["convert", "page.svg", "page.plan.json", "--no-order"]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let plan: Value = serde_json::from_str(&place.text("page.plan.json")).expect("JSON");
+    let steps = plan["steps"].as_array().expect("steps");
+    let ends = steps.iter().filter_map(|step| step["path"].as_array());
+    let mut count = 0;
+    for end in ends {
+        let [x, y, z] = [0, 1, 2].map(|axis| number(&end[axis]));
+        assert!((z - surface(x, y)).abs() < 0.01, "{end:?}");
+        count += 1;
+    }
+    assert_eq!(count, 2);
+
+    // What is larger than the sheet does not go on it.
+    std::fs::write(place.file("wide.svg"), PAGE.replace("80mm", "99mm")).expect("written");
+    let ran = place.run(&["draw", "wide.svg", "--port", "sim"]);
+    assert_eq!(ran.status, 3);
+    assert!(ran.err.contains("fit the sheet"), "{}", ran.err);
+}
+
+/// The corners of the one line in a picture.
+fn ink(picture: &str) -> Vec<[f64; 2]> {
+    let mut lines = picture.lines().filter(|line| line.contains("#1a1a1a"));
+    let line = lines.next_back().expect("a line");
+    let path = line.split('"').nth(1).expect("its points");
+    let mut points = Vec::new();
+    for point in path.trim_start_matches('M').split('L') {
+        let numbers: Vec<f64> = { point.split_whitespace() }
+            .map(|number| number.parse().expect("a number"))
+            .collect();
+        points.push([numbers[0], numbers[1]]);
+    }
+    points
+}
+
+#[test]
+fn settings_keep_the_rest_of_the_file_as_it_was() {
+    let place = Place::new();
+    let mine = "# mine\n[draw]\nspeed = 50 # slow\n";
+    std::fs::write(place.file("config.toml"), mine).expect("written");
+    let points = [
+        "--points",
+        "150,-105,-61",
+        "360.5,-101,-60",
+        "146,191.6,-62",
+    ];
+    let sheet = [&["calibrate", "sheet"][..], &points].concat();
+
+    // Nobody can be asked, and nothing is kept.
+    let ran = place.run(&sheet);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    assert!(ran.out.contains("looks like A4, 0.5 mm off"), "{}", ran.out);
+    assert!(ran.out.contains("not saved; --yes"), "{}", ran.out);
+    assert_eq!(place.text("config.toml"), mine);
+
+    // Again and again it is one table, under a header of its own.
+    for _ in 0..2 {
+        let ran = place.run(&[&sheet[..], &["--yes"]].concat());
+        assert_eq!(ran.status, 0, "{}", ran.err);
+        let text = place.text("config.toml");
+        assert!(text.starts_with(mine), "{text}");
+        assert_eq!(text.matches("[sheet]").count(), 1, "{text}");
+    }
+    place.run(&["calibrate", "surface", "--height", "-60.5", "--yes"]);
+    let known = place.run(&["--json", "calibrate", "show"]).object();
+    assert_eq!(known["sheet"]["corner"], serde_json::json!([150.0, -105.0]));
+    assert_eq!(known["surface"], -60.5);
+    assert_eq!(known["tool"], Value::Null);
+
+    assert!(
+        place
+            .run(&["calibrate", "forget", "sheet"])
+            .out
+            .contains("forgotten: sheet")
+    );
+    let ran = place.run(&["calibrate", "forget"]);
+    assert_eq!(ran.out, "forgotten: surface\n");
+    assert_eq!(place.text("config.toml").trim_end(), mine.trim_end());
+    assert_eq!(
+        place.run(&["calibrate", "forget"]).out,
+        "nothing was known\n"
+    );
+}
+
+#[test]
+fn a_tool_is_found_from_two_touches_and_told_to_the_arm() {
+    let place = Place::new();
+    let poses = ["--poses", "230,40,0", "236,40,180"];
+    let tool = [&["--json", "calibrate", "tool"][..], &poses].concat();
+    // The bias in force is the arm's.
+    let found = place
+        .run(&[&tool[..], &["--port", "sim"]].concat())
+        .object();
+    assert_eq!(found["tool"], "3,0,0");
+    assert_eq!(
+        (&found["saved"], &found["told"]),
+        (&Value::Bool(false), &Value::Bool(false))
+    );
+    // Or the one that is named.
+    let more = ["--tool", "pen", "--tell", "--port", "sim", "--yes"];
+    let found = place.run(&[&tool[..], &more].concat()).object();
+    assert_eq!(found["tool"], "64,0,0");
+    assert_eq!(found["offset"], serde_json::json!([3.0, 0.0]));
+    assert_eq!(
+        (&found["saved"], &found["told"]),
+        (&Value::Bool(true), &Value::Bool(true))
+    );
+    assert!(place.text("config.toml").contains("tool = \"64,0,0\""));
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_what_to_do() {
+    let place = Place::new();
+    for (arguments, status, part) in [
+        (
+            &[
+                "calibrate",
+                "sheet",
+                "--points",
+                "200,0,-60",
+                "200,80,-60",
+                "280,0,-60",
+            ][..],
+            3,
+            "lower left, lower right and upper left",
+        ),
+        (
+            &["calibrate", "sheet", "--points", "1,2,3", "4,5,6"],
+            2,
+            "3 values",
+        ),
+        (
+            &["calibrate", "sheet", "--points", "1,2", "4,5,6", "1,1,1"],
+            2,
+            "3 numbers",
+        ),
+        (&["calibrate", "surface", "--height", "nan"], 3, ""),
+        (
+            &[
+                "calibrate",
+                "tool",
+                "--poses",
+                "1,2,3",
+                "1,2,9",
+                "--tool",
+                "pen",
+            ],
+            3,
+            "half a turn",
+        ),
+        (&["calibrate", "sheet"], 2, "--points"),
+        (&["calibrate", "surface"], 2, "--height"),
+        (&["calibrate", "forget", "everything"], 2, "sheet"),
+    ] {
+        let ran = place.run(arguments);
+        assert_eq!(ran.status, status, "{arguments:?}: {}", ran.err);
+        assert!(ran.err.contains(part), "{arguments:?}: {}", ran.err);
+        assert_eq!(place.text("config.toml"), "");
+    }
+}
+
+#[cfg(target_os = "linux")]
+mod at_a_terminal {
+    use super::magician::run;
+    use super::magician::served::Served;
+    use super::magician::terminal::Terminal;
+    use super::*;
+
+    const UP: &str = "\x1b[A";
+    const LEFT: &str = "\x1b[D";
+    const BACKSPACE: &str = "\x7f";
+
+    fn at(place: &Place, served: &Served, arguments: &[&str]) -> Terminal {
+        let mut command = place.command();
+        command
+            .args(["--port", &served.door("tcp")])
+            .args(arguments);
+        Terminal::running(command)
+    }
+
+    fn served() -> Served {
+        let served = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
+        let cleared = run(&["--port", &served.door("tcp"), "alarms", "--clear"]);
+        assert_eq!(cleared.status, 0, "{}", cleared.err);
+        served
+    }
+
+    /// Types until something is seen, as what changes meanwhile is drawn in pieces.
+    fn types(terminal: &mut Terminal, keys: &str, text: &str) {
+        terminal.types(keys);
+        terminal.until_drawn(text);
+    }
+
+    #[test]
+    fn corners_are_touched_with_the_keys_of_the_pad() {
+        let (place, served) = (Place::new(), served());
+        let mut terminal = at(&place, &served, &["calibrate", "sheet"]);
+        // Paper that the pen is to find is not touched with something else.
+        terminal.until("--tool pen tells the arm");
+        assert_eq!(terminal.child.wait().expect("it ends").code(), Some(3));
+
+        let mut terminal = at(&place, &served, &["calibrate", "sheet", "--tool", "pen"]);
+        terminal.until_drawn("x 260.40 mm");
+        types(&mut terminal, "++", "step 50");
+        types(&mut terminal, "\r", "1 lower left  x 260.40");
+        types(&mut terminal, "\r", "point 1 was taken here");
+        types(&mut terminal, UP, "x 310.40 mm");
+        terminal.until_drawn("stands");
+        types(&mut terminal, "\r", "2 lower right x 310.40");
+        types(&mut terminal, BACKSPACE, "2 lower right next");
+        types(&mut terminal, "\r", "2 lower right x 310.40");
+        terminal.types("\x1b[B");
+        terminal.until_drawn("x 260.40 mm");
+        terminal.until_drawn("stands");
+        types(&mut terminal, LEFT, "y 50.00 mm");
+        terminal.until_drawn("stands");
+        types(&mut terminal, "\r", "50.0 by 50.0 mm");
+        terminal.types("\r");
+        terminal.until("\x1b[?1049l");
+        terminal.until("saved in");
+        assert_eq!(terminal.child.wait().expect("it ends").code(), Some(0));
+        let text = place.text("config.toml");
+        assert!(
+            text.contains("[sheet]\n") && text.contains("size = [50.0, 50.0]"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn who_leaves_has_saved_nothing() {
+        let (place, served) = (Place::new(), served());
+        let mut terminal = at(&place, &served, &["calibrate", "surface", "--tool", "pen"]);
+        terminal.until_drawn("x 260.40 mm");
+        types(&mut terminal, "\r", "Enter save it");
+        terminal.types("q");
+        terminal.until("not saved");
+        assert_eq!(terminal.child.wait().expect("it ends").code(), Some(0));
+        assert_eq!(place.text("config.toml"), "");
+    }
+
+    #[test]
+    fn points_that_were_given_are_asked_for() {
+        let place = Place::new();
+        let mut command = place.command();
+        command.args(["calibrate", "surface", "--height", "-61"]);
+        let mut terminal = Terminal::running(command);
+        terminal.until("save it? y/n ");
+        terminal.types("y\r");
+        terminal.until("saved in");
+        assert!(place.text("config.toml").contains("surface = -61"));
+    }
+}

@@ -1,0 +1,284 @@
+//! `magician record`: an arm that somebody else moves, as readings and as a program.
+#![cfg(unix)]
+
+mod magician;
+
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use magician::served::Served;
+use magician::{Run, command, run};
+use serde_json::Value;
+
+/// An arm at real speed in another process, its alarms cleared, and a directory.
+struct Place {
+    dir: tempfile::TempDir,
+    served: Served,
+}
+
+/// A recording under way.
+struct Recording {
+    child: Child,
+}
+
+impl Place {
+    fn new() -> Self {
+        let dir = tempfile::tempdir().expect("directory");
+        let served = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
+        let place = Self { dir, served };
+        assert_eq!(place.arm(&["alarms", "--clear"]).status, 0);
+        place
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn text(&self, name: &str) -> String {
+        std::fs::read_to_string(self.file(name)).unwrap_or_default()
+    }
+
+    fn arm(&self, arguments: &[&str]) -> Run {
+        let door = self.served.door("tcp");
+        run(&[&["--port", &door], arguments].concat())
+    }
+
+    fn moves(&self, to: &[&str]) {
+        let moved = self.arm(&[&["move"], to].concat());
+        assert_eq!(moved.status, 0, "{}", moved.err);
+    }
+
+    fn command(&self, name: &str, more: &[&str]) -> Command {
+        let mut command = command();
+        command
+            .args(["--json", "--port", &self.served.door("tcp"), "record"])
+            .arg(self.file(name))
+            .args(more)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        command
+    }
+
+    /// Begins to record, and waits until something is in the file.
+    fn record(&self, name: &str, wanted: &str) -> Recording {
+        let child = self.command(name, &[]).spawn().expect("it starts");
+        let recording = Recording { child };
+        self.until(name, wanted);
+        recording
+    }
+
+    /// Waits until the file has this.
+    fn until(&self, name: &str, wanted: &str) {
+        // A test that waits for what never comes should fail, not hang.
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while !String::from_utf8_lossy(&std::fs::read(self.file(name)).unwrap_or_default())
+            .contains(wanted)
+        {
+            assert!(Instant::now() < deadline, "{name}: {}", self.text(name));
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+}
+
+impl Recording {
+    /// Sends a signal, and sees it end.
+    fn end(self, signal: &str) -> (Option<i32>, String, String) {
+        let kill = Command::new("kill")
+            .args([signal, &self.child.id().to_string()])
+            .status();
+        assert!(kill.expect("kill runs").success());
+        self.ended()
+    }
+
+    fn ended(self) -> (Option<i32>, String, String) {
+        let output = self.child.wait_with_output().expect("it ends");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (
+            output.status.code(),
+            text(&output.stdout),
+            text(&output.stderr),
+        )
+    }
+}
+
+/// Rows of a table, by its heads.
+fn rows(text: &str) -> Vec<Vec<&str>> {
+    text.lines()
+        .skip(1)
+        .map(|line| line.split(',').collect())
+        .collect()
+}
+
+#[test]
+fn a_table_has_every_reading_from_beginning_to_end() {
+    let place = Place::new();
+    let recording = place.record("a.csv", "199.");
+    place.moves(&["230", "40", "60", "--linear"]);
+    let (status, out, err) = recording.end("-INT");
+    assert_eq!(status, Some(0), "{err}");
+    let summary: Value = serde_json::from_str(&out).expect("an object");
+    let text = place.text("a.csv");
+    assert!(
+        text.starts_with("t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms\n"),
+        "{text}"
+    );
+    let rows = rows(&text);
+    assert_eq!(summary["readings"], rows.len());
+    assert_eq!(summary["format"], "csv");
+    let number = |row: &[&str], at: usize| row[at].parse::<f64>().expect("a number");
+    assert!(
+        rows.windows(2)
+            .all(|pair| number(&pair[0], 0) <= number(&pair[1], 0))
+    );
+    let (first, last) = (&rows[0], &rows[rows.len() - 1]);
+    assert!((number(first, 1) - 199.404).abs() < 0.001, "{first:?}");
+    assert_eq!([1, 2, 3].map(|at| number(last, at)), [230.0, 40.0, 60.0]);
+    assert_eq!((last[9], last[10], last[11]), ("1", "32", ""));
+    // It was seen on its way, not only at its ends.
+    let between = rows
+        .iter()
+        .filter(|row| (205.0..225.0).contains(&number(row, 1)));
+    assert!(between.count() > 3);
+    let way = [230.0 - 199.404, 40.0, 60.0 + 8.485_f64];
+    let way = way.iter().map(|part| part * part).sum::<f64>().sqrt();
+    let length = summary["length"].as_f64().expect("a number");
+    assert!((length - way).abs() < 0.1, "{length} {way}");
+}
+
+#[test]
+fn a_motion_is_recorded_as_a_program_that_repeats_it() {
+    let place = Place::new();
+    let recording = place.record("led.plan.json", "\"move\"");
+    // Joints that go together lead the tool on a curve; J4 stands, as when the arm is led by hand.
+    place.moves(&["20", "40", "30", "0", "--joints"]);
+    place.moves(&["-20", "30", "40", "0", "--joints"]);
+    let (status, out, err) = recording.end("-INT");
+    assert_eq!(status, Some(0), "{err}");
+    let summary: Value = serde_json::from_str(&out).expect("an object");
+    let text = place.text("led.plan.json");
+    let plan: Value = serde_json::from_str(&text).expect("a plan");
+    let steps = plan["steps"].as_array().expect("steps");
+    assert_eq!(summary["steps"], steps.len());
+    assert_eq!(
+        (&plan["title"], &plan["tool"]),
+        (&Value::from("led"), &Value::from("none"))
+    );
+    let path: Vec<_> = steps
+        .iter()
+        .filter_map(|step| step["path"].as_array())
+        .collect();
+    assert!((3..40).contains(&path.len()), "{text}");
+
+    // Another arm that runs it comes to the same place.
+    let there = place.arm(&["--json", "pose"]).object();
+    let file = place.file("led.plan.json");
+    let file = file.to_str().expect("UTF-8");
+    let door = place.served.door("tcp");
+    place.moves(&["220", "0", "50", "0"]);
+    let ran = run(&[
+        "--port",
+        &door,
+        "run",
+        file,
+        "--record",
+        place.file("r.csv").to_str().expect("UTF-8"),
+    ]);
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    let again = place.arm(&["--json", "pose"]).object();
+    for axis in ["x", "y", "z"] {
+        let [a, b] = [&there, &again].map(|pose| pose[axis].as_f64().expect("a number"));
+        assert!((a - b).abs() < 0.01, "{axis}: {a} {b}");
+    }
+    // A run is recorded by the same means, with its steps.
+    let text = place.text("r.csv");
+    assert!(
+        text.starts_with("t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms,step\n"),
+        "{text}"
+    );
+    let rows = rows(&text);
+    let last = rows.last().expect("a row");
+    assert_eq!(last[12], steps.len().to_string());
+}
+
+#[test]
+fn a_killed_recording_is_there_and_a_file_is_not_replaced_unasked() {
+    let place = Place::new();
+    for (name, wanted) in [
+        ("a.jsonl", "\"left_space\":32"),
+        ("a.mcap", "position"),
+        ("a.csv", "199."),
+    ] {
+        let recording = place.record(name, wanted);
+        let (status, ..) = recording.end("-KILL");
+        assert_eq!(status, None);
+        let size = std::fs::metadata(place.file(name)).expect("a file").len();
+        let refused = place
+            .command(name, &["--for", "0.1"])
+            .output()
+            .expect("it runs");
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&refused.stderr).contains("is there already"));
+        assert_eq!(
+            std::fs::metadata(place.file(name)).expect("a file").len(),
+            size
+        );
+        let replaced = place.command(name, &["--for", "0.1", "--yes"]).output();
+        assert_eq!(replaced.expect("it runs").status.code(), Some(0));
+    }
+    for line in place.text("a.jsonl").lines() {
+        let row: Value = serde_json::from_str(line).expect("an object");
+        assert_eq!(row["index"], 0, "{row}");
+    }
+    // The topics and schemas of a virtual arm's own recording.
+    let bytes = std::fs::read(place.file("a.mcap")).expect("a file");
+    let text = String::from_utf8_lossy(&bytes);
+    for wanted in [
+        "/pose",
+        "/joints",
+        "/queue",
+        "/alarms",
+        "foxglove.PoseInFrame",
+        "magician.Queue.v1",
+    ] {
+        assert!(text.contains(wanted), "{wanted}");
+    }
+}
+
+#[test]
+fn a_line_that_breaks_ends_it_and_keeps_what_was_seen() {
+    let place = Place::new();
+    let recording = place.record("a.jsonl", "\"left_space\":32");
+    let Place { dir, served } = place;
+    served.end("-TERM");
+    let (status, out, err) = recording.ended();
+    assert_eq!((status, out.as_str()), (Some(4), ""), "{err}");
+    assert!(err.contains("\"kind\":\"port\""), "{err}");
+    let text = std::fs::read_to_string(dir.path().join("a.jsonl")).expect("a file");
+    assert!(text.contains("\"event\":\"the line broke"), "{text}");
+}
+
+#[test]
+fn what_cannot_be_recorded_is_refused_before_the_arm_is_asked() {
+    for (file, more, part) in [
+        ("a.txt", &[][..], ".mcap, .csv and .jsonl"),
+        ("a", &[], "does not say what to record"),
+        ("a.csv", &["--rate", "0"], "0.01 to 1000"),
+        ("a.csv", &["--for", "0"], "seconds above 0"),
+        ("a.plan.json", &["--tolerance", "0"], "0.01 to 100"),
+    ] {
+        let ran = run(&[&["record", file], more].concat());
+        assert_eq!(ran.status, 2, "{file} {more:?}: {}", ran.err);
+        assert!(ran.err.contains(part), "{file} {more:?}: {}", ran.err);
+    }
+    let nowhere = run(&[
+        "--port",
+        "sim",
+        "record",
+        "/nowhere/at/all.csv",
+        "--for",
+        "1",
+    ]);
+    assert_eq!(nowhere.status, 3, "{}", nowhere.err);
+}
