@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use magician::faults::Faults;
 use programs::{PROGRAMS, plan};
 use rig::{Trouble, draw, on_a_jumping_clock};
-use verdict::{Came, judge, whole};
+use verdict::{Came, drawn, judge};
 
 /// What lines do.
 const TROUBLES: [&str; 6] = [
@@ -27,7 +27,7 @@ fn try_all(windows: &[usize], seeds: impl Iterator<Item = u64> + Clone) -> BTree
     let mut seed = 0;
     for name in PROGRAMS {
         let plan = plan(name).unwrap();
-        let right = whole(&plan, None);
+        let right = drawn(&plan, None);
         assert!(!right.is_empty(), "{name}");
         for (trouble, of) in TROUBLES.iter().flat_map(|trouble| seeds.clone().map(move |seed| (trouble, seed))) {
             seed += 1;

@@ -24,6 +24,8 @@ const SERIAL: Line = Line {
 };
 /// So often a run that was interrupted goes on.
 const MOST_TURNS: usize = 200;
+/// So often for the same reason, that a line which is back does not mend.
+const SAME_REASON: usize = 5;
 /// So long an arm is left alone, until it has done what it had.
 const QUIET: Duration = Duration::from_secs(2);
 /// So far from where it should be an arm may stand, mm.
@@ -172,18 +174,18 @@ impl<'p> Ride<'p> {
         cell: &VirtualArm,
         between: &mut Vec<Drawing>,
     ) -> Result<Ran, Error> {
-        let mut told = None;
+        let (mut told, mut again) = (None, 0);
         for _ in 0..MOST_TURNS {
             let error = match self.turn(run).await {
                 Ok(ran) => return Ok(ran),
                 Err(error) => error,
             };
-            // Nothing of it was sent yet, or it says that it can go on; and not for the same reason once more, that the
-            // line has nothing to do with.
+            // Nothing of it was sent yet, or it says that it can go on; but not for ever for the same reason.
             let may_go_on = run.is_interrupted() || run.ran() == Ran::default();
             let line = matches!(error.kind(), ErrorKind::Port | ErrorKind::Timeout);
             let says = error.to_string();
-            if !may_go_on || !line && told.as_ref() == Some(&says) {
+            again = if !line && told.as_ref() == Some(&says) { again + 1 } else { 0 };
+            if !may_go_on || again > SAME_REASON {
                 return Err(error);
             }
             told = Some(says);

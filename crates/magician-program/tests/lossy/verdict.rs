@@ -20,12 +20,12 @@ pub(crate) enum Came {
     Equal,
     /// Stopped, and said where; gone on with from there it is whole.
     Completed,
-    /// Stopped, and said between which steps.
+    /// Stopped, and said between which steps: more than one may have been done or not.
     Stopped,
 }
 
 /// What is drawn of a plan when nothing is amiss: all of it, or its first steps.
-pub(crate) fn whole(plan: &Plan, steps: Option<u64>) -> Drawing {
+pub(crate) fn drawn(plan: &Plan, steps: Option<u64>) -> Drawing {
     let mut plan = plan.clone();
     if let Some(steps) = steps {
         plan.steps.truncate(usize::try_from(steps).unwrap_or(usize::MAX));
@@ -53,12 +53,15 @@ pub(crate) fn judge(
     };
     is_begun(&all, &outcome.drawing, whole, trouble)?;
     let steps = outcome.steps.ok_or("nobody knows where it stopped")?;
-    let _ = plan;
+    if trouble.window == 1 {
+        let [least, most] = [steps.least, steps.most].map(|steps| Ink::of(&drawn(plan, Some(steps))).length());
+        let found = ink.length();
+        if found < least - TRUE || found > most + TRUE {
+            return Err(format!("{steps:?} leave {least:.3} to {most:.3} mm, and there are {found:.3} ({error})"));
+        }
+    }
     let Some((step, rest)) = &outcome.rest else {
-        return match error.from_index().or(error.to_index()) {
-            _ if steps.least < steps.most => Ok(Came::Stopped),
-            _ => Err(format!("it does not say where it stopped: {error}")),
-        };
+        return Ok(Came::Stopped);
     };
     let more = Ink::of(rest).length() - all.length();
     // What was begun of the step may be there twice.
