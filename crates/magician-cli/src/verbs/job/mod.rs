@@ -246,6 +246,7 @@ impl Job {
             from: way.from,
             resume: way.resume,
             keep: way.keep,
+            mixed: program.burns() || context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,
             record: way.record.as_deref(),
             json: context.global.json,
