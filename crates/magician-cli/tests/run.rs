@@ -494,9 +494,10 @@ fn recordings_have_a_row_for_each_sample() {
     }
     let csv = place.text("poses.csv");
     let mut rows = csv.lines();
-    assert_eq!(rows.next(), Some("t,step,x,y,z,r,j1,j2,j3,j4"));
+    let head = "t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms,step";
+    assert_eq!(rows.next(), Some(head));
     assert!(rows.clone().count() >= 2);
-    assert!(rows.all(|row| row.split(',').count() == 10));
+    assert!(rows.all(|row| row.split(',').count() == 13));
     let last: Value =
         serde_json::from_str(place.text("poses.jsonl").lines().last().expect("a row"))
             .expect("JSON");

@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 /// As many pairs are remembered: more than any queue is long.
 const REMEMBERED: usize = 256;
 
-/// Which step a queue index belongs to. A driver may put commands of its own between those of a plan (to darken a laser), so
+/// Which step a queue index belongs to. A driver may put commands of its own between those of a plan, and pass over indices, so
 /// that there is no fixed difference.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// Commands before the first step.
     lead: u64,
-    /// Whether the driver may put commands of its own between the steps.
+    /// Whether the driver may put commands of its own between the steps, or pass over indices.
     mixed: bool,
     /// An index, and the commands of the plan up to it.
     pairs: VecDeque<(u64, u64)>,
@@ -34,7 +34,7 @@ pub struct Span {
 
 impl Tally {
     /// For a run whose first step is preceded by so many commands. `mixed`: the driver may put commands of its own between
-    /// them.
+    /// them (to darken a laser), or pass over indices (above window 1, when commands were lost and go again).
     #[must_use]
     pub fn new(lead: u64, mixed: bool) -> Self {
         Self {
@@ -119,7 +119,7 @@ pub struct Mark {
     pub index: Option<(u64, u64)>,
     /// The arm's clock when that was seen, ms.
     pub clock: u32,
-    /// Whether the driver may have put commands of its own between the steps.
+    /// Whether the driver may have put commands of its own between the steps, or passed over indices.
     pub mixed: bool,
     /// The run has ended and said so: `finished` is exact.
     pub ended: Option<Ended>,

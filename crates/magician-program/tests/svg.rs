@@ -615,9 +615,16 @@ fn what_is_no_drawing_is_refused_with_its_place() {
             .message
             .contains("none")
     );
-    let far = problem(page("<path id='far' d='M0 0L1e30 1e30' stroke='red'/>"));
+    let far = problem(page("<path id='far' d='M0 0L1e8 1e8' stroke='red'/>"));
     assert_eq!(far.name.as_deref(), Some("far"));
     assert!(far.message.contains("at most 100000 mm"), "{far}");
+    let beyond = problem(page(
+        "\n<path id='arc' d='M0 0A4e38 4e38 0 0 1 9 9' stroke='red'/>",
+    ));
+    assert_eq!(
+        beyond.to_string(),
+        "line 2, column 1 (arc): a number is beyond any drawing: 4e38"
+    );
 }
 
 #[test]

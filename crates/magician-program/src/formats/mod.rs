@@ -10,7 +10,7 @@ pub mod playback;
 pub(crate) mod svg;
 mod xml;
 
-pub use gcode::{Arcs, Dialect, GcodeOptions};
+pub use gcode::{Arcs, Dialect, GcodeOptions, NEEDS_START};
 
 use crate::plan::file;
 use crate::raster::Raster;

@@ -106,13 +106,13 @@ fn task(frame: &mut Frame<'_>, area: Rect, touched: &Touched, theme: Theme) {
         Some(Ok(found)) => {
             for [name, value] in found_lines(found, touched.tool) {
                 lines.push(Line::from(vec![
-                    Span::styled(format!("{name:<13}"), theme.dim()),
+                    Span::styled(format!("{name:<11}"), theme.dim()),
                     Span::raw(value),
                 ]));
             }
             lines.push(Line::default());
             lines.push(Line::styled(
-                "Enter saves it in the settings: drawings then use it.",
+                "Enter saves it: drawings then use it.",
                 theme.note(),
             ));
         }
@@ -266,8 +266,7 @@ mod tests {
         shows(
             &screen,
             &[
-                "looks like A4, landscape",
-                "0.6 mm off",
+                "looks like A4, landscape, 0.6 mm off",
                 "Enter save it",
                 "0.0 deg to the left",
             ],

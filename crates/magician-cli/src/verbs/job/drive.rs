@@ -35,6 +35,8 @@ pub(super) struct Drive<'a> {
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
     pub(super) keep: bool,
+    /// The driver may put commands of its own between those of the program, or pass over indices.
+    pub(super) mixed: bool,
     pub(super) require_homed: bool,
     pub(super) record: Option<&'a Path>,
     pub(super) json: bool,
@@ -92,7 +94,7 @@ impl Drive<'_> {
         let mark = Mark::new(
             &self.program.plan.title,
             self.program.steps(),
-            self.program.burns(),
+            self.mixed,
         );
         let mut journal = Journal::new(&self.program.key(), name, mark, self.lasting);
         let from = match (self.resume, self.from) {
@@ -128,7 +130,7 @@ impl Drive<'_> {
         .await?;
         *self.state.borrow_mut() = State {
             journal: Some(journal),
-            tally: Tally::new(self.lead(&rest), self.program.burns()),
+            tally: Tally::new(self.lead(&rest), self.mixed),
             from,
             pulled: 0,
             start: Some(start.clone()),

@@ -6,6 +6,7 @@ mod journal;
 pub(crate) mod options;
 mod owed;
 mod program;
+mod reading;
 mod report;
 mod setting;
 mod show;
@@ -77,8 +78,8 @@ impl Job {
                 "--resume, --picture and --record are of a run, and nothing is run here",
             ));
         }
-        let read = self.read(context)?;
         let place = self.place(looks, context)?;
+        let read = self.read(&place, context)?;
         let picture = self.picture(&place, context)?;
         let Made {
             source,
@@ -107,12 +108,18 @@ impl Job {
                 look.show(&start, context)
             }
             Where::Stage(speed) => {
-                let arm = VirtualArm::new(stage(&program.plan, &options)?, speed);
-                context.put_up(arm.clone());
-                let pace = match speed {
-                    SimSpeed::Times(times) => times,
-                    SimSpeed::Max => f64::INFINITY,
+                let stage = stage(&program.plan, &options)?;
+                let (arm, pace) = match speed {
+                    SimSpeed::Times(times) => (VirtualArm::new(stage, speed), times),
+                    SimSpeed::Max => {
+                        let arm = VirtualArm::new(stage, SimSpeed::Times(1.0));
+                        (arm, f64::INFINITY)
+                    }
                 };
+                match speed {
+                    SimSpeed::Times(_) => context.put_up(arm.clone()),
+                    SimSpeed::Max => context.put_up_in_arm_time(arm.clone()),
+                }
                 let drive = self.drive(&source, &program, &settings, Some(pace), context);
                 let outcome = go(&drive, context);
                 let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));
@@ -129,15 +136,6 @@ impl Job {
                 self.tell(&done, &program, context)
             }
         }
-    }
-
-    /// Reads the file.
-    fn read(&self, context: &Context) -> Result<(Source, Format, Content), Failure> {
-        let source = Source::open(&self.file.file)?;
-        let format = source.format(self.file.format)?;
-        let reading = source.read(format, self.pen.tolerance)?;
-        notes(&source, &reading.notes, context);
-        Ok((source, format, reading.content))
     }
 
     /// Makes a program of what was in the file.
@@ -182,7 +180,7 @@ impl Job {
 
     /// Reads it and makes a plan of it, for whoever does something else with it than running it.
     pub(crate) fn plan(&self, context: &mut Context) -> Result<(Source, Plan), Failure> {
-        let read = self.read(context)?;
+        let read = self.read(&Where::Nowhere, context)?;
         let made = self.made(read, &Where::Nowhere, context)?;
         Ok((made.source, made.program.plan))
     }
@@ -248,6 +246,7 @@ impl Job {
             from: way.from,
             resume: way.resume,
             keep: way.keep,
+            mixed: program.burns() || context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,
             record: way.record.as_deref(),
             json: context.global.json,

@@ -9,6 +9,7 @@ mod cost;
 pub(crate) mod font;
 mod lines;
 mod notes;
+mod numbers;
 mod source;
 mod walk;
 

@@ -10,6 +10,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::cost;
 use super::notes::Notes;
+use super::numbers;
 use crate::{Lines, Origin, Problem};
 
 /// Elements that can be what a stroke came from.
@@ -99,6 +100,13 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Problem> 
         {
             emptied = inside.clone();
             edits.push((inside, r#"<rect width="1" height="1"/>"#.to_owned()));
+        }
+        if let Some(number) = numbers::beyond(&node) {
+            let problem = Problem::new(
+                place.origin(start_tag(text, &node)),
+                format!("a number is beyond any drawing: {number}"),
+            );
+            return Err(problem.named(node.attribute("id").unwrap_or(node.tag_name().name())));
         }
         let drawing = DRAWING.iter().any(|tag| is(&node, tag));
         let remarks: Vec<_> = remarks(&node).collect();

@@ -1,0 +1,32 @@
+//! The programs that are drawn.
+
+use magician_program::raster::Size;
+use magician_program::{Content, Format, Plan, Problem, ReadOptions, Setup, Surface, read};
+
+/// Of every kind that leaves something.
+pub(crate) const PROGRAMS: [&str; 5] = [
+    "house.svg",
+    "curves.svg",
+    "pen_outline.gcode",
+    "laser_checker.gcode",
+    "engrave_gradient.png",
+];
+/// How wide the image is, mm.
+const WIDTH: f64 = 6.0;
+/// How high paper and wood lie, mm.
+const SURFACE: f64 = -60.0;
+const SAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/");
+
+/// The plan of a sample, as `magician run` makes it.
+pub(crate) fn plan(name: &str) -> Result<Plan, Problem> {
+    let path = format!("{SAMPLES}{name}");
+    let bytes = std::fs::read(&path).map_err(|error| Problem::of_file(format!("{path}: {error}")))?;
+    let format = Format::of(name, &bytes).ok_or_else(|| Problem::of_file("of no format"))?;
+    let content = read(format, &bytes, &ReadOptions::default())?.content;
+    let mut setup = Setup::default();
+    setup.usual_surface = Some(Surface::level(SURFACE));
+    if let Content::Image(_) = content {
+        setup.size = Size::Width(WIDTH);
+    }
+    Ok(setup.plan(format, content)?.content)
+}
