@@ -20,7 +20,8 @@ const SAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/");
 /// The plan of a sample, as `magician run` makes it.
 pub(crate) fn plan(name: &str) -> Result<Plan, Problem> {
     let path = format!("{SAMPLES}{name}");
-    let bytes = std::fs::read(&path).map_err(|error| Problem::of_file(format!("{path}: {error}")))?;
+    let bytes =
+        std::fs::read(&path).map_err(|error| Problem::of_file(format!("{path}: {error}")))?;
     let format = Format::of(name, &bytes).ok_or_else(|| Problem::of_file("of no format"))?;
     let content = read(format, &bytes, &ReadOptions::default())?.content;
     let mut setup = Setup::default();
