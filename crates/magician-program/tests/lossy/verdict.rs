@@ -5,8 +5,8 @@ use magician_program::Plan;
 use magician_program::compare::{compare, lines_of};
 use magician_program::rehearse::{RehearseOptions, rehearse};
 
-use crate::ink::{Ink, TRUE};
-use crate::rig::{Outcome, Trouble};
+use super::ink::{Ink, TRUE};
+use super::rig::{Outcome, Trouble};
 
 /// Two pictures match where lines are so near, mm: as true as drawings are, and a pixel's diagonal.
 const MATCHES: f64 = TRUE + 0.071;
