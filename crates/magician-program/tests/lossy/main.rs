@@ -23,43 +23,6 @@ fn plan(name: &str) -> Plan {
     programs::plan(&samples, name).unwrap()
 }
 
-fn try_all(windows: &[usize], seeds: impl Iterator<Item = u64> + Clone) -> BTreeMap<String, u32> {
-    let mut came: BTreeMap<String, u32> = BTreeMap::new();
-    let mut seed = 0;
-    for name in PROGRAMS {
-        let plan = plan(name).unwrap();
-        let right = drawn(&plan, None);
-        assert!(!right.is_empty(), "{name}");
-        for (trouble, of) in TROUBLES
-            .iter()
-            .flat_map(|trouble| seeds.clone().map(move |seed| (trouble, seed)))
-        {
-            seed += 1;
-            let window = windows[seed % windows.len()];
-            let text = format!("{trouble},seed={}", seed as u64 * 1000 + of);
-            let faults: Faults = text.parse().unwrap();
-            let trouble = Trouble { faults, window };
-            let outcome = on_a_jumping_clock(draw(&plan, trouble)).unwrap();
-            let verdict = judge(&plan, &right, trouble, &outcome);
-            let ended = outcome.end.as_ref().map(|ran| ran.commands);
-            let verdict = match verdict {
-                Ok(v) => v,
-                Err(why) => {
-                    println!("FAIL {name} {text} window {window}: {why}; {ended:?}");
-                    continue;
-                }
-            };
-            println!(
-                "{name} {text} window {window}: {verdict:?}, interrupted {}, {:?} {:?}",
-                outcome.between.len(),
-                outcome.steps,
-                outcome.end.as_ref().err().map(|error| error.to_string())
-            );
-            *came.entry(format!("{verdict:?}")).or_default() += 1;
-            if !outcome.between.is_empty() && verdict != Came::Stopped {
-                *came.entry("interrupted".to_owned()).or_default() += 1;
-            }
-        }
 fn faults(text: &str, seed: u64) -> Faults {
     format!("{text},seed={seed}").parse().unwrap()
 }

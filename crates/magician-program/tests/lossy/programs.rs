@@ -18,11 +18,6 @@ const WIDTH: f64 = 6.0;
 /// How high paper and wood lie, mm.
 const SURFACE: f64 = -60.0;
 
-/// The plan of a sample, as `magician run` makes it.
-pub(crate) fn plan(name: &str) -> Result<Plan, Problem> {
-    let path = format!("{SAMPLES}{name}");
-    let bytes =
-        std::fs::read(&path).map_err(|error| Problem::of_file(format!("{path}: {error}")))?;
 /// The plan of a sample in a folder, as `magician run` makes it.
 pub(crate) fn plan(samples: &Path, name: &str) -> Result<Plan, Problem> {
     let path = samples.join(name);
