@@ -4,7 +4,7 @@
 /// that restarts.
 pub(crate) const SERIAL: [&str; 6] = [
     "replace=1e-3,drop=1e-4",
-    "flip=1e-3,insert=5e-4,duplicate=5e-4",
+    "flip=5e-4,insert=2e-4,duplicate=2e-4",
     "drop-chunk=0.03,stall=0.01,rechunk=0.1",
     "unplug=4e-3,unplug-ms=700,replace=2e-4",
     "drop-chunk=0.15",

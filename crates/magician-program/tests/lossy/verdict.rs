@@ -1,5 +1,6 @@
 //! What a drawing that came over a bad line has to be.
 
+use magician::ErrorKind;
 use magician::sim::world::Drawing;
 use magician_program::Plan;
 use magician_program::compare::{compare, lines_of};
@@ -56,9 +57,12 @@ pub(crate) fn judge(
     };
     is_begun(&all, &outcome.drawing, whole, trouble)?;
     let steps = outcome.steps.ok_or("nobody knows where it stopped")?;
+    // A command that the line altered into one that the arm refuses counts as finished.
+    let refused = error.kind() == ErrorKind::Alarm;
+    let certain = steps.least.saturating_sub(refused.into());
     if trouble.window == 1 {
         let [least, most] =
-            [steps.least, steps.most].map(|steps| Ink::of(&drawn(plan, Some(steps))).length());
+            [certain, steps.most].map(|steps| Ink::of(&drawn(plan, Some(steps))).length());
         let found = ink.length();
         if found < least - TRUE || found > most + TRUE {
             return Err(format!(
