@@ -162,6 +162,20 @@ fn names_are_ids_and_what_is_used_points_to_the_use() {
 }
 
 #[test]
+fn ids_of_the_file_are_not_taken_for_others() {
+    let ids = ["element-0-3", "element-0-4", "element-1-4", "element-2x"];
+    let lines: String = ids
+        .iter()
+        .map(|id| format!("\n<line x2='9' stroke='red'/><line id='{id}' x2='8' stroke='red'/>"))
+        .collect();
+    let (artwork, _) = reading(page(&lines));
+    let name = |stroke: &Stroke| artwork.names[stroke.origin.name_index().unwrap()].clone();
+    let names: Vec<String> = artwork.strokes.iter().map(name).collect();
+    let expected: Vec<&str> = ids.iter().flat_map(|id| ["line", *id]).collect();
+    assert_eq!(names, expected);
+}
+
+#[test]
 fn curves_are_as_long_as_they_are() {
     let (curves, notes) = reading_with(CURVES, &fine()).unwrap();
     assert_eq!(notes, []);

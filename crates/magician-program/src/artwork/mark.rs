@@ -2,9 +2,8 @@
 
 use magician::words;
 
-use super::area::Area;
 use super::{Placed, Stroke};
-use crate::{Action, Origin, Plan, Tool, Travel};
+use crate::{Action, Origin, Plan, Reach, Surface, Tool, Travel};
 
 /// So much above the height of its ways the tool first comes to a drawing, and passes over what a straight way cannot cross.
 /// Joints that go together lower the tool on their way where the arm is stretched out and low; a way that ends so much higher
@@ -62,6 +61,14 @@ impl Marking {
     }
 }
 
+impl Marking {
+    /// Where it can be done on a surface.
+    pub(super) fn reach(&self, surface: Surface) -> Reach {
+        let reach = Reach::new(self.tool.bias(), surface, self.lift);
+        self.r.map_or(reach, |r| reach.rotated_to(r.into()))
+    }
+}
+
 impl Placed {
     /// What the arm does to draw it: one path for each line, in their order.
     ///
@@ -87,7 +94,7 @@ impl Placed {
             plan,
             marking,
             placed: self,
-            area: Area::new(marking.tool.bias(), self.surface, marking.lift),
+            reach: marking.reach(self.surface),
             at: None,
         };
         for stroke in &self.artwork.strokes {
@@ -106,7 +113,7 @@ struct Hand<'a> {
     plan: Plan,
     marking: &'a Marking,
     placed: &'a Placed,
-    area: Area,
+    reach: Reach,
     /// Where the tool is by then, and the last line.
     at: Option<(Above, Origin)>,
 }
@@ -182,7 +189,7 @@ impl Hand<'_> {
                     self.line(to, origin);
                 }
             }
-            Some((from, _)) if self.area.leads(from.0, to.0, to.1) => self.line(to, origin),
+            Some((from, _)) if self.reach.leads(from.0, to.0, to.1) => self.line(to, origin),
             Some((from, _)) => {
                 self.line(self.raised(from), origin);
                 self.approach(to, origin);
@@ -204,7 +211,7 @@ impl Hand<'_> {
     fn raised(&self, (at, above): Above) -> Above {
         let steps = (1..=10).rev().map(|tenth| f64::from(tenth) / 10.0);
         let mut heights = steps.map(|share| self.marking.lift + share * APPROACH);
-        let found = heights.find(|height| self.area.joints(at, *height).is_ok());
+        let found = heights.find(|height| self.reach.joints(at, *height).is_some());
         (at, found.unwrap_or(above))
     }
 
@@ -223,7 +230,11 @@ impl Hand<'_> {
 
     fn go(&mut self, to: Above, by: Travel, origin: Origin) {
         let [x, y, z] = self.point(to);
-        let turned = || self.area.joints(to.0, to.1).map_or(0.0, |joints| joints.j1);
+        let turned = || {
+            self.reach
+                .joints(to.0, to.1)
+                .map_or(0.0, |joints| joints.j1)
+        };
         let r = self.marking.r.unwrap_or_else(|| turned() as f32);
         let to_pose = [x, y, z, r];
         self.plan.push(Action::Move { to: to_pose, by }, origin);

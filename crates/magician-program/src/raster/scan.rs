@@ -72,6 +72,8 @@ pub(super) struct Scan<'e> {
     burnt: usize,
     /// Where the tool is.
     at: Option<[f64; 2]>,
+    /// Whether the last segment had power.
+    lit: bool,
     /// The segments of one stretch: the share of the width where each ends, and its level.
     segments: Vec<(f64, u8)>,
 }
@@ -96,6 +98,7 @@ impl<'e> Scan<'e> {
             rates,
             burnt: 0,
             at: None,
+            lit: false,
             segments: Vec::new(),
         }
     }
@@ -208,6 +211,11 @@ impl<'e> Scan<'e> {
         };
         let way = distance(at, to);
         if self.rates.travel(way) < self.rates.dark(way) {
+            // Without a way to run out on, the last segment has left it lit.
+            if self.lit {
+                self.plan.push(Action::Laser(false), origin);
+                self.lit = false;
+            }
             self.travel(self.on(to), Travel::Line, origin);
             self.at = Some(to);
         } else {
@@ -226,7 +234,7 @@ impl<'e> Scan<'e> {
             power,
         };
         self.plan.push(to_there, origin);
-        self.at = Some(to);
+        (self.at, self.lit) = (Some(to), power > 0.0);
     }
 
     /// J4 stays at 0, as it does on the path: turning it back would cost time.

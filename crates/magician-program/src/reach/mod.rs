@@ -3,11 +3,13 @@
 mod fit;
 mod hull;
 mod outline;
+mod ways;
 
-use magician::{Error, Geometry, Limits, ToolBias};
+use magician::{Error, Geometry, JointAngles, Limits, ToolBias};
 use magician_motion::{ArmState, Move, MoveKind, Planner, Pose, Speeds, Target};
 
 use crate::Surface;
+pub(crate) use hull::of as hull;
 
 /// Where a tool can be on a surface and, lifted, above it: what placing a drawing needs to know, asked of the same
 /// limits as the check before a run.
@@ -122,12 +124,16 @@ impl Reach {
     }
 
     /// As `contains`, for less work.
-    fn has(&self, point: [f64; 2]) -> bool {
-        [0.0, self.lift].into_iter().all(|lift| {
-            let pose = self.pose(point, lift);
-            let joints = self.geometry.inverse_within(&pose, &self.limits);
-            joints.is_ok()
-        })
+    pub(crate) fn has(&self, point: [f64; 2]) -> bool {
+        [0.0, self.lift]
+            .into_iter()
+            .all(|lift| self.joints(point, lift).is_some())
+    }
+
+    /// The joints that bring the tool so far above a point of the surface.
+    pub(crate) fn joints(&self, point: [f64; 2], lift: f64) -> Option<JointAngles> {
+        let pose = self.pose(point, lift);
+        self.geometry.inverse_within(&pose, &self.limits).ok()
     }
 
     fn line(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> Result<(), Error> {

@@ -108,7 +108,8 @@ impl Ink {
             let length = (nth as f64 * LOOKS).min(self.length());
             // Rounding adds up along a curve: the nearest place thereabouts counts.
             let at = self.at(length)?;
-            let near = (-4..=4).filter_map(|shift| whole.at(length + f64::from(shift) * TRUE / 2.0));
+            let near =
+                (-4..=4).filter_map(|shift| whole.at(length + f64::from(shift) * TRUE / 2.0));
             near.map(|there| apart(at, there)).min_by(f64::total_cmp)
         });
         Some(off.fold(0.0, f64::max))

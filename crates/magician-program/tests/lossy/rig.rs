@@ -12,9 +12,9 @@ use magician::sim::world::Drawing;
 use magician::sim::{Line, Runner, Speed};
 use magician::words::{Guards, Preflight};
 use magician::{Arm, Error, ErrorKind, Options, Ran, Run, RunOptions, Set, VirtualArm};
-use magician_program::{Action, Plan, Step};
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_program::resume::{Mark, Seen, Span, Tally, Verdict};
+use magician_program::{Action, Plan, Step};
 use tokio::time::sleep;
 
 /// What a serial line is like: its speed, and how long the arm takes to answer, us.
@@ -184,7 +184,11 @@ impl<'p> Ride<'p> {
             let may_go_on = run.is_interrupted() || run.ran() == Ran::default();
             let line = matches!(error.kind(), ErrorKind::Port | ErrorKind::Timeout);
             let says = error.to_string();
-            again = if !line && told.as_ref() == Some(&says) { again + 1 } else { 0 };
+            again = if !line && told.as_ref() == Some(&says) {
+                again + 1
+            } else {
+                0
+            };
             if !may_go_on || again > SAME_REASON {
                 return Err(error);
             }

@@ -1,12 +1,13 @@
 //! What a drawing that came over a bad line has to be.
 
+use magician::ErrorKind;
 use magician::sim::world::Drawing;
 use magician_program::Plan;
 use magician_program::compare::{compare, lines_of};
 use magician_program::rehearse::{RehearseOptions, rehearse};
 
-use crate::ink::{Ink, TRUE};
-use crate::rig::{Outcome, Trouble};
+use super::ink::{Ink, TRUE};
+use super::rig::{Outcome, Trouble};
 
 /// Two pictures match where lines are so near, mm: as true as drawings are, and a pixel's diagonal.
 const MATCHES: f64 = TRUE + 0.071;
@@ -28,12 +29,15 @@ pub(crate) enum Came {
 pub(crate) fn drawn(plan: &Plan, steps: Option<u64>) -> Drawing {
     let mut plan = plan.clone();
     if let Some(steps) = steps {
-        plan.steps.truncate(usize::try_from(steps).unwrap_or(usize::MAX));
+        plan.steps
+            .truncate(usize::try_from(steps).unwrap_or(usize::MAX));
     }
     let mut options = RehearseOptions::default();
     // The table is where the whole plan has it, and so is the tool.
     options.tool = plan.tool;
-    rehearse(&plan, &options).map(|done| done.drawing).unwrap_or_default()
+    rehearse(&plan, &options)
+        .map(|done| done.drawing)
+        .unwrap_or_default()
 }
 
 /// Whether a plan's drawing is as it should be; what is wrong with it if not.
@@ -53,11 +57,17 @@ pub(crate) fn judge(
     };
     is_begun(&all, &outcome.drawing, whole, trouble)?;
     let steps = outcome.steps.ok_or("nobody knows where it stopped")?;
+    // A command that the line altered into one that the arm refuses counts as finished.
+    let refused = error.kind() == ErrorKind::Alarm;
+    let certain = steps.least.saturating_sub(refused.into());
     if trouble.window == 1 {
-        let [least, most] = [steps.least, steps.most].map(|steps| Ink::of(&drawn(plan, Some(steps))).length());
+        let [least, most] =
+            [certain, steps.most].map(|steps| Ink::of(&drawn(plan, Some(steps))).length());
         let found = ink.length();
         if found < least - TRUE || found > most + TRUE {
-            return Err(format!("{steps:?} leave {least:.3} to {most:.3} mm, and there are {found:.3} ({error})"));
+            return Err(format!(
+                "{steps:?} leave {least:.3} to {most:.3} mm, and there are {found:.3} ({error})"
+            ));
         }
     }
     let Some((step, rest)) = &outcome.rest else {
@@ -67,11 +77,15 @@ pub(crate) fn judge(
     // What was begun of the step may be there twice.
     let twice = step_length(plan, *step) + 2.0 * TRUE;
     if more > twice || more < -TRUE {
-        return Err(format!("gone on with from step {step}, {more:.3} mm are too much; of it {twice:.3} may be"));
+        return Err(format!(
+            "gone on with from step {step}, {more:.3} mm are too much; of it {twice:.3} may be"
+        ));
     }
     match compare(&lines_of(whole), &lines_of(rest), MATCHES).matched {
         matched if matched.is_good() => Ok(Came::Completed),
-        matched => Err(format!("gone on with from step {step} it is another one: {matched:?}")),
+        matched => Err(format!(
+            "gone on with from step {step} it is another one: {matched:?}"
+        )),
     }
 }
 
@@ -95,7 +109,9 @@ fn ended(
     };
     match matched.is_good() && once && off <= TRUE {
         true => Ok(Came::Equal),
-        false => Err(format!("another drawing: {more:.3} mm more, {off:.3} mm off, {matched:?}")),
+        false => Err(format!(
+            "another drawing: {more:.3} mm more, {off:.3} mm off, {matched:?}"
+        )),
     }
 }
 
@@ -108,7 +124,10 @@ fn is_begun(all: &Ink, part: &Drawing, whole: &Drawing, trouble: Trouble) -> Res
         let ink = Ink::of(part);
         return match ink.off_the_beginning_of(all) {
             Some(off) if off <= TRUE => Ok(()),
-            off => Err(format!("{:.3} mm are not how it begins: {off:?}", ink.length())),
+            off => Err(format!(
+                "{:.3} mm are not how it begins: {off:?}",
+                ink.length()
+            )),
         };
     }
     match compare(&lines_of(whole), &lines_of(part), MATCHES).matched {
@@ -126,7 +145,9 @@ fn step_length(plan: &Plan, step: usize) -> f64 {
         _ => None,
     };
     let [from, to] = [before, targets.clone().nth(step).flatten()];
-    let (Some(from), Some(to)) = (from, to) else { return 0.0 };
+    let (Some(from), Some(to)) = (from, to) else {
+        return 0.0;
+    };
     let apart = |a: [f32; 3], b: [f32; 3]| f64::from((a[0] - b[0]).hypot(a[1] - b[1]));
     match plan.steps.get(step).and_then(arc) {
         // An arc is shorter than the way round the square about its circle.
