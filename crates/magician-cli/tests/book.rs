@@ -201,7 +201,8 @@ fn try_page(name: &str) {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
-    assert!(tried > 0, "{name} has no block that is run");
+    let compiled = blocks.iter().any(|block| block.language == "rust");
+    assert!(tried > 0 || compiled, "{name} has nothing that is tried");
 }
 
 macro_rules! pages {
