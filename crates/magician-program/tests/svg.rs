@@ -518,6 +518,30 @@ fn dashes_are_strokes_of_their_own() {
 }
 
 #[test]
+fn a_line_beside_the_page_is_told_of() {
+    let line = |x: u32| format!(r##"<path id="far" d="M10 10H{x}" stroke="black"/>"##);
+    assert!(reading(page(&line(100))).1.is_empty());
+    let (artwork, notes) = reading(page(&line(150)));
+    assert_eq!(artwork.strokes.len(), 1);
+    let [note] = &notes[..] else {
+        panic!("{notes:?}");
+    };
+    assert!(note.message.contains("leaves the page"), "{note}");
+    assert!(note.origin.line > 0, "{note:?}");
+}
+
+#[test]
+fn a_line_on_the_edge_of_a_nested_drawing_is_drawn() {
+    let (artwork, _) = reading(page(
+        r##"<svg x="20" y="30" width="40" height="40" viewBox="0 0 10 10"><rect width="10" height="10" fill="none" stroke="black"/></svg>"##,
+    ));
+    let [stroke] = &artwork.strokes[..] else {
+        panic!("{artwork:?}");
+    };
+    near(stroke.length(), 160.0, 0.01);
+}
+
+#[test]
 fn clip_paths_cut_lines_off() {
     let (artwork, _) = reading(page(
         r##"<clipPath id="c"><circle cx="50" cy="50" r="20"/></clipPath><g clip-path="url(#c)" stroke="black"><line x1="0" y1="50" x2="100" y2="50"/><line x1="0" y1="5" x2="100" y2="5"/><rect x="45" y="45" width="10" height="10"/></g>"##,
