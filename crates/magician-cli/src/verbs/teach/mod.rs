@@ -255,13 +255,13 @@ impl Session {
         let before = &self.room.lesson;
         let mut lesson = Lesson::of(&left);
         lesson.title.clone_from(&before.title);
-        lesson.tool = before.tool;
+        lesson.tool = left.tool.or(before.tool);
         lesson.mark_unsaved();
-        if left.tool != lesson.tool {
-            let tool = left.tool.map_or("none".to_owned(), |tool| tool.to_string());
-            let text =
-                format!("it was taught with the tool {tool}: start again with --tool {tool}");
-            self.desk.pad.say(Tone::Bad, text);
+        // Its points are for that tool, and those that follow have to be, too.
+        if let Some(tool) = lesson.tool.filter(|tool| Some(*tool) != before.tool) {
+            let what = "the arm counts from the tool with which the lesson was taught";
+            let command = Box::new(words::tool(tool.bias()));
+            self.desk.obey(Reply::Order(Order::Tool { what, command }));
         }
         self.kept = left;
         self.room.lesson = lesson;
