@@ -78,7 +78,14 @@ impl Job {
                 "--resume, --picture and --record are of a run, and nothing is run here",
             ));
         }
-        let place = self.place(looks, context)?;
+        let place = match self.place(looks, context) {
+            Ok(place) => place,
+            // What is wrong with the file is the better story.
+            Err(no_arm) => {
+                self.read(&Where::Nowhere, context)?;
+                return Err(no_arm);
+            }
+        };
         let read = self.read(&place, context)?;
         let picture = self.picture(&place, context)?;
         let Made {
