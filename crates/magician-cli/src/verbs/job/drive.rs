@@ -217,7 +217,7 @@ impl Drive<'_> {
             let done = self.reached(progress.sent, progress.last.0, progress.current.0, begun);
             finished.store(done, Ordering::Relaxed);
             let left = times.left(report.time, done - rest.from.min(done));
-            teller.at(done, left.map(|left| self.of_wall(left)));
+            teller.at(done, left.and_then(|left| self.of_wall(left)));
         });
         let watch = async {
             match &mut recorder {
@@ -253,9 +253,12 @@ impl Drive<'_> {
         Recorder::begin(arm, path, options).await
     }
 
-    /// A time of the arm's clock as a person waits for it.
-    fn of_wall(&self, time: Duration) -> Duration {
-        self.pace.map_or(time, |pace| time.div_f64(pace.max(1e-3)))
+    /// A time of the arm's clock as a person waits for it; nobody can tell where it runs as fast as it can.
+    fn of_wall(&self, time: Duration) -> Option<Duration> {
+        match self.pace {
+            None => Some(time),
+            Some(pace) => pace.is_finite().then(|| time.div_f64(pace.max(1e-3))),
+        }
     }
 
     /// The next command is about to go out.
