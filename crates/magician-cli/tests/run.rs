@@ -128,6 +128,15 @@ fn an_estimate_has_time_steps_lengths_and_bounds() {
 }
 
 #[test]
+fn a_drawing_that_does_not_fit_fails_its_check() {
+    let large = ["draw", &sample("house.svg"), "--scale", "20"];
+    let check = run(&[&large[..], &["--check"]].concat());
+    assert_eq!(check.status, 10, "{}", check.err);
+    assert!(check.err.contains("--fit"), "{}", check.err);
+    assert_eq!(run(&[&large[..], &["--estimate"]].concat()).status, 3);
+}
+
+#[test]
 fn complaints_have_their_place_in_the_file() {
     let place = Place::new();
     let file = place.write("far.gcode", FAR);

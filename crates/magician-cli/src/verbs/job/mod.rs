@@ -149,12 +149,18 @@ impl Job {
         let taught = matches!(content, Content::Plan(_));
         let config = context.config()?;
         let setup = self.setup(place, &config)?;
-        let made = setup.plan(format, content);
-        let made = made.map_err(|problem| source.failure(&problem))?;
+        // What cannot be laid before the arm is what a check is for; a surface that nobody knows is not.
+        let fails = self.look.check && setup.known_surface().is_some();
+        let refused = |problem: Problem| {
+            let mut failure = source.failure(&problem);
+            if fails {
+                failure.kind = Kind::CheckFailed;
+            }
+            failure
+        };
+        let made = setup.plan(format, content).map_err(refused)?;
         notes(&source, &made.notes, context);
-        let mut plan = self
-            .on_grid(made.content)
-            .map_err(|problem| source.failure(&problem))?;
+        let mut plan = self.on_grid(made.content).map_err(refused)?;
         if self.pause > 0 {
             plan.push(Action::Wait(self.pause), magician_program::Origin::NONE);
         }
