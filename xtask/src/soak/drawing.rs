@@ -48,6 +48,7 @@ struct Tally {
     resent: u64,
     same: u64,
     equal: u64,
+    seamed: u64,
     completed: u64,
     stopped: u64,
     interrupted: u64,
@@ -160,6 +161,7 @@ impl Tally {
         let count = match came {
             Came::Same => &mut self.same,
             Came::Equal => &mut self.equal,
+            Came::Seamed => &mut self.seamed,
             Came::Completed => &mut self.completed,
             Came::Stopped => &mut self.stopped,
         };
@@ -175,6 +177,7 @@ impl Tally {
             count("requests", self.requests).with("sent again", self.resent as f64),
             count("the same strokes", self.same),
             count("the same lines", self.equal),
+            count("whole, with seams at window 4", self.seamed),
             count("stopped, gone on with, whole", self.completed),
             count("stopped, with the steps in doubt", self.stopped)
                 .with("commands doubled and told of", self.doubled as f64),

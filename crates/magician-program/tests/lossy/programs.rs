@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use magician_program::raster::Size;
+use magician_program::rehearse::{RehearseOptions, tool_of};
 use magician_program::{Content, Format, Plan, Problem, ReadOptions, Setup, Surface, read};
 
 /// Of every kind that leaves something.
@@ -30,5 +31,8 @@ pub(crate) fn plan(samples: &Path, name: &str) -> Result<Plan, Problem> {
     if let Content::Image(_) = content {
         setup.size = Size::Width(WIDTH);
     }
-    Ok(setup.plan(format, content)?.content)
+    let mut plan = setup.plan(format, content)?.content;
+    // An arm that restarts forgets which tool it has: it is told by the plan.
+    plan.tool = Some(tool_of(&plan, &RehearseOptions::default()));
+    Ok(plan)
 }

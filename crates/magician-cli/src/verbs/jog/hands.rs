@@ -369,3 +369,32 @@ async fn run(
         .await?;
     Ok(None)
 }
+
+#[cfg(test)]
+mod tests {
+    use magician::commands::EndEffectorLaser;
+    use magician::words;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn nothing_is_switched_on_after_a_stop_that_was_asked_for_later() {
+        let arm = Arm::connect(&"sim".parse().unwrap()).await.unwrap();
+        let ratios = Ratios {
+            jog: arm.get::<JogCommonParams>().await.unwrap(),
+            moves: arm.get::<PtpCommonParams>().await.unwrap(),
+        };
+        let mut hands = Hands::new(&arm, Debts::default(), ratios);
+        let (what, command) = ("the laser burns", Box::new(words::laser(true)));
+        assert!(hands.order(Order::Tool { what, command }).is_none());
+        assert!(hands.order(Order::Stop).is_none());
+        assert_eq!(hands.next().await.what, What::Stop);
+        assert!(hands.beside.is_empty());
+        // What is asked for after it is done.
+        let (what, command) = ("suction on", Box::new(words::suction(true)));
+        assert!(hands.order(Order::Tool { what, command }).is_none());
+        assert_eq!(hands.next().await.what, What::Tool("suction on"));
+        let laser = arm.get::<EndEffectorLaser>().await.unwrap();
+        assert!(!laser.is_on.is_on());
+    }
+}
