@@ -406,7 +406,7 @@ fn drawings_are_as_large_as_they_are_unless_they_are_made_to_fit() {
                <rect id='frame' x='0' y='0' width='400' height='400' fill='none' stroke='black'/></svg>";
     let file = place.write("large.svg", svg);
     let large = run(&["draw", &file, "--check"]);
-    assert_eq!(large.status, 3);
+    assert_eq!(large.status, 10);
     assert!(large.err.contains("--fit"), "{}", large.err);
     let fitted = run(&["draw", &file, "--fit", "--check", "--json"]);
     assert_eq!(fitted.status, 0, "{fitted:?}");

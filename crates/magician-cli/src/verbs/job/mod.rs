@@ -78,8 +78,9 @@ impl Job {
                 "--resume, --picture and --record are of a run, and nothing is run here",
             ));
         }
+        let opened = self.opened()?;
         let place = self.place(looks, context)?;
-        let read = self.read(&place, context)?;
+        let read = self.read(opened, &place, context)?;
         let picture = self.picture(&place, context)?;
         let Made {
             source,
@@ -186,7 +187,7 @@ impl Job {
 
     /// Reads it and makes a plan of it, for whoever does something else with it than running it.
     pub(crate) fn plan(&self, context: &mut Context) -> Result<(Source, Plan), Failure> {
-        let read = self.read(&Where::Nowhere, context)?;
+        let read = self.read(self.opened()?, &Where::Nowhere, context)?;
         let made = self.made(read, &Where::Nowhere, context)?;
         Ok((made.source, made.program.plan))
     }
