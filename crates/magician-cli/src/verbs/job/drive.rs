@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use magician::commands::{DeviceSn, DeviceTime};
+use magician::commands::{DeviceSn, DeviceTime, EndEffectorLaser};
 use magician::words::{Guards, Preflight};
 use magician::{Arm, Ran, RunOptions, Set};
 use magician_program::Report;
@@ -82,6 +82,10 @@ impl Drive<'_> {
         let guards = Guards::default().require_homed(self.require_homed);
         let first: Vec<Set> = self.program.plan.commands().take(1).collect();
         arm.check_alarms(&first, guards).await?;
+        if arm.get::<EndEffectorLaser>().await?.is_on.is_on() {
+            let message = "the laser is on, and a program begins with it dark; nothing was sent";
+            return Err(Failure::invalid(message).hint("`magician laser off` switches it off"));
+        }
         let serial = arm.get::<DeviceSn>().await;
         let serial = serial
             .map(|serial| serial.device_sn.to_string())

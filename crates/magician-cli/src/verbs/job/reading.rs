@@ -10,23 +10,53 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::source::Source;
 
+/// A file that is there, and understood as far as that does not depend on where it is to run.
+pub(super) struct Opened {
+    source: Source,
+    format: Format,
+    reading: Option<Reading>,
+}
+
 impl Job {
-    /// Reads the file, and tells what of it was taken in a certain way.
+    /// Opens the file: what is wrong with it is told before an arm is looked for.
+    pub(super) fn opened(&self) -> Result<Opened, Failure> {
+        let source = Source::open(&self.file.file)?;
+        let format = source.format(self.file.format)?;
+        let reading = match format {
+            Format::Gcode => None,
+            _ => Some(source.read(format, self.options())?),
+        };
+        Ok(Opened {
+            source,
+            format,
+            reading,
+        })
+    }
+
+    /// Reads it for a place, and tells what of it was taken in a certain way.
     pub(super) fn read(
         &self,
+        opened: Opened,
         place: &Where,
         context: &mut Context,
     ) -> Result<(Source, Format, Content), Failure> {
-        let source = Source::open(&self.file.file)?;
-        let format = source.format(self.file.format)?;
-        let mut options = ReadOptions::default();
-        options.tolerance = self.pen.tolerance.unwrap_or(options.tolerance);
-        let reading = match format {
-            Format::Gcode => self.gcode(&source, options, place, context)?,
-            _ => source.read(format, options)?,
+        let Opened {
+            source,
+            format,
+            reading,
+        } = opened;
+        let reading = match reading {
+            Some(reading) => reading,
+            None => self.gcode(&source, self.options(), place, context)?,
         };
         notes(&source, &reading.notes, context);
         Ok((source, format, reading.content))
+    }
+
+    fn options(&self) -> ReadOptions {
+        let mut options = ReadOptions::default();
+        options.tolerance = self.pen.tolerance.unwrap_or(options.tolerance);
+        options
     }
 
     /// Some G-code depends on where the tool stands when it begins.
