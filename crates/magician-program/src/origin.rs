@@ -49,8 +49,8 @@ impl Origin {
 #[derive(Clone, Debug)]
 pub struct Lines<'t> {
     text: &'t str,
-    /// Every byte is a character, so that they need not be counted.
-    ascii: bool,
+    /// How many characters there are before every so many bytes; nothing if every byte is one.
+    before: Vec<usize>,
     /// Where each line begins.
     starts: Vec<usize>,
 }
@@ -61,11 +61,33 @@ impl<'t> Lines<'t> {
     pub fn new(text: &'t str) -> Self {
         let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let starts = std::iter::once(0).chain(ends.map(|(at, _)| at + 1));
+        let mut before = Vec::new();
+        if !text.is_ascii() {
+            let mut sum = 0;
+            for part in text.as_bytes().chunks(EVERY) {
+                before.push(sum);
+                sum += characters(part);
+            }
+        }
         Self {
             text,
-            ascii: text.is_ascii(),
+            before,
             starts: starts.collect(),
         }
+    }
+
+    /// How many characters begin before a byte.
+    fn count(&self, at: usize) -> usize {
+        let Some(last) = self.before.len().checked_sub(1) else {
+            return at;
+        };
+        let part = (at / EVERY).min(last);
+        let rest = self
+            .text
+            .as_bytes()
+            .get(part * EVERY..at)
+            .unwrap_or_default();
+        self.before.get(part).copied().unwrap_or_default() + characters(rest)
     }
 
     /// The origin of a range of bytes. One that is not within the text, or cuts a character, is moved to where it fits.
@@ -75,13 +97,7 @@ impl<'t> Lines<'t> {
         let end = self.fit(range.end).max(start);
         let line = self.starts.partition_point(|begin| *begin <= start).max(1);
         let begin = self.starts.get(line - 1).copied().unwrap_or(0);
-        let count = |from, to| match self.ascii {
-            true => to - from,
-            false => self
-                .text
-                .get(from..to)
-                .map_or(0, |part| part.chars().count()),
-        };
+        let count = |from, to| self.count(to).saturating_sub(self.count(from));
         let number = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
         Origin {
             line: number(line),
@@ -108,6 +124,15 @@ impl<'t> Lines<'t> {
         }
         at
     }
+}
+
+/// Characters are counted from here to here, bytes.
+const EVERY: usize = 512;
+
+/// How many characters begin in a part of a text.
+fn characters(part: &[u8]) -> usize {
+    // All bytes of a character but its first look so.
+    part.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
 }
 
 /// How many bytes the first so many characters take.
@@ -137,5 +162,18 @@ mod tests {
         assert_eq!((second.line, second.column, second.length), (2, 4, 2));
         assert_eq!(lines.origin(0..99).length, text.chars().count() as u32);
         assert_eq!(lines.range(&Origin { line: 9, ..second }), None);
+    }
+
+    #[test]
+    fn a_long_line_is_counted_in_characters() {
+        let text = format!("{}x\n{}y", "größe, 日本 ".repeat(300), "é".repeat(700));
+        let lines = Lines::new(&text);
+        for (at, _) in text.char_indices() {
+            let origin = lines.origin(at..at);
+            let begin = text[..at].rfind('\n').map_or(0, |end| end + 1);
+            let column = text[begin..at].chars().count() + 1;
+            assert_eq!(origin.column as usize, column, "{at}");
+            assert_eq!(lines.range(&origin), Some(at..at));
+        }
     }
 }

@@ -91,11 +91,7 @@ impl Drive<'_> {
             (true, "") => arm.name(),
             (true, serial) => serial,
         };
-        let mark = Mark::new(
-            &self.program.plan.title,
-            self.program.steps(),
-            self.mixed,
-        );
+        let mark = Mark::new(&self.program.plan.title, self.program.steps(), self.mixed);
         let mut journal = Journal::new(&self.program.key(), name, mark, self.lasting);
         let from = match (self.resume, self.from) {
             (true, _) => self.resumed(arm, &journal).await?,
