@@ -74,7 +74,7 @@ impl Drive<'_> {
             most: journal.mark.handed,
         };
         journal.ends(Verdict::Doubt(span));
-        failure.hint(in_doubt(span))
+        failure.hint(self.in_doubt(span))
     }
 
     /// Steps that have been given to the arm, at most.
@@ -93,7 +93,7 @@ impl Drive<'_> {
             return failure;
         }
         journal.mark.handed = self.handed(&state);
-        let command = "the same command with --resume";
+        let command = format!("the same command with {}--resume", self.with_start());
         let Some(stood) = stood else {
             journal.breaks_off();
             return failure.hint(format!(
@@ -115,7 +115,7 @@ impl Drive<'_> {
             }),
         };
         journal.ends(verdict);
-        failure.hint(self.advice(verdict, command))
+        failure.hint(self.advice(verdict, &command))
     }
 
     fn advice(&self, verdict: Verdict, command: &str) -> String {
@@ -129,7 +129,7 @@ impl Drive<'_> {
                 "{steps}{of} steps are done and the next was cut short; {command} goes on with step {}",
                 steps + 1
             ),
-            Verdict::Doubt(span) => in_doubt(span),
+            Verdict::Doubt(span) => self.in_doubt(span),
         }
     }
 
@@ -198,7 +198,7 @@ impl Drive<'_> {
                     }
                 };
                 let failure = Failure::new(Kind::Driver(ErrorKind::Uncertain), message);
-                return Err(failure.hint(in_doubt(span)));
+                return Err(failure.hint(self.in_doubt(span)));
             }
         };
         if self.program.steps().is_some_and(|all| steps >= all) {
@@ -246,17 +246,26 @@ impl Drive<'_> {
             let _ = writeln!(io::stderr(), "{text}");
         }
     }
-}
 
-fn in_doubt(Span { least, most }: Span) -> String {
-    let which = match most.saturating_sub(least) {
-        0 | 1 => format!("step {}", least + 1),
-        _ => format!("steps {} to {most}", least + 1),
-    };
-    format!(
-        "{least} steps are done for certain, {which} may be: look at the work, then --from {} does them again, \
-         --from {} leaves them out",
-        least + 1,
-        most + 1
-    )
+    fn in_doubt(&self, Span { least, most }: Span) -> String {
+        let which = match most.saturating_sub(least) {
+            0 | 1 => format!("step {}", least + 1),
+            _ => format!("steps {} to {most}", least + 1),
+        };
+        let start = self.with_start();
+        format!(
+            "{least} steps are done for certain, {which} may be: look at the work, then {start}--from {} does them again, \
+         {start}--from {} leaves them out",
+            least + 1,
+            most + 1
+        )
+    }
+
+    /// What has to be said besides, for a program that began where the tool stood.
+    fn with_start(&self) -> String {
+        match self.start {
+            Some([x, y, z]) => format!("--start {x:.3},{y:.3},{z:.3} "),
+            None => String::new(),
+        }
+    }
 }

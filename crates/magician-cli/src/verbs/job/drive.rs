@@ -34,6 +34,8 @@ pub(super) struct Drive<'a> {
     pub(super) settings: &'a [Set],
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
+    /// Where the program was begun, if that has to be said when it goes on.
+    pub(super) start: Option<[f64; 3]>,
     pub(super) keep: bool,
     /// The driver may put commands of its own between those of the program, or pass over indices.
     pub(super) mixed: bool,

@@ -20,12 +20,13 @@ use magician::words::Preflight;
 use magician::{Arm, Options, Set, SimSpeed, Target, VirtualArm};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
-use magician_program::{Action, Content, Format, Plan, Problem, Setup, Work};
+use magician_program::{Action, Content, Plan, Problem, Setup, Work};
 use miette::Severity;
 
 use self::drive::{Done, Drive, State};
 use self::options::{File, Look, Pen, Place, Way};
 use self::program::Program;
+use self::reading::Read;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::source::Source;
@@ -57,6 +58,8 @@ struct Made {
     program: Program,
     /// What the arm is told first, besides what the plan says.
     settings: Vec<Set>,
+    /// Where the tool stood, if it depends on that.
+    start: Option<[f64; 3]>,
 }
 
 /// Where a program is tried or run.
@@ -87,6 +90,7 @@ impl Job {
             setup,
             program,
             settings,
+            start,
         } = self.made(read, &place, context)?;
         program.has(self.way.from.map_or(0, |step| step - 1))?;
         let look = show::Shown {
@@ -121,7 +125,8 @@ impl Job {
                     SimSpeed::Times(_) => context.put_up(arm.clone()),
                     SimSpeed::Max => context.put_up_in_arm_time(arm.clone()),
                 }
-                let drive = self.drive(&source, &program, &settings, Some(pace), context);
+                let mut drive = self.drive(&source, &program, &settings, Some(pace), context);
+                drive.start = start;
                 let outcome = go(&drive, context);
                 let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));
                 let done = outcome?;
@@ -132,7 +137,8 @@ impl Job {
                 if program.burns() && !matches!(target, Target::Sim(_)) {
                     permit(&target, context)?;
                 }
-                let drive = self.drive(&source, &program, &settings, None, context);
+                let mut drive = self.drive(&source, &program, &settings, None, context);
+                drive.start = start;
                 let done = go(&drive, context)?;
                 self.tell(&done, &program, context)
             }
@@ -140,13 +146,13 @@ impl Job {
     }
 
     /// Makes a program of what was in the file.
-    fn made(
-        &self,
-        read: (Source, Format, Content),
-        place: &Where,
-        context: &mut Context,
-    ) -> Result<Made, Failure> {
-        let (source, format, content) = read;
+    fn made(&self, read: Read, place: &Where, context: &mut Context) -> Result<Made, Failure> {
+        let Read {
+            source,
+            format,
+            content,
+            start,
+        } = read;
         let taught = matches!(content, Content::Plan(_));
         let config = context.config()?;
         let setup = self.setup(place, &config)?;
@@ -182,6 +188,7 @@ impl Job {
             setup,
             program,
             settings,
+            start,
         })
     }
 
@@ -252,6 +259,7 @@ impl Job {
             settings,
             from: way.from,
             resume: way.resume,
+            start: None,
             keep: way.keep,
             mixed: program.burns() || context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,
