@@ -130,6 +130,15 @@ fn releases_end_a_jog_where_the_terminal_tells_them() {
     // The window loses the focus: nobody sees the release.
     place.terminal.types("\x1b[O");
     place.stands();
+    // A suspended program could end no jog: it is not suspended, and lets go.
+    place.terminal.types("\x1b[1;1:1D");
+    let y = place.axis("y");
+    let moved = (0..1000).any(|_| place.axis("y") > y + 5.0);
+    assert!(moved, "the arm does not move again");
+    let id = place.terminal.child.id().to_string();
+    let told = Command::new("kill").args(["-TSTP", &id]).status();
+    assert!(told.expect("kill runs").success());
+    place.stands();
     place.terminal.types("q");
     place.ends(0, "left at:");
 }

@@ -128,12 +128,6 @@ fn find(
     let (found, tool, saves) = match given {
         Some(touches) => {
             let tool = tool_of_points(subject, mounted, usual, context)?;
-            if subject == Subject::Sheet {
-                let mut reached = touches.iter().enumerate();
-                reached
-                    .try_for_each(|(nth, touch)| touch.reached(nth, tool))
-                    .map_err(wrong)?;
-            }
             let found = subject.found(&touches, tool).map_err(wrong)?;
             let saves = context.global.yes;
             (found, tool, if saves { Saves::Yes } else { Saves::Asks })
