@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 /// As many pairs are remembered: more than any queue is long.
 const REMEMBERED: usize = 256;
 
-/// Which step a queue index belongs to. A driver may put commands of its own between those of a plan (to darken a laser), so
+/// Which step a queue index belongs to. A driver may put commands of its own between those of a plan, and pass over indices, so
 /// that there is no fixed difference.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// Commands before the first step.
     lead: u64,
-    /// Whether the driver may put commands of its own between the steps.
+    /// Whether the driver may put commands of its own between the steps, or pass over indices.
     mixed: bool,
     /// An index, and the commands of the plan up to it.
     pairs: VecDeque<(u64, u64)>,
@@ -34,7 +34,7 @@ pub struct Span {
 
 impl Tally {
     /// For a run whose first step is preceded by so many commands. `mixed`: the driver may put commands of its own between
-    /// them.
+    /// them (to darken a laser), or pass over indices (above window 1, when commands were lost and go again).
     #[must_use]
     pub fn new(lead: u64, mixed: bool) -> Self {
         Self {
@@ -93,6 +93,20 @@ impl Tally {
         }
     }
 
+    /// The same where an index may stand for a command of others, or for one that came twice, behind the last that the arm is
+    /// known to have taken.
+    #[must_use]
+    pub fn certain(&self, current: u64) -> Span {
+        let span = self.finished(current);
+        match self.last() {
+            Some((index, steps)) if current > index => Span {
+                least: steps,
+                ..span
+            },
+            _ => span,
+        }
+    }
+
     /// The last index, and the steps up to it.
     #[must_use]
     pub fn last(&self) -> Option<(u64, u64)> {
@@ -119,7 +133,7 @@ pub struct Mark {
     pub index: Option<(u64, u64)>,
     /// The arm's clock when that was seen, ms.
     pub clock: u32,
-    /// Whether the driver may have put commands of its own between the steps.
+    /// Whether the driver may have put commands of its own between the steps, or passed over indices.
     pub mixed: bool,
     /// The run has ended and said so: `finished` is exact.
     pub ended: Option<Ended>,
@@ -277,6 +291,15 @@ mod tests {
         tally.note(14, 114);
         assert_eq!(tally.finished(112), exactly(10));
         assert_eq!(tally.last(), Some((114, 12)));
+    }
+
+    #[test]
+    fn what_came_twice_is_in_doubt_only_behind_the_last_that_is_known() {
+        let mut tally = Tally::new(2, false);
+        tally.note(10, 110);
+        assert_eq!(tally.certain(109), exactly(7));
+        assert_eq!(tally.certain(110), exactly(8));
+        assert_eq!(tally.certain(112), Span { least: 8, most: 10 });
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What was in a file becomes a plan for this arm: where it lies, with which tool, how fast.
 
+use magician::words::{self, Preflight};
 use magician_motion::ToolBias;
 
 use crate::artwork::{Layout, Marking, Order, Sheet};
@@ -34,6 +35,17 @@ pub struct Setup {
     pub size: Size,
     /// Speed of the tool at work, mm/s, instead of what the file or the way of working says.
     pub speed: Option<f32>,
+}
+
+/// Where the tip of a tool is when an arm stands so; of the tool that the arm knows of, if none is named.
+#[must_use]
+pub fn tip(start: &Preflight, tool: Option<Tool>) -> Option<[f64; 3]> {
+    let mut told = start.clone();
+    if let Some(tool) = tool {
+        told.check(&words::tool(tool.bias())).ok()?;
+    }
+    let pose = told.arm()?.pose;
+    Some([pose.x, pose.y, pose.z])
 }
 
 /// What is made of drawings and images.
@@ -98,6 +110,13 @@ impl Default for Setup {
 }
 
 impl Setup {
+    /// The surface, as far as anybody has said one.
+    #[must_use]
+    pub fn known_surface(&self) -> Option<Surface> {
+        let sheet = self.sheet.map(|sheet| sheet.surface);
+        self.surface.or(sheet).or(self.usual_surface)
+    }
+
     /// The plan for what was in a file of this format.
     ///
     /// # Errors
@@ -245,7 +264,7 @@ impl Setup {
             ..
         } = self.placing;
         let sheet = self.sheet;
-        let surface = self.known_surface()?;
+        let surface = self.needed_surface()?;
         Ok(Layout {
             surface,
             scale,
@@ -257,10 +276,8 @@ impl Setup {
         })
     }
 
-    fn known_surface(&self) -> Result<Surface, Problem> {
-        let measured = self.sheet.map(|sheet| sheet.surface);
-        let surface = self.surface.or(measured).or(self.usual_surface);
-        surface.ok_or_else(|| {
+    fn needed_surface(&self) -> Result<Surface, Problem> {
+        self.known_surface().ok_or_else(|| {
             Problem::of_file("nobody has said how high the paper or the wood lies").help(
                 "`magician calibrate` measures it, or --surface Z says it: the z that `magician pose` shows when the \
                  tool touches it",
@@ -271,7 +288,7 @@ impl Setup {
     /// Grey that becomes power.
     fn engraved(&self, image: &Raster, mut engrave: Engrave) -> Result<Plan, Problem> {
         engrave.speed = self.speed.map_or(engrave.speed, f64::from);
-        let surface = self.known_surface()?;
+        let surface = self.needed_surface()?;
         let natural = image.size(self.size)?;
         let size = natural.map(|side| side * self.placing.scale);
         let tool = self.tool.or(self.usual_tool).unwrap_or(Tool::Laser);

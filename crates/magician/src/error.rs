@@ -213,6 +213,12 @@ impl Error {
         error
     }
 
+    /// The queue indices that it is about, as far as they are known.
+    pub(crate) fn between(mut self, from: Option<u64>, to: Option<u64>) -> Self {
+        (self.0.from, self.0.to) = (from, to);
+        self
+    }
+
     /// Alarms that hold the queue.
     pub(crate) fn alarm(alarms: AlarmSet) -> Self {
         let mut message = String::from("the arm stopped with an alarm");

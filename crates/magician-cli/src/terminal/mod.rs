@@ -20,11 +20,11 @@ use std::time::Duration;
 
 pub(crate) use alarms::{alarm_lines, alarms};
 pub(crate) use keyboard::{Keyboard, Waited};
-pub(crate) use panel::{help, hints, lamp, mm, panel};
+pub(crate) use panel::{fitted, help, hints, lamp, mm, panel, wrapped};
 pub(crate) use polled::Polled;
 pub(crate) use screen::{Listen, LogWriter, Screen, check, take_log};
 pub(crate) use seen::{Seen, event_text, sparkline};
-pub(crate) use shown::{Shown, hung_up};
+pub(crate) use shown::{Shown, Suspends, hung_up};
 pub(crate) use stage::{Stage, Told};
 pub(crate) use theme::Theme;
 

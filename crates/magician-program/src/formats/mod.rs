@@ -7,10 +7,11 @@ mod hpgl;
 mod image;
 mod kind;
 pub mod playback;
+mod points;
 pub(crate) mod svg;
 mod xml;
 
-pub use gcode::{Arcs, Dialect, GcodeOptions};
+pub use gcode::{Arcs, Dialect, GcodeOptions, NEEDS_START};
 
 use crate::plan::file;
 use crate::raster::Raster;
@@ -36,6 +37,8 @@ pub enum Format {
     Blockly,
     /// PNG, JPEG and BMP images.
     Image,
+    /// Lists of points: CSV, JSON, text.
+    Points,
 }
 
 /// How a file is read, where it leaves a choice.
@@ -108,6 +111,7 @@ pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Readi
         Format::Dxf => dxf::read(bytes, options),
         Format::Blockly => blockly::read(bytes, options),
         Format::Image => image::read(bytes, options),
+        Format::Points => points::read(bytes, options),
     }
 }
 

@@ -154,11 +154,13 @@ impl fmt::Display for StreamFailure {
                 f,
                 "the arm stands at {found:.2?}, and nobody knows where it should"
             ),
-            Self::Unclear { confirmed, found } => write!(
-                f,
-                "after index {confirmed:?} of {found} commands may be missing that must not be \
-                 done twice"
-            ),
+            Self::Unclear { confirmed, found } => {
+                write!(f, "up to queue index {found}")?;
+                if let Some(confirmed) = confirmed {
+                    write!(f, ", after {confirmed}")?;
+                }
+                f.write_str(", commands may be missing that must not be done twice")
+            }
         }
     }
 }

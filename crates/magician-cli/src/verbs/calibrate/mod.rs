@@ -156,6 +156,12 @@ fn find(
         let mut config = Config::load()?;
         found.keep(&mut config)?;
         answer.saved = true;
+        if subject == Subject::Tool {
+            answer.stale = ["sheet", "surface"]
+                .into_iter()
+                .filter(|name| config.says(name).is_some())
+                .collect();
+        }
         answer.file = config.path().map(|path| path.display().to_string());
     }
     if let (Found::Tip(tip), true) = (&found, tell) {

@@ -7,6 +7,7 @@ mod lesson;
 mod view;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use magician::commands::{EndEffectorParams, Pose};
@@ -25,7 +26,7 @@ use crate::verbs::jog::{
 };
 use classroom::{Classroom, Prompt, Turn};
 use file::{Rescue, UNNAMED};
-use lesson::Lesson;
+use lesson::{Lesson, Row};
 use view::Model;
 
 /// Teach the arm points by keys or by hand, edit them, play them, keep them in a file
@@ -89,8 +90,8 @@ struct Session {
     /// What was left the last time.
     left: Option<Plan>,
     /// What the rescue file has.
-    kept: Plan,
-    /// The row from which on it plays, or did last.
+    kept: Arc<Vec<Row>>,
+    /// The row with which the plan begins that it plays, or did last.
     began: usize,
     hand: Option<Polled<Pose>>,
     stage: Stage<Model>,
@@ -128,7 +129,7 @@ impl Session {
         }
         desk.seen.note(format!("points are for the tool: {tool}"));
         Ok(Self {
-            kept: room.lesson.plan(0),
+            kept: Arc::clone(&room.lesson.rows),
             desk,
             room,
             path,
@@ -152,11 +153,16 @@ impl Session {
                 biased;
                 happened = self.desk.next(&mut self.stage) => match happened? {
                     Happened::Key(key) => {
-                        let status = self.desk.seen.status.as_ref();
-                        let (pose, still) = (status.map(|status| status.pose), self.desk.seen.stands());
+                        let seen = &self.desk.seen;
+                        let status = seen.status.as_ref().filter(|_| seen.answers());
+                        let (pose, still) = (status.map(|status| status.pose), seen.stands());
                         let now = self.desk.now();
                         let turn = self.room.key(key, &mut self.desk.pad, pose.as_ref(), still, now);
                         self.take(turn)
+                    }
+                    Happened::Pasted(text) => {
+                        self.room.pasted(&text);
+                        None
                     }
                     other => self.desk.attend(&other),
                 },
@@ -201,12 +207,18 @@ impl Session {
     }
 
     fn play(&mut self, from: usize) {
-        let plan = self.room.lesson.plan(from);
-        let reply = Reply::Order(Order::Run(Box::new(plan)));
-        self.desk.obey(reply);
+        let lesson = &self.room.lesson;
+        // A row that only leads on begins where the one before ends, and nowhere else.
+        let (first, step) = match lesson.leads_from_anywhere(from) {
+            true => (from, 0),
+            false => (0, lesson.steps_before(from)),
+        };
+        let plan = Box::new(lesson.plan(first));
+        self.desk
+            .obey(Reply::Order(Order::Run { plan, from: step }));
         if self.desk.pad.doing == Some(What::Run) {
             self.room.playing = Some(from);
-            self.began = from;
+            self.began = first;
             self.desk.pad.say(Tone::Plain, "playing; space stops it");
         }
     }
@@ -244,15 +256,15 @@ impl Session {
         let before = &self.room.lesson;
         let mut lesson = Lesson::of(&left);
         lesson.title.clone_from(&before.title);
-        lesson.tool = before.tool;
+        lesson.tool = left.tool.or(before.tool);
         lesson.mark_unsaved();
-        if left.tool != lesson.tool {
-            let tool = left.tool.map_or("none".to_owned(), |tool| tool.to_string());
-            let text =
-                format!("it was taught with the tool {tool}: start again with --tool {tool}");
-            self.desk.pad.say(Tone::Bad, text);
+        // Its points are for that tool, and those that follow have to be, too.
+        if let Some(tool) = lesson.tool.filter(|tool| Some(*tool) != before.tool) {
+            let what = "the arm counts from the tool with which the lesson was taught";
+            let command = Box::new(words::tool(tool.bias()));
+            self.desk.obey(Reply::Order(Order::Tool { what, command }));
         }
-        self.kept = left;
+        self.kept = Arc::clone(&lesson.rows);
         self.room.lesson = lesson;
     }
 
@@ -269,7 +281,7 @@ impl Session {
                 self.room.lesson.title = title(&path);
                 self.room.lesson.mark_saved();
                 self.room.has_file = true;
-                self.kept = self.room.lesson.plan(0);
+                self.kept = Arc::clone(&self.room.lesson.rows);
                 let note = note.map_or_else(String::new, |note| format!("; {note}"));
                 let text = format!("saved to {}{note}", path.display());
                 self.desk.pad.say(Tone::Plain, text);
@@ -290,18 +302,17 @@ impl Session {
         if self.left.is_some() {
             return;
         }
-        let plan = self.room.lesson.plan(0);
-        if plan == self.kept {
+        if Arc::ptr_eq(&self.kept, &self.room.lesson.rows) {
             return;
         }
-        if let Err(error) = self.rescue.keep(&plan) {
+        self.kept = Arc::clone(&self.room.lesson.rows);
+        if let Err(error) = self.rescue.keep(&self.room.lesson.plan(0)) {
             let text = format!(
                 "{} cannot be written: {error}",
                 self.rescue.path().display()
             );
             self.desk.pad.say(Tone::Bad, text);
         }
-        self.kept = plan;
     }
 
     async fn leave(self, outcome: Result<End, Failure>) -> Result<Answer, Failure> {

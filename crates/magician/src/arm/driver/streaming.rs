@@ -261,7 +261,13 @@ impl Driver {
             StreamFailure::Index { .. } | StreamFailure::Unclear { .. } => ErrorKind::Uncertain,
             _ => ErrorKind::Unexpected,
         };
-        Error::new(kind, failure.to_string())
+        let error = Error::new(kind, failure.to_string());
+        match failure {
+            StreamFailure::Unclear { confirmed, found } => {
+                error.between(confirmed.map(|last| last.saturating_add(1)), Some(found))
+            }
+            _ => error,
+        }
     }
 }
 

@@ -1,0 +1,291 @@
+//! A plan on its way over a line with faults to a virtual arm, on a clock that only passes when nothing else happens: what
+//! was drawn, how it ended, and how it went on. Also used by `cargo xtask soak drawing`.
+
+use std::cell::Cell;
+use std::future::Future;
+use std::rc::Rc;
+use std::time::Duration;
+
+use magician::commands::DeviceTime;
+use magician::faults::Faults;
+use magician::sim::world::Drawing;
+use magician::sim::{Line, Runner, Speed};
+use magician::words::{Guards, Preflight};
+use magician::{Arm, Error, ErrorKind, Options, Ran, Run, RunOptions, Set, VirtualArm};
+use magician_program::rehearse::{RehearseOptions, stage, start_of};
+use magician_program::resume::{Mark, Seen, Span, Tally, Verdict};
+use magician_program::{Action, Plan, Step};
+use tokio::time::sleep;
+
+/// What a serial line is like: its speed, and how long the arm takes to answer, us.
+const SERIAL: Line = Line {
+    baud: Some(115_200),
+    turnaround: 1_000,
+};
+/// So often a run that was interrupted goes on.
+const MOST_TURNS: usize = 200;
+/// So often for the same reason, that a line which is back does not mend.
+const SAME_REASON: usize = 5;
+/// So long an arm is left alone, until it has done what it had.
+const QUIET: Duration = Duration::from_secs(2);
+/// So far from where it should be an arm may stand, mm.
+const NEAR: f64 = 0.5;
+
+/// A line, and what befalls it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Trouble {
+    pub(crate) faults: Faults,
+    pub(crate) window: usize,
+}
+
+/// What came of a plan.
+#[derive(Debug)]
+pub(crate) struct Outcome {
+    /// What was drawn when the run ended, well or not.
+    pub(crate) drawing: Drawing,
+    /// What was drawn each time it was interrupted.
+    pub(crate) between: Vec<Drawing>,
+    /// How it ended.
+    pub(crate) end: Result<Ran, Error>,
+    /// Steps that were certainly done and at most done, for a run that has not ended well.
+    pub(crate) steps: Option<Span>,
+    /// Its drawing when it was gone on with from there, and the step, if that could be told.
+    pub(crate) rest: Option<(usize, Drawing)>,
+    /// Requests sent, and sent again.
+    pub(crate) requests: [u64; 2],
+}
+
+/// A clock that jumps.
+pub(crate) fn on_a_jumping_clock<T>(work: impl Future<Output = T>) -> T {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_time()
+        .start_paused(true)
+        .build();
+    runtime.expect("a runtime has no needs").block_on(work)
+}
+
+/// The arm for a plan, at its own pace at the end of a serial line.
+fn cell(plan: &Plan) -> Result<VirtualArm, Error> {
+    let arm = stage(plan, &RehearseOptions::default())?;
+    Ok(Runner::new(arm, Speed::Times(1.0), SERIAL).into())
+}
+
+fn drawn(cell: &VirtualArm) -> Drawing {
+    cell.with(|arm| arm.drawing())
+}
+
+/// Runs a plan through trouble. What was interrupted goes on; what is over is gone on with from a step, if it can be told
+/// which, over a line that is good again.
+pub(crate) async fn draw(plan: &Plan, trouble: Trouble) -> Result<Outcome, Error> {
+    let cell = cell(plan)?;
+    let options = (Options::default())
+        .window(trouble.window)
+        .faults(trouble.faults);
+    let arm = connected(&cell, &options).await?;
+    let start = start_of(&stage(plan, &RehearseOptions::default())?);
+    let mut ride = Ride::of(plan, start.clone(), trouble.window);
+    let pulled = Rc::clone(&ride.pulled);
+    let commands = (plan.commands()).inspect(move |_| pulled.set(pulled.get() + 1));
+    let mut run = arm.begin(commands, RunOptions::default()).along(start);
+    let mut between = Vec::new();
+    let end = ride.finish(&arm, &mut run, &cell, &mut between).await;
+    let (stats, _) = arm.stats().await.unwrap_or_default();
+    drop(run);
+    let drawing = drawn(&cell);
+    let mut outcome = Outcome {
+        drawing,
+        between,
+        end,
+        steps: None,
+        rest: None,
+        requests: [stats.sent, stats.resent],
+    };
+    if outcome.end.is_err() {
+        arm.detach();
+        drop(arm);
+        outcome.drawing = still(&cell).await;
+        let arm = Arm::simulated(cell.clone(), Options::default()).await?;
+        ride.go_on(&arm, &cell, &mut outcome).await?;
+    }
+    Ok(outcome)
+}
+
+/// A line so bad that nobody answers is tried again.
+async fn connected(cell: &VirtualArm, options: &Options) -> Result<Arm, Error> {
+    let mut tries = 0;
+    loop {
+        let mut options = options.clone();
+        options.faults.seed = options.faults.seed.wrapping_add(tries);
+        match Arm::simulated(cell.clone(), options).await {
+            Err(error) if error.kind() == ErrorKind::InvalidInput || tries > 20 => {
+                return Err(error);
+            }
+            Err(_) => tries += 1,
+            Ok(arm) => return Ok(arm),
+        }
+    }
+}
+
+/// What was drawn when the arm has come to rest.
+async fn still(cell: &VirtualArm) -> Drawing {
+    loop {
+        sleep(QUIET).await;
+        let state = cell.state();
+        let queue = state.queue;
+        let has_work = queue.running.is_some() || queue.waiting > 0;
+        let goes_on = has_work && queue.started && !queue.held;
+        if !state.moving && !goes_on {
+            return drawn(cell);
+        }
+    }
+}
+
+/// How far a plan has come, as `magician run` keeps it.
+struct Ride<'p> {
+    plan: &'p Plan,
+    start: Preflight,
+    tally: Tally,
+    mark: Mark,
+    /// Commands taken from the plan.
+    pulled: Rc<Cell<u64>>,
+}
+
+impl<'p> Ride<'p> {
+    fn of(plan: &'p Plan, start: Preflight, window: usize) -> Self {
+        let lit = |step: &Step| match step.action {
+            Action::Burn { power, .. } => power > 0.0,
+            Action::Laser(on) => on,
+            _ => false,
+        };
+        // A driver puts commands of its own between those that burn, and above window 1 it may pass over numbers.
+        let mixed = window > 1 || plan.steps.iter().any(lit);
+        let steps = u64::try_from(plan.steps.len()).unwrap_or(u64::MAX);
+        Self {
+            plan,
+            start,
+            tally: Tally::new(lead(plan), mixed),
+            mark: Mark::new(&plan.title, Some(steps), mixed),
+            pulled: Rc::default(),
+        }
+    }
+
+    async fn to_its_end<C: Iterator<Item = Set>>(
+        &mut self,
+        arm: &Arm,
+        run: &mut Run<C>,
+        cell: &VirtualArm,
+        between: &mut Vec<Drawing>,
+    ) -> Result<Ran, Error> {
+        let (mut told, mut again) = (None, 0);
+        for _ in 0..MOST_TURNS {
+            let error = match self.turn(run).await {
+                Ok(ran) => return Ok(ran),
+                Err(error) => error,
+            };
+            // Nothing of it was sent yet, or it says that it can go on; but not for ever for the same reason.
+            let may_go_on = run.is_interrupted() || run.ran() == Ran::default();
+            let line = matches!(error.kind(), ErrorKind::Port | ErrorKind::Timeout);
+            let says = error.to_string();
+            again = if !line && told.as_ref() == Some(&says) {
+                again + 1
+            } else {
+                0
+            };
+            if !may_go_on || again > SAME_REASON {
+                return Err(error);
+            }
+            told = Some(says);
+            between.push(drawn(cell));
+            // A line that does not come back shows when the run goes on.
+            let _ = arm.reconnected().await;
+        }
+        self.turn(run).await
+    }
+
+    async fn turn<C: Iterator<Item = Set>>(&mut self, run: &mut Run<C>) -> Result<Ran, Error> {
+        let (tally, mark) = (&mut self.tally, &mut self.mark);
+        let ended = run
+            .finish(|progress| {
+                tally.note(progress.sent, progress.last.0);
+                let done = tally.finished(progress.current.0).least;
+                mark.finished = mark.finished.max(done);
+                mark.index = tally.last().or(mark.index);
+            })
+            .await;
+        self.note(run.ran());
+        ended
+    }
+
+    fn note(&mut self, ran: Ran) {
+        if let Some(last) = ran.last {
+            self.tally.note(ran.commands, last.0);
+            self.mark.index = self.tally.last();
+        }
+        self.mark.handed = self.pulled.get().saturating_sub(lead(self.plan));
+    }
+
+    /// The run is over: where it goes on is asked of the arm, and then it is.
+    async fn go_on(
+        &mut self,
+        arm: &Arm,
+        cell: &VirtualArm,
+        outcome: &mut Outcome,
+    ) -> Result<(), Error> {
+        let seen = Seen {
+            current: arm.current_index().await?.0,
+            clock: arm.get::<DeviceTime>().await?.g_systick,
+        };
+        arm.stop().await?;
+        arm.clear_alarms().await?;
+        let now = arm.preflight().await?;
+        let verdict = self
+            .mark
+            .verdict(Some(seen), |steps| self.stands_after(steps, &now));
+        let (step, span) = match verdict {
+            Verdict::After(steps) => (Some(steps), exactly(steps)),
+            Verdict::Again(steps) => (
+                Some(steps),
+                Span {
+                    least: steps,
+                    most: steps + 1,
+                },
+            ),
+            Verdict::Doubt(span) => (None, span),
+        };
+        outcome.steps = Some(span);
+        let Some(step) = step.and_then(|step| usize::try_from(step).ok()) else {
+            return Ok(());
+        };
+        if step < self.plan.steps.len() {
+            let rest = self.plan.from_step(step, &now)?;
+            let commands: Vec<Set> = rest.plan.commands().collect();
+            arm.run(commands, |_| {}).await?;
+        }
+        outcome.rest = Some((step, drawn(cell)));
+        Ok(())
+    }
+
+    /// Whether the arm stands where so many steps leave it.
+    fn stands_after(&self, steps: u64, now: &Preflight) -> Option<bool> {
+        let mut course = self.start.clone().guards(Guards::NONE);
+        let commands = usize::try_from(steps + lead(self.plan)).ok()?;
+        for command in self.plan.commands().take(commands) {
+            // What could not be checked was not sent.
+            let _ = course.check(&command);
+        }
+        let (at, stands) = (course.arm()?.pose, now.arm()?.pose);
+        Some(at.distance_to(&stands) <= NEAR)
+    }
+}
+
+/// Commands before the first step.
+fn lead(plan: &Plan) -> u64 {
+    plan.preamble().into_iter().count() as u64
+}
+
+fn exactly(steps: u64) -> Span {
+    Span {
+        least: steps,
+        most: steps,
+    }
+}

@@ -1,0 +1,167 @@
+//! What a drawing that came over a bad line has to be.
+
+use magician::ErrorKind;
+use magician::sim::world::Drawing;
+use magician_program::Plan;
+use magician_program::compare::{compare, lines_of};
+use magician_program::rehearse::{RehearseOptions, rehearse};
+
+use super::ink::{Ink, TRUE};
+use super::rig::{Outcome, Trouble};
+
+/// Two pictures match where lines are so near, mm: as true as drawings are, and a pixel's diagonal.
+const MATCHES: f64 = TRUE + 0.071;
+
+/// As much of a drawing may be seams at most, where a line at a window above 1 lost commands.
+const SEAM: f64 = 0.1;
+
+/// How a plan came through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Came {
+    /// The same strokes.
+    Same,
+    /// The same lines, within how true a drawing is.
+    Equal,
+    /// All of it, and above window 1 straight lines where the arm went back to what it had not done.
+    Seamed,
+    /// Stopped, and said where; gone on with from there it is whole.
+    Completed,
+    /// Stopped, and said between which steps: more than one may have been done or not.
+    Stopped,
+}
+
+/// What is drawn of a plan when nothing is amiss: all of it, or its first steps.
+pub(crate) fn drawn(plan: &Plan, steps: Option<u64>) -> Drawing {
+    let mut plan = plan.clone();
+    if let Some(steps) = steps {
+        plan.steps
+            .truncate(usize::try_from(steps).unwrap_or(usize::MAX));
+    }
+    let mut options = RehearseOptions::default();
+    // The table is where the whole plan has it, and so is the tool.
+    options.tool = plan.tool;
+    rehearse(&plan, &options)
+        .map(|done| done.drawing)
+        .unwrap_or_default()
+}
+
+/// Whether a plan's drawing is as it should be; what is wrong with it if not.
+pub(crate) fn judge(
+    plan: &Plan,
+    whole: &Drawing,
+    trouble: Trouble,
+    outcome: &Outcome,
+) -> Result<Came, String> {
+    let all = Ink::of(whole);
+    let ink = Ink::of(&outcome.drawing);
+    for part in &outcome.between {
+        is_begun(&all, part, whole, trouble).map_err(|why| format!("when interrupted: {why}"))?;
+    }
+    let Err(error) = &outcome.end else {
+        return ended(&all, &ink, whole, outcome, trouble);
+    };
+    is_begun(&all, &outcome.drawing, whole, trouble)?;
+    let steps = outcome.steps.ok_or("nobody knows where it stopped")?;
+    // A command that the line altered into one that the arm refuses counts as finished.
+    let refused = error.kind() == ErrorKind::Alarm;
+    let certain = steps.least.saturating_sub(refused.into());
+    if trouble.window == 1 {
+        let [least, most] =
+            [certain, steps.most].map(|steps| Ink::of(&drawn(plan, Some(steps))).length());
+        let found = ink.length();
+        if found < least - TRUE || found > most + TRUE {
+            return Err(format!(
+                "{steps:?} leave {least:.3} to {most:.3} mm, and there are {found:.3} ({error})"
+            ));
+        }
+    }
+    let Some((step, rest)) = &outcome.rest else {
+        return Ok(Came::Stopped);
+    };
+    let more = Ink::of(rest).length() - all.length();
+    // What was begun of the step may be there twice.
+    let twice = step_length(plan, *step) + 2.0 * TRUE;
+    if more > twice || more < -TRUE {
+        return Err(format!(
+            "gone on with from step {step}, {more:.3} mm are too much; of it {twice:.3} may be"
+        ));
+    }
+    match compare(&lines_of(whole), &lines_of(rest), MATCHES).matched {
+        matched if matched.is_good() => Ok(Came::Completed),
+        matched => Err(format!(
+            "gone on with from step {step} it is another one: {matched:?}"
+        )),
+    }
+}
+
+/// A run that says that it is done.
+fn ended(
+    all: &Ink,
+    ink: &Ink,
+    whole: &Drawing,
+    outcome: &Outcome,
+    trouble: Trouble,
+) -> Result<Came, String> {
+    if ink.is_the_same(all) {
+        return Ok(Came::Same);
+    }
+    let matched = compare(&lines_of(whole), &lines_of(&outcome.drawing), MATCHES).matched;
+    let more = ink.length() - all.length();
+    let once = trouble.window > 1 || more.abs() <= TRUE;
+    let off = match trouble.window {
+        1 => ink.off_the_beginning_of(all).unwrap_or(f64::INFINITY),
+        _ => 0.0,
+    };
+    match matched.is_good() && once && off <= TRUE {
+        true => Ok(Came::Equal),
+        false
+            if trouble.window > 1 && matched.missing_share == 0.0 && matched.extra_share < SEAM =>
+        {
+            Ok(Came::Seamed)
+        }
+        false => Err(format!(
+            "another drawing: {more:.3} mm more, {off:.3} mm off, {matched:?}"
+        )),
+    }
+}
+
+/// What there is of a drawing that has begun: at window 1 its beginning; above it segments may have been passed twice.
+fn is_begun(all: &Ink, part: &Drawing, whole: &Drawing, trouble: Trouble) -> Result<(), String> {
+    if part.is_empty() {
+        return Ok(());
+    }
+    if trouble.window == 1 {
+        let ink = Ink::of(part);
+        return match ink.off_the_beginning_of(all) {
+            Some(off) if off <= TRUE => Ok(()),
+            off => Err(format!(
+                "{:.3} mm are not how it begins: {off:?}",
+                ink.length()
+            )),
+        };
+    }
+    match compare(&lines_of(whole), &lines_of(part), MATCHES).matched {
+        matched if matched.extra_share < SEAM => Ok(()),
+        matched => Err(format!("there is what does not belong to it: {matched:?}")),
+    }
+}
+
+/// How much ink a step leaves at most, mm.
+fn step_length(plan: &Plan, step: usize) -> f64 {
+    let targets = plan.steps.iter().map(|step| step.action.target());
+    let before = targets.clone().take(step).flatten().last();
+    let arc = |step: &magician_program::Step| match step.action {
+        magician_program::Action::Arc { via, .. } => Some([via[0], via[1], via[2]]),
+        _ => None,
+    };
+    let [from, to] = [before, targets.clone().nth(step).flatten()];
+    let (Some(from), Some(to)) = (from, to) else {
+        return 0.0;
+    };
+    let apart = |a: [f32; 3], b: [f32; 3]| f64::from((a[0] - b[0]).hypot(a[1] - b[1]));
+    match plan.steps.get(step).and_then(arc) {
+        // An arc is shorter than the way round the square about its circle.
+        Some(via) => 4.0 * (apart(from, via) + apart(via, to)),
+        None => apart(from, to),
+    }
+}
