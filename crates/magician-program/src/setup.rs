@@ -527,8 +527,10 @@ mod tests {
                     sheet,
                     ..Setup::default()
                 };
-                let mut engrave = Engrave::default();
-                engrave.overscan = overscan;
+                let engrave = Engrave {
+                    overscan,
+                    ..Engrave::default()
+                };
                 setup.work = Work::Engrave(engrave);
                 setup.placing.fit = true;
                 let made = setup.plan(Format::Image, Content::Image(image)).unwrap();
