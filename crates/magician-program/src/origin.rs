@@ -52,8 +52,6 @@ pub struct Lines<'t> {
     /// How many characters begin before each so many bytes: a file may be one long line, whose columns must not be counted from
     /// its beginning each time. None if every byte is a character.
     counts: Vec<usize>,
-    /// How many characters there are before every so many bytes; nothing if every byte is one.
-    before: Vec<usize>,
     /// Where each line begins.
     starts: Vec<usize>,
 }
@@ -79,17 +77,6 @@ impl<'t> Lines<'t> {
                 true => Vec::new(),
                 false => pieces.collect(),
             },
-        let mut before = Vec::new();
-        if !text.is_ascii() {
-            let mut sum = 0;
-            for part in text.as_bytes().chunks(EVERY) {
-                before.push(sum);
-                sum += characters(part);
-            }
-        }
-        Self {
-            text,
-            before,
             starts: starts.collect(),
         }
     }
@@ -105,17 +92,6 @@ impl<'t> Lines<'t> {
             }
             None => at,
         }
-    fn count(&self, at: usize) -> usize {
-        let Some(last) = self.before.len().checked_sub(1) else {
-            return at;
-        };
-        let part = (at / EVERY).min(last);
-        let rest = self
-            .text
-            .as_bytes()
-            .get(part * EVERY..at)
-            .unwrap_or_default();
-        self.before.get(part).copied().unwrap_or_default() + characters(rest)
     }
 
     /// The origin of a range of bytes. One that is not within the text, or cuts a character, is moved to where it fits.
@@ -126,7 +102,6 @@ impl<'t> Lines<'t> {
         let line = self.starts.partition_point(|begin| *begin <= start).max(1);
         let begin = self.starts.get(line - 1).copied().unwrap_or(0);
         let count = |from, to| self.characters_before(to) - self.characters_before(from);
-        let count = |from, to| self.count(to).saturating_sub(self.count(from));
         let number = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
         Origin {
             line: number(line),
@@ -158,13 +133,6 @@ impl<'t> Lines<'t> {
 /// How many characters begin in a piece of a text.
 fn characters(piece: &[u8]) -> usize {
     piece.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
-/// Characters are counted from here to here, bytes.
-const EVERY: usize = 512;
-
-/// How many characters begin in a part of a text.
-fn characters(part: &[u8]) -> usize {
-    // All bytes of a character but its first look so.
-    part.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
 }
 
 /// How many bytes the first so many characters take.
@@ -210,15 +178,6 @@ mod tests {
                 assert_eq!((origin.column as usize, origin.length), (nth + 1, 1));
             }
             assert_eq!(lines.origin(0..text.len()).length as usize, length);
-    fn a_long_line_is_counted_in_characters() {
-        let text = format!("{}x\n{}y", "größe, 日本 ".repeat(300), "é".repeat(700));
-        let lines = Lines::new(&text);
-        for (at, _) in text.char_indices() {
-            let origin = lines.origin(at..at);
-            let begin = text[..at].rfind('\n').map_or(0, |end| end + 1);
-            let column = text[begin..at].chars().count() + 1;
-            assert_eq!(origin.column as usize, column, "{at}");
-            assert_eq!(lines.range(&origin), Some(at..at));
         }
     }
 }
