@@ -71,11 +71,9 @@ impl Source {
     pub(crate) fn read(
         &self,
         format: Format,
-        tolerance: Option<f64>,
+        mut options: ReadOptions,
     ) -> Result<Reading<Content>, Failure> {
-        let mut options = ReadOptions::default();
         options.title.clone_from(&self.title);
-        options.tolerance = tolerance.unwrap_or(options.tolerance);
         magician_program::read(format, &self.bytes, &options)
             .map_err(|problem| self.failure(&problem))
     }

@@ -134,6 +134,8 @@ fn ink(picture: &str) -> Vec<[f64; 2]> {
             .collect();
         points.push([numbers[0], numbers[1]]);
     }
+    // A pen that comes down leaves a dot first.
+    points.dedup();
     points
 }
 
@@ -210,6 +212,11 @@ fn a_tool_is_found_from_two_touches_and_told_to_the_arm() {
         (&Value::Bool(true), &Value::Bool(true))
     );
     assert!(place.text("config.toml").contains("tool = \"64,0,0\""));
+    assert_eq!(found["stale"], Value::Null);
+    // What was touched before was touched with the other bias.
+    place.run(&["calibrate", "surface", "--height", "-60.5", "--yes"]);
+    let found = place.run(&[&tool[..], &more].concat()).object();
+    assert_eq!(found["stale"], serde_json::json!(["surface"]));
 }
 
 #[test]
@@ -306,7 +313,7 @@ mod at_a_terminal {
         let mut terminal = at(&place, &served, &["calibrate", "sheet", "--tool", "pen"]);
         terminal.until_drawn("x 260.40 mm");
         types(&mut terminal, "++", "step 50");
-        types(&mut terminal, "\r", "1 lower left  x 260.40");
+        types(&mut terminal, "\r", "1 lower left x 260.40");
         types(&mut terminal, "\r", "point 1 was taken here");
         types(&mut terminal, UP, "x 310.40 mm");
         terminal.until_drawn("stands");

@@ -269,6 +269,26 @@ fn what_was_not_saved_is_there_the_next_time() {
 }
 
 #[test]
+fn what_was_taught_with_another_tool_goes_on_with_that_one() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = dir.path().join("pick.playback");
+    let file = path.to_str().expect("UTF-8");
+    let mut place = Place::at(&["teach", file], "x 199.40 mm");
+    place.shows("\r", "P1 stored");
+    let id = place.terminal.child.id().to_string();
+    let kill = Command::new("kill").args(["-KILL", &id]).status();
+    assert!(kill.expect("kill runs").success());
+    let arguments = ["teach", file, "--tool", "pen"];
+    let mut place = Place::at(&arguments, "left unsaved the last time");
+    place.shows("y", "the arm counts from the tool with which");
+    place.shows("", "x 199.40 mm");
+    place.terminal.types("qy");
+    let bias = place.look(&["get", "EndEffectorParams"]);
+    assert_eq!(bias["x_bias"], 0.0);
+    place.ends(0, ": 1 rows");
+}
+
+#[test]
 fn a_lesson_without_a_file_asks_for_one_and_does_not_write_over_another() {
     let dir = tempfile::tempdir().expect("directory");
     let there = dir.path().join("there.plan.json");

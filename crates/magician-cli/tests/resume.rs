@@ -231,6 +231,23 @@ fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
 }
 
 #[test]
+fn an_arm_that_was_reset_meanwhile_does_nothing_twice() {
+    let dir = tempfile::tempdir().expect("directory");
+    let scenario = dir.path().join("reset.toml");
+    let text = "[[fault]]\nkind = \"reset\"\nindex = 20\n";
+    std::fs::write(&scenario, text).expect("written");
+    let place = Place::new(&["--scenario", scenario.to_str().expect("UTF-8")]);
+    let program = place.program("0.03");
+    let failed = place.run(&["run", &program]);
+    assert_eq!(failed.status.code(), Some(9), "{failed:?}");
+    assert!(place.run(&["alarms", "--clear"]).status.success());
+    // Its index is 0 again, which does not mean that nothing was done.
+    let doubt = place.run(&["run", &program, "--resume"]);
+    assert_eq!(doubt.status.code(), Some(9), "{doubt:?}");
+    assert_eq!(error(&doubt)["kind"], "uncertain");
+}
+
+#[test]
 fn people_are_told_how_to_go_on() {
     let mut place = Place::new(&[]);
     let program = place.program("0.03");

@@ -49,11 +49,15 @@ impl Origin {
 #[derive(Clone, Debug)]
 pub struct Lines<'t> {
     text: &'t str,
-    /// How many characters there are before every so many bytes; nothing if every byte is one.
-    before: Vec<usize>,
+    /// How many characters begin before each so many bytes: a file may be one long line, whose columns must not be counted from
+    /// its beginning each time. None if every byte is a character.
+    counts: Vec<usize>,
     /// Where each line begins.
     starts: Vec<usize>,
 }
+
+/// Characters are counted ahead for every so many bytes.
+const EACH: usize = 1024;
 
 impl<'t> Lines<'t> {
     /// Of a text.
@@ -61,33 +65,33 @@ impl<'t> Lines<'t> {
     pub fn new(text: &'t str) -> Self {
         let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let starts = std::iter::once(0).chain(ends.map(|(at, _)| at + 1));
-        let mut before = Vec::new();
-        if !text.is_ascii() {
-            let mut sum = 0;
-            for part in text.as_bytes().chunks(EVERY) {
-                before.push(sum);
-                sum += characters(part);
-            }
-        }
+        let mut before = 0;
+        let pieces = text.as_bytes().chunks(EACH).map(|piece| {
+            let count = before;
+            before += characters(piece);
+            count
+        });
         Self {
             text,
-            before,
+            counts: match text.is_ascii() {
+                true => Vec::new(),
+                false => pieces.collect(),
+            },
             starts: starts.collect(),
         }
     }
 
     /// How many characters begin before a byte.
-    fn count(&self, at: usize) -> usize {
-        let Some(last) = self.before.len().checked_sub(1) else {
-            return at;
-        };
-        let part = (at / EVERY).min(last);
-        let rest = self
-            .text
-            .as_bytes()
-            .get(part * EVERY..at)
-            .unwrap_or_default();
-        self.before.get(part).copied().unwrap_or_default() + characters(rest)
+    fn characters_before(&self, at: usize) -> usize {
+        // At the very end there may be no piece of its own.
+        let piece = (at / EACH).min(self.counts.len().saturating_sub(1));
+        match self.counts.get(piece) {
+            Some(count) => {
+                let rest = self.text.as_bytes().get(piece * EACH..at);
+                count + characters(rest.unwrap_or_default())
+            }
+            None => at,
+        }
     }
 
     /// The origin of a range of bytes. One that is not within the text, or cuts a character, is moved to where it fits.
@@ -97,7 +101,7 @@ impl<'t> Lines<'t> {
         let end = self.fit(range.end).max(start);
         let line = self.starts.partition_point(|begin| *begin <= start).max(1);
         let begin = self.starts.get(line - 1).copied().unwrap_or(0);
-        let count = |from, to| self.count(to).saturating_sub(self.count(from));
+        let count = |from, to| self.characters_before(to) - self.characters_before(from);
         let number = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
         Origin {
             line: number(line),
@@ -126,13 +130,9 @@ impl<'t> Lines<'t> {
     }
 }
 
-/// Characters are counted from here to here, bytes.
-const EVERY: usize = 512;
-
-/// How many characters begin in a part of a text.
-fn characters(part: &[u8]) -> usize {
-    // All bytes of a character but its first look so.
-    part.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
+/// How many characters begin in a piece of a text.
+fn characters(piece: &[u8]) -> usize {
+    piece.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
 }
 
 /// How many bytes the first so many characters take.
@@ -165,15 +165,19 @@ mod tests {
     }
 
     #[test]
-    fn a_long_line_is_counted_in_characters() {
-        let text = format!("{}x\n{}y", "größe, 日本 ".repeat(300), "é".repeat(700));
-        let lines = Lines::new(&text);
-        for (at, _) in text.char_indices() {
-            let origin = lines.origin(at..at);
-            let begin = text[..at].rfind('\n').map_or(0, |end| end + 1);
-            let column = text[begin..at].chars().count() + 1;
-            assert_eq!(origin.column as usize, column, "{at}");
-            assert_eq!(lines.range(&origin), Some(at..at));
+    fn columns_of_long_lines_are_counted_in_characters() {
+        for length in [EACH - 1, EACH, 2 * EACH, 5 * EACH + 3] {
+            let text: String = "ab\u{e9}\u{4f60}\u{1f600}"
+                .chars()
+                .cycle()
+                .take(length)
+                .collect();
+            let lines = Lines::new(&text);
+            for (nth, (at, character)) in text.char_indices().enumerate() {
+                let origin = lines.origin(at..at + character.len_utf8());
+                assert_eq!((origin.column as usize, origin.length), (nth + 1, 1));
+            }
+            assert_eq!(lines.origin(0..text.len()).length as usize, length);
         }
     }
 }

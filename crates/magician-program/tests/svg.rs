@@ -162,6 +162,20 @@ fn names_are_ids_and_what_is_used_points_to_the_use() {
 }
 
 #[test]
+fn ids_of_the_file_are_not_taken_for_others() {
+    let ids = ["element-0-3", "element-0-4", "element-1-4", "element-2x"];
+    let lines: String = ids
+        .iter()
+        .map(|id| format!("\n<line x2='9' stroke='red'/><line id='{id}' x2='8' stroke='red'/>"))
+        .collect();
+    let (artwork, _) = reading(page(&lines));
+    let name = |stroke: &Stroke| artwork.names[stroke.origin.name_index().unwrap()].clone();
+    let names: Vec<String> = artwork.strokes.iter().map(name).collect();
+    let expected: Vec<&str> = ids.iter().flat_map(|id| ["line", *id]).collect();
+    assert_eq!(names, expected);
+}
+
+#[test]
 fn curves_are_as_long_as_they_are() {
     let (curves, notes) = reading_with(CURVES, &fine()).unwrap();
     assert_eq!(notes, []);
@@ -504,6 +518,30 @@ fn dashes_are_strokes_of_their_own() {
 }
 
 #[test]
+fn a_line_beside_the_page_is_told_of() {
+    let line = |x: u32| format!(r##"<path id="far" d="M10 10H{x}" stroke="black"/>"##);
+    assert!(reading(page(&line(100))).1.is_empty());
+    let (artwork, notes) = reading(page(&line(150)));
+    assert_eq!(artwork.strokes.len(), 1);
+    let [note] = &notes[..] else {
+        panic!("{notes:?}");
+    };
+    assert!(note.message.contains("leaves the page"), "{note}");
+    assert!(note.origin.line > 0, "{note:?}");
+}
+
+#[test]
+fn a_line_on_the_edge_of_a_nested_drawing_is_drawn() {
+    let (artwork, _) = reading(page(
+        r##"<svg x="20" y="30" width="40" height="40" viewBox="0 0 10 10"><rect width="10" height="10" fill="none" stroke="black"/></svg>"##,
+    ));
+    let [stroke] = &artwork.strokes[..] else {
+        panic!("{artwork:?}");
+    };
+    near(stroke.length(), 160.0, 0.01);
+}
+
+#[test]
 fn clip_paths_cut_lines_off() {
     let (artwork, _) = reading(page(
         r##"<clipPath id="c"><circle cx="50" cy="50" r="20"/></clipPath><g clip-path="url(#c)" stroke="black"><line x1="0" y1="50" x2="100" y2="50"/><line x1="0" y1="5" x2="100" y2="5"/><rect x="45" y="45" width="10" height="10"/></g>"##,
@@ -615,9 +653,16 @@ fn what_is_no_drawing_is_refused_with_its_place() {
             .message
             .contains("none")
     );
-    let far = problem(page("<path id='far' d='M0 0L1e30 1e30' stroke='red'/>"));
+    let far = problem(page("<path id='far' d='M0 0L1e8 1e8' stroke='red'/>"));
     assert_eq!(far.name.as_deref(), Some("far"));
     assert!(far.message.contains("at most 100000 mm"), "{far}");
+    let beyond = problem(page(
+        "\n<path id='arc' d='M0 0A4e38 4e38 0 0 1 9 9' stroke='red'/>",
+    ));
+    assert_eq!(
+        beyond.to_string(),
+        "line 2, column 1 (arc): a number is beyond any drawing: 4e38"
+    );
 }
 
 #[test]

@@ -20,7 +20,7 @@ use std::time::Duration;
 
 pub(crate) use alarms::{alarm_lines, alarms};
 pub(crate) use keyboard::{Keyboard, Waited};
-pub(crate) use panel::{help, hints, lamp, mm, panel};
+pub(crate) use panel::{fitted, help, hints, lamp, mm, panel, wrapped};
 pub(crate) use polled::Polled;
 pub(crate) use screen::{Listen, LogWriter, Screen, check, take_log};
 pub(crate) use seen::{Seen, event_text, sparkline};

@@ -1,7 +1,7 @@
 //! What a terminal program knows of the arm that it shows, and how that looks.
 
 use std::collections::VecDeque;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use magician::commands::Pose;
 use magician::{Alarm, Event, Limits, Link, Status};
@@ -19,6 +19,11 @@ const HISTORY: usize = 600;
 const LOG: usize = 200;
 /// So near to a limit a joint deserves a look, deg.
 const NEAR: f64 = 5.0;
+/// What was seen so long ago says nothing of now, or so many readings ago if they are far apart.
+const STALE: Duration = Duration::from_secs(1);
+const MISSED: f64 = 3.0;
+/// It takes so many readings after a motion to see that it is over: two that are equal.
+const SETTLES: u8 = 2;
 /// What is slower stands, mm/s and deg/s.
 const STILL: f64 = 0.01;
 
@@ -70,6 +75,12 @@ pub(crate) struct Seen {
     pub(crate) rate: f64,
     /// What happened, with the seconds since the beginning, the latest last.
     pub(crate) log: VecDeque<(f64, String)>,
+    /// How old the last reading was at the last look.
+    age: Duration,
+    /// From then on it is not news.
+    stale: Duration,
+    /// Readings to come until a motion that was begun can have been seen to be over.
+    stirred: u8,
     begun: Instant,
 }
 
@@ -83,8 +94,18 @@ impl Seen {
             speeds: VecDeque::new(),
             rate: 0.0,
             log: VecDeque::new(),
+            age: Duration::ZERO,
+            stale: STALE,
+            stirred: 0,
             begun: Instant::now(),
         }
+    }
+
+    /// For so many readings a second.
+    pub(crate) fn reading(mut self, rate: f64) -> Self {
+        let missed = Duration::try_from_secs_f64(MISSED / rate).unwrap_or(Duration::MAX);
+        self.stale = STALE.max(missed);
+        self
     }
 
     /// Takes a reading.
@@ -97,9 +118,26 @@ impl Seen {
                 let rate = seconds.recip();
                 let known = if self.rate > 0.0 { self.rate } else { rate };
                 self.rate = known + 0.1 * (rate - known);
+                self.stirred = self.stirred.saturating_sub(1);
             }
         }
         self.status = Some(status);
+    }
+
+    /// Looks how old the last reading is by now.
+    pub(crate) fn look(&mut self, now: Instant) {
+        let last = self.status.as_ref().map_or(self.begun, |status| status.at);
+        self.age = now.saturating_duration_since(last);
+    }
+
+    /// Something moves the arm: what was read before says nothing of where it is any more.
+    pub(crate) fn stir(&mut self) {
+        self.stirred = SETTLES;
+    }
+
+    /// Whether the arm has answered lately.
+    pub(crate) fn answers(&self) -> bool {
+        self.age < self.stale
     }
 
     fn keep(&mut self, speeds: Speeds) {
@@ -123,15 +161,18 @@ impl Seen {
         self.speeds.back().copied().unwrap_or_default()
     }
 
-    /// Whether it was seen to stand.
+    /// Whether it was seen to stand, lately and since it was moved last.
     pub(crate) fn stands(&self) -> bool {
-        self.speed().is_still()
+        self.answers() && self.stirred == 0 && self.speed().is_still()
     }
 
     /// Which arm, and at the right how the line to it is.
     pub(crate) fn header(&self, program: &str, width: u16, theme: Theme) -> Paragraph<'static> {
         let link = match self.status.as_ref().map(|status| &status.link) {
             None => " waiting for the arm ".to_owned(),
+            Some(Link::Up) if !self.answers() => {
+                format!(" NO ANSWER for {} s ", self.age.as_secs())
+            }
             Some(Link::Up) => format!(" link up {:.0}/s ", self.rate),
             Some(Link::Lost { sought: true, .. }) => " LINK LOST, looking for it ".to_owned(),
             Some(Link::Lost { .. }) => " LINK LOST ".to_owned(),
@@ -260,4 +301,54 @@ pub(crate) fn sparkline(values: &[f64], width: usize, least: f64, style: Style) 
         }
     }));
     Span::styled(text, style)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::terminal::test::status;
+
+    const READING: Duration = Duration::from_millis(50);
+
+    /// Readings of an arm that stands, 50 ms apart.
+    fn read(seen: &mut Seen, times: u32) {
+        for _ in 0..times {
+            let mut next = seen.status.clone().unwrap_or_else(status);
+            next.at += READING;
+            seen.look(next.at);
+            seen.see(next);
+        }
+    }
+
+    #[test]
+    fn an_arm_that_was_moved_stands_again_when_two_readings_say_so() {
+        let mut seen = Seen::new(String::new(), 32);
+        read(&mut seen, 3);
+        assert!(seen.stands());
+        seen.stir();
+        assert!(!seen.stands());
+        read(&mut seen, 1);
+        assert!(!seen.stands());
+        read(&mut seen, 1);
+        assert!(seen.stands());
+    }
+
+    #[test]
+    fn what_was_read_long_ago_is_not_how_it_is() {
+        let mut seen = Seen::new(String::new(), 32);
+        read(&mut seen, 3);
+        let last = seen.status.as_ref().unwrap().at;
+        seen.look(last + Duration::from_millis(900));
+        assert!(seen.answers() && seen.stands());
+        seen.look(last + Duration::from_millis(2100));
+        assert!(!seen.answers() && !seen.stands());
+        let screen = crate::terminal::test::screen(60, 1, |frame| {
+            frame.render_widget(seen.header("jog", 60, Theme::PLAIN), frame.area());
+        });
+        assert!(screen[0].contains("NO ANSWER for 2 s"), "{screen:?}");
+        // Where readings are far apart they are news for longer.
+        let mut seen = seen.reading(0.5);
+        seen.look(last + Duration::from_millis(2100));
+        assert!(seen.answers());
+    }
 }

@@ -45,7 +45,7 @@ impl Format {
             Self::Plan => &[".plan.json", ".plan"],
             Self::Playback => &[".playback"],
             Self::Gcode => &[".gcode", ".nc", ".ngc", ".gc", ".g", ".tap"],
-            Self::Svg => &[".svg"],
+            Self::Svg => &[".svg", ".svgz"],
             Self::Hpgl => &[".plt", ".hpgl", ".hgl"],
             Self::Dxf => &[".dxf"],
             Self::Blockly => &[".blockly"],

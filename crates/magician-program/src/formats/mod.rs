@@ -11,7 +11,7 @@ mod points;
 pub(crate) mod svg;
 mod xml;
 
-pub use gcode::{Arcs, Dialect, GcodeOptions};
+pub use gcode::{Arcs, Dialect, GcodeOptions, NEEDS_START};
 
 use crate::plan::file;
 use crate::raster::Raster;

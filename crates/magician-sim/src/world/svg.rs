@@ -15,7 +15,7 @@ pub(super) const MARK: f64 = 3.0;
 
 impl Drawing {
     /// The drawing as SVG, seen from above: X to the right, Y up, one unit a millimetre, printed in true size. A small
-    /// circle with a cross marks the axis of the arm's base. What was burnt is the darker the more power it got.
+    /// circle with a cross on white paper marks the axis of the arm's base. What was burnt is the darker the more power it got.
     #[must_use]
     pub fn to_svg(&self) -> String {
         let [[left, bottom], [right, top]] = self.frame();
@@ -23,6 +23,13 @@ impl Drawing {
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" \
              viewBox=\"{} {} {width} {height}\">\n",
+            Mm(left),
+            Mm(-top)
+        );
+        // Paper: on a dark page ink on nothing cannot be seen.
+        let _ = writeln!(
+            svg,
+            "<rect x=\"{}\" y=\"{}\" width=\"100%\" height=\"100%\" fill=\"#fff\"/>",
             Mm(left),
             Mm(-top)
         );

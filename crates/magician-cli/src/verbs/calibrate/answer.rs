@@ -35,6 +35,9 @@ pub(super) struct Answer {
     /// Whether the arm was told the bias.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) told: Option<bool>,
+    /// What was touched with the tool as it was taken to be before, and has to be found again.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) stale: Vec<&'static str>,
     #[serde(skip)]
     lines: Vec<[String; 2]>,
 }
@@ -51,6 +54,7 @@ impl Answer {
             saved: false,
             file: None,
             told: None,
+            stale: Vec::new(),
             lines: lines(found, tool),
         };
         match found {
@@ -83,6 +87,11 @@ impl Answer {
         if self.told == Some(true) {
             out.line("the arm was told")?;
         }
+        for name in &self.stale {
+            out.line(format_args!(
+                "the {name} was found with another bias: `magician calibrate {name}` finds it again"
+            ))?;
+        }
         match (&self.file, self.saved) {
             (Some(file), true) => out.line(format_args!("saved in {file}: {}", subject.used_by())),
             (None, true) => out.line("saved"),
@@ -104,7 +113,7 @@ pub(super) fn lines(found: &Found, tool: Tool) -> Vec<[String; 2]> {
         Found::Sheet(sheet) => sheet_lines(sheet, Some(tool)),
         Found::Surface(height) => vec![
             line("height", format!("z {height:.2} mm")),
-            line("touched with", tool.to_string()),
+            line("touched by", tool.to_string()),
         ],
         Found::Tip(tip) => tip_lines(tip, tool),
     }
@@ -115,9 +124,10 @@ pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]>
     let mut lines = Vec::new();
     let mut line = |name: &str, value: String| lines.push([name.to_owned(), value]);
     if let Some([width, height]) = sheet.size {
-        let like = Paper::like([width, height]);
-        let like = like.map_or_else(String::new, |paper| format!(": looks like {paper}"));
-        line("size", format!("{width:.1} by {height:.1} mm{like}"));
+        line("size", format!("{width:.1} by {height:.1} mm"));
+        if let Some(paper) = Paper::like([width, height]) {
+            line("paper", format!("looks like {paper}"));
+        }
     }
     let [x, y] = sheet.corner;
     line("lower left", format!("x {x:.1} y {y:.1}"));
@@ -132,18 +142,16 @@ pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]>
     );
     line("tilt", format!("{:.2} deg", tilt(sheet)));
     let height = sheet.surface.at(sheet.corner);
-    line(
-        "height",
-        format!("z {height:.2} mm at the lower left corner"),
-    );
+    line("height", format!("z {height:.2} mm at the lower left"));
     if let Some(tool) = tool {
-        line("touched with", tool.to_string());
+        line("touched by", tool.to_string());
     }
     lines
 }
 
 fn tip_lines(tip: &Tip, tool: Tool) -> Vec<[String; 2]> {
-    let [ahead, left] = tip.offset;
+    // Adding 0 takes the sign off a 0.
+    let [ahead, left] = tip.offset.map(|part| (part * 100.0).round() / 100.0 + 0.0);
     let off =
         format!("{ahead:.2} mm ahead, {left:.2} mm to the left of where the tool {tool} has it");
     vec![

@@ -128,6 +128,12 @@ fn find(
     let (found, tool, saves) = match given {
         Some(touches) => {
             let tool = tool_of_points(subject, mounted, usual, context)?;
+            if subject == Subject::Sheet {
+                let mut reached = touches.iter().enumerate();
+                reached
+                    .try_for_each(|(nth, touch)| touch.reached(nth, tool))
+                    .map_err(wrong)?;
+            }
             let found = subject.found(&touches, tool).map_err(wrong)?;
             let saves = context.global.yes;
             (found, tool, if saves { Saves::Yes } else { Saves::Asks })
@@ -156,6 +162,12 @@ fn find(
         let mut config = Config::load()?;
         found.keep(&mut config)?;
         answer.saved = true;
+        if subject == Subject::Tool {
+            answer.stale = ["sheet", "surface"]
+                .into_iter()
+                .filter(|name| config.says(name).is_some())
+                .collect();
+        }
         answer.file = config.path().map(|path| path.display().to_string());
     }
     if let (Found::Tip(tip), true) = (&found, tell) {

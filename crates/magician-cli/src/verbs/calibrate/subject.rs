@@ -32,6 +32,20 @@ impl Touch {
         Self { pose }
     }
 
+    /// Makes sure that the tip can have been there.
+    pub(super) fn reached(&self, nth: usize, tool: Tool) -> Result<(), Problem> {
+        let there = magician_motion::Pose::from(self.pose);
+        let arm = magician_motion::Geometry::magician(tool.bias());
+        match arm.inverse(&there) {
+            Ok(_) => Ok(()),
+            Err(error) => {
+                let message = format!("point {} cannot have been touched: {error}", nth + 1);
+                let help = "points are x, y and z of the tool, mm, as `magician pose` tells them";
+                Err(Problem::of_file(message).help(help))
+            }
+        }
+    }
+
     fn point(&self) -> [f64; 3] {
         let [x, y, z, _] = self.pose;
         [x, y, z]

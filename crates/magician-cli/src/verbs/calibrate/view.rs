@@ -11,7 +11,7 @@ use super::session::{Model, Touched};
 use super::subject::Subject;
 use crate::terminal::{Theme, help, panel};
 use crate::verbs::jog::{
-    MOVES, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose_panel,
+    MOVES, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose_panel, thirds,
 };
 
 const KEYS: [(&str, &str); 12] = [
@@ -53,12 +53,12 @@ const WIDE: u16 = 120;
 /// Draws one frame.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     let Model { seen, pad, touched } = model;
-    let [header, middle, footer] = Layout::vertical([
-        Constraint::Length(1),
-        Constraint::Fill(1),
-        Constraint::Length(1),
-    ])
-    .areas(frame.area());
+    let hints: &[(&str, &str)] = match touched.result {
+        Some(Ok(_)) => &SAVE,
+        _ => &TOUCH,
+    };
+    let foot = foot(pad, hints, frame.area().width, theme);
+    let [header, middle, footer] = thirds(frame.area(), &foot);
     let program = format!("calibrate {}", touched.subject.name());
     frame.render_widget(seen.header(&program, header.width, theme), header);
     let wide = middle.width >= WIDE;
@@ -85,11 +85,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     if log.height > 2 {
         log_panel(frame, log, seen, theme);
     }
-    let hints: &[(&str, &str)] = match touched.result {
-        Some(Ok(_)) => &SAVE,
-        _ => &TOUCH,
-    };
-    frame.render_widget(foot(pad, hints, theme), footer);
+    frame.render_widget(Paragraph::new(foot), footer);
     if pad.help {
         help(frame, middle, &KEYS, theme);
     }
@@ -106,13 +102,13 @@ fn task(frame: &mut Frame<'_>, area: Rect, touched: &Touched, theme: Theme) {
         Some(Ok(found)) => {
             for [name, value] in found_lines(found, touched.tool) {
                 lines.push(Line::from(vec![
-                    Span::styled(format!("{name:<13}"), theme.dim()),
+                    Span::styled(format!("{name:<11}"), theme.dim()),
                     Span::raw(value),
                 ]));
             }
             lines.push(Line::default());
             lines.push(Line::styled(
-                "Enter saves it in the settings: drawings then use it.",
+                "Enter saves it: drawings then use it.",
                 theme.note(),
             ));
         }
@@ -266,8 +262,7 @@ mod tests {
         shows(
             &screen,
             &[
-                "looks like A4, landscape",
-                "0.6 mm off",
+                "looks like A4, landscape, 0.6 mm off",
                 "Enter save it",
                 "0.0 deg to the left",
             ],

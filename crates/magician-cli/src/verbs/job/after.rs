@@ -31,16 +31,56 @@ impl Drive<'_> {
         let asked = async {
             arm.stop().await?;
             let pose = arm.get::<Pose>().await?;
-            Ok::<_, Error>(Stood {
-                pose,
-                index: arm.current_index().await?.0,
-            })
+            let index = arm.current_index().await?.0;
+            let clock = arm.get::<DeviceTime>().await?.g_systick;
+            Ok::<_, Error>((Stood { pose, index }, clock))
         };
         let stood = match gone {
             true => None,
             false => timeout(AFTERMATH, asked).await.ok().and_then(Result::ok),
         };
-        self.over(failure, stood)
+        let uncertain = matches!(failure.kind, Kind::Driver(ErrorKind::Uncertain));
+        if let Some((stood, clock)) = &stood
+            && uncertain
+            && self.was_reset(stood, *clock)
+        {
+            return self.forgotten(failure);
+        }
+        self.over(failure, stood.map(|(stood, _)| stood))
+    }
+
+    /// Whether the arm counts anew since the run began: its index says nothing of the run then.
+    fn was_reset(&self, stood: &Stood, clock: u32) -> bool {
+        let state = self.state.borrow();
+        let Some(journal) = &state.journal else {
+            return false;
+        };
+        let most = state.from + state.tally.finished(stood.index).most;
+        clock < journal.mark.clock || most < journal.mark.finished
+    }
+
+    /// The arm has forgotten what it did: only what was seen to be finished is certain.
+    fn forgotten(&self, failure: Failure) -> Failure {
+        let mut state = self.state.borrow_mut();
+        let Some(mut journal) = state.journal.take() else {
+            return failure;
+        };
+        if state.pulled == 0 {
+            return failure;
+        }
+        journal.mark.handed = self.handed(&state);
+        let span = Span {
+            least: journal.mark.finished,
+            most: journal.mark.handed,
+        };
+        journal.ends(Verdict::Doubt(span));
+        failure.hint(in_doubt(span))
+    }
+
+    /// Steps that have been given to the arm, at most.
+    fn handed(&self, state: &State) -> u64 {
+        let steps = state.from + state.pulled;
+        steps.min(self.program.steps().unwrap_or(u64::MAX))
     }
 
     /// The run is over before its end: what is known is kept, and the failure says how to go on.
@@ -52,8 +92,7 @@ impl Drive<'_> {
         if state.pulled == 0 {
             return failure;
         }
-        let steps = state.from + state.pulled;
-        journal.mark.handed = steps.min(self.program.steps().unwrap_or(u64::MAX));
+        journal.mark.handed = self.handed(&state);
         let command = "the same command with --resume";
         let Some(stood) = stood else {
             journal.breaks_off();
@@ -61,7 +100,10 @@ impl Drive<'_> {
                 "the arm finishes what it has; {command} asks it how far it came, and goes on"
             ));
         };
-        let span = state.tally.finished(stood.index);
+        let span = match failure.kind {
+            Kind::Driver(ErrorKind::Uncertain) => state.tally.certain(stood.index),
+            _ => state.tally.finished(stood.index),
+        };
         let from = state.from;
         let verdict = match span.least == span.most {
             true => settle(from + span.least, |steps| {
@@ -149,7 +191,12 @@ impl Drive<'_> {
                 steps
             }
             Verdict::Doubt(span) => {
-                let message = "nobody can tell how far the last run came: the arm was switched off, or others have used it";
+                let message = match mark.ended {
+                    Some(_) => "it is not certain how far the last run came",
+                    None => {
+                        "nobody can tell how far the last run came: the arm was switched off, or others have used it"
+                    }
+                };
                 let failure = Failure::new(Kind::Driver(ErrorKind::Uncertain), message);
                 return Err(failure.hint(in_doubt(span)));
             }
@@ -202,10 +249,13 @@ impl Drive<'_> {
 }
 
 fn in_doubt(Span { least, most }: Span) -> String {
+    let which = match most.saturating_sub(least) {
+        0 | 1 => format!("step {}", least + 1),
+        _ => format!("steps {} to {most}", least + 1),
+    };
     format!(
-        "{least} steps are done for certain, steps {} to {most} may be: look at the work, then --from {} does them again, \
+        "{least} steps are done for certain, {which} may be: look at the work, then --from {} does them again, \
          --from {} leaves them out",
-        least + 1,
         least + 1,
         most + 1
     )

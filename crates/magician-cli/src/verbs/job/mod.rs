@@ -6,6 +6,7 @@ mod journal;
 pub(crate) mod options;
 mod owed;
 mod program;
+mod reading;
 mod report;
 mod setting;
 mod show;
@@ -77,8 +78,9 @@ impl Job {
                 "--resume, --picture and --record are of a run, and nothing is run here",
             ));
         }
-        let read = self.read(context)?;
+        let opened = self.opened()?;
         let place = self.place(looks, context)?;
+        let read = self.read(opened, &place, context)?;
         let picture = self.picture(&place, context)?;
         let Made {
             source,
@@ -137,15 +139,6 @@ impl Job {
         }
     }
 
-    /// Reads the file.
-    fn read(&self, context: &Context) -> Result<(Source, Format, Content), Failure> {
-        let source = Source::open(&self.file.file)?;
-        let format = source.format(self.file.format)?;
-        let reading = source.read(format, self.pen.tolerance)?;
-        notes(&source, &reading.notes, context);
-        Ok((source, format, reading.content))
-    }
-
     /// Makes a program of what was in the file.
     fn made(
         &self,
@@ -157,12 +150,18 @@ impl Job {
         let taught = matches!(content, Content::Plan(_));
         let config = context.config()?;
         let setup = self.setup(place, &config)?;
-        let made = setup.plan(format, content);
-        let made = made.map_err(|problem| source.failure(&problem))?;
+        // What cannot be laid before the arm is what a check is for; a surface that nobody knows is not.
+        let fails = self.look.check && setup.known_surface().is_some();
+        let refused = |problem: Problem| {
+            let mut failure = source.failure(&problem);
+            if fails {
+                failure.kind = Kind::CheckFailed;
+            }
+            failure
+        };
+        let made = setup.plan(format, content).map_err(refused)?;
         notes(&source, &made.notes, context);
-        let mut plan = self
-            .on_grid(made.content)
-            .map_err(|problem| source.failure(&problem))?;
+        let mut plan = self.on_grid(made.content).map_err(refused)?;
         if self.pause > 0 {
             plan.push(Action::Wait(self.pause), magician_program::Origin::NONE);
         }
@@ -188,7 +187,7 @@ impl Job {
 
     /// Reads it and makes a plan of it, for whoever does something else with it than running it.
     pub(crate) fn plan(&self, context: &mut Context) -> Result<(Source, Plan), Failure> {
-        let read = self.read(context)?;
+        let read = self.read(self.opened()?, &Where::Nowhere, context)?;
         let made = self.made(read, &Where::Nowhere, context)?;
         Ok((made.source, made.program.plan))
     }

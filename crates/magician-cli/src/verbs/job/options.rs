@@ -48,6 +48,9 @@ pub(crate) struct Place {
     /// Height of the paper or the wood: the z of `magician pose` when the tool touches it, mm
     #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = number::<f64>)]
     pub(super) surface: Option<f64>,
+    /// Where the tool stands when a G-code program begins, mm; where it is, if not given
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
+    pub(super) start: Option<[f64; 3]>,
     /// Put its middle at this x and y, mm
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
     pub(super) at: Option<[f64; 2]>,

@@ -26,6 +26,8 @@ const RAIL: Duration = Duration::from_millis(250);
 #[derive(Debug)]
 pub(crate) enum Happened {
     Key(KeyEvent),
+    /// Text, which is no row of keys.
+    Pasted(String),
     /// What was ordered is done; the pad knows.
     Done,
     /// The arm was read, or something else is new.
@@ -92,6 +94,7 @@ impl Desk {
             told = stage.next() => match told {
                 Told::Event(Event::Key(key)) => Happened::Key(key),
                 Told::Event(Event::FocusLost) => Happened::Away,
+                Told::Event(Event::Paste(text)) => Happened::Pasted(text),
                 Told::Event(_) => Happened::News,
                 Told::Beat => Happened::Beat,
                 Told::Gone => Happened::Gone,
@@ -119,8 +122,17 @@ impl Desk {
         for line in take_log() {
             self.seen.note(line);
         }
-        self.pad.doing = self.hands.doing();
+        self.note_motion();
+        self.seen.look(Instant::now());
         Ok(happened)
+    }
+
+    /// Lets the pad know what moves the arm, and the readings that something does.
+    fn note_motion(&mut self) {
+        self.pad.doing = self.hands.doing();
+        if self.pad.doing.is_some() {
+            self.seen.stir();
+        }
     }
 
     /// Time since the beginning, as the pad counts it.
@@ -135,7 +147,7 @@ impl Desk {
                 if let Some(done) = self.hands.order(order) {
                     self.pad.done(&done);
                 }
-                self.pad.doing = self.hands.doing();
+                self.note_motion();
             }
             Reply::Quit => return Some(End::Quit),
             Reply::Interrupt => return Some(End::Interrupt),

@@ -1,6 +1,6 @@
 //! What a pad has the arm do: one thing that moves it at a time, and a stop that overtakes it.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::future::{Future, poll_fn};
 use std::pin::Pin;
@@ -49,8 +49,11 @@ pub(crate) enum Order {
     },
     /// Share of the set speeds of jogs and moves, percent.
     Speed(f32),
-    /// A program, checked as a whole first.
-    Run(Box<Plan>),
+    /// A program from one of its steps (from 0) on, checked as a whole first.
+    Run {
+        plan: Box<Plan>,
+        from: usize,
+    },
 }
 
 /// What was being done.
@@ -100,6 +103,8 @@ pub(crate) struct Hands {
     /// What is done beside.
     beside: VecDeque<Job>,
     progress: Rc<Cell<Option<Progress>>>,
+    /// Which step of the program each one is that is run.
+    steps: Rc<RefCell<Vec<usize>>>,
     /// Commands of the program that come before its first step.
     preamble: u64,
 }
@@ -115,6 +120,7 @@ impl Hands {
             moving: None,
             beside: VecDeque::new(),
             progress: Rc::default(),
+            steps: Rc::default(),
             preamble: 0,
         }
     }
@@ -130,7 +136,8 @@ impl Hands {
         let now = self.progress.get()?;
         let ahead = now.last.0.saturating_sub(now.current.0);
         let done = now.sent.checked_sub(ahead)?;
-        usize::try_from(done.saturating_sub(self.preamble)).ok()
+        let step = usize::try_from(done.saturating_sub(self.preamble)).ok()?;
+        self.steps.borrow().get(step).copied()
     }
 
     /// Does what is ordered, or says what came of it at once. What was ordered before and is not done yet gives way only to a
@@ -144,6 +151,8 @@ impl Hands {
             }
             Order::Stop => {
                 self.jog = None;
+                // What has not been sent would come after it: a laser that is switched on, say.
+                self.beside.retain(|job| !matches!(job.what, What::Tool(_)));
                 let arm = self.arm.clone();
                 let work = async move { Ok(arm.stop().await.map(|()| None)?) };
                 self.begin(What::Stop, work);
@@ -183,10 +192,11 @@ impl Hands {
                 let work = async move { Ok(arm.home().await.map(|()| None)?) };
                 self.begin_if_free(What::Home, work)
             }
-            Order::Run(plan) => {
+            Order::Run { plan, from } => {
                 self.progress.set(None);
                 self.preamble = u64::from(plan.preamble().is_some());
-                let work = run(self.arm.clone(), *plan, Rc::clone(&self.progress));
+                let (progress, steps) = (Rc::clone(&self.progress), Rc::clone(&self.steps));
+                let work = run(self.arm.clone(), *plan, from, progress, steps);
                 self.begin_if_free(What::Run, work)
             }
         }
@@ -331,11 +341,22 @@ impl Hands {
 async fn run(
     arm: Arm,
     plan: Plan,
+    from: usize,
     progress: Rc<Cell<Option<Progress>>>,
+    steps: Rc<RefCell<Vec<usize>>>,
 ) -> Result<Option<Jog>, Failure> {
     arm.wait_still().await?;
     let commands: Vec<Set> = plan.commands().collect();
     let start = arm.preflight_for(&commands).await?;
+    let rest = plan.from_step(from, &start).map_err(|problem| {
+        let name = problem
+            .name
+            .map_or_else(String::new, |name| format!("{name}: "));
+        Failure::invalid(format!("{name}{}", problem.message))
+    })?;
+    let plan = rest.plan;
+    steps.replace(rest.steps);
+    let commands: Vec<Set> = plan.commands().collect();
     if let Some(complaint) = magician_program::check(&plan, &start).complaints.first() {
         let name = complaint.name.clone();
         let name = name.unwrap_or_else(|| format!("step {}", complaint.step + 1));
@@ -347,4 +368,33 @@ async fn run(
         .finish(|now| progress.set(Some(now)))
         .await?;
     Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use magician::commands::EndEffectorLaser;
+    use magician::words;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn nothing_is_switched_on_after_a_stop_that_was_asked_for_later() {
+        let arm = Arm::connect(&"sim".parse().unwrap()).await.unwrap();
+        let ratios = Ratios {
+            jog: arm.get::<JogCommonParams>().await.unwrap(),
+            moves: arm.get::<PtpCommonParams>().await.unwrap(),
+        };
+        let mut hands = Hands::new(&arm, Debts::default(), ratios);
+        let (what, command) = ("the laser burns", Box::new(words::laser(true)));
+        assert!(hands.order(Order::Tool { what, command }).is_none());
+        assert!(hands.order(Order::Stop).is_none());
+        assert_eq!(hands.next().await.what, What::Stop);
+        assert!(hands.beside.is_empty());
+        // What is asked for after it is done.
+        let (what, command) = ("suction on", Box::new(words::suction(true)));
+        assert!(hands.order(Order::Tool { what, command }).is_none());
+        assert_eq!(hands.next().await.what, What::Tool("suction on"));
+        let laser = arm.get::<EndEffectorLaser>().await.unwrap();
+        assert!(!laser.is_on.is_on());
+    }
 }

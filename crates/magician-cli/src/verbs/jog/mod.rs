@@ -28,8 +28,8 @@ pub(super) use hands::{Order, What};
 pub(super) use pad::{Pad, Reply, Tone, Tools};
 use view::Model;
 pub(super) use view::{
-    MOVES, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose as pose_panel,
-    tool_spans,
+    MOVES, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose as pose_panel, said,
+    thirds, tool_spans,
 };
 
 /// Move the arm by keys on the terminal, or by one step: `jog x 10`

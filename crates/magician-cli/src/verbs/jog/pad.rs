@@ -168,6 +168,7 @@ impl Pad {
                 self.refusal = Some(format!("{heading}: {failure}"));
             }
             What::Step(heading) => self.refusal = Some(format!("{heading}: {failure}")),
+            What::Tool(_) => self.wanted = self.tools,
             _ => {}
         }
         self.say(Tone::Bad, failure);
@@ -246,7 +247,7 @@ impl Pad {
         self.question = None;
         self.help = false;
         self.tools.laser = false;
-        self.wanted.laser = false;
+        self.wanted = self.tools;
         self.say(Tone::Plain, "stopping");
         Reply::Order(Order::Stop)
     }

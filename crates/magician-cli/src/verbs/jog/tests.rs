@@ -84,6 +84,23 @@ fn a_line_that_is_lost_is_seen() {
 }
 
 #[test]
+fn a_narrow_terminal_shows_whole_messages_and_where_the_keys_are() {
+    let mut model = model();
+    shows(
+        &picture(&model, 60, 20),
+        &["q quit  space STOP", "? all keys"],
+    );
+    let long = "x+: joint 2 would be at 91.3 deg, limit 90.0 deg, and this is the end";
+    model.pad.say(pad::Tone::Bad, long);
+    shows(&picture(&model, 40, 20), &["and this is the end"]);
+    model.pad.help = true;
+    shows(
+        &picture(&model, 60, 30),
+        &["move; hold: it", "moves while held"],
+    );
+}
+
+#[test]
 fn every_size_has_a_picture() {
     let model = model();
     for width in [1, 2, 5, 10, 29, 50, 80, 119, 300] {

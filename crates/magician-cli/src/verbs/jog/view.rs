@@ -2,13 +2,14 @@
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use super::axis::Axis;
 use super::hands::What;
 use super::pad::{self, Pad, Tone, Tools, Way};
-use crate::terminal::{Seen, Theme, help, hints, lamp, mm, panel};
+use crate::terminal::{Seen, Theme, fitted, help, lamp, mm, panel, wrapped};
 
 /// What is shown.
 #[derive(Clone, Debug)]
@@ -26,7 +27,7 @@ pub(crate) const MOVES: [(&str, &str); 6] = [
     ("space", "stop, whatever moves"),
     ("tab", "coordinates or joints"),
 ];
-const KEYS: [(&str, &str); 18] = [
+const KEYS: [(&str, &str); 17] = [
     MOVES[0],
     MOVES[1],
     MOVES[2],
@@ -51,11 +52,7 @@ const KEYS: [(&str, &str); 18] = [
     ("Ctrl-L", "draw everything anew"),
     (
         "",
-        "Hold, where the terminal tells no releases: a tap is a nudge,",
-    ),
-    (
-        "",
-        "and the arm goes on once the key repeats, until it does not.",
+        "Hold, where the terminal tells no releases: a tap is a nudge, and the arm goes on once the key repeats, until it does not.",
     ),
 ];
 const HINTS: [(&str, &str); 7] = [
@@ -71,12 +68,8 @@ const HINTS: [(&str, &str); 7] = [
 /// Draws one frame.
 pub(crate) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     let Model { seen, pad } = model;
-    let [header, middle, footer] = Layout::vertical([
-        Constraint::Length(1),
-        Constraint::Fill(1),
-        Constraint::Length(1),
-    ])
-    .areas(frame.area());
+    let foot = foot(pad, &HINTS, frame.area().width, theme);
+    let [header, middle, footer] = thirds(frame.area(), &foot);
     frame.render_widget(seen.header("jog", header.width, theme), header);
     let [top, pads, alarms, log] = Layout::vertical([
         Constraint::Length(7),
@@ -92,7 +85,7 @@ pub(crate) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     state(frame, pads, seen, pad, theme);
     alarm_panel(frame, alarms, seen, theme);
     log_panel(frame, log, seen, theme);
-    frame.render_widget(foot(pad, &HINTS, theme), footer);
+    frame.render_widget(Paragraph::new(foot), footer);
     if pad.help {
         help(frame, middle, &KEYS, theme);
     }
@@ -129,7 +122,7 @@ fn row(axis: Axis, value: f32, key: &str, moves: bool, theme: Theme) -> Line<'st
     let figure = format!("{:<2}{value:>9.2} {:<4}", axis.name(), axis.unit());
     let style = match moves {
         true => theme.good(),
-        false => ratatui::style::Style::new(),
+        false => Style::new(),
     };
     Line::from(vec![
         Span::styled(figure, style),
@@ -241,6 +234,7 @@ fn doing(seen: &Seen, pad: &Pad) -> String {
         Some(What::Home) => "homes".to_owned(),
         Some(What::Run) => "plays".to_owned(),
         _ if seen.stands() => "stands".to_owned(),
+        _ if !seen.answers() => "does not answer".to_owned(),
         _ => "moves".to_owned(),
     }
 }
@@ -284,12 +278,37 @@ pub(crate) fn log_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: T
 }
 
 /// What is asked, or was said last; else what the keys do.
-pub(crate) fn foot(pad: &Pad, keys: &[(&str, &str)], theme: Theme) -> Paragraph<'static> {
-    let line = match (&pad.question, &pad.message) {
-        (Some(question), _) => Line::styled(format!(" {}", question.text()), theme.note()),
-        (_, Some((Tone::Bad, text))) => Line::styled(format!(" {text}"), theme.bad()),
-        (_, Some((Tone::Plain, text))) => Line::styled(format!(" {text}"), theme.note()),
-        _ => hints(keys, theme),
-    };
-    Paragraph::new(line)
+pub(crate) fn foot(
+    pad: &Pad,
+    keys: &[(&str, &str)],
+    width: u16,
+    theme: Theme,
+) -> Vec<Line<'static>> {
+    match (&pad.question, &pad.message) {
+        (Some(question), _) => said(question.text(), width, theme.note()),
+        (_, Some((Tone::Bad, text))) => said(text, width, theme.bad()),
+        (_, Some((Tone::Plain, text))) => said(text, width, theme.note()),
+        _ => vec![fitted(keys, width, theme)],
+    }
+}
+
+/// A message at the foot, on as many lines as it takes, up to three.
+pub(crate) fn said(text: &str, width: u16, style: Style) -> Vec<Line<'static>> {
+    const MOST: usize = 3;
+    let room = usize::from(width).saturating_sub(1).max(1);
+    let lines = wrapped(text, room).into_iter().take(MOST);
+    lines
+        .map(|text| Line::styled(format!(" {text}"), style))
+        .collect()
+}
+
+/// Header, middle, and so many lines of foot.
+pub(crate) fn thirds(area: Rect, foot: &[Line<'_>]) -> [Rect; 3] {
+    let foot = u16::try_from(foot.len()).unwrap_or(1);
+    Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Fill(1),
+        Constraint::Length(foot),
+    ])
+    .areas(area)
 }

@@ -79,7 +79,7 @@ impl Classroom {
         }
     }
 
-    /// What a key comes to while the arm is there; `still` if it stands.
+    /// What a key comes to while the arm is there; `still` if it was seen to stand. Where it is not known, there is no pose.
     pub(super) fn key(
         &mut self,
         key: KeyEvent,
@@ -104,8 +104,8 @@ impl Classroom {
                 _ => Turn::Pad(pad.key(key, now)),
             };
         }
-        let moves = pad.doing.is_some() || !still;
-        if key.code == KeyCode::Char(' ') && moves {
+        let still = still && pad.doing.is_none();
+        if key.code == KeyCode::Char(' ') && !still {
             self.stopped = Some(now);
             return Turn::Pad(pad.key(key, now));
         }
@@ -125,8 +125,15 @@ impl Classroom {
             KeyCode::Enter | KeyCode::Char(' ') => Turn::Pad(Reply::Nothing),
             KeyCode::Char('q') if self.lesson.is_saved() => Turn::Leave,
             KeyCode::Char('q') => self.asks(Prompt::Leave),
-            _ => self.edit(key, pad, pose, now),
+            _ => self.edit(key, pad, here(pose, still), now),
         }
+    }
+
+    /// What is pasted is typed, where something is.
+    pub(super) fn pasted(&mut self, text: &str) {
+        let signs = text.chars().filter(|sign| !sign.is_control());
+        self.prompt = (self.prompt.take())
+            .map(|prompt| signs.fold(prompt, |prompt, sign| typed(prompt, KeyCode::Char(sign))));
     }
 
     /// Stores where a hand has left the arm.
@@ -147,21 +154,23 @@ impl Classroom {
     }
 
     fn store(&mut self, pad: &mut Pad, pose: Option<&Pose>, still: bool) -> Turn {
-        match pose {
-            Some(pose) if still => {
+        match here(pose, still) {
+            Ok(pose) => {
                 let name = self.lesson.store(pose);
                 pad.say(Tone::Plain, format!("{name} stored"));
             }
-            Some(_) => pad.say(
-                Tone::Bad,
-                "the arm moves: a point is stored where it stands",
-            ),
-            None => pad.say(Tone::Bad, "nothing is known of the arm yet"),
+            Err(why) => pad.say(Tone::Bad, why),
         }
         Turn::Pad(Reply::Nothing)
     }
 
-    fn edit(&mut self, key: KeyEvent, pad: &mut Pad, pose: Option<&Pose>, now: Duration) -> Turn {
+    fn edit(
+        &mut self,
+        key: KeyEvent,
+        pad: &mut Pad,
+        here: Result<&Pose, &'static str>,
+        now: Duration,
+    ) -> Turn {
         let row = self.lesson.rows.get(self.lesson.selected);
         match key.code {
             KeyCode::Char('j') => self.lesson.select(true),
@@ -208,21 +217,17 @@ impl Classroom {
                 });
             }
             KeyCode::Char('r') => {
-                let Some(pose) = pose else {
-                    return Turn::Pad(Reply::Nothing);
-                };
                 return self.said(pad, |lesson| {
                     lesson
-                        .teach_again(pose)
+                        .teach_again(here?)
                         .map(|()| "this point is now where the arm is")
                 });
             }
             KeyCode::Char('v') => {
-                self.lesson.via = pose.map(place);
-                pad.say(
-                    Tone::Plain,
-                    "an arc goes through here: go to its end and press Enter",
-                );
+                return self.said(pad, |lesson| {
+                    lesson.via = Some(place(here?));
+                    Ok("an arc goes through here: go to its end and press Enter")
+                });
             }
             KeyCode::Char('o') if self.lesson.rows.is_empty() => {
                 pad.say(Tone::Bad, "there is nothing to play")
@@ -281,6 +286,15 @@ impl Classroom {
             (Prompt::File(text), KeyCode::Enter) => Turn::SaveAs(text),
             (prompt, code) => self.asks(typed(prompt, code)),
         }
+    }
+}
+
+/// Where the arm stands; `Err` says why nobody knows.
+fn here(pose: Option<&Pose>, still: bool) -> Result<&Pose, &'static str> {
+    match pose {
+        Some(pose) if still => Ok(pose),
+        Some(_) => Err("the arm moves: a point is where it stands"),
+        None => Err("the arm does not answer: nobody knows where it is"),
     }
 }
 
@@ -380,6 +394,40 @@ mod tests {
         desk.now = Duration::from_secs(3);
         desk.press(KeyCode::Char(' '));
         assert_eq!(desk.rows(), 3);
+    }
+
+    #[test]
+    fn nothing_is_stored_of_an_arm_that_is_on_its_way() {
+        let mut desk = Desk::new();
+        desk.press(KeyCode::Enter);
+        let before = desk.room.lesson.rows.clone();
+        // A step was ordered, and no reading has seen it yet.
+        desk.pad.doing = Some(What::Run);
+        for key in [KeyCode::Enter, KeyCode::Char('r'), KeyCode::Char('v')] {
+            desk.press(key);
+            let (_, said) = desk.pad.message.clone().unwrap();
+            assert!(said.contains("the arm moves"), "{said}");
+        }
+        assert_eq!(desk.room.lesson.rows, before);
+        assert_eq!(desk.room.lesson.via, None);
+        desk.pad.doing = None;
+        let key = KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE);
+        desk.room.key(key, &mut desk.pad, None, false, desk.now);
+        let (_, said) = desk.pad.message.clone().unwrap();
+        assert!(said.contains("does not answer"), "{said}");
+        assert_eq!(desk.rows(), 1);
+    }
+
+    #[test]
+    fn what_is_pasted_is_a_name_and_never_a_row_of_keys() {
+        let mut desk = Desk::new();
+        desk.press(KeyCode::Enter);
+        desk.room.pasted("hyo\n");
+        assert_eq!(desk.room.prompt, None);
+        desk.types("n");
+        desk.room.pasted(" by hand\n");
+        desk.press(KeyCode::Enter);
+        assert_eq!(desk.room.lesson.rows[0].name, "P1 by hand");
     }
 
     #[test]

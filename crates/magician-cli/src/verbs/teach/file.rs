@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use magician_program::formats::playback::Playback;
-use magician_program::{Content, Format, Plan};
+use magician_program::{Content, Format, Plan, ReadOptions};
 
 use crate::config::replace;
 use crate::failure::Failure;
@@ -34,7 +34,7 @@ pub(super) fn read(path: &Path) -> Result<Option<Plan>, Failure> {
         return Ok(None);
     }
     let source = Source::open(path)?;
-    match source.read(format(path)?, None)?.content {
+    match source.read(format(path)?, ReadOptions::default())?.content {
         Content::Plan(plan) => Ok(Some(plan)),
         _ => Err(Failure::invalid(format!("{} is no lesson", path.display()))),
     }

@@ -145,6 +145,23 @@ impl Lesson {
         None
     }
 
+    /// Steps of the plan that come before a row.
+    pub(super) fn steps_before(&self, row: usize) -> usize {
+        let rows = self.rows.iter().take(row);
+        rows.map(|row| row.actions().count()).sum()
+    }
+
+    /// Whether a row leads to the same place wherever the arm is, and by a way that does not depend on what was before. The
+    /// first one has nothing before it.
+    pub(super) fn leads_from_anywhere(&self, row: usize) -> bool {
+        let motion = self.rows.get(row).and_then(|row| row.motion.as_ref());
+        let absolute = matches!(
+            motion,
+            Some(Action::Move { .. } | Action::Joints { .. } | Action::Home)
+        );
+        row == 0 || absolute
+    }
+
     pub(super) fn is_saved(&self) -> bool {
         self.rows == self.saved
     }
@@ -478,6 +495,17 @@ mod tests {
         let (via, to) = (place(&pose(220.0)), place(&pose(240.0)));
         assert_eq!(motion, Some(Action::Arc { via, to }));
         assert!(lesson.next_way().is_err() && lesson.via.is_none());
+    }
+
+    #[test]
+    fn what_only_leads_on_needs_what_comes_before() {
+        let mut lesson = taught(&[200.0, 210.0]);
+        lesson.next_suction().unwrap();
+        lesson.via = Some(place(&pose(220.0)));
+        lesson.store(&pose(240.0));
+        let from_anywhere = [0, 1, 2].map(|row| lesson.leads_from_anywhere(row));
+        assert_eq!(from_anywhere, [true, true, false]);
+        assert_eq!([0, 1, 2].map(|row| lesson.steps_before(row)), [0, 1, 3]);
     }
 
     #[test]

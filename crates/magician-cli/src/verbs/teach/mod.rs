@@ -90,7 +90,7 @@ struct Session {
     left: Option<Plan>,
     /// What the rescue file has.
     kept: Plan,
-    /// The row from which on it plays, or did last.
+    /// The row with which the plan begins that it plays, or did last.
     began: usize,
     hand: Option<Polled<Pose>>,
     stage: Stage<Model>,
@@ -152,11 +152,16 @@ impl Session {
                 biased;
                 happened = self.desk.next(&mut self.stage) => match happened? {
                     Happened::Key(key) => {
-                        let status = self.desk.seen.status.as_ref();
-                        let (pose, still) = (status.map(|status| status.pose), self.desk.seen.stands());
+                        let seen = &self.desk.seen;
+                        let status = seen.status.as_ref().filter(|_| seen.answers());
+                        let (pose, still) = (status.map(|status| status.pose), seen.stands());
                         let now = self.desk.now();
                         let turn = self.room.key(key, &mut self.desk.pad, pose.as_ref(), still, now);
                         self.take(turn)
+                    }
+                    Happened::Pasted(text) => {
+                        self.room.pasted(&text);
+                        None
                     }
                     other => self.desk.attend(&other),
                 },
@@ -201,12 +206,18 @@ impl Session {
     }
 
     fn play(&mut self, from: usize) {
-        let plan = self.room.lesson.plan(from);
-        let reply = Reply::Order(Order::Run(Box::new(plan)));
-        self.desk.obey(reply);
+        let lesson = &self.room.lesson;
+        // A row that only leads on begins where the one before ends, and nowhere else.
+        let (first, step) = match lesson.leads_from_anywhere(from) {
+            true => (from, 0),
+            false => (0, lesson.steps_before(from)),
+        };
+        let plan = Box::new(lesson.plan(first));
+        self.desk
+            .obey(Reply::Order(Order::Run { plan, from: step }));
         if self.desk.pad.doing == Some(What::Run) {
             self.room.playing = Some(from);
-            self.began = from;
+            self.began = first;
             self.desk.pad.say(Tone::Plain, "playing; space stops it");
         }
     }
@@ -244,13 +255,13 @@ impl Session {
         let before = &self.room.lesson;
         let mut lesson = Lesson::of(&left);
         lesson.title.clone_from(&before.title);
-        lesson.tool = before.tool;
+        lesson.tool = left.tool.or(before.tool);
         lesson.mark_unsaved();
-        if left.tool != lesson.tool {
-            let tool = left.tool.map_or("none".to_owned(), |tool| tool.to_string());
-            let text =
-                format!("it was taught with the tool {tool}: start again with --tool {tool}");
-            self.desk.pad.say(Tone::Bad, text);
+        // Its points are for that tool, and those that follow have to be, too.
+        if let Some(tool) = lesson.tool.filter(|tool| Some(*tool) != before.tool) {
+            let what = "the arm counts from the tool with which the lesson was taught";
+            let command = Box::new(words::tool(tool.bias()));
+            self.desk.obey(Reply::Order(Order::Tool { what, command }));
         }
         self.kept = left;
         self.room.lesson = lesson;

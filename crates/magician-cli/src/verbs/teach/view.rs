@@ -10,7 +10,8 @@ use super::classroom::Classroom;
 use super::lesson::Row;
 use crate::terminal::{Seen, Theme, help, panel};
 use crate::verbs::jog::{
-    MOVES, Pad, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose_panel,
+    MOVES, Pad, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose_panel, said,
+    thirds,
 };
 
 /// What is shown.
@@ -71,12 +72,12 @@ const ROOMY: u16 = 64;
 /// Draws one frame.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     let Model { seen, pad, room } = model;
-    let [header, middle, footer] = Layout::vertical([
-        Constraint::Length(1),
-        Constraint::Fill(1),
-        Constraint::Length(1),
-    ])
-    .areas(frame.area());
+    let width = frame.area().width;
+    let foot = match &room.prompt {
+        Some(prompt) => said(&prompt.text(), width, theme.note()),
+        None => foot(pad, &HINTS, width, theme),
+    };
+    let [header, middle, footer] = thirds(frame.area(), &foot);
     frame.render_widget(seen.header("teach", header.width, theme), header);
     let wide = middle.width >= WIDE;
     let right = if wide {
@@ -103,11 +104,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     if log.height > 2 {
         log_panel(frame, log, seen, theme);
     }
-    let line = match &room.prompt {
-        Some(prompt) => Paragraph::new(Line::styled(format!(" {}", prompt.text()), theme.note())),
-        None => foot(pad, &HINTS, theme),
-    };
-    frame.render_widget(line, footer);
+    frame.render_widget(Paragraph::new(foot), footer);
     if pad.help {
         help(frame, middle, &KEYS, theme);
     }

@@ -5,6 +5,7 @@ mod look;
 mod view;
 
 use std::io::{self, IsTerminal};
+use std::time::Instant;
 
 use clap::Args;
 use magician::Arm;
@@ -62,7 +63,8 @@ async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(),
 /// The picture, until somebody has seen enough.
 async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
     let (_, places) = arm.stats().await?;
-    let mut model = Model::new(Seen::new(title(arm).await?, places));
+    let seen = Seen::new(title(arm).await?, places).reading(rate);
+    let mut model = Model::new(seen);
     let on_rail = arm.get::<DeviceWithL>().await;
     let mut rail = on_rail
         .is_ok_and(|rail| rail.with_l.is_on())
@@ -95,6 +97,7 @@ async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
         for line in take_log() {
             model.seen.note(line);
         }
+        model.seen.look(Instant::now());
     }
 }
 

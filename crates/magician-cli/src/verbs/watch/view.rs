@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::look::Around;
-use crate::terminal::{Seen, Theme, help, hints, lamp, panel, sparkline};
+use crate::terminal::{Seen, Theme, fitted, help, lamp, panel, sparkline};
 use crate::verbs::io::{self, PINS, Pin};
 use crate::verbs::jog::{alarm_panel, joint_bars, log_panel, tool_spans};
 
@@ -73,7 +73,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
         true => wide(frame, middle, model, theme),
         false => narrow(frame, middle, model, theme),
     }
-    frame.render_widget(Paragraph::new(hints(&HINTS, theme)), footer);
+    let keys = fitted(&HINTS, footer.width, theme);
+    frame.render_widget(Paragraph::new(keys), footer);
     if model.help {
         help(frame, middle, &KEYS, theme);
     }
@@ -144,10 +145,10 @@ fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     if let Some(rail) = model.seen.rail {
         lines.push(Line::from(format!("l {rail:>9.2} mm")));
     }
-    let title = if model.seen.stands() {
-        "tool stands"
-    } else {
-        "tool moves"
+    let title = match model.seen.stands() {
+        true => "tool stands",
+        false if model.seen.answers() => "tool moves",
+        false => "tool when last seen",
     };
     frame.render_widget(Paragraph::new(lines).block(panel(title, theme)), area);
 }

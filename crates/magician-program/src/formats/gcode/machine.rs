@@ -4,7 +4,7 @@ use super::block::{Block, Code};
 use super::emit::Emitter;
 use super::lexer::Flaw;
 use super::notes::Notes;
-use super::options::GcodeOptions;
+use super::options::{GcodeOptions, NEEDS_START};
 use super::survey::{HIGHEST_SERVO, Survey};
 use super::{Line, is_left_out};
 use crate::{Origin, Plan, Problem};
@@ -270,7 +270,7 @@ impl<'o> Machine<'o> {
     pub(super) fn finish(mut self) -> Result<(Plan, Vec<Problem>), Problem> {
         if let Some(origin) = self.waiting {
             let message = "the program moves and never says to which X and Y";
-            let help = "say where the arm stands when it begins";
+            let help = NEEDS_START;
             return Err(Problem::new(origin, message).help(help));
         }
         self.out.laser_off(Origin::NONE);

@@ -41,7 +41,7 @@ use lexer::Flaw;
 use machine::Machine;
 pub(super) use notes::Notes;
 
-pub use options::{Arcs, Dialect, GcodeOptions};
+pub use options::{Arcs, Dialect, GcodeOptions, NEEDS_START};
 use survey::Survey;
 
 /// No arc is followed more closely than this, mm.

@@ -5,6 +5,7 @@ use super::block::Block;
 use super::emit::Work;
 use super::lexer::Flaw;
 use super::machine::{Machine, Mode};
+use super::options::NEEDS_START;
 use crate::Origin;
 
 const AXES: [u8; 3] = *b"XYZ";
@@ -87,7 +88,7 @@ impl Machine<'_> {
                 Some(at) => self.offset[axis] = at - number * self.unit,
                 None => {
                     let message = "G92 is left out where it is not known where the arm stands: coordinates stay the arm's";
-                    let help = "say where the arm stands when the program begins";
+                    let help = NEEDS_START;
                     self.notes.add_with_help(origin, message, help);
                 }
             }
@@ -113,8 +114,7 @@ impl Machine<'_> {
                 let letter = char::from(letter);
                 let message =
                     format!("{letter} counts from where the arm stands, which is not known");
-                return Err(Flaw::new(block.range_of(AXES[axis]), message)
-                    .help("say where the arm stands when the program begins"));
+                return Err(Flaw::new(block.range_of(AXES[axis]), message).help(NEEDS_START));
             };
             if place.abs() > FARTHEST {
                 let message = format!("{} would be at {place:.0} mm", char::from(letter));
@@ -139,7 +139,7 @@ impl Machine<'_> {
             } else {
                 "the program never says Z: it is taken as 0"
             };
-            let help = "say where the arm stands when the program begins";
+            let help = NEEDS_START;
             self.notes.add_with_help(origin, message, help);
             self.survey.first_z.unwrap_or(0.0)
         });
@@ -286,6 +286,5 @@ fn turns(block: &Block) -> Result<u32, Flaw> {
 
 fn unknown_start(block: &Block) -> Flaw {
     let message = "this begins where the arm stands, and it is not known where";
-    Flaw::new(block.range.clone(), message)
-        .help("go to X and Y with G0 first, or say where the arm stands when the program begins")
+    Flaw::new(block.range.clone(), message).help(NEEDS_START)
 }

@@ -1,0 +1,406 @@
+//! The pages are right: each of their shell blocks runs and prints what stands under it, and each link leads to a file.
+//!
+//! A block marked `sh` is run, line by line, in a directory of its own that holds the samples and the scenarios. A line
+//! that ends with `# exit N` has to end with that status, every other one with 0; a line that ends with `&` is a virtual
+//! arm that is served until the block ends. A block marked `text` right after it is what it prints: each of its lines
+//! has to come, in this order; `…` stands for anything, a number for any number, and a space for any spaces: pages hold what was printed
+//! once, and how long an arm takes for a drawing is tried elsewhere. Blocks for a real arm, a terminal or a toolchain are marked
+//! `console`.
+#![cfg(unix)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A block of a page between its fences.
+#[derive(Debug)]
+struct Block {
+    /// Its line in the page.
+    line: usize,
+    language: String,
+    text: Vec<String>,
+    /// Whether only empty lines are between it and the block before it.
+    follows: bool,
+}
+
+fn blocks(page: &str) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    let mut open: Option<Block> = None;
+    let mut follows = false;
+    for (number, line) in (1..).zip(page.lines()) {
+        match (&mut open, line.strip_prefix("```")) {
+            (None, Some(language)) => {
+                open = Some(Block {
+                    line: number,
+                    language: language.to_owned(),
+                    text: Vec::new(),
+                    follows,
+                });
+            }
+            (Some(_), Some(_)) => {
+                blocks.extend(open.take());
+                follows = true;
+            }
+            (Some(block), None) => block.text.push(line.to_owned()),
+            (None, None) => follows &= line.trim().is_empty(),
+        }
+    }
+    assert!(open.is_none(), "a fence is not closed");
+    blocks
+}
+
+/// A line of a block for the shell, or nothing if it needs a toolchain. The shell stops at the first line that fails.
+fn script_line(line: &str) -> Option<String> {
+    let (command, comment) = line.split_once(" #").unwrap_or((line, ""));
+    let command = match command.trim().strip_prefix("cargo run --release -- ") {
+        Some(arguments) => format!("magician {arguments}"),
+        None => command.trim().to_owned(),
+    };
+    if command.is_empty() || command.starts_with("cargo ") {
+        return None;
+    }
+    if let Some(served) = command.strip_suffix('&') {
+        // Its one line of output is `ready`: the next command begins after it.
+        return Some(format!(
+            "mkfifo .ready; {served} >.ready & pids=\"$pids $!\"; read -r _ <.ready"
+        ));
+    }
+    Some(match comment.trim().strip_prefix("exit ") {
+        Some(status) => format!("status=0; {command} || status=$?; test $status = {status}"),
+        None => command,
+    })
+}
+
+fn script(block: &Block) -> String {
+    let lines = block.text.iter().filter_map(|line| script_line(line));
+    let mut script = vec![
+        "set -e".to_owned(),
+        "pids=".to_owned(),
+        "trap 'test -z \"$pids\" || kill $pids; wait' EXIT".to_owned(),
+    ];
+    script.extend(lines);
+    script.join("\n") + "\n"
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a directory");
+    for entry in fs::read_dir(from).expect("a directory") {
+        let entry = entry.expect("an entry");
+        if entry.path().is_file() {
+            fs::copy(entry.path(), to.join(entry.file_name())).expect("copied");
+        }
+    }
+}
+
+/// Runs a block in a new directory and gives what it printed, if it did as it should.
+fn run(block: &Block) -> Result<String, String> {
+    let place = tempfile::tempdir().expect("a directory");
+    for directory in [
+        "crates/magician-program/samples",
+        "crates/magician-sim/scenarios",
+    ] {
+        copy(&root().join(directory), place.path());
+        copy(&root().join(directory), &place.path().join(directory));
+    }
+    let binary = Path::new(env!("CARGO_BIN_EXE_magician"));
+    let directories = std::env::var("PATH").unwrap_or_default();
+    let path = format!(
+        "{}:{directories}",
+        binary.parent().expect("its directory").display()
+    );
+    let mut command = Command::new("/bin/sh");
+    for variable in [
+        "MAGICIAN_PORT",
+        "MAGICIAN_TOOL",
+        "MAGICIAN_WINDOW",
+        "MAGICIAN_CONFIG",
+    ] {
+        command.env_remove(variable);
+    }
+    for variable in [
+        "HOME",
+        "XDG_CONFIG_HOME",
+        "XDG_STATE_HOME",
+        "XDG_DATA_HOME",
+        "XDG_CACHE_HOME",
+    ] {
+        command.env(variable, place.path().join(".home"));
+    }
+    let output = command
+        .arg("-c")
+        // The shell's own error messages and those of the command, in order.
+        .arg(format!("exec 2>&1\n{}", script(block)))
+        .env("PATH", path)
+        .env("NO_COLOR", "1")
+        .current_dir(place.path())
+        .stdin(Stdio::null())
+        .output()
+        .expect("the shell starts");
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    if output.status.success() {
+        Ok(printed)
+    } else {
+        Err(format!("{}:\n{printed}", output.status))
+    }
+}
+
+/// A line with one and the same number for each, and one space for several.
+fn plain(line: &str) -> String {
+    let mut plain = String::new();
+    for word in line.split_whitespace() {
+        if !plain.is_empty() {
+            plain.push(' ');
+        }
+        let mut number = false;
+        for c in word.chars() {
+            if !c.is_ascii_digit() {
+                plain.push(c);
+            } else if !number {
+                plain.push('0');
+            }
+            number = c.is_ascii_digit();
+        }
+    }
+    // Its sign and its decimals are part of a number.
+    plain.replace("-0", "0").replace("0.0", "0")
+}
+
+/// Whether a line is as a page says it is.
+fn is_like(line: &str, pattern: &str) -> bool {
+    let (line, pattern) = (plain(line), plain(pattern));
+    let mut parts = pattern.split('…');
+    let line = line.as_str();
+    let Some(mut rest) = line.strip_prefix(parts.next().unwrap_or_default()) else {
+        return false;
+    };
+    let mut last = None;
+    for part in parts {
+        let Some((_, after)) = rest.split_once(part) else {
+            return false;
+        };
+        rest = after;
+        last = Some(part);
+    }
+    match last {
+        None => rest.is_empty(),
+        Some(part) => part.is_empty() || line.ends_with(part),
+    }
+}
+
+/// The first line of a page that was not printed.
+fn missing<'a>(printed: &str, said: &'a Block) -> Option<&'a str> {
+    let mut lines = printed.lines();
+    let said = said.text.iter().map(String::as_str);
+    said.filter(|line| !line.trim().is_empty())
+        .find(|pattern| !lines.any(|line| is_like(line, pattern)))
+}
+
+/// Runs the blocks of a page; all its mistakes at once.
+fn try_page(name: &str) {
+    let page = fs::read_to_string(root().join(name)).expect("the page");
+    let blocks = blocks(&page);
+    let mut wrong = Vec::new();
+    let mut tried = 0;
+    for (nth, block) in blocks.iter().enumerate() {
+        if block.language != "sh" {
+            continue;
+        }
+        tried += 1;
+        let place = format!("{name}:{}", block.line);
+        match run(block) {
+            Err(why) => wrong.push(format!("{place} ends with {why}")),
+            Ok(printed) => {
+                let said = blocks
+                    .get(nth + 1)
+                    .filter(|next| next.follows && next.language == "text");
+                if let Some(line) = said.and_then(|said| missing(&printed, said)) {
+                    wrong.push(format!("{place} does not print\n{line}\nbut\n{printed}"));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
+    let compiled = blocks.iter().any(|block| block.language == "rust");
+    assert!(tried > 0 || compiled, "{name} has nothing that is tried");
+}
+
+macro_rules! pages {
+    ($($name:ident: $path:literal,)*) => {
+        const PAGES: &[&str] = &[$($path),*];
+        $(#[test]
+        fn $name() {
+            try_page($path);
+        })*
+    };
+}
+
+pages! {
+    the_readme: "README.md",
+    start: "docs/START.md",
+    troubleshooting: "docs/TROUBLESHOOTING.md",
+    draw: "docs/recipes/draw.md",
+    engrave: "docs/recipes/engrave.md",
+    gcode: "docs/recipes/gcode.md",
+    playback: "docs/recipes/playback.md",
+    teach: "docs/recipes/teach.md",
+    calibrate: "docs/recipes/calibrate.md",
+    jog: "docs/recipes/jog.md",
+    resume: "docs/recipes/resume.md",
+    beside: "docs/recipes/beside.md",
+    rust: "docs/recipes/rust.md",
+}
+
+#[test]
+fn every_recipe_is_tried_and_every_page_is_in_the_book() {
+    let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).expect("the summary");
+    for directory in ["docs", "docs/recipes"] {
+        for entry in fs::read_dir(root().join(directory)).expect("a directory") {
+            let name = entry
+                .expect("an entry")
+                .file_name()
+                .into_string()
+                .expect("UTF-8");
+            if !name.ends_with(".md") || name == "SUMMARY.md" {
+                continue;
+            }
+            let path = format!("{directory}/{name}");
+            let within = path.strip_prefix("docs/").expect("under docs");
+            assert!(
+                summary.contains(&format!("]({within})")),
+                "{path} is not in the book"
+            );
+            assert!(
+                directory == "docs" || PAGES.contains(&path.as_str()),
+                "{path} is not tried"
+            );
+        }
+    }
+}
+
+/// What the README shows is what its first command leaves.
+#[test]
+fn the_picture_of_the_readme_is_what_the_arm_drew() {
+    let page = fs::read_to_string(root().join("README.md")).expect("the page");
+    let place = tempfile::tempdir().expect("a directory");
+    let command = page
+        .lines()
+        .find_map(|line| line.strip_prefix("cargo run --release -- "))
+        .and_then(|line| line.split(" #").next())
+        .expect("its first command");
+    let picture = place.path().join("drawn.svg");
+    let arguments = command.split_whitespace().map(|word| match word {
+        "drawn.svg" => picture.to_str().expect("UTF-8"),
+        word => word,
+    });
+    let output = Command::new(env!("CARGO_BIN_EXE_magician"))
+        .args(arguments)
+        .current_dir(root())
+        .env("MAGICIAN_CONFIG", "/dev/null")
+        .env("XDG_STATE_HOME", place.path())
+        .output()
+        .expect("the command starts");
+    assert!(output.status.success(), "{output:?}");
+    let drawn = fs::read_to_string(&picture).expect("a picture");
+    let shown = fs::read_to_string(root().join("docs/rabbit.svg")).expect("docs/rabbit.svg");
+    assert!(
+        drawn == shown,
+        "docs/rabbit.svg is not what `magician {command}` leaves: run that and put it there"
+    );
+}
+
+/// Every page of the repository, without what is built or fetched.
+fn all_pages(directory: &Path, pages: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(directory).expect("a directory") {
+        let entry = entry.expect("an entry");
+        let name = entry.file_name().into_string().expect("UTF-8");
+        let kind = entry.file_type().expect("its kind");
+        let passed_by =
+            name.starts_with('.') || ["target", "node_modules", "corpus"].contains(&name.as_str());
+        if kind.is_dir() && !passed_by {
+            all_pages(&entry.path(), pages);
+        } else if kind.is_file() && name.ends_with(".md") {
+            pages.push(entry.path());
+        }
+    }
+}
+
+/// Where the links and pictures of a page lead, outside of its code.
+fn links(page: &str) -> Vec<String> {
+    let mut fenced = false;
+    let mut found = Vec::new();
+    for line in page.lines() {
+        if line.starts_with("```") {
+            fenced = !fenced;
+        }
+        if fenced {
+            continue;
+        }
+        // What is between backquotes is code.
+        let text: String = line.split('`').step_by(2).collect::<Vec<_>>().join("`");
+        for (start, end) in [("](", ')'), ("src=\"", '"'), ("href=\"", '"')] {
+            let targets = text
+                .split(start)
+                .skip(1)
+                .filter_map(|rest| rest.split(end).next());
+            found.extend(targets.map(str::to_owned));
+        }
+    }
+    found
+}
+
+/// The names of the headings of a page, as links call them.
+fn headings(page: &str) -> Vec<String> {
+    let titles = page.lines().filter(|line| line.starts_with('#'));
+    let named = titles.map(|line| {
+        let title = line.trim_start_matches('#').trim().to_lowercase();
+        let kept = title
+            .chars()
+            .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+        kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+    });
+    named.collect()
+}
+
+#[test]
+fn no_link_is_dead() {
+    let mut pages = Vec::new();
+    all_pages(&root(), &mut pages);
+    assert!(pages.len() > 20, "{pages:?}");
+    let mut dead = Vec::new();
+    for path in pages {
+        let page = fs::read_to_string(&path).expect("a page");
+        for link in links(&page) {
+            if link.contains("://") || link.starts_with("mailto:") {
+                continue;
+            }
+            let (file, heading) = link.split_once('#').unwrap_or((&link, ""));
+            let target = match file {
+                "" => path.clone(),
+                file => path.parent().expect("its directory").join(file),
+            };
+            let there = target.exists()
+                && (heading.is_empty()
+                    || fs::read_to_string(&target)
+                        .is_ok_and(|page| headings(&page).iter().any(|name| name == heading)));
+            if !there {
+                dead.push(format!("{}: {link}", path.display()));
+            }
+        }
+    }
+    assert!(dead.is_empty(), "dead links:\n{}", dead.join("\n"));
+}
+
+#[test]
+fn a_line_of_a_page_stands_for_what_it_says() {
+    assert!(is_like("done in 0:11: 11 steps", "done in …: 12 steps"));
+    assert!(is_like("x   -1.20 y", "x  33.75 y"));
+    assert!(is_like("done", "…"));
+    assert!(!is_like("done in 0:11: 12 laps", "done in …: 12 steps"));
+    assert!(!is_like("x 1 y", "x y"));
+    assert!(!is_like("done.", "done"));
+    assert!(!is_like("a 1 b 2 c", "a … b"));
+}
