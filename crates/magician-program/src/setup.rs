@@ -9,6 +9,9 @@ use crate::{
     Artwork, Content, Fit, Format, Placement, Plan, Problem, Raster, Reach, Reading, Surface, Tool,
 };
 
+/// An image that is larger than its sheet by no more than this is not, mm.
+const ROUNDED: f64 = 1.0;
+
 /// What a person says of how a file is to be done. What is left open is as the file says, or has a default.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -305,7 +308,7 @@ impl Setup {
             ..self.layout()?
         };
         if !layout.fit
-            && let Some((at, turn)) = said_place(&layout, size)
+            && let Some((at, turn)) = said_place(&layout, size)?
         {
             return Ok(Grid::centred(size, at, turn, layout.mirror));
         }
@@ -370,15 +373,37 @@ fn fitted(plan: Plan) -> Result<Plan, Problem> {
     scaled.moved([x, y, 0.0])
 }
 
-/// Where the middle of an image goes, and how it is turned there, as far as that was said.
-fn said_place(layout: &Layout, size: [f64; 2]) -> Option<([f64; 2], f64)> {
-    let sheet = layout.sheet;
-    let turn = layout.rotate + sheet.map_or(0.0, |sheet| sheet.rotation);
-    let on_sheet = |sheet: Sheet| {
-        let half = turned(size.map(|side| side / 2.0), sheet.rotation);
-        [0, 1].map(|axis| sheet.corner[axis] + half[axis])
+/// Where the middle of an image goes, and how it is turned there, as far as that was said: on a sheet its lower left corner
+/// lies on that of the sheet.
+fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>, Problem> {
+    let Some(sheet) = layout.sheet else {
+        return Ok(layout.at.map(|at| (at, layout.rotate)));
     };
-    Some((layout.at.or(sheet.map(on_sheet))?, turn))
+    let turn = layout.rotate + sheet.rotation;
+    if let Some(at) = layout.at {
+        return Ok(Some((at, turn)));
+    }
+    let (sin, cos) = layout.rotate.to_radians().sin_cos();
+    let [width, height] = size;
+    let taken = [[cos, sin], [sin, cos]].map(|[x, y]| width * x.abs() + height * y.abs());
+    if let Some(room) = sheet.size
+        && taken
+            .iter()
+            .zip(room)
+            .any(|(side, room)| side - ROUNDED > room)
+    {
+        let shown = |[width, height]: [f64; 2]| format!("{width:.1} x {height:.1} mm");
+        let message = format!(
+            "the image is {}, and the sheet {}",
+            shown(taken),
+            shown(room)
+        );
+        let help = "--width makes it smaller, --fit as small as need be";
+        return Err(Problem::of_file(message).help(help));
+    }
+    let half = turned(taken.map(|side| side / 2.0), sheet.rotation);
+    let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);
+    Ok(Some((at, turn)))
 }
 
 fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
@@ -387,159 +412,4 @@ fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
 }
 
 #[cfg(test)]
-mod tests {
-    use magician::JointAngles;
-    use magician::words::Preflight;
-
-    use super::*;
-    use crate::{Action, Origin, Stroke, Travel, check};
-
-    fn taught() -> Plan {
-        let mut plan = Plan::new("taught");
-        for (x, y) in [(200.0, 0.0), (220.0, 0.0), (220.0, 10.0)] {
-            let to = [x, y, 20.0, 0.0];
-            let by = Travel::Joints;
-            plan.push(Action::Move { to, by }, Origin::NONE);
-        }
-        plan
-    }
-
-    fn line() -> Artwork {
-        Artwork {
-            strokes: vec![Stroke {
-                points: vec![[0.0, 0.0], [20.0, 0.0]],
-                origin: Origin::NONE,
-            }],
-            ..Artwork::default()
-        }
-    }
-
-    #[test]
-    fn a_taught_program_has_the_tool_that_is_named() {
-        let tool = |format, setup: &Setup| {
-            let made = setup.plan(format, Content::Plan(taught())).expect("a plan");
-            (made.content.tool, made.notes.len())
-        };
-        let mut setup = Setup::default();
-        assert_eq!(tool(Format::Gcode, &setup), (None, 0));
-        assert_eq!(tool(Format::Playback, &setup), (Some(Tool::Suction), 1));
-        setup.usual_tool = Some(Tool::Gripper);
-        assert_eq!(tool(Format::Playback, &setup), (Some(Tool::Gripper), 0));
-        setup.tool = Some(Tool::Pen);
-        assert_eq!(tool(Format::Gcode, &setup), (Some(Tool::Pen), 0));
-    }
-
-    #[test]
-    fn a_plan_is_placed_by_its_middle() {
-        let mut setup = Setup::default();
-        setup.placing.at = Some([240.0, 50.0]);
-        setup.placing.by = [0.0, 0.0, 5.0];
-        setup.placing.scale = 2.0;
-        let made = setup
-            .plan(Format::Plan, Content::Plan(taught()))
-            .expect("a plan");
-        let points: Vec<_> = made
-            .content
-            .steps
-            .iter()
-            .filter_map(|step| step.action.target())
-            .collect();
-        assert_eq!(
-            points,
-            [
-                [220.0, 40.0, 25.0],
-                [260.0, 40.0, 25.0],
-                [260.0, 60.0, 25.0]
-            ]
-        );
-        setup.placing.mirror = true;
-        assert!(setup.plan(Format::Plan, Content::Plan(taught())).is_err());
-    }
-
-    #[test]
-    fn a_drawing_needs_a_surface_and_takes_the_one_that_is_nearest() {
-        let mut setup = Setup::default();
-        let refused = setup
-            .plan(Format::Svg, Content::Artwork(line()))
-            .expect_err("no surface");
-        assert!(refused.help.is_some_and(|help| help.contains("calibrate")));
-        let height = |setup: &Setup| {
-            let made = setup
-                .plan(Format::Svg, Content::Artwork(line()))
-                .expect("a plan");
-            made.content.surface.map(|surface| surface.height)
-        };
-        setup.usual_surface = Some(Surface::level(-60.0));
-        assert_eq!(height(&setup), Some(-60.0));
-        setup.sheet = Some(Sheet {
-            corner: [200.0, -20.0],
-            rotation: 0.0,
-            surface: Surface::level(-50.0),
-            size: None,
-        });
-        assert_eq!(height(&setup), Some(-50.0));
-        setup.surface = Some(Surface::level(-40.0));
-        assert_eq!(height(&setup), Some(-40.0));
-    }
-
-    #[test]
-    fn an_image_is_engraved_or_outlined() {
-        let image = Raster {
-            width: 2,
-            height: 1,
-            grey: vec![0, 255],
-            ..Raster::default()
-        };
-        let mut setup = Setup {
-            usual_surface: Some(Surface::level(-60.0)),
-            size: Size::Width(20.0),
-            ..Setup::default()
-        };
-        let tool = |setup: &Setup| {
-            let made = setup.plan(Format::Image, Content::Image(image.clone()));
-            made.expect("a plan").content.tool
-        };
-        assert_eq!(tool(&setup), Some(Tool::Laser));
-        setup.work = Work::Draw(Trace::default());
-        assert_eq!(tool(&setup), Some(Tool::Pen));
-    }
-
-    #[test]
-    fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
-        let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
-        let sheet = Sheet {
-            corner: [180.0, -60.0],
-            rotation: 10.0,
-            surface: Surface::level(-60.0),
-            size: Some([90.0, 70.0]),
-        };
-        for sheet in [None, Some(sheet)] {
-            for (size, overscan) in [([500.0, 300.0], None), ([90.0, 700.0], Some(12.0))] {
-                let image = Raster {
-                    width: 40,
-                    height: 40,
-                    grey: vec![0; 1600],
-                    pixel: Some(size.map(|side| side / 40.0)),
-                    ..Raster::default()
-                };
-                let mut setup = Setup {
-                    usual_surface: Some(Surface::level(-60.0)),
-                    sheet,
-                    ..Setup::default()
-                };
-                let mut engrave = Engrave::default();
-                engrave.overscan = overscan;
-                setup.work = Work::Engrave(engrave);
-                setup.placing.fit = true;
-                let made = setup.plan(Format::Image, Content::Image(image)).unwrap();
-                let report = check(&made.content, &start);
-                assert!(report.is_good(), "{:?}", report.complaints.first());
-                let [least, most] = report.bounds.unwrap();
-                assert!(most[0] - least[0] > 40.0);
-                if sheet.is_some() {
-                    assert!(least[1] > -63.0 && most[1] < 30.0);
-                }
-            }
-        }
-    }
-}
+mod tests;
