@@ -163,17 +163,19 @@ fn an_image_keeps_to_its_sheet() {
         grey: vec![0; 8],
         ..Raster::default()
     };
-    let setup = |width: f64, rotate: f64| {
-        let mut setup = Setup::default();
-        setup.sheet = Some(Sheet {
+    let setup = |width: f64, rotate: f64| Setup {
+        sheet: Some(Sheet {
             corner: [200.0, -20.0],
             rotation: 0.0,
             surface: Surface::level(-50.0),
             size: Some([50.0, 40.0]),
-        });
-        setup.size = Size::Width(width);
-        setup.placing.rotate = rotate;
-        setup
+        }),
+        size: Size::Width(width),
+        placing: Placing {
+            rotate,
+            ..Placing::default()
+        },
+        ..Setup::default()
     };
     let made = |setup: &Setup| setup.plan(Format::Image, Content::Image(image.clone()));
     let refused = made(&setup(60.0, 0.0)).expect_err("it is wider than the sheet");
