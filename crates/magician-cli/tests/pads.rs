@@ -130,6 +130,15 @@ fn releases_end_a_jog_where_the_terminal_tells_them() {
     // The window loses the focus: nobody sees the release.
     place.terminal.types("\x1b[O");
     place.stands();
+    // A suspended program could end no jog: it is not suspended, and lets go.
+    place.terminal.types("\x1b[1;1:1D");
+    let y = place.axis("y");
+    let moved = (0..1000).any(|_| place.axis("y") > y + 5.0);
+    assert!(moved, "the arm does not move again");
+    let id = place.terminal.child.id().to_string();
+    let told = Command::new("kill").args(["-TSTP", &id]).status();
+    assert!(told.expect("kill runs").success());
+    place.stands();
     place.terminal.types("q");
     place.ends(0, "left at:");
 }
@@ -266,6 +275,26 @@ fn what_was_not_saved_is_there_the_next_time() {
     place.terminal.types("qn");
     place.ends(0, "nothing was saved");
     assert_eq!(std::fs::read_dir(dir.path()).expect("read").count(), 1);
+}
+
+#[test]
+fn what_was_taught_with_another_tool_goes_on_with_that_one() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = dir.path().join("pick.playback");
+    let file = path.to_str().expect("UTF-8");
+    let mut place = Place::at(&["teach", file], "x 199.40 mm");
+    place.shows("\r", "P1 stored");
+    let id = place.terminal.child.id().to_string();
+    let kill = Command::new("kill").args(["-KILL", &id]).status();
+    assert!(kill.expect("kill runs").success());
+    let arguments = ["teach", file, "--tool", "pen"];
+    let mut place = Place::at(&arguments, "left unsaved the last time");
+    place.shows("y", "the arm counts from the tool with which");
+    place.shows("", "x 199.40 mm");
+    place.terminal.types("qy");
+    let bias = place.look(&["get", "EndEffectorParams"]);
+    assert_eq!(bias["x_bias"], 0.0);
+    place.ends(0, ": 1 rows");
 }
 
 #[test]

@@ -203,6 +203,44 @@ fn a_motion_is_recorded_as_a_program_that_repeats_it() {
 }
 
 #[test]
+fn a_tool_that_another_program_tells_the_arm_is_no_motion() {
+    let place = Place::new();
+    let tells = |bias: &str| {
+        let told = ["set", "EndEffectorParams", bias, "y_bias=0", "z_bias=0"];
+        assert_eq!(place.arm(&told).status, 0);
+    };
+    // Before anything moves it is the tool of the program; later the program goes on for the one it was.
+    let recording = place.record("told.plan.json", "\"move\"");
+    tells("x_bias=61");
+    place.moves(&["240", "30", "20", "0"]);
+    let there = place.arm(&["--json", "pose"]).object();
+    tells("x_bias=0");
+    place.moves(&["200", "30", "20", "0"]);
+    tells("x_bias=61");
+    place.moves(&["240", "-30", "20", "0"]);
+    let (status, out, err) = recording.end("-INT");
+    assert_eq!(status, Some(0), "{err}");
+    let plan: Value = serde_json::from_str(&place.text("told.plan.json")).expect("a plan");
+    assert_eq!(plan["tool"], "pen");
+    let steps = plan["steps"].as_array().expect("steps");
+    let ends: Vec<_> = steps
+        .iter()
+        .filter_map(|step| step["path"].as_array().or(step["move"].as_array()))
+        .map(|end| [0, 1, 2].map(|axis| end[axis].as_f64().expect("a number")))
+        .collect();
+    let near = |x: f64, y: f64| {
+        let far = |end: &[f64; 3]| (end[0] - x).hypot(end[1] - y);
+        ends.iter().map(far).fold(f64::INFINITY, f64::min) < 0.7
+    };
+    assert!(near(240.0, 30.0) && near(240.0, -30.0), "{ends:?}");
+    assert!(there["x"].as_f64().is_some_and(|x| (x - 240.0).abs() < 0.1));
+    // From the home point with the pen 260.4 forward, and nowhere by a jump of 61 mm.
+    let summary: Value = serde_json::from_str(&out).expect("an object");
+    let length = summary["length"].as_f64().expect("a number");
+    assert!((125.0..165.0).contains(&length), "{length} {ends:?}");
+}
+
+#[test]
 fn a_killed_recording_is_there_and_a_file_is_not_replaced_unasked() {
     let place = Place::new();
     for (name, wanted) in [

@@ -13,6 +13,8 @@ const SKEW: f64 = 5.0;
 const TILT: f64 = 15.0;
 /// Orientations that differ by less tell little of the tip, deg.
 const TURN: f64 = 30.0;
+/// No tip is farther from where another tool's is: two points were touched, mm.
+const FAR: f64 = 200.0;
 
 impl Sheet {
     /// The sheet whose corners were touched: lower left, lower right, upper left, each as x, y, z of the tip, mm. Height and
@@ -107,7 +109,7 @@ impl Tip {
     /// with `bias` in force. Half a turn tells most.
     ///
     /// # Errors
-    /// A [`Problem`] if the numbers are none or the tool was turned by less than 30 deg.
+    /// A [`Problem`] if the numbers are none, the tool was turned by less than 30 deg, or the tip would be 200 mm off.
     pub fn touched(touches: [[f64; 3]; 2], bias: ToolBias) -> Result<Self, Problem> {
         if touches.iter().flatten().any(|number| !number.is_finite()) {
             return Err(Problem::of_file("the touched points are no numbers"));
@@ -127,6 +129,15 @@ impl Tip {
         let (dx, dy) = (x2 - x1, y2 - y1);
         let det = c * c + s * s;
         let offset = [(c * dx + s * dy) / det, (c * dy - s * dx) / det];
+        let off = offset[0].hypot(offset[1]);
+        if off > FAR {
+            let message = format!(
+                "the tip would be {off:.0} mm from where the tool in force has it, at most {FAR} is believed"
+            );
+            return Err(
+                Problem::of_file(message).help("touch the same point with the tip both times")
+            );
+        }
         Ok(Self {
             offset,
             bias: ToolBias::new(bias.x + offset[0], bias.y + offset[1], bias.z),
@@ -196,5 +207,8 @@ mod tests {
         }
         assert!(Tip::touched([touch(0.0), touch(20.0)], ToolBias::NONE).is_err());
         assert!(Tip::touched([touch(0.0), touch(360.0)], ToolBias::NONE).is_err());
+        let elsewhere = [[200.0, 10.0, 20.0], [-300.0, 20.0, 90.0]];
+        let far = Tip::touched(elsewhere, ToolBias::NONE).unwrap_err();
+        assert!(far.message.contains("436 mm"), "{}", far.message);
     }
 }

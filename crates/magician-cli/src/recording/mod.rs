@@ -2,6 +2,7 @@
 //!
 //! A [`Recorder`] has a task of its own. What it has seen is in the file within a second, whatever becomes of this program.
 
+mod counted;
 mod csv;
 mod jsonl;
 mod mcap;
@@ -24,6 +25,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 use crate::failure::{Failure, Kind};
 use crate::mounted::tool_of;
 use crate::terminal::event_text;
+use counted::{Counted, recounted};
 pub(crate) use sink::Format;
 use sink::{Beginning, Reading, Sink};
 
@@ -111,12 +113,13 @@ impl Recorder {
             Clock::Arm => Some(arm.get::<DeviceTime>().await?.g_systick),
             Clock::Host => None,
         };
+        let tool = tool_of(&bias);
         let sink = format.open(
             path,
             &Beginning {
                 rate: options.rate,
                 tolerance: options.tolerance,
-                tool: tool_of(&bias),
+                tool,
                 counts_steps: options.steps.is_some(),
             },
         )?;
@@ -130,6 +133,7 @@ impl Recorder {
             steps: options.steps,
             begun: Instant::now(),
             places,
+            counted: Counted::new(tool),
             sink,
             last: None,
             tally: tell,
@@ -190,6 +194,7 @@ struct Work {
     steps: Option<Arc<AtomicU64>>,
     begun: Instant,
     places: u32,
+    counted: Counted,
     sink: Box<dyn Sink>,
     /// The reading before.
     last: Option<(Instant, Reading)>,
@@ -293,6 +298,10 @@ impl Work {
     }
 
     async fn keep(&mut self, at: Instant, seen: Seen) -> Result<(), Failure> {
+        let Some(tool) = self.counted.of(&seen.pose, &self.arm).await else {
+            // Nobody knows of what the pose is.
+            return Ok(());
+        };
         let t = match self.clock {
             Some(begun) => {
                 let now = self.arm.get::<DeviceTime>().await?.g_systick;
@@ -305,6 +314,7 @@ impl Work {
             t,
             step: steps.map(|steps| steps.load(Ordering::Relaxed)),
             pose: seen.pose,
+            tool,
             index: seen.index,
             left_space: seen.left_space,
             places: self.places,
@@ -355,7 +365,7 @@ impl Work {
 
 /// From one reading to the next, mm.
 fn way(from: &Reading, to: &Reading) -> f64 {
-    let (a, b) = (&from.pose, &to.pose);
+    let (a, b) = (&recounted(&from.pose, from.tool, to.tool), &to.pose);
     let apart = |a: f32, b: f32| f64::from(b) - f64::from(a);
     let [x, y, z] = [apart(a.x, b.x), apart(a.y, b.y), apart(a.z, b.z)];
     (x * x + y * y + z * z).sqrt()

@@ -6,6 +6,7 @@ use magician::Event;
 use magician_program::formats::playback::Playback;
 use magician_program::{Follow, Mark, Plan, Tool, Trail};
 
+use super::counted::recounted;
 use super::sink::{Beginning, Format, Reading, Sink};
 use crate::config::replace;
 use crate::failure::Failure;
@@ -14,7 +15,9 @@ use crate::failure::Failure;
 pub(super) struct Program {
     path: PathBuf,
     format: Format,
+    /// The one that the program is for.
     tool: Tool,
+    tolerance: f64,
     trail: Trail,
     /// Whether there is something that the file does not have.
     stale: bool,
@@ -30,6 +33,7 @@ impl Program {
             path: path.to_owned(),
             format,
             tool: beginning.tool,
+            tolerance: beginning.tolerance,
             trail: Trail::new(beginning.tolerance),
             stale: false,
         };
@@ -77,7 +81,12 @@ impl Program {
 
 impl Sink for Program {
     fn write(&mut self, reading: &Reading) -> Result<(), Failure> {
-        let pose = &reading.pose;
+        if reading.tool != self.tool && self.trail.length() == 0.0 {
+            // Told before anything moved, it is the tool of what comes.
+            self.tool = reading.tool;
+            self.trail = Trail::new(self.tolerance);
+        }
+        let pose = recounted(&reading.pose, reading.tool, self.tool);
         self.trail.push(Mark {
             t: reading.t,
             pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from),

@@ -19,6 +19,8 @@ pub(super) struct Reading {
     /// Steps of a program that are finished, where somebody counts them.
     pub(super) step: Option<u64>,
     pub(super) pose: Pose,
+    /// What the pose is counted for.
+    pub(super) tool: Tool,
     /// The queued command that was finished last.
     pub(super) index: u64,
     /// Free places in the queue.
@@ -35,7 +37,7 @@ pub(super) struct Beginning {
     pub(super) rate: f64,
     /// How far a program may be from the motion, mm.
     pub(super) tolerance: f64,
-    /// The tool that poses are told for.
+    /// The tool that poses are counted for at first.
     pub(super) tool: Tool,
     pub(super) counts_steps: bool,
 }

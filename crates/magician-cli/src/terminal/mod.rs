@@ -24,7 +24,7 @@ pub(crate) use panel::{fitted, help, hints, lamp, mm, panel, wrapped};
 pub(crate) use polled::Polled;
 pub(crate) use screen::{Listen, LogWriter, Screen, check, take_log};
 pub(crate) use seen::{Seen, event_text, sparkline};
-pub(crate) use shown::{Shown, hung_up};
+pub(crate) use shown::{Shown, Suspends, hung_up};
 pub(crate) use stage::{Stage, Told};
 pub(crate) use theme::Theme;
 

@@ -13,7 +13,7 @@ use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModif
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use super::screen::Listen;
-use super::{FRAME, Keyboard, Screen, Shown, Theme, Waited};
+use super::{FRAME, Keyboard, Screen, Shown, Suspends, Theme, Waited};
 use crate::failure::Failure;
 
 /// What the terminal has to tell.
@@ -32,6 +32,7 @@ pub(crate) struct Stage<M> {
     shown: Shown,
     next: Arc<Mutex<Option<M>>>,
     told: UnboundedReceiver<Told>,
+    suspends: Suspends,
 }
 
 impl<M: Send + 'static> Stage<M> {
@@ -48,7 +49,13 @@ impl<M: Send + 'static> Stage<M> {
             };
             work.go_on(draw, stop)
         })?;
-        Ok(Self { shown, next, told })
+        let suspends = Suspends::listen()?;
+        Ok(Self {
+            shown,
+            next,
+            told,
+            suspends,
+        })
     }
 
     /// What is to be seen from the next frame on.
@@ -56,9 +63,14 @@ impl<M: Send + 'static> Stage<M> {
         *self.next.lock().unwrap_or_else(PoisonError::into_inner) = Some(model);
     }
 
-    /// The next thing that the terminal tells. After it is gone, or cannot be drawn on, it is gone again and again.
+    /// The next thing that the terminal tells. To be suspended is to lose the focus: whoever stops cannot stop an arm.
+    /// After it is gone, or cannot be drawn on, it is gone again and again.
     pub(crate) async fn next(&mut self) -> Told {
-        self.told.recv().await.unwrap_or(Told::Gone)
+        tokio::select! {
+            biased;
+            () = self.suspends.next() => Told::Event(Event::FocusLost),
+            told = self.told.recv() => told.unwrap_or(Told::Gone),
+        }
     }
 
     /// Gives the terminal back.

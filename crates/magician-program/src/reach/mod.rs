@@ -10,6 +10,7 @@ use magician_motion::{ArmState, Move, MoveKind, Planner, Pose, Speeds, Target};
 
 use crate::Surface;
 pub(crate) use hull::of as hull;
+pub(crate) use ways::{APPROACH, Above};
 
 /// Where a tool can be on a surface and, lifted, above it: what placing a drawing needs to know, asked of the same
 /// limits as the check before a run.
@@ -98,10 +99,22 @@ impl Reach {
     /// # Errors
     /// [`Unreachable`](magician::ErrorKind::Unreachable) with value and limit: what is in the way, and by how much.
     pub fn contains(&self, point: [f64; 2]) -> Result<(), Error> {
-        self.state(point, 0.0)?;
-        self.state(point, self.lift)
-            .map(drop)
-            .map_err(|error| lifted(&error, self.lift))
+        self.heights(point).try_for_each(|lift| {
+            let reached = self.state(point, lift).map(drop);
+            reached.map_err(|error| match lift {
+                0.0 => error,
+                lift => lifted(&error, lift),
+            })
+        })
+    }
+
+    /// How far above a point it matters whether the tool can be there, for it to be lifted straight up. J2 minus J3 depends on
+    /// how far the wrist is from the shoulder alone, so that it is the wrist's way past the shoulder that may leave its range
+    /// between two ends that are within.
+    fn heights(&self, point: [f64; 2]) -> impl Iterator<Item = f64> + use<> {
+        let shoulder = -self.geometry.tool.z - self.surface.at(point);
+        let between = (0.0..self.lift).contains(&shoulder).then_some(shoulder);
+        [0.0, self.lift].into_iter().chain(between)
     }
 
     /// Whether the tool can go from one point straight to another, on the surface and above it.
@@ -125,8 +138,7 @@ impl Reach {
 
     /// As `contains`, for less work.
     pub(crate) fn has(&self, point: [f64; 2]) -> bool {
-        [0.0, self.lift]
-            .into_iter()
+        self.heights(point)
             .all(|lift| self.joints(point, lift).is_some())
     }
 

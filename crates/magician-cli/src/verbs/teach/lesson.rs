@@ -1,5 +1,7 @@
 //! What has been taught: rows, each a way to a place and what is done there, with everything that can be undone.
 
+use std::sync::Arc;
+
 use magician::commands::Pose;
 use magician_program::{Action, Grip, Origin, Plan, Step, Surface, Tool, Travel};
 
@@ -60,7 +62,7 @@ impl Row {
 /// What a change can be taken back to.
 #[derive(Clone, Debug, PartialEq)]
 struct Snapshot {
-    rows: Vec<Row>,
+    rows: Arc<Vec<Row>>,
     selected: usize,
 }
 
@@ -70,7 +72,8 @@ pub(super) struct Lesson {
     pub(super) title: String,
     pub(super) tool: Option<Tool>,
     surface: Option<Surface>,
-    pub(super) rows: Vec<Row>,
+    /// Shared with what it can be taken back to and with what is shown: many rows cost no more than few.
+    pub(super) rows: Arc<Vec<Row>>,
     /// The row that is chosen; 0 if there is none.
     pub(super) selected: usize,
     /// How new points are reached.
@@ -79,7 +82,7 @@ pub(super) struct Lesson {
     pub(super) via: Option<[f32; 4]>,
     undo: Vec<Snapshot>,
     redo: Vec<Snapshot>,
-    saved: Vec<Row>,
+    saved: Arc<Vec<Row>>,
 }
 
 impl Lesson {
@@ -88,13 +91,13 @@ impl Lesson {
             title: title.into(),
             tool,
             surface: None,
-            rows: Vec::new(),
+            rows: Arc::default(),
             selected: 0,
             by: Travel::Joints,
             via: None,
             undo: Vec::new(),
             redo: Vec::new(),
-            saved: Vec::new(),
+            saved: Arc::default(),
         }
     }
 
@@ -108,9 +111,10 @@ impl Lesson {
                 rows.push(Row::of(&step.action, name));
             }
         }
+        let rows = Arc::new(rows);
         Self {
             surface: plan.surface,
-            saved: rows.clone(),
+            saved: Arc::clone(&rows),
             rows,
             ..Self::new(plan.title.clone(), plan.tool)
         }
@@ -163,17 +167,17 @@ impl Lesson {
     }
 
     pub(super) fn is_saved(&self) -> bool {
-        self.rows == self.saved
+        Arc::ptr_eq(&self.rows, &self.saved) || self.rows == self.saved
     }
 
     /// The rows as they are have been saved.
     pub(super) fn mark_saved(&mut self) {
-        self.saved.clone_from(&self.rows);
+        self.saved = Arc::clone(&self.rows);
     }
 
     /// The rows as they are have not been saved, wherever they came from.
     pub(super) fn mark_unsaved(&mut self) {
-        self.saved.clear();
+        self.saved = Arc::default();
     }
 
     /// Adds where the arm is, after the row that is chosen, and chooses it; the name that it got.
@@ -191,7 +195,7 @@ impl Lesson {
                 ..Row::default()
             };
             let at = (lesson.selected + 1).min(lesson.rows.len());
-            lesson.rows.insert(at, row);
+            lesson.rows_mut().insert(at, row);
             lesson.selected = at;
         });
         name
@@ -304,7 +308,8 @@ impl Lesson {
             return Err(NO_ROW);
         }
         self.change(|lesson| {
-            lesson.rows.remove(lesson.selected);
+            let selected = lesson.selected;
+            lesson.rows_mut().remove(selected);
             lesson.selected = lesson.selected.min(lesson.rows.len().saturating_sub(1));
         });
         Ok(())
@@ -318,7 +323,8 @@ impl Lesson {
         };
         if other < self.rows.len() {
             self.change(|lesson| {
-                lesson.rows.swap(lesson.selected, other);
+                let selected = lesson.selected;
+                lesson.rows_mut().swap(selected, other);
                 lesson.selected = other;
             });
         }
@@ -362,7 +368,8 @@ impl Lesson {
         let mut row = self.rows.get(self.selected).cloned().ok_or(NO_ROW)?;
         edit(&mut row)?;
         self.change(|lesson| {
-            if let Some(known) = lesson.rows.get_mut(lesson.selected) {
+            let selected = lesson.selected;
+            if let Some(known) = lesson.rows_mut().get_mut(selected) {
                 *known = row;
             }
         });
@@ -382,9 +389,13 @@ impl Lesson {
         self.redo.clear();
     }
 
+    fn rows_mut(&mut self) -> &mut Vec<Row> {
+        Arc::make_mut(&mut self.rows)
+    }
+
     fn snapshot(&self) -> Snapshot {
         Snapshot {
-            rows: self.rows.clone(),
+            rows: Arc::clone(&self.rows),
             selected: self.selected,
         }
     }

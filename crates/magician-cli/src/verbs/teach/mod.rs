@@ -7,6 +7,7 @@ mod lesson;
 mod view;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use magician::commands::{EndEffectorParams, Pose};
@@ -25,7 +26,7 @@ use crate::verbs::jog::{
 };
 use classroom::{Classroom, Prompt, Turn};
 use file::{Rescue, UNNAMED};
-use lesson::Lesson;
+use lesson::{Lesson, Row};
 use view::Model;
 
 /// Teach the arm points by keys or by hand, edit them, play them, keep them in a file
@@ -89,7 +90,7 @@ struct Session {
     /// What was left the last time.
     left: Option<Plan>,
     /// What the rescue file has.
-    kept: Plan,
+    kept: Arc<Vec<Row>>,
     /// The row with which the plan begins that it plays, or did last.
     began: usize,
     hand: Option<Polled<Pose>>,
@@ -128,7 +129,7 @@ impl Session {
         }
         desk.seen.note(format!("points are for the tool: {tool}"));
         Ok(Self {
-            kept: room.lesson.plan(0),
+            kept: Arc::clone(&room.lesson.rows),
             desk,
             room,
             path,
@@ -255,15 +256,15 @@ impl Session {
         let before = &self.room.lesson;
         let mut lesson = Lesson::of(&left);
         lesson.title.clone_from(&before.title);
-        lesson.tool = before.tool;
+        lesson.tool = left.tool.or(before.tool);
         lesson.mark_unsaved();
-        if left.tool != lesson.tool {
-            let tool = left.tool.map_or("none".to_owned(), |tool| tool.to_string());
-            let text =
-                format!("it was taught with the tool {tool}: start again with --tool {tool}");
-            self.desk.pad.say(Tone::Bad, text);
+        // Its points are for that tool, and those that follow have to be, too.
+        if let Some(tool) = lesson.tool.filter(|tool| Some(*tool) != before.tool) {
+            let what = "the arm counts from the tool with which the lesson was taught";
+            let command = Box::new(words::tool(tool.bias()));
+            self.desk.obey(Reply::Order(Order::Tool { what, command }));
         }
-        self.kept = left;
+        self.kept = Arc::clone(&lesson.rows);
         self.room.lesson = lesson;
     }
 
@@ -280,7 +281,7 @@ impl Session {
                 self.room.lesson.title = title(&path);
                 self.room.lesson.mark_saved();
                 self.room.has_file = true;
-                self.kept = self.room.lesson.plan(0);
+                self.kept = Arc::clone(&self.room.lesson.rows);
                 let note = note.map_or_else(String::new, |note| format!("; {note}"));
                 let text = format!("saved to {}{note}", path.display());
                 self.desk.pad.say(Tone::Plain, text);
@@ -301,18 +302,17 @@ impl Session {
         if self.left.is_some() {
             return;
         }
-        let plan = self.room.lesson.plan(0);
-        if plan == self.kept {
+        if Arc::ptr_eq(&self.kept, &self.room.lesson.rows) {
             return;
         }
-        if let Err(error) = self.rescue.keep(&plan) {
+        self.kept = Arc::clone(&self.room.lesson.rows);
+        if let Err(error) = self.rescue.keep(&self.room.lesson.plan(0)) {
             let text = format!(
                 "{} cannot be written: {error}",
                 self.rescue.path().display()
             );
             self.desk.pad.say(Tone::Bad, text);
         }
-        self.kept = plan;
     }
 
     async fn leave(self, outcome: Result<End, Failure>) -> Result<Answer, Failure> {
