@@ -9,6 +9,9 @@ use crate::{
     Artwork, Content, Fit, Format, Placement, Plan, Problem, Raster, Reach, Reading, Surface, Tool,
 };
 
+/// An image that is larger than its sheet by no more than this is not, mm.
+const ROUNDED: f64 = 1.0;
+
 /// What a person says of how a file is to be done. What is left open is as the file says, or has a default.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -305,7 +308,7 @@ impl Setup {
             ..self.layout()?
         };
         if !layout.fit
-            && let Some((at, turn)) = said_place(&layout, size)
+            && let Some((at, turn)) = said_place(&layout, size)?
         {
             return Ok(Grid::centred(size, at, turn, layout.mirror));
         }
@@ -370,15 +373,37 @@ fn fitted(plan: Plan) -> Result<Plan, Problem> {
     scaled.moved([x, y, 0.0])
 }
 
-/// Where the middle of an image goes, and how it is turned there, as far as that was said.
-fn said_place(layout: &Layout, size: [f64; 2]) -> Option<([f64; 2], f64)> {
-    let sheet = layout.sheet;
-    let turn = layout.rotate + sheet.map_or(0.0, |sheet| sheet.rotation);
-    let on_sheet = |sheet: Sheet| {
-        let half = turned(size.map(|side| side / 2.0), sheet.rotation);
-        [0, 1].map(|axis| sheet.corner[axis] + half[axis])
+/// Where the middle of an image goes, and how it is turned there, as far as that was said: on a sheet its lower left corner
+/// lies on that of the sheet.
+fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>, Problem> {
+    let Some(sheet) = layout.sheet else {
+        return Ok(layout.at.map(|at| (at, layout.rotate)));
     };
-    Some((layout.at.or(sheet.map(on_sheet))?, turn))
+    let turn = layout.rotate + sheet.rotation;
+    if let Some(at) = layout.at {
+        return Ok(Some((at, turn)));
+    }
+    let (sin, cos) = layout.rotate.to_radians().sin_cos();
+    let [width, height] = size;
+    let taken = [[cos, sin], [sin, cos]].map(|[x, y]| width * x.abs() + height * y.abs());
+    if let Some(room) = sheet.size
+        && taken
+            .iter()
+            .zip(room)
+            .any(|(side, room)| side - ROUNDED > room)
+    {
+        let shown = |[width, height]: [f64; 2]| format!("{width:.1} x {height:.1} mm");
+        let message = format!(
+            "the image is {}, and the sheet {}",
+            shown(taken),
+            shown(room)
+        );
+        let help = "--width makes it smaller, --fit as small as need be";
+        return Err(Problem::of_file(message).help(help));
+    }
+    let half = turned(taken.map(|side| side / 2.0), sheet.rotation);
+    let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);
+    Ok(Some((at, turn)))
 }
 
 fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
@@ -545,3 +570,4 @@ mod tests {
         }
     }
 }
+mod tests;

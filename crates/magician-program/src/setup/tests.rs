@@ -1,0 +1,195 @@
+//! How what a person says becomes a plan.
+
+use magician::JointAngles;
+use magician::words::Preflight;
+
+use super::*;
+use crate::{Action, Origin, Stroke, Travel, check};
+
+fn taught() -> Plan {
+    let mut plan = Plan::new("taught");
+    for (x, y) in [(200.0, 0.0), (220.0, 0.0), (220.0, 10.0)] {
+        let to = [x, y, 20.0, 0.0];
+        let by = Travel::Joints;
+        plan.push(Action::Move { to, by }, Origin::NONE);
+    }
+    plan
+}
+
+fn line() -> Artwork {
+    Artwork {
+        strokes: vec![Stroke {
+            points: vec![[0.0, 0.0], [20.0, 0.0]],
+            origin: Origin::NONE,
+        }],
+        ..Artwork::default()
+    }
+}
+
+#[test]
+fn a_taught_program_has_the_tool_that_is_named() {
+    let tool = |format, setup: &Setup| {
+        let made = setup.plan(format, Content::Plan(taught())).expect("a plan");
+        (made.content.tool, made.notes.len())
+    };
+    let mut setup = Setup::default();
+    assert_eq!(tool(Format::Gcode, &setup), (None, 0));
+    assert_eq!(tool(Format::Playback, &setup), (Some(Tool::Suction), 1));
+    setup.usual_tool = Some(Tool::Gripper);
+    assert_eq!(tool(Format::Playback, &setup), (Some(Tool::Gripper), 0));
+    setup.tool = Some(Tool::Pen);
+    assert_eq!(tool(Format::Gcode, &setup), (Some(Tool::Pen), 0));
+}
+
+#[test]
+fn a_plan_is_placed_by_its_middle() {
+    let mut setup = Setup::default();
+    setup.placing.at = Some([240.0, 50.0]);
+    setup.placing.by = [0.0, 0.0, 5.0];
+    setup.placing.scale = 2.0;
+    let made = setup
+        .plan(Format::Plan, Content::Plan(taught()))
+        .expect("a plan");
+    let points: Vec<_> = made
+        .content
+        .steps
+        .iter()
+        .filter_map(|step| step.action.target())
+        .collect();
+    assert_eq!(
+        points,
+        [
+            [220.0, 40.0, 25.0],
+            [260.0, 40.0, 25.0],
+            [260.0, 60.0, 25.0]
+        ]
+    );
+    setup.placing.mirror = true;
+    assert!(setup.plan(Format::Plan, Content::Plan(taught())).is_err());
+}
+
+#[test]
+fn a_drawing_needs_a_surface_and_takes_the_one_that_is_nearest() {
+    let mut setup = Setup::default();
+    let refused = setup
+        .plan(Format::Svg, Content::Artwork(line()))
+        .expect_err("no surface");
+    assert!(refused.help.is_some_and(|help| help.contains("calibrate")));
+    let height = |setup: &Setup| {
+        let made = setup
+            .plan(Format::Svg, Content::Artwork(line()))
+            .expect("a plan");
+        made.content.surface.map(|surface| surface.height)
+    };
+    setup.usual_surface = Some(Surface::level(-60.0));
+    assert_eq!(height(&setup), Some(-60.0));
+    setup.sheet = Some(Sheet {
+        corner: [200.0, -20.0],
+        rotation: 0.0,
+        surface: Surface::level(-50.0),
+        size: None,
+    });
+    assert_eq!(height(&setup), Some(-50.0));
+    setup.surface = Some(Surface::level(-40.0));
+    assert_eq!(height(&setup), Some(-40.0));
+}
+
+#[test]
+fn an_image_is_engraved_or_outlined() {
+    let image = Raster {
+        width: 2,
+        height: 1,
+        grey: vec![0, 255],
+        ..Raster::default()
+    };
+    let mut setup = Setup {
+        usual_surface: Some(Surface::level(-60.0)),
+        size: Size::Width(20.0),
+        ..Setup::default()
+    };
+    let tool = |setup: &Setup| {
+        let made = setup.plan(Format::Image, Content::Image(image.clone()));
+        made.expect("a plan").content.tool
+    };
+    assert_eq!(tool(&setup), Some(Tool::Laser));
+    setup.work = Work::Draw(Trace::default());
+    assert_eq!(tool(&setup), Some(Tool::Pen));
+}
+
+#[test]
+fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
+    let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    let sheet = Sheet {
+        corner: [180.0, -60.0],
+        rotation: 10.0,
+        surface: Surface::level(-60.0),
+        size: Some([90.0, 70.0]),
+    };
+    for sheet in [None, Some(sheet)] {
+        for (size, overscan) in [([500.0, 300.0], None), ([90.0, 700.0], Some(12.0))] {
+            let image = Raster {
+                width: 40,
+                height: 40,
+                grey: vec![0; 1600],
+                pixel: Some(size.map(|side| side / 40.0)),
+                ..Raster::default()
+            };
+            let mut setup = Setup {
+                usual_surface: Some(Surface::level(-60.0)),
+                sheet,
+                ..Setup::default()
+            };
+            let mut engrave = Engrave::default();
+            engrave.overscan = overscan;
+            setup.work = Work::Engrave(engrave);
+            setup.placing.fit = true;
+            let made = setup.plan(Format::Image, Content::Image(image)).unwrap();
+            let report = check(&made.content, &start);
+            assert!(report.is_good(), "{:?}", report.complaints.first());
+            let [least, most] = report.bounds.unwrap();
+            assert!(most[0] - least[0] > 40.0);
+            if sheet.is_some() {
+                assert!(least[1] > -63.0 && most[1] < 30.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_image_keeps_to_its_sheet() {
+    let image = Raster {
+        width: 4,
+        height: 2,
+        grey: vec![0; 8],
+        ..Raster::default()
+    };
+    let setup = |width: f64, rotate: f64| Setup {
+        sheet: Some(Sheet {
+            corner: [200.0, -20.0],
+            rotation: 0.0,
+            surface: Surface::level(-50.0),
+            size: Some([50.0, 40.0]),
+        }),
+        size: Size::Width(width),
+        placing: Placing {
+            rotate,
+            ..Placing::default()
+        },
+        ..Setup::default()
+    };
+    let made = |setup: &Setup| setup.plan(Format::Image, Content::Image(image.clone()));
+    let refused = made(&setup(60.0, 0.0)).expect_err("it is wider than the sheet");
+    assert!(refused.message.contains("60.0 x 30.0 mm"), "{refused}");
+    assert!(made(&setup(45.0, 90.0)).is_err(), "it is higher, turned");
+    let plan = made(&setup(30.0, 90.0)).expect("it fits").content;
+    let burnt = plan.steps.iter().filter_map(|step| match step.action {
+        Action::Burn { to, power } if power > 0.0 => Some(to),
+        _ => None,
+    });
+    for [x, y, _] in burnt {
+        assert!(
+            (199.0..=216.0).contains(&x) && (-21.0..=11.0).contains(&y),
+            "{x} {y}"
+        );
+    }
+}
