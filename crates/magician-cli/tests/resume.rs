@@ -231,6 +231,48 @@ fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
 }
 
 #[test]
+fn an_arm_that_was_reset_meanwhile_does_nothing_twice() {
+    let dir = tempfile::tempdir().expect("directory");
+    let scenario = dir.path().join("reset.toml");
+    let text = "[[fault]]\nkind = \"reset\"\nindex = 20\n";
+    std::fs::write(&scenario, text).expect("written");
+    let place = Place::new(&["--scenario", scenario.to_str().expect("UTF-8")]);
+    let program = place.program("0.03");
+    let failed = place.run(&["run", &program]);
+    assert_eq!(failed.status.code(), Some(9), "{failed:?}");
+    assert!(place.run(&["alarms", "--clear"]).status.success());
+    // Its index is 0 again, which does not mean that nothing was done.
+    let doubt = place.run(&["run", &program, "--resume"]);
+    assert_eq!(doubt.status.code(), Some(9), "{doubt:?}");
+    assert_eq!(error(&doubt)["kind"], "uncertain");
+}
+
+#[test]
+fn what_counts_from_where_the_tool_stood_goes_on_from_there() {
+    let mut place = Place::new(&[]);
+    let moved = place.run(&["move", "210.1234", "-10", "20"]);
+    assert!(moved.status.success(), "{moved:?}");
+    let lines = "G1 X1 F300\nG4 P30\n".repeat(24);
+    let program = place.write("relative.gcode", &format!("G21 G91\n{lines}"));
+    let child = place.start(&["run", &program]);
+    until_waits(&mut place.served, 4);
+    signal("-INT", &child);
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130));
+    // It stands elsewhere now: all of it would be displaced.
+    for more in [&["--resume"][..], &["--from", "9"]] {
+        let refused = place.run(&[&["run", &program], more].concat());
+        assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+    }
+    let said = ["--start", "210.123,-10.000,20.000", "--resume"];
+    let done = place.run(&[&["run", &program], &said[..]].concat());
+    assert!(done.status.success(), "{done:?}");
+    let pose = report(&place.run(&["pose"]));
+    let x = pose["x"].as_f64().expect("a number");
+    assert!((x - 234.123).abs() < 0.01, "{pose}");
+}
+
+#[test]
 fn people_are_told_how_to_go_on() {
     let mut place = Place::new(&[]);
     let program = place.program("0.03");

@@ -128,6 +128,15 @@ fn an_estimate_has_time_steps_lengths_and_bounds() {
 }
 
 #[test]
+fn a_drawing_that_does_not_fit_fails_its_check() {
+    let large = ["draw", &sample("house.svg"), "--scale", "20"];
+    let check = run(&[&large[..], &["--check"]].concat());
+    assert_eq!(check.status, 10, "{}", check.err);
+    assert!(check.err.contains("--fit"), "{}", check.err);
+    assert_eq!(run(&[&large[..], &["--estimate"]].concat()).status, 3);
+}
+
+#[test]
 fn complaints_have_their_place_in_the_file() {
     let place = Place::new();
     let file = place.write("far.gcode", FAR);
@@ -397,7 +406,7 @@ fn drawings_are_as_large_as_they_are_unless_they_are_made_to_fit() {
                <rect id='frame' x='0' y='0' width='400' height='400' fill='none' stroke='black'/></svg>";
     let file = place.write("large.svg", svg);
     let large = run(&["draw", &file, "--check"]);
-    assert_eq!(large.status, 3);
+    assert_eq!(large.status, 10);
     assert!(large.err.contains("--fit"), "{}", large.err);
     let fitted = run(&["draw", &file, "--fit", "--check", "--json"]);
     assert_eq!(fitted.status, 0, "{fitted:?}");

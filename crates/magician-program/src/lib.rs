@@ -50,3 +50,8 @@ pub use reach::{Fit, Placement, Reach};
 pub use setup::{Placing, Setup, Work, tip};
 pub use surface::Surface;
 pub use trail::{Follow, Mark, Trail};
+
+/// Compiles and runs the programs of the recipe with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/recipes/rust.md")]
+struct Recipe;

@@ -49,11 +49,15 @@ impl Origin {
 #[derive(Clone, Debug)]
 pub struct Lines<'t> {
     text: &'t str,
-    /// Every byte is a character, so that they need not be counted.
-    ascii: bool,
+    /// How many characters begin before each so many bytes: a file may be one long line, whose columns must not be counted from
+    /// its beginning each time. None if every byte is a character.
+    counts: Vec<usize>,
     /// Where each line begins.
     starts: Vec<usize>,
 }
+
+/// Characters are counted ahead for every so many bytes.
+const EACH: usize = 1024;
 
 impl<'t> Lines<'t> {
     /// Of a text.
@@ -61,10 +65,32 @@ impl<'t> Lines<'t> {
     pub fn new(text: &'t str) -> Self {
         let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let starts = std::iter::once(0).chain(ends.map(|(at, _)| at + 1));
+        let mut before = 0;
+        let pieces = text.as_bytes().chunks(EACH).map(|piece| {
+            let count = before;
+            before += characters(piece);
+            count
+        });
         Self {
             text,
-            ascii: text.is_ascii(),
+            counts: match text.is_ascii() {
+                true => Vec::new(),
+                false => pieces.collect(),
+            },
             starts: starts.collect(),
+        }
+    }
+
+    /// How many characters begin before a byte.
+    fn characters_before(&self, at: usize) -> usize {
+        // At the very end there may be no piece of its own.
+        let piece = (at / EACH).min(self.counts.len().saturating_sub(1));
+        match self.counts.get(piece) {
+            Some(count) => {
+                let rest = self.text.as_bytes().get(piece * EACH..at);
+                count + characters(rest.unwrap_or_default())
+            }
+            None => at,
         }
     }
 
@@ -75,13 +101,7 @@ impl<'t> Lines<'t> {
         let end = self.fit(range.end).max(start);
         let line = self.starts.partition_point(|begin| *begin <= start).max(1);
         let begin = self.starts.get(line - 1).copied().unwrap_or(0);
-        let count = |from, to| match self.ascii {
-            true => to - from,
-            false => self
-                .text
-                .get(from..to)
-                .map_or(0, |part| part.chars().count()),
-        };
+        let count = |from, to| self.characters_before(to) - self.characters_before(from);
         let number = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
         Origin {
             line: number(line),
@@ -108,6 +128,11 @@ impl<'t> Lines<'t> {
         }
         at
     }
+}
+
+/// How many characters begin in a piece of a text.
+fn characters(piece: &[u8]) -> usize {
+    piece.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
 }
 
 /// How many bytes the first so many characters take.
@@ -137,5 +162,22 @@ mod tests {
         assert_eq!((second.line, second.column, second.length), (2, 4, 2));
         assert_eq!(lines.origin(0..99).length, text.chars().count() as u32);
         assert_eq!(lines.range(&Origin { line: 9, ..second }), None);
+    }
+
+    #[test]
+    fn columns_of_long_lines_are_counted_in_characters() {
+        for length in [EACH - 1, EACH, 2 * EACH, 5 * EACH + 3] {
+            let text: String = "ab\u{e9}\u{4f60}\u{1f600}"
+                .chars()
+                .cycle()
+                .take(length)
+                .collect();
+            let lines = Lines::new(&text);
+            for (nth, (at, character)) in text.char_indices().enumerate() {
+                let origin = lines.origin(at..at + character.len_utf8());
+                assert_eq!((origin.column as usize, origin.length), (nth + 1, 1));
+            }
+            assert_eq!(lines.origin(0..text.len()).length as usize, length);
+        }
     }
 }

@@ -93,6 +93,20 @@ impl Tally {
         }
     }
 
+    /// The same where an index may stand for a command of others, or for one that came twice, behind the last that the arm is
+    /// known to have taken.
+    #[must_use]
+    pub fn certain(&self, current: u64) -> Span {
+        let span = self.finished(current);
+        match self.last() {
+            Some((index, steps)) if current > index => Span {
+                least: steps,
+                ..span
+            },
+            _ => span,
+        }
+    }
+
     /// The last index, and the steps up to it.
     #[must_use]
     pub fn last(&self) -> Option<(u64, u64)> {
@@ -277,6 +291,15 @@ mod tests {
         tally.note(14, 114);
         assert_eq!(tally.finished(112), exactly(10));
         assert_eq!(tally.last(), Some((114, 12)));
+    }
+
+    #[test]
+    fn what_came_twice_is_in_doubt_only_behind_the_last_that_is_known() {
+        let mut tally = Tally::new(2, false);
+        tally.note(10, 110);
+        assert_eq!(tally.certain(109), exactly(7));
+        assert_eq!(tally.certain(110), exactly(8));
+        assert_eq!(tally.certain(112), Span { least: 8, most: 10 });
     }
 
     #[test]

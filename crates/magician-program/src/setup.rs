@@ -292,49 +292,32 @@ impl Setup {
         let natural = image.size(self.size)?;
         let size = natural.map(|side| side * self.placing.scale);
         let tool = self.tool.or(self.usual_tool).unwrap_or(Tool::Laser);
-        let grid = self.grid(size, surface, &engrave, tool.bias())?;
+        let grid = self.grid(size, &engrave, tool)?;
         let mut plan = image.plan(&grid, surface, &engrave)?;
         plan.tool = Some(tool);
         self.pushed(plan)
     }
 
     /// Where an image goes: where it is told to, on the sheet, or where there is room.
-    fn grid(
-        &self,
-        size: [f64; 2],
-        surface: Surface,
-        engrave: &Engrave,
-        tool: ToolBias,
-    ) -> Result<Grid, Problem> {
-        let Placing {
-            at,
-            rotate,
-            mirror,
-            fit,
-            ..
-        } = self.placing;
-        let sheet = self.sheet.map_or(0.0, |sheet| sheet.rotation);
-        let turn = rotate + sheet;
-        if let Some(at) = at {
-            return Ok(Grid::centred(size, at, turn, mirror));
+    fn grid(&self, size: [f64; 2], engrave: &Engrave, tool: Tool) -> Result<Grid, Problem> {
+        let layout = Layout {
+            scale: 1.0,
+            ..self.layout()?
+        };
+        if !layout.fit
+            && let Some((at, turn)) = said_place(&layout, size)
+        {
+            return Ok(Grid::centred(size, at, turn, layout.mirror));
         }
-        if let (Some(sheet), false) = (self.sheet, fit) {
-            let half = turned(size.map(|side| side / 2.0), sheet.rotation);
-            let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);
-            return Ok(Grid::centred(size, at, turn, mirror));
-        }
-        let reach = Reach::new(tool, surface, engrave.lift);
-        let run_up = engrave.run_up();
-        let around = [size[0] + 2.0 * run_up, size[1]];
-        let corners = Grid::centred(around, [0.0; 2], turn, mirror).corners();
-        let wanted = if fit { Fit::Shrink } else { Fit::TrueSize };
-        let Placement { scale, offset } = reach.best_place(&corners, wanted)?;
-        Ok(Grid::centred(
-            size.map(|side| side * scale),
-            offset,
-            turn,
-            mirror,
-        ))
+        let marking = Marking {
+            tool,
+            lift: engrave.lift,
+            ..Marking::laser(0.0)
+        };
+        engrave.placed(size, |frame| {
+            let placed = frame.placed(&layout, &marking)?;
+            Ok((placed.artwork, placed.scale))
+        })
     }
 
     fn pushed(&self, plan: Plan) -> Result<Plan, Problem> {
@@ -387,6 +370,17 @@ fn fitted(plan: Plan) -> Result<Plan, Problem> {
     scaled.moved([x, y, 0.0])
 }
 
+/// Where the middle of an image goes, and how it is turned there, as far as that was said.
+fn said_place(layout: &Layout, size: [f64; 2]) -> Option<([f64; 2], f64)> {
+    let sheet = layout.sheet;
+    let turn = layout.rotate + sheet.map_or(0.0, |sheet| sheet.rotation);
+    let on_sheet = |sheet: Sheet| {
+        let half = turned(size.map(|side| side / 2.0), sheet.rotation);
+        [0, 1].map(|axis| sheet.corner[axis] + half[axis])
+    };
+    Some((layout.at.or(sheet.map(on_sheet))?, turn))
+}
+
 fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
     let (sin, cos) = degrees.to_radians().sin_cos();
     [x * cos - y * sin, x * sin + y * cos]
@@ -394,8 +388,11 @@ fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
+    use magician::JointAngles;
+    use magician::words::Preflight;
+
     use super::*;
-    use crate::{Action, Origin, Stroke, Travel};
+    use crate::{Action, Origin, Stroke, Travel, check};
 
     fn taught() -> Plan {
         let mut plan = Plan::new("taught");
@@ -505,5 +502,44 @@ mod tests {
         assert_eq!(tool(&setup), Some(Tool::Laser));
         setup.work = Work::Draw(Trace::default());
         assert_eq!(tool(&setup), Some(Tool::Pen));
+    }
+
+    #[test]
+    fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
+        let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+        let sheet = Sheet {
+            corner: [180.0, -60.0],
+            rotation: 10.0,
+            surface: Surface::level(-60.0),
+            size: Some([90.0, 70.0]),
+        };
+        for sheet in [None, Some(sheet)] {
+            for (size, overscan) in [([500.0, 300.0], None), ([90.0, 700.0], Some(12.0))] {
+                let image = Raster {
+                    width: 40,
+                    height: 40,
+                    grey: vec![0; 1600],
+                    pixel: Some(size.map(|side| side / 40.0)),
+                    ..Raster::default()
+                };
+                let mut setup = Setup {
+                    usual_surface: Some(Surface::level(-60.0)),
+                    sheet,
+                    ..Setup::default()
+                };
+                let mut engrave = Engrave::default();
+                engrave.overscan = overscan;
+                setup.work = Work::Engrave(engrave);
+                setup.placing.fit = true;
+                let made = setup.plan(Format::Image, Content::Image(image)).unwrap();
+                let report = check(&made.content, &start);
+                assert!(report.is_good(), "{:?}", report.complaints.first());
+                let [least, most] = report.bounds.unwrap();
+                assert!(most[0] - least[0] > 40.0);
+                if sheet.is_some() {
+                    assert!(least[1] > -63.0 && most[1] < 30.0);
+                }
+            }
+        }
     }
 }

@@ -132,6 +132,12 @@ fn circles_and_arcs_are_within_the_tolerance() {
 fn user_units_count_where_the_file_says_what_they_are() {
     let scaled = "IN;IP400,800,4400,4800;SC0,100,0,200;PU0,0;PD100,200;";
     assert_eq!(strokes(scaled), [[[10.0, 20.0], [110.0, 120.0]]]);
+    // The pen stays where it is when its place gets other numbers.
+    let first = "IP400,800,4400,4800;PU2400,2800;SC0,100,0,200;PD100,200;SC;PD440,840;";
+    let line = [[60.0, 70.0], [110.0, 120.0], [11.0, 21.0]];
+    assert_eq!(strokes(first).concat(), [&line[..2], &line[1..]].concat());
+    let reset = "IP0,0,40,40;SC0,1,0,1;PU2,2;DF;PD160,160;";
+    assert_eq!(strokes(reset), [[[2.0, 2.0], [4.0, 4.0]]]);
     let factors = "IP400,800,0,0;SC0,40,0,80,2;PU0,0;PD1,1;";
     assert_eq!(strokes(factors), [[[10.0, 20.0], [11.0, 22.0]]]);
     assert_eq!(

@@ -162,6 +162,20 @@ fn names_are_ids_and_what_is_used_points_to_the_use() {
 }
 
 #[test]
+fn ids_of_the_file_are_not_taken_for_others() {
+    let ids = ["element-0-3", "element-0-4", "element-1-4", "element-2x"];
+    let lines: String = ids
+        .iter()
+        .map(|id| format!("\n<line x2='9' stroke='red'/><line id='{id}' x2='8' stroke='red'/>"))
+        .collect();
+    let (artwork, _) = reading(page(&lines));
+    let name = |stroke: &Stroke| artwork.names[stroke.origin.name_index().unwrap()].clone();
+    let names: Vec<String> = artwork.strokes.iter().map(name).collect();
+    let expected: Vec<&str> = ids.iter().flat_map(|id| ["line", *id]).collect();
+    assert_eq!(names, expected);
+}
+
+#[test]
 fn curves_are_as_long_as_they_are() {
     let (curves, notes) = reading_with(CURVES, &fine()).unwrap();
     assert_eq!(notes, []);
@@ -501,6 +515,30 @@ fn dashes_are_strokes_of_their_own() {
     ));
     assert_eq!(artwork.strokes.len(), 1);
     assert!(notes[0].message.contains("too fine"), "{notes:?}");
+}
+
+#[test]
+fn a_line_beside_the_page_is_told_of() {
+    let line = |x: u32| format!(r##"<path id="far" d="M10 10H{x}" stroke="black"/>"##);
+    assert!(reading(page(&line(100))).1.is_empty());
+    let (artwork, notes) = reading(page(&line(150)));
+    assert_eq!(artwork.strokes.len(), 1);
+    let [note] = &notes[..] else {
+        panic!("{notes:?}");
+    };
+    assert!(note.message.contains("leaves the page"), "{note}");
+    assert!(note.origin.line > 0, "{note:?}");
+}
+
+#[test]
+fn a_line_on_the_edge_of_a_nested_drawing_is_drawn() {
+    let (artwork, _) = reading(page(
+        r##"<svg x="20" y="30" width="40" height="40" viewBox="0 0 10 10"><rect width="10" height="10" fill="none" stroke="black"/></svg>"##,
+    ));
+    let [stroke] = &artwork.strokes[..] else {
+        panic!("{artwork:?}");
+    };
+    near(stroke.length(), 160.0, 0.01);
 }
 
 #[test]

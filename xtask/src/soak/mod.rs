@@ -4,6 +4,7 @@
 //! print the same digest of them. The tests of this crate run each for a moment.
 
 mod books;
+mod drawing;
 mod heap;
 mod hostile;
 mod poses;
@@ -41,7 +42,7 @@ struct Soak {
     run: fn(Scope) -> Result<Found, Box<dyn Error>>,
 }
 
-const SOAKS: [Soak; 11] = [
+const SOAKS: [Soak; 12] = [
     Soak {
         name: "r1",
         says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
@@ -107,6 +108,12 @@ const SOAKS: [Soak; 11] = [
         says: "R7: memory of a session through so many seconds of that",
         cases: 86_400,
         run: hostile::memory,
+    },
+    Soak {
+        name: "drawing",
+        says: "programs that are drawn over lines of every kind of trouble",
+        cases: 5_000,
+        run: drawing::drawings,
     },
 ];
 
@@ -192,7 +199,7 @@ mod tests {
     use super::*;
 
     /// Cases of each in a debug build.
-    const SHORT: [(&str, u64); 11] = [
+    const SHORT: [(&str, u64); 12] = [
         ("r1", 20_000),
         ("r1-stream", 10_000),
         ("r1-poses", 5_000),
@@ -204,6 +211,7 @@ mod tests {
         ("r4", 60_000),
         ("r6-host", 100_000),
         ("r7", 86_400),
+        ("drawing", 25),
     ];
 
     fn find(name: &str, cases: u64, seed: u64) -> Found {

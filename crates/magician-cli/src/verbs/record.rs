@@ -129,6 +129,7 @@ fn told(summary: &Summary) -> String {
         ..
     } = summary;
     let steps = match summary.steps {
+        Some(1) => ", 1 step".to_owned(),
         Some(steps) => format!(", {steps} steps"),
         None => String::new(),
     };

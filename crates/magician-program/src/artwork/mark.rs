@@ -2,14 +2,10 @@
 
 use magician::words;
 
-use super::area::Area;
 use super::{Placed, Stroke};
-use crate::{Action, Origin, Plan, Tool, Travel};
+use crate::reach::{APPROACH, Above};
+use crate::{Action, Origin, Plan, Reach, Surface, Tool, Travel};
 
-/// So much above the height of its ways the tool first comes to a drawing, and passes over what a straight way cannot cross.
-/// Joints that go together lower the tool on their way where the arm is stretched out and low; a way that ends so much higher
-/// does not lead below a surface that the tool stands at least 3 mm above.
-const APPROACH: f64 = 50.0;
 /// How long a pen rests where it leaves a dot, ms.
 const DOT_REST: u32 = 100;
 /// Half the line that a laser burns for a dot, mm: it must move to burn.
@@ -62,6 +58,14 @@ impl Marking {
     }
 }
 
+impl Marking {
+    /// Where it can be done on a surface.
+    pub(super) fn reach(&self, surface: Surface) -> Reach {
+        let reach = Reach::new(self.tool.bias(), surface, self.lift);
+        self.r.map_or(reach, |r| reach.rotated_to(r.into()))
+    }
+}
+
 impl Placed {
     /// What the arm does to draw it: one path for each line, in their order.
     ///
@@ -87,7 +91,7 @@ impl Placed {
             plan,
             marking,
             placed: self,
-            area: Area::new(marking.tool.bias(), self.surface, marking.lift),
+            reach: marking.reach(self.surface),
             at: None,
         };
         for stroke in &self.artwork.strokes {
@@ -98,15 +102,12 @@ impl Placed {
     }
 }
 
-/// A point, and how far above the surface.
-type Above = ([f64; 2], f64);
-
 /// What puts down the steps of one drawing.
 struct Hand<'a> {
     plan: Plan,
     marking: &'a Marking,
     placed: &'a Placed,
-    area: Area,
+    reach: Reach,
     /// Where the tool is by then, and the last line.
     at: Option<(Above, Origin)>,
 }
@@ -120,11 +121,19 @@ impl Hand<'_> {
         match (self.marking.power, dot) {
             (None, _) => self.write(stroke, dot),
             (Some(power), false) => self.burn(&stroke.points, power, stroke.origin),
-            (Some(power), true) => {
-                let [from, to] = [-DOT_REACH, DOT_REACH].map(|by| [first[0] + by, first[1]]);
-                self.burn(&[from, to], power, stroke.origin);
-            }
+            (Some(power), true) => self.burn(&self.speck(*first), power, stroke.origin),
         }
+    }
+
+    /// The line that a laser burns for a dot: about it, or on from it where that is not reached.
+    fn speck(&self, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
+        let by = |from: f64, to: f64| [[x + from, y], [x + to, y]];
+        let about = by(-DOT_REACH, DOT_REACH);
+        let ways = [about, by(0.0, -2.0 * DOT_REACH), by(0.0, 2.0 * DOT_REACH)];
+        let mut reached = ways
+            .into_iter()
+            .filter(|ends| ends.iter().all(|end| self.reach.has(*end)));
+        reached.next().unwrap_or(about)
     }
 
     /// Pen down, along, up.
@@ -182,12 +191,31 @@ impl Hand<'_> {
                     self.line(to, origin);
                 }
             }
-            Some((from, _)) if self.area.leads(from.0, to.0, to.1) => self.line(to, origin),
-            Some((from, _)) => {
-                self.line(self.raised(from), origin);
-                self.approach(to, origin);
-            }
+            Some((from, _)) if self.reach.leads(from.0, to.0, to.1) => self.line(to, origin),
+            Some((from, _)) => self.go_round(from, to, origin),
             None => self.approach(to, origin),
+        }
+    }
+
+    /// Around the base: with all joints from well above to well above, or step by step where that leads through a slope.
+    fn go_round(&mut self, from: Above, to: Above, origin: Origin) {
+        let [high, over] = [from, to].map(|end| self.raised(end));
+        let lift = self.marking.lift;
+        let corners = match self.reach.clears(high, over, lift / 2.0) {
+            true => None,
+            false => self.reach.round_base(from.0, to.0, lift),
+        };
+        let Some(corners) = corners else {
+            self.line(high, origin);
+            self.approach(to, origin);
+            return;
+        };
+        self.line((from.0, lift), origin);
+        for corner in corners.into_iter().chain([to.0]) {
+            self.line((corner, lift), origin);
+        }
+        if to.1 != lift {
+            self.line(to, origin);
         }
     }
 
@@ -200,12 +228,9 @@ impl Hand<'_> {
         }
     }
 
-    /// As far above it as is reached, but not above what an approach needs.
-    fn raised(&self, (at, above): Above) -> Above {
-        let steps = (1..=10).rev().map(|tenth| f64::from(tenth) / 10.0);
-        let mut heights = steps.map(|share| self.marking.lift + share * APPROACH);
-        let found = heights.find(|height| self.area.joints(at, *height).is_ok());
-        (at, found.unwrap_or(above))
+    /// Well above it, as far as that is reached.
+    fn raised(&self, end: Above) -> Above {
+        self.reach.over(end, self.marking.lift + APPROACH)
     }
 
     /// Up from the last line, if the tool is not up.
@@ -223,7 +248,11 @@ impl Hand<'_> {
 
     fn go(&mut self, to: Above, by: Travel, origin: Origin) {
         let [x, y, z] = self.point(to);
-        let turned = || self.area.joints(to.0, to.1).map_or(0.0, |joints| joints.j1);
+        let turned = || {
+            self.reach
+                .joints(to.0, to.1)
+                .map_or(0.0, |joints| joints.j1)
+        };
         let r = self.marking.r.unwrap_or_else(|| turned() as f32);
         let to_pose = [x, y, z, r];
         self.plan.push(Action::Move { to: to_pose, by }, origin);

@@ -1,6 +1,5 @@
 //! Lines on a sheet, wherever they came from, and how they become what the arm does.
 
-mod area;
 mod mark;
 mod order;
 mod place;

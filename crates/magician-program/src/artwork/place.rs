@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::area::{Area, Shape};
 use super::{Artwork, Marking, Stroke};
-use crate::{Origin, Problem, Surface};
+use crate::reach::hull;
+use crate::{Fit, Origin, Placement, Problem, Reach, Surface};
 
 /// A sheet of paper before the arm, as it was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -90,20 +90,16 @@ impl Artwork {
         let Some(bounds) = self.bounds() else {
             return Err(Problem::of_file("there is nothing to draw in it"));
         };
-        let area = Area::new(marking.tool.bias(), layout.surface, marking.lift);
-        let Some([near, far]) = area.depth() else {
+        let reach = marking.reach(layout.surface);
+        let Some([near, far]) = reach.ahead() else {
             let z = layout.surface.height;
             let message = format!("a surface at z = {z:.1} cannot be reached with this tool");
             return Err(Problem::of_file(message));
         };
-        let placer = Placer::new(self, bounds, layout, &area);
-        if let Some(place) = placer.place(layout.scale) {
-            return Ok(placer.put(layout.scale, place));
-        }
-        let most = placer.most();
-        match most.and_then(|scale| Some((scale, placer.place(scale)?))) {
-            Some((scale, place)) if layout.fit => Ok(placer.put(scale, place)),
-            _ => Err(placer.refusal(most, [near, far])),
+        let placer = Placer::new(self, bounds, layout, &reach);
+        match placer.largest() {
+            Some((scale, at)) if layout.fit || scale == layout.scale => Ok(placer.put(scale, at)),
+            largest => Err(placer.refusal(largest.map(|(scale, _)| scale), [near, far])),
         }
     }
 }
@@ -133,10 +129,11 @@ impl Layout {
 struct Placer<'a> {
     artwork: &'a Artwork,
     layout: &'a Layout,
-    area: &'a Area,
+    reach: &'a Reach,
     /// Mirrored and turned in true size, the middle of its lines at the origin.
     turned: Vec<Vec<[f64; 2]>>,
-    shape: Shape,
+    /// The corners of their outside.
+    hull: Vec<[f64; 2]>,
     /// Its width and height, turned.
     size: [f64; 2],
     /// From the lower left corner of its page to the middle of its lines, turned with the sheet.
@@ -150,7 +147,7 @@ impl<'a> Placer<'a> {
         artwork: &'a Artwork,
         bounds: [[f64; 2]; 2],
         layout: &'a Layout,
-        area: &'a Area,
+        reach: &'a Reach,
     ) -> Self {
         let own = |point: [f64; 2]| {
             let [x, y] = point;
@@ -184,52 +181,73 @@ impl<'a> Placer<'a> {
                     .collect()
             })
             .collect();
-        let shape = Shape::of(turned.iter().map(Vec::as_slice));
+        let hull = hull(&turned.concat());
         Self {
             artwork,
             layout,
-            area,
+            reach,
             turned,
-            shape,
+            hull,
             size: [0, 1].map(|axis| most[axis] - least[axis]),
             inset: rotated([0, 1].map(|axis| middle[axis] - page_least[axis]), sheet),
             page: [0, 1].map(|axis| page_most[axis] - page_least[axis]),
         }
     }
 
-    /// Where the middle of its lines goes in this size, if all of it is reached there.
-    fn place(&self, scale: f64) -> Option<[f64; 2]> {
-        let at = match (self.layout.at, self.layout.sheet) {
-            (Some(at), _) => at,
-            (None, Some(sheet)) => {
-                if !self.is_on(&sheet, scale) {
-                    return None;
-                }
-                [0, 1].map(|axis| sheet.corner[axis] + scale * self.inset[axis])
+    /// The largest size that fits, but not above the one asked for, and where the middle of its lines goes then.
+    fn largest(&self) -> Option<(f64, [f64; 2])> {
+        let wanted = self.layout.scale;
+        if (self.layout.at, self.layout.sheet) == (None, None) {
+            let corners = self.hull.iter();
+            let corners: Vec<_> = corners.map(|corner| corner.map(|at| wanted * at)).collect();
+            let Placement { scale, offset } = self.reach.best_place(&corners, Fit::Shrink).ok()?;
+            return Some((scale * wanted, offset));
+        }
+        if let Some(at) = self.place(wanted) {
+            return Some((wanted, at));
+        }
+        let (mut best, mut fails) = (None, wanted);
+        for _ in 0..16 {
+            let scale = f64::midpoint(best.map_or(0.0, |(scale, _)| scale), fails);
+            match self.place(scale) {
+                Some(at) => best = Some((scale, at)),
+                None => fails = scale,
             }
-            (None, None) => return self.area.best_place(&self.shape, scale),
+        }
+        best
+    }
+
+    /// Where the middle of its lines is to go in this size, if that was said.
+    fn middle(&self, scale: f64) -> Option<[f64; 2]> {
+        let on_sheet =
+            |sheet: Sheet| [0, 1].map(|axis| sheet.corner[axis] + scale * self.inset[axis]);
+        self.layout.at.or(self.layout.sheet.map(on_sheet))
+    }
+
+    /// The same, if all of it is reached there.
+    fn place(&self, scale: f64) -> Option<[f64; 2]> {
+        let at = self.middle(scale)?;
+        let on_sheet = match (self.layout.at, self.layout.sheet) {
+            (None, Some(sheet)) => self.is_on(&sheet, scale),
+            _ => true,
         };
-        self.shape.is_within(self.area, at, scale).then_some(at)
+        (on_sheet && self.is_within(at, scale)).then_some(at)
+    }
+
+    /// Whether all of it is reached with its middle there.
+    fn is_within(&self, at: [f64; 2], scale: f64) -> bool {
+        let put = |point: &[f64; 2]| [0, 1].map(|axis| at[axis] + scale * point[axis]);
+        // Where its outside is reached, all of it is.
+        let outside = self.hull.iter().chain(self.hull.first());
+        let mut lines = self.turned.iter();
+        self.reach.has_line(outside.map(put))
+            || lines.all(|line| self.reach.has_line(line.iter().map(put)))
     }
 
     /// Whether its page is no larger than the sheet; a millimetre more is nothing.
     fn is_on(&self, sheet: &Sheet, scale: f64) -> bool {
         let [width, height] = self.page.map(|side| scale * side - 1.0);
         (sheet.size).is_none_or(|size| width <= size[0] && height <= size[1])
-    }
-
-    /// The largest size that fits, but not above the one asked for.
-    fn most(&self) -> Option<f64> {
-        let (mut fits, mut fails) = (0.0, self.layout.scale);
-        for _ in 0..16 {
-            let scale = f64::midpoint(fits, fails);
-            if self.place(scale).is_some() {
-                fits = scale;
-            } else {
-                fails = scale;
-            }
-        }
-        (fits > 0.0).then_some(fits)
     }
 
     fn put(&self, scale: f64, at: [f64; 2]) -> Placed {
@@ -261,11 +279,14 @@ impl<'a> Placer<'a> {
         let own = size(self.layout.scale);
         let Some(most) = most else {
             let reached = format!("straight ahead x = {near:.0} to {far:.0} mm is reached");
-            let message = match self.layout.at {
-                Some([x, y]) => {
+            let message = match (self.layout.at, self.layout.sheet) {
+                (Some([x, y]), _) => {
                     format!("nothing can be drawn around x = {x:.1}, y = {y:.1}; {reached}")
                 }
-                None => format!("the corner of the sheet cannot be reached; {reached}"),
+                (None, Some(_)) => format!("the corner of the sheet cannot be reached; {reached}"),
+                (None, None) => {
+                    return Problem::of_file(format!("the drawing is {own}; {reached}"));
+                }
             };
             return Problem::of_file(message).help("place it elsewhere, with --at X,Y for one");
         };
@@ -293,25 +314,18 @@ impl<'a> Placer<'a> {
             rotate,
             ..self.layout.clone()
         };
-        let placer = Placer::new(self.artwork, self.artwork.bounds()?, &layout, self.area);
-        match placer.place(layout.scale) {
-            Some(_) => Some(layout.scale),
-            None => placer.most(),
-        }
+        let placer = Placer::new(self.artwork, self.artwork.bounds()?, &layout, self.reach);
+        placer.largest().map(|(scale, _)| scale)
     }
 
     /// The first line that is out of reach where the drawing was to go.
     fn worst(&self) -> Origin {
-        let at = match (self.layout.at, self.layout.sheet) {
-            (Some(at), _) => at,
-            (None, Some(sheet)) => {
-                [0, 1].map(|axis| sheet.corner[axis] + self.layout.scale * self.inset[axis])
-            }
-            (None, None) => return Origin::NONE,
+        let Some(at) = self.middle(self.layout.scale) else {
+            return Origin::NONE;
         };
         let put = |point: &[f64; 2]| [0, 1].map(|axis| at[axis] + self.layout.scale * point[axis]);
         let mut lines = self.turned.iter().zip(&self.artwork.strokes);
-        let beyond = |points: &Vec<[f64; 2]>| points.iter().any(|at| !self.area.reaches(put(at)));
+        let beyond = |points: &Vec<[f64; 2]>| points.iter().any(|at| !self.reach.has(put(at)));
         let first = lines.find(|(points, _)| beyond(points));
         first.map_or(Origin::NONE, |(_, stroke)| stroke.origin)
     }

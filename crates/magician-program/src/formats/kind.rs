@@ -3,14 +3,14 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::Format;
+use super::{Format, points};
 
 /// So much of a file is looked at.
 const HEAD: usize = 4096;
 
 impl Format {
     /// All of them, in the order in which people are told.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Playback,
         Self::Svg,
         Self::Gcode,
@@ -18,6 +18,7 @@ impl Format {
         Self::Dxf,
         Self::Hpgl,
         Self::Blockly,
+        Self::Points,
         Self::Plan,
     ];
 
@@ -33,6 +34,7 @@ impl Format {
             Self::Dxf => "dxf",
             Self::Blockly => "blockly",
             Self::Image => "image",
+            Self::Points => "points",
         }
     }
 
@@ -43,11 +45,12 @@ impl Format {
             Self::Plan => &[".plan.json", ".plan"],
             Self::Playback => &[".playback"],
             Self::Gcode => &[".gcode", ".nc", ".ngc", ".gc", ".g", ".tap"],
-            Self::Svg => &[".svg"],
+            Self::Svg => &[".svg", ".svgz"],
             Self::Hpgl => &[".plt", ".hpgl", ".hgl"],
             Self::Dxf => &[".dxf"],
             Self::Blockly => &[".blockly"],
             Self::Image => &[".png", ".jpg", ".jpeg", ".bmp"],
+            Self::Points => &[".csv", ".xyz"],
         }
     }
 
@@ -63,6 +66,7 @@ impl Format {
             Self::Dxf => "DXF drawing",
             Self::Blockly => "DobotBlockly workspace",
             Self::Image => "PNG, JPEG or BMP image",
+            Self::Points => "points as CSV, JSON or text",
         }
     }
 
@@ -112,7 +116,9 @@ impl Format {
                 "xml" => Some(Self::Blockly),
                 _ => None,
             },
-            '{' => text.contains("\"magician-plan\"").then_some(Self::Plan),
+            '{' if text.contains("\"magician-plan\"") => Some(Self::Plan),
+            _ if points::is_one(text) => Some(Self::Points),
+            '{' => None,
             _ if is_dxf(text) => Some(Self::Dxf),
             _ if is_hpgl(text) => Some(Self::Hpgl),
             _ if is_gcode(text) => Some(Self::Gcode),

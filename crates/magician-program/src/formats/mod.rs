@@ -7,6 +7,7 @@ mod hpgl;
 mod image;
 mod kind;
 pub mod playback;
+mod points;
 pub(crate) mod svg;
 mod xml;
 
@@ -36,6 +37,8 @@ pub enum Format {
     Blockly,
     /// PNG, JPEG and BMP images.
     Image,
+    /// Lists of points: CSV, JSON, text.
+    Points,
 }
 
 /// How a file is read, where it leaves a choice.
@@ -108,6 +111,7 @@ pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Readi
         Format::Dxf => dxf::read(bytes, options),
         Format::Blockly => blockly::read(bytes, options),
         Format::Image => image::read(bytes, options),
+        Format::Points => points::read(bytes, options),
     }
 }
 

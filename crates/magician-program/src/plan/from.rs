@@ -21,6 +21,9 @@ const LIFT: f64 = 10.0;
 const CLOSE: f64 = 0.01;
 /// No tool of the arm gets higher, mm.
 const HIGHEST: f64 = 400.0;
+/// Where it cannot be so high above a place, one beside it is tried by this share of its distance from the base, so many times.
+const ASIDE: f64 = 0.05;
+const MOST_ASIDE: i32 = 8;
 /// As many heights are tried: down to as far below as above.
 const MOST_TRIES: u32 = 160;
 
@@ -262,25 +265,6 @@ impl<'p> Lead<'p> {
 
     /// Up, across and down, as far as that is possible and needed.
     fn approach(&self, arm: &mut Preflight, steps: &mut Vec<Action>) -> Result<(), Error> {
-        let mut go = |arm: &mut Preflight, pose: Pose, ways: &[Travel], l: Option<f32>| {
-            let mut refusal = None;
-            for by in ways {
-                let to = pose.to_array().map(|value| value as f32);
-                let plain = Action::Move { to, by: *by };
-                let command = match l {
-                    Some(l) => words::with_rail(plain.command(), l)?,
-                    None => plain.command(),
-                };
-                match arm.check(&command) {
-                    Ok(_) => {
-                        steps.push(command.into());
-                        return Ok(());
-                    }
-                    Err(error) => refusal = refusal.or(Some(error)),
-                }
-            }
-            refusal.map_or(Ok(()), Err)
-        };
         let rail = self.settings.rail();
         let begun = arm.arm().map(|at| at.pose);
         if let Some(from) = begun
@@ -293,19 +277,85 @@ impl<'p> Lead<'p> {
         let height = begun.map_or(self.height, |from| self.height.max(from.z + LIFT));
         if let Some(from) = begun {
             // Where it cannot go up there is nothing that it could run into.
-            let _ = highest(&from, height, |pose| go(arm, pose, &[Travel::Line], None));
+            let _ = highest(&from, height, |pose| {
+                go(arm, steps, pose, &[Travel::Line], None)
+            });
         }
         // From an unknown start only all joints together lead to a place that is known.
         let across: &[Travel] = match begun {
             Some(_) => &[Travel::Line, Travel::Joints],
             None => &[Travel::Joints],
         };
-        let over = highest(&self.place, height, |pose| go(arm, pose, across, rail));
+        if self.come_down(height, across, arm, steps) {
+            return Ok(());
+        }
+        let over = highest(&self.place, height, |pose| {
+            go(arm, steps, pose, across, rail)
+        });
         match over {
-            Some(Ok(())) => go(arm, self.place, &[Travel::Line], None),
-            _ => go(arm, self.place, across, rail),
+            Some(Ok(())) => go(arm, steps, self.place, &[Travel::Line], None),
+            _ => go(arm, steps, self.place, across, rail),
         }
     }
+
+    /// As high as that all the way across, and straight down from there; where it cannot be so high above the place itself, from
+    /// beside it, nearer to the base or farther from it.
+    fn come_down(
+        &self,
+        height: f64,
+        across: &[Travel],
+        arm: &mut Preflight,
+        steps: &mut Vec<Action>,
+    ) -> bool {
+        let z = height.min(HIGHEST);
+        let asides = (0..=MOST_ASIDE).flat_map(|nth| [-nth, nth]);
+        for share in asides.map(|nth| 1.0 + ASIDE * f64::from(nth)) {
+            let [x, y] = [self.place.x, self.place.y].map(|at| share * at);
+            let over = Pose {
+                x,
+                y,
+                z,
+                ..self.place
+            };
+            let (mut tried, mut added) = (arm.clone(), Vec::new());
+            if z > self.place.z + SHORT
+                && go(&mut tried, &mut added, over, across, self.settings.rail()).is_ok()
+                && go(&mut tried, &mut added, self.place, &[Travel::Line], None).is_ok()
+            {
+                *arm = tried;
+                steps.append(&mut added);
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// Goes to a pose in the first of some ways that is possible; if none is, why the first is not.
+fn go(
+    arm: &mut Preflight,
+    steps: &mut Vec<Action>,
+    pose: Pose,
+    ways: &[Travel],
+    l: Option<f32>,
+) -> Result<(), Error> {
+    let mut refusal = None;
+    for by in ways {
+        let to = pose.to_array().map(|value| value as f32);
+        let plain = Action::Move { to, by: *by };
+        let command = match l {
+            Some(l) => words::with_rail(plain.command(), l)?,
+            None => plain.command(),
+        };
+        match arm.check(&command) {
+            Ok(_) => {
+                steps.push(command.into());
+                return Ok(());
+            }
+            Err(error) => refusal = refusal.or(Some(error)),
+        }
+    }
+    refusal.map_or(Ok(()), Err)
 }
 
 /// Goes above a place: as high as that, or as high as it can be. Nothing if it is as high already.

@@ -64,8 +64,12 @@ impl<'t> Json<'t> {
             .help(format!("what does: {known}"))
     }
 
+    fn start(&self, part: &str) -> usize {
+        (part.as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize)
+    }
+
     fn origin(&self, part: &str, length: usize) -> Origin {
-        let start = (part.as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
+        let start = self.start(part);
         Lines::new(self.text).origin(start..start.saturating_add(length))
     }
 
@@ -125,6 +129,61 @@ impl<'t> Json<'t> {
             }
         }
         Ok(members)
+    }
+
+    /// The lines of the text, for many [places](Self::place).
+    pub(crate) fn lines(&self) -> Lines<'t> {
+        Lines::new(self.text)
+    }
+
+    /// Where a value stands.
+    pub(crate) fn place(&self, lines: &Lines<'_>, value: &str) -> Origin {
+        let start = self.start(value);
+        lines.origin(start..start.saturating_add(value.len()))
+    }
+
+    /// Every member of an object in turn, however many there are.
+    pub(crate) fn members(
+        &self,
+        value: &'t str,
+        visit: impl FnMut(Cow<'t, str>, &'t str) -> Result<(), Problem>,
+    ) -> Result<(), Problem> {
+        struct Members<'p, F> {
+            visit: F,
+            problem: &'p mut Option<Problem>,
+        }
+
+        impl<'t, F> Visitor<'t> for Members<'_, F>
+        where
+            F: FnMut(Cow<'t, str>, &'t str) -> Result<(), Problem>,
+        {
+            type Value = ();
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'t>>(mut self, mut map: A) -> Result<(), A::Error> {
+                while let Some((Key(key), value)) = map.next_entry::<Key<'t>, &'t RawValue>()? {
+                    if let Err(problem) = (self.visit)(key, value.get()) {
+                        *self.problem = Some(problem);
+                        return Err(A::Error::custom("a problem"));
+                    }
+                }
+                Ok(())
+            }
+        }
+
+        if !value.starts_with('{') {
+            return Err(self.problem(value, "expected an object, {..}"));
+        }
+        let mut problem = None;
+        let members = Members {
+            visit,
+            problem: &mut problem,
+        };
+        let parsed = serde_json::Deserializer::from_str(value).deserialize_map(members);
+        parsed.map_err(|error| problem.unwrap_or_else(|| self.syntax(value, &error)))
     }
 
     /// Every item of an array in turn.

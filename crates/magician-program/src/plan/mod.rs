@@ -3,7 +3,7 @@
 mod action;
 pub(crate) mod file;
 mod from;
-mod json;
+pub(crate) mod json;
 mod pallet;
 mod step;
 mod transform;

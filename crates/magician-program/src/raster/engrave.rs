@@ -62,7 +62,7 @@ impl Engrave {
     /// As many cells, at most, are engraved.
     pub const MOST_CELLS: usize = 16_000_000;
     /// As often an image is made smaller until it fits with its run up.
-    const MOST_TRIES: usize = 8;
+    const MOST_TRIES: usize = 14;
     /// Segments that the arm knows behind the one under way (model section 14).
     const AHEAD: f64 = 31.0;
 
@@ -130,29 +130,30 @@ impl Engrave {
     /// What `place` refuses, and options that make no sense.
     pub fn placed(
         &self,
-        mut size: [f64; 2],
+        size: [f64; 2],
         mut place: impl FnMut(&Artwork) -> Result<(Artwork, f64), Problem>,
     ) -> Result<Grid, Problem> {
         self.validate()?;
-        for _ in 0..Self::MOST_TRIES {
-            let (placed, scale) = place(&self.frame(size))?;
-            if scale >= 0.9999 {
-                let lost =
-                    || Problem::of_file("the frame of the image was lost when it was placed");
-                return Grid::of_frame(&placed).ok_or_else(lost);
+        // The way to run up does not become shorter, and so the size that fits does not follow from how much smaller one that is
+        // too large must become.
+        let mut fits = |share: f64| {
+            let (placed, scale) = place(&self.frame(size.map(|side| side * share)))?;
+            Ok::<_, Problem>((scale >= 1.0).then_some(placed))
+        };
+        let mut best = fits(1.0)?;
+        let (mut least, mut most) = (0.0, 1.0);
+        let tries = if best.is_some() { 0 } else { Self::MOST_TRIES };
+        for _ in 0..tries {
+            let share = f64::midpoint(least, most);
+            match fits(share)? {
+                Some(placed) => (best, least) = (Some(placed), share),
+                None => most = share,
             }
-            // The run up was made smaller with it, and will not be in the next try.
-            let runs = 2.0 * self.run_up();
-            let shrink = (scale * (size[0] + runs) - runs) / size[0];
-            if shrink.is_nan() || shrink <= 0.0 {
-                break;
-            }
-            size = size.map(|side| side * shrink);
         }
-        Err(
+        best.as_ref().and_then(Grid::of_frame).ok_or_else(|| {
             Problem::of_file("there is not enough room to run up to the image")
-                .help("engrave it slower, or with less overscan"),
-        )
+                .help("engrave it slower, or with less overscan")
+        })
     }
 
     fn validate(&self) -> Result<(), Problem> {

@@ -3,19 +3,15 @@
 use std::ops::Range;
 
 use magician::words;
-use magician_motion::{Geometry, Limits, Pose};
 
 use super::tone::Powers;
 use super::{Engrave, Grid};
 use crate::artwork::distance;
-use crate::{Action, Origin, Plan, Surface, Tool, Travel};
+use crate::reach::APPROACH;
+use crate::{Action, Origin, Plan, Reach, Surface, Tool, Travel};
 
 /// The share of the speed of travels that an arm uses that has not been told otherwise (model section 6).
 const RATIO: f64 = 0.5;
-/// So much above the height at which it begins and ends the tool first comes, mm: joints that go together may lower the tool on
-/// their way.
-const APPROACH: f64 = 50.0;
-
 /// How long ways take.
 pub(super) struct Rates {
     speed: f64,
@@ -72,6 +68,8 @@ pub(super) struct Scan<'e> {
     burnt: usize,
     /// Where the tool is.
     at: Option<[f64; 2]>,
+    /// Whether the last segment had power.
+    lit: bool,
     /// The segments of one stretch: the share of the width where each ends, and its level.
     segments: Vec<(f64, u8)>,
 }
@@ -96,6 +94,7 @@ impl<'e> Scan<'e> {
             rates,
             burnt: 0,
             at: None,
+            lit: false,
             segments: Vec::new(),
         }
     }
@@ -208,6 +207,11 @@ impl<'e> Scan<'e> {
         };
         let way = distance(at, to);
         if self.rates.travel(way) < self.rates.dark(way) {
+            // Without a way to run out on, the last segment has left it lit.
+            if self.lit {
+                self.plan.push(Action::Laser(false), origin);
+                self.lit = false;
+            }
             self.travel(self.on(to), Travel::Line, origin);
             self.at = Some(to);
         } else {
@@ -226,7 +230,7 @@ impl<'e> Scan<'e> {
             power,
         };
         self.plan.push(to_there, origin);
-        self.at = Some(to);
+        (self.at, self.lit) = (Some(to), power > 0.0);
     }
 
     /// J4 stays at 0, as it does on the path: turning it back would cost time.
@@ -243,18 +247,12 @@ impl<'e> Scan<'e> {
         [at[0], at[1], self.surface.at(at) + height].map(|value| value as f32)
     }
 
-    /// Above a point, as high as is reached, but not above what an approach needs.
+    /// Well above a point, as far as that is reached.
     fn over(&self, at: [f64; 2]) -> [f32; 3] {
-        let shares = (0..=10).rev().map(|tenth| f64::from(tenth) / 10.0);
-        let heights = shares.map(|share| self.engrave.lift + share * APPROACH);
-        let mut points = heights.map(|height| self.above(at, height));
-        let found = points.find(|point| {
-            let [x, y, z] = point.map(f64::from);
-            let pose = Pose::new(x, y, z, y.atan2(x).to_degrees());
-            let laser = Geometry::magician(Tool::Laser.bias());
-            laser.inverse_within(&pose, &Limits::CONTROLLER).is_ok()
-        });
-        found.unwrap_or_else(|| self.above(at, self.engrave.lift))
+        let lift = self.engrave.lift;
+        let reach = Reach::new(Tool::Laser.bias(), self.surface, lift);
+        let (at, above) = reach.over((at, 0.0), lift + APPROACH);
+        self.above(at, above)
     }
 }
 

@@ -3,11 +3,14 @@
 mod fit;
 mod hull;
 mod outline;
+mod ways;
 
-use magician::{Error, Geometry, Limits, ToolBias};
+use magician::{Error, Geometry, JointAngles, Limits, ToolBias};
 use magician_motion::{ArmState, Move, MoveKind, Planner, Pose, Speeds, Target};
 
 use crate::Surface;
+pub(crate) use hull::of as hull;
+pub(crate) use ways::{APPROACH, Above};
 
 /// Where a tool can be on a surface and, lifted, above it: what placing a drawing needs to know, asked of the same
 /// limits as the check before a run.
@@ -96,10 +99,22 @@ impl Reach {
     /// # Errors
     /// [`Unreachable`](magician::ErrorKind::Unreachable) with value and limit: what is in the way, and by how much.
     pub fn contains(&self, point: [f64; 2]) -> Result<(), Error> {
-        self.state(point, 0.0)?;
-        self.state(point, self.lift)
-            .map(drop)
-            .map_err(|error| lifted(&error, self.lift))
+        self.heights(point).try_for_each(|lift| {
+            let reached = self.state(point, lift).map(drop);
+            reached.map_err(|error| match lift {
+                0.0 => error,
+                lift => lifted(&error, lift),
+            })
+        })
+    }
+
+    /// How far above a point it matters whether the tool can be there, for it to be lifted straight up. J2 minus J3 depends on
+    /// how far the wrist is from the shoulder alone, so that it is the wrist's way past the shoulder that may leave its range
+    /// between two ends that are within.
+    fn heights(&self, point: [f64; 2]) -> impl Iterator<Item = f64> + use<> {
+        let shoulder = -self.geometry.tool.z - self.surface.at(point);
+        let between = (0.0..self.lift).contains(&shoulder).then_some(shoulder);
+        [0.0, self.lift].into_iter().chain(between)
     }
 
     /// Whether the tool can go from one point straight to another, on the surface and above it.
@@ -122,12 +137,15 @@ impl Reach {
     }
 
     /// As `contains`, for less work.
-    fn has(&self, point: [f64; 2]) -> bool {
-        [0.0, self.lift].into_iter().all(|lift| {
-            let pose = self.pose(point, lift);
-            let joints = self.geometry.inverse_within(&pose, &self.limits);
-            joints.is_ok()
-        })
+    pub(crate) fn has(&self, point: [f64; 2]) -> bool {
+        self.heights(point)
+            .all(|lift| self.joints(point, lift).is_some())
+    }
+
+    /// The joints that bring the tool so far above a point of the surface.
+    pub(crate) fn joints(&self, point: [f64; 2], lift: f64) -> Option<JointAngles> {
+        let pose = self.pose(point, lift);
+        self.geometry.inverse_within(&pose, &self.limits).ok()
     }
 
     fn line(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> Result<(), Error> {

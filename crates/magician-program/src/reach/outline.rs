@@ -78,7 +78,7 @@ impl Reach {
     }
 
     /// From which to which distance the tool can be straight ahead, the widest such span, mm.
-    pub(super) fn ahead(&self) -> Option<[f64; 2]> {
+    pub(crate) fn ahead(&self) -> Option<[f64; 2]> {
         let spans = self.spans(0.0).into_iter();
         spans.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
     }

@@ -14,6 +14,8 @@ use crate::{Action, Plan, Tool};
 
 /// How far a tool gives way beyond the slope of its surface, mm.
 const GIVE: f64 = 3.0;
+/// No tool gives way farther, mm: where a surface is lower yet, nothing is left on the table.
+const MOST_GIVE: f64 = 100.0;
 /// So far above the table a tool begins at least, mm.
 const CLEAR: f64 = 20.0;
 /// Where it begins if it cannot be so high where it is at home, mm.
@@ -148,7 +150,7 @@ fn needed(plan: &Plan) -> Tool {
 fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenario, Error> {
     let kind = kind_of(plan, tool);
     let (height, slope) = table_of(plan, options, kind).unzip();
-    let give = GIVE + slope.unwrap_or(0.0);
+    let give = (GIVE + slope.unwrap_or(0.0)).min(MOST_GIVE);
     let mut text =
         format!("arm = {{ homed = true }}\ntool = {{ kind = \"{kind}\", give = {give:?} }}\n");
     if let Some(height) = height {

@@ -152,6 +152,8 @@ fn a_burn_begins_where_it_is_known_to() {
     assert_eq!(
         known,
         [
+            words::line_speed(200.0, 200.0).into(),
+            travel(200.0, 0.0, 0.0),
             words::path_speed(10.0, 100.0).into(),
             burn(220.0, 0.0, 0.0, 100.0),
             Action::Laser(false)

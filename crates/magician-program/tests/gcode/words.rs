@@ -96,11 +96,14 @@ fn where_the_arm_stands_counts_if_it_is_known() {
         from("G0 Z10\nX220\n"),
         [travel(200.0, 10.0, 10.0), travel(220.0, 10.0, 10.0)]
     );
-    assert_eq!(from("G91\nG1 X5 Z-30\n"), [path(205.0, 10.0, 0.0)]);
-    assert_eq!(from("G92 X0 Y0 Z0\nG1 X5 Z-30\n"), [path(205.0, 10.0, 0.0)]);
+    // The tool may stand elsewhere by then: it goes there before it draws.
+    let there = travel(200.0, 10.0, 30.0);
+    let drawn = [there.clone(), path(205.0, 10.0, 0.0)];
+    assert_eq!(from("G91\nG1 X5 Z-30\n"), drawn);
+    assert_eq!(from("G92 X0 Y0 Z0\nG1 X5 Z-30\n"), drawn);
     assert_eq!(
         from("G92\nG90\nG1Z0\nG0 Y1\n"),
-        [path(200.0, 10.0, 30.0), travel(200.0, 11.0, 30.0)]
+        [there, path(200.0, 10.0, 30.0), travel(200.0, 11.0, 30.0)]
     );
     // It is not known here: G92 cannot count.
     assert_eq!(

@@ -88,7 +88,7 @@ pub(crate) async fn draw(plan: &Plan, trouble: Trouble) -> Result<Outcome, Error
     let commands = (plan.commands()).inspect(move |_| pulled.set(pulled.get() + 1));
     let mut run = arm.begin(commands, RunOptions::default()).along(start);
     let mut between = Vec::new();
-    let end = ride.to_its_end(&arm, &mut run, &cell, &mut between).await;
+    let end = ride.finish(&arm, &mut run, &cell, &mut between).await;
     let (stats, _) = arm.stats().await.unwrap_or_default();
     drop(run);
     let drawing = drawn(&cell);
@@ -131,8 +131,10 @@ async fn still(cell: &VirtualArm) -> Drawing {
     loop {
         sleep(QUIET).await;
         let state = cell.state();
-        let waits = state.queue.running.is_some() || state.queue.waiting > 0;
-        if !state.moving && !(waits && state.queue.started && !state.queue.held) {
+        let queue = state.queue;
+        let has_work = queue.running.is_some() || queue.waiting > 0;
+        let goes_on = has_work && queue.started && !queue.held;
+        if !state.moving && !goes_on {
             return drawn(cell);
         }
     }

@@ -1,15 +1,19 @@
 //! What a drawing that came over a bad line has to be.
 
+use magician::ErrorKind;
 use magician::sim::world::Drawing;
 use magician_program::Plan;
 use magician_program::compare::{compare, lines_of};
 use magician_program::rehearse::{RehearseOptions, rehearse};
 
-use crate::ink::{Ink, TRUE};
-use crate::rig::{Outcome, Trouble};
+use super::ink::{Ink, TRUE};
+use super::rig::{Outcome, Trouble};
 
 /// Two pictures match where lines are so near, mm: as true as drawings are, and a pixel's diagonal.
 const MATCHES: f64 = TRUE + 0.071;
+
+/// As much of a drawing may be seams at most, where a line at a window above 1 lost commands.
+const SEAM: f64 = 0.1;
 
 /// How a plan came through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +22,8 @@ pub(crate) enum Came {
     Same,
     /// The same lines, within how true a drawing is.
     Equal,
+    /// All of it, and above window 1 straight lines where the arm went back to what it had not done.
+    Seamed,
     /// Stopped, and said where; gone on with from there it is whole.
     Completed,
     /// Stopped, and said between which steps: more than one may have been done or not.
@@ -56,9 +62,12 @@ pub(crate) fn judge(
     };
     is_begun(&all, &outcome.drawing, whole, trouble)?;
     let steps = outcome.steps.ok_or("nobody knows where it stopped")?;
+    // A command that the line altered into one that the arm refuses counts as finished.
+    let refused = error.kind() == ErrorKind::Alarm;
+    let certain = steps.least.saturating_sub(refused.into());
     if trouble.window == 1 {
         let [least, most] =
-            [steps.least, steps.most].map(|steps| Ink::of(&drawn(plan, Some(steps))).length());
+            [certain, steps.most].map(|steps| Ink::of(&drawn(plan, Some(steps))).length());
         let found = ink.length();
         if found < least - TRUE || found > most + TRUE {
             return Err(format!(
@@ -105,6 +114,11 @@ fn ended(
     };
     match matched.is_good() && once && off <= TRUE {
         true => Ok(Came::Equal),
+        false
+            if trouble.window > 1 && matched.missing_share == 0.0 && matched.extra_share < SEAM =>
+        {
+            Ok(Came::Seamed)
+        }
         false => Err(format!(
             "another drawing: {more:.3} mm more, {off:.3} mm off, {matched:?}"
         )),
@@ -127,7 +141,7 @@ fn is_begun(all: &Ink, part: &Drawing, whole: &Drawing, trouble: Trouble) -> Res
         };
     }
     match compare(&lines_of(whole), &lines_of(part), MATCHES).matched {
-        matched if matched.extra_share == 0.0 => Ok(()),
+        matched if matched.extra_share < SEAM => Ok(()),
         matched => Err(format!("there is what does not belong to it: {matched:?}")),
     }
 }

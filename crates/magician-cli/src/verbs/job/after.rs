@@ -31,16 +31,56 @@ impl Drive<'_> {
         let asked = async {
             arm.stop().await?;
             let pose = arm.get::<Pose>().await?;
-            Ok::<_, Error>(Stood {
-                pose,
-                index: arm.current_index().await?.0,
-            })
+            let index = arm.current_index().await?.0;
+            let clock = arm.get::<DeviceTime>().await?.g_systick;
+            Ok::<_, Error>((Stood { pose, index }, clock))
         };
         let stood = match gone {
             true => None,
             false => timeout(AFTERMATH, asked).await.ok().and_then(Result::ok),
         };
-        self.over(failure, stood)
+        let uncertain = matches!(failure.kind, Kind::Driver(ErrorKind::Uncertain));
+        if let Some((stood, clock)) = &stood
+            && uncertain
+            && self.was_reset(stood, *clock)
+        {
+            return self.forgotten(failure);
+        }
+        self.over(failure, stood.map(|(stood, _)| stood))
+    }
+
+    /// Whether the arm counts anew since the run began: its index says nothing of the run then.
+    fn was_reset(&self, stood: &Stood, clock: u32) -> bool {
+        let state = self.state.borrow();
+        let Some(journal) = &state.journal else {
+            return false;
+        };
+        let most = state.from + state.tally.finished(stood.index).most;
+        clock < journal.mark.clock || most < journal.mark.finished
+    }
+
+    /// The arm has forgotten what it did: only what was seen to be finished is certain.
+    fn forgotten(&self, failure: Failure) -> Failure {
+        let mut state = self.state.borrow_mut();
+        let Some(mut journal) = state.journal.take() else {
+            return failure;
+        };
+        if state.pulled == 0 {
+            return failure;
+        }
+        journal.mark.handed = self.handed(&state);
+        let span = Span {
+            least: journal.mark.finished,
+            most: journal.mark.handed,
+        };
+        journal.ends(Verdict::Doubt(span));
+        failure.hint(self.in_doubt(span))
+    }
+
+    /// Steps that have been given to the arm, at most.
+    fn handed(&self, state: &State) -> u64 {
+        let steps = state.from + state.pulled;
+        steps.min(self.program.steps().unwrap_or(u64::MAX))
     }
 
     /// The run is over before its end: what is known is kept, and the failure says how to go on.
@@ -52,16 +92,18 @@ impl Drive<'_> {
         if state.pulled == 0 {
             return failure;
         }
-        let steps = state.from + state.pulled;
-        journal.mark.handed = steps.min(self.program.steps().unwrap_or(u64::MAX));
-        let command = "the same command with --resume";
+        journal.mark.handed = self.handed(&state);
+        let command = format!("the same command with {}--resume", self.with_start());
         let Some(stood) = stood else {
             journal.breaks_off();
             return failure.hint(format!(
                 "the arm finishes what it has; {command} asks it how far it came, and goes on"
             ));
         };
-        let span = state.tally.finished(stood.index);
+        let span = match failure.kind {
+            Kind::Driver(ErrorKind::Uncertain) => state.tally.certain(stood.index),
+            _ => state.tally.finished(stood.index),
+        };
         let from = state.from;
         let verdict = match span.least == span.most {
             true => settle(from + span.least, |steps| {
@@ -73,7 +115,7 @@ impl Drive<'_> {
             }),
         };
         journal.ends(verdict);
-        failure.hint(self.advice(verdict, command))
+        failure.hint(self.advice(verdict, &command))
     }
 
     fn advice(&self, verdict: Verdict, command: &str) -> String {
@@ -87,7 +129,7 @@ impl Drive<'_> {
                 "{steps}{of} steps are done and the next was cut short; {command} goes on with step {}",
                 steps + 1
             ),
-            Verdict::Doubt(span) => in_doubt(span),
+            Verdict::Doubt(span) => self.in_doubt(span),
         }
     }
 
@@ -149,9 +191,14 @@ impl Drive<'_> {
                 steps
             }
             Verdict::Doubt(span) => {
-                let message = "nobody can tell how far the last run came: the arm was switched off, or others have used it";
+                let message = match mark.ended {
+                    Some(_) => "it is not certain how far the last run came",
+                    None => {
+                        "nobody can tell how far the last run came: the arm was switched off, or others have used it"
+                    }
+                };
                 let failure = Failure::new(Kind::Driver(ErrorKind::Uncertain), message);
-                return Err(failure.hint(in_doubt(span)));
+                return Err(failure.hint(self.in_doubt(span)));
             }
         };
         if self.program.steps().is_some_and(|all| steps >= all) {
@@ -199,14 +246,26 @@ impl Drive<'_> {
             let _ = writeln!(io::stderr(), "{text}");
         }
     }
-}
 
-fn in_doubt(Span { least, most }: Span) -> String {
-    format!(
-        "{least} steps are done for certain, steps {} to {most} may be: look at the work, then --from {} does them again, \
-         --from {} leaves them out",
-        least + 1,
-        least + 1,
-        most + 1
-    )
+    fn in_doubt(&self, Span { least, most }: Span) -> String {
+        let which = match most.saturating_sub(least) {
+            0 | 1 => format!("step {}", least + 1),
+            _ => format!("steps {} to {most}", least + 1),
+        };
+        let start = self.with_start();
+        format!(
+            "{least} steps are done for certain, {which} may be: look at the work, then {start}--from {} does them again, \
+         {start}--from {} leaves them out",
+            least + 1,
+            most + 1
+        )
+    }
+
+    /// What has to be said besides, for a program that began where the tool stood.
+    fn with_start(&self) -> String {
+        match self.start {
+            Some([x, y, z]) => format!("--start {x:.3},{y:.3},{z:.3} "),
+            None => String::new(),
+        }
+    }
 }

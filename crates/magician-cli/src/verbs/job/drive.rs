@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use magician::commands::{DeviceSn, DeviceTime};
+use magician::commands::{DeviceSn, DeviceTime, EndEffectorLaser};
 use magician::words::{Guards, Preflight};
 use magician::{Arm, Ran, RunOptions, Set};
 use magician_program::Report;
@@ -34,6 +34,8 @@ pub(super) struct Drive<'a> {
     pub(super) settings: &'a [Set],
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
+    /// Where the program was begun, if that has to be said when it goes on.
+    pub(super) start: Option<[f64; 3]>,
     pub(super) keep: bool,
     /// The driver may put commands of its own between those of the program, or pass over indices.
     pub(super) mixed: bool,
@@ -82,6 +84,10 @@ impl Drive<'_> {
         let guards = Guards::default().require_homed(self.require_homed);
         let first: Vec<Set> = self.program.plan.commands().take(1).collect();
         arm.check_alarms(&first, guards).await?;
+        if arm.get::<EndEffectorLaser>().await?.is_on.is_on() {
+            let message = "the laser is on, and a program begins with it dark; nothing was sent";
+            return Err(Failure::invalid(message).hint("`magician laser off` switches it off"));
+        }
         let serial = arm.get::<DeviceSn>().await;
         let serial = serial
             .map(|serial| serial.device_sn.to_string())
@@ -217,7 +223,7 @@ impl Drive<'_> {
             let done = self.reached(progress.sent, progress.last.0, progress.current.0, begun);
             finished.store(done, Ordering::Relaxed);
             let left = times.left(report.time, done - rest.from.min(done));
-            teller.at(done, left.map(|left| self.of_wall(left)));
+            teller.at(done, left.and_then(|left| self.of_wall(left)));
         });
         let watch = async {
             match &mut recorder {
@@ -253,9 +259,12 @@ impl Drive<'_> {
         Recorder::begin(arm, path, options).await
     }
 
-    /// A time of the arm's clock as a person waits for it.
-    fn of_wall(&self, time: Duration) -> Duration {
-        self.pace.map_or(time, |pace| time.div_f64(pace.max(1e-3)))
+    /// A time of the arm's clock as a person waits for it; nobody can tell where it runs as fast as it can.
+    fn of_wall(&self, time: Duration) -> Option<Duration> {
+        match self.pace {
+            None => Some(time),
+            Some(pace) => pace.is_finite().then(|| time.div_f64(pace.max(1e-3))),
+        }
     }
 
     /// The next command is about to go out.

@@ -20,12 +20,13 @@ use magician::words::Preflight;
 use magician::{Arm, Options, Set, SimSpeed, Target, VirtualArm};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
-use magician_program::{Action, Content, Format, Plan, Problem, Setup, Work};
+use magician_program::{Action, Content, Plan, Problem, Setup, Work};
 use miette::Severity;
 
 use self::drive::{Done, Drive, State};
 use self::options::{File, Look, Pen, Place, Way};
 use self::program::Program;
+use self::reading::Read;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::source::Source;
@@ -57,6 +58,8 @@ struct Made {
     program: Program,
     /// What the arm is told first, besides what the plan says.
     settings: Vec<Set>,
+    /// Where the tool stood, if it depends on that.
+    start: Option<[f64; 3]>,
 }
 
 /// Where a program is tried or run.
@@ -78,14 +81,16 @@ impl Job {
                 "--resume, --picture and --record are of a run, and nothing is run here",
             ));
         }
+        let opened = self.opened()?;
         let place = self.place(looks, context)?;
-        let read = self.read(&place, context)?;
+        let read = self.read(opened, &place, context)?;
         let picture = self.picture(&place, context)?;
         let Made {
             source,
             setup,
             program,
             settings,
+            start,
         } = self.made(read, &place, context)?;
         program.has(self.way.from.map_or(0, |step| step - 1))?;
         let look = show::Shown {
@@ -120,7 +125,8 @@ impl Job {
                     SimSpeed::Times(_) => context.put_up(arm.clone()),
                     SimSpeed::Max => context.put_up_in_arm_time(arm.clone()),
                 }
-                let drive = self.drive(&source, &program, &settings, Some(pace), context);
+                let mut drive = self.drive(&source, &program, &settings, Some(pace), context);
+                drive.start = start;
                 let outcome = go(&drive, context);
                 let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));
                 let done = outcome?;
@@ -131,7 +137,8 @@ impl Job {
                 if program.burns() && !matches!(target, Target::Sim(_)) {
                     permit(&target, context)?;
                 }
-                let drive = self.drive(&source, &program, &settings, None, context);
+                let mut drive = self.drive(&source, &program, &settings, None, context);
+                drive.start = start;
                 let done = go(&drive, context)?;
                 self.tell(&done, &program, context)
             }
@@ -139,22 +146,28 @@ impl Job {
     }
 
     /// Makes a program of what was in the file.
-    fn made(
-        &self,
-        read: (Source, Format, Content),
-        place: &Where,
-        context: &mut Context,
-    ) -> Result<Made, Failure> {
-        let (source, format, content) = read;
+    fn made(&self, read: Read, place: &Where, context: &mut Context) -> Result<Made, Failure> {
+        let Read {
+            source,
+            format,
+            content,
+            start,
+        } = read;
         let taught = matches!(content, Content::Plan(_));
         let config = context.config()?;
         let setup = self.setup(place, &config)?;
-        let made = setup.plan(format, content);
-        let made = made.map_err(|problem| source.failure(&problem))?;
+        // What cannot be laid before the arm is what a check is for; a surface that nobody knows is not.
+        let fails = self.look.check && setup.known_surface().is_some();
+        let refused = |problem: Problem| {
+            let mut failure = source.failure(&problem);
+            if fails {
+                failure.kind = Kind::CheckFailed;
+            }
+            failure
+        };
+        let made = setup.plan(format, content).map_err(refused)?;
         notes(&source, &made.notes, context);
-        let mut plan = self
-            .on_grid(made.content)
-            .map_err(|problem| source.failure(&problem))?;
+        let mut plan = self.on_grid(made.content).map_err(refused)?;
         if self.pause > 0 {
             plan.push(Action::Wait(self.pause), magician_program::Origin::NONE);
         }
@@ -175,12 +188,13 @@ impl Job {
             setup,
             program,
             settings,
+            start,
         })
     }
 
     /// Reads it and makes a plan of it, for whoever does something else with it than running it.
     pub(crate) fn plan(&self, context: &mut Context) -> Result<(Source, Plan), Failure> {
-        let read = self.read(&Where::Nowhere, context)?;
+        let read = self.read(self.opened()?, &Where::Nowhere, context)?;
         let made = self.made(read, &Where::Nowhere, context)?;
         Ok((made.source, made.program.plan))
     }
@@ -245,6 +259,7 @@ impl Job {
             settings,
             from: way.from,
             resume: way.resume,
+            start: None,
             keep: way.keep,
             mixed: program.burns() || context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,

@@ -10,44 +10,88 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::source::Source;
 
+/// A file that is there, and understood as far as that does not depend on where it is to run.
+pub(super) struct Opened {
+    source: Source,
+    format: Format,
+    reading: Option<Reading>,
+}
+
+/// What was in a file.
+pub(super) struct Read {
+    pub(super) source: Source,
+    pub(super) format: Format,
+    pub(super) content: Content,
+    /// Where the tool stood, for what depends on that and says nothing of it.
+    pub(super) start: Option<[f64; 3]>,
+}
+
 impl Job {
-    /// Reads the file, and tells what of it was taken in a certain way.
-    pub(super) fn read(
-        &self,
-        place: &Where,
-        context: &mut Context,
-    ) -> Result<(Source, Format, Content), Failure> {
+    /// Opens the file: what is wrong with it is told before an arm is looked for.
+    pub(super) fn opened(&self) -> Result<Opened, Failure> {
         let source = Source::open(&self.file.file)?;
         let format = source.format(self.file.format)?;
-        let mut options = ReadOptions::default();
-        options.tolerance = self.pen.tolerance.unwrap_or(options.tolerance);
         let reading = match format {
-            Format::Gcode => self.gcode(&source, options, place, context)?,
-            _ => source.read(format, options)?,
+            Format::Gcode => None,
+            _ => Some(source.read(format, self.options())?),
         };
-        notes(&source, &reading.notes, context);
-        Ok((source, format, reading.content))
+        Ok(Opened {
+            source,
+            format,
+            reading,
+        })
     }
 
-    /// Some G-code depends on where the tool stands when it begins.
+    /// Reads it for a place, and tells what of it was taken in a certain way.
+    pub(super) fn read(
+        &self,
+        opened: Opened,
+        place: &Where,
+        context: &mut Context,
+    ) -> Result<Read, Failure> {
+        let Opened {
+            source,
+            format,
+            reading,
+        } = opened;
+        let (reading, start) = match reading {
+            Some(reading) => (reading, None),
+            None => self.gcode(&source, self.options(), place, context)?,
+        };
+        notes(&source, &reading.notes, context);
+        Ok(Read {
+            source,
+            format,
+            content: reading.content,
+            start,
+        })
+    }
+
+    fn options(&self) -> ReadOptions {
+        let mut options = ReadOptions::default();
+        options.tolerance = self.pen.tolerance.unwrap_or(options.tolerance);
+        options
+    }
+
+    /// Some G-code depends on where the tool stands when it begins: that place comes with it.
     fn gcode(
         &self,
         source: &Source,
         mut options: ReadOptions,
         place: &Where,
         context: &mut Context,
-    ) -> Result<Reading, Failure> {
+    ) -> Result<(Reading, Option<[f64; 3]>), Failure> {
         let config = context.config()?;
         let setup = self.setup(place, &config)?;
         options.gcode.surface = setup.known_surface();
         options.gcode.lift = setup.pen.lift;
         options.gcode.start = self.place.start;
         if self.place.start.is_some() {
-            return source.read(Format::Gcode, options);
+            return Ok((source.read(Format::Gcode, options)?, None));
         }
         let anywhere = source.read(Format::Gcode, options.clone());
         if (anywhere.as_ref()).is_ok_and(|read| !read.notes.iter().any(needs_start)) {
-            return anywhere;
+            return anywhere.map(|reading| (reading, None));
         }
         let tool = setup.tool.or(setup.usual_tool);
         let start = match (place, &anywhere) {
@@ -63,17 +107,24 @@ impl Job {
             ) => virtual_start(plan, tool)?,
             _ => virtual_start(&Plan::default(), tool)?,
         };
-        options.gcode.start = tip(&start, tool);
-        let Some([x, y, z]) = options.gcode.start else {
-            return anywhere;
+        // As it can be said again.
+        let start = tip(&start, tool).map(|start| start.map(|at| (at * 1000.0).round() / 1000.0));
+        let Some([x, y, z]) = start else {
+            return anywhere.map(|reading| (reading, None));
         };
+        if self.way.resume || self.way.from.is_some_and(|step| step > 1) {
+            let message = "this program depends on where the tool stood when it was begun, and that is elsewhere by now";
+            return Err(Failure::usage(message)
+                .hint("give --start X,Y,Z as well, as the run has said it that is to go on"));
+        }
+        options.gcode.start = start;
         let mut from_there = source.read(Format::Gcode, options)?;
         let what = format!("it begins where the tool stands, at {x:.3},{y:.3},{z:.3}");
         let note = Problem::new(Origin::NONE, what).help(format!(
             "--start {x:.3},{y:.3},{z:.3} begins there again, wherever the tool is then"
         ));
         from_there.notes.insert(0, note);
-        Ok(from_there)
+        Ok((from_there, start))
     }
 }
 

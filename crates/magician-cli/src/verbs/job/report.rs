@@ -74,7 +74,7 @@ impl Estimate {
                 let time = std::time::Duration::from_secs_f64(seconds);
                 format!("takes {} ({seconds:.1} s)", clock(time))
             }
-            None => "takes nobody knows how long".to_owned(),
+            None => "time not known (it homes, waits for an input, or begins at a place that is not known)".to_owned(),
         };
         format!("{time}: {}", self.work())
     }

@@ -2,7 +2,7 @@
 
 use super::super::{Stroke, distance};
 use super::Leg;
-use super::grid::{Entry, Grid};
+use super::near::{Entry, Near};
 
 /// As many points near an end are looked at.
 const NEIGHBOURS: usize = 8;
@@ -43,11 +43,11 @@ impl Search {
             legs.iter()
                 .flat_map(ends)
                 .map(|(at, owner, which)| Entry { at, owner, which });
-        let mut grid = Grid::new(entries);
+        let points = Near::new(entries.collect());
         let mut near = vec![[Vec::new(), Vec::new()]; most];
         for leg in &legs {
-            let mut around = |at| {
-                let mut owners: Vec<usize> = grid
+            let around = |at| {
+                let mut owners: Vec<usize> = points
                     .neighbours(at, leg.stroke, NEIGHBOURS)
                     .into_iter()
                     .map(|entry| entry.owner)

@@ -1,8 +1,9 @@
 //! Lines that go on where others end, and lines that are there twice.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use super::super::{Stroke, distance};
+use super::near::{Entry, Near};
 
 /// Drops lines that another one is the same as, corner by corner, in either direction.
 pub(super) fn drop_repeated(strokes: &mut Vec<Stroke>) {
@@ -86,65 +87,47 @@ fn close(stroke: Option<&mut Stroke>, within: f64) {
     }
 }
 
-/// The ends of open lines, in cells as large as they may be apart.
+/// The ends of open lines.
 struct Ends {
     within: f64,
-    cells: HashMap<[i64; 2], Vec<(usize, bool)>>,
-    places: Vec<[[i64; 2]; 2]>,
+    near: Near,
+    /// Which of them is the first of each line.
+    firsts: Vec<Option<usize>>,
 }
 
 impl Ends {
     fn new(strokes: &[Stroke], within: f64) -> Self {
-        let mut ends = Self {
-            within,
-            cells: HashMap::new(),
-            places: Vec::with_capacity(strokes.len()),
-        };
-        for (at, stroke) in strokes.iter().enumerate() {
-            let both = [stroke.points.first(), stroke.points.last()];
-            let places = both.map(|point| point.map_or([0; 2], |point| ends.place(*point)));
-            ends.places.push(places);
-            if stroke.points.len() > 1 && !stroke.is_closed() {
-                for (place, is_end) in places.into_iter().zip([false, true]) {
-                    ends.cells.entry(place).or_default().push((at, is_end));
-                }
+        let mut entries = Vec::new();
+        let mut firsts = vec![None; strokes.len()];
+        for (owner, (stroke, its_first)) in strokes.iter().zip(&mut firsts).enumerate() {
+            if let ([first, .., last], false) = (stroke.points.as_slice(), stroke.is_closed()) {
+                *its_first = Some(entries.len());
+                let both = [first, last].into_iter().enumerate();
+                entries.extend(both.map(|(which, at)| Entry {
+                    at: *at,
+                    owner,
+                    which,
+                }));
             }
         }
-        ends
-    }
-
-    fn place(&self, point: [f64; 2]) -> [i64; 2] {
-        let cell = self.within.max(1e-9);
-        point.map(|value| (value / cell).floor() as i64)
+        Self {
+            within,
+            near: Near::new(entries),
+            firsts,
+        }
     }
 
     fn remove(&mut self, at: usize) {
-        for place in self.places.get(at).copied().unwrap_or_default() {
-            if let Some(cell) = self.cells.get_mut(&place) {
-                cell.retain(|(owner, _)| *owner != at);
-            }
+        if let Some(first) = self.firsts.get(at).copied().flatten() {
+            self.near.remove(first);
+            self.near.remove(first + 1);
         }
     }
 
-    /// The line that begins or ends nearest to where one ends, if that is near enough.
+    /// The line that begins or ends nearest to where one ends, if that is near enough, and whether it ends there.
     fn near(&self, strokes: &[Stroke], at: usize) -> Option<(usize, bool)> {
         let end = *strokes.get(at)?.points.last()?;
-        let [i, j] = self.place(end);
-        let around = (-1..=1)
-            .flat_map(|x| (-1..=1).map(move |y| [i.saturating_add(x), j.saturating_add(y)]));
-        let mut best: Option<(f64, usize, bool)> = None;
-        for (owner, is_end) in around.filter_map(|place| self.cells.get(&place)).flatten() {
-            let points = &strokes.get(*owner)?.points;
-            let point = if *is_end {
-                points.last()
-            } else {
-                points.first()
-            };
-            let way = distance(end, *point?);
-            if way <= self.within && best.is_none_or(|(known, ..)| way < known) {
-                best = Some((way, *owner, *is_end));
-            }
-        }
-        best.map(|(_, owner, is_end)| (owner, is_end))
+        let found = self.near.nearest(end)?;
+        (distance(end, found.at) <= self.within).then_some((found.owner, found.which == 1))
     }
 }

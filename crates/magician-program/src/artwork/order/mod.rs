@@ -1,9 +1,9 @@
 //! The order in which lines are drawn: as little way as possible without drawing.
 
 mod greedy;
-mod grid;
 mod improve;
 mod join;
+mod near;
 
 use super::{Artwork, Stroke, distance};
 

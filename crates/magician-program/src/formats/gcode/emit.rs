@@ -26,6 +26,8 @@ pub(super) struct Emitter<'o> {
     tolerance: f64,
     /// A laser draws.
     laser: bool,
+    /// Where the program begins, until something has moved.
+    start: Option<[f64; 3]>,
     /// The settings that the plan has made so far.
     travel_is_set: bool,
     path_feed: Option<f64>,
@@ -43,6 +45,7 @@ impl<'o> Emitter<'o> {
             options,
             tolerance,
             laser,
+            start: options.start,
             travel_is_set: false,
             path_feed: None,
             arc_feed: None,
@@ -57,6 +60,7 @@ impl<'o> Emitter<'o> {
 
     /// Goes somewhere without drawing. In a laser's path that is a segment without power, so that the path goes on.
     pub(super) fn travel(&mut self, to: [f64; 3], origin: Origin) {
+        self.start = None;
         if self.burning {
             self.burn(to, 0.0, origin);
             return;
@@ -72,8 +76,17 @@ impl<'o> Emitter<'o> {
         self.plan.push(Action::Move { to, by }, origin);
     }
 
+    /// To where the program begins, for work that begins at once: the tool may stand elsewhere, and would draw or burn all the
+    /// way from there.
+    fn begin(&mut self, origin: Origin) {
+        if let Some(start) = self.start.take() {
+            self.travel(start, origin);
+        }
+    }
+
     /// A line of the tool.
     pub(super) fn line(&mut self, to: [f64; 3], work: Work, origin: Origin) {
+        self.begin(origin);
         self.path_speed(work.feed, origin);
         self.segment(to, work.power, origin);
     }
@@ -97,6 +110,7 @@ impl<'o> Emitter<'o> {
 
     /// An arc of the tool.
     pub(super) fn arc(&mut self, arc: &Arc, work: Work, origin: Origin) -> Result<(), String> {
+        self.begin(origin);
         let lines = self.laser || self.options.arcs == Arcs::Lines || !arc.is_level();
         // What is as good as a line is one: the path goes on, and the arm refuses arcs that are flat.
         if lines || arc.height() <= self.tolerance {

@@ -101,9 +101,10 @@ impl<'t> Plotter<'t> {
             b"IN" | b"DF" => self.reset(&instruction.name == b"IN"),
             b"IP" => self.scale.corners(instruction)?,
             b"SC" => {
-                // What has been drawn of a stroke is on the sheet; the pen's place has other numbers now.
                 self.lift_for_a_moment();
+                let place = self.scale.place(self.at);
                 self.scale.units(instruction)?;
+                self.stay(place);
             }
             b"CI" | b"AA" | b"AR" | b"EA" | b"ER" | b"RA" | b"RR" | b"EW" | b"WG" | b"BZ"
             | b"BR" => {
@@ -159,10 +160,18 @@ impl<'t> Plotter<'t> {
         self.lift();
         self.end_polygon();
         self.edges.clear();
+        let place = self.scale.place(self.at);
         (self.scale, self.relative) = (Scale::default(), false);
         if moves {
             self.at = [0.0; 2];
+        } else {
+            self.stay(place);
         }
+    }
+
+    /// The pen is where it was on the sheet: that place has other numbers now.
+    fn stay(&mut self, place: [f64; 2]) {
+        self.at = self.scale.at(place);
     }
 
     pub(super) fn draws(&self) -> bool {

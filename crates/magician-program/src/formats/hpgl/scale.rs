@@ -37,6 +37,14 @@ impl Scale {
         ]
     }
 
+    /// The point of the plot that is there on the sheet, mm.
+    pub(super) fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [
+            (x * UNITS - self.shift[0]) / self.factor[0],
+            (y * UNITS - self.shift[1]) / self.factor[1],
+        ]
+    }
+
     /// The greatest that a length of 1 becomes, mm.
     pub(super) fn most(&self) -> f64 {
         self.factor[0].abs().max(self.factor[1].abs()) / UNITS

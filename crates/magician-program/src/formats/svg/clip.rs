@@ -9,6 +9,9 @@ use super::walk::matrix;
 /// As many crossings of corners and edges are looked at for one path.
 const MOST_WORK: usize = 200_000_000;
 
+/// What is so near to the edge of a region lies on it, and is inside, mm: half of a line there is painted.
+const EDGE: f64 = 1e-3;
+
 /// A region that lines are clipped to: inside any of its shapes, and inside each further region.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Region {
@@ -142,8 +145,23 @@ impl Shape {
             FillRule::NonZero => winding != 0,
             FillRule::EvenOdd => winding % 2 != 0,
         };
-        inside && self.within.iter().all(|region| region.contains([x, y]))
+        (inside || self.edges.iter().any(|edge| is_on([x, y], *edge)))
+            && self.within.iter().all(|region| region.contains([x, y]))
     }
+}
+
+fn is_on(at: [f64; 2], [from, to]: [[f64; 2]; 2]) -> bool {
+    let edge = [to[0] - from[0], to[1] - from[1]];
+    let way = [at[0] - from[0], at[1] - from[1]];
+    let length = edge[0] * edge[0] + edge[1] * edge[1];
+    let share = (way[0] * edge[0] + way[1] * edge[1]) / length;
+    // An edge without a length has no share.
+    let share = if share.is_finite() {
+        share.clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (way[0] - share * edge[0]).hypot(way[1] - share * edge[1]) <= EDGE
 }
 
 /// Where one way crosses another, as a share of the first.

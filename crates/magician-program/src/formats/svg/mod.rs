@@ -20,12 +20,14 @@ use self::notes::Notes;
 use self::source::{Page, Source};
 use self::walk::Walk;
 use super::{Content, ReadOptions, Reading};
-use crate::{Artwork, Problem};
+use crate::{Artwork, Problem, Stroke};
 
 /// Files may be as large, bytes.
 const LARGEST: usize = 64 << 20;
 /// What a pixel is: 96 of them are an inch (CSS Values and Units 3, section 6.2), mm.
 const PIXEL: f64 = 25.4 / 96.0;
+/// So far beside the page is still on it, mm.
+const BESIDE: f64 = 1.0;
 /// Elements within elements are read by functions within functions.
 const STACK: usize = 64 << 20;
 /// Finer is of no use to any arm, mm.
@@ -100,6 +102,9 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Reading<Artwork>, Proble
     let mut walk = Walk::new(&elements, tolerance, options.fills, &mut notes);
     walk.all(tree.root(), to)?;
     let Walk { strokes, names, .. } = walk;
+    if says != Page::Unknown {
+        beyond_the_page(&strokes, page, &mut notes);
+    }
     let artwork = Artwork {
         title: options.title.clone(),
         page: (says != Page::Unknown).then_some(page),
@@ -110,6 +115,20 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Reading<Artwork>, Proble
         content: artwork,
         notes: notes.into_problems(),
     })
+}
+
+/// What a viewer would not show, a pen draws all the same: beside the paper, maybe.
+fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut Notes) {
+    let within = |at: &[f64; 2]| {
+        let [x, y] = *at;
+        (-BESIDE..=width + BESIDE).contains(&x) && (-BESIDE..=height + BESIDE).contains(&y)
+    };
+    for stroke in strokes {
+        if !stroke.points.iter().all(within) {
+            let remark = "a line leaves the page, and is drawn there too";
+            notes.add(Problem::new(stroke.origin, remark));
+        }
+    }
 }
 
 fn tree(text: &str) -> Result<Tree, Problem> {

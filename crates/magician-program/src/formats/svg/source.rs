@@ -3,7 +3,7 @@
 //! That library keeps no places in the text, only ids. So every element that can draw gets an id where it has none, and the places
 //! are kept beside it by id. What only costs time and changes no line (the insides of patterns) is left out.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use roxmltree::{Document, Node, ParsingOptions};
@@ -200,11 +200,13 @@ fn page_of(root: &Node<'_, '_>) -> Page {
 
 /// What no id in the text begins with.
 fn unused_prefix(text: &str) -> String {
-    let mut prefix = "element-".to_owned();
-    while text.contains(&prefix) {
-        prefix.insert(0, 'x');
-    }
-    prefix
+    let used: HashSet<usize> = text
+        .split("element-")
+        .skip(1)
+        .filter_map(|rest| rest.split('-').next()?.parse().ok())
+        .collect();
+    let free = (0..=used.len()).find(|number| !used.contains(number));
+    format!("element-{}-", free.unwrap_or_default())
 }
 
 /// Just behind `<name`, if it is there in the text: what an entity stands for is elsewhere.

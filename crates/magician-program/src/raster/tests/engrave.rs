@@ -173,3 +173,19 @@ fn a_wide_gap_is_travelled_dark() {
     assert!(time(&skips) < time(&stays));
     assert_eq!(burnt(&skips).len(), 4);
 }
+
+#[test]
+fn without_overscan_it_is_dark_where_it_travels() {
+    let image = image(8, &["##   ###", "        ", "        ", "#      #"]);
+    for (width, both_directions) in [(8.0, true), (60.0, true), (60.0, false)] {
+        let engrave = Engrave {
+            overscan: Some(0.0),
+            both_directions,
+            spacing: width / 8.0,
+            ..Engrave::default()
+        };
+        let grid = centred(&image, Size::Width(width));
+        let plan = image.plan(&grid, SURFACE, &engrave).unwrap();
+        assert_eq!(burnt(&plan).len(), 4);
+    }
+}

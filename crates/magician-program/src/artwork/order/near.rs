@@ -1,0 +1,243 @@
+//! Points of which the nearest is found quickly, wherever they lie: in cells that are halved until few points are in one.
+
+use super::super::distance;
+
+/// As many points, at most, are in a cell that is not halved.
+const FEW: usize = 8;
+
+/// A point, and whose it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    pub(super) at: [f64; 2],
+    pub(super) owner: usize,
+    /// Which of the owner's points.
+    pub(super) which: usize,
+}
+
+/// Points of some owners. Both halves of cell n are the cells 2 n and 2 n + 1; the first cell, 1, holds all points.
+pub(super) struct Near {
+    /// Each cell's points are next to one another.
+    entries: Vec<Entry>,
+    /// Where each of them is that was given.
+    places: Vec<usize>,
+    gone: Vec<bool>,
+    /// Least and greatest corner of the points in each cell.
+    boxes: Vec<[[f64; 2]; 2]>,
+    /// How many points of each cell have not been removed.
+    left: Vec<usize>,
+}
+
+/// What a cell holds: from one of the points up to another.
+#[derive(Clone, Copy)]
+struct Cell {
+    number: usize,
+    from: usize,
+    to: usize,
+}
+
+impl Cell {
+    fn is_whole(self) -> bool {
+        self.to - self.from <= FEW
+    }
+
+    fn halves(self) -> [Self; 2] {
+        let Self { number, from, to } = self;
+        let middle = usize::midpoint(from, to);
+        [(2 * number, from, middle), (2 * number + 1, middle, to)].map(|(number, from, to)| Self {
+            number,
+            from,
+            to,
+        })
+    }
+}
+
+impl Near {
+    pub(super) fn new(given: Vec<Entry>) -> Self {
+        let mut order: Vec<usize> = (0..given.len()).collect();
+        let mut near = Self {
+            entries: Vec::new(),
+            places: vec![0; given.len()],
+            gone: vec![false; given.len()],
+            boxes: Vec::new(),
+            left: Vec::new(),
+        };
+        let all = near.all();
+        near.divide(all, &mut order, &given);
+        for (place, nth) in order.iter().enumerate() {
+            if let Some(known) = near.places.get_mut(*nth) {
+                *known = place;
+            }
+        }
+        let sorted = order.iter().filter_map(|nth| given.get(*nth).copied());
+        near.entries = sorted.collect();
+        near
+    }
+
+    fn all(&self) -> Cell {
+        Cell {
+            number: 1,
+            from: 0,
+            to: self.places.len(),
+        }
+    }
+
+    /// Halves a cell across its longer side.
+    fn divide(&mut self, cell: Cell, order: &mut [usize], given: &[Entry]) {
+        let at = |nth: &usize| given.get(*nth).map_or([0.0; 2], |entry| entry.at);
+        let none = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        let [least, most] = order.iter().map(at).fold(none, |[least, most], [x, y]| {
+            [
+                [least[0].min(x), least[1].min(y)],
+                [most[0].max(x), most[1].max(y)],
+            ]
+        });
+        if self.boxes.len() <= cell.number {
+            self.boxes.resize(2 * cell.number, none);
+            self.left.resize(2 * cell.number, 0);
+        }
+        (self.boxes[cell.number], self.left[cell.number]) = ([least, most], order.len());
+        if cell.is_whole() {
+            return;
+        }
+        let axis = usize::from(most[1] - least[1] > most[0] - least[0]);
+        let [first, second] = cell.halves();
+        let middle = first.to - first.from;
+        order.select_nth_unstable_by(middle, |one, other| {
+            at(one)[axis]
+                .total_cmp(&at(other)[axis])
+                .then(one.cmp(other))
+        });
+        let (before, behind) = order.split_at_mut(middle);
+        self.divide(first, before, given);
+        self.divide(second, behind, given);
+    }
+
+    /// Removes one of the points, by its number among those that were given.
+    pub(super) fn remove(&mut self, nth: usize) {
+        let Some(place) = self.places.get(nth).copied() else {
+            return;
+        };
+        if self.gone.get(place).copied().unwrap_or(true) {
+            return;
+        }
+        self.gone[place] = true;
+        let mut cell = self.all();
+        loop {
+            self.left[cell.number] -= 1;
+            if cell.is_whole() {
+                return;
+            }
+            let [first, second] = cell.halves();
+            cell = if place < first.to { first } else { second };
+        }
+    }
+
+    /// The nearest point that has not been removed.
+    pub(super) fn nearest(&self, at: [f64; 2]) -> Option<Entry> {
+        let mut found = Vec::with_capacity(2);
+        self.look(self.all(), at, None, 1, &mut found);
+        found.first().map(|(_, entry)| *entry)
+    }
+
+    /// The nearest points that have not been removed, but those of one owner.
+    pub(super) fn neighbours(&self, at: [f64; 2], but: usize, count: usize) -> Vec<Entry> {
+        let mut found = Vec::with_capacity(count + 1);
+        self.look(self.all(), at, Some(but), count, &mut found);
+        found.into_iter().map(|(_, entry)| entry).collect()
+    }
+
+    /// Keeps the nearest of what a cell holds, in the order of their distance.
+    fn look(
+        &self,
+        cell: Cell,
+        at: [f64; 2],
+        but: Option<usize>,
+        count: usize,
+        found: &mut Vec<(f64, Entry)>,
+    ) {
+        let is_enough = |found: &[(f64, Entry)], way: f64| {
+            found.len() >= count && found.last().is_none_or(|(known, _)| way >= *known)
+        };
+        if self.left.get(cell.number).is_none_or(|left| *left == 0)
+            || is_enough(found, self.way_to(cell, at))
+        {
+            return;
+        }
+        if !cell.is_whole() {
+            let mut halves = cell.halves();
+            let [first, second] = halves.map(|half| self.way_to(half, at));
+            if second < first {
+                halves.reverse();
+            }
+            for half in halves {
+                self.look(half, at, but, count, found);
+            }
+            return;
+        }
+        let entries = self.entries.get(cell.from..cell.to).unwrap_or_default();
+        let gone = self.gone.get(cell.from..cell.to).unwrap_or_default();
+        for (entry, _) in entries.iter().zip(gone).filter(|(_, gone)| !**gone) {
+            let way = distance(at, entry.at);
+            if but != Some(entry.owner) && !is_enough(found, way) {
+                let place = found.partition_point(|(known, _)| *known <= way);
+                found.insert(place, (way, *entry));
+                found.truncate(count);
+            }
+        }
+    }
+
+    /// How far a cell's points are from a point at least.
+    fn way_to(&self, cell: Cell, [x, y]: [f64; 2]) -> f64 {
+        let Some([least, most]) = self.boxes.get(cell.number) else {
+            return f64::INFINITY;
+        };
+        let beyond = |at: f64, axis: usize| (least[axis] - at).max(at - most[axis]).max(0.0);
+        beyond(x, 0).hypot(beyond(y, 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(count: usize) -> Vec<Entry> {
+        let mut seed = 5_u64;
+        let mut next = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            // Few values, so that many are the same.
+            (seed >> 58) as f64
+        };
+        let entry = |owner| Entry {
+            at: [next(), next()],
+            owner: owner / 2,
+            which: owner % 2,
+        };
+        (0..count).map(entry).collect()
+    }
+
+    #[test]
+    fn it_finds_what_a_look_at_every_point_finds() {
+        for count in [0, 1, 2, 7, 8, 9, 40, 500] {
+            let given = points(count);
+            let mut near = Near::new(given.clone());
+            let mut left = given.clone();
+            for nth in 0..count {
+                let at = [nth as f64 % 70.0 - 3.0, (nth * 7) as f64 % 70.0];
+                let way = |entry: &Entry| distance(at, entry.at);
+                let least = left.iter().map(way).fold(f64::INFINITY, f64::min);
+                assert_eq!(near.nearest(at).map(|entry| way(&entry)), Some(least));
+                let others = left.iter().filter(|entry| entry.owner != nth / 2);
+                let mut ways: Vec<f64> = others.map(way).collect();
+                ways.sort_by(f64::total_cmp);
+                ways.truncate(8);
+                let found = near.neighbours(at, nth / 2, 8);
+                assert_eq!(found.iter().map(way).collect::<Vec<_>>(), ways);
+                near.remove(nth);
+                near.remove(nth);
+                let gone = &given[nth];
+                left.retain(|entry| (entry.owner, entry.which) != (gone.owner, gone.which));
+            }
+            assert!(near.nearest([0.0; 2]).is_none());
+        }
+    }
+}

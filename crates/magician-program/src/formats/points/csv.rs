@@ -1,0 +1,144 @@
+//! Points as CSV with a header.
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use super::row::{Field, Row, plan};
+use crate::{Lines, Plan, Problem, Reading};
+
+/// Between cells, the usual one first.
+const BETWEEN: [char; 3] = [',', ';', '\t'];
+
+/// Whether the first line names x, y and z.
+pub(super) fn is_one(text: &str) -> bool {
+    let Some((_, first)) = lines(text).next() else {
+        return false;
+    };
+    let between = between(first);
+    let cells = cells(first, 0, between);
+    let fields: Vec<_> = cells.filter_map(|(_, cell)| Field::named(&cell)).collect();
+    (0..3).all(|axis| fields.contains(&Field::Place(axis)))
+}
+
+pub(super) fn read(text: &str) -> Result<Reading<Plan>, Problem> {
+    let places = Lines::new(text);
+    let mut lines = lines(text);
+    let (start, header) = lines.next().unwrap_or_default();
+    let between = between(header);
+    let mut notes = Vec::new();
+    let mut columns: Vec<Option<Field>> = Vec::new();
+    for (range, cell) in cells(header, start, between) {
+        let field = Field::named(&cell);
+        let origin = places.origin(range);
+        if field.is_some_and(|field| {
+            field != Field::Idle && field != Field::Speed && columns.contains(&Some(field))
+        }) {
+            return Err(Problem::new(
+                origin,
+                format!("there is another column `{}`", cell.trim()),
+            ));
+        }
+        if field.is_none() {
+            let note = format!(
+                "nobody knows what the column `{}` says: it is left out",
+                cell.trim()
+            );
+            notes.push(Problem::new(origin, note));
+        }
+        columns.push(field);
+    }
+    let fields: BTreeSet<Field> = columns.iter().flatten().copied().collect();
+    for (axis, name) in ["X", "Y", "Z"].into_iter().enumerate() {
+        if !fields.contains(&Field::Place(axis)) {
+            let origin = places.origin(start..start + header.len());
+            let problem = Problem::new(origin, format!("no column is called {name}"));
+            return Err(problem.help("the first line names the columns, X,Y,Z,R for one; without one it is x,y,z in every line"));
+        }
+    }
+    let mut rows = Vec::new();
+    for (start, line) in lines {
+        let origin = places.origin(start..start + line.len());
+        let mut row = Row::at(origin);
+        let mut count = 0;
+        for (range, cell) in cells(line, start, between) {
+            let origin = places.origin(range);
+            count += 1;
+            let Some(column) = columns.get(count - 1) else {
+                if cell.trim().is_empty() {
+                    continue;
+                }
+                let message = format!(
+                    "this line has more than the {} columns of the first",
+                    columns.len()
+                );
+                return Err(Problem::new(origin, message));
+            };
+            let Some(field) = column else { continue };
+            // Where commas are in numbers they are not between them.
+            let number = between != ',' && !matches!(field, Field::Name | Field::Style);
+            let cell = if number {
+                Cow::Owned(cell.replace(',', "."))
+            } else {
+                cell
+            };
+            row.take(*field, &cell, origin)?;
+        }
+        rows.push(row);
+    }
+    plan(rows, &fields, notes)
+}
+
+/// The lines with something in them, and where they begin.
+fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut at = 0;
+    let lines = text.split_inclusive('\n').map(move |line| {
+        let start = at;
+        at += line.len();
+        (start, line.trim_end_matches(['\n', '\r']))
+    });
+    lines.filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
+}
+
+/// What is between the cells of a header.
+fn between(header: &str) -> char {
+    let count = |sign: &char| header.matches(*sign).count();
+    let most = BETWEEN.into_iter().rev().max_by_key(count);
+    most.unwrap_or(',')
+}
+
+/// The cells of a line that begins there in the text, with where they stand. A cell in quotes may have anything in it but the
+/// end of the line.
+fn cells(
+    line: &str,
+    start: usize,
+    between: char,
+) -> impl Iterator<Item = (Range<usize>, Cow<'_, str>)> {
+    let mut rest = Some((0, line));
+    std::iter::from_fn(move || {
+        let (at, text) = rest?;
+        let mut quoted = false;
+        let end = text.find(|sign| {
+            quoted ^= sign == '"';
+            sign == between && !quoted
+        });
+        let end = end.unwrap_or(text.len());
+        let (cell, after) = text.split_at(end);
+        rest = after
+            .strip_prefix(between)
+            .map(|after| (at + end + between.len_utf8(), after));
+        let space = cell.len() - cell.trim_start().len();
+        let place = start + at + space..start + at + cell.trim_end().len().max(space);
+        Some((place, unquoted(cell.trim())))
+    })
+}
+
+fn unquoted(cell: &str) -> Cow<'_, str> {
+    let inner = cell
+        .strip_prefix('"')
+        .and_then(|cell| cell.strip_suffix('"'));
+    match inner {
+        Some(inner) => inner.replace("\"\"", "\"").into(),
+        None => cell.into(),
+    }
+}

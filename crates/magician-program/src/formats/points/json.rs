@@ -1,0 +1,105 @@
+//! Points as JSON, made of the rows of a playback file.
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+
+use super::row::{Field, Row, plan};
+use crate::plan::json::Json;
+use crate::{Plan, Problem, Reading};
+
+/// More rows has nobody taught.
+const MOST_ROWS: usize = 1_000_000;
+
+/// Whether the head of a text has rows.
+pub(super) fn is_one(text: &str) -> bool {
+    let row = |at: usize| {
+        text.get(at + 4..)?
+            .chars()
+            .next()
+            .map(|next| next.is_ascii_digit())
+    };
+    text.match_indices("\"row")
+        .any(|(at, _)| row(at) == Some(true))
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
+    let json = Json::of(bytes)?;
+    let whole = json.whole()?;
+    let lines = json.lines();
+    let mut rows = Vec::new();
+    let mut notes = Vec::new();
+    let mut within = None;
+    json.members(whole, |key, value| {
+        if key == "rows" {
+            within = Some(value);
+            return Ok(());
+        }
+        match number_of(&key) {
+            Some(number) => rows.push((number, value)),
+            None => {
+                notes.push(json.problem(value, format!("`{key}` is not known: it is left out")))
+            }
+        }
+        Ok(())
+    })?;
+    if let Some(within) = within {
+        json.members(within, |key, value| {
+            let number = number_of(&key).ok_or_else(|| {
+                let message = format!("the rows are called row0, row1 and so on, not `{key}`");
+                json.problem(value, message)
+            })?;
+            rows.push((number, value));
+            Ok(())
+        })?;
+    }
+    if rows.len() > MOST_ROWS {
+        return Err(Problem::of_file(format!(
+            "more than {MOST_ROWS} rows are too many"
+        )));
+    }
+    // They may stand in any order.
+    rows.sort_by_key(|(number, _)| *number);
+    if let Some([_, (number, value)]) = (rows.windows(2)).find_map(|pair| {
+        let pair: [(u64, &str); 2] = pair.try_into().ok()?;
+        (pair[0].0 == pair[1].0).then_some(pair)
+    }) {
+        return Err(json.problem(value, format!("row{number} is here twice")));
+    }
+    let mut fields = BTreeSet::new();
+    let mut strangers = BTreeSet::new();
+    let mut points = Vec::new();
+    for (_, value) in rows {
+        let mut row = Row::at(json.place(&lines, value));
+        for member in json.object(value)? {
+            let Some(field) = Field::named(&member.key) else {
+                if strangers.insert(member.key.to_string()) {
+                    let note = format!("`{}` is not known: it is left out", member.key);
+                    notes.push(json.problem(member.value, note));
+                }
+                continue;
+            };
+            fields.insert(field);
+            let text = plain(&json, member.value)?;
+            row.take(field, &text, json.place(&lines, member.value))?;
+        }
+        points.push(row);
+    }
+    plan(points, &fields, notes)
+}
+
+/// A number, a text, or nothing.
+fn plain<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Problem> {
+    match value.chars().next() {
+        Some('"') => json.string(value),
+        Some('{' | '[') => Err(json.problem(value, "expected a number or a text")),
+        _ if value == "null" => Ok("".into()),
+        _ => Ok(value.into()),
+    }
+}
+
+/// The number in a name such as `row12`.
+fn number_of(key: &str) -> Option<u64> {
+    let digits = key.strip_prefix("row")?;
+    let is_number = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+    is_number.then(|| digits.parse().ok()).flatten()
+}

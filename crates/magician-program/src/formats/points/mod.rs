@@ -1,0 +1,60 @@
+//! Lists of points that programs write for themselves: CSV with a header, JSON made of playback rows, and text files of strokes.
+//! Coordinates are the arm's, mm and degrees.
+//!
+//! * CSV, as made of playback files (`X,Y,Z,R,Velocity,Acceleration,Suction`): one point a line, by the names of its columns.
+//!   Where such a file was seen, its columns *Velocity* and *Acceleration* hold the pauses of the playback file that it was made
+//!   of, so that they are not taken for speeds; a pause is taken from a column *Pause* or *PauseTime*.
+//! * JSON (`{"rows": {"row0": {"MotionStyle": "MOVL", "X": 200, ..}}}`, or the rows at the top): the same by the names of its
+//!   members, and arcs, whose end is `_X` to `_R`.
+//! * Text: `x,y,z` lines without a header, each run of them a stroke of the pen.
+//!
+//! Format document section 7.
+
+mod csv;
+mod json;
+mod row;
+mod strokes;
+
+use super::{Content, ReadOptions, Reading};
+use crate::{Lines, Origin, Problem};
+
+/// Reads a list of points of any of the three kinds.
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let known = bytes.get(..error.valid_up_to()).unwrap_or_default();
+        let known = std::str::from_utf8(known).unwrap_or_default();
+        let origin = Lines::new(known).origin(known.len()..known.len());
+        Problem::new(origin, "this is not UTF-8 text")
+    })?;
+    let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
+    let mut reading = match text.trim_start() {
+        "" => return Err(Problem::of_file("there are no points in it")),
+        json if json.starts_with('{') => json::read(bytes)?,
+        _ if strokes::is_one(text) => strokes::read(text)?,
+        _ => csv::read(text)?,
+    };
+    reading.content.title.clone_from(&options.title);
+    Ok(Reading {
+        content: Content::Plan(reading.content),
+        notes: reading.notes,
+    })
+}
+
+/// Whether a text, of which this is the head, is a list of points.
+pub(super) fn is_one(text: &str) -> bool {
+    match text.starts_with('{') {
+        true => json::is_one(text),
+        false => csv::is_one(text) || strokes::is_one(text) && text.lines().nth(1).is_some(),
+    }
+}
+
+/// A number that an arm can use.
+fn number(text: &str) -> Option<f32> {
+    text.parse().ok().filter(|value: &f32| value.is_finite())
+}
+
+/// That something is no number.
+fn no_number(origin: Origin, what: &str, found: &str) -> Problem {
+    let found: String = found.chars().take(30).collect();
+    Problem::new(origin, format!("{what} is a number, and this is `{found}`"))
+}

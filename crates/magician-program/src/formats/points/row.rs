@@ -1,0 +1,289 @@
+//! One taught point of a list, and the plan that points make.
+
+use std::collections::BTreeSet;
+
+use crate::{Action, Grip, Origin, Plan, Problem, Reading, Tool, Travel};
+
+/// Longest pause, s: more than four weeks is none that anybody means.
+const LONGEST_PAUSE: f32 = 2_500_000.0;
+
+/// What a column or a member says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Field {
+    /// x, y, z, r: 0 to 3.
+    Place(usize),
+    /// Where an arc ends.
+    End(usize),
+    Style,
+    Name,
+    Pause,
+    Gripper,
+    Suction,
+    /// Not what it is called.
+    Speed,
+    /// Of no use here.
+    Idle,
+}
+
+impl Field {
+    /// By its name, whatever its case and with or without a unit behind it.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        let name = name.split(['(', '[']).next().unwrap_or(name);
+        let plain = name.trim().to_ascii_lowercase().replace([' ', '-'], "");
+        Some(match plain.as_str() {
+            "x" => Self::Place(0),
+            "y" => Self::Place(1),
+            "z" => Self::Place(2),
+            "r" => Self::Place(3),
+            "_x" => Self::End(0),
+            "_y" => Self::End(1),
+            "_z" => Self::End(2),
+            "_r" => Self::End(3),
+            "motionstyle" | "motion" | "mode" | "action" => Self::Style,
+            "name" | "pointname" => Self::Name,
+            "pause" | "pausetime" => Self::Pause,
+            "gripper" => Self::Gripper,
+            "suction" | "suctioncup" => Self::Suction,
+            "velocity" | "acceleration" | "speed" => Self::Speed,
+            "step" | "line" | "index" | "no" | "" => Self::Idle,
+            _ => return None,
+        })
+    }
+}
+
+/// How a point is reached.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Style {
+    #[default]
+    Joints,
+    Line,
+    Jump,
+    Arc,
+    /// On a continuous path.
+    Path,
+}
+
+/// A row as it is read.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Row {
+    place: [Option<f32>; 4],
+    end: [Option<f32>; 4],
+    /// In words: of a row without a place it means nothing.
+    style: Option<(String, Origin)>,
+    name: String,
+    pause: u32,
+    gripper: Option<Grip>,
+    suction: Option<bool>,
+    /// The row as a whole.
+    origin: Origin,
+}
+
+impl Row {
+    /// One that says nothing yet.
+    pub(super) fn at(origin: Origin) -> Self {
+        Self {
+            origin,
+            ..Self::default()
+        }
+    }
+
+    /// Takes what a column says; empty ones say nothing.
+    pub(super) fn take(&mut self, field: Field, text: &str, origin: Origin) -> Result<(), Problem> {
+        let text = text.trim();
+        if text.is_empty() {
+            return Ok(());
+        }
+        let number =
+            |what: &str| super::number(text).ok_or_else(|| super::no_number(origin, what, text));
+        match field {
+            Field::Place(axis) => {
+                let value = number("a coordinate")?;
+                if let Some(place) = self.place.get_mut(axis) {
+                    *place = Some(value);
+                }
+            }
+            Field::End(axis) => {
+                let value = number("a coordinate")?;
+                if let Some(end) = self.end.get_mut(axis) {
+                    *end = Some(value);
+                }
+            }
+            Field::Style => self.style = Some((text.to_owned(), origin)),
+            Field::Name => self.name = text.to_owned(),
+            Field::Pause => {
+                let seconds = number("a pause")?;
+                if !(0.0..=LONGEST_PAUSE).contains(&seconds) {
+                    let message = format!(
+                        "a pause is between 0 and {LONGEST_PAUSE} s, and this is {seconds}"
+                    );
+                    return Err(Problem::new(origin, message));
+                }
+                self.pause = (f64::from(seconds) * 1000.0).round() as u32;
+            }
+            Field::Gripper => {
+                self.gripper = Some(match text.to_ascii_lowercase().as_str() {
+                    "0" | "0.0" | "off" => Grip::Off,
+                    "1" | "1.0" | "open" => Grip::Open,
+                    "2" | "2.0" | "close" | "closed" => Grip::Close,
+                    _ => {
+                        let help = "0 is off, 1 open, 2 closed";
+                        return Err(Problem::new(
+                            origin,
+                            format!("the gripper does not know `{}`", short(text)),
+                        )
+                        .help(help));
+                    }
+                });
+            }
+            Field::Suction => {
+                self.suction = Some(match text.to_ascii_lowercase().as_str() {
+                    "0" | "0.0" | "off" | "false" => false,
+                    "1" | "1.0" | "on" | "true" => true,
+                    _ => {
+                        let message = format!("the suction cup does not know `{}`", short(text));
+                        return Err(Problem::new(origin, message).help("0 is off, 1 on"));
+                    }
+                });
+            }
+            Field::Speed | Field::Idle => {}
+        }
+        Ok(())
+    }
+
+    /// Where it leads; nothing if it has no place at all.
+    fn pose(&self, place: [Option<f32>; 4], what: &str) -> Result<Option<[f32; 4]>, Problem> {
+        match place {
+            [None, None, None, _] => Ok(None),
+            [Some(x), Some(y), Some(z), r] => Ok(Some([x, y, z, r.unwrap_or(0.0)])),
+            [x, y, _, _] => {
+                let missing = match (x, y) {
+                    (None, _) => "x",
+                    (_, None) => "y",
+                    _ => "z",
+                };
+                Err(Problem::new(
+                    self.origin,
+                    format!("{what} has no {missing}"),
+                ))
+            }
+        }
+    }
+
+    fn motion(&self) -> Result<Option<Action>, Problem> {
+        let Some(to) = self.pose(self.place, "the point")? else {
+            return Ok(None);
+        };
+        let style = match &self.style {
+            Some((text, origin)) => style(text, *origin)?,
+            None => Style::default(),
+        };
+        let by = match style {
+            Style::Joints => Travel::Joints,
+            Style::Line => Travel::Line,
+            Style::Jump => Travel::Jump,
+            Style::Path => {
+                let [x, y, z, _] = to;
+                return Ok(Some(Action::Path { to: [x, y, z] }));
+            }
+            Style::Arc => {
+                let end = self.pose(self.end, "the end of the arc")?.ok_or_else(|| {
+                    let problem = Problem::new(self.origin, "the arc has no end");
+                    problem.help("x, y, z, r are a point on its way, _X, _Y, _Z, _R its end")
+                })?;
+                return Ok(Some(Action::Arc { via: to, to: end }));
+            }
+        };
+        Ok(Some(Action::Move { to, by }))
+    }
+}
+
+fn short(text: &str) -> String {
+    text.chars().take(30).collect()
+}
+
+/// A motion style by its name, its number, or as `magician convert` writes it.
+fn style(text: &str, origin: Origin) -> Result<Style, Problem> {
+    let plain = text.to_ascii_lowercase();
+    Ok(match plain.as_str() {
+        "jump" | "0" => Style::Jump,
+        "movj" | "joints" | "1" => Style::Joints,
+        "movl" | "move" | "line" | "2" => Style::Line,
+        "arc" | "3" | "4" => Style::Arc,
+        "path" | "cp" => Style::Path,
+        _ => {
+            let message = format!("nobody knows the motion style `{}`", short(text));
+            return Err(Problem::new(origin, message).help("MOVJ, MOVL, JUMP and ARC are known"));
+        }
+    })
+}
+
+/// The plan of points: for each the move, then what the tool does, then the pause.
+pub(super) fn plan(
+    rows: impl IntoIterator<Item = Row>,
+    fields: &BTreeSet<Field>,
+    mut notes: Vec<Problem>,
+) -> Result<Reading<Plan>, Problem> {
+    let mut plan = Plan::default();
+    let (mut gripper, mut suction) = (None, None);
+    let (mut uses, mut skipped) = ([None; 2], None);
+    for row in rows {
+        let named = match row.name.as_str() {
+            "" => row.origin,
+            name => row.origin.named(plan.name(name)),
+        };
+        let Some(motion) = row.motion()? else {
+            skipped = skipped.or(Some(row.origin));
+            continue;
+        };
+        plan.push(motion, named);
+        if let Some(grip) = row.gripper.filter(|grip| gripper != Some(*grip)) {
+            uses[0] = uses[0].or(Some(named).filter(|_| grip != Grip::Off));
+            plan.push(Action::Gripper(grip), named);
+            gripper = Some(grip);
+        }
+        if let Some(on) = row.suction.filter(|on| suction != Some(*on)) {
+            uses[1] = uses[1].or(Some(named).filter(|_| on));
+            plan.push(Action::Suction(on), named);
+            suction = Some(on);
+        }
+        if row.pause > 0 {
+            plan.push(Action::Wait(row.pause), named);
+        }
+    }
+    if plan.steps.is_empty() {
+        return Err(Problem::of_file("there are no points in it"));
+    }
+    if let [Some(_), Some(origin)] = uses {
+        let message = "this uses the suction cup, another point the gripper; the arm has one tool";
+        return Err(Problem::new(origin, message));
+    }
+    plan.tool = match (
+        fields.contains(&Field::Gripper),
+        fields.contains(&Field::Suction),
+    ) {
+        (true, false) => Some(Tool::Gripper),
+        (false, true) => Some(Tool::Suction),
+        (true, true) if uses[0].is_some() => Some(Tool::Gripper),
+        (true, true) if uses[1].is_some() => Some(Tool::Suction),
+        _ => None,
+    };
+    let other = match plan.tool {
+        Some(Tool::Gripper) => |action: &Action| matches!(action, Action::Suction(_)),
+        Some(Tool::Suction) => |action: &Action| matches!(action, Action::Gripper(_)),
+        _ => |action: &Action| matches!(action, Action::Suction(_) | Action::Gripper(_)),
+    };
+    plan.steps.retain(|step| !other(&step.action));
+    if let Some(origin) = skipped {
+        notes.push(Problem::new(origin, "rows without a place are left out"));
+    }
+    if fields.contains(&Field::Speed) {
+        let what = "velocity and acceleration are not taken: where such files were seen they held the pauses of a playback";
+        notes.push(Problem::of_file(what).help(
+            "`--speed-ratio` says how fast; a pause is taken from a column `Pause`, in seconds",
+        ));
+    }
+    Ok(Reading {
+        content: plan,
+        notes,
+    })
+}

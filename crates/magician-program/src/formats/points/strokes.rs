@@ -1,0 +1,79 @@
+//! Strokes as text: x,y,z in every line.
+
+use std::ops::Range;
+
+use crate::{Action, Lines, Plan, Problem, Reading, Travel};
+
+/// So far above its ends a stroke is come to and left, mm.
+const LIFT: f32 = 10.0;
+
+/// Whether its first line has three numbers, and its second, if there is one.
+pub(super) fn is_one(text: &str) -> bool {
+    // The head of a file may end within a line.
+    let whole = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let mut few = whole.take(2).peekable();
+    few.peek().is_some() && few.all(|line| numbers(line).is_some())
+}
+
+/// A corner of a stroke, and where in the text it stands.
+type Corner = ([f32; 3], Range<usize>);
+
+/// Each run of lines is a stroke: there from above with all joints, along it, and up.
+pub(super) fn read(text: &str) -> Result<Reading<Plan>, Problem> {
+    let places = Lines::new(text);
+    let mut plan = Plan::default();
+    let mut stroke: Vec<Corner> = Vec::new();
+    let mut at = 0;
+    for line in text.split_inclusive('\n') {
+        let start = at + line.len() - line.trim_start().len();
+        let range = start..start.max(at + line.trim_end().len());
+        at += line.len();
+        let line = line.trim();
+        if line.is_empty() {
+            put(&mut plan, &places, &stroke);
+            stroke.clear();
+            continue;
+        }
+        let Some(corner) = numbers(line) else {
+            let found: String = line.chars().take(30).collect();
+            let message = format!("a line of strokes is x,y,z in mm, and this is `{found}`");
+            let problem = Problem::new(places.origin(range), message);
+            return Err(problem.help("an empty line is between two strokes"));
+        };
+        stroke.push((corner, range));
+    }
+    put(&mut plan, &places, &stroke);
+    let what = "the coordinates are taken to be the arm's; between strokes the pen goes 10 mm up";
+    Ok(Reading {
+        content: plan,
+        notes: vec![Problem::of_file(what)],
+    })
+}
+
+fn put(plan: &mut Plan, places: &Lines<'_>, stroke: &[Corner]) {
+    let (Some((first, begin)), Some((last, end))) = (stroke.first(), stroke.last()) else {
+        return;
+    };
+    let above = |[x, y, z]: [f32; 3]| [x, y, z + LIFT, 0.0];
+    let [begin, end] = [begin, end].map(|range| places.origin(range.clone()));
+    let [x, y, z] = *first;
+    let go = |to, by| Action::Move { to, by };
+    plan.push(go(above(*first), Travel::Joints), begin);
+    plan.push(go([x, y, z, 0.0], Travel::Line), begin);
+    for pair in stroke.windows(2) {
+        let [(before, _), (to, range)] = pair else {
+            continue;
+        };
+        if before != to {
+            plan.push(Action::Path { to: *to }, places.origin(range.clone()));
+        }
+    }
+    plan.push(go(above(*last), Travel::Line), end);
+}
+
+/// Three numbers with commas, semicolons or space between them.
+fn numbers(line: &str) -> Option<[f32; 3]> {
+    let words = line.split([',', ';']).flat_map(str::split_whitespace);
+    let numbers: Option<Vec<f32>> = words.take(4).map(super::number).collect();
+    numbers?.try_into().ok()
+}

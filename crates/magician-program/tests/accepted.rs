@@ -1,0 +1,308 @@
+//! What the check lets pass, a virtual arm does: without an alarm, in the time that was told, never below the surface.
+
+use std::time::Duration;
+
+use magician_program::artwork::{Layout, Marking, Order};
+use magician_program::formats::playback::Playback;
+use magician_program::raster::{Engrave, Grid, Tone};
+use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
+use magician_program::{
+    Action, Artwork, Origin, Plan, Raster, Stroke, Surface, Tool, Travel, check,
+};
+use proptest::prelude::*;
+
+/// How much a way may lie below the surface where coordinates are 32 bits wide, mm.
+const ROUNDING: f64 = 1e-3;
+
+/// A first way of all joints leads through no level surface that the tool is so far above, mm.
+const CLEAR: f64 = 3.0;
+/// It may lead so far outwards before it rises, mm: up a slope.
+const OUTWARDS: f64 = 30.0;
+
+fn options() -> RehearseOptions {
+    RehearseOptions::default().watch(Duration::from_millis(20))
+}
+
+/// Whether the check lets it pass; the arm then has to do it.
+fn is_done(plan: &Plan) -> Result<bool, TestCaseError> {
+    let start = start_of(&stage(plan, &options()).unwrap());
+    let report = check(plan, &start);
+    if !report.is_good() {
+        return Ok(false);
+    }
+    let done = rehearse(plan, &options()).unwrap();
+    prop_assert!(done.is_good(), "{:?} {:?}", done.alarms, done.log);
+    if let Some(time) = report.time {
+        prop_assert_eq!(time, done.time);
+    }
+    let over = |surface: Surface, [x, y, z]: [f64; 3]| z - surface.at([x, y]);
+    let begins = start.arm().map(|at| [at.pose.x, at.pose.y, at.pose.z]);
+    // Where the stage leaves the tool in a slope, it must first get out of it.
+    if let (Some(surface), Some(begins)) = (plan.surface, begins)
+        && over(surface, begins) >= CLEAR + OUTWARDS * surface.slope[0].hypot(surface.slope[1])
+    {
+        for at in &done.way {
+            let above = over(surface, *at);
+            prop_assert!(above > -ROUNDING, "{above} mm above the surface at {at:?}");
+        }
+    }
+    Ok(true)
+}
+
+/// The same from any step on, where that can be.
+fn is_done_from(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
+    let start = start_of(&stage(plan, &options()).unwrap());
+    let step = (share * plan.steps.len() as f64) as usize;
+    if let Ok(rest) = plan.from_step(step, &start) {
+        prop_assert_eq!(rest.plan.steps.len(), rest.steps.len());
+        // It goes on from where the arm stood, and another stage may have it elsewhere.
+        let again = start_of(&stage(&rest.plan, &options()).unwrap());
+        if again.arm() == start.arm() {
+            prop_assert!(is_done(&rest.plan)?, "from step {step}");
+        }
+    }
+    Ok(())
+}
+
+fn surfaces() -> impl Strategy<Value = Surface> {
+    let slope = || prop_oneof![2 => Just(0.0), 3 => -0.25..0.25];
+    (-110.0..60.0, slope(), slope()).prop_map(|(height, x, y)| Surface {
+        // About so high before the arm.
+        height: height - 220.0 * x,
+        slope: [x, y],
+    })
+}
+
+fn drawings() -> impl Strategy<Value = Artwork> {
+    let point = || [0.0..120.0, 0.0..90.0];
+    let near = [-1e-5..1e-5, -1e-5..1e-5];
+    let stroke = prop_oneof![
+        4 => proptest::collection::vec(point(), 1..6),
+        1 => (point(), near).prop_map(|([x, y], [a, b])| vec![[x, y], [x + a, y + b]]),
+        1 => proptest::collection::vec(point(), 3..6).prop_map(|mut points| {
+            points.push(points[0]);
+            points
+        }),
+    ];
+    proptest::collection::vec(stroke, 1..8).prop_map(|lines| Artwork {
+        strokes: lines
+            .into_iter()
+            .map(|points| Stroke {
+                points,
+                origin: Origin::NONE,
+            })
+            .collect(),
+        ..Artwork::default()
+    })
+}
+
+fn markings() -> impl Strategy<Value = Marking> {
+    let tool = prop_oneof![
+        Just(Tool::Pen),
+        Just(Tool::Laser),
+        Just(Tool::Bias([65.0, 12.0, -4.0]))
+    ];
+    let r = proptest::option::of(-120.0_f32..120.0);
+    (tool, 0.5..30.0, 5.0_f32..150.0, r, any::<bool>()).prop_map(|(tool, lift, speed, r, burns)| {
+        Marking {
+            tool,
+            lift,
+            speed,
+            r,
+            ..if burns {
+                Marking::laser(60.0)
+            } else {
+                Marking::pen()
+            }
+        }
+    })
+}
+
+fn layouts() -> impl Strategy<Value = Layout> {
+    let at = proptest::option::of([-150.0..300.0, -250.0..250.0]);
+    (surfaces(), 0.2..4.0, -180.0..180.0, at, any::<bool>()).prop_map(
+        |(surface, scale, rotate, at, mirror)| Layout {
+            scale,
+            rotate,
+            at,
+            mirror,
+            fit: true,
+            ..Layout::on(surface)
+        },
+    )
+}
+
+fn images() -> impl Strategy<Value = Raster> {
+    (1_usize..9, 1_usize..7).prop_flat_map(|(width, height)| {
+        let grey = prop_oneof![2 => Just(255_u8), 1 => Just(0), 2 => any::<u8>()];
+        proptest::collection::vec(grey, width * height).prop_map(move |grey| Raster {
+            width,
+            height,
+            grey,
+            ..Raster::default()
+        })
+    })
+}
+
+fn engravings() -> impl Strategy<Value = Engrave> {
+    let tone = prop_oneof![
+        Just(Tone::Grey),
+        Just(Tone::Threshold(90)),
+        Just(Tone::Dither)
+    ];
+    let overscan = prop_oneof![Just(None), Just(Some(0.0)), (0.0..8.0).prop_map(Some)];
+    let flags = any::<[bool; 3]>();
+    (tone, overscan, flags, 5.0..120.0, 0.3..9.0, 0.0..40.0).prop_map(
+        |(tone, overscan, [invert, both, skip], speed, spacing, least)| {
+            let mut engrave = Engrave::default();
+            engrave.tone = tone;
+            engrave.overscan = overscan;
+            (engrave.invert, engrave.both_directions, engrave.white_skip) = (invert, both, skip);
+            (engrave.speed, engrave.spacing) = (speed, spacing);
+            engrave.power = [least, 100.0];
+            engrave
+        },
+    )
+}
+
+/// Rows of a playback file: style, point, second point, pause, suction.
+fn rows() -> impl Strategy<Value = String> {
+    let point = || [150.0..300.0, -120.0..120.0, -40.0..120.0, -90.0..90.0];
+    let row = (0_u8..4, point(), point(), 0_u8..3, any::<bool>());
+    proptest::collection::vec(row, 1..12).prop_map(|rows| {
+        let mut xml = String::from("<root>");
+        for (nth, (style, first, second, pause, suction)) in rows.into_iter().enumerate() {
+            xml += &format!("<row{nth}><item_0>{style}</item_0>");
+            for (item, value) in (2..).zip(first.into_iter().chain(second)) {
+                xml += &format!("<item_{item}>{value:.2}</item_{item}>");
+            }
+            let on = u8::from(suction);
+            xml += &format!("<item_10>{pause}</item_10><item_12>{on}</item_12></row{nth}>");
+        }
+        xml + "</root>"
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn what_was_placed_is_drawn(
+        mut drawing in drawings(),
+        layout in layouts(),
+        marking in markings(),
+        share in 0.0..1.0,
+        turn in prop_oneof![Just(0.0), -60.0..60.0],
+    ) {
+        drawing.put_in_order(&Order::default());
+        let Ok(placed) = drawing.placed(&layout, &marking) else {
+            return Ok(());
+        };
+        let plan = placed.plan(&marking);
+        // What was placed is within reach.
+        let complaints = check(&plan, &start_of(&stage(&plan, &options()).unwrap())).complaints;
+        prop_assert!(is_done(&plan)?, "{complaints:?}");
+        is_done_from(&plan, share)?;
+        if let Ok(turned) = plan.rotated(turn, [0.0, 0.0]) {
+            is_done(&turned)?;
+        }
+        let ends = plan.steps.last().and_then(|step| step.action.target()).unwrap().map(f64::from);
+        let above = ends[2] - layout.surface.at([ends[0], ends[1]]);
+        prop_assert!((above - marking.lift).abs() < ROUNDING);
+    }
+
+    #[test]
+    fn what_was_engraved_is_burnt(
+        image in images(),
+        engrave in engravings(),
+        surface in surfaces(),
+        size in [2.0..80.0, 2.0..60.0],
+        centre in [180.0..280.0, -80.0..80.0],
+        turn in -180.0..180.0,
+        share in 0.0..1.0,
+    ) {
+        let grid = Grid::centred(size, centre, turn, false);
+        let Ok(plan) = image.plan(&grid, surface, &engrave) else {
+            return Ok(());
+        };
+        for step in &plan.steps {
+            // The laser never burns where it does not say with which power.
+            prop_assert!(step.action != Action::Laser(true));
+        }
+        let start = start_of(&stage(&plan, &options()).unwrap());
+        // What is left out may leave the laser lit.
+        if let Some(complaint) = check(&plan, &start).complaints.first() {
+            let kind = complaint.error.kind();
+            prop_assert_eq!(kind, magician::ErrorKind::Unreachable, "{}", complaint.error);
+        }
+        if is_done(&plan)? {
+            is_done_from(&plan, share)?;
+        }
+    }
+
+    #[test]
+    fn what_was_taught_is_played(xml in rows(), share in 0.0..1.0, times in 1_usize..3) {
+        let mut plan = Playback::read(xml.as_bytes()).unwrap().to_plan().content;
+        // What is out of reach would end most of them early.
+        loop {
+            let start = start_of(&stage(&plan, &options()).unwrap());
+            let Some(first) = check(&plan, &start).complaints.first().map(|first| first.step) else {
+                break;
+            };
+            plan.steps.remove(first);
+        }
+        let all = plan.repeated(times).unwrap();
+        if is_done(&all)? {
+            is_done_from(&all, share)?;
+        }
+        if let Ok(placed) = plan.placed_on(&magician_program::Pallet::grid(1, 2, [8.0, 8.0])) {
+            is_done(&placed)?;
+        }
+    }
+}
+
+#[test]
+fn lines_far_apart_on_a_slope_are_left_and_come_to_from_above() {
+    let surface = Surface {
+        height: -100.0,
+        slope: [0.2, 0.15],
+    };
+    let strokes = [[0.0, 0.0], [110.0, 0.0], [0.0, 90.0], [110.0, 90.0]].map(|[x, y]| Stroke {
+        points: vec![[x, y], [x + 3.0, y + 2.0]],
+        origin: Origin::NONE,
+    });
+    let drawing = Artwork {
+        strokes: strokes.to_vec(),
+        ..Artwork::default()
+    };
+    let pen = Marking::pen();
+    let layout = Layout {
+        fit: true,
+        ..Layout::on(surface)
+    };
+    let plan = drawing.placed(&layout, &pen).unwrap().plan(&pen);
+    let mut last: Option<[f64; 3]> = None;
+    let mut far = 0;
+    for step in &plan.steps {
+        let Some([x, y, z]) = step.action.target().map(|to| to.map(f64::from)) else {
+            continue;
+        };
+        let above = |[x, y, z]: [f64; 3]| z - surface.at([x, y]);
+        let to = [x, y, z];
+        if let Some(from) = last
+            && (from[0] - x).hypot(from[1] - y) > 10.0
+        {
+            let by_line = matches!(
+                step.action,
+                Action::Move {
+                    by: Travel::Line,
+                    ..
+                }
+            );
+            assert!(by_line && above(from).min(above(to)) > pen.lift - ROUNDING);
+            far += 1;
+        }
+        last = Some(to);
+    }
+    assert_eq!(far, 3);
+}

@@ -1,0 +1,224 @@
+//! Lists of points: CSV, JSON, text.
+
+use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
+use magician_program::{
+    Action, Content, Format, Grip, Plan, Problem, ReadOptions, Tool, Travel, check, read,
+};
+
+fn points(text: &str) -> Result<(Plan, Vec<String>), Problem> {
+    let reading = read(Format::Points, text.as_bytes(), &ReadOptions::default())?;
+    let Content::Plan(plan) = reading.content else {
+        panic!("points are a plan");
+    };
+    Ok((
+        plan,
+        reading.notes.iter().map(ToString::to_string).collect(),
+    ))
+}
+
+fn actions(text: &str) -> Vec<Action> {
+    let (plan, _) = points(text).unwrap();
+    plan.steps.into_iter().map(|step| step.action).collect()
+}
+
+fn go(to: [f32; 4], by: Travel) -> Action {
+    Action::Move { to, by }
+}
+
+fn refused(text: &str) -> String {
+    points(text).unwrap_err().to_string()
+}
+
+#[test]
+fn csv_made_of_a_playback_file() {
+    let text = "X,Y,Z,R,Velocity,Acceleration,Suction\n\
+                200.5,0,20,0,0.0,0.0,0\n\
+                200.5,0,-10,0,2.0,2.0,1\n\
+                \n\
+                210,50,20,15,0.0,0.0,1\n";
+    let (plan, notes) = points(text).unwrap();
+    assert_eq!(plan.tool, Some(Tool::Suction));
+    let joints = Travel::Joints;
+    assert_eq!(
+        actions(text),
+        [
+            go([200.5, 0.0, 20.0, 0.0], joints),
+            Action::Suction(false),
+            go([200.5, 0.0, -10.0, 0.0], joints),
+            Action::Suction(true),
+            go([210.0, 50.0, 20.0, 15.0], joints),
+        ]
+    );
+    assert_eq!(plan.steps[2].origin.line, 3);
+    assert_eq!(notes.len(), 1);
+    assert!(notes[0].contains("pauses of a playback"), "{notes:?}");
+    assert!(
+        check(
+            &plan,
+            &start_of(&stage(&plan, &RehearseOptions::default()).unwrap())
+        )
+        .is_good()
+    );
+    assert!(
+        rehearse(&plan, &RehearseOptions::default())
+            .unwrap()
+            .is_good()
+    );
+}
+
+#[test]
+fn csv_with_pauses_names_styles_and_other_signs() {
+    let text = "Name; MotionStyle; X (mm); Y; Z; Gripper; Pause\r\n\
+                \"first; place\"; MOVL; 200,5; 0; 20; 1; 0,5\r\n\
+                ; JUMP; 210; 0; 20; closed;\r\n";
+    let (plan, notes) = points(text).unwrap();
+    assert_eq!(notes, [""; 0]);
+    assert_eq!(plan.tool, Some(Tool::Gripper));
+    assert_eq!(plan.name_of(&plan.steps[0].origin), Some("first; place"));
+    assert_eq!(
+        actions(text),
+        [
+            go([200.5, 0.0, 20.0, 0.0], Travel::Line),
+            Action::Gripper(Grip::Open),
+            Action::Wait(500),
+            go([210.0, 0.0, 20.0, 0.0], Travel::Jump),
+            Action::Gripper(Grip::Close),
+        ]
+    );
+}
+
+#[test]
+fn what_convert_writes_is_read_again() {
+    let text = "step,action,x,y,z,r,line,name\n\
+                1,move,200,0,0,0,4,\n\
+                2,path,220,0,0,,5,\"a \"\"b\"\"\"\n\
+                3,wait,,,,,6,\n";
+    let (plan, notes) = points(text).unwrap();
+    assert_eq!(plan.steps.len(), 2);
+    assert_eq!(
+        plan.steps[1].action,
+        Action::Path {
+            to: [220.0, 0.0, 0.0]
+        }
+    );
+    assert_eq!(plan.name_of(&plan.steps[1].origin), Some("a \"b\""));
+    assert!(
+        notes[0].contains("line 4") && notes[0].contains("without a place"),
+        "{notes:?}"
+    );
+}
+
+#[test]
+fn json_rows_in_the_order_of_their_numbers() {
+    let rows = "\"row10\": {\"MotionStyle\": \"MOVJ\", \"X\": 210, \"Y\": 1, \"Z\": 2, \"R\": 3, \"PauseTime\": 0},\n\
+                \"row2\": {\"MotionStyle\": \"ARC\", \"X\": \"220\", \"Y\": \"10\", \"Z\": \"0\", \"R\": \"0\", \"_X\": \"230\", \
+                \"_Y\": \"0\", \"_Z\": \"0\", \"_R\": \"0\", \"PauseTime\": \"1.5\"},\n\
+                \"row1\": {\"MotionStyle\": \"MOVL\", \"X\": 200.25, \"Y\": 0, \"Z\": 0, \"R\": null, \"Colour\": 1}";
+    for text in [format!("{{\"rows\": {{{rows}}}}}"), format!("{{{rows}}}")] {
+        assert_eq!(Format::of("a.json", text.as_bytes()), Some(Format::Points));
+        let (_, notes) = points(&text).unwrap();
+        assert_eq!(notes.len(), 1);
+        assert!(notes[0].contains("Colour"), "{notes:?}");
+        assert_eq!(
+            actions(&text),
+            [
+                go([200.25, 0.0, 0.0, 0.0], Travel::Line),
+                Action::Arc {
+                    via: [220.0, 10.0, 0.0, 0.0],
+                    to: [230.0, 0.0, 0.0, 0.0]
+                },
+                Action::Wait(1500),
+                go([210.0, 1.0, 2.0, 3.0], Travel::Joints),
+            ]
+        );
+    }
+}
+
+#[test]
+fn strokes_of_a_text() {
+    let text = "200, 0, -60\n210, 0, -60\n210, 10, -60\n\n220 20 -60\n230\t20\t-60\n";
+    assert_eq!(Format::of("a.txt", text.as_bytes()), Some(Format::Points));
+    let path = |to| Action::Path { to };
+    assert_eq!(
+        actions(text),
+        [
+            go([200.0, 0.0, -50.0, 0.0], Travel::Joints),
+            go([200.0, 0.0, -60.0, 0.0], Travel::Line),
+            path([210.0, 0.0, -60.0]),
+            path([210.0, 10.0, -60.0]),
+            go([210.0, 10.0, -50.0, 0.0], Travel::Line),
+            go([220.0, 20.0, -50.0, 0.0], Travel::Joints),
+            go([220.0, 20.0, -60.0, 0.0], Travel::Line),
+            path([230.0, 20.0, -60.0]),
+            go([230.0, 20.0, -50.0, 0.0], Travel::Line),
+        ]
+    );
+    let (plan, _) = points(text).unwrap();
+    let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
+    assert!(done.is_good(), "{:?}", done.log);
+    assert_eq!(done.drawing.strokes().len(), 2);
+}
+
+#[test]
+fn a_refusal_says_where_and_why() {
+    for (text, hints) in [
+        ("X,Y,Z\n200,0,x\n", ["line 2, column 7", "`x`"]),
+        ("X,Y,Z\n200,0,nan\n", ["line 2, column 7", "number"]),
+        ("X,Y,Z\n200,0,1e39\n", ["line 2, column 7", "number"]),
+        ("X,Y,Z\n200,0\n", ["line 2", "has no z"]),
+        ("X,Y,Z\n1,2,3,4\n", ["line 2, column 7", "more than the 3"]),
+        ("X,Y,R\n200,0,0\n", ["line 1", "no column is called Z"]),
+        ("X,Y,Z,X\n", ["line 1, column 7", "another column"]),
+        ("X,Y,Z,Pause\n1,2,3,-1\n", ["line 2, column 7", "between 0"]),
+        ("X,Y,Z,Mode\n1,2,3,FLY\n", ["line 2, column 7", "`FLY`"]),
+        ("X,Y,Z,Gripper\n1,2,3,9\n", ["line 2, column 7", "`9`"]),
+        ("X,Y,Z,Gripper,Suction\n1,2,3,1,1\n", ["line 2", "one tool"]),
+        ("X,Y,Z\n", ["no points", ""]),
+        ("", ["no points", ""]),
+        ("1 2 3\n4 5 6\n4 5\n", ["line 3, column 1", "x,y,z"]),
+        ("{\"row0\": {\"X\": 1, \"Y\": 2}}", ["line 1", "has no z"]),
+        (
+            "{\"row0\": {\"X\": [1]}}",
+            ["line 1, column 16", "number or a text"],
+        ),
+        ("{\"row0\": 5}", ["line 1, column 10", "object"]),
+        ("{\"row1\": {}, \"row01\": {}}", ["line 1", "twice"]),
+        (
+            "{\"row0\": {\"MotionStyle\": \"ARC\", \"X\": 1, \"Y\": 2, \"Z\": 3}}",
+            ["line 1", "no end"],
+        ),
+        ("{\"rows\": {\"point\": {}}}", ["line 1", "`point`"]),
+        ("{\"row0\": ", ["line 1", "JSON"]),
+    ] {
+        let said = refused(text);
+        for hint in hints {
+            assert!(said.contains(hint), "{text:?}: {said}");
+        }
+    }
+}
+
+#[test]
+fn other_texts_are_no_points() {
+    for text in [
+        "1 2 3",
+        "x marks the spot",
+        "{}",
+        "{\"rows\": 3}",
+        "1,2\n3,4\n",
+        "a,b,c\n1,2,3\n",
+    ] {
+        assert_eq!(Format::of("a.txt", text.as_bytes()), None, "{text}");
+    }
+}
+
+#[test]
+fn many_rows_in_one_line_take_no_longer_than_their_number() {
+    let rows = (0..20_000).map(|nth| {
+        format!(
+            "\"row{nth}\":{{\"X\":200,\"Y\":{},\"Z\":0,\"名\":\"é\"}}",
+            nth % 90
+        )
+    });
+    let text = format!("{{{}}}", rows.collect::<Vec<_>>().join(","));
+    assert_eq!(actions(&text).len(), 20_000);
+}

@@ -1,0 +1,25 @@
+#![no_main]
+//! A list of points of any bytes: refused with a place in it, or steps that are made of numbers and say where they came from.
+
+use libfuzzer_sys::fuzz_target;
+use magician_program::{Content, Format, ReadOptions, read};
+
+fuzz_target!(|bytes: &[u8]| {
+    let lines = bytes.iter().filter(|byte| **byte == b'\n').count() + 1;
+    match read(Format::Points, bytes, &ReadOptions::default()) {
+        Ok(reading) => {
+            let Content::Plan(plan) = reading.content else {
+                panic!("points are a plan");
+            };
+            assert!(!plan.steps.is_empty());
+            for step in &plan.steps {
+                assert!(step.origin.is_known() && step.origin.line as usize <= lines);
+                assert!(step.action.target().into_iter().flatten().all(f32::is_finite));
+            }
+        }
+        Err(problem) => {
+            assert!(!problem.message.is_empty());
+            assert!(problem.origin.line as usize <= lines);
+        }
+    }
+});

@@ -1,0 +1,204 @@
+//! Drawings over bad lines: the same in the end, or stopped with the place told.
+
+use std::error::Error;
+use std::path::Path;
+
+use magician::faults::Faults;
+use magician::pair::Digest;
+use magician::sim::world::Drawing;
+use magician_program::Plan;
+
+use super::{Found, Scope};
+use crate::bench::figure::Figure;
+
+#[path = "../../../crates/magician-program/tests/lossy/datagrams.rs"]
+mod datagrams;
+#[path = "../../../crates/magician-program/tests/lossy/ink.rs"]
+mod ink;
+#[path = "../../../crates/magician-program/tests/lossy/programs.rs"]
+mod programs;
+#[path = "../../../crates/magician-program/tests/lossy/rig.rs"]
+mod rig;
+#[path = "../../../crates/magician-program/tests/lossy/troubles.rs"]
+mod troubles;
+#[path = "../../../crates/magician-program/tests/lossy/verdict.rs"]
+mod verdict;
+
+use ink::{Ink, TRUE};
+use rig::{Trouble, draw, on_a_jumping_clock};
+use verdict::{Came, drawn, judge};
+
+const SAMPLES: &str = "../crates/magician-program/samples";
+/// Every so many drawings go over a network.
+const NETWORK: u64 = 5;
+/// As many that went wrong are told of.
+const MOST_TOLD: u64 = 10;
+
+/// A plan, and what is drawn of it when nothing is amiss.
+struct Program {
+    name: &'static str,
+    plan: Plan,
+    right: Drawing,
+}
+
+#[derive(Default)]
+struct Tally {
+    commands: u64,
+    requests: u64,
+    resent: u64,
+    same: u64,
+    equal: u64,
+    seamed: u64,
+    completed: u64,
+    stopped: u64,
+    interrupted: u64,
+    interruptions: u64,
+    doubled: u64,
+    wrong: u64,
+    digest: Digest,
+}
+
+/// So many drawings, each with a program, a trouble and a seed of its own.
+pub(super) fn drawings(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join(SAMPLES);
+    let mut all = Vec::new();
+    for name in programs::PROGRAMS {
+        let plan = programs::plan(&samples, name)?;
+        let right = drawn(&plan, None);
+        all.push(Program { name, plan, right });
+    }
+    let mut tally = Tally::default();
+    for nth in 0..scope.cases {
+        let seed = scope.seed.wrapping_mul(1_000_003).wrapping_add(nth);
+        let program = all
+            .get((nth % all.len() as u64) as usize)
+            .ok_or("no programs")?;
+        let round = nth / all.len() as u64;
+        let wrong = match round % NETWORK {
+            0 => tally.over_a_network(program, round / NETWORK, seed)?,
+            _ => tally.over_a_line(program, round, seed)?,
+        };
+        let Some(wrong) = wrong else { continue };
+        tally.wrong += 1;
+        if tally.wrong <= MOST_TOLD {
+            println!("  {}: {wrong}", program.name);
+        }
+    }
+    Ok(Found {
+        figures: tally.figures(scope.cases),
+        digest: Some(tally.digest.0),
+    })
+}
+
+impl Tally {
+    /// What is wrong with it, if anything is.
+    fn over_a_line(
+        &mut self,
+        program: &Program,
+        round: u64,
+        seed: u64,
+    ) -> Result<Option<String>, Box<dyn Error>> {
+        let Program { plan, right, .. } = program;
+        let trouble = Trouble {
+            faults: faults(&troubles::SERIAL, round, seed)?,
+            window: if round.is_multiple_of(3) { 4 } else { 1 },
+        };
+        let outcome = on_a_jumping_clock(draw(plan, trouble))?;
+        self.commands += plan.commands().count() as u64;
+        self.requests += outcome.requests[0];
+        self.resent += outcome.requests[1];
+        self.interrupted += u64::from(!outcome.between.is_empty());
+        self.interruptions += outcome.between.len() as u64;
+        self.digest
+            .add(outcome.requests[0], &trace(&outcome.drawing));
+        Ok(match judge(plan, right, trouble, &outcome) {
+            Ok(came) => {
+                self.came(came);
+                None
+            }
+            Err(why) => Some(format!(
+                "{}, window {}: {why}; {:?}",
+                trouble.faults, trouble.window, outcome.end
+            )),
+        })
+    }
+
+    fn over_a_network(
+        &mut self,
+        program: &Program,
+        round: u64,
+        seed: u64,
+    ) -> Result<Option<String>, Box<dyn Error>> {
+        let faults = faults(&troubles::NETWORK, round, seed)?;
+        let came = datagrams::draw(&program.plan, faults)?;
+        self.commands += program.plan.commands().count() as u64;
+        self.requests += came.requests;
+        self.interrupted += u64::from(came.resumed > 0);
+        self.interruptions += came.resumed as u64;
+        self.doubled += u64::from(came.told);
+        self.digest.add(came.requests, &trace(&came.drawing));
+        let (ink, all) = (Ink::of(&came.drawing), Ink::of(&program.right));
+        let begins = (ink.off_the_beginning_of(&all)).is_some_and(|off| off <= TRUE);
+        let ends = (ink.length() - all.length()).abs() <= TRUE;
+        let verdict = match came.stopped {
+            None if ink.is_the_same(&all) => Came::Same,
+            None if begins && ends => Came::Equal,
+            Some(_) if begins => Came::Stopped,
+            stopped => {
+                let found = format!(
+                    "{faults}, datagrams: {:.3} of {:.3} mm",
+                    ink.length(),
+                    all.length()
+                );
+                return Ok(Some(format!("{found}; {stopped:?}")));
+            }
+        };
+        self.came(verdict);
+        Ok(None)
+    }
+
+    fn came(&mut self, came: Came) {
+        let count = match came {
+            Came::Same => &mut self.same,
+            Came::Equal => &mut self.equal,
+            Came::Seamed => &mut self.seamed,
+            Came::Completed => &mut self.completed,
+            Came::Stopped => &mut self.stopped,
+        };
+        *count += 1;
+    }
+
+    fn figures(&self, cases: u64) -> Vec<Figure> {
+        let count = |name: &str, value: u64| Figure::new(name, value as f64, "");
+        // The checksum misses some: as many as R1 allows.
+        let altered = 3.0 * (self.commands as f64 / 1e6).max(1.0);
+        vec![
+            count("drawings", cases).with("commands", self.commands as f64),
+            count("requests", self.requests).with("sent again", self.resent as f64),
+            count("the same strokes", self.same),
+            count("the same lines", self.equal),
+            count("whole, with seams at window 4", self.seamed),
+            count("stopped, gone on with, whole", self.completed),
+            count("stopped, with the steps in doubt", self.stopped)
+                .with("commands doubled and told of", self.doubled as f64),
+            count("interrupted on the way", self.interrupted)
+                .with("times", self.interruptions as f64),
+            count("another drawing", self.wrong).at_most(altered),
+        ]
+    }
+}
+
+fn faults(troubles: &[&str], round: u64, seed: u64) -> Result<Faults, Box<dyn Error>> {
+    let nth = (round % troubles.len() as u64) as usize;
+    let text = troubles.get(nth).ok_or("no troubles")?;
+    Ok(format!("{text},seed={seed}").parse()?)
+}
+
+/// Bytes of what was drawn.
+fn trace(drawing: &Drawing) -> Vec<u8> {
+    let points = drawing.strokes().iter().flat_map(|stroke| &stroke.points);
+    points
+        .flatten()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
+}
