@@ -411,4 +411,5 @@ fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
     [x * cos - y * sin, x * sin + y * cos]
 }
 
+#[cfg(test)]
 mod tests;
