@@ -139,9 +139,10 @@ fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
                 sheet,
                 ..Setup::default()
             };
-            let mut engrave = Engrave::default();
-            engrave.overscan = overscan;
-            setup.work = Work::Engrave(engrave);
+            setup.work = Work::Engrave(Engrave {
+                overscan,
+                ..Engrave::default()
+            });
             setup.placing.fit = true;
             let made = setup.plan(Format::Image, Content::Image(image)).unwrap();
             let report = check(&made.content, &start);

@@ -221,7 +221,7 @@ mod tests {
             let given = points(count);
             let mut near = Near::new(given.clone());
             let mut left = given.clone();
-            for nth in 0..count {
+            for (nth, gone) in given.iter().enumerate() {
                 let at = [nth as f64 % 70.0 - 3.0, (nth * 7) as f64 % 70.0];
                 let way = |entry: &Entry| distance(at, entry.at);
                 let least = left.iter().map(way).fold(f64::INFINITY, f64::min);
@@ -234,7 +234,6 @@ mod tests {
                 assert_eq!(found.iter().map(way).collect::<Vec<_>>(), ways);
                 near.remove(nth);
                 near.remove(nth);
-                let gone = &given[nth];
                 left.retain(|entry| (entry.owner, entry.which) != (gone.owner, gone.which));
             }
             assert!(near.nearest([0.0; 2]).is_none());
