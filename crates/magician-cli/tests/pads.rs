@@ -144,6 +144,18 @@ fn releases_end_a_jog_where_the_terminal_tells_them() {
 }
 
 #[test]
+fn a_pad_that_is_left_leaves_the_laser_dark() {
+    let mut place = Place::at(&["jog"], "x 199.40 mm");
+    place.shows("l", "goggles");
+    place.shows("y", "the laser burns");
+    assert_eq!(place.look(&["get", "EndEffectorLaser"])["is_on"], 1);
+    place.terminal.types("q");
+    place.terminal.until("left at:");
+    assert_eq!(place.look(&["get", "EndEffectorLaser"])["is_on"], 0);
+    place.ends_with(0);
+}
+
+#[test]
 fn ctrl_c_and_signals_stop_the_arm() {
     for signal in [None, Some("-TERM"), Some("-HUP")] {
         let mut place = Place::at(&["jog"], "x 199.40 mm");
@@ -416,6 +428,8 @@ fn one_step_needs_no_terminal() {
     let error = script.error();
     assert_eq!(error["kind"], "unreachable");
     assert!(error["limit"].is_number() && error["value"].is_number());
+    let railless = run(&["--port", "sim", "--json", "jog", "l", "10"]);
+    assert_eq!(railless.error()["kind"], "invalid-input");
     let wrong = run(&["--port", "sim", "jog", "up", "10"]);
     assert_eq!(wrong.status, 2);
     assert!(wrong.err.contains("x, y, z, r"), "{}", wrong.err);

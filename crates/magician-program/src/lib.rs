@@ -35,6 +35,7 @@ mod reach;
 pub mod rehearse;
 pub mod resume;
 mod setup;
+mod simplify;
 mod surface;
 mod trail;
 

@@ -2,6 +2,7 @@
 
 use magician::words;
 
+use crate::simplify::kept;
 use crate::{Action, Origin, Plan, Tool, Travel};
 
 /// What moves less than this stands, mm and deg.
@@ -250,50 +251,17 @@ fn apart(from: &Mark, to: &Mark) -> f64 {
     along(from, to).hypot(to.j4 - from.j4)
 }
 
-/// First, last, and as few between as leave none farther away than the tolerance (after Ramer, Douglas and Peucker).
+/// First, last, and as few between as leave none farther away than the tolerance.
 fn thin(marks: &[Mark], tolerance: f64) -> Vec<Mark> {
-    let Some(last) = marks.len().checked_sub(1) else {
-        return Vec::new();
-    };
-    let mut stays = vec![false; marks.len()];
-    (stays[0], stays[last]) = (true, true);
-    let mut spans = vec![[0, last]];
-    while let Some(span) = spans.pop() {
-        if let Some((at, off)) = farthest(marks, span)
-            && off > tolerance
-        {
-            stays[at] = true;
-            spans.extend([[span[0], at], [at, span[1]]]);
-        }
-    }
-    let kept = marks.iter().zip(stays).filter(|(_, stays)| *stays);
+    let points: Vec<[f64; 4]> = marks.iter().map(point).collect();
+    let kept = marks.iter().zip(kept(&points, tolerance));
+    let kept = kept.filter(|(_, stays)| *stays);
     kept.map(|(mark, _)| *mark).collect()
-}
-
-/// The mark between two others that is farthest from the line between them, and how far.
-fn farthest(marks: &[Mark], [first, last]: [usize; 2]) -> Option<(usize, f64)> {
-    let [from, to] = [point(marks.get(first)?), point(marks.get(last)?)];
-    let between = marks.iter().enumerate().take(last).skip(first + 1);
-    let off = between.map(|(at, mark)| (at, off_chord(point(mark), from, to)));
-    off.max_by(|(_, one), (_, other)| one.total_cmp(other))
 }
 
 fn point(mark: &Mark) -> [f64; 4] {
     let [x, y, z, _] = mark.pose;
     [x, y, z, mark.j4]
-}
-
-fn off_chord(at: [f64; 4], from: [f64; 4], to: [f64; 4]) -> f64 {
-    let dot = |a: [f64; 4], b: [f64; 4]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let minus = |a: [f64; 4], b: [f64; 4]| std::array::from_fn(|axis| a[axis] - b[axis]);
-    let (chord, way) = (minus(to, from), minus(at, from));
-    let square = dot(chord, chord);
-    let share = match square > 0.0 {
-        true => (dot(way, chord) / square).clamp(0.0, 1.0),
-        false => 0.0,
-    };
-    let off = minus(way, chord.map(|part| part * share));
-    dot(off, off).sqrt()
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use magician_program::{
     Action, Artwork, Origin, Plan, Raster, Stroke, Surface, Tool, Travel, check,
 };
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 /// How much a way may lie below the surface where coordinates are 32 bits wide, mm.
 const ROUNDING: f64 = 1e-3;
@@ -183,8 +184,17 @@ fn rows() -> impl Strategy<Value = String> {
     })
 }
 
+/// The same ones every time.
+fn cases() -> ProptestConfig {
+    ProptestConfig {
+        rng_seed: RngSeed::Fixed(11),
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(96)
+    }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(cases())]
 
     #[test]
     fn what_was_placed_is_drawn(

@@ -108,6 +108,15 @@ async fn look(arm: &Arm) -> Result<Answer, Failure> {
     Ok(Answer { rail, l })
 }
 
+/// Refuses to move along a rail that the arm knows nothing of.
+pub(super) async fn needs_rail(arm: &Arm) -> Result<(), Failure> {
+    if look(arm).await?.rail {
+        return Ok(());
+    }
+    let message = "the arm knows of no rail, so only its joints would move; nothing was sent";
+    Err(Failure::invalid(message).hint("`magician rail on` tells it of one"))
+}
+
 /// Moves along the rail, checked before anything is sent.
 async fn go(
     arm: &Arm,
@@ -116,10 +125,7 @@ async fn go(
     quiet: bool,
     debts: &Debts,
 ) -> Result<Answer, Failure> {
-    if !look(arm).await?.rail {
-        let message = "the arm knows of no rail, so only its joints would move; nothing was sent";
-        return Err(Failure::invalid(message).hint("`magician rail on` tells it of one"));
-    }
+    needs_rail(arm).await?;
     let mut commands = vec![travel];
     if let Some(speed) = how.speed {
         let before = arm.get::<PtpLParams>().await?;

@@ -6,6 +6,10 @@ use super::{Artwork, Marking, Stroke};
 use crate::reach::hull;
 use crate::{Fit, Origin, Placement, Problem, Reach, Surface};
 
+/// Room kept free at the edges by what is made to fit, as a share of its size: coordinates are rounded to 32 bits on their way to
+/// the arm.
+const MARGIN: f64 = 1e-4;
+
 /// A sheet of paper before the arm, as it was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -209,8 +213,8 @@ impl<'a> Placer<'a> {
         let (mut best, mut fails) = (None, wanted);
         for _ in 0..16 {
             let scale = f64::midpoint(best.map_or(0.0, |(scale, _)| scale), fails);
-            match self.place(scale) {
-                Some(at) => best = Some((scale, at)),
+            match self.place(scale * (1.0 + MARGIN)) {
+                Some(_) => best = Some((scale, self.middle(scale)?)),
                 None => fails = scale,
             }
         }

@@ -3,7 +3,7 @@
 use magician::{ArmState, Set};
 use magician_protocol::PtpMode;
 
-use crate::{Action, Plan, Surface, Tool};
+use crate::{Plan, Surface, Tool};
 
 /// So far above the surface a pen still draws, mm.
 const TOUCH: f64 = 0.5;
@@ -18,10 +18,9 @@ pub(super) struct Pen {
 
 impl Pen {
     pub(super) fn of(plan: &Plan) -> Self {
-        let burns = |action: &Action| matches!(action, Action::Burn { .. } | Action::Laser(_));
         Self {
             laser: plan.tool == Some(Tool::Laser)
-                || plan.steps.iter().any(|step| burns(&step.action)),
+                || plan.steps.iter().any(|step| step.action.is_of_a_laser()),
             lit: false,
             surface: plan.surface,
         }

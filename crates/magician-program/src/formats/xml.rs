@@ -7,7 +7,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 use crate::{Lines, Origin, Problem};
 
 /// More elements, texts and comments than any file of these kinds has.
-const MOST_NODES: u32 = 2_000_000;
+const MOST_NODES: u32 = 8_000_000;
 
 /// The text of a file.
 pub(super) fn text(bytes: &[u8]) -> Result<&str, Problem> {

@@ -143,6 +143,17 @@ impl Action {
         }
     }
 
+    /// Whether it has to do with a laser: a step that switches it or says its power.
+    pub(crate) fn is_of_a_laser(&self) -> bool {
+        match self {
+            Self::Burn { .. } | Self::Laser(_) => true,
+            Self::Command(command) => {
+                matches!(**command, Set::SetEndEffectorLaser(_) | Set::CpLeCmd(_))
+            }
+            _ => false,
+        }
+    }
+
     /// Where it leads the tool, when it says so itself: x, y, z.
     #[must_use]
     pub fn target(&self) -> Option<[f32; 3]> {

@@ -227,7 +227,7 @@ impl<'p> Lead<'p> {
         if let Some(tool) = self.plan.preamble() {
             arm.check(&tool).map_err(refused)?;
         }
-        let burns = |step: &Step| matches!(step.action, Action::Burn { .. } | Action::Laser(_));
+        let burns = |step: &Step| step.action.is_of_a_laser();
         let dark = self
             .plan
             .steps

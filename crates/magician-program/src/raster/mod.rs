@@ -18,7 +18,6 @@ mod grid;
 mod outline;
 mod resample;
 mod scan;
-mod simplify;
 #[cfg(test)]
 mod tests;
 mod tone;

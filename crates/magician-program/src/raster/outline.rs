@@ -1,6 +1,7 @@
 //! The outlines of what is dark in an image.
 
-use super::{Raster, Size, resample::resample, simplify::simplified};
+use super::{Raster, Size, resample::resample};
+use crate::simplify::simplified;
 use crate::{Artwork, Origin, Problem, Stroke};
 
 /// How the outlines of an image are found.

@@ -108,13 +108,22 @@ impl Reach {
         })
     }
 
-    /// How far above a point it matters whether the tool can be there, for it to be lifted straight up. J2 minus J3 depends on
-    /// how far the wrist is from the shoulder alone, so that it is the wrist's way past the shoulder that may leave its range
-    /// between two ends that are within.
+    /// How far above a point it matters whether the tool can be there, for it to be lifted straight up: at both ends, and
+    /// where the way is nearest to what it may not come near. At each limit of a joint the wrist is on a circle round one end of
+    /// a link, and nearest to its middle at the same height.
     fn heights(&self, point: [f64; 2]) -> impl Iterator<Item = f64> + use<> {
-        let shoulder = -self.geometry.tool.z - self.surface.at(point);
-        let between = (0.0..self.lift).contains(&shoulder).then_some(shoulder);
-        [0.0, self.lift].into_iter().chain(between)
+        let Geometry {
+            rear_arm, forearm, ..
+        } = self.geometry;
+        let (j2, j3) = (self.limits.j2, self.limits.j3);
+        let elbow = [j2.min, j2.max].map(|angle| rear_arm * angle.to_radians().cos());
+        let turned = [j3.min, j3.max].map(|angle| -forearm * angle.to_radians().sin());
+        let wrist = self.geometry.tool.z + self.surface.at(point);
+        let between = 0.0..self.lift;
+        let nearest = [0.0].into_iter().chain(elbow).chain(turned);
+        let nearest = nearest.map(move |height| height - wrist);
+        let nearest = nearest.filter(move |lift| between.contains(lift));
+        [0.0, self.lift].into_iter().chain(nearest)
     }
 
     /// Whether the tool can go from one point straight to another, on the surface and above it.

@@ -38,9 +38,9 @@ impl Reach {
             return place;
         }
         let tenths = (1..=10).rev().map(|tenth| f64::from(tenth) / 10.0);
-        let mut heights = tenths.map(|share| above + share * (height - above));
-        let found = heights.find(|height| self.joints([x, y], *height).is_some());
-        ([x, y], found.unwrap_or(above))
+        let heights = tenths.map(|share| above + share * (height - above));
+        let mut places = heights.map(|height| ([x, y], height));
+        places.find(|place| self.slants(*place, end)).unwrap_or(end)
     }
 
     /// Whether there is a straight way from one height to another.
@@ -96,11 +96,7 @@ impl Reach {
     /// reached.
     pub(crate) fn leads(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> bool {
         let is_reached = |point| self.joints(point, lift).is_some();
-        // In front of the base only the hole around it can be in the way; beside and behind it is the stop of J1, too.
-        match from[0] > 0.0 && to[0] > 0.0 {
-            true => is_reached(nearest_to_base(from, to)),
-            false => pieces(from, to).all(is_reached),
-        }
+        is_reached(nearest_to_base(from, to)) && pieces(from, to).all(is_reached)
     }
 
     /// Whether a line of these corners is reached on the surface and above it.
@@ -108,7 +104,12 @@ impl Reach {
         let mut last = None;
         for corner in corners {
             let reached = match last.replace(corner) {
-                Some(last) => pieces(last, corner).all(|point| self.has(point)),
+                Some(last) => {
+                    let nearest = nearest_to_base(last, corner);
+                    pieces(last, corner)
+                        .chain([nearest])
+                        .all(|point| self.has(point))
+                }
                 None => self.has(corner),
             };
             if !reached {

@@ -136,7 +136,7 @@ pub(crate) fn kind_of(plan: &Plan, tool: Tool) -> Tool {
 
 fn needed(plan: &Plan) -> Tool {
     let needs = |wanted: fn(&Action) -> bool| plan.steps.iter().any(|step| wanted(&step.action));
-    if needs(|action| matches!(action, Action::Burn { .. } | Action::Laser(_))) {
+    if needs(Action::is_of_a_laser) {
         Tool::Laser
     } else if needs(|action| matches!(action, Action::Gripper(_))) {
         Tool::Gripper

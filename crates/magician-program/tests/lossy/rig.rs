@@ -169,7 +169,7 @@ impl<'p> Ride<'p> {
         }
     }
 
-    async fn to_its_end<C: Iterator<Item = Set>>(
+    async fn finish<C: Iterator<Item = Set>>(
         &mut self,
         arm: &Arm,
         run: &mut Run<C>,

@@ -6,14 +6,14 @@ use magician::commands::{
     DeviceName, DeviceWithL, EndEffectorGripper, EndEffectorLaser, EndEffectorSuctionCup,
     JogCommonParams, PoseL, PtpCommonParams,
 };
-use magician::{Arm, ErrorKind, Events, StateWatch};
+use magician::{Arm, ErrorKind, Events, StateWatch, words};
 use ratatui::crossterm::event::{Event, KeyEvent};
 use tokio::time::{Duration, timeout};
 
 use super::hands::{Hands, Ratios};
 use super::pad::{Pad, Reply, Tone, Tools, plain};
 use crate::context::{STAND_BY, not_confirmed, stop};
-use crate::debts::Debts;
+use crate::debts::{Debts, at_once};
 use crate::failure::{Failure, Kind};
 use crate::terminal::{Polled, Seen, Stage, Told, event_text, take_log};
 
@@ -173,10 +173,17 @@ impl Desk {
         }
     }
 
-    /// Leaves the arm standing and its settings as they were.
+    /// Leaves the arm standing, its laser dark, and its settings as they were.
     pub(crate) async fn leave(self, end: End) -> Result<(), Failure> {
         match end {
-            End::Quit => self.hands.finish().await,
+            End::Quit => {
+                let lit = self.pad.may_burn();
+                self.hands.finish().await?;
+                match lit {
+                    true => at_once(&self.arm, &words::laser(false)).await,
+                    false => Ok(()),
+                }
+            }
             End::Interrupt => {
                 drop(self.hands);
                 let stopped = timeout(STAND_BY, stop(&self.arm, &self.debts)).await;

@@ -15,6 +15,7 @@ use clap::Args;
 use magician::{Arm, SimSpeed, commands};
 
 use super::pose::Answer;
+use super::rail::needs_rail;
 use crate::args::number;
 use crate::context::{Context, Sim};
 use crate::debts::Debts;
@@ -72,6 +73,9 @@ impl Jog {
 fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
     let quiet = context.global.json;
     let pose = context.moving(None, async |arm, _| {
+        if axis == Axis::L {
+            needs_rail(arm).await?;
+        }
         let command = [axis.step(by)];
         attended(quiet, "moving", arm.perform(&command)).await?;
         Ok(arm.get::<commands::Pose>().await?)

@@ -151,6 +151,11 @@ impl Pad {
         self.turn(|hold| hold.beat(now))
     }
 
+    /// Whether the laser burns, or was told to and has not answered.
+    pub(crate) fn may_burn(&self) -> bool {
+        self.tools.laser || self.wanted.laser
+    }
+
     /// Nobody may be looking any more: what is held ends.
     pub(crate) fn let_go(&mut self) -> Reply {
         self.turn(Hold::let_go)
@@ -451,7 +456,10 @@ mod tests {
             letter(&mut pad, 'y'),
             Reply::Order(Order::Tool { .. })
         ));
-        assert!(!pad.tools.laser, "the arm has not answered yet");
+        assert!(
+            !pad.tools.laser && pad.may_burn(),
+            "the arm has not answered yet"
+        );
         let what = What::Tool("the laser burns");
         let outcome = Ok(());
         pad.done(&Done { what, outcome });
