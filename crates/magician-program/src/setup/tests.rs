@@ -139,18 +139,11 @@ fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
                 sheet,
                 ..Setup::default()
             };
-<<<<<<< HEAD
-            setup.work = Work::Engrave(Engrave {
-                overscan,
-                ..Engrave::default()
-            });
-=======
             let engrave = Engrave {
                 overscan,
                 ..Engrave::default()
             };
             setup.work = Work::Engrave(engrave);
->>>>>>> main
             setup.placing.fit = true;
             let made = setup.plan(Format::Image, Content::Image(image)).unwrap();
             let report = check(&made.content, &start);
