@@ -229,7 +229,7 @@ impl Classroom {
                     Ok("an arc goes through here: go to its end and press Enter")
                 });
             }
-            KeyCode::Char('o') if self.lesson.rows.is_empty() => {
+            KeyCode::Char('o' | 'O') if self.lesson.rows.is_empty() => {
                 pad.say(Tone::Bad, "there is nothing to play")
             }
             KeyCode::Char('o') => return Turn::Play(self.lesson.selected),
@@ -471,6 +471,9 @@ mod tests {
     #[test]
     fn what_is_not_saved_is_asked_for() {
         let mut desk = Desk::new();
+        for key in ['o', 'O'] {
+            assert_eq!(desk.press(KeyCode::Char(key)), Turn::Pad(Reply::Nothing));
+        }
         assert_eq!(desk.press(KeyCode::Char('q')), Turn::Leave);
         desk.press(KeyCode::Enter);
         assert_eq!(desk.press(KeyCode::Char('q')), Turn::Pad(Reply::Nothing));
