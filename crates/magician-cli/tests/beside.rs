@@ -46,7 +46,11 @@ fn the_belt_runs_moves_and_stops() {
             json!({"motor": 1, "speed": 0.0}),
         ]
     );
-    for line in ["conveyor run nan\n", "conveyor by 10 --speed 0\n"] {
+    for line in [
+        "conveyor run nan\n",
+        "conveyor run 1e9\n",
+        "conveyor by 10 --speed 0\n",
+    ] {
         assert_eq!(script(line).status, 3, "{line}");
     }
 }

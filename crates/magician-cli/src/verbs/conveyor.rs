@@ -1,6 +1,7 @@
 //! `conveyor`: the belt that one of the arm's motor outputs drives.
 
 use clap::{Args, Subcommand};
+use magician::words::{CONVEYOR_FARTHEST, CONVEYOR_FASTEST};
 use magician::{Set, words};
 use magician_protocol::Stepper;
 use serde::Serialize;
@@ -61,14 +62,20 @@ impl Conveyor {
         let motor = self.motor;
         let output = Stepper::from(motor.saturating_sub(1));
         let answer = match self.action {
-            Action::Run { speed } => turn(context, motor, output, finite(speed)?)?,
+            Action::Run { speed } => turn(
+                context,
+                motor,
+                output,
+                within(speed, CONVEYOR_FASTEST, "mm/s")?,
+            )?,
             Action::Stop => turn(context, motor, output, 0.0)?,
             Action::By { distance, speed } => {
-                if finite(speed)? <= 0.0 {
+                if within(speed, CONVEYOR_FASTEST, "mm/s")? <= 0.0 {
                     let message = format!("a speed of {speed} mm/s: it must be above 0");
                     return Err(Failure::invalid(message));
                 }
-                let command = words::conveyor_by(output, finite(distance)?, speed);
+                let command =
+                    words::conveyor_by(output, within(distance, CONVEYOR_FARTHEST, "mm")?, speed);
                 let quiet = context.global.json;
                 context.moving(None, async |arm, _| advance(arm, command, quiet).await)?;
                 Answer {
@@ -90,10 +97,13 @@ impl Conveyor {
     }
 }
 
-fn finite(value: f32) -> Result<f32, Failure> {
-    match value.is_finite() {
+/// A speed or a way that a belt can be told.
+fn within(value: f32, most: f64, unit: &'static str) -> Result<f32, Failure> {
+    match f64::from(value).abs() <= most {
         true => Ok(value),
-        false => Err(Failure::invalid(format!("{value} is no number for a belt"))),
+        false => Err(Failure::invalid(format!(
+            "{value} {unit}: a belt is told at most {most:.0} {unit} either way"
+        ))),
     }
 }
 

@@ -136,7 +136,7 @@ impl fmt::Display for StreamFailure {
             }
             Self::Dropped { counted, read } => write!(
                 f,
-                "{counted} commands should be in the queue, {read} are: somebody cleared it"
+                "the queue should hold {counted}, and holds {read}: somebody cleared it"
             ),
             Self::NotDrained { left, places } => write!(
                 f,

@@ -7,6 +7,12 @@ use magician_protocol::{Flag, Set, Stepper};
 /// (model section 13; the vendor's own demonstration has a figure that runs 1.9 times too far).
 pub const CONVEYOR_PULSES_PER_MM: f64 = 16_000.0 / (34.0 * std::f64::consts::PI);
 
+/// The fastest that a belt is told to run, mm/s: far beyond what it keeps up with.
+pub const CONVEYOR_FASTEST: f64 = FASTEST / CONVEYOR_PULSES_PER_MM;
+
+/// The longest way that a belt is told to move, mm: about 28 km.
+pub const CONVEYOR_FARTHEST: f64 = u32::MAX as f64 / CONVEYOR_PULSES_PER_MM;
+
 /// Faster pulses than any motor follows, pulses/s. Beyond, the arm reads the number as another one (errata E41).
 const FASTEST: f64 = 1_000_000.0;
 
