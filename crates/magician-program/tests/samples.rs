@@ -253,6 +253,7 @@ samples! {
     blocks "example_loop.blockly"
     house "house.svg"
     curves "curves.svg"
+    rabbit "rabbit.svg"
     star "star.plt"
     pen "pen_outline.gcode"
     laser "laser_checker.gcode"
