@@ -90,7 +90,7 @@ fn csv_with_pauses_names_styles_and_other_signs() {
 #[test]
 fn what_convert_writes_is_read_again() {
     let text = "step,action,x,y,z,r,line,name\n\
-                1,move,200,0,0,0,4,\n\
+                1,movj,200,0,0,0,4,\n\
                 2,path,220,0,0,,5,\"a \"\"b\"\"\"\n\
                 3,wait,,,,,6,\n";
     let (plan, notes) = points(text).unwrap();

@@ -7,7 +7,7 @@ use clap::{Args, ValueHint};
 use magician_program::formats::playback::Playback;
 use magician_program::raster::Engrave;
 use magician_program::rehearse::{RehearseOptions, rehearse};
-use magician_program::{Action, Plan, Problem, Work};
+use magician_program::{Action, Plan, Problem, Travel, Work};
 use serde::Serialize;
 
 use super::job::options::{File, Look, Pen, Place, Way};
@@ -175,7 +175,11 @@ fn points(plan: &Plan) -> String {
 
 fn word(action: &Action) -> &'static str {
     match action {
-        Action::Move { .. } => "move",
+        Action::Move { by, .. } => match by {
+            Travel::Joints => "movj",
+            Travel::Line => "movl",
+            Travel::Jump => "jump",
+        },
         Action::Joints { .. } => "joints",
         Action::Shift { .. } => "shift",
         Action::Arc { .. } => "arc",

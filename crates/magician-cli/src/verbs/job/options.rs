@@ -15,7 +15,7 @@ pub(crate) struct File {
     /// File to run; `-` reads it from stdin
     #[arg(value_hint = ValueHint::FilePath)]
     pub(super) file: PathBuf,
-    /// What the file is, where its name and its content do not tell: playback, svg, gcode, image, dxf, hpgl, blockly, plan
+    /// What the file is, where its name and its content do not tell: playback, svg, gcode, image, dxf, hpgl, blockly, points, plan
     #[arg(long, value_name = "FORMAT")]
     pub(super) format: Option<Format>,
 }
