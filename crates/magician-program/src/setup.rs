@@ -18,7 +18,7 @@ const ROUNDED: f64 = 1.0;
 pub struct Setup {
     /// The tool that was asked for.
     pub tool: Option<Tool>,
-    /// The tool that is on the arm as a rule: for files that name none, and for drawings.
+    /// The tool that is on the arm as a rule: for files that name none; for drawings and images if it can draw or burn them.
     pub usual_tool: Option<Tool>,
     /// The surface that was asked for.
     pub surface: Option<Surface>,
@@ -235,11 +235,20 @@ impl Setup {
         self.pushed(plan)
     }
 
+    /// The tool that draws or burns: the one that was asked for, else the usual one if it can do that, else what the work
+    /// implies. A bias that was measured is that of a pen.
+    fn tool_for(&self, implied: Tool) -> Tool {
+        let usual = self.usual_tool.filter(|usual| match usual {
+            Tool::Bias(_) => implied == Tool::Pen,
+            named => *named == implied,
+        });
+        self.tool.or(usual).unwrap_or(implied)
+    }
+
     fn marking(&self) -> Marking {
-        let asked = self.tool.or(self.usual_tool);
         let marking = match &self.work {
             Work::Engrave(engrave) => Marking {
-                tool: asked.unwrap_or(Tool::Laser),
+                tool: self.tool_for(Tool::Laser),
                 speed: engrave.speed as f32,
                 acceleration: engrave.acceleration as f32,
                 lift: engrave.lift,
@@ -247,7 +256,7 @@ impl Setup {
                 ..Marking::laser(engrave.power[1] as f32)
             },
             _ => Marking {
-                tool: asked.unwrap_or(self.pen.tool),
+                tool: self.tool_for(self.pen.tool),
                 ..self.pen
             },
         };
@@ -294,7 +303,7 @@ impl Setup {
         let surface = self.needed_surface()?;
         let natural = image.size(self.size)?;
         let size = natural.map(|side| side * self.placing.scale);
-        let tool = self.tool.or(self.usual_tool).unwrap_or(Tool::Laser);
+        let tool = self.tool_for(Tool::Laser);
         let grid = self.grid(size, &engrave, tool)?;
         let mut plan = image.plan(&grid, surface, &engrave)?;
         plan.tool = Some(tool);

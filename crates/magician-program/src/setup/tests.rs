@@ -195,3 +195,26 @@ fn an_image_keeps_to_its_sheet() {
         );
     }
 }
+
+#[test]
+fn a_usual_tool_is_taken_where_it_can_do_the_work() {
+    let bias = Tool::Bias([61.5, 0.5, 0.0]);
+    for (usual, pen, laser) in [
+        (Tool::Suction, Tool::Pen, Tool::Laser),
+        (Tool::Pen, Tool::Pen, Tool::Laser),
+        (bias, bias, Tool::Laser),
+        (Tool::Laser, Tool::Pen, Tool::Laser),
+    ] {
+        let setup = Setup {
+            usual_tool: Some(usual),
+            ..Setup::default()
+        };
+        assert_eq!(setup.tool_for(Tool::Pen), pen, "{usual}");
+        assert_eq!(setup.tool_for(Tool::Laser), laser, "{usual}");
+        let asked = Setup {
+            tool: Some(Tool::Gripper),
+            ..setup
+        };
+        assert_eq!(asked.tool_for(Tool::Pen), Tool::Gripper);
+    }
+}
