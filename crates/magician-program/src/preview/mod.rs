@@ -28,6 +28,7 @@ use legend::Legend;
 use panel::{Panel, TICKS};
 pub use png::PictureError;
 pub(crate) use png::options as svg_options;
+pub use section::section;
 use svg::Svg;
 use trip::Trip;
 

@@ -7,8 +7,10 @@ use magician::{Geometry, JointAngles, Limits};
 /// Largest step along a limit, degrees.
 const STEP: f64 = 2.0;
 
-/// Distance from the axis and z of the tool, all round the edge.
-pub(super) fn section(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
+/// What the arm reaches in a plane through the axis of its base: the edge of it, all round, as distance of the tool from the axis
+/// and z, mm.
+#[must_use]
+pub fn section(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
     let corners = allowed(limits);
     let next = corners.iter().cycle().skip(1);
     let edges = corners.iter().zip(next);
