@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueHint};
+use magician_program::formats::Dialect;
 use magician_program::raster::{Size, Trace};
 use magician_program::{Format, Tool};
 
@@ -18,6 +19,9 @@ pub(crate) struct File {
     /// What the file is, where its name and its content do not tell: playback, svg, gcode, image, dxf, hpgl, blockly, points, plan
     #[arg(long, value_name = "FORMAT")]
     pub(super) format: Option<Format>,
+    /// What a G-code file is for: pen or laser; if not given, a laser where it switches a spindle or sets a power
+    #[arg(long, value_name = "pen|laser", value_parser = dialect)]
+    pub(super) dialect: Option<Dialect>,
 }
 
 /// Looks at what would come, without a move.
@@ -189,6 +193,15 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     parsed
         .and_then(|all| all.try_into().ok())
         .ok_or_else(|| format!("expected {N} numbers with commas between them"))
+}
+
+/// Whom G-code is for.
+fn dialect(text: &str) -> Result<Dialect, String> {
+    match text {
+        "pen" => Ok(Dialect::Pen),
+        "laser" => Ok(Dialect::Laser),
+        _ => Err("expected pen or laser".to_owned()),
+    }
 }
 
 /// Above 0.

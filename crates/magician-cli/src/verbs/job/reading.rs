@@ -86,6 +86,7 @@ impl Job {
         options.gcode.surface = setup.known_surface();
         options.gcode.lift = setup.pen.lift;
         options.gcode.start = self.place.start;
+        options.gcode.dialect = self.file.dialect.unwrap_or_default();
         if self.place.start.is_some() {
             return Ok((source.read(Format::Gcode, options)?, None));
         }
