@@ -1,7 +1,7 @@
 //! How touching looks: what to touch at the left, the arm at the right.
 
 use ratatui::Frame;
-use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
@@ -10,9 +10,7 @@ use super::answer::lines as found_lines;
 use super::session::{Model, Touched};
 use super::subject::Subject;
 use crate::terminal::{Theme, help, panel};
-use crate::verbs::jog::{
-    MOVES, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose_panel, thirds,
-};
+use crate::verbs::jog::{MOVES, at_the_right, foot, thirds};
 
 const KEYS: [(&str, &str); 12] = [
     (
@@ -47,9 +45,6 @@ const SAVE: [(&str, &str); 3] = [
     ("Bksp", "touch the last one again"),
     ("q", "quit without saving"),
 ];
-/// From here on there is room for the pad as it is elsewhere.
-const WIDE: u16 = 120;
-
 /// Draws one frame.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     let Model { seen, pad, touched } = model;
@@ -61,30 +56,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     let [header, middle, footer] = thirds(frame.area(), &foot);
     let program = format!("calibrate {}", touched.subject.name());
     frame.render_widget(seen.header(&program, header.width, theme), header);
-    let wide = middle.width >= WIDE;
-    let right = match wide {
-        true => Constraint::Percentage(45),
-        false => Constraint::Length(30),
-    };
-    let [left, right] = Layout::horizontal([Constraint::Fill(1), right]).areas(middle);
+    let left = at_the_right(frame, middle, seen, pad, theme);
     task(frame, left, touched, theme);
-    let rail = u16::from(seen.rail.is_some());
-    let [place, joints, pads, alarms, log] = Layout::vertical([
-        Constraint::Length(6 + rail),
-        Constraint::Length(7),
-        Constraint::Length(5),
-        Constraint::Length(if middle.height > 30 { 6 } else { 4 }),
-        Constraint::Fill(1),
-    ])
-    .areas(right);
-    pose_panel(frame, place, seen, pad, theme);
-    joint_bars(frame, joints, seen, theme);
-    let placing = if wide { Placing::Wide } else { Placing::Narrow };
-    pad_panel(frame, pads, seen, pad, placing, theme);
-    alarm_panel(frame, alarms, seen, theme);
-    if log.height > 2 {
-        log_panel(frame, log, seen, theme);
-    }
     frame.render_widget(Paragraph::new(foot), footer);
     if pad.help {
         help(frame, middle, &KEYS, theme);

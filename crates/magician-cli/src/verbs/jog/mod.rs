@@ -29,8 +29,7 @@ pub(super) use hands::{Order, What};
 pub(super) use pad::{Pad, Reply, Tone, Tools};
 use view::Model;
 pub(super) use view::{
-    MOVES, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose as pose_panel, said,
-    thirds, tool_spans,
+    MOVES, alarm_panel, at_the_right, foot, joint_bars, log_panel, said, thirds, tool_spans,
 };
 
 /// Move the arm by keys on the terminal, or by one step: `jog x 10`

@@ -302,6 +302,41 @@ pub(crate) fn said(text: &str, width: u16, style: Style) -> Vec<Line<'static>> {
         .collect()
 }
 
+/// From here on there is room beside something else for the pad as it is alone.
+const WIDE: u16 = 120;
+
+/// Draws the arm and its pad at the right, and gives what is left of the area to something else.
+pub(crate) fn at_the_right(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    seen: &Seen,
+    pad: &Pad,
+    theme: Theme,
+) -> Rect {
+    let (placing, width) = match area.width >= WIDE {
+        true => (Placing::Wide, Constraint::Percentage(45)),
+        false => (Placing::Narrow, Constraint::Length(30)),
+    };
+    let [left, right] = Layout::horizontal([Constraint::Fill(1), width]).areas(area);
+    let rail = u16::from(seen.rail.is_some());
+    let [place, joints, pads, alarms, log] = Layout::vertical([
+        Constraint::Length(6 + rail),
+        Constraint::Length(7),
+        Constraint::Length(5),
+        Constraint::Length(if area.height > 30 { 6 } else { 4 }),
+        Constraint::Fill(1),
+    ])
+    .areas(right);
+    pose(frame, place, seen, pad, theme);
+    joint_bars(frame, joints, seen, theme);
+    pad_panel(frame, pads, seen, pad, placing, theme);
+    alarm_panel(frame, alarms, seen, theme);
+    if log.height > 2 {
+        log_panel(frame, log, seen, theme);
+    }
+    left
+}
+
 /// Header, middle, and so many lines of foot.
 pub(crate) fn thirds(area: Rect, foot: &[Line<'_>]) -> [Rect; 3] {
     let foot = u16::try_from(foot.len()).unwrap_or(1);

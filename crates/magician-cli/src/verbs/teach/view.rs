@@ -2,17 +2,14 @@
 
 use magician_program::{Action, Grip, Travel};
 use ratatui::Frame;
-use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::classroom::Classroom;
 use super::lesson::Row;
 use crate::terminal::{Seen, Theme, help, panel};
-use crate::verbs::jog::{
-    MOVES, Pad, Placing, alarm_panel, foot, joint_bars, log_panel, pad_panel, pose_panel, said,
-    thirds,
-};
+use crate::verbs::jog::{MOVES, Pad, at_the_right, foot, said, thirds};
 
 /// What is shown.
 #[derive(Clone, Debug)]
@@ -63,9 +60,6 @@ const HINTS: [(&str, &str); 8] = [
     ("q", "quit"),
     ("?", "all keys"),
 ];
-/// From here on there is room for the pad as it is elsewhere.
-const WIDE: u16 = 120;
-
 /// A list this wide has room for long names and rotations.
 const ROOMY: u16 = 64;
 
@@ -79,31 +73,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     };
     let [header, middle, footer] = thirds(frame.area(), &foot);
     frame.render_widget(seen.header("teach", header.width, theme), header);
-    let wide = middle.width >= WIDE;
-    let right = if wide {
-        Constraint::Percentage(45)
-    } else {
-        Constraint::Length(30)
-    };
-    let [left, right] = Layout::horizontal([Constraint::Fill(1), right]).areas(middle);
+    let left = at_the_right(frame, middle, seen, pad, theme);
     list(frame, left, room, theme);
-    let rail = u16::from(seen.rail.is_some());
-    let [place, joints, pads, alarms, log] = Layout::vertical([
-        Constraint::Length(6 + rail),
-        Constraint::Length(7),
-        Constraint::Length(5),
-        Constraint::Length(if middle.height > 30 { 6 } else { 4 }),
-        Constraint::Fill(1),
-    ])
-    .areas(right);
-    pose_panel(frame, place, seen, pad, theme);
-    joint_bars(frame, joints, seen, theme);
-    let placing = if wide { Placing::Wide } else { Placing::Narrow };
-    pad_panel(frame, pads, seen, pad, placing, theme);
-    alarm_panel(frame, alarms, seen, theme);
-    if log.height > 2 {
-        log_panel(frame, log, seen, theme);
-    }
     frame.render_widget(Paragraph::new(foot), footer);
     if pad.help {
         help(frame, middle, &KEYS, theme);
