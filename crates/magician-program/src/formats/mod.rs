@@ -2,6 +2,7 @@
 
 mod blockly;
 mod dxf;
+mod flaw;
 mod gcode;
 mod hpgl;
 mod image;

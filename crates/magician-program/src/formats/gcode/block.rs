@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::lexer::{Flaw, Words};
+use super::lexer::Words;
+use crate::formats::flaw::Flaw;
 
 /// More codes than this on a line are no program.
 const MOST_CODES: usize = 16;

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::formats::flaw::Flaw;
+
 /// No number of a program for this arm is as great, whatever its unit.
 const GREATEST: f64 = 1e9;
 /// So many digits fit into the whole number that they are gathered in.
@@ -21,29 +23,6 @@ pub(super) struct Word {
     pub(super) number: Option<f64>,
     /// Which bytes of the line it takes.
     pub(super) range: Range<usize>,
-}
-
-/// What is no word.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Flaw {
-    pub(super) range: Range<usize>,
-    pub(super) message: String,
-    pub(super) help: Option<&'static str>,
-}
-
-impl Flaw {
-    pub(super) fn new(range: Range<usize>, message: impl Into<String>) -> Self {
-        Self {
-            range,
-            message: message.into(),
-            help: None,
-        }
-    }
-
-    pub(super) fn help(mut self, help: &'static str) -> Self {
-        self.help = Some(help);
-        self
-    }
 }
 
 /// The words of a line. Spaces may stand anywhere but inside a number; comments, the percent signs around a program and

@@ -2,11 +2,11 @@
 
 use super::block::{Block, Code};
 use super::emit::Emitter;
-use super::lexer::Flaw;
 use super::notes::Notes;
 use super::options::{GcodeOptions, NEEDS_START};
 use super::survey::{HIGHEST_SERVO, Survey};
 use super::{Line, is_left_out};
+use crate::formats::flaw::Flaw;
 use crate::{Origin, Plan, Problem};
 
 /// Below this angle the servo of `M300` has the pen down (30 is down, 50 is up).

@@ -37,7 +37,7 @@ use std::ops::Range;
 use super::{Content, ReadOptions, Reading};
 use crate::{Origin, Problem};
 
-use lexer::Flaw;
+use crate::formats::flaw::Flaw;
 use machine::Machine;
 pub(super) use notes::Notes;
 
@@ -115,10 +115,7 @@ impl Line<'_> {
     }
 
     fn problem(&self, flaw: Flaw) -> Problem {
-        let problem = Problem::new(self.origin(&flaw.range), flaw.message);
-        match flaw.help {
-            Some(help) => problem.help(help),
-            None => problem,
-        }
+        let origin = self.origin(&flaw.range);
+        flaw.into_problem(origin)
     }
 }

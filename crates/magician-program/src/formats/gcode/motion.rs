@@ -3,10 +3,10 @@
 use super::arc::{Arc, Ends, Round};
 use super::block::Block;
 use super::emit::Work;
-use super::lexer::Flaw;
 use super::machine::{Machine, Mode};
 use super::options::NEEDS_START;
 use crate::Origin;
+use crate::formats::flaw::Flaw;
 
 const AXES: [u8; 3] = *b"XYZ";
 /// Beyond this no place is told apart from another within a thousandth of a millimetre.

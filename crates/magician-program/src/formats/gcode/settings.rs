@@ -1,9 +1,9 @@
 //! What a line sets: the motion that follows, units, distances, speed.
 
 use super::block::{Block, Code};
-use super::lexer::Flaw;
 use super::machine::{Machine, Mode};
 use crate::Origin;
+use crate::formats::flaw::Flaw;
 
 /// The arm's fastest speed along a line, mm/s (model section 6).
 const FASTEST: f64 = 300.0;

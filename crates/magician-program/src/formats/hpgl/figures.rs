@@ -1,9 +1,10 @@
 //! Arcs, circles, rectangles, wedges and curves.
 
 use super::curves;
-use super::lexer::{Flaw, Instruction};
+use super::lexer::Instruction;
 use super::plotter::{Plotter, pairs};
 use crate::artwork::distance;
+use crate::formats::flaw::Flaw;
 
 /// More turns than this are no arc of a drawing, degrees.
 const WIDEST: f64 = 36_000.0;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::{Lines, Problem};
+use crate::formats::flaw::Flaw;
 
 /// The most that HPGL's numbers can be.
 const GREATEST: f64 = 8_388_608.0;
@@ -23,37 +23,6 @@ pub(super) struct Instruction {
 impl Instruction {
     pub(super) fn name(&self) -> String {
         self.name.map(char::from).iter().collect()
-    }
-}
-
-/// What is no instruction, or one that is not followed.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Flaw {
-    range: Range<usize>,
-    message: String,
-    help: Option<&'static str>,
-}
-
-impl Flaw {
-    pub(super) fn new(range: Range<usize>, message: impl Into<String>) -> Self {
-        Self {
-            range,
-            message: message.into(),
-            help: None,
-        }
-    }
-
-    pub(super) fn help(mut self, help: &'static str) -> Self {
-        self.help = Some(help);
-        self
-    }
-
-    pub(super) fn into_problem(self, lines: &Lines<'_>) -> Problem {
-        let problem = Problem::new(lines.origin(self.range), self.message);
-        match self.help {
-            Some(help) => problem.help(help),
-            None => problem,
-        }
     }
 }
 

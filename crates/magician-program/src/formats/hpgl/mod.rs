@@ -44,7 +44,10 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
     let mut plotter = Plotter::new(&options.title, tolerance, &lines);
     for instruction in Instructions::new(&text) {
         let done = instruction.and_then(|instruction| plotter.take(&instruction));
-        done.map_err(|flaw| flaw.into_problem(&lines))?;
+        done.map_err(|flaw| {
+            let origin = lines.origin(flaw.range.clone());
+            flaw.into_problem(origin)
+        })?;
     }
     let (artwork, notes) = plotter.finish();
     Ok(Reading {

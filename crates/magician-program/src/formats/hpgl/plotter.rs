@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use super::Notes;
-use super::lexer::{Flaw, Instruction};
+use super::lexer::Instruction;
 use super::scale::Scale;
+use crate::formats::flaw::Flaw;
 use crate::{Artwork, Lines, Problem, Stroke};
 
 /// No sheet is as large, mm.

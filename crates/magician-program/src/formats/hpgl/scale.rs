@@ -1,6 +1,7 @@
 //! User units (IP, SC).
 
-use super::lexer::{Flaw, Instruction};
+use super::lexer::Instruction;
+use crate::formats::flaw::Flaw;
 
 /// Plotter units of a millimetre.
 const UNITS: f64 = 40.0;

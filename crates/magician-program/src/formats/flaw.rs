@@ -1,0 +1,35 @@
+use std::ops::Range;
+
+use crate::{Origin, Problem};
+
+/// What cannot be read or followed in a program, by its bytes.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Flaw {
+    pub(super) range: Range<usize>,
+    pub(super) message: String,
+    help: Option<&'static str>,
+}
+
+impl Flaw {
+    pub(super) fn new(range: Range<usize>, message: impl Into<String>) -> Self {
+        Self {
+            range,
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    pub(super) fn help(mut self, help: &'static str) -> Self {
+        self.help = Some(help);
+        self
+    }
+
+    /// At the place that its bytes have in the file.
+    pub(super) fn into_problem(self, origin: Origin) -> Problem {
+        let problem = Problem::new(origin, self.message);
+        match self.help {
+            Some(help) => problem.help(help),
+            None => problem,
+        }
+    }
+}
