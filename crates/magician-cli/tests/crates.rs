@@ -36,6 +36,10 @@ const ALLOWED: [(&str, &[&str]); 8] = [
             "magician-program",
         ],
     ),
+    ("magician-capi", &["magician"]),
+    ("magician-capi-v1", &["magician-capi"]),
+    ("magician-capi-v2", &["magician-capi"]),
+    ("magician-capi-v3", &["magician-capi"]),
     (
         "xtask",
         &["magician-protocol", "magician-motion", "magician-sim"],

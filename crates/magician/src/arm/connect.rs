@@ -1,7 +1,8 @@
 use std::future::Future;
 use std::io;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
 
 use magician_protocol::commands::{DeviceVersion, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use tokio::io::{AsyncRead, AsyncWrite};
@@ -143,6 +144,7 @@ impl Arm {
             messages,
             shared,
             flow: tokio::sync::Mutex::default(),
+            timeout: AtomicU64::new(micros(options.timeout)),
             options,
             warned: AtomicBool::new(false),
         };
@@ -190,7 +192,7 @@ impl Arm {
         let message = format!(
             "{silent}: {tried}, {} requests for GetDeviceVersion in {:.1} s, {heard}",
             stats.sent,
-            self.inner.options.timeout.as_secs_f64(),
+            self.timeout().as_secs_f64(),
         );
         Error::new(ErrorKind::Timeout, message)
     }
@@ -215,6 +217,17 @@ impl Arm {
         async move {
             let _ = link.wait_for(|link| *link == Link::Closed).await;
         }
+    }
+
+    /// How long every single call to the arm may take.
+    #[must_use]
+    pub fn timeout(&self) -> Duration {
+        Duration::from_micros(self.inner.timeout.load(Ordering::SeqCst))
+    }
+
+    /// Changes [`Options::timeout`], for calls of all clones that begin after this.
+    pub fn set_timeout(&self, timeout: Duration) {
+        self.inner.timeout.store(micros(timeout), Ordering::SeqCst);
     }
 
     /// What the connection is called in messages: the target as it was given.

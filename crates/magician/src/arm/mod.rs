@@ -17,7 +17,7 @@ mod verbs;
 mod watch;
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 
 use tokio::sync::mpsc;
 
@@ -77,6 +77,8 @@ struct Inner {
     shared: Arc<Shared>,
     flow: tokio::sync::Mutex<Flow>,
     options: Options,
+    /// [`Options::timeout`] as it is now, in microseconds.
+    timeout: AtomicU64,
     /// The warning that the arm may not be homed was given.
     warned: AtomicBool,
 }

@@ -19,7 +19,7 @@ const FOREVER: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
 /// Requests.
 impl Arm {
     pub(super) fn deadline(&self) -> Instant {
-        Instant::now() + self.inner.options.timeout.min(FOREVER)
+        Instant::now() + self.timeout().min(FOREVER)
     }
 
     /// Tells what befell the queue: whoever began after `since` stops, and whoever asks first.

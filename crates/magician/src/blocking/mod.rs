@@ -17,6 +17,7 @@ mod watches;
 
 use std::future::Future;
 use std::sync::Arc;
+use std::time::Duration;
 
 use magician_protocol::{AlarmSet, Ctrl, FrameBuf, NoArgs, Queueable, Readable, Set, Writable};
 
@@ -96,6 +97,17 @@ impl Arm {
     #[must_use]
     pub fn name(&self) -> &str {
         self.owner.arm.name()
+    }
+
+    /// See [`crate::Arm::timeout`].
+    #[must_use]
+    pub fn timeout(&self) -> Duration {
+        self.owner.arm.timeout()
+    }
+
+    /// See [`crate::Arm::set_timeout`].
+    pub fn set_timeout(&self, timeout: Duration) {
+        self.owner.arm.set_timeout(timeout);
     }
 
     /// See [`crate::Arm::link`].

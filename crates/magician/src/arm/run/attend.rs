@@ -34,7 +34,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
             horizon: micros(self.options.horizon),
             laser_horizon: micros(self.options.laser_horizon),
             window: self.arm.inner.options.window,
-            patience: micros(self.arm.inner.options.timeout),
+            patience: micros(self.arm.timeout()),
             trust_pose: self.options.trust_pose,
             ..StreamSettings::default()
         };

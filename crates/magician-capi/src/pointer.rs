@@ -1,0 +1,153 @@
+//! What C hands over: the only place that reads and writes the caller's memory.
+//!
+//! A value of these types is a promise of the C caller's: it is null, or it points to as many bytes as its type says,
+//! for the time of the call. Null is always survived; nothing needs to be aligned.
+#![allow(unsafe_code)]
+
+use std::ffi::{CStr, c_char};
+use std::ptr;
+
+use crate::code::{Fault, Outcome};
+
+/// A structure or number that C hands in.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub struct In<T>(*const T);
+
+/// Where C wants a structure or number.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub struct Out<T>(*mut T);
+
+/// Text that C hands in.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub struct Text(*const c_char);
+
+/// Where C wants text; how much fits comes beside it, or is known.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub struct Buffer(*mut c_char);
+
+/// What may lie in the memory of C: every pattern of bytes is a value, and no value has padding.
+///
+/// # Safety
+/// Just that must be true of the type.
+pub unsafe trait Plain: Copy {}
+
+// SAFETY: numbers have no padding and no invalid patterns.
+unsafe impl Plain for u8 {}
+// SAFETY: as above.
+unsafe impl Plain for u16 {}
+// SAFETY: as above.
+unsafe impl Plain for u32 {}
+// SAFETY: as above.
+unsafe impl Plain for i32 {}
+// SAFETY: as above.
+unsafe impl Plain for u64 {}
+// SAFETY: as above.
+unsafe impl Plain for f32 {}
+
+impl<T: Plain> In<T> {
+    /// # Safety
+    /// The pointer is null, or good for reading a `T` as long as this is used.
+    #[must_use]
+    pub const unsafe fn new(pointer: *const T) -> Self {
+        Self(pointer)
+    }
+
+    /// What is there.
+    ///
+    /// # Errors
+    /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
+    pub fn read(self) -> Result<T, Fault> {
+        if self.0.is_null() {
+            return Err(Fault::invalid("a null pointer where a value is needed"));
+        }
+        // SAFETY: not null, so the caller's promise holds.
+        Ok(unsafe { ptr::read_unaligned(self.0) })
+    }
+}
+
+impl<T: Plain> Out<T> {
+    /// # Safety
+    /// The pointer is null, or good for reading and writing a `T` as long as this is used.
+    #[must_use]
+    pub const unsafe fn new(pointer: *mut T) -> Self {
+        Self(pointer)
+    }
+
+    /// What is there, where C says what it wants in the place where it gets it.
+    ///
+    /// # Errors
+    /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
+    pub fn read(self) -> Result<T, Fault> {
+        In(self.0.cast_const()).read()
+    }
+
+    /// Whether there is a place at all: what would be asked for nothing is not asked.
+    ///
+    /// # Errors
+    /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
+    pub fn check(self) -> Outcome {
+        if self.0.is_null() {
+            return Err(Fault::invalid("a null pointer where a result belongs"));
+        }
+        Ok(())
+    }
+
+    /// Puts it there, if there is a place.
+    pub fn put(self, value: T) {
+        if !self.0.is_null() {
+            // SAFETY: not null, so the caller's promise holds.
+            unsafe { ptr::write_unaligned(self.0, value) }
+        }
+    }
+}
+
+impl Text {
+    /// # Safety
+    /// The pointer is null, or points to text that ends with a NUL and stays as long as this is used.
+    #[must_use]
+    pub const unsafe fn new(pointer: *const c_char) -> Self {
+        Self(pointer)
+    }
+
+    /// The bytes before the NUL; none for a null pointer.
+    #[must_use]
+    pub fn bytes(self) -> Vec<u8> {
+        if self.0.is_null() {
+            return Vec::new();
+        }
+        // SAFETY: not null, so the caller's promise holds.
+        unsafe { CStr::from_ptr(self.0) }.to_bytes().to_vec()
+    }
+}
+
+impl Buffer {
+    /// # Safety
+    /// The pointer is null, or good for writing as many bytes as are said to fit, as long as this is used.
+    #[must_use]
+    pub const unsafe fn new(pointer: *mut c_char) -> Self {
+        Self(pointer)
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_null(self) -> bool {
+        self.0.is_null()
+    }
+
+    /// Writes as much of the text as fits before a NUL, and the NUL; nothing where nothing fits.
+    pub fn put(self, text: &[u8], fits: usize) {
+        let Some(most) = fits.checked_sub(1).filter(|_| !self.is_null()) else {
+            return;
+        };
+        let count = text.len().min(most);
+        // SAFETY: not null, so `fits` bytes may be written, and no more are.
+        unsafe {
+            ptr::copy_nonoverlapping(text.as_ptr(), self.0.cast(), count);
+            self.0.add(count).write(0);
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! The vendor's C library `DobotDll`, functions with a dobotId; `magician-capi` is what it is made of.
+
+magician_capi::export!(v2);
