@@ -9,6 +9,7 @@ mod gallery;
 mod programs;
 mod protocol;
 mod soak;
+mod vendor;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -20,6 +21,7 @@ Usage: cargo xtask CHORE
   fidelity   list what the virtual arm's behaviour rests on: docs/FIDELITY.md
   protocol   list every command of the protocol: docs/PROTOCOL.md
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
+  vendor     list every function of the vendor's C library: docs/VENDOR-FUNCTIONS.md
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   programs   run programs of every kind on the virtual arm: docs/programs/* and docs/PROGRAMS.md
   dist       build the release archive: target/dist/*.tar.gz
@@ -40,6 +42,7 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
         Some((chore, [])) if chore == "dist" => dist::write(&root),
+        Some((chore, rest)) if chore == "vendor" => vendor::run(rest, &docs),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
         Some((chore, rest)) if chore == "soak" => soak::run(rest),
         _ => {
