@@ -77,7 +77,7 @@ static void *part(size_t size, bool result, bool index) {
 }
 
 /* Memory that is read. */
-static void *given(size_t size) {
+static void *new_given(size_t size) {
     bool was = short_by_one;
     unsigned char *made;
     if (!was) {
@@ -88,15 +88,15 @@ static void *given(size_t size) {
 }
 
 /* Memory that is written. */
-static void *wanted(size_t size) {
+static void *new_wanted(size_t size) {
     unsigned char *made = part(size, true, false);
     result_bytes += made ? size : 0;
     return made;
 }
 
 /* The same, where the caller says in the first byte what it is about: the first pin, or anything. */
-static void *asked(size_t size) {
-    unsigned char *made = wanted(size);
+static void *new_asked(size_t size) {
+    unsigned char *made = new_wanted(size);
     if (made && size > 1) {
         *made = way == NOISE ? (unsigned char)noise() : way == BORDER ? 255 : 1;
         parts[used - 1].asked = true;
@@ -104,23 +104,23 @@ static void *asked(size_t size) {
     return made;
 }
 
-static void *index_place(void) {
+static void *new_index(void) {
     return part(sizeof(uint64_t), true, true);
 }
 
-static void *listed(size_t size, int count) {
+static void *new_listed(size_t size, int count) {
     /* Nobody has memory for these: that they are too many has to be seen before the memory is looked at. */
     bool sane = count >= 0 && count <= 64;
     return part(size * (sane ? (size_t)count : 1), false, false);
 }
 
-static int how_many(void) {
+static int new_count(void) {
     static const int counts[] = {0, 1, 2, 64, -1, 1000, 0x7FFFFFFF, (int)0x80000000};
     return way == NOISE || way == BORDER ? counts[noise() % 8] : 2;
 }
 
 /* How much is said to fit. */
-static uint32_t room(void) {
+static uint32_t new_room(void) {
     static const uint32_t rooms[] = {0, 1, 2, 3, 15, 16, 17, 255, 0xFFFFFFFF, 0x80000000};
     return way == NOISE || way == BORDER ? rooms[noise() % 10] : 32;
 }
@@ -130,7 +130,7 @@ static size_t fits(uint32_t said) {
     return said < 256 ? said : 256;
 }
 
-static const char *text(void) {
+static const char *new_text(void) {
     static const int lengths[] = {0, 1, 20, 100, 168, 255, 256, 4000};
     int length = way == NOISE || way == BORDER ? lengths[noise() % 8] : 4;
     bool was = short_by_one;
@@ -149,7 +149,7 @@ static const char *text(void) {
     return made;
 }
 
-static float real(void) {
+static float new_real(void) {
     static const uint32_t reals[] = {0x7F800000, 0xFF800000, 0x7FC00000, 0x7F7FFFFF, 1, 0x80000000};
     uint32_t bits = way == BORDER ? reals[noise() % 6] : way == NOISE ? noise() : 0;
     float made;
@@ -157,7 +157,7 @@ static float real(void) {
     return made;
 }
 
-static uint32_t whole(void) {
+static uint32_t new_whole(void) {
     static const uint32_t wholes[] = {0, 1, 2, 127, 128, 255, 256, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF};
     return way == BORDER ? wholes[noise() % 10] : way == NOISE ? noise() : 1;
 }

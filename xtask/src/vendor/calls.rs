@@ -32,31 +32,31 @@ fn call(part: &mut String, function: &Function) {
     let _ = writeln!(part, "static int call_{name}(void) {{");
     let sized = |argument: &str| (function.arguments.iter()).any(|&(known, _)| known == argument);
     if sized("size") {
-        part.push_str("    uint32_t size = room();\n");
+        part.push_str("    uint32_t size = new_room();\n");
     }
     if sized("count") {
-        part.push_str("    int count = how_many();\n");
+        part.push_str("    int count = new_count();\n");
     }
     for &(argument, ty) in function.arguments {
         let ty = ty.replace(' ', "");
         let made = match (ty.as_str(), inside(&ty, "In"), inside(&ty, "Out")) {
             _ if argument == "size" || argument == "count" => continue,
-            ("Text", ..) => "const char *{} = text()".to_owned(),
-            ("Buffer", ..) if sized("size") => "char *{} = wanted(fits(size))".to_owned(),
-            ("Buffer", ..) => "char *{} = wanted(64)".to_owned(),
+            ("Text", ..) => "const char *{} = new_text()".to_owned(),
+            ("Buffer", ..) if sized("size") => "char *{} = new_wanted(fits(size))".to_owned(),
+            ("Buffer", ..) => "char *{} = new_wanted(64)".to_owned(),
             (_, Some(of), _) if sized("count") && argument == "outputs" => {
-                format!("void *{{}} = listed(sizeof({}), count)", number(of))
+                format!("void *{{}} = new_listed(sizeof({}), count)", number(of))
             }
-            (_, Some(of), _) => format!("void *{{}} = given(sizeof({}))", number(of)),
-            (_, _, Some("u8")) if sized("size") => "void *{} = wanted(fits(size))".to_owned(),
-            (_, _, Some("u64")) if argument == "index" => "void *{} = index_place()".to_owned(),
+            (_, Some(of), _) => format!("void *{{}} = new_given(sizeof({}))", number(of)),
+            (_, _, Some("u8")) if sized("size") => "void *{} = new_wanted(fits(size))".to_owned(),
+            (_, _, Some("u64")) if argument == "index" => "void *{} = new_index()".to_owned(),
             // What it is about is said where the answer goes.
             (_, _, Some(of)) if of.starts_with("IO") => {
-                format!("void *{{}} = asked(sizeof({}))", number(of))
+                format!("void *{{}} = new_asked(sizeof({}))", number(of))
             }
-            (_, _, Some(of)) => format!("void *{{}} = wanted(sizeof({}))", number(of)),
-            ("f32", ..) => "float {} = real()".to_owned(),
-            (scalar, ..) => format!("{} {{}} = (__typeof__({{}}))whole()", number(scalar)),
+            (_, _, Some(of)) => format!("void *{{}} = new_wanted(sizeof({}))", number(of)),
+            ("f32", ..) => "float {} = new_real()".to_owned(),
+            (scalar, ..) => format!("{} {{}} = (__typeof__({{}}))new_whole()", number(scalar)),
         };
         let _ = writeln!(part, "    {};", made.replace("{}", argument));
     }
