@@ -9,6 +9,7 @@ mod gallery;
 mod programs;
 mod protocol;
 mod soak;
+mod vendor;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -22,6 +23,8 @@ Usage: cargo xtask CHORE
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   programs   run programs of every kind on the virtual arm: docs/programs/* and docs/PROGRAMS.md
+  vendor-headers
+             write the C headers of the drop-in for the vendor's library: crates/magician-capi/include/v*
   dist       build the release archive: target/dist/*.tar.gz
   bench [WHAT...] [--json]
              measure what the virtual arm costs
@@ -39,6 +42,7 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
+        Some((chore, [])) if chore == "vendor-headers" => vendor::headers::write(&root),
         Some((chore, [])) if chore == "dist" => dist::write(&root),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
         Some((chore, rest)) if chore == "soak" => soak::run(rest),
