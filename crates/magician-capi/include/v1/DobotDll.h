@@ -61,7 +61,7 @@ DOBOTDLLSHARED_EXPORT int MagicianLastError(char *text, uint32_t size);
 /* Lets [guarded] commands through: their names, separated by commas, or "all". Not in the vendor's library. */
 DOBOTDLLSHARED_EXPORT int MagicianAllow(const char *names);
 
-/* Whether the log has a line for every call. */
+/* Does nothing: the environment's MAGICIAN_LOG=debug has the log say every call. */
 DOBOTDLLSHARED_EXPORT int SetDebugEnable(bool isEnable);
 
 /* ---- Device ---- */
@@ -228,8 +228,7 @@ DOBOTDLLSHARED_EXPORT int SetTRIGCmd(TRIGCmd *trigCmd, bool isQueued, uint64_t *
 
 /* ---- Inputs and outputs ---- */
 
-/* What a get is about, it reads from the structure that it fills: set address first. */
-/* [always queued], those with isQueued */
+/* [always queued], those with isQueued. A get reads from the structure what it is about: set address first. */
 DOBOTDLLSHARED_EXPORT int SetIOMultiplexing(IOMultiplexing *ioMultiplexing, bool isQueued,
     uint64_t *queuedCmdIndex);
 DOBOTDLLSHARED_EXPORT int GetIOMultiplexing(IOMultiplexing *ioMultiplexing);
@@ -290,7 +289,7 @@ DOBOTDLLSHARED_EXPORT int SetLostStepCmd(bool isQueued, uint64_t *queuedCmdIndex
 
 /* ---- Firmware, serial connector, tests ---- */
 
-/* [guarded] */
+/* [guarded], the sets */
 DOBOTDLLSHARED_EXPORT int UpdateFirmware(FirmwareParams *firmwareParams);
 DOBOTDLLSHARED_EXPORT int SetFirmwareMode(FirmwareMode *firmwareMode);
 DOBOTDLLSHARED_EXPORT int GetFirmwareMode(FirmwareMode *firmwareMode);

@@ -223,8 +223,7 @@ DOBOTDLLSHARED_EXPORT int SetTRIGCmd(int dobotId, TRIGCmd *trigCmd, bool isQueue
 
 /* ---- Inputs and outputs ---- */
 
-/* What a get is about, it reads from the structure that it fills: set address first. */
-/* [always queued], those with isQueued */
+/* [always queued], those with isQueued. A get reads from the structure what it is about: set address first. */
 DOBOTDLLSHARED_EXPORT int SetIOMultiplexing(int dobotId, IOMultiplexing *ioMultiplexing, bool isQueued,
     uint64_t *queuedCmdIndex);
 DOBOTDLLSHARED_EXPORT int GetIOMultiplexing(int dobotId, IOMultiplexing *ioMultiplexing);
@@ -287,7 +286,7 @@ DOBOTDLLSHARED_EXPORT int SetLostStepCmd(int dobotId, bool isQueued, uint64_t *q
 
 /* ---- Firmware, serial connector, tests ---- */
 
-/* [guarded] */
+/* [guarded], the sets */
 DOBOTDLLSHARED_EXPORT int UpdateFirmware(int dobotId, FirmwareParams *firmwareParams);
 DOBOTDLLSHARED_EXPORT int SetFirmwareMode(int dobotId, FirmwareMode *firmwareMode);
 DOBOTDLLSHARED_EXPORT int GetFirmwareMode(int dobotId, FirmwareMode *firmwareMode);

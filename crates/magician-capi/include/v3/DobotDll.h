@@ -62,11 +62,11 @@ DOBOTDLLSHARED_EXPORT int MagicianLastError(char *text, uint32_t size);
 /* Lets [guarded] commands through: their names, separated by commas, or "all". Not in the vendor's library. */
 DOBOTDLLSHARED_EXPORT int MagicianAllow(const char *names);
 
-/* Whether the log has a line for every call. */
+/* Does nothing: the environment's MAGICIAN_LOG=debug has the log say every call. */
 DOBOTDLLSHARED_EXPORT int SetDebugEnable(bool isEnable);
 
-/* Sleeps, ms. */
-DOBOTDLLSHARED_EXPORT int DobotSleep(uint32_t ms);
+/* Waits. */
+DOBOTDLLSHARED_EXPORT int DobotSleep(uint32_t milliseconds);
 
 /* ---- Device ---- */
 
@@ -149,7 +149,7 @@ DOBOTDLLSHARED_EXPORT int SetEndEffectorGripper(int masterId, int slaveId, bool 
     bool isQueued, uint64_t *queuedCmdIndex);
 DOBOTDLLSHARED_EXPORT int GetEndEffectorGripper(int masterId, int slaveId, bool *isCtrlEnabled,
     bool *isGripped);
-/* [not this arm] isQueued comes first in these. */
+/* [not this arm] isQueued comes first. */
 DOBOTDLLSHARED_EXPORT int SetEndEffectorType(int masterId, int slaveId, bool isQueued, uint8_t endType,
     uint64_t *queuedCmdIndex);
 DOBOTDLLSHARED_EXPORT int GetEndEffectorType(int masterId, int slaveId, uint8_t *endType);
@@ -205,6 +205,14 @@ DOBOTDLLSHARED_EXPORT int SetPTPCmd(int masterId, int slaveId, PTPCmd *ptpCmd, b
     uint64_t *queuedCmdIndex);
 DOBOTDLLSHARED_EXPORT int SetPTPWithLCmd(int masterId, int slaveId, PTPWithLCmd *ptpWithLCmd, bool isQueued,
     uint64_t *queuedCmdIndex);
+DOBOTDLLSHARED_EXPORT int SetPTPJump2Params(int masterId, int slaveId, PTPJump2Params *ptpJump2Params,
+    bool isQueued, uint64_t *queuedCmdIndex);
+DOBOTDLLSHARED_EXPORT int GetPTPJump2Params(int masterId, int slaveId, PTPJump2Params *ptpJump2Params);
+/* A move that switches outputs on the way. */
+DOBOTDLLSHARED_EXPORT int SetPTPPOCmd(int masterId, int slaveId, PTPCmd *ptpCmd,
+    ParallelOutputCmd *parallelCmd, int parallelCmdCount, bool isQueued, uint64_t *queuedCmdIndex);
+DOBOTDLLSHARED_EXPORT int SetPTPPOWithLCmd(int masterId, int slaveId, PTPWithLCmd *ptpWithLCmd,
+    ParallelOutputCmd *parallelCmd, int parallelCmdCount, bool isQueued, uint64_t *queuedCmdIndex);
 
 /* ---- Continuous path ---- */
 
@@ -253,8 +261,7 @@ DOBOTDLLSHARED_EXPORT int SetTRIGCmd(int masterId, int slaveId, TRIGCmd *trigCmd
 
 /* ---- Inputs and outputs ---- */
 
-/* What a get is about, it reads from the structure that it fills: set address first. */
-/* [always queued], those with isQueued */
+/* [always queued], those with isQueued. A get reads from the structure what it is about: set address first. */
 DOBOTDLLSHARED_EXPORT int SetIOMultiplexing(int masterId, int slaveId, IOMultiplexing *ioMultiplexing,
     bool isQueued, uint64_t *queuedCmdIndex);
 DOBOTDLLSHARED_EXPORT int GetIOMultiplexing(int masterId, int slaveId, IOMultiplexing *ioMultiplexing);
@@ -278,7 +285,7 @@ DOBOTDLLSHARED_EXPORT int SetColorSensor(int masterId, int slaveId, bool enable,
 DOBOTDLLSHARED_EXPORT int GetColorSensor(int masterId, int slaveId, uint8_t *r, uint8_t *g, uint8_t *b);
 DOBOTDLLSHARED_EXPORT int SetInfraredSensor(int masterId, int slaveId, bool enable, uint8_t port,
     uint8_t version, bool isQueued, uint64_t *queuedCmdIndex);
-DOBOTDLLSHARED_EXPORT int GetInfraredSensor(int masterId, int slaveId, uint8_t port, uint8_t *value);
+DOBOTDLLSHARED_EXPORT int GetInfraredSensor(int masterId, int slaveId, InfraredPort port, uint8_t *value);
 
 /* [not this arm], all of these */
 DOBOTDLLSHARED_EXPORT int SetSeeedColorSensor(int masterId, int slaveId, uint8_t port, bool isQueued,
@@ -287,7 +294,8 @@ DOBOTDLLSHARED_EXPORT int GetSeeedColorSensor(int masterId, int slaveId, uint16_
     uint16_t *b, uint16_t *cct);
 DOBOTDLLSHARED_EXPORT int SetSeeedTempSensor(int masterId, int slaveId, uint8_t port, bool isQueued,
     uint64_t *queuedCmdIndex);
-DOBOTDLLSHARED_EXPORT int GetSeeedTempSensor(int masterId, int slaveId, float *temperature, float *humidity);
+DOBOTDLLSHARED_EXPORT int GetSeeedTempSensor(int masterId, int slaveId, uint16_t *temperature,
+    uint16_t *humidity);
 DOBOTDLLSHARED_EXPORT int SetSeeedLightSensor(int masterId, int slaveId, uint8_t port, bool isQueued,
     uint64_t *queuedCmdIndex);
 DOBOTDLLSHARED_EXPORT int GetSeeedLightSensor(int masterId, int slaveId, uint16_t *lux);
@@ -308,6 +316,9 @@ DOBOTDLLSHARED_EXPORT int GetAngleSensorCoef(int masterId, int slaveId, float *r
     float *frontArmAngleCoef);
 DOBOTDLLSHARED_EXPORT int SetBaseDecoderStaticError(int masterId, int slaveId, float baseDecoderError);
 DOBOTDLLSHARED_EXPORT int GetBaseDecoderStaticError(int masterId, int slaveId, float *baseDecoderError);
+/* [not this arm] */
+DOBOTDLLSHARED_EXPORT int SetLRHandCalibrateValue(int masterId, int slaveId, float lrHandCalibrateValue);
+DOBOTDLLSHARED_EXPORT int GetLRHandCalibrateValue(int masterId, int slaveId, float *lrHandCalibrateValue);
 
 /* ---- Wi-Fi ---- */
 
@@ -342,13 +353,24 @@ DOBOTDLLSHARED_EXPORT int GetLostStepEnableAndParamsCmd(int masterId, int slaveI
 
 /* ---- Firmware, serial connector, tests ---- */
 
+/* [guarded], the sets */
+DOBOTDLLSHARED_EXPORT int UpdateFirmware(int masterId, int slaveId, FirmwareParams *firmwareParams);
+DOBOTDLLSHARED_EXPORT int SetFirmwareMode(int masterId, int slaveId, FirmwareMode *firmwareMode);
+DOBOTDLLSHARED_EXPORT int GetFirmwareMode(int masterId, int slaveId, FirmwareMode *firmwareMode);
 /* [not this arm] */
 DOBOTDLLSHARED_EXPORT int SetUpgradeFWReadyCmd(int masterId, int slaveId,
     UpgradeFWReadyCmd *upgradeFWReadyCmd);
 DOBOTDLLSHARED_EXPORT int GetUpgradeFWReadyCmd(int masterId, int slaveId,
     UpgradeFWReadyCmd *upgradeFWReadyCmd, uint8_t *isReady);
 DOBOTDLLSHARED_EXPORT int GetUART4PeripheralsType(int masterId, int slaveId, uint8_t *type);
+DOBOTDLLSHARED_EXPORT int SetUART4PeripheralsEnable(int masterId, int slaveId, bool isEnable);
+DOBOTDLLSHARED_EXPORT int GetUART4PeripheralsEnable(int masterId, int slaveId, bool *isEnable);
+DOBOTDLLSHARED_EXPORT int SendPluse(int masterId, int slaveId, PluseCmd *pluseCmd, bool isQueued,
+    uint64_t *queuedCmdIndex);
+DOBOTDLLSHARED_EXPORT int SendPluseEx(int masterId, int slaveId, PluseCmd *pluseCmd);
 DOBOTDLLSHARED_EXPORT int GetUserParams(int masterId, int slaveId, UserParams *userParams);
+/* How long a move would take, ms. */
+DOBOTDLLSHARED_EXPORT int GetPTPTime(int masterId, int slaveId, PTPCmd *ptpCmd, uint32_t *ptpTime);
 
 /* ---- Other machines: [not this arm], all of these; isQueued comes first where there is a value ---- */
 
@@ -367,7 +389,7 @@ DOBOTDLLSHARED_EXPORT int GetMotorMode(int masterId, int slaveId, int *mode);
 DOBOTDLLSHARED_EXPORT int SetProgbar(int masterId, int slaveId, uint8_t progbar);
 DOBOTDLLSHARED_EXPORT int RestartMagicBox(int masterId, int slaveId);
 DOBOTDLLSHARED_EXPORT int PrintInfo(int masterId, int slaveId, const char *info);
-DOBOTDLLSHARED_EXPORT int GetDobotDHParams(int masterId, int slaveId, void *params);
+DOBOTDLLSHARED_EXPORT int GetDobotDHParams(int masterId, int slaveId);
 
 /* ---- Queue ---- */
 
