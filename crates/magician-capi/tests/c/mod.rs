@@ -46,7 +46,12 @@ impl Subject {
             .filter_map(|rest| Some(rest.split_once('(')?.0))
             .collect();
         let ours: BTreeSet<&str> = self.functions().map(|function| function.name).collect();
-        assert_eq!(declared, ours);
+        let missing: Vec<_> = ours.difference(&declared).collect();
+        let surplus: Vec<_> = declared.difference(&ours).collect();
+        assert!(
+            missing.is_empty() && surplus.is_empty(),
+            "the header lacks {missing:?}; the table lacks {surplus:?}"
+        );
     }
 
     /// A program that is linked with the library finds all of it, and has its session.
