@@ -10,7 +10,7 @@ use super::{inside, number, of};
 
 /// The part for a family.
 pub(super) fn of_family(family: Family) -> String {
-    let mut part = String::from("/* Made by `cargo xtask vendor calls`. */\n\n");
+    let mut part = String::from("/* Made by `cargo xtask vendor-functions calls`. */\n\n");
     for function in of(family) {
         call(&mut part, function);
     }
