@@ -123,7 +123,10 @@ mod tests {
     fn the_page_is_current() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/VENDOR-FUNCTIONS.md");
         let written = fs::read_to_string(path).expect("docs/VENDOR-FUNCTIONS.md");
-        assert!(written == page(), "cargo xtask vendor-functions writes it anew");
+        assert!(
+            written == page(),
+            "cargo xtask vendor-functions writes it anew"
+        );
     }
 
     #[test]
