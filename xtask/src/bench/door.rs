@@ -191,7 +191,9 @@ fn served<T>(
             .speed(Speed::Max)
             .line(line)
             .pty(path)
-            .on_ready(move |_| drop(ready.send(())));
+            .on_ready(move |_| {
+                let _ = ready.send(());
+            });
         let runtime = Builder::new_current_thread().enable_all().build();
         let runtime = runtime.map_err(|error| error.to_string())?;
         let serve = server.serve_until(async {
