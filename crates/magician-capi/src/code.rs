@@ -1,6 +1,5 @@
 use std::fmt;
 
-use magician::protocol::DecodeError;
 use magician::{Error, ErrorKind};
 
 /// What the functions return (interface section 2).
@@ -64,13 +63,6 @@ impl Fault {
             code: Code::InvalidParams,
             message: message.into(),
         }
-    }
-}
-
-impl Fault {
-    /// Bytes of the caller's that are no value.
-    pub fn unfit(error: DecodeError) -> Self {
-        Self::invalid(error.to_string())
     }
 }
 

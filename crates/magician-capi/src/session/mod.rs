@@ -9,7 +9,7 @@ use std::ops::Deref;
 use std::sync::{Arc, PoisonError, RwLock};
 
 use magician::protocol::{Queueable, Row, Writable};
-use magician::{QueueIndex, Set, blocking};
+use magician::{Ctrl, FrameBuf, QueueIndex, Set, blocking};
 
 use crate::Family;
 use crate::code::{Code, Fault, Outcome};
@@ -47,7 +47,7 @@ impl Session {
     ///
     /// # Errors
     /// [`Code::InvalidParams`].
-    pub(crate) fn permit(&self, row: &Row) -> Outcome {
+    fn permit(&self, row: &Row) -> Outcome {
         if row.dangerous && std::env::var_os("MAGICIAN_ALLOW").is_none() {
             return Err(Fault::invalid("dangerous; MAGICIAN_ALLOW allows it"));
         }
@@ -58,6 +58,14 @@ impl Session {
     pub(crate) fn set<T: Writable>(&self, value: &T) -> Outcome {
         self.permit(T::ROW)?;
         Ok(self.arm.set(value)?)
+    }
+
+    /// As [`magician::blocking::Arm::raw`], but what it does must have been allowed.
+    pub(crate) fn raw(&self, id: u8, ctrl: Ctrl, params: &[u8]) -> Result<FrameBuf, Fault> {
+        if let Some(row) = Row::with_id(id) {
+            self.permit(row)?;
+        }
+        Ok(self.arm.raw(id, ctrl, params)?)
     }
 
     /// As [`magician::blocking::Arm::enqueue`].
