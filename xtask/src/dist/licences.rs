@@ -20,7 +20,11 @@ pub(crate) struct Metadata {
 
 impl Metadata {
     /// What it knows for a target, this machine's if none is named.
-    pub(crate) fn read(cargo: &OsStr, root: &Path, target: Option<&str>) -> Result<Self, Box<dyn Error>> {
+    pub(crate) fn read(
+        cargo: &OsStr,
+        root: &Path,
+        target: Option<&str>,
+    ) -> Result<Self, Box<dyn Error>> {
         let told = super::output(Command::new("rustc").arg("-vV"))?;
         let told = String::from_utf8(told)?;
         let host = told.lines().find_map(|line| line.strip_prefix("host: "));
