@@ -26,10 +26,13 @@ TITLE = {
 }
 # Prototypes of the functions that are written by hand.
 HOST = {
-    "SearchDobot": "c_char_p, c_uint32",
-    "DobotExec": "",
-    "PeriodicTask": "",
-    "SetDebugEnable": "c_uint8",
+    "SearchDobot": ("v1 v2 v3", "c_char_p, c_uint32"),
+    "DobotExec": ("v1 v2 v3", ""),
+    "PeriodicTask": ("v1 v2 v3", ""),
+    "SetDebugEnable": ("v1 v3", "c_uint8"),
+    "DobotSleep": ("v3", "c_uint32"),
+    "MagicianLastError": ("v1 v2 v3", "c_char_p, c_uint32"),
+    "MagicianAllow": ("v1 v2 v3", "c_char_p"),
 }
 CONNECT = {
     "v1": "c_char_p, c_uint32, c_char_p, c_char_p",
@@ -245,7 +248,7 @@ def SetEndEffectorLaserEx({own}, enableCtrl, power, isQueued=0):
 
 def prototypes(family, rows):
     ids = ", ".join(["c_int32"] * len(table.IDS[family]))
-    out = {name: types for name, types in HOST.items() if name != "SetDebugEnable" or family != "v2"}
+    out = {name: types for name, (families, types) in HOST.items() if family in families}
     out["ConnectDobot"] = CONNECT[family]
     out["DisconnectDobot"] = "c_int32" if ids else ""
     out["SetCmdTimeout"] = listed(out["DisconnectDobot"], "c_uint32")
@@ -253,7 +256,8 @@ def prototypes(family, rows):
         types = listed(ids, *C(row).types)
         if out.setdefault(row.c_name, types) != types:
             sys.exit(f"{family}: {row.name} and another disagree about the arguments of {row.c_name}")
-    lines = "".join(f'    "{name}": ({types}{"," if types and "," not in types else ""}),\n' for name, types in out.items())
+    out = {name: types + "," * (types != "" and "," not in types) for name, types in out.items()}
+    lines = "".join(f'    "{name}": ({types}),\n' for name, types in out.items())
     said = "\n# The arguments of the C functions; all return an int.\n"
     return section("Prototypes") + said + "_PROTOTYPES = {\n" + lines + "}\n"
 

@@ -97,13 +97,10 @@ class _Library:
         return function
 
     def dobot_last_error(self):
-        try:
-            function = self.handle["MagicianLastError"]
-        except AttributeError:
+        if not hasattr(self.handle, "MagicianLastError"):
             return ""
-        function.argtypes, function.restype = (c_void_p, c_uint32), c_int
-        text = create_string_buffer(max(function(None, 0), 0) + 1)
-        function(text, len(text))
+        text = create_string_buffer(max(self.dobot_call("MagicianLastError", (None, 0)), 0) + 1)
+        self.dobot_call("MagicianLastError", (text, len(text)))
         return _string(text)
 
 
@@ -276,6 +273,16 @@ def _try(api, name, *arguments):
 
 def dSleep(ms):
     time.sleep(ms / 1000)
+
+
+def MagicianLastError(api):
+    """Why the last call of this thread failed, in a sentence; empty if none has."""
+    return _Arms.of(api).door.dobot_last_error()
+
+
+def MagicianAllow(api, names):
+    """Allow functions that can brick, unlearn or unlock something: their names with commas, or "all"."""
+    _call(api, "MagicianAllow", _text(names))
 
 
 def output(str):

@@ -50,3 +50,7 @@ def PeriodicTask(api):
 
 def SetDebugEnable(api, flag=False):
     _try(api, "SetDebugEnable", _byte(flag))
+
+
+def DobotSleep(api, ms):
+    _try(api, "DobotSleep", ms)

@@ -339,6 +339,15 @@ class PTPJumpParams(Structure):
     ]
 
 
+class PTPJump2Params(Structure):
+    _layout_, _pack_ = "ms", 1
+    _fields_ = [
+        ("startJumpHeight", c_float),
+        ("endJumpHeight", c_float),
+        ("zLimit", c_float),
+    ]
+
+
 class PTPCommonParams(Structure):
     _layout_, _pack_ = "ms", 1
     _fields_ = [
@@ -367,6 +376,15 @@ class PTPWithLCmd(Structure):
         ("z", c_float),
         ("rHead", c_float),
         ("l", c_float),
+    ]
+
+
+class ParallelOutputCmd(Structure):
+    _layout_, _pack_ = "ms", 1
+    _fields_ = [
+        ("ratio", c_uint8),
+        ("address", c_uint16),
+        ("level", c_uint8),
     ]
 
 
@@ -424,7 +442,6 @@ class CircleCmd(Structure):
     _fields_ = [
         ("cirPoint", ARCPoint),
         ("toPoint", ARCPoint),
-        ("count", c_uint32),
     ]
 
 
@@ -548,6 +565,34 @@ class WIFIDNS(Structure):
     ]
 
 
+class FirmwareParams(Structure):
+    _layout_, _pack_ = "ms", 1
+    _fields_ = [
+        ("mode", c_uint8),
+    ]
+
+
+class FirmwareMode(Structure):
+    _layout_, _pack_ = "ms", 1
+    _fields_ = [
+        ("mode", c_uint8),
+        ("ctl", c_uint8),
+    ]
+
+
+class PID(Structure):
+    _layout_, _pack_ = "ms", 1
+    _fields_ = [
+        ("index", c_uint8),
+        ("controlLoop", c_uint8),
+        ("p", c_float),
+        ("i", c_float),
+        ("d", c_float),
+        ("v", c_float),
+        ("a", c_float),
+    ]
+
+
 # --- Errors ----------------------------------------------------------------------------------------------------------
 
 
@@ -647,13 +692,10 @@ class _Library:
         return function
 
     def dobot_last_error(self):
-        try:
-            function = self.handle["MagicianLastError"]
-        except AttributeError:
+        if not hasattr(self.handle, "MagicianLastError"):
             return ""
-        function.argtypes, function.restype = (c_void_p, c_uint32), c_int
-        text = create_string_buffer(max(function(None, 0), 0) + 1)
-        function(text, len(text))
+        text = create_string_buffer(max(self.dobot_call("MagicianLastError", (None, 0)), 0) + 1)
+        self.dobot_call("MagicianLastError", (text, len(text)))
         return _string(text)
 
 
@@ -826,6 +868,16 @@ def _try(api, name, *arguments):
 
 def dSleep(ms):
     time.sleep(ms / 1000)
+
+
+def MagicianLastError(api):
+    """Why the last call of this thread failed, in a sentence; empty if none has."""
+    return _Arms.of(api).door.dobot_last_error()
+
+
+def MagicianAllow(api, names):
+    """Allow functions that can brick, unlearn or unlock something: their names with commas, or "all"."""
+    _call(api, "MagicianAllow", _text(names))
 
 
 def output(str):
@@ -1269,6 +1321,21 @@ def GetPTPJumpParams(api, dobotId):
     return [found.jumpHeight, found.zLimit]
 
 
+def SetPTPJump2Params(api, dobotId, startJumpHeight, endJumpHeight, zLimit, isQueued=0):
+    queuedCmdIndex = c_uint64(0)
+    _call(
+        api, "SetPTPJump2Params", dobotId, PTPJump2Params(startJumpHeight, endJumpHeight, zLimit), _byte(isQueued),
+        queuedCmdIndex
+    )
+    return [queuedCmdIndex.value]
+
+
+def GetPTPJump2Params(api, dobotId):
+    found = PTPJump2Params()
+    _call(api, "GetPTPJump2Params", dobotId, found)
+    return [found.startJumpHeight, found.endJumpHeight, found.zLimit]
+
+
 def SetPTPCommonParams(api, dobotId, velocityRatio, accelerationRatio, isQueued=0):
     queuedCmdIndex = c_uint64(0)
     _call(
@@ -1294,6 +1361,31 @@ def SetPTPWithLCmd(api, dobotId, ptpMode, x, y, z, rHead, l, isQueued=0):
     queuedCmdIndex = c_uint64(0)
     _call(api, "SetPTPWithLCmd", dobotId, PTPWithLCmd(ptpMode, x, y, z, rHead, l), _byte(isQueued), queuedCmdIndex)
     return [queuedCmdIndex.value]
+
+
+def SetPTPPOCmd(api, dobotId, ptpMode, x, y, z, rHead, parallelCmd, isQueued=0):
+    """parallelCmd: (ratio, address, level) of every output on the way."""
+    outputs, count = _outputs(parallelCmd)
+    queuedCmdIndex = c_uint64(0)
+    _call(api, "SetPTPPOCmd", dobotId, PTPCmd(ptpMode, x, y, z, rHead), outputs, count, _byte(isQueued), queuedCmdIndex)
+    return [queuedCmdIndex.value]
+
+
+def SetPTPPOWithLCmd(api, dobotId, ptpMode, x, y, z, rHead, l, parallelCmd, isQueued=0):
+    """parallelCmd: (ratio, address, level) of every output on the way."""
+    outputs, count = _outputs(parallelCmd)
+    queuedCmdIndex = c_uint64(0)
+    _call(
+        api, "SetPTPPOWithLCmd", dobotId, PTPWithLCmd(ptpMode, x, y, z, rHead, l), outputs, count, _byte(isQueued),
+        queuedCmdIndex
+    )
+    return [queuedCmdIndex.value]
+
+
+def GetPTPTime(api, dobotId, ptpMode, x, y, z, rHead):
+    found = c_uint32()
+    _call(api, "GetPTPTime", dobotId, PTPCmd(ptpMode, x, y, z, rHead), found)
+    return [found.value]
 
 
 # --- Continuous path -------------------------------------------------------------------------------------------------
@@ -1350,10 +1442,10 @@ def SetARCCmd(api, dobotId, cirPoint, toPoint, isQueued=0):
     return [queuedCmdIndex.value]
 
 
-def SetCircleCmd(api, dobotId, cirPoint, toPoint, isQueued=0, count=1):
+def SetCircleCmd(api, dobotId, cirPoint, toPoint, isQueued=0):
     queuedCmdIndex = c_uint64(0)
     _call(
-        api, "SetCircleCmd", dobotId, CircleCmd(ARCPoint(*cirPoint), ARCPoint(*toPoint), count), _byte(isQueued),
+        api, "SetCircleCmd", dobotId, CircleCmd(ARCPoint(*cirPoint), ARCPoint(*toPoint)), _byte(isQueued),
         queuedCmdIndex
     )
     return [queuedCmdIndex.value]
@@ -1500,6 +1592,16 @@ def GetBaseDecoderStaticError(api, dobotId):
     return [found.value]
 
 
+def SetLRHandCalibrateValue(api, dobotId, lrHandCalibrateValue):
+    _call(api, "SetLRHandCalibrateValue", dobotId, lrHandCalibrateValue)
+
+
+def GetLRHandCalibrateValue(api, dobotId):
+    found = c_float()
+    _call(api, "GetLRHandCalibrateValue", dobotId, found)
+    return [found.value]
+
+
 # --- Wi-Fi -----------------------------------------------------------------------------------------------------------
 
 
@@ -1579,6 +1681,23 @@ def GetWIFIDNS(api, dobotId):
     return [found.addr1, found.addr2, found.addr3, found.addr4]
 
 
+# --- Firmware --------------------------------------------------------------------------------------------------------
+
+
+def UpdateFirmware(api, dobotId, mode):
+    _call(api, "UpdateFirmware", dobotId, FirmwareParams(mode))
+
+
+def SetFirmwareMode(api, dobotId, mode, ctl=0):
+    _call(api, "SetFirmwareMode", dobotId, FirmwareMode(mode, ctl))
+
+
+def GetFirmwareMode(api, dobotId):
+    found = FirmwareMode()
+    _call(api, "GetFirmwareMode", dobotId, found)
+    return [found.mode, found.ctl]
+
+
 # --- Lost steps ------------------------------------------------------------------------------------------------------
 
 
@@ -1590,6 +1709,39 @@ def SetLostStepCmd(api, dobotId, isQueued=0):
     queuedCmdIndex = c_uint64(0)
     _call(api, "SetLostStepCmd", dobotId, _byte(isQueued), queuedCmdIndex)
     _expect(api, (dobotId,), queuedCmdIndex.value, HOMING)
+    return [queuedCmdIndex.value]
+
+
+# --- What this arm has not -------------------------------------------------------------------------------------------
+
+
+def GetServoPIDParams(api, dobotId, index, controlLoop):
+    found = PID(index, controlLoop)
+    _call(api, "GetServoPIDParams", dobotId, found)
+    return [found.p, found.i, found.d, found.v, found.a]
+
+
+def SetServoPIDParams(api, dobotId, pid, isQueued=0):
+    queuedCmdIndex = c_uint64(0)
+    _call(api, "SetServoPIDParams", dobotId, _filled(PID, pid), _byte(isQueued), queuedCmdIndex)
+    return [queuedCmdIndex.value]
+
+
+def GetServoControlLoop(api, dobotId, index):
+    found = c_uint8()
+    _call(api, "GetServoControlLoop", dobotId, _byte(index), found)
+    return [found.value]
+
+
+def SetServoControlLoop(api, dobotId, p_index, controlLoop, isQueued=0):
+    queuedCmdIndex = c_uint64(0)
+    _call(api, "SetServoControlLoop", dobotId, _byte(p_index), _byte(controlLoop), _byte(isQueued), queuedCmdIndex)
+    return [queuedCmdIndex.value]
+
+
+def SaveServoPIDParams(api, dobotId, p_index, controlLoop, isQueued=0):
+    queuedCmdIndex = c_uint64(0)
+    _call(api, "SaveServoPIDParams", dobotId, _byte(p_index), _byte(controlLoop), _byte(isQueued), queuedCmdIndex)
     return [queuedCmdIndex.value]
 
 
@@ -1722,6 +1874,8 @@ _PROTOTYPES = {
     "SearchDobot": (c_char_p, c_uint32),
     "DobotExec": (),
     "PeriodicTask": (),
+    "MagicianLastError": (c_char_p, c_uint32),
+    "MagicianAllow": (c_char_p,),
     "ConnectDobot": (c_char_p, c_uint32, c_char_p, c_char_p, POINTER(c_int32)),
     "DisconnectDobot": (c_int32,),
     "SetCmdTimeout": (c_int32, c_uint32),
@@ -1784,10 +1938,17 @@ _PROTOTYPES = {
     "GetPTPLParams": (c_int32, POINTER(PTPLParams)),
     "SetPTPJumpParams": (c_int32, POINTER(PTPJumpParams), c_uint8, POINTER(c_uint64)),
     "GetPTPJumpParams": (c_int32, POINTER(PTPJumpParams)),
+    "SetPTPJump2Params": (c_int32, POINTER(PTPJump2Params), c_uint8, POINTER(c_uint64)),
+    "GetPTPJump2Params": (c_int32, POINTER(PTPJump2Params)),
     "SetPTPCommonParams": (c_int32, POINTER(PTPCommonParams), c_uint8, POINTER(c_uint64)),
     "GetPTPCommonParams": (c_int32, POINTER(PTPCommonParams)),
     "SetPTPCmd": (c_int32, POINTER(PTPCmd), c_uint8, POINTER(c_uint64)),
     "SetPTPWithLCmd": (c_int32, POINTER(PTPWithLCmd), c_uint8, POINTER(c_uint64)),
+    "SetPTPPOCmd": (c_int32, POINTER(PTPCmd), POINTER(ParallelOutputCmd), c_int32, c_uint8, POINTER(c_uint64)),
+    "SetPTPPOWithLCmd": (
+        c_int32, POINTER(PTPWithLCmd), POINTER(ParallelOutputCmd), c_int32, c_uint8, POINTER(c_uint64)
+    ),
+    "GetPTPTime": (c_int32, POINTER(PTPCmd), POINTER(c_uint32)),
     "SetCPParams": (c_int32, POINTER(CPParams), c_uint8, POINTER(c_uint64)),
     "GetCPParams": (c_int32, POINTER(CPParams)),
     "SetCPCmd": (c_int32, POINTER(CPCmd), c_uint8, POINTER(c_uint64)),
@@ -1818,6 +1979,8 @@ _PROTOTYPES = {
     "GetAngleSensorCoef": (c_int32, POINTER(c_float), POINTER(c_float)),
     "SetBaseDecoderStaticError": (c_int32, c_float),
     "GetBaseDecoderStaticError": (c_int32, POINTER(c_float)),
+    "SetLRHandCalibrateValue": (c_int32, c_float),
+    "GetLRHandCalibrateValue": (c_int32, POINTER(c_float)),
     "GetWIFIConnectStatus": (c_int32, POINTER(c_uint8)),
     "SetWIFIConfigMode": (c_int32, c_uint8),
     "GetWIFIConfigMode": (c_int32, POINTER(c_uint8)),
@@ -1833,6 +1996,14 @@ _PROTOTYPES = {
     "GetWIFIGateway": (c_int32, POINTER(WIFIGateway)),
     "SetWIFIDNS": (c_int32, POINTER(WIFIDNS)),
     "GetWIFIDNS": (c_int32, POINTER(WIFIDNS)),
+    "UpdateFirmware": (c_int32, POINTER(FirmwareParams)),
+    "SetFirmwareMode": (c_int32, POINTER(FirmwareMode)),
+    "GetFirmwareMode": (c_int32, POINTER(FirmwareMode)),
     "SetLostStepParams": (c_int32, c_float),
     "SetLostStepCmd": (c_int32, c_uint8, POINTER(c_uint64)),
+    "GetServoPIDParams": (c_int32, POINTER(PID)),
+    "SetServoPIDParams": (c_int32, POINTER(PID), c_uint8, POINTER(c_uint64)),
+    "GetServoControlLoop": (c_int32, c_uint8, POINTER(c_uint8)),
+    "SetServoControlLoop": (c_int32, c_uint8, c_uint8, c_uint8, POINTER(c_uint64)),
+    "SaveServoPIDParams": (c_int32, c_uint8, c_uint8, c_uint8, POINTER(c_uint64)),
 }

@@ -542,7 +542,6 @@ class CircleCmd(Structure):
     _fields_ = [
         ("cirPoint", ARCPoint),
         ("toPoint", ARCPoint),
-        ("count", c_uint32),
     ]
 
 
@@ -800,13 +799,10 @@ class _Library:
         return function
 
     def dobot_last_error(self):
-        try:
-            function = self.handle["MagicianLastError"]
-        except AttributeError:
+        if not hasattr(self.handle, "MagicianLastError"):
             return ""
-        function.argtypes, function.restype = (c_void_p, c_uint32), c_int
-        text = create_string_buffer(max(function(None, 0), 0) + 1)
-        function(text, len(text))
+        text = create_string_buffer(max(self.dobot_call("MagicianLastError", (None, 0)), 0) + 1)
+        self.dobot_call("MagicianLastError", (text, len(text)))
         return _string(text)
 
 
@@ -981,6 +977,16 @@ def dSleep(ms):
     time.sleep(ms / 1000)
 
 
+def MagicianLastError(api):
+    """Why the last call of this thread failed, in a sentence; empty if none has."""
+    return _Arms.of(api).door.dobot_last_error()
+
+
+def MagicianAllow(api, names):
+    """Allow functions that can brick, unlearn or unlock something: their names with commas, or "all"."""
+    _call(api, "MagicianAllow", _text(names))
+
+
 def output(str):
     """Does nothing, as ever."""
 
@@ -1046,6 +1052,10 @@ def PeriodicTask(api):
 
 def SetDebugEnable(api, flag=False):
     _try(api, "SetDebugEnable", _byte(flag))
+
+
+def DobotSleep(api, ms):
+    _try(api, "DobotSleep", ms)
 
 
 # --- Queue -----------------------------------------------------------------------------------------------------------
@@ -1668,11 +1678,11 @@ def SetARCCmd(api, cirPoint, toPoint, isQueued=0):
     return [queuedCmdIndex.value]
 
 
-def SetCircleCmd(api, cirPoint, toPoint, isQueued=0, count=1):
+def SetCircleCmd(api, cirPoint, toPoint, isQueued=0):
     queuedCmdIndex = c_uint64(0)
     _call(
-        api, "SetCircleCmd", masterId, slaveId, CircleCmd(ARCPoint(*cirPoint), ARCPoint(*toPoint), count),
-        _byte(isQueued), queuedCmdIndex
+        api, "SetCircleCmd", masterId, slaveId, CircleCmd(ARCPoint(*cirPoint), ARCPoint(*toPoint)), _byte(isQueued),
+        queuedCmdIndex
     )
     return [queuedCmdIndex.value]
 
@@ -2032,6 +2042,10 @@ def SendPluse(api, pluseCmd, isQueued=0):
 
 def SendPluseEx(api, pluseCmd):
     _call(api, "SendPluseEx", masterId, slaveId, _filled(PluseCmd, pluseCmd))
+
+
+def GetDobotDHParams(api):
+    _call(api, "GetDobotDHParams", masterId, slaveId)
 
 
 def SetMotorMode(api, mode):
@@ -2452,6 +2466,9 @@ _PROTOTYPES = {
     "DobotExec": (),
     "PeriodicTask": (),
     "SetDebugEnable": (c_uint8,),
+    "DobotSleep": (c_uint32,),
+    "MagicianLastError": (c_char_p, c_uint32),
+    "MagicianAllow": (c_char_p,),
     "ConnectDobot": (c_char_p, c_uint32, POINTER(ConnectInfo)),
     "DisconnectDobot": (c_int32,),
     "SetCmdTimeout": (c_int32, c_uint32),
@@ -2597,6 +2614,7 @@ _PROTOTYPES = {
     "GetUART4PeripheralsEnable": (c_int32, c_int32, POINTER(c_uint8)),
     "SendPluse": (c_int32, c_int32, POINTER(PluseCmd), c_uint8, POINTER(c_uint64)),
     "SendPluseEx": (c_int32, c_int32, POINTER(PluseCmd)),
+    "GetDobotDHParams": (c_int32, c_int32),
     "SetMotorMode": (c_int32, c_int32, c_int32),
     "GetMotorMode": (c_int32, c_int32, POINTER(c_int32)),
     "SetServoAngle": (c_int32, c_int32, c_uint8, c_uint8, c_float, POINTER(c_uint64)),
