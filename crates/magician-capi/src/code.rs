@@ -1,5 +1,6 @@
 use std::fmt;
 
+use magician::protocol::DecodeError;
 use magician::{Error, ErrorKind};
 
 /// What the functions return (interface section 2).
@@ -63,6 +64,13 @@ impl Fault {
             code: Code::InvalidParams,
             message: message.into(),
         }
+    }
+}
+
+impl Fault {
+    /// Bytes of the caller's that are no value.
+    pub fn unfit(error: DecodeError) -> Self {
+        Self::invalid(error.to_string())
     }
 }
 

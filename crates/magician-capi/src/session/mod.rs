@@ -8,7 +8,7 @@ use std::ffi::c_int;
 use std::ops::Deref;
 use std::sync::{Arc, PoisonError, RwLock};
 
-use magician::protocol::{Queueable, Writable};
+use magician::protocol::{Queueable, Row, Writable};
 use magician::{QueueIndex, Set, blocking};
 
 use crate::Family;
@@ -43,8 +43,20 @@ pub fn find(family: Family, id: c_int) -> Result<Arc<Session>, Fault> {
 }
 
 impl Session {
+    /// Whether a command may be sent: a dangerous one must have been allowed.
+    ///
+    /// # Errors
+    /// [`Code::InvalidParams`].
+    pub(crate) fn permit(&self, row: &Row) -> Outcome {
+        if row.dangerous && std::env::var_os("MAGICIAN_ALLOW").is_none() {
+            return Err(Fault::invalid("dangerous; MAGICIAN_ALLOW allows it"));
+        }
+        Ok(())
+    }
+
     /// As [`magician::blocking::Arm::set`], but dangerous commands must have been allowed.
     pub(crate) fn set<T: Writable>(&self, value: &T) -> Outcome {
+        self.permit(T::ROW)?;
         Ok(self.arm.set(value)?)
     }
 
