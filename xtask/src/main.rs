@@ -7,10 +7,10 @@ mod dist;
 mod exports;
 mod fidelity;
 mod gallery;
+mod library;
 mod programs;
 mod protocol;
 mod soak;
-mod vendor;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -28,6 +28,8 @@ Usage: cargo xtask CHORE
   programs   run programs of every kind on the virtual arm: docs/programs/* and docs/PROGRAMS.md
   vendor-headers
              write the C headers of the drop-in for the vendor's library: crates/magician-capi/include/v*
+  vendor-library [--target TRIPLE] [DIR]
+             build the drop-in and lay it out as it is installed: target/vendor-library/TRIPLE
   dist       build the release archive: target/dist/*.tar.gz
   bench [WHAT...] [--json]
              measure what the virtual arm costs
@@ -45,7 +47,8 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
-        Some((chore, [])) if chore == "vendor-headers" => vendor::headers::write(&root),
+        Some((chore, [])) if chore == "vendor-headers" => library::headers::write(&root),
+        Some((chore, rest)) if chore == "vendor-library" => library::run(rest, &root),
         Some((chore, [])) if chore == "dist" => dist::write(&root),
         Some((chore, rest)) if chore == "vendor-functions" => exports::run(rest, &docs),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),

@@ -211,6 +211,7 @@ DOBOTDLLSHARED_EXPORT int SetARCParams(int dobotId, ARCParams *arcParams, bool i
     uint64_t *queuedCmdIndex);
 DOBOTDLLSHARED_EXPORT int GetARCParams(int dobotId, ARCParams *arcParams);
 DOBOTDLLSHARED_EXPORT int SetARCCmd(int dobotId, ARCCmd *arcCmd, bool isQueued, uint64_t *queuedCmdIndex);
+/* Once round: count is not looked at, for the Python modules of this family hand in none. */
 DOBOTDLLSHARED_EXPORT int SetCircleCmd(int dobotId, CircleCmd *circleCmd, bool isQueued,
     uint64_t *queuedCmdIndex);
 

@@ -244,6 +244,7 @@ DOBOTDLLSHARED_EXPORT int SetARCParams(int masterId, int slaveId, ARCParams *arc
 DOBOTDLLSHARED_EXPORT int GetARCParams(int masterId, int slaveId, ARCParams *arcParams);
 DOBOTDLLSHARED_EXPORT int SetARCCmd(int masterId, int slaveId, ARCCmd *arcCmd, bool isQueued,
     uint64_t *queuedCmdIndex);
+/* Once round: count is not looked at, for the Python modules of this family hand in none. */
 DOBOTDLLSHARED_EXPORT int SetCircleCmd(int masterId, int slaveId, CircleCmd *circleCmd, bool isQueued,
     uint64_t *queuedCmdIndex);
 DOBOTDLLSHARED_EXPORT int SetARCCommonParams(int masterId, int slaveId, ARCCommonParams *arcCommonParams,

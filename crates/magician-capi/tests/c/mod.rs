@@ -94,6 +94,13 @@ impl Subject {
         };
         let mut types = vec!["int".to_owned(); ids];
         types.extend(function.arguments.iter().map(|(_, rust)| c_type(rust)));
+        if function.name == "SetCircleCmd" {
+            // Where only its beginning is read, C programs still have the whole structure.
+            types = types
+                .iter()
+                .map(|c| c.replace("ARCCmd", "CircleCmd"))
+                .collect();
+        }
         if types.is_empty() {
             return "void".to_owned();
         }
