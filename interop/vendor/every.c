@@ -122,12 +122,12 @@ static int new_count(void) {
 /* How much is said to fit. */
 static uint32_t new_room(void) {
     static const uint32_t rooms[] = {0, 1, 2, 3, 15, 16, 17, 255, 0xFFFFFFFF, 0x80000000};
-    return way == NOISE || way == BORDER ? rooms[noise() % 10] : 32;
+    return short_by_one ? 1 : way == NOISE || way == BORDER ? rooms[noise() % 10] : 32;
 }
 
-/* And what does: nobody has more than this, and no answer is longer. */
+/* And what does: nobody has more than this, and nothing is longer. */
 static size_t fits(uint32_t said) {
-    return said < 256 ? said : 256;
+    return said < 8192 ? said : 8192;
 }
 
 static const char *new_text(void) {

@@ -8,11 +8,12 @@
 #include <sys/wait.h>
 #include <time.h>
 
-static int failed;
+static int passed, failed;
 
 static void check(const char *what, bool kept) {
     printf("  %s %s\n", kept ? "ok  " : "FAIL", what);
     fflush(stdout);
+    passed += kept;
     failed += !kept;
 }
 
@@ -143,5 +144,6 @@ int main(int count, char **words) {
     library from = open_library(words[1]);
     int who;
     check("connected to the end", connect_arm(from, "sim", &who) == 0);
+    printf("%d passed, %d failed\n", passed, failed);
     return failed ? 1 : 0;
 }

@@ -7,11 +7,12 @@
 
 #include <math.h>
 
-static int failed;
+static int passed, failed;
 
 static void check(const char *what, bool kept) {
     printf("  %s %s\n", kept ? "ok  " : "FAIL", what);
     fflush(stdout);
+    passed += kept;
     failed += !kept;
 }
 
@@ -123,5 +124,6 @@ int main(int count, char **words) {
     check("and there is a sentence why", length > 0 && strlen(sentence) > 0);
     check("connects again", connect_arm(from, words[2], &who) == 0 && OF(from, GetPose)(ARM(who) &pose) == 0);
     check("and disconnects", OF(from, DisconnectDobot)(ONLY_MASTER(who)) == 0);
+    printf("%d passed, %d failed\n", passed, failed);
     return failed ? 1 : 0;
 }
