@@ -1,8 +1,16 @@
-// Every function about a connected arm, called with nothing but nulls and zeros; the file is included where `ids!` says
-// how a family is called. The calls come from the table itself, so that none is forgotten.
+//! Every function about a connected arm, called with nothing but nulls and zeros. The calls come from the table itself,
+//! so that none is forgotten.
+#![allow(unsafe_code, unreachable_pub)]
+
+use std::ffi::c_int;
+
+use magician_capi::Kind;
+use magician_capi::pointer::{Buffer, In, Out, Plain, Text};
+
+use crate::line::Line;
 
 /// Nothing, of a type that functions take.
-trait Nothing {
+pub trait Nothing {
     /// Whether nothing is a fault where it belongs to something.
     const IS_FAULT: bool = false;
 
@@ -70,12 +78,12 @@ impl Nothing for Buffer {
 }
 
 /// What is called, and what it came to.
-struct Nought {
-    name: &'static str,
-    kind: Kind,
+pub struct Nought {
+    pub name: &'static str,
+    pub kind: Kind,
     /// A pointer other than that to the index of a queued command, which may always be null.
-    needs: bool,
-    call: fn() -> c_int,
+    pub needs: bool,
+    pub call: fn() -> c_int,
 }
 
 /// A list of the rows that a family has and that are about an arm.
@@ -91,6 +99,7 @@ macro_rules! nought_rows {
     }};
 }
 
+/// One row, if the family has it.
 #[macro_export]
 macro_rules! nought_row {
     // These end the connection, or are about none.
@@ -105,6 +114,7 @@ macro_rules! nought_row {
     ($family:ident [] $($row:tt)*) => {};
 }
 
+/// A call with the ids of its family.
 #[macro_export]
 macro_rules! nought {
     ([$($id:literal),*] $rows:ident $kind:ident $ids:ident $name:ident ($($arg:ident: $type:ty),*)) => {
@@ -121,9 +131,15 @@ macro_rules! nought {
 }
 
 /// Nulls where something is needed are a fault and nothing is sent; what this arm does not have is fine all the same.
-fn hold_to_nothing(line: &Line, rows: &[Nought]) {
+pub fn hold_to_nothing(line: &Line, rows: &[Nought]) {
     assert!(rows.len() > 120);
-    for Nought { name, kind, needs, call } in rows {
+    for Nought {
+        name,
+        kind,
+        needs,
+        call,
+    } in rows
+    {
         line.passed();
         let code = call();
         let passed = line.passed();

@@ -3,14 +3,14 @@
 
 #[path = "../../tests/line/mod.rs"]
 mod line;
+#[path = "../../tests/line/nothing.rs"]
+mod nothing;
 
 use dobotdll_v2::exported;
 use line::{Line, Slot, text};
 use magician_capi::Kind;
 use magician_capi::functions::names::*;
-use magician_capi::pointer::Plain;
-
-include!("../../tests/line/nothing.rs");
+use nothing::{Nothing, Nought, hold_to_nothing};
 
 #[test]
 fn null_pointers_are_survived() {
@@ -19,7 +19,13 @@ fn null_pointers_are_survived() {
     let mut id = Slot::new(4);
     // SAFETY: null is allowed.
     let code = unsafe {
-        exported::ConnectDobot(port, 115_200, Nothing::nothing(), Nothing::nothing(), id.out())
+        exported::ConnectDobot(
+            port,
+            115_200,
+            Nothing::nothing(),
+            Nothing::nothing(),
+            id.out(),
+        )
     };
     assert_eq!(code, 0);
     let rows = magician_capi::functions!(crate nought_rows v2);

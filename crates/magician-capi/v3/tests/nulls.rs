@@ -3,14 +3,14 @@
 
 #[path = "../../tests/line/mod.rs"]
 mod line;
+#[path = "../../tests/line/nothing.rs"]
+mod nothing;
 
 use dobotdll_v3::exported;
 use line::{Line, Slot, text};
 use magician_capi::Kind;
 use magician_capi::functions::names::*;
-use magician_capi::pointer::Plain;
-
-include!("../../tests/line/nothing.rs");
+use nothing::{Nothing, Nought, hold_to_nothing};
 
 #[test]
 fn null_pointers_are_survived() {
