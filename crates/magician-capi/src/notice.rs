@@ -4,7 +4,7 @@
 //! one, or after the function has done its work.
 
 use std::cell::{Cell, RefCell};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::c_int;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -109,11 +109,10 @@ pub(crate) fn quietly(function: &'static str, fault: &Fault) -> c_int {
 }
 
 /// Tells something of a function, once in the life of the library.
-#[allow(dead_code)]
 pub(crate) fn once(function: &'static str, message: &str) {
-    static SAID: Mutex<BTreeMap<&'static str, ()>> = Mutex::new(BTreeMap::new());
+    static SAID: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
-    if said.insert(function, ()).is_none() {
+    if said.insert(function) {
         tracing::warn!("{function}: {message}");
     }
 }
