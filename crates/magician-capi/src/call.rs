@@ -323,7 +323,6 @@ pub fn once_round(arc: commands::ArcCmd) -> commands::CircleCmd {
 pub fn switch_firmware(arm: &Session, value: In<FirmwareParams>) -> Outcome {
     let FirmwareParams(mode) = value.read()?;
     let row = <commands::FirmwareSwitch as Writable>::ROW;
-    arm.permit(row)?;
     arm.raw(row.id, Ctrl::GET, &mode)?;
     Ok(())
 }

@@ -67,6 +67,19 @@ macro_rules! functions {
     /// Connects to the arm at a port, or to the first that is found when no name is given.
     Host None ConnectDobot(port: Text, baud: u32, info: Out<ConnectInfo>) in [v3]
         = |_, port, baud, info| session::connect_v3(port, baud, info);
+    /// Ends the connection. The arm goes on with what is in its queue.
+    Host Master DisconnectDobot() in [v1 v2 v3] = session::disconnect;
+    /// How long calls may take, in milliseconds: 3000 unless set. It may be set before there is a connection.
+    Host Master SetCmdTimeout(milliseconds: u32) in [v1 v2 v3] = session::set_timeout;
+    /// Returns at once: no event loop is needed.
+    Host None DobotExec() in [v1 v2 v3] = |_| 0;
+    /// Returns at once: nothing needs to be called again and again.
+    Host None PeriodicTask() in [v1 v2 v3] = |_| 0;
+    /// Puts the sentence of the calling thread's last fault into a text, as much as fits, and returns its length; 0 if
+    /// there was none. The text may be null.
+    Host None MagicianLastError(text: Buffer, size: u32) in [v1 v2 v3] = |_, text, size| session::last_error(text, size);
+    /// Allows dangerous commands by their names, with commas between them, or `all`.
+    Host None MagicianAllow(names: Text) in [v1 v2 v3] = |_, names| session::allow(names);
 
     // Device
 

@@ -16,6 +16,7 @@ mod abi;
 pub mod call;
 mod code;
 pub mod functions;
+mod log;
 mod notice;
 pub mod pointer;
 pub mod session;
