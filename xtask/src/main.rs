@@ -6,6 +6,7 @@ mod dissector;
 mod dist;
 mod fidelity;
 mod gallery;
+mod library;
 mod programs;
 mod protocol;
 mod soak;
@@ -22,6 +23,10 @@ Usage: cargo xtask CHORE
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   programs   run programs of every kind on the virtual arm: docs/programs/* and docs/PROGRAMS.md
+  vendor-headers
+             write the C headers of the drop-in for the vendor's library: crates/magician-capi/include/v*
+  vendor-library [--target TRIPLE] [DIR]
+             build the drop-in and lay it out as it is installed: target/vendor-library/TRIPLE
   dist       build the release archive: target/dist/*.tar.gz
   bench [WHAT...] [--json]
              measure what the virtual arm costs
@@ -39,6 +44,8 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
+        Some((chore, [])) if chore == "vendor-headers" => library::headers::write(&root),
+        Some((chore, rest)) if chore == "vendor-library" => library::run(rest, &root),
         Some((chore, [])) if chore == "dist" => dist::write(&root),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
         Some((chore, rest)) if chore == "soak" => soak::run(rest),
