@@ -15,7 +15,7 @@ use crate::code::{Code, Fault, Outcome};
 use crate::notice;
 use crate::pointer::{Buffer, In, Out, Places, Text};
 use crate::session::Session;
-use crate::structure::{FirmwareParams, PTPCmd, ParallelOutputCmd, Structure, Switching};
+use crate::structure::{FirmwareParams, PTPCmd, ParallelOutputCmd, Structure, Switching, unfit};
 
 /// Asks for a value and puts it where C wants it. Nothing is touched unless it is there.
 ///
@@ -132,7 +132,7 @@ pub fn set_text<T: Writable>(
             "the text has {long} bytes, limit {most}"
         )));
     }
-    let text = Characters::read(&mut Reader::new(&bytes)).map_err(Fault::unfit)?;
+    let text = Characters::read(&mut Reader::new(&bytes)).map_err(unfit)?;
     set(arm, &row(text))
 }
 
@@ -279,7 +279,7 @@ where
         .ok_or_else(|| Fault::invalid(format!("{count} outputs to switch, limit {most}")))?;
     let outputs = outputs.several(count)?;
     let bytes: Vec<u8> = outputs.into_iter().flat_map(|output| output.0).collect();
-    let outputs = PoList::read(&mut Reader::new(&bytes)).map_err(Fault::unfit)?;
+    let outputs = PoList::read(&mut Reader::new(&bytes)).map_err(unfit)?;
     queue(arm, &S::with(row, outputs), Queued::Always, index)
 }
 

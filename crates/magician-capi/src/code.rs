@@ -1,6 +1,5 @@
 use std::fmt;
 
-use magician::protocol::DecodeError;
 use magician::{Error, ErrorKind};
 
 /// What the functions return (interface section 2).
@@ -70,13 +69,6 @@ impl Fault {
     /// A fault of the caller's: an argument that makes no sense.
     pub fn invalid(message: impl Into<String>) -> Self {
         Self::new(Code::InvalidParams, message)
-    }
-}
-
-impl Fault {
-    /// Bytes of the caller's that are no value.
-    pub fn unfit(error: DecodeError) -> Self {
-        Self::invalid(error.to_string())
     }
 }
 

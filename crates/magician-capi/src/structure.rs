@@ -5,10 +5,15 @@
 #![allow(unsafe_code)]
 
 use magician::commands;
-use magician::protocol::{Layout, PoList, Writer};
+use magician::protocol::{DecodeError, Layout, PoList, Writer};
 
 use crate::code::Fault;
 use crate::pointer::Plain;
+
+/// Bytes of the caller's that are no value.
+pub(crate) fn unfit(error: DecodeError) -> Fault {
+    Fault::invalid(error.to_string())
+}
 
 /// A C structure that is laid out as a row of the protocol.
 pub trait Structure: Plain {
@@ -37,7 +42,7 @@ const fn size_of_row<T: Layout>() -> usize {
 macro_rules! structures {
     ($( $name:ident $size:tt $(= $row:ident)?; )*) => {
         $(
-            #[doc = concat!("`", stringify!($name), "`, ", stringify!($size), " bytes.")]
+            #[doc = concat!("`", stringify!($name), "`, `", stringify!($size), "` bytes.")]
             #[derive(Clone, Copy, Debug)]
             #[repr(transparent)]
             #[allow(unused_parens)]
@@ -53,7 +58,7 @@ macro_rules! structures {
                     type Row = commands::$row;
 
                     fn row(&self) -> Result<Self::Row, Fault> {
-                        Self::Row::decode(&self.0).map_err(|error| Fault::invalid(error.to_string()))
+                        Self::Row::decode(&self.0).map_err(unfit)
                     }
 
                     fn of(row: &Self::Row) -> Self {
