@@ -49,10 +49,11 @@ struct Connection {
 impl Registry {
     /// Of `v1`: whatever was connected before is closed, and opened again if it is the same.
     pub fn connect_v1(&self, port: Text, baud: u32, firmware: Buffer, version: Buffer) -> c_int {
-        let _turn = lock(&self.turn);
+        // A lock that was held when the process was forked stays so.
+        let _turn = self.own_process().is_ok().then(|| lock(&self.turn));
         self.disconnect(0);
         let met = self.connect(port, baud, Some(0), !firmware.is_null());
-        answer(met, |connection| {
+        self.answer(met, |connection| {
             put(firmware, connection.firmware.name);
             put(version, &connection.firmware.version);
         })
@@ -71,7 +72,7 @@ impl Registry {
         if met.is_err() {
             id.put(-1);
         }
-        answer(met, |connection| {
+        self.answer(met, |connection| {
             put(firmware, connection.firmware.name);
             put(version, &connection.firmware.version);
             id.put(connection.id);
@@ -81,7 +82,7 @@ impl Registry {
     /// Of `v3`: the arm is a master, without slaves.
     pub fn connect_v3(&self, port: Text, baud: u32, info: Out<ConnectInfo>) -> c_int {
         let met = self.connect(port, baud, None, true);
-        answer(met, |connection| info.put(described(connection)))
+        self.answer(met, |connection| info.put(described(connection)))
     }
 
     fn connect(
@@ -110,6 +111,28 @@ impl Registry {
         self.claim();
         tracing::info!("{NAME}: {target}");
         Ok(self.keep(met, &target, id))
+    }
+
+    /// What C gets.
+    fn answer(
+        &self,
+        met: Result<Connection, (Connected, Fault)>,
+        tell: impl FnOnce(&Connection),
+    ) -> c_int {
+        match met {
+            Ok(connection) => {
+                tell(&connection);
+                notice::succeeded(NAME);
+                Connected::NoError as c_int
+            }
+            Err((code, fault)) => {
+                match self.own_process() {
+                    Ok(()) => notice::fault(NAME, &fault),
+                    Err(_) => notice::quietly(NAME, &fault),
+                };
+                code as c_int
+            }
+        }
     }
 
     fn find_place(&self, name: &str) -> Result<Target, (Connected, Fault)> {
@@ -202,20 +225,6 @@ impl Registry {
 
     fn session(&self, arm: blocking::Arm, lease: Option<Lease>, based: bool) -> Session {
         Session::new(arm, Arc::clone(self.allowed()), lease, based)
-    }
-}
-
-fn answer(met: Result<Connection, (Connected, Fault)>, tell: impl FnOnce(&Connection)) -> c_int {
-    match met {
-        Ok(connection) => {
-            tell(&connection);
-            notice::succeeded(NAME);
-            Connected::NoError as c_int
-        }
-        Err((code, fault)) => {
-            notice::fault(NAME, &fault);
-            code as c_int
-        }
     }
 }
 

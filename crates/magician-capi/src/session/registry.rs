@@ -250,6 +250,8 @@ mod tests {
     fn a_child_that_was_forked_cannot_connect() {
         // SAFETY: they are null.
         let (name, nowhere) = unsafe { (Text::new(ptr::null()), Buffer::new(ptr::null_mut())) };
-        assert_eq!(forked().connect_v1(name, 115_200, nowhere, nowhere), 2);
+        let registry = forked();
+        let _held = registry.turn.lock().unwrap();
+        assert_eq!(registry.connect_v1(name, 115_200, nowhere, nowhere), 2);
     }
 }
