@@ -102,20 +102,21 @@ fn logged(level: tracing::Level, act: impl FnOnce()) -> Vec<String> {
 #[test]
 fn a_call_is_a_line_of_the_session_log() {
     let registry = registry();
-    connect_v1(&registry, "sim");
     let ratios = PtpCommonParams {
         velocity_ratio: 50.0,
         acceleration_ratio: 12.5,
     };
     let lines = logged(tracing::Level::DEBUG, || {
+        connect_v1(&registry, "sim");
         run(&registry, "SetPTPCommonParams", 0, |arm| {
             call::set(arm, &ratios)
         });
         home(&registry);
         pose(&registry);
         pose_of(&registry, 3);
+        registry.disconnect(0);
     });
-    let [set, home, pose, ..] = lines.as_slice() else {
+    let [connect, set, home, pose, .., nobody, leave] = lines.as_slice() else {
         panic!("{lines:#?}")
     };
     assert!(
@@ -130,10 +131,9 @@ fn a_call_is_a_line_of_the_session_log() {
         pose.contains("GetPose x=") && pose.contains(" -> 0 ("),
         "{pose}"
     );
-    assert!(
-        lines.last().unwrap().contains("GetPose -> 2 ("),
-        "{lines:#?}"
-    );
+    assert!(nobody.contains("GetPose -> 2 ("), "{nobody}");
+    assert!(connect.contains("ConnectDobot \"sim\" -> 0 ("), "{connect}");
+    assert!(leave.contains("DisconnectDobot id=0 -> 0 ("), "{leave}");
 }
 
 #[test]

@@ -91,3 +91,17 @@ fn raw_frames_are_held_to_it_as_well() {
     );
     assert_eq!(raw(Ctrl::SET, &[1]).unwrap_err().code as i32, 3);
 }
+
+#[test]
+fn every_guarded_function_can_be_allowed_by_its_name() {
+    let guarded = magician_capi::FUNCTIONS
+        .iter()
+        .filter(|function| function.kind == magician_capi::Kind::Guarded);
+    let mut count = 0;
+    for function in guarded {
+        let allowed = with_text(function.name, |names| registry().allow(names));
+        assert_eq!(allowed, 0, "{}", function.name);
+        count += 1;
+    }
+    assert!(count > 5);
+}
