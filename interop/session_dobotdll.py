@@ -123,7 +123,7 @@ def queueing(checks, arm):
     checks.near("a move ends where it should", arm.pose()[1], (*target, *model.inverse(target)))
     if arm.family != "v1":
         # The wrappers of these families know no count: 32 bytes.
-        circle = CircleCmd((c_float * 8)(220, 30, 20, 5, 240, 0, 20, 5))
+        circle = CircleCmd((c_float * 8)(220, 60, 20, 5, 220, 40, 20, 5))
         code, last = arm.queued("SetCircleCmd", byref(circle))
         checks.equal("SetCircleCmd with 32 bytes", code, 0)
         finish(arm, last)
@@ -291,7 +291,8 @@ def text_probe(checks, stock):
         return b"ok\nGRBL: V1.2.3\n" if PROBE in heard else b""
 
     def arm(data, _heard):
-        return b"".join(frame(ident, ctrl, b"\x03\x07\x00") for ident, ctrl, _ in split(data)[0] if ident == 2)
+        known = {0: b"number", 2: b"\x03\x07\x00", 246: bytes(8), 247: b"\x20\0\0\0"}
+        return b"".join(frame(ident, ctrl, known.get(ident, bytes(32))) for ident, ctrl, _ in split(data)[0])
 
     wire = Wire(silent)
     begin = time.monotonic()

@@ -4,6 +4,7 @@ mod alarms;
 mod bench;
 mod dissector;
 mod dist;
+mod exports;
 mod fidelity;
 mod gallery;
 mod library;
@@ -21,6 +22,8 @@ Usage: cargo xtask CHORE
   fidelity   list what the virtual arm's behaviour rests on: docs/FIDELITY.md
   protocol   list every command of the protocol: docs/PROTOCOL.md
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
+  vendor-functions
+             list every function of the drop-in for the vendor's library: docs/VENDOR-FUNCTIONS.md
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   programs   run programs of every kind on the virtual arm: docs/programs/* and docs/PROGRAMS.md
   vendor-headers
@@ -47,6 +50,7 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "vendor-headers" => library::headers::write(&root),
         Some((chore, rest)) if chore == "vendor-library" => library::run(rest, &root),
         Some((chore, [])) if chore == "dist" => dist::write(&root),
+        Some((chore, rest)) if chore == "vendor-functions" => exports::run(rest, &docs),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
         Some((chore, rest)) if chore == "soak" => soak::run(rest),
         _ => {

@@ -219,3 +219,37 @@ impl Registry {
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::ptr;
+
+    use super::*;
+    use crate::pointer::{Buffer, Text};
+
+    /// A registry as a child of a fork finds it.
+    fn forked() -> Registry {
+        let registry = Registry::default();
+        registry.process.store(1, Ordering::Relaxed);
+        registry
+    }
+
+    #[test]
+    fn a_child_that_was_forked_is_told_so_and_waits_for_nothing() {
+        let registry = forked();
+        // As if the parent had been about to connect.
+        let _held = registry.slots.write().unwrap();
+        assert_eq!(registry.run(Family::V1, "GetPose", 0, |_| Ok(())), 2);
+        notice::last(|sentence| assert!(sentence.contains("forked"), "{sentence}"));
+        assert_eq!(registry.disconnect(0), 0);
+        assert_eq!(registry.set_timeout(0, 5), 0);
+    }
+
+    #[test]
+    #[allow(unsafe_code)]
+    fn a_child_that_was_forked_cannot_connect() {
+        // SAFETY: they are null.
+        let (name, nowhere) = unsafe { (Text::new(ptr::null()), Buffer::new(ptr::null_mut())) };
+        assert_eq!(forked().connect_v1(name, 115_200, nowhere, nowhere), 2);
+    }
+}

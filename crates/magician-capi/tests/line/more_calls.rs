@@ -1,7 +1,10 @@
 // What `v2` lacks; the file is included as `calls.rs` is.
 
+fn pulses() -> Vec<u8> {
+    floats(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+}
+
 fn more_calls() -> Vec<Call> {
-    let pulses = || give(&floats(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
     vec![
         got!(GetDeviceInfo() value 16),
         plain!(SetCPRHoldEnable(1)),
@@ -16,8 +19,8 @@ fn more_calls() -> Vec<Call> {
         plain!(SetUART4PeripheralsEnable(1)),
         got!(GetUART4PeripheralsEnable() on 1),
         got!(GetQueuedCmdMotionFinish() finished 1),
-        at_once!("SendPluse at once" SendPluse(pulses())),
-        queued!("SendPluse queued" SendPluse(pulses()) 1),
-        plain!(SendPluseEx(pulses())),
+        at_once!("SendPluse at once" SendPluse(give(&pulses()))),
+        queued!("SendPluse queued" SendPluse(give(&pulses())) 1),
+        plain!(SendPluseEx(give(&pulses()))),
     ]
 }

@@ -18,11 +18,6 @@ macro_rules! call {
 include!("../../tests/line/calls.rs");
 include!("../../tests/line/more_calls.rs");
 
-/// Two points.
-fn circle() -> Vec<u8> {
-    floats(&[210.0, 10.0, 40.0, 1.0, 220.0, 0.0, 40.0, 2.0])
-}
-
 /// What only this family has so.
 fn own_calls() -> Vec<Call> {
     vec![
@@ -33,8 +28,12 @@ fn own_calls() -> Vec<Call> {
         got!(GetPoseEx() pose 32),
         plain!(SetColorSensor(1, 1)),
         plain!(SetInfraredSensor(1, 2)),
-        queued!("v1 SetCircleCmd" SetCircleCmd(give(&[circle(), 2u32.to_le_bytes().to_vec()].concat())) 0),
     ]
+}
+
+/// The count is the caller's.
+fn circle() -> Call {
+    queued!("v1 SetCircleCmd" SetCircleCmd(give(&[two_points(), 2u32.to_le_bytes().to_vec()].concat())) 0)
 }
 
 #[test]
@@ -44,11 +43,12 @@ fn every_function_sends_its_frame() {
     // SAFETY: null is allowed.
     let code = unsafe { exported::ConnectDobot(port, 115_200, none(), none()) };
     assert_eq!(code, 0);
-    // Settings before motions, which may end at a limit.
-    let calls: Vec<Call> = own_calls()
+    let calls: Vec<Call> = beginning()
         .into_iter()
+        .chain(own_calls())
         .chain(more_calls())
         .chain(common_calls())
+        .chain([circle()])
         .collect();
     // SAFETY: the text stays for ever.
     let allow = |name: &str| unsafe { exported::MagicianAllow(text(name.as_bytes())) };

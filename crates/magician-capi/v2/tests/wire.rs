@@ -17,11 +17,6 @@ macro_rules! call {
 
 include!("../../tests/line/calls.rs");
 
-/// Two points.
-fn circle() -> Vec<u8> {
-    floats(&[210.0, 10.0, 40.0, 1.0, 220.0, 0.0, 40.0, 2.0])
-}
-
 /// What only this family has so.
 fn own_calls() -> Vec<Call> {
     vec![
@@ -32,8 +27,12 @@ fn own_calls() -> Vec<Call> {
         plain!(SetColorSensor(1, 1)),
         plain!(SetInfraredSensor(1, 2)),
         plain!(SetLostStepParams(5.0)),
-        queued!(SetCircleCmd(give(&circle()))),
     ]
+}
+
+/// There is no count: once.
+fn circle() -> Call {
+    queued!(SetCircleCmd(give(&two_points())))
 }
 
 #[test]
@@ -45,10 +44,11 @@ fn every_function_sends_its_frame() {
     let code = unsafe { exported::ConnectDobot(port, 115_200, none(), none(), id.out()) };
     assert_eq!(id.bytes(), [0; 4]);
     assert_eq!(code, 0);
-    // Settings before motions, which may end at a limit.
-    let calls: Vec<Call> = own_calls()
+    let calls: Vec<Call> = beginning()
         .into_iter()
+        .chain(own_calls())
         .chain(common_calls())
+        .chain([circle()])
         .collect();
     // SAFETY: the text stays for ever.
     let allow = |name: &str| unsafe { exported::MagicianAllow(text(name.as_bytes())) };

@@ -1,16 +1,16 @@
-//! Null pointers, to every function of the family.
+//! Null pointers, to every function of the family, and what this arm does not have.
 #![allow(unsafe_code)]
 
 #[path = "../../tests/line/mod.rs"]
 mod line;
+#[path = "../../tests/line/nothing.rs"]
+mod nothing;
 
 use dobotdll_v3::exported;
 use line::{Line, Slot, text};
 use magician_capi::Kind;
 use magician_capi::functions::names::*;
-use magician_capi::pointer::Plain;
-
-include!("../../tests/line/nothing.rs");
+use nothing::{Argument, Row, hold_to_nothing, hold_to_something, hold_to_zero};
 
 #[test]
 fn null_pointers_are_survived() {
@@ -20,6 +20,8 @@ fn null_pointers_are_survived() {
     // SAFETY: the pointer says what is there.
     let code = unsafe { exported::ConnectDobot(port, 115_200, info.out()) };
     assert_eq!(code, 0);
-    let rows = magician_capi::functions!(crate nought_rows v3);
+    let rows = magician_capi::functions!(crate rows_about_an_arm v3);
     hold_to_nothing(&line, &rows);
+    hold_to_something(&line, &rows);
+    hold_to_zero(&line, &rows);
 }

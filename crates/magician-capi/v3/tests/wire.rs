@@ -18,11 +18,6 @@ macro_rules! call {
 include!("../../tests/line/calls.rs");
 include!("../../tests/line/more_calls.rs");
 
-/// Two points.
-fn circle() -> Vec<u8> {
-    floats(&[210.0, 10.0, 40.0, 1.0, 220.0, 0.0, 40.0, 2.0])
-}
-
 /// What only this family has so.
 fn own_calls() -> Vec<Call> {
     vec![
@@ -40,8 +35,12 @@ fn own_calls() -> Vec<Call> {
         queued!("v3 SetColorSensor queued" SetColorSensor(1, 1, 1) 1),
         at_once!("v3 SetInfraredSensor at once" SetInfraredSensor(1, 2, 1)),
         queued!("v3 SetInfraredSensor queued" SetInfraredSensor(1, 2, 1) 1),
-        queued!(SetCircleCmd(give(&circle()))),
     ]
+}
+
+/// There is no count: once.
+fn circle() -> Call {
+    queued!(SetCircleCmd(give(&two_points())))
 }
 
 #[test]
@@ -53,11 +52,12 @@ fn every_function_sends_its_frame() {
     let code = unsafe { exported::ConnectDobot(port, 115_200, info.out()) };
     assert_eq!(info.bytes()[..4], [0; 4]);
     assert_eq!(code, 0);
-    // Settings before motions, which may end at a limit.
-    let calls: Vec<Call> = own_calls()
+    let calls: Vec<Call> = beginning()
         .into_iter()
+        .chain(own_calls())
         .chain(more_calls())
         .chain(common_calls())
+        .chain([circle()])
         .collect();
     // SAFETY: the text stays for ever.
     let allow = |name: &str| unsafe { exported::MagicianAllow(text(name.as_bytes())) };
