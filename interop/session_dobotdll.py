@@ -1,4 +1,4 @@
-"""The vendor's C interface, called as its users' programs call it: session_dobotdll.py PTY UDP TCP SPEED MAGICIAN FAMILY
+"""The vendor's C interface, called as programs call it: session_dobotdll.py PTY UDP TCP SPEED MAGICIAN FAMILY
 
 Raw ctypes calls as the stock wrappers make them, against the simulator behind its terminal and against a virtual arm in
 this process. What the wrappers on top do is in session_dobottype.py.
@@ -86,7 +86,8 @@ def reading(checks, arm):
     checks.equal("no alarm is left", bits.raw[:16], bytes(16))
     name = create_string_buffer(66)
     checks.equal("SetDeviceName", arm("SetDeviceName", create_string_buffer(b"magician", 66)), 0)
-    checks.equal("GetDeviceName, 66 bytes said to be 100", (arm("GetDeviceName", name, 100), name.value), (0, b"magician"))
+    code = arm("GetDeviceName", name, 100)
+    checks.equal("GetDeviceName, 66 bytes said to be 100", (code, name.value), (0, b"magician"))
     short = create_string_buffer(b"\xee" * 10, 10)
     arm("GetDeviceName", short, 5)
     checks.equal("a short buffer is cut and ended", short.raw, b"magi\0" + b"\xee" * 5)
@@ -105,7 +106,8 @@ def queueing(checks, arm):
     checks.ok("and has an index", 0 < first < SENTINEL, first)
     checks.equal("the next has the next one", arm.move(2, 220, -40, 30, 0, queued=1), (0, first + 1))
     checks.equal("a null index is allowed", arm("SetPTPCmd", byref(ptp(arm, 2, 230, 0, 40, 10)), 1, None), 0)
-    checks.equal("SetHOMECmd with its float", arm.queued("SetHOMECmd", byref(HOMECmd((c_float * 1)(0)))), (0, first + 3))
+    nothing = HOMECmd((c_float * 1)(0))
+    checks.equal("SetHOMECmd with its float", arm.queued("SetHOMECmd", byref(nothing)), (0, first + 3))
     checks.equal("an int for each bool", arm.queued("SetEndEffectorSuctionCup", 1, 1), (0, first + 4))
     checks.equal("SetJOGCmd is not forced", arm.queued("SetJOGCmd", byref(JOGCmd(1, 0))), (0, SENTINEL))
     checks.equal("SetIODO", arm.queued("SetIODO", byref(IODO(10, 1))), (0, first + 5))
@@ -310,7 +312,8 @@ def text_probe(checks, stock):
 
     wire = Wire(printer)
     connected = stock.connect(wire.path)
-    checks.equal("a printer's firmware", (connected.result, connected.firmware, connected.version), (0, "GRBL", "1.2.3"))
+    said = (connected.result, connected.firmware, connected.version)
+    checks.equal("a printer's firmware", said, (0, "GRBL", "1.2.3"))
     checks.equal("its port is closed again", stock.arm(connected.ids).pose()[0], DUE[stock.family])
     stock.arm(connected.ids).disconnect()
     wire.close()
