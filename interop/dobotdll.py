@@ -1,4 +1,4 @@
-"""Calls to a DobotDll library in the way of the stock wrappers: no prototypes, ints for bools, structures that are too large.
+"""Calls to a DobotDll library in the way of the stock wrappers: no prototypes, ints for bools, structures too large.
 
 The structures here are those of the wrappers in the field, with their mistakes: a 21-byte PTPCmd in v1, an IOADC of 5
 bytes, HOMECmd as a float, a CircleCmd without its count.

@@ -23,9 +23,11 @@ static void nap(int ms)
 
 static void give_up(const char *what)
 {
-    char why[300] = "no reason is known";
-    MagicianLastError(why, sizeof why);
-    fprintf(stderr, "%s: %s\n", what, why);
+    char why[300];
+    if (MagicianLastError(why, sizeof why) > 0)
+        fprintf(stderr, "%s\n", why);
+    else
+        fprintf(stderr, "%s failed\n", what);
     exit(1);
 }
 

@@ -21,7 +21,7 @@ public:
     explicit Arm(const char *port)
     {
         if (ConnectDobot(port, 115200, nullptr, nullptr) != DobotConnect_NoError)
-            throw std::runtime_error("cannot connect: " + why());
+            throw std::runtime_error(why());
     }
     Arm(const Arm &) = delete;
     Arm &operator=(const Arm &) = delete;

@@ -5,8 +5,8 @@ Such a script finds `dType` and `api` there already, connected. This connects, e
 script and disconnects. Ctrl-C stops the arm and empties the queue.
 
 PORT is what ConnectDobot takes: a serial port, an address, `sim` for a virtual arm. Without it MAGICIAN_PORT says, or
-the first arm that is found. The exit status is 0; 1 if the script breaks off, 2 for a wrong command line, 4 without an
-arm, 130 after Ctrl-C; or what the script says.
+the first arm that is found. The exit status is 0; 1 if the script breaks off, 2 for a wrong command line, 4 without a
+library or an arm, 130 after Ctrl-C; or what the script says.
 """
 
 import argparse
@@ -34,7 +34,11 @@ def module(family):
 
 def connected(dType, port):
     """The library with an arm, and the ids that its functions begin with."""
-    api = dType.load()
+    try:
+        api = dType.load()
+    except OSError as error:
+        print(f"studio: {error}", file=sys.stderr)
+        sys.exit(4)
     answer = dType.ConnectDobot(api, port, 115200)
     if answer[0] == dType.DobotConnect.DobotConnect_NotFound:
         print("studio: no arm was found; --port says where it is, --port sim is a virtual one", file=sys.stderr)

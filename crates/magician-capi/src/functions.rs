@@ -664,7 +664,7 @@ macro_rules! functions {
 
     /// Asks for the vendor's messages; `MAGICIAN_LOG` asks for ours.
     Host None SetDebugEnable(on: Bool) in [v1 v3] = |_, on| call::debug(on);
-    /// Waits.
+    /// Waits. No public program calls it, and its argument is what its name suggests.
     Host None DobotSleep(milliseconds: u32) in [v3] = |_, milliseconds| call::sleep(milliseconds);
 
         }

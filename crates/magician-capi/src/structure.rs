@@ -42,7 +42,7 @@ const fn size_of_row<T: Layout>() -> usize {
 macro_rules! structures {
     ($( $name:ident $size:tt $(= $row:ident)?; )*) => {
         $(
-            #[doc = concat!("`", stringify!($name), "`, ", stringify!($size), " bytes.")]
+            #[doc = concat!("`", stringify!($name), "`, `", stringify!($size), "` bytes.")]
             #[derive(Clone, Copy, Debug)]
             #[repr(transparent)]
             #[allow(unused_parens)]

@@ -58,3 +58,29 @@ fn export(name: String) -> COFFShortExport {
         constant: false,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_names_the_vendors_file_and_every_function() {
+        let folder = std::env::temp_dir().join(format!("magician-import-{}", std::process::id()));
+        fs::create_dir_all(&folder).expect("a folder");
+        for (target, symbol) in [
+            ("x86_64-pc-windows-msvc", &b"\0__imp_GetPose\0"[..]),
+            ("i686-pc-windows-gnu", &b"\0__imp__GetPose\0"[..]),
+            ("aarch64-pc-windows-msvc", &b"\0__imp_GetPose\0"[..]),
+        ] {
+            write(&folder, Family::V1, target).expect(target);
+            for name in ["DobotDll.lib", "libDobotDll.dll.a"] {
+                let library = fs::read(folder.join(name)).expect(name);
+                let has = |part: &[u8]| library.windows(part.len()).any(|bytes| bytes == part);
+                assert!(has(b"DobotDll.dll\0") && has(symbol), "{target} {name}");
+                assert!(!has(b"SetSeeedRgb"), "{target} {name}");
+            }
+        }
+        assert!(write(&folder, Family::V1, "riscv64gc-unknown-linux-gnu").is_err());
+        fs::remove_dir_all(&folder).expect("the folder again");
+    }
+}

@@ -9,9 +9,14 @@ class DobotError(RuntimeError):
     """
 
     def __init__(self, function, code, reason):
+        # The library's own sentence may begin with the name, too.
+        reason = reason[len(function) + 2 :] if reason.startswith(f"{function}: ") else reason
         self.function, self.code, self.reason = function, code, reason
-        name = _CODES.get(code, "") if code is not None else ""
-        super().__init__(f"{function}: {reason}" if not name else f"{function}: {name}: {reason}")
+        said = [function] if code is None else [function, _CODES.get(code, f"code {code}")]
+        super().__init__(": ".join([*said, reason]))
+
+    def __reduce__(self):
+        return DobotError, (self.function, self.code, self.reason)
 
 
 _CODES = {1: "buffer full (1)", 2: "timeout (2)", 3: "invalid parameters (3)", 4: "invalid device (4)"}

@@ -124,8 +124,7 @@ STRUCTURES = [
     ("ARCPoint", EVERY, "f32: x y z rHead"),
     ("ARCParams", EVERY, XYZ_R),
     ("ARCCmd", EVERY, "ARCPoint: cirPoint toPoint"),
-    ("CircleCmd", "v1", "ARCPoint: cirPoint toPoint; u32: count"),
-    ("CircleCmd", "v2 v3", "ARCPoint: cirPoint toPoint"),
+    ("CircleCmd", EVERY, "ARCPoint: cirPoint toPoint; u32: count"),
     ("ARCCommonParams", "v1 v3", RATIOS),
     ("WAITParams", EVERY, "u8: unitType"),
     ("WAITCmd", EVERY, "u32: waitTime"),
@@ -237,8 +236,8 @@ def wifi(what, structure, parameters):
 def sensor(what, port):
     """The rows of the colour and the infrared sensor, whose Set differs in every family."""
     set_name = f"Set{what}Sensor"
-    both = f"u8 _byte(isEnable); u8 _byte({port})"
-    v3 = f"{both}; u8 _byte(version)"
+    both = f"u8 _byte(isEnable); i32 {port}"
+    v3 = f"u8 _byte(isEnable); u8 _byte({port}); u8 _byte(version)"
     bare = f"isEnable, {port}=ColorPort.PORT_GP2" if what == "Color" else f"isEnable, {port}"
     return [
         Row(set_name, bare, both, families="v1"),
@@ -378,7 +377,7 @@ FUNCTIONS = [
         Row("SetCircleCmd", "cirPoint, toPoint, isQueued=0, count=1",
             "in CircleCmd CircleCmd(ARCPoint(*cirPoint), ARCPoint(*toPoint), count); queue", families="v1"),
         Row("SetCircleCmd", "cirPoint, toPoint, isQueued=0",
-            "in CircleCmd CircleCmd(ARCPoint(*cirPoint), ARCPoint(*toPoint)); queue", families="v2 v3"),
+            "in CircleCmd CircleCmd(ARCPoint(*cirPoint), ARCPoint(*toPoint), 1); queue", families="v2 v3"),
         *params("ARCCommonParams", "ARCCommonParams", RATIO_NAMES, families="v1 v3"),
     ]),
     ("Wait and trigger", [
@@ -395,7 +394,7 @@ FUNCTIONS = [
         *sensor("Color", "colorPort"),
         Row("GetColorSensor", "", "out u8 r; out u8 g; out u8 b", "[r.value, g.value, b.value]"),
         *sensor("Infrared", "infraredPort"),
-        Row("GetInfraredSensor", "infraredPort", "u8 _byte(infraredPort); out u8 found", "[found.value]"),
+        Row("GetInfraredSensor", "infraredPort", "i32 infraredPort; out u8 found", "[found.value]"),
     ]),
     ("Calibration", [
         Row("SetAngleSensorStaticError", "rearArmAngleError, frontArmAngleError",
@@ -470,7 +469,7 @@ FUNCTIONS = [
             "in UpgradeFWReadyCmd UpgradeFWReadyCmd(fwSize, bytes.fromhex(md5)); out u8 found", "[found.value]", "v3"),
         *io("Ext", BOX, "v3"),
         *motors("Ext", BOX, "v3"),
-        Row("GetInfraredSensorExt", "infraredPort", "u8 _byte(infraredPort); out u8 found", "[found.value]", "v3",
+        Row("GetInfraredSensorExt", "infraredPort", "i32 infraredPort; out u8 found", "[found.value]", "v3",
             c_name="GetInfraredSensor", ids=BOX),
         Row("GetColorSensorExt", "index", "out u8 r; out u8 g; out u8 b", "[r.value, g.value, b.value][index]", "v3",
             c_name="GetColorSensor", ids=BOX),
