@@ -5,8 +5,9 @@
  * 2. The meaning of one setting of a serial port's time limits: ReadIntervalTimeout and ReadTotalTimeoutMultiplier both
  *    MAXDWORD, and ReadTotalTimeoutConstant between 0 and MAXDWORD. On Windows a read then ends with whatever has come
  *    as soon as anything has. Wine 8.0 knows no such thing and lets it wait until the whole buffer is full, so that no
- *    answer is ever seen. Here the call of the program, and of DobotDll.dll where that is loaded, is led past this file, which asks for the nearest that Wine knows
- *    instead: a read ends 1 ms after the last byte that came. Everything else about the port is as the program has it.
+ *    answer is ever seen. Here the call of the program, and of DobotDll.dll where that is loaded, is led past this file,
+ *    which asks for the nearest that Wine knows instead: a read ends 1 ms after the last byte that came. Everything
+ *    else about the port is as the program has it.
  */
 #include <windows.h>
 
