@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::c_int;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tracing::Level;
 
@@ -75,6 +75,22 @@ pub(crate) fn ended(function: &'static str, outcome: &Outcome, took: Duration) -
         });
     }
     code
+}
+
+/// Does what a function does that is about no arm, and logs it.
+pub(crate) fn host(
+    function: &'static str,
+    arguments: impl FnOnce() -> String,
+    act: impl FnOnce() -> c_int,
+) -> c_int {
+    let begun = Instant::now();
+    let result = act();
+    if tracing::enabled!(Level::DEBUG) {
+        let milliseconds = begun.elapsed().as_secs_f64() * 1e3;
+        let arguments = arguments();
+        tracing::debug!("{function} {arguments} -> {result} ({milliseconds:.2} ms)");
+    }
+    result
 }
 
 /// A function did its work: its next fault is told.

@@ -144,7 +144,7 @@ impl Session {
                 Ok(value)
             }
             Err(error) => {
-                if once && leaves_doubt(&error) {
+                if once && leaves_doubt(&error, form) {
                     self.doubt.arise(&error);
                 }
                 Err(self.fault(error))
@@ -203,9 +203,13 @@ fn is_once(row: &Row) -> bool {
     !row.resendable && row.id != JogCmd::ROW.id
 }
 
-/// Whether the arm may have taken the command all the same.
-fn leaves_doubt(error: &Error) -> bool {
-    matches!(error.kind(), ErrorKind::Uncertain | ErrorKind::Unexpected)
+/// Whether the arm may have taken the command all the same. An answer that cannot be understood is none.
+fn leaves_doubt(error: &Error, form: Form) -> bool {
+    match error.kind() {
+        ErrorKind::Uncertain => true,
+        ErrorKind::Unexpected => form == Form::Queued,
+        _ => false,
+    }
 }
 
 /// The fields of a value, for the log.

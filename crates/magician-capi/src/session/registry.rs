@@ -31,7 +31,7 @@ pub struct Registry {
     allowed: Arc<Allowed>,
     slots: RwLock<BTreeMap<c_int, Slot>>,
     timeouts: Mutex<BTreeMap<c_int, Duration>>,
-    /// The process that has connected; 0 before that.
+    /// The process that has connected; 0 if nothing is.
     process: AtomicU32,
     tracer: OnceLock<Option<Tracer>>,
 }
@@ -135,20 +135,47 @@ impl Registry {
     /// `DisconnectDobot`: 0, whatever was. The arm goes on with what it has; calls that wait for it return 0 at once and
     /// leave their results untouched, as the vendor's.
     pub fn disconnect(&self, id: c_int) -> c_int {
-        if self.own_process().is_ok() {
-            let slot = self.slots_mut().remove(&id);
-            if let Some(Slot::Arm(arm)) = slot {
-                arm.release();
-            }
+        notice::host(
+            "DisconnectDobot",
+            || format!("id={id}"),
+            || {
+                self.leave(id);
+                Code::NoError as c_int
+            },
+        )
+    }
+
+    /// Ends what an id stands for.
+    pub(super) fn leave(&self, id: c_int) {
+        if self.own_process().is_err() {
+            return;
         }
-        Code::NoError as c_int
+        let slot = {
+            let mut slots = self.slots_mut();
+            let slot = slots.remove(&id);
+            if slots.is_empty() {
+                // Nothing is left that a child of this process could not have.
+                self.process.store(0, Ordering::Relaxed);
+            }
+            slot
+        };
+        if let Some(Slot::Arm(arm)) = slot {
+            arm.release();
+        }
     }
 
     /// `SetCmdTimeout`: how long calls may take, in ms; for the arm that has the id, and the next one that gets it.
     pub fn set_timeout(&self, id: c_int, milliseconds: u32) -> c_int {
-        if self.own_process().is_err() {
-            return Code::NoError as c_int;
-        }
+        let arguments = || format!("id={id} milliseconds={milliseconds}");
+        notice::host("SetCmdTimeout", arguments, || {
+            if self.own_process().is_ok() {
+                self.remember_timeout(id, milliseconds);
+            }
+            Code::NoError as c_int
+        })
+    }
+
+    fn remember_timeout(&self, id: c_int, milliseconds: u32) {
         let timeout = Duration::from_millis(u64::from(milliseconds.max(1)));
         {
             let mut timeouts = lock(&self.timeouts);
@@ -160,7 +187,6 @@ impl Registry {
         if let Some(Slot::Arm(arm)) = slots.get(&id) {
             arm.set_timeout(timeout);
         }
-        Code::NoError as c_int
     }
 
     /// What dangerous commands are allowed.
@@ -182,6 +208,7 @@ impl Registry {
             arm.set_timeout(timeouts.get(&id).copied().unwrap_or(TIMEOUT));
         }
         slots.insert(id, slot);
+        self.process.store(process::id(), Ordering::Relaxed);
         id
     }
 
@@ -194,11 +221,6 @@ impl Registry {
         let message = "this process was forked from the one that has connected, and the connection stayed there; \
                        connect in the child alone, or begin it anew (multiprocessing: the method `spawn`)";
         Err(Fault::new(Code::Timeout, message))
-    }
-
-    /// From now on only this process may call.
-    pub(super) fn claim(&self) {
-        self.process.store(process::id(), Ordering::Relaxed);
     }
 
     /// How connections behave, as `MAGICIAN_TRACE` wants it.
@@ -218,4 +240,55 @@ impl Registry {
 /// A lock whose holder has panicked is still good: no holder leaves a value half changed.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ptr;
+
+    use super::*;
+    use crate::pointer::{Buffer, Text};
+
+    /// A registry as a child of a fork finds it.
+    fn forked() -> Registry {
+        let registry = Registry::default();
+        registry.process.store(1, Ordering::Relaxed);
+        registry
+    }
+
+    #[test]
+    fn a_child_that_was_forked_is_told_so_and_waits_for_nothing() {
+        let registry = forked();
+        // As if the parent had been about to connect.
+        let _held = registry.slots.write().unwrap();
+        assert_eq!(registry.run(Family::V1, "GetPose", 0, |_| Ok(())), 2);
+        notice::last(|sentence| assert!(sentence.contains("forked"), "{sentence}"));
+        assert_eq!(registry.disconnect(0), 0);
+        assert_eq!(registry.set_timeout(0, 5), 0);
+    }
+
+    #[test]
+    #[allow(unsafe_code)]
+    fn a_child_may_connect_once_nothing_is_connected() {
+        use std::ffi::CString;
+
+        let name = CString::new("sim").unwrap();
+        let registry = Registry::default();
+        // SAFETY: the one outlives the call, the other is null.
+        let (name, nowhere) = unsafe { (Text::new(name.as_ptr()), Buffer::new(ptr::null_mut())) };
+        assert_eq!(registry.connect_v1(name, 115_200, nowhere, nowhere), 0);
+        assert_ne!(registry.process.load(Ordering::Relaxed), 0);
+        registry.disconnect(0);
+        assert_eq!(registry.process.load(Ordering::Relaxed), 0);
+    }
+
+    #[test]
+    #[allow(unsafe_code)]
+    fn a_child_that_was_forked_cannot_connect() {
+        // SAFETY: they are null.
+        let (name, nowhere) = unsafe { (Text::new(ptr::null()), Buffer::new(ptr::null_mut())) };
+        let registry = forked();
+        let _held = registry.turn.lock().unwrap();
+        assert_eq!(registry.connect_v1(name, 115_200, nowhere, nowhere), 2);
+    }
 }

@@ -1,0 +1,12 @@
+//! What is true of all calls: connecting, ids, timeouts, danger, doubt, threads. Each test has arms of its own.
+
+mod bench;
+mod calls;
+mod connecting;
+mod danger;
+mod doubts;
+mod ids;
+mod searching;
+mod threads;
+#[cfg(unix)]
+mod wires;
