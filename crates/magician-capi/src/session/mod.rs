@@ -4,7 +4,7 @@
 //!   A test has its own.
 //! * [`Session`] is an arm: what every call to it goes through.
 //!
-//! A call holds no lock while it waits for an arm.
+//! A call holds no lock while it waits for an arm; only `ConnectDobot` of `v1` waits for another of its kind.
 
 mod arm;
 mod connect;

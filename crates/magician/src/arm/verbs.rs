@@ -45,7 +45,8 @@ impl Arm {
     /// Puts a command into the arm's queue and tells its index. It does not start the queue.
     ///
     /// # Errors
-    /// [`ErrorKind::QueueFull`] when there is no room, [`ErrorKind::Uncertain`] when it cannot be
+    /// [`ErrorKind::QueueFull`] when there is no room, or not yet: after a Clear the command under way has to finish first;
+    /// [`ErrorKind::Uncertain`] when it cannot be
     /// told whether the arm took it, else as [`get`](Self::get).
     pub async fn enqueue<T>(&self, value: &T) -> Result<QueueIndex>
     where

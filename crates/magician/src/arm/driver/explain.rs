@@ -72,7 +72,7 @@ pub(super) fn failed(failure: Failure) -> Error {
         ),
         Failure::Lost => Error::new(ErrorKind::Port, "the line to the arm broke"),
         Failure::Draining => Error::new(
-            ErrorKind::Timeout,
+            ErrorKind::QueueFull,
             "it was not sent: the queue was cleared, and the command under way has not finished",
         ),
         Failure::Busy => Error::invalid("too many requests wait at once"),
