@@ -232,9 +232,15 @@ static void calm(void) {
     OF(from, SetQueuedCmdStartExec)(ONLY(who));
 }
 
-/* What would end the session or make it slow. */
+/* What would end the session, or make all this slow. */
 static bool skipped(const char *name) {
-    return (who_is_there && strcmp(name, "SearchDobot") == 0) || strcmp(name, "ConnectDobot") == 0 || strcmp(name, "DisconnectDobot") == 0 || strcmp(name, "DobotSleep") == 0;
+    static const char *const once_connected[] = {"ConnectDobot", "DisconnectDobot", "SearchDobot"};
+    for (int at = 0; at < 3; at++) {
+        if (who_is_there && strcmp(name, once_connected[at]) == 0) {
+            return true;
+        }
+    }
+    return strcmp(name, "DobotSleep") == 0;
 }
 
 int main(int count, char **words) {
@@ -246,7 +252,7 @@ int main(int count, char **words) {
     from = open_library(words[1]);
     size_t functions = sizeof CALLS / sizeof *CALLS;
 
-    /* Before there is a connection. */
+    /* Before there is a connection; a null name connects to MAGICIAN_PORT, and stays connected in families with ids. */
     for (way = 0; way < WAYS && !planted; way++) {
         for (size_t at = 0; at < functions; at++) {
             if (!skipped(CALLS[at].name) && CALLS[at].kind == Host) {

@@ -103,7 +103,7 @@ def compiled(source, family, *words, compiler="cc", name=None):
 def run(*command, **environment):
     """Status and all that it said; a program that does not end counts as status -1."""
     try:
-        done = subprocess.run([str(word) for word in command], env={**os.environ, "MAGICIAN_LOG": "off", **environment},
+        done = subprocess.run([str(word) for word in command], env={**os.environ, "MAGICIAN_LOG": "off", "MAGICIAN_PORT": "sim", **environment},
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIME_LIMIT)
     except subprocess.TimeoutExpired as late:
         return -1, (late.stdout or b"").decode(errors="replace") + f"no end after {TIME_LIMIT} s"
