@@ -107,7 +107,7 @@ pub(crate) fn fault(function: &'static str, fault: &Fault) -> c_int {
     remember(function, &fault.message);
     // A full queue is how programs pace themselves.
     if fault.code != Code::BufferFull && is_new(function, &fault.message) {
-        tracing::warn!("{function}: {fault}");
+        tracing::warn!("{function}: {}", told_by(function, &fault.message));
     }
     fault.code as c_int
 }
@@ -133,14 +133,28 @@ pub(crate) fn once(function: &'static str, message: &str) {
     }
 }
 
-/// Looks at the sentence of the thread's last fault.
-pub(crate) fn last<T>(look: impl FnOnce(&str) -> T) -> T {
-    LAST.with_borrow(|last| look(last))
+/// The sentence of the thread's last fault; empty if there was none, or if the thread is about to end.
+pub(crate) fn sentence() -> String {
+    LAST.try_with(|last| last.borrow().clone())
+        .unwrap_or_default()
+}
+
+/// Makes it the sentence of the thread's last fault.
+pub(crate) fn recall(sentence: String) {
+    let _ = LAST.try_with(|last| last.replace(sentence));
 }
 
 fn remember(function: &str, message: &str) {
-    let text = format!("{function}: {message}").replace('\0', "");
-    LAST.with_borrow_mut(|last| *last = text);
+    // The driver's sentences often begin with the name themselves.
+    let message = told_by(function, message);
+    recall(format!("{function}: {message}").replace('\0', ""));
+}
+
+/// A message without the name of the function that it begins with.
+fn told_by<'a>(function: &str, message: &'a str) -> &'a str {
+    let rest = message.strip_prefix(function);
+    let rest = rest.and_then(|rest| rest.strip_prefix(": "));
+    rest.unwrap_or(message)
 }
 
 fn is_new(function: &'static str, message: &str) -> bool {
