@@ -103,7 +103,7 @@ impl Registry {
         let begun = Instant::now();
         notice::begin();
         let outcome = self.find(family, id).and_then(|arm| body(&arm));
-        notice::ended(name, &outcome, begun.elapsed())
+        notice::ended((name, id), &outcome, begun.elapsed())
     }
 
     /// The arm with an id.
