@@ -10,7 +10,7 @@ use super::Arm;
 use super::driver::{Message, command_name};
 use super::exposure::Exposure;
 use super::watch::Own;
-use crate::connection::Request;
+use crate::connection::{Request, is_once};
 use crate::{Error, ErrorKind, Result};
 
 /// Longer than anybody waits, and short enough to be added to any instant.
@@ -78,7 +78,7 @@ impl Arm {
         match timeout_at(late, answer).await {
             Ok(Ok(result)) => result,
             Ok(Err(_)) => Err(Error::closed()),
-            Err(_) if request.frame().ctrl().queued() => Err(Error::uncertain(None, None)),
+            Err(_) if is_once(&request.frame()) => Err(Error::uncertain(None, None)),
             Err(_) => Err(Error::new(ErrorKind::Timeout, "no answer")),
         }
         .map_err(|error| match error.command() {
@@ -107,5 +107,33 @@ impl Arm {
 
     pub(super) fn exposure(&self) -> MutexGuard<'_, Exposure> {
         self.inner.shared.exposure()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_protocol::NoArgs;
+    use magician_protocol::commands::{Pose, QueuedCmdStartDownload};
+
+    use super::*;
+    use crate::Options;
+
+    #[tokio::test(start_paused = true)]
+    async fn what_the_task_is_kept_from_answering_may_have_been_done() {
+        let arm = Arm::simulated(crate::VirtualArm::default(), Options::default()).await;
+        let arm = arm.unwrap();
+        let download = QueuedCmdStartDownload {
+            total_loop: 1,
+            line_per_loop: 1,
+        };
+        let kind = async |request: Request| {
+            let (_kept, answer) = oneshot::channel();
+            let answer = arm.answer(answer, request.frame(), Instant::now()).await;
+            answer.unwrap_err().kind()
+        };
+        let once = kind(Request::set(&download).unwrap()).await;
+        assert_eq!(once, ErrorKind::Uncertain);
+        let again = kind(Request::get::<Pose>(&NoArgs).unwrap()).await;
+        assert_eq!(again, ErrorKind::Timeout);
     }
 }
