@@ -74,12 +74,26 @@ impl Arm {
         request: &FrameBuf,
         deadline: Instant,
     ) -> Result<FrameBuf> {
+        let silent = match is_once(&request.frame()) {
+            true => Error::uncertain(None, None),
+            false => Error::new(ErrorKind::Timeout, "no answer"),
+        };
+        self.answer_or(silent, answer, request, deadline).await
+    }
+
+    /// As [`answer`](Self::answer), with the error of a task that is kept from its work.
+    pub(super) async fn answer_or(
+        &self,
+        silent: Error,
+        answer: oneshot::Receiver<Result<FrameBuf>>,
+        request: &FrameBuf,
+        deadline: Instant,
+    ) -> Result<FrameBuf> {
         let late = deadline + Duration::from_millis(5);
         match timeout_at(late, answer).await {
             Ok(Ok(result)) => result,
             Ok(Err(_)) => Err(Error::closed()),
-            Err(_) if is_once(&request.frame()) => Err(Error::uncertain(None, None)),
-            Err(_) => Err(Error::new(ErrorKind::Timeout, "no answer")),
+            Err(_) => Err(silent),
         }
         .map_err(|error| match error.command() {
             Some(_) => error,
