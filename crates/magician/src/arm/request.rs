@@ -90,15 +90,25 @@ impl Arm {
         deadline: Instant,
     ) -> Result<FrameBuf> {
         let late = deadline + Duration::from_millis(5);
-        match timeout_at(late, answer).await {
-            Ok(Ok(result)) => result,
-            Ok(Err(_)) => Err(Error::closed()),
+        match timeout_at(late, self.heard(answer)).await {
+            Ok(Some(result)) => result,
+            Ok(None) => Err(Error::closed()),
             Err(_) => Err(silent),
         }
         .map_err(|error| match error.command() {
             Some(_) => error,
             None => error.with_command(command_name(&request.frame())),
         })
+    }
+
+    /// What the task says, or nothing once it has ended: a message that is sent while it ends may stay where it is, with
+    /// all that would tell of that.
+    pub(super) async fn heard<T>(&self, mut answer: oneshot::Receiver<T>) -> Option<T> {
+        tokio::select! {
+            biased;
+            answer = &mut answer => answer.ok(),
+            () = self.ended() => answer.try_recv().ok(),
+        }
     }
 
     /// Warns, once, that the arm was not homed since it was switched on, as far as can be told.
@@ -149,5 +159,19 @@ mod tests {
         assert_eq!(once, ErrorKind::Uncertain);
         let again = kind(Request::get::<Pose>(&NoArgs).unwrap()).await;
         assert_eq!(again, ErrorKind::Timeout);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_message_that_comes_after_the_end_is_not_waited_for() {
+        let arm = Arm::simulated(crate::VirtualArm::default(), Options::default()).await;
+        let arm = arm.unwrap();
+        arm.clone().close().await;
+        let (_kept, answer) = oneshot::channel();
+        let request: Request = Request::get::<Pose>(&NoArgs).unwrap();
+        let answer = arm.answer(answer, request.frame(), arm.deadline()).await;
+        assert_eq!(answer.unwrap_err().kind(), ErrorKind::Closed);
+        let (kept, answer) = oneshot::channel();
+        kept.send(()).unwrap();
+        assert_eq!(arm.heard(answer).await, Some(()), "what was said counts");
     }
 }
