@@ -28,6 +28,8 @@ pub(crate) fn begin() {
         let lines = tracing_subscriber::fmt()
             .with_env_filter(filter)
             .with_writer(std::io::stderr)
+            // They would go where nothing can be written, and panic.
+            .log_internal_errors(false)
             .event_format(Line);
         let _ = lines.try_init();
         if let Some(error) = wrong {

@@ -136,7 +136,7 @@ impl Session {
             self.doubt.check()?;
         }
         if form == Form::Queued {
-            self.read_base().map_err(|error| self.fault(error))?;
+            self.read_base().map_err(|error| self.fault(error, form))?;
         }
         match call(&self.arm) {
             Ok(value) => {
@@ -147,7 +147,7 @@ impl Session {
                 if once && leaves_doubt(&error, form) {
                     self.doubt.arise(&error);
                 }
-                Err(self.fault(error))
+                Err(self.fault(error, form))
             }
         }
     }
@@ -174,11 +174,12 @@ impl Session {
         }
     }
 
-    fn fault(&self, error: Error) -> Fault {
+    fn fault(&self, error: Error, form: Form) -> Fault {
         if self.released.load(Ordering::SeqCst) {
             return Fault::new(Code::NoError, "DisconnectDobot came meanwhile");
         }
-        if error.kind() == ErrorKind::QueueFull && !self.started.swap(true, Ordering::Relaxed) {
+        let full = error.kind() == ErrorKind::QueueFull && form == Form::Queued;
+        if full && !self.started.swap(true, Ordering::Relaxed) {
             tracing::warn!(
                 "{error}, and this program has not started it: if the arm stands still, SetQueuedCmdStartExec lets it run"
             );

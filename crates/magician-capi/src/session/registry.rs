@@ -103,7 +103,7 @@ impl Registry {
         let begun = Instant::now();
         notice::begin();
         let outcome = self.find(family, id).and_then(|arm| body(&arm));
-        notice::ended(name, &outcome, begun.elapsed())
+        notice::ended((name, id), &outcome, begun.elapsed())
     }
 
     /// The arm with an id.
@@ -262,7 +262,7 @@ mod tests {
         // As if the parent had been about to connect.
         let _held = registry.slots.write().unwrap();
         assert_eq!(registry.run(Family::V1, "GetPose", 0, |_| Ok(())), 2);
-        notice::last(|sentence| assert!(sentence.contains("forked"), "{sentence}"));
+        assert!(notice::sentence().contains("forked"));
         assert_eq!(registry.disconnect(0), 0);
         assert_eq!(registry.set_timeout(0, 5), 0);
     }
