@@ -263,11 +263,31 @@ def limits(checks, program):
     error = failure(program, lambda: program.SetPTPCmdEx(1, 900, 0, 30, 0) or program.SetPTPCmdEx(1, 220, 0, 30, 0))
     checks.ok("an alarm", re.search(r"alarm 0x[1-9]", str(error)), error)
     checks.ok("is seen at once", time.monotonic() - begin < 4, f"{time.monotonic() - begin:.1f} s")
+    checks.ok("by its name, with what to do", all(word in str(error) for word in ("PlanInvCalc", "ClearAll")), error)
+    asked_for(checks, program)
     program.SetQueuedCmdClear()
     program.ClearAllAlarmsState()
     program.SetQueuedCmdStartExec()
     program.SetPTPCmdEx(1, 220, 0, 30, 0)
     checks.near("and the arm goes on", program.GetPose()[:3], (220, 0, 30))
+
+
+def asked_for(checks, program):
+    """The wait that most programs write themselves, while an alarm stands."""
+    dType = program.dType
+    last = program.SetPTPCmd(1, 220, 0, 30, 0)[0]
+
+    def wait(between=lambda: None):
+        end = time.monotonic() + 5
+        while last > program.GetQueuedCmdCurrentIndex()[0] and time.monotonic() < end:
+            between()
+            dType.dSleep(50)
+
+    error = failure(program, wait)
+    checks.ok("a loop that asks for the index ends, too", "PlanInvCalc" in str(error), error)
+    checks.equal("one that also looks at the arm goes on", wait(program.GetPose), None)
+    program.SetQueuedCmdClear()
+    checks.equal("and one when nothing is left to wait for", wait(), None)
 
 
 def long_waits(checks, program):
