@@ -885,18 +885,24 @@ class _Watch:
         more = self.arms.slow.get(_key(self.arm), {}).get(self.index + 1, 0)
         alarms = self.alarms()
         # Homing goes on under an alarm.
-        if alarms and stood > ALARM_STALL and more != HOMING:
-            names = ", ".join(f"0x{alarm:02X}" for alarm in alarms)
-            said = _reason(self.arms.door)
-            # The library knows their names, and has told them to whoever asked for the index then.
-            if said.startswith("GetQueuedCmdCurrentIndex: ") and all(f"0x{alarm:02X}" in said for alarm in alarms):
-                raise DobotError(self.name, None, said.partition(": ")[2])
-            self.give_up(f"alarm {names} keeps the queue from running (ClearAllAlarmsState, once the cause is gone)")
+        if alarms and more != HOMING:
+            if stood > ALARM_STALL:
+                self.give_up_under(alarms)
+            return
         if stood > (QUEUE_STALL if self.stall is None else self.stall) + more:
             self.give_up(
                 f"for {stood:.0f} s neither the queue nor the arm has moved: was the queue started"
                 " (SetQueuedCmdStartExec)? A limit that was touched also stops it, until ClearAllAlarmsState"
             )
+
+    def give_up_under(self, alarms):
+        names = [f"0x{alarm:02X}" for alarm in alarms]
+        said = _reason(self.arms.door)
+        # The library knows what they are called, and has said it to whoever asked for the index then.
+        if said.startswith("GetQueuedCmdCurrentIndex: ") and all(name in said for name in names):
+            raise DobotError(self.name, None, said.partition(": ")[2])
+        names = ", ".join(names)
+        self.give_up(f"alarm {names} keeps the queue from running (ClearAllAlarmsState, once the cause is gone)")
 
     def alarms(self):
         """Alarms that keep a queue from running: all but the first byte."""
