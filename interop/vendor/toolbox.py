@@ -84,7 +84,10 @@ def calls(family, xtask):
     folder = HOME / "calls" / family
     folder.mkdir(parents=True, exist_ok=True)
     told = subprocess.run([*xtask, "vendor-functions", "calls", family], cwd=ROOT, check=True, capture_output=True, text=True).stdout
-    (folder / "calls.h").write_text(told)
+    # In one go: another check may be reading it.
+    made = folder / f"calls.{os.getpid()}"
+    made.write_text(told)
+    made.replace(folder / "calls.h")
     return folder
 
 

@@ -61,6 +61,8 @@ pub struct Function {
     pub kind: Kind,
     /// Names and Rust types of the arguments after the ids.
     pub arguments: &'static [(&'static str, &'static str)],
+    /// Its body as it stands in the table, for pages about it.
+    pub body: &'static str,
 }
 
 /// Runs the body of an exported function: nothing unwinds into C.
@@ -184,6 +186,7 @@ macro_rules! list_rows {
                 ids: $crate::Ids::$ids,
                 kind: $crate::Kind::$kind,
                 arguments: &[$((stringify!($arg), stringify!($type))),*],
+                body: stringify!($body),
             }
         ),*]
     };

@@ -123,6 +123,16 @@ fn lay_out(
     Ok(())
 }
 
+/// The import libraries of a target's families, each in a folder of its own.
+pub(super) fn imports(target: &str, folder: &Path) -> Result<(), Box<dyn Error>> {
+    for (name, family) in FAMILIES {
+        let folder = folder.join(name);
+        fs::create_dir_all(&folder)?;
+        import::write(&folder, family, target)?;
+    }
+    Ok(())
+}
+
 /// The library under the vendor's names.
 fn put_library(built: &Path, family: &str, target: &str, to: &Path) -> Result<(), Box<dyn Error>> {
     if target.contains("windows") {
