@@ -107,7 +107,7 @@ pub(crate) fn fault(function: &'static str, fault: &Fault) -> c_int {
     remember(function, &fault.message);
     // A full queue is how programs pace themselves.
     if fault.code != Code::BufferFull && is_new(function, &fault.message) {
-        tracing::warn!("{function}: {fault}");
+        tracing::warn!("{}", named(function, &fault.message));
     }
     fault.code as c_int
 }
@@ -115,7 +115,7 @@ pub(crate) fn fault(function: &'static str, fault: &Fault) -> c_int {
 /// Tells of what is no fault to C.
 pub(crate) fn warn(function: &'static str, message: &str) {
     remember(function, message);
-    tracing::warn!("{function}: {message}");
+    tracing::warn!("{}", named(function, message));
 }
 
 /// Tells of a fault to those who ask for it, with no lock that another thread may hold.
@@ -138,8 +138,16 @@ pub(crate) fn last<T>(look: impl FnOnce(&str) -> T) -> T {
     LAST.with_borrow(|last| look(last))
 }
 
+/// The message with the function's name before it, which the driver may have put there: most commands bear it.
+fn named(function: &str, message: &str) -> String {
+    match message.strip_prefix(function) {
+        Some(rest) if rest.starts_with(": ") => message.to_owned(),
+        _ => format!("{function}: {message}"),
+    }
+}
+
 fn remember(function: &str, message: &str) {
-    let text = format!("{function}: {message}").replace('\0', "");
+    let text = named(function, message).replace('\0', "");
     LAST.with_borrow_mut(|last| *last = text);
 }
 
@@ -152,4 +160,19 @@ fn is_new(function: &'static str, message: &str) -> bool {
 
 fn told() -> MutexGuard<'static, BTreeMap<&'static str, String>> {
     TOLD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_function_is_named_once() {
+        assert_eq!(named("GetPose", "GetPose: gone"), "GetPose: gone");
+        assert_eq!(
+            named("GetPose", "GetPoseL: gone"),
+            "GetPose: GetPoseL: gone"
+        );
+        assert_eq!(named("GetPose", "gone"), "GetPose: gone");
+    }
 }
