@@ -123,6 +123,8 @@ fn fault_at(about: About, fault: &Fault) -> c_int {
     // A full queue is how programs pace themselves.
     if fault.code != Code::BufferFull && is_new(about, &fault.message) {
         tracing::warn!("{function}: {}", told_by(function, &fault.message));
+    if fault.code != Code::BufferFull && is_new(function, &fault.message) {
+        tracing::warn!("{}", named(function, &fault.message));
     }
     fault.code as c_int
 }
@@ -130,7 +132,7 @@ fn fault_at(about: About, fault: &Fault) -> c_int {
 /// Tells of what is no fault to C.
 pub(crate) fn warn(function: &'static str, message: &str) {
     remember(function, message);
-    tracing::warn!("{function}: {message}");
+    tracing::warn!("{}", named(function, message));
 }
 
 /// Tells of a fault to those who ask for it, with no lock that another thread may hold.
@@ -159,10 +161,20 @@ pub(crate) fn recall(sentence: String) {
     let _ = LAST.try_with(|last| last.replace(sentence));
 }
 
+/// The message with the function's name before it, which the driver may have put there: most commands bear it.
+fn named(function: &str, message: &str) -> String {
+    match message.strip_prefix(function) {
+        Some(rest) if rest.starts_with(": ") => message.to_owned(),
+        _ => format!("{function}: {message}"),
+    }
+}
+
 fn remember(function: &str, message: &str) {
     // The driver's sentences often begin with the name themselves.
     let message = told_by(function, message);
     recall(format!("{function}: {message}").replace('\0', ""));
+    let text = named(function, message).replace('\0', "");
+    LAST.with_borrow_mut(|last| *last = text);
 }
 
 /// A message without the name of the function that it begins with.
@@ -184,4 +196,19 @@ fn is_new(about: About, message: &str) -> bool {
 
 fn told() -> MutexGuard<'static, BTreeMap<About, String>> {
     TOLD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_function_is_named_once() {
+        assert_eq!(named("GetPose", "GetPose: gone"), "GetPose: gone");
+        assert_eq!(
+            named("GetPose", "GetPoseL: gone"),
+            "GetPose: GetPoseL: gone"
+        );
+        assert_eq!(named("GetPose", "gone"), "GetPose: gone");
+    }
 }

@@ -231,7 +231,8 @@ impl Registry {
     }
 
     fn session(&self, arm: blocking::Arm, lease: Option<Lease>, based: bool) -> Session {
-        Session::new(arm, Arc::clone(self.allowed()), lease, based)
+        let standing = self.patience.standing;
+        Session::new(arm, Arc::clone(self.allowed()), lease, based, standing)
     }
 }
 

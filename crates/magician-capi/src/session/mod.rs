@@ -14,6 +14,7 @@ mod place;
 mod pool;
 mod registry;
 mod search;
+mod standstill;
 mod text_probe;
 
 use std::ffi::c_int;

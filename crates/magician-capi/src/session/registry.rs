@@ -36,7 +36,7 @@ pub struct Registry {
     tracer: OnceLock<Option<Tracer>>,
 }
 
-/// How long `ConnectDobot` waits for an answer.
+/// How long `ConnectDobot` waits for an answer, and a program for its queue.
 #[derive(Clone, Copy, Debug)]
 pub struct Patience {
     /// From an arm at a serial port.
@@ -45,6 +45,8 @@ pub struct Patience {
     pub network: Duration,
     /// From another firmware, to text.
     pub text: Duration,
+    /// For a queue that stands, before it is told why.
+    pub standing: Duration,
 }
 
 impl Default for Patience {
@@ -53,6 +55,7 @@ impl Default for Patience {
             serial: Duration::from_millis(300),
             network: Duration::from_secs(1),
             text: Duration::from_millis(500),
+            standing: Duration::from_secs(1),
         }
     }
 }
