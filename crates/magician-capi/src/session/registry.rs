@@ -31,8 +31,10 @@ pub struct Registry {
     allowed: Arc<Allowed>,
     slots: RwLock<BTreeMap<c_int, Slot>>,
     timeouts: Mutex<BTreeMap<c_int, Duration>>,
-    /// The process that has connected; 0 if nothing is.
+    /// The process that has connected, or is about to; 0 if nothing is.
     process: AtomicU32,
+    /// Calls of `ConnectDobot` under way; changed and read with `slots` locked, as is when `process` becomes 0.
+    connecting: AtomicU32,
     tracer: OnceLock<Option<Tracer>>,
 }
 
@@ -88,6 +90,7 @@ impl Registry {
             slots: RwLock::default(),
             timeouts: Mutex::default(),
             process: AtomicU32::new(0),
+            connecting: AtomicU32::new(0),
             tracer: OnceLock::new(),
         }
     }
@@ -156,10 +159,7 @@ impl Registry {
         let slot = {
             let mut slots = self.slots_mut();
             let slot = slots.remove(&id);
-            if slots.is_empty() {
-                // Nothing is left that a child of this process could not have.
-                self.process.store(0, Ordering::Relaxed);
-            }
+            self.disown(&slots);
             slot
         };
         if let Some(Slot::Arm(arm)) = slot {
@@ -215,6 +215,25 @@ impl Registry {
         id
     }
 
+    /// Nothing is left that a child of this process could not have.
+    fn disown(&self, slots: &BTreeMap<c_int, Slot>) {
+        if slots.is_empty() && self.connecting.load(Ordering::Relaxed) == 0 {
+            self.process.store(0, Ordering::Relaxed);
+        }
+    }
+
+    /// Begins to connect: from here on a child that is forked must not, for it may find the locks of this as they are.
+    ///
+    /// # Errors
+    /// This is such a child.
+    pub(super) fn claim(&self) -> Result<Claim<'_>, Fault> {
+        self.own_process()?;
+        let _slots = self.slots_mut();
+        self.connecting.fetch_add(1, Ordering::Relaxed);
+        self.process.store(process::id(), Ordering::Relaxed);
+        Ok(Claim(self))
+    }
+
     /// A process that has forked leaves its threads behind: whatever its child asked would never be answered.
     pub(super) fn own_process(&self) -> Outcome {
         let owner = self.process.load(Ordering::Relaxed);
@@ -237,6 +256,18 @@ impl Registry {
 
     fn slots_mut(&self) -> std::sync::RwLockWriteGuard<'_, BTreeMap<c_int, Slot>> {
         self.slots.write().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A call of `ConnectDobot` that is under way.
+#[derive(Debug)]
+pub(super) struct Claim<'a>(&'a Registry);
+
+impl Drop for Claim<'_> {
+    fn drop(&mut self) {
+        let slots = self.0.slots_mut();
+        self.0.connecting.fetch_sub(1, Ordering::Relaxed);
+        self.0.disown(&slots);
     }
 }
 
@@ -283,6 +314,33 @@ mod tests {
         assert_ne!(registry.process.load(Ordering::Relaxed), 0);
         registry.disconnect(0);
         assert_eq!(registry.process.load(Ordering::Relaxed), 0);
+    }
+
+    #[test]
+    #[allow(unsafe_code)]
+    fn who_waits_for_its_turn_to_connect_is_seen_by_a_child() {
+        use std::ffi::CString;
+
+        let name = CString::new("sim").unwrap();
+        let registry = Registry::default();
+        std::thread::scope(|scope| {
+            let turn = registry.turn.lock().unwrap();
+            scope.spawn(|| {
+                // SAFETY: the one outlives the call, the other is null.
+                let (name, nowhere) =
+                    unsafe { (Text::new(name.as_ptr()), Buffer::new(ptr::null_mut())) };
+                assert_eq!(registry.connect_v1(name, 115_200, nowhere, nowhere), 0);
+                registry.disconnect(0);
+            });
+            let patience = Instant::now() + Duration::from_secs(20);
+            while registry.process.load(Ordering::Relaxed) == 0 {
+                assert!(Instant::now() < patience, "a child would wait for its turn");
+                std::thread::yield_now();
+            }
+            drop(turn);
+        });
+        assert_eq!(registry.process.load(Ordering::Relaxed), 0);
+        assert_eq!(registry.connecting.load(Ordering::Relaxed), 0);
     }
 
     #[test]
