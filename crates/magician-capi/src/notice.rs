@@ -122,8 +122,6 @@ fn fault_at(about: About, fault: &Fault) -> c_int {
     remember(function, &fault.message);
     // A full queue is how programs pace themselves.
     if fault.code != Code::BufferFull && is_new(about, &fault.message) {
-        tracing::warn!("{function}: {}", told_by(function, &fault.message));
-    if fault.code != Code::BufferFull && is_new(function, &fault.message) {
         tracing::warn!("{}", named(function, &fault.message));
     }
     fault.code as c_int
@@ -170,18 +168,7 @@ fn named(function: &str, message: &str) -> String {
 }
 
 fn remember(function: &str, message: &str) {
-    // The driver's sentences often begin with the name themselves.
-    let message = told_by(function, message);
-    recall(format!("{function}: {message}").replace('\0', ""));
-    let text = named(function, message).replace('\0', "");
-    LAST.with_borrow_mut(|last| *last = text);
-}
-
-/// A message without the name of the function that it begins with.
-fn told_by<'a>(function: &str, message: &'a str) -> &'a str {
-    let rest = message.strip_prefix(function);
-    let rest = rest.and_then(|rest| rest.strip_prefix(": "));
-    rest.unwrap_or(message)
+    recall(named(function, message).replace('\0', ""));
 }
 
 fn is_new(about: About, message: &str) -> bool {
