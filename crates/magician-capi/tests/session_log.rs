@@ -109,3 +109,16 @@ fn a_fault_is_told_once_until_the_function_has_worked() {
     let again = warned(|| assert_eq!(call(), 2));
     assert_eq!(again.len(), 1, "{again:?}");
 }
+
+#[test]
+fn an_arm_that_answers_hides_no_other_that_does_not() {
+    let registry = registry();
+    connect_v1(&registry, "sim");
+    let call = |id| run(&registry, "GetPoseOfThatTest", id, |_| Ok(()));
+    let faults = warned(|| {
+        for _ in 0..5 {
+            assert_eq!([0, 1, 2].map(call), [0, 2, 2]);
+        }
+    });
+    assert_eq!(faults.len(), 2, "{faults:?}");
+}

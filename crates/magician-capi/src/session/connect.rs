@@ -50,7 +50,8 @@ impl Registry {
     /// Of `v1`: whatever was connected before is closed, and opened again if it is the same.
     pub fn connect_v1(&self, port: Text, baud: u32, firmware: Buffer, version: Buffer) -> c_int {
         // A lock that was held when the process was forked stays so.
-        let _turn = self.own_process().is_ok().then(|| lock(&self.turn));
+        let claim = self.claim().ok();
+        let _turn = claim.as_ref().map(|_| lock(&self.turn));
         self.leave(0);
         let met = || self.connect(port, baud, Some(0), !firmware.is_null());
         self.answer(port, met, |met| {
@@ -99,7 +100,7 @@ impl Registry {
         ask_in_text: bool,
     ) -> Result<Connection, (Connected, Fault)> {
         let occupied = |fault| (Connected::Occupied, fault);
-        self.own_process().map_err(occupied)?;
+        let _claim = self.claim().map_err(occupied)?;
         let name = name_of(port);
         let target = self.find_place(&name)?;
         if baud != BAUD && is_serial(&target) {
@@ -231,7 +232,8 @@ impl Registry {
     }
 
     fn session(&self, arm: blocking::Arm, lease: Option<Lease>, based: bool) -> Session {
-        Session::new(arm, Arc::clone(self.allowed()), lease, based)
+        let standing = self.patience.standing;
+        Session::new(arm, Arc::clone(self.allowed()), lease, based, standing)
     }
 }
 

@@ -28,7 +28,11 @@ pub struct Surroundings {
 impl Default for Surroundings {
     fn default() -> Self {
         Self {
-            variable: |name| std::env::var(name).ok().filter(|value| !value.is_empty()),
+            variable: |name| {
+                // `set MAGICIAN_PORT=sim && ...` leaves a blank behind it on Windows.
+                let value = std::env::var(name).ok()?.trim().to_owned();
+                Some(value).filter(|value| !value.is_empty())
+            },
             ports: || {
                 magician::ports().unwrap_or_else(|error| {
                     tracing::warn!("{error}");

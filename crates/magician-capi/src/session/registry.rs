@@ -31,12 +31,14 @@ pub struct Registry {
     allowed: Arc<Allowed>,
     slots: RwLock<BTreeMap<c_int, Slot>>,
     timeouts: Mutex<BTreeMap<c_int, Duration>>,
-    /// The process that has connected; 0 if nothing is.
+    /// The process that has connected, or is about to; 0 if nothing is.
     process: AtomicU32,
+    /// Calls of `ConnectDobot` under way; changed and read with `slots` locked, as is when `process` becomes 0.
+    connecting: AtomicU32,
     tracer: OnceLock<Option<Tracer>>,
 }
 
-/// How long `ConnectDobot` waits for an answer.
+/// How long `ConnectDobot` waits for an answer, and a program for its queue.
 #[derive(Clone, Copy, Debug)]
 pub struct Patience {
     /// From an arm at a serial port.
@@ -45,6 +47,8 @@ pub struct Patience {
     pub network: Duration,
     /// From another firmware, to text.
     pub text: Duration,
+    /// For a queue that stands, before it is told why.
+    pub standing: Duration,
 }
 
 impl Default for Patience {
@@ -53,6 +57,7 @@ impl Default for Patience {
             serial: Duration::from_millis(300),
             network: Duration::from_secs(1),
             text: Duration::from_millis(500),
+            standing: Duration::from_secs(1),
         }
     }
 }
@@ -85,6 +90,7 @@ impl Registry {
             slots: RwLock::default(),
             timeouts: Mutex::default(),
             process: AtomicU32::new(0),
+            connecting: AtomicU32::new(0),
             tracer: OnceLock::new(),
         }
     }
@@ -103,7 +109,7 @@ impl Registry {
         let begun = Instant::now();
         notice::begin();
         let outcome = self.find(family, id).and_then(|arm| body(&arm));
-        notice::ended(name, &outcome, begun.elapsed())
+        notice::ended((name, id), &outcome, begun.elapsed())
     }
 
     /// The arm with an id.
@@ -153,10 +159,7 @@ impl Registry {
         let slot = {
             let mut slots = self.slots_mut();
             let slot = slots.remove(&id);
-            if slots.is_empty() {
-                // Nothing is left that a child of this process could not have.
-                self.process.store(0, Ordering::Relaxed);
-            }
+            self.disown(&slots);
             slot
         };
         if let Some(Slot::Arm(arm)) = slot {
@@ -212,6 +215,25 @@ impl Registry {
         id
     }
 
+    /// Nothing is left that a child of this process could not have.
+    fn disown(&self, slots: &BTreeMap<c_int, Slot>) {
+        if slots.is_empty() && self.connecting.load(Ordering::Relaxed) == 0 {
+            self.process.store(0, Ordering::Relaxed);
+        }
+    }
+
+    /// Begins to connect: from here on a child that is forked must not, for it may find the locks of this as they are.
+    ///
+    /// # Errors
+    /// This is such a child.
+    pub(super) fn claim(&self) -> Result<Claim<'_>, Fault> {
+        self.own_process()?;
+        let _slots = self.slots_mut();
+        self.connecting.fetch_add(1, Ordering::Relaxed);
+        self.process.store(process::id(), Ordering::Relaxed);
+        Ok(Claim(self))
+    }
+
     /// A process that has forked leaves its threads behind: whatever its child asked would never be answered.
     pub(super) fn own_process(&self) -> Outcome {
         let owner = self.process.load(Ordering::Relaxed);
@@ -234,6 +256,18 @@ impl Registry {
 
     fn slots_mut(&self) -> std::sync::RwLockWriteGuard<'_, BTreeMap<c_int, Slot>> {
         self.slots.write().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A call of `ConnectDobot` that is under way.
+#[derive(Debug)]
+pub(super) struct Claim<'a>(&'a Registry);
+
+impl Drop for Claim<'_> {
+    fn drop(&mut self) {
+        let slots = self.0.slots_mut();
+        self.0.connecting.fetch_sub(1, Ordering::Relaxed);
+        self.0.disown(&slots);
     }
 }
 
@@ -262,7 +296,7 @@ mod tests {
         // As if the parent had been about to connect.
         let _held = registry.slots.write().unwrap();
         assert_eq!(registry.run(Family::V1, "GetPose", 0, |_| Ok(())), 2);
-        notice::last(|sentence| assert!(sentence.contains("forked"), "{sentence}"));
+        assert!(notice::sentence().contains("forked"));
         assert_eq!(registry.disconnect(0), 0);
         assert_eq!(registry.set_timeout(0, 5), 0);
     }
@@ -280,6 +314,33 @@ mod tests {
         assert_ne!(registry.process.load(Ordering::Relaxed), 0);
         registry.disconnect(0);
         assert_eq!(registry.process.load(Ordering::Relaxed), 0);
+    }
+
+    #[test]
+    #[allow(unsafe_code)]
+    fn who_waits_for_its_turn_to_connect_is_seen_by_a_child() {
+        use std::ffi::CString;
+
+        let name = CString::new("sim").unwrap();
+        let registry = Registry::default();
+        std::thread::scope(|scope| {
+            let turn = registry.turn.lock().unwrap();
+            scope.spawn(|| {
+                // SAFETY: the one outlives the call, the other is null.
+                let (name, nowhere) =
+                    unsafe { (Text::new(name.as_ptr()), Buffer::new(ptr::null_mut())) };
+                assert_eq!(registry.connect_v1(name, 115_200, nowhere, nowhere), 0);
+                registry.disconnect(0);
+            });
+            let patience = Instant::now() + Duration::from_secs(20);
+            while registry.process.load(Ordering::Relaxed) == 0 {
+                assert!(Instant::now() < patience, "a child would wait for its turn");
+                std::thread::yield_now();
+            }
+            drop(turn);
+        });
+        assert_eq!(registry.process.load(Ordering::Relaxed), 0);
+        assert_eq!(registry.connecting.load(Ordering::Relaxed), 0);
     }
 
     #[test]

@@ -31,6 +31,7 @@ pub(crate) fn patient() -> Patience {
         serial: DEADLINE,
         network: DEADLINE,
         text: DEADLINE,
+        standing: DEADLINE,
     }
 }
 

@@ -7,12 +7,12 @@ use std::sync::mpsc::channel;
 use std::thread::JoinHandle;
 
 use magician::commands::{
-    JogCmd, QueuedCmdForceStopExec, QueuedCmdStartDownload, QueuedCmdStopExec,
+    JogCmd, QueuedCmdForceStopExec, QueuedCmdStartDownload, QueuedCmdStartExec, QueuedCmdStopExec,
 };
 use magician::protocol::{Flag, FrameBuf};
 use magician::{Ctrl, LineOptions, RawLine, VirtualArm};
-use magician_capi::call;
 use magician_capi::session::Registry;
+use magician_capi::{Family, call};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::oneshot;
@@ -291,4 +291,70 @@ fn a_call_without_an_answer_ends_and_touches_nothing() {
     assert_eq!(code, 2);
     assert!(bytes.iter().all(|byte| *byte == crate::bench::UNTOUCHED));
     assert!(fault().contains("GetPose"), "{}", fault());
+}
+
+#[test]
+fn a_command_that_waited_for_its_turn_does_not_follow_one_in_doubt() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    bridge.loses(Loses::All);
+    std::thread::scope(|scope| {
+        let first = scope.spawn(|| home(&registry).0);
+        while bridge.queued() == 0 {
+            std::thread::yield_now();
+        }
+        registry.set_timeout(0, 3000);
+        let second = scope.spawn(|| (home(&registry).0, fault()));
+        assert_eq!(first.join().unwrap(), 2);
+        let (code, fault) = second.join().unwrap();
+        assert_eq!(code, 2);
+        assert!(fault.contains("not sent"), "{fault}");
+    });
+    assert_eq!(bridge.queued(), 1);
+}
+
+#[test]
+fn too_many_callers_are_told_to_try_again() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    bridge.loses(Loses::Everything);
+    let codes: Vec<i32> = std::thread::scope(|scope| {
+        let callers: Vec<_> = (0..150)
+            .map(|_| scope.spawn(|| pose(&registry).0))
+            .collect();
+        let codes = callers.into_iter().map(|caller| caller.join().unwrap());
+        codes.collect()
+    });
+    assert!(codes.iter().all(|code| [1, 2].contains(code)), "{codes:?}");
+}
+
+#[test]
+fn a_forced_stop_waits_for_no_answer() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    let start = || {
+        call::set(
+            &registry.find(Family::V1, 0).unwrap(),
+            &QueuedCmdStartExec {},
+        )
+    };
+    start().unwrap();
+    bridge.loses(Loses::All);
+    registry.set_timeout(0, 3000);
+    std::thread::scope(|scope| {
+        let first = scope.spawn(|| (home(&registry).0, fault()));
+        while bridge.loses.load(Ordering::SeqCst) != Loses::Everything as u8 {
+            std::thread::yield_now();
+        }
+        registry.set_timeout(0, 200);
+        assert!(bridge.arm.state().queue.started);
+        let stop = run(&registry, "SetQueuedCmdForceStopExec", 0, |arm| {
+            call::set(arm, &QueuedCmdForceStopExec {})
+        });
+        assert_eq!(stop, 2, "its answer is lost too");
+        assert!(!bridge.arm.state().queue.started);
+        let (code, fault) = first.join().unwrap();
+        assert_eq!(code, 2);
+        assert!(fault.contains("cannot be told"), "{fault}");
+    });
 }

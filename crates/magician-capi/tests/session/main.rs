@@ -7,6 +7,7 @@ mod danger;
 mod doubts;
 mod ids;
 mod searching;
+mod standing;
 mod threads;
 #[cfg(unix)]
 mod wires;

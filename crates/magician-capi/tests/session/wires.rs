@@ -144,6 +144,7 @@ fn impatient(text: Duration) -> Registry {
         serial: short,
         network: short,
         text,
+        standing: short,
     };
     Registry::new(alone(), patience)
 }
