@@ -36,7 +36,9 @@ def build(*triples):
     linkers = {"CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER": "aarch64-linux-gnu-gcc",
                "CARGO_TARGET_ARMV7_UNKNOWN_LINUX_GNUEABIHF_LINKER": "arm-linux-gnueabihf-gcc"}
     targets = [word for triple in triples for word in ("--target", triple)]
-    cargo("build", "--quiet", "--locked", *PACKAGES, *targets, **linkers)
+    # As the command is built for Windows, so that what both consist of is built once.
+    flags = {"RUSTFLAGS": "-D warnings"} if triples else {}
+    cargo("build", "--quiet", "--locked", *PACKAGES, *targets, **linkers, **flags)
 
 
 def build_watched(sanitizer):
