@@ -94,7 +94,9 @@ impl Subject {
             .args(["-lDobotDll", "-ldl", "-lm"])
             .arg(format!("-Wl,-rpath,{}", folder.display())));
         let mut program = Command::new(program);
-        program.env_remove("MAGICIAN_PORT").env_remove("MAGICIAN_LOG");
+        program
+            .env_remove("MAGICIAN_PORT")
+            .env_remove("MAGICIAN_LOG");
         program
     }
 
