@@ -15,7 +15,6 @@ HOME = TARGET / "vendor"
 HEADERS = ROOT / "crates" / "magician-capi" / "include"
 FAMILIES = ("v1", "v2", "v3")
 HOST = "x86_64-unknown-linux-gnu"
-PACKAGES = [word for family in FAMILIES for word in ("--package", f"magician-capi-{family}")]
 WARNINGS = ["-g", "-O1", "-Wall", "-Wextra", "-Werror"]
 # Longer than anything takes here, under valgrind too: what hangs has to end, and count.
 TIME_LIMIT = 240
@@ -31,18 +30,25 @@ def cargo(*words, **environment):
     subprocess.run(["cargo", *words], cwd=ROOT, env={**os.environ, **environment}, check=True, stdin=subprocess.DEVNULL)
 
 
-def build(*triples):
-    """The three libraries for some other systems, in one go."""
+# Nobody steps through what is built for these checks alone: the names of functions stay, lines go.
+LEAN = {"CARGO_PROFILE_DEV_DEBUG": "0"}
+
+
+def build(*triples, families=FAMILIES, **environment):
+    """The libraries, for this system or for others in one go."""
     linkers = {"CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER": "aarch64-linux-gnu-gcc",
                "CARGO_TARGET_ARMV7_UNKNOWN_LINUX_GNUEABIHF_LINKER": "arm-linux-gnueabihf-gcc"}
     targets = [word for triple in triples for word in ("--target", triple)]
-    # As the command is built for Windows, so that what both consist of is built once.
-    flags = {"RUSTFLAGS": "-D warnings"} if triples else {}
-    cargo("build", "--quiet", "--locked", *PACKAGES, *targets, **linkers, **flags)
+    cargo("build", "--quiet", "--locked", *packages(families), *targets, **linkers, **environment)
 
 
-def build_watched(sanitizer):
-    """The three libraries with a sanitizer's eyes in them, for this system; whether the toolchain can do that.
+def packages(families):
+    """Words for cargo."""
+    return [word for family in families for word in ("--package", f"magician-capi-{family}")]
+
+
+def build_watched(sanitizer, families=FAMILIES):
+    """The libraries with a sanitizer's eyes in them, for this system; whether the toolchain can do that.
 
     Sanitizers are not yet a stable part of Rust, but their runtimes come with the stable toolchain. The one for threads
     has to see the standard library's locks, too, and so that is built along.
@@ -50,7 +56,7 @@ def build_watched(sanitizer):
     if not list(rust_libraries().glob(f"librustc-*_rt.{sanitizer[0]}san.a")):
         return False
     whole = ["-Zbuild-std=std,panic_unwind"] if sanitizer == "thread" else []
-    cargo("build", "--quiet", "--locked", *PACKAGES, "--target", HOST, *whole, RUSTC_BOOTSTRAP="1",
+    cargo("build", "--quiet", "--locked", *packages(families), "--target", HOST, *whole, **LEAN, RUSTC_BOOTSTRAP="1",
           RUSTFLAGS=f"-Zsanitizer={sanitizer}", CARGO_TARGET_DIR=str(TARGET / f"vendor-{sanitizer}"))
     return True
 
