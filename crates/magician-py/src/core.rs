@@ -12,7 +12,7 @@ use crate::{errors, values};
 /// A connected arm.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Core {
-    arm: Arm,
+    pub(crate) arm: Arm,
 }
 
 /// The row of a command by its id.

@@ -7,11 +7,13 @@
 //! * [`call::Call`] is something under way: a thread waits for it with the interpreter free and interrupts heard, or an
 //!   event loop is told when it has ended. So the blocking and the asyncio interface are the same one twice.
 //! * [`values`] carries the fields of any command between Python and the protocol's table.
+//! * [`frames`] are what programs for other people's libraries send.
 //! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone.
 
 mod call;
 mod core;
 mod errors;
+mod frames;
 mod runtime;
 mod values;
 
@@ -24,4 +26,6 @@ mod _magician {
     use crate::call::Call;
     #[pymodule_export]
     use crate::core::Core;
+    #[pymodule_export]
+    use crate::frames::serial_ports;
 }

@@ -1,0 +1,127 @@
+"""The connection that the stand-ins speak over, and which arm it leads to."""
+
+from __future__ import annotations
+
+import os
+import re
+import threading
+import weakref
+from collections.abc import Callable
+from typing import TypeVar
+
+from .._magician import Call, Core, serial_ports
+from ..errors import Error, PortError
+
+__all__ = ["Line", "find", "opened", "send_elsewhere"]
+
+T = TypeVar("T")
+
+GET, SET, QUEUED = 0, 1, 3
+START, STOP, FORCE_STOP = 240, 241, 242
+
+_elsewhere: list[str] = []
+_opened: weakref.WeakSet[Line] = weakref.WeakSet()
+
+
+def send_elsewhere(port: str | None) -> None:
+    """From now on every connection goes to this port, whatever a program asks for; with ``None`` where it asks for."""
+    _elsewhere[:] = [port] if port else []
+
+
+def elsewhere() -> str | None:
+    """The port that all connections go to, if they do."""
+    return _elsewhere[0] if _elsewhere else None
+
+
+def opened() -> list[Line]:
+    """The lines that are open."""
+    return [line for line in _opened if not line.closed]
+
+
+def find(port: str | None) -> str:
+    """The port to connect to, of the one a program names.
+
+    ``MAGICIAN_PORT_COM3=sim`` sends a program elsewhere that names ``COM3``. No name means ``MAGICIAN_PORT``, else the
+    first port with an arm's adapter.
+    """
+    if other := elsewhere():
+        return other
+    if not port:
+        if other := os.environ.get("MAGICIAN_PORT"):
+            return other
+        for path, likely, _ in serial_ports():
+            if likely:
+                return path
+        raise PortError("no arm was found: plug it in, or name its port; MAGICIAN_PORT=sim is a virtual one")
+    if other := os.environ.get("MAGICIAN_PORT_" + re.sub(r"[^A-Z0-9]", "_", port.upper())):
+        return other
+    device = f"/dev/{port}"
+    return device if re.fullmatch(r"(tty|cu\.)\w+", port) and os.path.exists(device) else port
+
+
+class Line:
+    """An open connection. Its calls end: with the answer, or with an exception of :mod:`magician.errors`.
+
+    The arm is left as it is when the connection ends, as these libraries leave it; an interrupt while it is waited
+    for stops it.
+    """
+
+    def __init__(self, port: str | None, *, timeout: float = 3.0, probe: bool = True) -> None:
+        self.name = find(port)
+        """Where the arm is."""
+        self.closed = False
+        """Whether the connection has been ended."""
+        self.running = True
+        """Whether the queue runs, as far as this connection has said so."""
+        self._core: Core = self._wait(Core.connect(self.name, timeout=timeout, window=1))
+        self._core.let_go()
+        self._leaving = threading.Lock()
+        _opened.add(self)
+
+    def exchange(self, id: int, ctrl: int, params: bytes) -> tuple[int, bytes]:
+        """Sends a frame; Ctrl and parameters of the one that answers it.
+
+        A queued command that finds the queue full waits for room while the queue runs. It is sent once; when its answer
+        is lost, the arm's indices say whether it was taken.
+        """
+        allow = os.environ.get("MAGICIAN_ALLOW", "")
+        answer = self._wait(self._core.exchange(id, ctrl, params, self.running, allow))
+        if id in (START, STOP, FORCE_STOP) and ctrl & SET:
+            self.running = id == START
+        return answer
+
+    def finish(self, index: int, motion: bool = False) -> None:
+        """Waits until a queued command has finished; of a motion, also whether it was refused."""
+        self._wait(self._core.finished(index, motion))
+
+    def stop(self) -> None:
+        """Stops the arm and the laser at once and empties the queue."""
+        self._core.stop().wait()
+
+    def close(self) -> None:
+        """Ends the connection."""
+        with self._leaving:
+            if not self.closed:
+                self.closed = True
+                self._core.close().wait()
+
+    def _wait(self, call: Call[T]) -> T:
+        try:
+            return call.wait()
+        except KeyboardInterrupt as interrupt:
+            call.cancel()
+            self.interrupted(interrupt.add_note if hasattr(interrupt, "add_note") else None)
+            raise
+
+    def interrupted(self, note: Callable[[str], None] | None = None) -> None:
+        """Stops the arm because the program was interrupted, and says it if that failed."""
+        if not hasattr(self, "_core") or self.closed:
+            return
+        try:
+            self.stop()
+        except Error as error:
+            message = f"the arm could not be stopped: {error}; switch it off if it moves"
+            if note is None:
+                print(f"magician: {message}")
+            else:
+                note(message)

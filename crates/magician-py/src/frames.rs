@@ -1,0 +1,157 @@
+//! Frames as a program made them, for the modules that stand in for other people's libraries (`magician.compat`).
+
+use std::time::Duration;
+
+use magician::protocol::{Ctrl, Row};
+use magician::words::Guards;
+use magician::{Arm, Error, ErrorKind, FrameBuf, QueueIndex, Result, Set};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::call::Call;
+use crate::core::Core;
+use crate::errors;
+
+/// Between two tries to put something into a full queue. A segment of a drawing takes a few of these.
+const ROOM: Duration = Duration::from_millis(5);
+
+/// A frame, and what may be done to have it sent.
+struct Request {
+    id: u8,
+    ctrl: Ctrl,
+    params: Vec<u8>,
+    /// Whether to wait for room in the queue: it runs.
+    patient: bool,
+}
+
+impl Request {
+    /// The command, where it is one that is queued in a form that the driver knows: those are never sent twice.
+    fn queued(&self) -> Option<Set> {
+        let queued =
+            self.ctrl == Ctrl::QUEUED && Row::with_id(self.id).is_some_and(|row| row.queueable);
+        queued
+            .then(|| Set::decode(self.id, &self.params).ok())
+            .flatten()
+    }
+
+    /// Ctrl and parameters of what answers it.
+    async fn exchange(&self, arm: &Arm) -> Result<(u8, Vec<u8>)> {
+        let Some(command) = self.queued() else {
+            let reply: FrameBuf = arm.raw(self.id, self.ctrl, &self.params).await?;
+            let frame = reply.frame();
+            return Ok((frame.ctrl().0, frame.params().to_vec()));
+        };
+        loop {
+            match arm.enqueue_set(&command).await {
+                Ok(index) => return Ok((self.ctrl.0, index.0.to_le_bytes().to_vec())),
+                Err(error) if error.kind() == ErrorKind::QueueFull && self.patient => {
+                    arm.check_alarms(&[], Guards::default()).await?;
+                    tokio::time::sleep(ROOM).await;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Refuses what can brick, unlearn or unlock something, unless its name is among those allowed.
+    fn permit(&self, allow: &str) -> Result<()> {
+        let Some(row) = Row::with_id(self.id).filter(|row| row.dangerous && !self.only_looks(row))
+        else {
+            return Ok(());
+        };
+        let named = |name: &str| Row::find(name.trim()).is_ok_and(|found| found.id == row.id);
+        if allow
+            .split(',')
+            .any(|name| name.trim() == "all" || named(name))
+        {
+            return Ok(());
+        }
+        let name = row.form_name(self.ctrl);
+        let message = format!(
+            "it can brick, unlearn or unlock something and was not sent; MAGICIAN_ALLOW={name} in the environment allows it"
+        );
+        Err(Error::invalid(message).with_command(name))
+    }
+
+    fn only_looks(&self, row: &Row) -> bool {
+        // A switch to another firmware travels as a read with parameters.
+        row.only_looks(self.ctrl) && (row.query.is_some() || self.params.is_empty())
+    }
+}
+
+#[pymethods]
+impl Core {
+    /// Sends a frame; Ctrl and parameters of the one that answers it.
+    fn exchange(
+        &self,
+        py: Python<'_>,
+        id: u8,
+        ctrl: u8,
+        params: Vec<u8>,
+        patient: bool,
+        allow: &str,
+    ) -> PyResult<Call> {
+        let ctrl = Ctrl(ctrl);
+        let request = Request {
+            id,
+            ctrl,
+            params,
+            patient,
+        };
+        request
+            .permit(allow)
+            .map_err(|error| errors::raise(py, &error))?;
+        let arm = self.arm.clone();
+        let exchange = async move { request.exchange(&arm).await };
+        Ok(Call::start(exchange, |py, (ctrl, params)| {
+            Ok((ctrl, PyBytes::new(py, &params))
+                .into_pyobject(py)?
+                .into_any()
+                .unbind())
+        }))
+    }
+
+    /// Waits until a queued command has finished. A motion that was refused has finished too; `look` tells it apart by
+    /// the alarm that it leaves.
+    fn finished(&self, index: u64, look: bool) -> Call {
+        let arm = self.arm.clone();
+        Call::plain(async move {
+            arm.wait(QueueIndex(index)).await?;
+            match look {
+                true => arm.check_alarms(&[], Guards::default()).await,
+                false => Ok(()),
+            }
+        })
+    }
+
+    /// Lets what was set going go on when the connection ends.
+    fn let_go(&self) {
+        self.arm.detach();
+    }
+}
+
+/// What is known of the USB adapter behind a port: vendor, product, name, manufacturer, serial number.
+type Usb = (u16, u16, Option<String>, Option<String>, Option<String>);
+
+/// The serial ports of this computer, likely arms first: path, whether it is likely an arm, its adapter.
+#[pyfunction]
+pub(crate) fn serial_ports(py: Python<'_>) -> PyResult<Vec<(String, bool, Option<Usb>)>> {
+    let ports = py
+        .detach(magician::ports)
+        .map_err(|error| errors::raise(py, &error))?;
+    let listed = ports.into_iter().map(|port| {
+        let likely = port.likely_arm();
+        let usb = port.usb;
+        let usb = usb.map(|usb| {
+            (
+                usb.vendor,
+                usb.product,
+                usb.name,
+                usb.manufacturer,
+                usb.serial,
+            )
+        });
+        (port.path, likely, usb)
+    });
+    Ok(listed.collect())
+}
