@@ -1,19 +1,15 @@
 //! Frames as a program made them, for the modules that stand in for other people's libraries (`magician.compat`).
 
-use std::time::Duration;
-
 use magician::protocol::{Ctrl, Row};
 use magician::words::Guards;
 use magician::{Arm, Error, ErrorKind, FrameBuf, QueueIndex, Result, Set};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use std::time::Duration;
 
 use crate::call::Call;
 use crate::core::Core;
 use crate::errors;
-
-/// Between two tries to put something into a full queue. A segment of a drawing takes a few of these.
-const ROOM: Duration = Duration::from_millis(5);
 
 /// A frame, and what may be done to have it sent.
 struct Request {
@@ -45,8 +41,9 @@ impl Request {
             match arm.enqueue_set(&command).await {
                 Ok(index) => return Ok((self.ctrl.0, index.0.to_le_bytes().to_vec())),
                 Err(error) if error.kind() == ErrorKind::QueueFull && self.patient => {
-                    arm.check_alarms(&[], Guards::default()).await?;
-                    tokio::time::sleep(ROOM).await;
+                    // There is room when the next command has finished; the wait ends if it cannot.
+                    let ended = arm.current_index().await?;
+                    arm.wait(QueueIndex(ended.0.saturating_add(1))).await?;
                 }
                 Err(error) => return Err(error),
             }
@@ -124,10 +121,28 @@ impl Core {
         })
     }
 
+    /// How long every call may take, seconds.
+    fn set_timeout(&self, py: Python<'_>, timeout: f64) -> PyResult<()> {
+        let timeout = Duration::try_from_secs_f64(timeout).map_err(|_| {
+            errors::raise(
+                py,
+                &Error::invalid("the timeout must be a number of seconds, 0 or more"),
+            )
+        })?;
+        self.arm.set_timeout(timeout);
+        Ok(())
+    }
+
     /// Lets what was set going go on when the connection ends.
     fn let_go(&self) {
         self.arm.detach();
     }
+}
+
+/// The id of the command that the vendor or a person calls so.
+#[pyfunction]
+pub(crate) fn command_id(name: &str) -> Option<u8> {
+    Row::find(name).ok().map(|row| row.id)
 }
 
 /// What is known of the USB adapter behind a port: vendor, product, name, manufacturer, serial number.

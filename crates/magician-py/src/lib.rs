@@ -27,5 +27,5 @@ mod _magician {
     #[pymodule_export]
     use crate::core::Core;
     #[pymodule_export]
-    use crate::frames::serial_ports;
+    use crate::frames::{command_id, serial_ports};
 }

@@ -78,13 +78,14 @@ class Line:
         self._leaving = threading.Lock()
         _opened.add(self)
 
-    def exchange(self, id: int, ctrl: int, params: bytes) -> tuple[int, bytes]:
+    def exchange(self, id: int, ctrl: int, params: bytes, allow: str = "") -> tuple[int, bytes]:
         """Sends a frame; Ctrl and parameters of the one that answers it.
 
         A queued command that finds the queue full waits for room while the queue runs. It is sent once; when its answer
-        is lost, the arm's indices say whether it was taken.
+        is lost, the arm's indices say whether it was taken. What can brick, unlearn or unlock something is sent if
+        ``allow`` or ``MAGICIAN_ALLOW`` names it.
         """
-        allow = os.environ.get("MAGICIAN_ALLOW", "")
+        allow = f"{allow},{os.environ.get('MAGICIAN_ALLOW', '')}"
         answer = self._wait(self._core.exchange(id, ctrl, params, self.running, allow))
         if id in (START, STOP, FORCE_STOP) and ctrl & SET:
             self.running = id == START
@@ -93,6 +94,10 @@ class Line:
     def finish(self, index: int, motion: bool = False) -> None:
         """Waits until a queued command has finished; of a motion, also whether it was refused."""
         self._wait(self._core.finished(index, motion))
+
+    def set_timeout(self, timeout: float) -> None:
+        """How long (s) every call may take from now on."""
+        self._core.set_timeout(timeout)
 
     def stop(self) -> None:
         """Stops the arm and the laser at once and empties the queue."""

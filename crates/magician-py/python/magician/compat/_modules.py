@@ -5,17 +5,17 @@ from __future__ import annotations
 import importlib
 import sys
 
-from . import _serial
+from . import _serial, dobotdll
 
 __all__ = ["PYDOBOTS", "install"]
 
 PYDOBOTS = ("pydobot", "pydobotplus", "pydobot2")
 
 
-def install(pydobot: str = "pydobot", dobotdll: str = "v3") -> None:
+def install(pydobot: str = "pydobot", family: str = "v3") -> None:
     """Lets programs of this process import the stand-ins.
 
-    ``pydobot`` is the library that is meant by that name, ``dobotdll`` the family of ``DobotDllType``.
+    ``pydobot`` is the library that is meant by that name, ``family`` that of ``DobotDllType``.
     """
     _serial.install()
     for name in PYDOBOTS:
@@ -26,7 +26,7 @@ def install(pydobot: str = "pydobot", dobotdll: str = "v3") -> None:
         _name("pydobot", f"{__package__}.{pydobot}")
     # The example of pydobotplus imports its inner module by that name.
     sys.modules["dobotplus"] = sys.modules["pydobotplus"]
-    sys.modules["DobotDllType"] = importlib.import_module(f"{__package__}.dobotdll.{dobotdll}")
+    sys.modules["DobotDllType"] = dobotdll.family(family)
 
 
 def _name(name: str, module: str) -> None:

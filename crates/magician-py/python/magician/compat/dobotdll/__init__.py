@@ -1,7 +1,25 @@
-"""``DobotDllType`` without the C library, a module for every family of it."""
+"""``DobotDllType`` without the C library.
+
+``v1``, ``v2`` and ``v3`` are the modules that come with ours, whole: ``tools/dobotdll.py`` copies them. Here they get the
+``api`` that answers for the library.
+"""
 
 from __future__ import annotations
 
-__all__ = ["FAMILIES"]
+import importlib
+from types import ModuleType
+
+from ._door import Door
+
+__all__ = ["FAMILIES", "Door", "family"]
 
 FAMILIES = ("v1", "v2", "v3")
+
+
+def family(name: str) -> ModuleType:
+    """The module for programs of a family: ``v1`` (no ids), ``v2`` (``dobotId``), ``v3`` (``masterId``, ``slaveId``)."""
+    if name not in FAMILIES:
+        raise ValueError(f"{name} is no family of DobotDllType; there are {', '.join(FAMILIES)}")
+    module = importlib.import_module(f"{__package__}.{name}")
+    module.__dict__["load"] = lambda: Door(module)
+    return module
