@@ -41,7 +41,7 @@ class Checks:
         """Run some checks; when they break off, that counts as a failure and the rest goes on."""
         try:
             part(self, *arguments)
-        except (AssertionError, OSError, ValueError, struct.error) as error:
+        except (AssertionError, OSError, RuntimeError, ValueError, struct.error) as error:
             self.ok(f"{part.__name__} came to its end", False, f"{type(error).__name__}: {error}")
             traceback.print_exc()
 

@@ -4,8 +4,10 @@ mod alarms;
 mod bench;
 mod dissector;
 mod dist;
+mod exports;
 mod fidelity;
 mod gallery;
+mod library;
 mod programs;
 mod protocol;
 mod soak;
@@ -20,8 +22,14 @@ Usage: cargo xtask CHORE
   fidelity   list what the virtual arm's behaviour rests on: docs/FIDELITY.md
   protocol   list every command of the protocol: docs/PROTOCOL.md
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
+  vendor-functions
+             list every function of the drop-in for the vendor's library: docs/VENDOR-FUNCTIONS.md
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   programs   run programs of every kind on the virtual arm: docs/programs/* and docs/PROGRAMS.md
+  vendor-headers
+             write the C headers of the drop-in for the vendor's library: crates/magician-capi/include/v*
+  vendor-library [--target TRIPLE] [DIR]
+             build the drop-in and lay it out as it is installed: target/vendor-library/TRIPLE
   dist       build the release archive: target/dist/*.tar.gz
   bench [WHAT...] [--json]
              measure what the virtual arm costs
@@ -39,7 +47,10 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
+        Some((chore, [])) if chore == "vendor-headers" => library::headers::write(&root),
+        Some((chore, rest)) if chore == "vendor-library" => library::run(rest, &root),
         Some((chore, [])) if chore == "dist" => dist::write(&root),
+        Some((chore, rest)) if chore == "vendor-functions" => exports::run(rest, &docs),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
         Some((chore, rest)) if chore == "soak" => soak::run(rest),
         _ => {

@@ -6,7 +6,7 @@
 use std::ffi::c_int;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::code::{Code, Outcome};
+use crate::code::{Code, Fault, Outcome};
 use crate::notice;
 use crate::session::{self, Session};
 
@@ -24,9 +24,9 @@ pub enum Family {
 /// The ids that a function begins with, in the families that have ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ids {
-    /// None in any family: it is about no connected arm.
+    /// None in any family: it is about no arm.
     None,
-    /// The arm's; `v3` without the slave's.
+    /// The arm's, `v3` without the slave's: it is about the id, whether an arm has it or not.
     Master,
     /// The arm's.
     Arm,
@@ -65,8 +65,13 @@ pub struct Function {
 
 /// Runs the body of an exported function: nothing unwinds into C.
 pub fn guard<T>(name: &'static str, otherwise: T, body: impl FnOnce() -> T) -> T {
+    notice::listen();
     catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|_| {
-        notice::fault(name, "this is a bug in the library; please report it");
+        let fault = Fault::new(
+            Code::Timeout,
+            "this is a bug in the library; please report it",
+        );
+        notice::fault(name, &fault);
         otherwise
     })
 }
@@ -79,14 +84,7 @@ pub fn on_arm(
     body: impl FnOnce(&Session) -> Outcome,
 ) -> c_int {
     guard(name, Code::Timeout as c_int, || {
-        let outcome = session::find(family, id).and_then(|arm| body(&arm));
-        match outcome {
-            Ok(()) => Code::NoError as c_int,
-            Err(fault) => {
-                notice::fault(name, &fault.message);
-                fault.code as c_int
-            }
-        }
+        session::run(family, name, id, body)
     })
 }
 
@@ -148,6 +146,15 @@ macro_rules! export_function {
         pub unsafe extern "C" fn $name($($arg: $type),*) -> ::std::ffi::c_int {
             let body: fn($crate::Family $(, $type)*) -> ::std::ffi::c_int = $body;
             $crate::guard(stringify!($name), 2, || body($crate::Family::$family $(, $arg)*))
+        }
+    };
+    ($family:ident Master [$($given:ident)*] [$($doc:literal)+] $name:ident ($($arg:ident: $type:ty),*) $body:expr) => {
+        $(#[doc = $doc])+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name($($given: ::std::ffi::c_int,)* $($arg: $type),*) -> ::std::ffi::c_int {
+            let body: fn(::std::ffi::c_int $(, $type)*) -> ::std::ffi::c_int = $body;
+            let id = $crate::functions::first(&[$($given),*]);
+            $crate::guard(stringify!($name), 2, || body(id $(, $arg)*))
         }
     };
     ($family:ident $ids:ident [$($given:ident)*] [$($doc:literal)+] $name:ident ($($arg:ident: $type:ty),*) $body:expr) => {

@@ -44,7 +44,8 @@ impl Code {
     }
 }
 
-/// Why a function returns something else than 0: the code for C, the sentence for the log and `MagicianLastError`.
+/// Why a function returns something else than 0, or 0 without having done what it is for: the code for C, the sentence
+/// for the log and `MagicianLastError`.
 #[derive(Debug)]
 pub struct Fault {
     /// What C gets.
@@ -57,12 +58,17 @@ pub struct Fault {
 pub type Outcome = Result<(), Fault>;
 
 impl Fault {
-    /// A fault of the caller's: an argument that makes no sense.
-    pub fn invalid(message: impl Into<String>) -> Self {
+    /// A fault with this code and this sentence.
+    pub fn new(code: Code, message: impl Into<String>) -> Self {
         Self {
-            code: Code::InvalidParams,
+            code,
             message: message.into(),
         }
+    }
+
+    /// A fault of the caller's: an argument that makes no sense.
+    pub fn invalid(message: impl Into<String>) -> Self {
+        Self::new(Code::InvalidParams, message)
     }
 }
 
@@ -74,9 +80,6 @@ impl fmt::Display for Fault {
 
 impl From<Error> for Fault {
     fn from(error: Error) -> Self {
-        Self {
-            code: Code::of(error.kind()),
-            message: error.to_string(),
-        }
+        Self::new(Code::of(error.kind()), error.to_string())
     }
 }

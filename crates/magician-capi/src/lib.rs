@@ -7,7 +7,7 @@
 //! * The table in `functions.rs` says every function once: its arguments without the ids, the families that have
 //!   it, and what it does. [`FUNCTIONS`] is the same table to look at.
 //! * [`session`] is the connected arms and what is true of all calls; [`call`] is the verbs that most functions are.
-//! * [`pointer`] is what C hands over, and the only place that touches its memory.
+//! * [`mod@pointer`] is what C hands over, and the only place that touches its memory.
 //! * [`structure`] names the C structures and the rows of the protocol that they are laid out as.
 //!
 //! No robot knowledge is here: layouts are the protocol's table, behaviour is the driver's.
@@ -16,6 +16,7 @@ mod abi;
 pub mod call;
 mod code;
 pub mod functions;
+mod log;
 mod notice;
 pub mod pointer;
 pub mod session;

@@ -29,6 +29,70 @@ pub struct Text(*const c_char);
 #[repr(transparent)]
 pub struct Buffer(*mut c_char);
 
+/// Where C wants what belongs together: a place, or several.
+pub trait Places: Copy {
+    /// What goes there.
+    type Values;
+
+    /// Whether all are there: what would be asked for nothing is not asked.
+    ///
+    /// # Errors
+    /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
+    fn check(self) -> Outcome;
+
+    /// Puts them where there is a place.
+    fn fill(self, values: Self::Values);
+
+    /// Makes all that is there zero.
+    fn clear(self);
+}
+
+impl<T: Plain> Places for Out<T> {
+    type Values = T;
+
+    fn check(self) -> Outcome {
+        Out::check(self)
+    }
+
+    fn fill(self, value: T) {
+        self.put(value);
+    }
+
+    fn clear(self) {
+        if !self.0.is_null() {
+            // SAFETY: not null, so the caller's promise holds, and zeros are a value.
+            unsafe { ptr::write_bytes(self.0.cast::<u8>(), 0, size_of::<T>()) }
+        }
+    }
+}
+
+/// [`Places`] for several.
+macro_rules! several_places {
+    ($($place:ident $at:tt)*) => {
+        impl<$($place: Places),*> Places for ($($place,)*) {
+            type Values = ($($place::Values,)*);
+
+            fn check(self) -> Outcome {
+                $(self.$at.check()?;)*
+                Ok(())
+            }
+
+            fn fill(self, _values: Self::Values) {
+                $(self.$at.fill(_values.$at);)*
+            }
+
+            fn clear(self) {
+                $(self.$at.clear();)*
+            }
+        }
+    };
+}
+
+several_places!();
+several_places!(A 0 B 1);
+several_places!(A 0 B 1 C 2);
+several_places!(A 0 B 1 C 2 D 3);
+
 /// What may lie in the memory of C: every pattern of bytes is a value, and no value has padding.
 ///
 /// # Safety
@@ -66,6 +130,19 @@ impl<T: Plain> In<T> {
         }
         // SAFETY: not null, so the caller's promise holds.
         Ok(unsafe { ptr::read_unaligned(self.0) })
+    }
+
+    /// What is there, should it be the first of several; null is fine where there are none.
+    ///
+    /// # Errors
+    /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
+    pub fn several(self, count: usize) -> Result<Vec<T>, Fault> {
+        if self.0.is_null() && count > 0 {
+            return Err(Fault::invalid("a null pointer where a list is needed"));
+        }
+        (0..count)
+            .map(|at| Self(self.0.wrapping_add(at)).read())
+            .collect()
     }
 }
 
@@ -105,12 +182,35 @@ impl<T: Plain> Out<T> {
     }
 }
 
+impl Out<u8> {
+    /// Puts as many bytes there as fit, if there is a place.
+    pub fn put_bytes(self, bytes: &[u8], fits: usize) {
+        if !self.0.is_null() {
+            // SAFETY: not null, so `fits` bytes may be written, and no more are.
+            unsafe {
+                ptr::copy_nonoverlapping(bytes.as_ptr(), self.0, bytes.len().min(fits));
+            }
+        }
+    }
+}
+
 impl Text {
     /// # Safety
     /// The pointer is null, or points to text that ends with a NUL and stays as long as this is used.
     #[must_use]
     pub const unsafe fn new(pointer: *const c_char) -> Self {
         Self(pointer)
+    }
+
+    /// The bytes before the NUL.
+    ///
+    /// # Errors
+    /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
+    pub fn read(self) -> Result<Vec<u8>, Fault> {
+        if self.0.is_null() {
+            return Err(Fault::invalid("a null pointer where text is needed"));
+        }
+        Ok(self.bytes())
     }
 
     /// The bytes before the NUL; none for a null pointer.
@@ -136,6 +236,17 @@ impl Buffer {
     #[must_use]
     pub fn is_null(self) -> bool {
         self.0.is_null()
+    }
+
+    /// Whether there is a place at all: what would be asked for nothing is not asked.
+    ///
+    /// # Errors
+    /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
+    pub fn check(self) -> Outcome {
+        if self.is_null() {
+            return Err(Fault::invalid("a null pointer where text belongs"));
+        }
+        Ok(())
     }
 
     /// Writes as much of the text as fits before a NUL, and the NUL; nothing where nothing fits.

@@ -4,6 +4,7 @@
 //! nearer to what an idle machine would give.
 
 mod crowd;
+mod door;
 pub(crate) mod figure;
 mod memory;
 mod pacing;
@@ -18,7 +19,7 @@ use std::path::Path;
 use figure::{Figure, Report};
 
 /// What can be measured, what it is, and how.
-const PARTS: [(&str, &str, Measure); 8] = [
+const PARTS: [(&str, &str, Measure); 9] = [
     // First: what others have freed would not be asked of the system again.
     ("s4", "S4: memory of an idle arm", |_| memory::measure()),
     ("ptp", "S1: arm-seconds a second, point to point", |_| {
@@ -35,6 +36,11 @@ const PARTS: [(&str, &str, Measure); 8] = [
     }),
     ("s3", "S3: arms in real time", |_| crowd::measure()),
     ("s6", "S6: pacing at 115200 baud", |_| pacing::measure()),
+    (
+        "door",
+        "calls a second through the vendor's C interface",
+        door::measure,
+    ),
     (
         "scaling",
         "one arm to many; draws docs/scaling.svg",

@@ -1,4 +1,4 @@
-//! The licences of everything that is linked into the command.
+//! The licences of everything that is linked into the command, or into a library.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::error::Error;
@@ -10,16 +10,21 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// What cargo knows of the command.
-pub(super) struct Metadata {
-    pub(super) target_directory: PathBuf,
-    /// The triple that it is built for.
-    pub(super) host: String,
+/// What cargo knows of this workspace.
+pub(crate) struct Metadata {
+    pub(crate) target_directory: PathBuf,
+    /// The triple of this machine.
+    pub(crate) host: String,
     value: Value,
 }
 
 impl Metadata {
-    pub(super) fn read(cargo: &OsStr, root: &Path) -> Result<Self, Box<dyn Error>> {
+    /// What it knows for a target, this machine's if none is named.
+    pub(crate) fn read(
+        cargo: &OsStr,
+        root: &Path,
+        target: Option<&str>,
+    ) -> Result<Self, Box<dyn Error>> {
         let told = super::output(Command::new("rustc").arg("-vV"))?;
         let told = String::from_utf8(told)?;
         let host = told.lines().find_map(|line| line.strip_prefix("host: "));
@@ -29,7 +34,7 @@ impl Metadata {
             "--format-version=1",
             "--locked",
             "--filter-platform",
-            &host,
+            target.unwrap_or(&host),
         ]))?;
         let value: Value = serde_json::from_slice(&metadata)?;
         let target = value["target_directory"].as_str();
@@ -40,7 +45,7 @@ impl Metadata {
         })
     }
 
-    pub(super) fn version(&self) -> Result<&str, Box<dyn Error>> {
+    pub(crate) fn version(&self) -> Result<&str, Box<dyn Error>> {
         let command = self
             .packages()
             .find(|package| package["name"] == "magician-cli");
@@ -52,8 +57,8 @@ impl Metadata {
         self.value["packages"].as_array().into_iter().flatten()
     }
 
-    /// Everything that ends up in the command: what it depends on, but for tests and for building.
-    fn linked(&self) -> Vec<&Value> {
+    /// Everything that ends up in a package: what it depends on, but for tests and for building.
+    fn linked(&self, name: &str) -> Vec<&Value> {
         let packages: BTreeMap<&str, &Value> = (self.packages())
             .filter_map(|package| Some((package["id"].as_str()?, package)))
             .collect();
@@ -62,10 +67,8 @@ impl Metadata {
             .flatten()
             .filter_map(|node| Some((node["id"].as_str()?, node)))
             .collect();
-        let command = packages
-            .iter()
-            .find(|(_, package)| package["name"] == "magician-cli");
-        let mut seen: BTreeSet<&str> = command.map(|(id, _)| *id).into_iter().collect();
+        let root = packages.iter().find(|(_, package)| package["name"] == name);
+        let mut seen: BTreeSet<&str> = root.map(|(id, _)| *id).into_iter().collect();
         let mut queue: VecDeque<&str> = seen.iter().copied().collect();
         while let Some(id) = queue.pop_front() {
             let deps = nodes.get(id).and_then(|node| node["deps"].as_array());
@@ -94,11 +97,13 @@ fn text<'v>(package: &'v Value, key: &str) -> &'v str {
     package[key].as_str().unwrap_or_default()
 }
 
-/// The page: who is in it, and each licence text once.
-pub(super) fn page(metadata: &Metadata) -> Result<String, Box<dyn Error>> {
-    let linked = metadata.linked();
+/// The page of a package: who is in it, and each licence text once.
+pub(crate) fn page(metadata: &Metadata, package: &str) -> Result<String, Box<dyn Error>> {
+    let linked = metadata.linked(package);
     if linked.is_empty() {
-        return Err("nothing is linked into the command: cargo's answer was not understood".into());
+        return Err(
+            format!("nothing is linked into {package}: cargo's answer was not understood").into(),
+        );
     }
     let mut page = String::from("What is linked into magician, and its licences.\n\n");
     let mut texts: BTreeMap<String, Vec<String>> = BTreeMap::new();

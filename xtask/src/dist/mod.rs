@@ -1,15 +1,21 @@
-//! A release archive: the command with its completions, manual pages, udev rule and licences.
+//! A release archive: the command with its completions, manual pages, udev rule and licences, and the drop-in for the
+//! vendor's C library.
 
 mod licences;
 
 use std::error::Error;
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+
+use crate::library;
+
+pub(crate) use licences::Metadata;
+pub(crate) use licences::page as licences_of;
 
 /// Shells that completions are made for, with the name of the file that each looks for.
 const SHELLS: [(&str, &str); 5] = [
@@ -22,7 +28,7 @@ const SHELLS: [(&str, &str); 5] = [
 
 /// Builds the command and writes `target/dist/magician-VERSION-TRIPLE.tar.gz`, and its checksum beside it.
 pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let cargo = cargo();
     run(Command::new(&cargo).current_dir(root).args([
         "build",
         "--locked",
@@ -30,7 +36,7 @@ pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
         "--package",
         "magician-cli",
     ]))?;
-    let metadata = licences::Metadata::read(&cargo, root)?;
+    let metadata = Metadata::read(&cargo, root, None)?;
     let magician = (metadata.target_directory.join("release"))
         .join(format!("magician{}", std::env::consts::EXE_SUFFIX));
     let name = format!("magician-{}-{}", metadata.version()?, metadata.host);
@@ -65,8 +71,9 @@ pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
     }
     fs::write(
         folder.join("licenses/THIRD-PARTY.txt"),
-        licences::page(&metadata)?,
+        licences_of(&metadata, "magician-cli")?,
     )?;
+    library::stage(root, None, Some(&folder.join("dobotdll")))?;
     let archive = pack(&dist, &name)?;
     println!("{}", archive.display());
     Ok(())
@@ -80,6 +87,7 @@ fn pack(dist: &Path, name: &str) -> Result<PathBuf, Box<dyn Error>> {
         Compression::best(),
     ));
     builder.mode(tar::HeaderMode::Deterministic);
+    builder.follow_symlinks(false);
     let mut folders = vec![PathBuf::from(name)];
     while let Some(folder) = folders.pop() {
         let mut entries: Vec<_> =
@@ -98,7 +106,12 @@ fn pack(dist: &Path, name: &str) -> Result<PathBuf, Box<dyn Error>> {
     Ok(archive)
 }
 
-fn run(command: &mut Command) -> Result<(), Box<dyn Error>> {
+/// The cargo that runs this.
+pub(crate) fn cargo() -> OsString {
+    std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
+}
+
+pub(crate) fn run(command: &mut Command) -> Result<(), Box<dyn Error>> {
     let status = command.status()?;
     status
         .success()

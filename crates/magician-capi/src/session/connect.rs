@@ -1,48 +1,289 @@
+//! `ConnectDobot`.
+
 use std::ffi::c_int;
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
+use std::time::Duration;
 
-use magician::blocking;
+use magician::commands::{DeviceTime, DeviceVersion};
+use magician::{ErrorKind, Options, Target, blocking};
 
-use super::{ARMS, Session};
-use crate::code::Connected;
+use super::place::variable_of;
+use super::pool::Lease;
+use super::registry::{Slot, lock};
+use super::text_probe::{self, Firmware};
+use super::{Registry, Session};
+use crate::code::{Code, Connected, Fault};
+use crate::notice;
 use crate::pointer::{Buffer, Out, Text};
 use crate::structure::ConnectInfo;
 
-fn connect(port: Text, id: c_int) -> Connected {
-    let name = String::from_utf8_lossy(&port.bytes()).into_owned();
-    let Ok(arm) = name
-        .parse()
-        .and_then(|target| blocking::Arm::connect(&target))
-    else {
-        return Connected::Occupied;
+/// Name of the function in messages.
+const NAME: &str = "ConnectDobot";
+/// The only speed that arms have.
+const BAUD: u32 = 115_200;
+/// A virtual arm answers at once, but on a busy computer.
+const LONG: Duration = Duration::from_secs(10);
+
+/// What answers at a port.
+enum Met {
+    /// An arm.
+    Arm(Session),
+    /// Nothing that is known; what was tried.
+    Silence(Session, String),
+    /// Something that is no arm.
+    Firmware(Firmware),
+}
+
+/// What was connected to, and the id it has now.
+struct Connection {
+    id: c_int,
+    /// What the vendor's library calls it.
+    firmware: Firmware,
+    /// The arm, if one answers.
+    arm: Option<Arc<Session>>,
+    /// `DevType` (interface section 3).
+    kind: i32,
+}
+
+/// `ConnectDobot` (interface section 2).
+impl Registry {
+    /// Of `v1`: whatever was connected before is closed, and opened again if it is the same.
+    pub fn connect_v1(&self, port: Text, baud: u32, firmware: Buffer, version: Buffer) -> c_int {
+        let _turn = lock(&self.turn);
+        self.disconnect(0);
+        let met = self.connect(port, baud, Some(0), !firmware.is_null());
+        answer(met, |connection| {
+            put(firmware, connection.firmware.name);
+            put(version, &connection.firmware.version);
+        })
+    }
+
+    /// Of `v2`: the id is the smallest that is free, -1 if nothing was connected to.
+    pub fn connect_v2(
+        &self,
+        port: Text,
+        baud: u32,
+        firmware: Buffer,
+        version: Buffer,
+        id: Out<i32>,
+    ) -> c_int {
+        let met = self.connect(port, baud, None, !firmware.is_null());
+        if met.is_err() {
+            id.put(-1);
+        }
+        answer(met, |connection| {
+            put(firmware, connection.firmware.name);
+            put(version, &connection.firmware.version);
+            id.put(connection.id);
+        })
+    }
+
+    /// Of `v3`: the arm is a master, without slaves.
+    pub fn connect_v3(&self, port: Text, baud: u32, info: Out<ConnectInfo>) -> c_int {
+        let met = self.connect(port, baud, None, true);
+        answer(met, |connection| info.put(described(connection)))
+    }
+
+    fn connect(
+        &self,
+        port: Text,
+        baud: u32,
+        id: Option<c_int>,
+        ask_in_text: bool,
+    ) -> Result<Connection, (Connected, Fault)> {
+        let occupied = |fault| (Connected::Occupied, fault);
+        self.own_process().map_err(occupied)?;
+        let name = String::from_utf8_lossy(&port.bytes()).into_owned();
+        let target = self.find_place(&name)?;
+        if baud != BAUD && is_serial(&target) {
+            tracing::warn!(
+                "{NAME}: {target} is opened at {BAUD} baud, the arm's speed, not at {baud}"
+            );
+        }
+        let met = self.open(&target, ask_in_text).map_err(|error| {
+            let elsewhere = match name.trim() {
+                "" => String::new(),
+                name => format!(" ({}=PORT sends this name elsewhere)", variable_of(name)),
+            };
+            occupied(Fault::new(Code::Timeout, format!("{error}{elsewhere}")))
+        })?;
+        self.claim();
+        tracing::info!("{NAME}: {target}");
+        Ok(self.keep(met, &target, id))
+    }
+
+    fn find_place(&self, name: &str) -> Result<Target, (Connected, Fault)> {
+        match self.surroundings.place(name) {
+            Some(Ok(target)) => Ok(target),
+            Some(Err(error)) => Err((Connected::Occupied, error.into())),
+            None => {
+                let message = "no port was named and no serial port looks like an arm's: is it plugged in and switched \
+                               on? MAGICIAN_PORT=PORT names one, MAGICIAN_PORT=sim a virtual arm";
+                Err((Connected::NotFound, Fault::new(Code::Timeout, message)))
+            }
+        }
+    }
+
+    /// Gives what was met its id.
+    fn keep(&self, met: Met, target: &Target, id: Option<c_int>) -> Connection {
+        let arm = |session: Session, answers: bool| {
+            let arm = Arc::new(session);
+            let name = match target {
+                Target::Udp { .. } => "DobotWifi",
+                _ => "DobotSerial",
+            };
+            Connection {
+                id: self.give_id(id, Slot::Arm(Arc::clone(&arm))),
+                firmware: Firmware {
+                    name,
+                    version: "0.0.0".to_owned(),
+                },
+                arm: Some(arm).filter(|_| answers),
+                kind: MAGICIAN,
+            }
+        };
+        match met {
+            Met::Arm(session) => arm(session, true),
+            Met::Silence(session, message) => {
+                notice::warn(NAME, &message);
+                arm(session, false)
+            }
+            Met::Firmware(firmware) => {
+                let message = format!(
+                    "{target} runs {} {}, a firmware for 3-D printing that does not speak the arm's protocol, and was \
+                     closed again",
+                    firmware.name, firmware.version
+                );
+                notice::warn(NAME, &message);
+                Connection {
+                    id: self.give_id(id, Slot::Other(message)),
+                    firmware,
+                    arm: None,
+                    kind: IDLE,
+                }
+            }
+        }
+    }
+
+    /// Opens a port and finds out what is there.
+    fn open(&self, target: &Target, ask_in_text: bool) -> magician::Result<Met> {
+        let options = self.options();
+        if let Target::Sim(speed) = target {
+            return self.open_virtual(self.pool.take(*speed), options);
+        }
+        let patience = match is_serial(target) {
+            true => self.patience.serial,
+            false => self.patience.network,
+        };
+        let silence = match blocking::Arm::connect_with(target, options.clone().timeout(patience)) {
+            Ok(arm) => return Ok(Met::Arm(self.session(arm, None, true))),
+            Err(error) if is_silence(error.kind()) => error,
+            Err(error) => return Err(error),
+        };
+        if ask_in_text
+            && is_serial(target)
+            && let Some(firmware) = text_probe::ask(target, self.patience.text)
+        {
+            return Ok(Met::Firmware(firmware));
+        }
+        let arm = blocking::Arm::connect_with(target, options.probe(false))?;
+        let message = format!("connected, as the vendor's library would be, but {silence}");
+        Ok(Met::Silence(self.session(arm, None, false), message))
+    }
+
+    fn open_virtual(&self, lease: Lease, options: Options) -> magician::Result<Met> {
+        let arm = blocking::Arm::simulated(lease.arm.clone(), options.timeout(LONG))?;
+        if lease.fresh {
+            // As an arm in the field usually is.
+            arm.start_queue()?;
+        }
+        Ok(Met::Arm(self.session(arm, Some(lease), true)))
+    }
+
+    fn session(&self, arm: blocking::Arm, lease: Option<Lease>, based: bool) -> Session {
+        Session::new(arm, Arc::clone(self.allowed()), lease, based)
+    }
+}
+
+fn answer(met: Result<Connection, (Connected, Fault)>, tell: impl FnOnce(&Connection)) -> c_int {
+    match met {
+        Ok(connection) => {
+            tell(&connection);
+            notice::succeeded(NAME);
+            Connected::NoError as c_int
+        }
+        Err((code, fault)) => {
+            notice::fault(NAME, &fault);
+            code as c_int
+        }
+    }
+}
+
+/// What lies behind a cable with a text-talking end.
+fn is_serial(target: &Target) -> bool {
+    matches!(
+        target,
+        Target::Serial(_) | Target::Usb { .. } | Target::Arm(_)
+    )
+}
+
+/// The port is open, and no arm answers there.
+fn is_silence(kind: ErrorKind) -> bool {
+    matches!(kind, ErrorKind::Timeout | ErrorKind::Unexpected)
+}
+
+/// Programs give 64 bytes at least; what is put there is far shorter.
+fn put(place: Buffer, text: &str) {
+    place.put(text.as_bytes(), text.len() + 1);
+}
+
+/// `DevType` of nothing that is known.
+const IDLE: i32 = 0;
+/// `DevType` of a Magician.
+const MAGICIAN: i32 = 2;
+
+/// `ConnectInfo` (interface section 3): the arm itself as the master.
+fn described(connection: &Connection) -> ConnectInfo {
+    let (name, version, run_time) = match &connection.arm {
+        Some(arm) => ("Dobot", version_of(arm), run_time_of(arm)),
+        None => (
+            connection.firmware.name,
+            connection.firmware.version.clone(),
+            0.0,
+        ),
     };
-    let mut arms = ARMS.write().unwrap_or_else(PoisonError::into_inner);
-    arms.insert(id, Arc::new(Session { arm }));
-    Connected::NoError
+    let mut info = [0; 336];
+    let mut write = |at: usize, bytes: &[u8]| {
+        if let Some(place) = info.get_mut(at..at + bytes.len()) {
+            place.copy_from_slice(bytes);
+        }
+    };
+    write(0, &connection.id.to_le_bytes());
+    write(4, &connection.kind.to_le_bytes());
+    write(8, short(name));
+    write(58, short(&version));
+    write(108, &f32::to_le_bytes(run_time));
+    ConnectInfo(info)
 }
 
-/// `ConnectDobot` of `v1`.
-pub fn connect_v1(port: Text, _baud: u32, firmware: Buffer, version: Buffer) -> c_int {
-    firmware.put(b"DobotSerial", 100);
-    version.put(b"0.0.0", 100);
-    connect(port, 0) as c_int
+/// As much of a text as fits in 50 bytes with a NUL.
+fn short(text: &str) -> &[u8] {
+    let bytes = text.as_bytes();
+    bytes.get(..49).unwrap_or(bytes)
 }
 
-/// `ConnectDobot` of `v2`.
-pub fn connect_v2(
-    port: Text,
-    _baud: u32,
-    firmware: Buffer,
-    version: Buffer,
-    id: Out<i32>,
-) -> c_int {
-    firmware.put(b"DobotSerial", 100);
-    version.put(b"0.0.0", 100);
-    id.put(0);
-    connect(port, 0) as c_int
+fn version_of(arm: &Session) -> String {
+    let version = arm.get::<DeviceVersion>().map(|version| {
+        format!(
+            "{}.{}.{}",
+            version.major_version, version.minor_version, version.revision
+        )
+    });
+    version.unwrap_or_else(|_| "0.0.0".to_owned())
 }
 
-/// `ConnectDobot` of `v3`.
-pub fn connect_v3(port: Text, _baud: u32, _info: Out<ConnectInfo>) -> c_int {
-    connect(port, 0) as c_int
+/// Since it was switched on, s.
+fn run_time_of(arm: &Session) -> f32 {
+    let time = arm.get::<DeviceTime>();
+    time.map_or(0.0, |time| time.g_systick as f32 / 1000.0)
 }

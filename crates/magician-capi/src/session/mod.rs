@@ -1,66 +1,86 @@
-//! The connected arms.
+//! The connected arms, and what is true of all calls.
+//!
+//! * [`Registry`] is the arms by their ids; the library has one, and the functions of this module are its methods.
+//!   A test has its own.
+//! * [`Session`] is an arm: what every call to it goes through.
+//!
+//! A call holds no lock while it waits for an arm.
 
+mod arm;
 mod connect;
+mod danger;
+mod doubt;
+mod place;
+mod pool;
+mod registry;
 mod search;
+mod text_probe;
 
-use std::collections::BTreeMap;
 use std::ffi::c_int;
-use std::ops::Deref;
-use std::sync::{Arc, PoisonError, RwLock};
+use std::sync::LazyLock;
 
-use magician::protocol::{Queueable, Writable};
-use magician::{QueueIndex, Set, blocking};
+use crate::code::Outcome;
+use crate::pointer::{Buffer, Out, Text};
+use crate::structure::ConnectInfo;
+use crate::{Family, notice};
 
-use crate::Family;
-use crate::code::{Code, Fault, Outcome};
+pub use arm::Session;
+pub use place::Surroundings;
+pub use registry::{Patience, Registry};
 
-pub use connect::{connect_v1, connect_v2, connect_v3};
-pub use search::search;
+/// The library's arms.
+static ARMS: LazyLock<Registry> = LazyLock::new(Registry::default);
 
-/// A connected arm.
-#[derive(Debug)]
-pub struct Session {
-    arm: blocking::Arm,
+/// Runs the body of a function that is about a connected arm; see [`Registry::run`].
+pub fn run(
+    family: Family,
+    name: &'static str,
+    id: c_int,
+    body: impl FnOnce(&Session) -> Outcome,
+) -> c_int {
+    ARMS.run(family, name, id, body)
 }
 
-/// The connected arms by id; `v1` has one, with the id 0.
-static ARMS: RwLock<BTreeMap<c_int, Arc<Session>>> = RwLock::new(BTreeMap::new());
+/// `SearchDobot`; see [`Registry::search`].
+pub fn search(list: Buffer, size: u32) -> c_int {
+    ARMS.search(list, size)
+}
 
-/// The arm with an id.
-///
-/// # Errors
-/// [`Code::Timeout`] when it is not connected; `v3` says [`Code::InvalidDevice`].
-pub fn find(family: Family, id: c_int) -> Result<Arc<Session>, Fault> {
-    let arms = ARMS.read().unwrap_or_else(PoisonError::into_inner);
-    arms.get(&id).cloned().ok_or_else(|| Fault {
-        code: if family == Family::V3 {
-            Code::InvalidDevice
-        } else {
-            Code::Timeout
-        },
-        message: "no arm is connected; ConnectDobot comes first".to_owned(),
+/// `ConnectDobot` of `v1`; see [`Registry::connect_v1`].
+pub fn connect_v1(port: Text, baud: u32, firmware: Buffer, version: Buffer) -> c_int {
+    ARMS.connect_v1(port, baud, firmware, version)
+}
+
+/// `ConnectDobot` of `v2`; see [`Registry::connect_v2`].
+pub fn connect_v2(port: Text, baud: u32, firmware: Buffer, version: Buffer, id: Out<i32>) -> c_int {
+    ARMS.connect_v2(port, baud, firmware, version, id)
+}
+
+/// `ConnectDobot` of `v3`; see [`Registry::connect_v3`].
+pub fn connect_v3(port: Text, baud: u32, info: Out<ConnectInfo>) -> c_int {
+    ARMS.connect_v3(port, baud, info)
+}
+
+/// `DisconnectDobot`; see [`Registry::disconnect`].
+pub fn disconnect(id: c_int) -> c_int {
+    ARMS.disconnect(id)
+}
+
+/// `SetCmdTimeout`; see [`Registry::set_timeout`].
+pub fn set_timeout(id: c_int, milliseconds: u32) -> c_int {
+    ARMS.set_timeout(id, milliseconds)
+}
+
+/// `MagicianAllow`; see [`Registry::allow`].
+pub fn allow(names: Text) -> c_int {
+    ARMS.allow(names)
+}
+
+/// `MagicianLastError`: the sentence of the last fault of the calling thread, as much of it as fits, and how long it is
+/// without its NUL; 0 if there was no fault.
+pub fn last_error(text: Buffer, size: u32) -> c_int {
+    notice::last(|sentence| {
+        text.put(sentence.as_bytes(), size as usize);
+        c_int::try_from(sentence.len()).unwrap_or(c_int::MAX)
     })
-}
-
-impl Session {
-    /// As [`magician::blocking::Arm::set`], but dangerous commands must have been allowed.
-    pub(crate) fn set<T: Writable>(&self, value: &T) -> Outcome {
-        Ok(self.arm.set(value)?)
-    }
-
-    /// As [`magician::blocking::Arm::enqueue`].
-    pub(crate) fn enqueue<T>(&self, value: &T) -> Result<QueueIndex, Fault>
-    where
-        T: Queueable + Copy + Into<Set>,
-    {
-        Ok(self.arm.enqueue(value)?)
-    }
-}
-
-impl Deref for Session {
-    type Target = blocking::Arm;
-
-    fn deref(&self) -> &Self::Target {
-        &self.arm
-    }
 }

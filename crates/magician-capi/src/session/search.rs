@@ -1,14 +1,73 @@
+//! `SearchDobot`.
+
 use std::ffi::c_int;
 
+use super::Registry;
+use super::place::{PORT, bare};
 use crate::pointer::Buffer;
 
-/// Lists where arms could be: names separated by one blank, never past the buffer.
-pub fn search(list: Buffer, size: u32) -> c_int {
-    let names: Vec<String> = magician::ports()
-        .unwrap_or_default()
-        .into_iter()
-        .map(|port| port.path)
-        .collect();
-    list.put(names.join(" ").as_bytes(), size as usize);
-    c_int::try_from(names.len()).unwrap_or(c_int::MAX)
+impl Registry {
+    /// `SearchDobot`: names of serial ports and addresses of arms on Wi-Fi with one blank between them, never past the
+    /// buffer; those that do not fit are left out. What `MAGICIAN_PORT` says comes first.
+    ///
+    /// It returns how many were found, with or without a list to put them into, as the vendor's does; all were listed
+    /// if the list was large enough.
+    pub fn search(&self, list: Buffer, size: u32) -> c_int {
+        let names = self.names();
+        let text = listed(&names, size as usize);
+        list.put(text.as_bytes(), size as usize);
+        c_int::try_from(names.len()).unwrap_or(c_int::MAX)
+    }
+
+    fn names(&self) -> Vec<String> {
+        let given = (self.surroundings.variable)(PORT);
+        let ports = self.surroundings.arms_ports();
+        let ports = ports.iter().map(|path| bare(path).to_owned());
+        let arms = (self.surroundings.network)();
+        let arms = arms.iter().map(ToString::to_string);
+        let mut names = Vec::new();
+        for name in given.into_iter().chain(ports).chain(arms) {
+            // Whoever reads the list takes it apart at the blanks.
+            if name.contains(char::is_whitespace) {
+                tracing::warn!("SearchDobot: a name with a blank in it cannot be listed: {name}");
+            } else if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+}
+
+/// The names that fit with a NUL behind them.
+fn listed(names: &[String], size: usize) -> String {
+    let mut list = String::new();
+    for name in names {
+        let blank = usize::from(!list.is_empty());
+        if list.len() + blank + name.len() < size {
+            list.extend((blank > 0).then_some(' '));
+            list.push_str(name);
+        }
+    }
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_left_out_whole() {
+        let names = ["COM1", "COM30", "192.168.0.5", "C"].map(str::to_owned);
+        assert_eq!(listed(&names, 100), "COM1 COM30 192.168.0.5 C");
+        assert_eq!(listed(&names, 11), "COM1 COM30");
+        assert_eq!(listed(&names, 10), "COM1 C");
+        assert_eq!(listed(&names, 5), "COM1");
+        assert_eq!(listed(&names, 4), "C");
+        for size in [0, 1] {
+            assert_eq!(listed(&names, size), "");
+        }
+        for size in 1..30 {
+            assert!(listed(&names, size).len() < size);
+        }
+    }
 }

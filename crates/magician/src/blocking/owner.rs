@@ -1,6 +1,6 @@
 use std::future::Future;
 use std::sync::Arc;
-use std::thread;
+use std::thread::{self, JoinHandle};
 
 use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
@@ -22,11 +22,13 @@ pub(super) fn outside_async() -> Result<()> {
 /// The thread that serves a connection while its callers are elsewhere: what must not wait for the next call (a stop from
 /// another thread, the end of a jog that nobody keeps up, a line that comes back) happens there.
 ///
-/// It lasts as long as anything that may wait on it, and then until the farewell is said.
+/// It lasts as long as anything that may wait on it, and then until the farewell is said. Whoever drops the last of that
+/// waits for its end, so that a library can be unloaded after it.
 #[derive(Debug)]
 pub(super) struct Server {
     handle: Handle,
-    _until: oneshot::Sender<()>,
+    until: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl Server {
@@ -53,20 +55,32 @@ impl Server {
                     ended.await;
                 }
             });
+            // A name that is still being looked up must not hold it.
+            runtime.shutdown_background();
         };
         let thread = thread::Builder::new().name("magician".to_owned());
-        thread.spawn(serve).map_err(failed)?;
-        let arm = told.recv().map_err(|_| Error::closed())??;
         let server = Self {
             handle,
-            _until: until,
+            until: Some(until),
+            thread: Some(thread.spawn(serve).map_err(failed)?),
         };
+        let arm = told.recv().map_err(|_| Error::closed())??;
         Ok((server, arm))
     }
 
     pub(super) fn block<T>(&self, call: impl Future<Output = Result<T>>) -> Result<T> {
         outside_async()?;
         self.handle.block_on(call)
+    }
+}
+
+impl Drop for Server {
+    /// Where waiting is not allowed, the thread ends by itself.
+    fn drop(&mut self) {
+        drop(self.until.take());
+        if let (Ok(()), Some(thread)) = (outside_async(), self.thread.take()) {
+            let _ = thread.join();
+        }
     }
 }
 

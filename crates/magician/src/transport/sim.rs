@@ -28,6 +28,13 @@ impl Sim {
     }
 }
 
+impl Drop for Sim {
+    /// What the arm still had to say to this connection is not for the next one.
+    fn drop(&mut self) {
+        self.arm.lock().runner.close(LINK);
+    }
+}
+
 impl Transport for Sim {
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
         let mut cell = self.arm.lock();

@@ -1,0 +1,74 @@
+//! The log, on stderr: what `MAGICIAN_LOG` asks for, warnings unless it does.
+
+use std::fmt;
+use std::sync::Once;
+
+use tracing::field::{Field, Visit};
+use tracing::{Event, Level, Subscriber};
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::format::Writer;
+use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::registry::LookupSpan;
+
+/// `off`, `error`, `warn`, `info`, `debug`, `trace`, or a filter of `tracing`'s.
+const VARIABLE: &str = "MAGICIAN_LOG";
+const DEFAULT: &str = "warn";
+
+/// Begins to listen, once. A program in Rust that has its own log keeps it.
+pub(crate) fn begin() {
+    static BEGUN: Once = Once::new();
+    BEGUN.call_once(|| {
+        let wanted = std::env::var(VARIABLE).ok().filter(|text| !text.is_empty());
+        let read = wanted.as_deref().map(EnvFilter::try_new);
+        let (filter, wrong) = match read {
+            None => (EnvFilter::new(DEFAULT), None),
+            Some(Ok(filter)) => (filter, None),
+            Some(Err(error)) => (EnvFilter::new(DEFAULT), Some(error)),
+        };
+        let lines = tracing_subscriber::fmt()
+            .with_env_filter(filter)
+            .with_writer(std::io::stderr)
+            .event_format(Line);
+        let _ = lines.try_init();
+        if let Some(error) = wrong {
+            tracing::warn!("{VARIABLE} is not understood: {error}");
+        }
+    });
+}
+
+/// `DobotDll: warning: what happened`.
+struct Line;
+
+impl<S, N> FormatEvent<S, N> for Line
+where
+    S: Subscriber + for<'a> LookupSpan<'a>,
+    N: for<'a> FormatFields<'a> + 'static,
+{
+    fn format_event(
+        &self,
+        _: &FmtContext<'_, S, N>,
+        mut writer: Writer<'_>,
+        event: &Event<'_>,
+    ) -> fmt::Result {
+        let level = match *event.metadata().level() {
+            Level::ERROR => "error: ",
+            Level::WARN => "warning: ",
+            _ => "",
+        };
+        let mut text = Text(String::new());
+        event.record(&mut text);
+        writeln!(writer, "DobotDll: {level}{}", text.0)
+    }
+}
+
+/// The message, and after it the other fields.
+struct Text(String);
+
+impl Visit for Text {
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        match field.name() {
+            "message" => self.0.insert_str(0, &format!("{value:?}")),
+            name => self.0.push_str(&format!(" {name}={value:?}")),
+        }
+    }
+}

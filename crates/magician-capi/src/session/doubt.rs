@@ -1,0 +1,51 @@
+//! A command of which nobody can tell whether the arm took it.
+//!
+//! Stock wrappers send a command again for as long as they get anything but 0. If the arm had taken the first one, it would
+//! move twice. So the doubt closes the way for every command that may not be repeated, and stays: the arm is somewhere
+//! nobody expects, and what comes next was made for another place.
+//!
+//! `SetQueuedCmdClear` ends it, once the arm has confirmed that: what was in doubt waits no more. Neither
+//! `SetQueuedCmdStopExec` nor `SetQueuedCmdForceStopExec` does; both leave what waits in the queue, and the next
+//! `SetQueuedCmdStartExec` would run it and its copy. A new `ConnectDobot` begins without doubt.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use magician::Error;
+
+use super::registry::lock;
+use crate::code::{Code, Fault, Outcome};
+
+/// Whether there is a doubt, and which.
+#[derive(Debug, Default)]
+pub(super) struct Doubt {
+    exists: AtomicBool,
+    about: Mutex<Option<String>>,
+}
+
+impl Doubt {
+    /// Nothing goes out while there is a doubt.
+    pub(super) fn check(&self) -> Outcome {
+        if !self.exists.load(Ordering::SeqCst) {
+            return Ok(());
+        }
+        let Some(about) = lock(&self.about).clone() else {
+            return Ok(());
+        };
+        let message = format!(
+            "not sent, because of an earlier command: {about}. SetQueuedCmdClear, or connecting again, lets commands \
+             through; where the arm is now, and whether to home it, is for a person to see"
+        );
+        Err(Fault::new(Code::Timeout, message))
+    }
+
+    pub(super) fn arise(&self, error: &Error) {
+        lock(&self.about).get_or_insert_with(|| error.to_string());
+        self.exists.store(true, Ordering::SeqCst);
+    }
+
+    pub(super) fn lift(&self) {
+        *lock(&self.about) = None;
+        self.exists.store(false, Ordering::SeqCst);
+    }
+}

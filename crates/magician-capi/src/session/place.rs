@@ -1,0 +1,213 @@
+//! Where the name of a port leads.
+
+use std::fs::File;
+use std::net::{IpAddr, Ipv4Addr};
+use std::time::Duration;
+
+use magician::discovery::Search;
+use magician::{Error, Port, Target, Tracer};
+
+/// Where the arm is, if a program does not say.
+pub(super) const PORT: &str = "MAGICIAN_PORT";
+/// Where the frames are written to.
+const TRACE: &str = "MAGICIAN_TRACE";
+/// How long `SearchDobot` waits for arms on Wi-Fi to answer.
+const SHORT_WAIT: Duration = Duration::from_millis(250);
+
+/// What the process finds around it.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings {
+    /// A variable of the environment.
+    pub variable: fn(&str) -> Option<String>,
+    /// The serial ports.
+    pub ports: fn() -> Vec<Port>,
+    /// The arms on Wi-Fi that answer within a moment.
+    pub network: fn() -> Vec<Ipv4Addr>,
+}
+
+impl Default for Surroundings {
+    fn default() -> Self {
+        Self {
+            variable: |name| std::env::var(name).ok().filter(|value| !value.is_empty()),
+            ports: || {
+                magician::ports().unwrap_or_else(|error| {
+                    tracing::warn!("{error}");
+                    Vec::new()
+                })
+            },
+            network,
+        }
+    }
+}
+
+fn network() -> Vec<Ipv4Addr> {
+    let found = Search::networks().find_blocking(SHORT_WAIT);
+    let found = found.unwrap_or_else(|error| {
+        tracing::debug!("{error}");
+        Vec::new()
+    });
+    let addresses = found.into_iter().filter_map(|arm| match arm.address {
+        IpAddr::V4(address) => Some(address),
+        IpAddr::V6(_) => None,
+    });
+    addresses.collect()
+}
+
+impl Surroundings {
+    /// Where a name leads, with what to call it; `None` if none is given and there is no port.
+    pub(super) fn place(&self, name: &str) -> Option<Result<Target, Error>> {
+        let name = name.trim();
+        if !name.is_empty() {
+            let sent = (self.variable)(&variable_of(name));
+            return Some(target(sent.as_deref().unwrap_or(name)));
+        }
+        if let Some(port) = (self.variable)(PORT) {
+            return Some(target(&port));
+        }
+        let ports = self.arms_ports();
+        ports.first().map(|port| Ok(Target::Serial(port.clone())))
+    }
+
+    /// The serial ports that an arm may be at, likely ones first.
+    pub(super) fn arms_ports(&self) -> Vec<String> {
+        let ports = (self.ports)().into_iter();
+        ports.filter(is_listed).map(|port| port.path).collect()
+    }
+
+    /// The trace that `MAGICIAN_TRACE` asks for.
+    pub(super) fn tracer(&self) -> Option<Tracer> {
+        let path = (self.variable)(TRACE)?;
+        let tracer = File::create(&path).and_then(Tracer::new);
+        tracer
+            .inspect_err(|error| tracing::warn!("{TRACE}={path} cannot be written: {error}"))
+            .ok()
+    }
+}
+
+/// What the vendor's library lists: adapters with one of these in their description (symbols section 4).
+const DESCRIPTIONS: [&str; 5] = [
+    "USB-to-Serial",
+    "CH340",
+    "CP210",
+    "USB2.0-Serial",
+    "USB Serial Port",
+];
+
+fn is_listed(port: &Port) -> bool {
+    let name = port.usb.as_ref().and_then(|usb| usb.name.as_deref());
+    let described = name.is_some_and(|name| DESCRIPTIONS.iter().any(|known| name.contains(known)));
+    described || port.likely_arm()
+}
+
+/// The variable that sends a name elsewhere: `MAGICIAN_PORT_COM3`, `MAGICIAN_PORT_TTYUSB0`.
+pub(super) fn variable_of(name: &str) -> String {
+    let letters = bare(name).chars().map(|c| match c.is_ascii_alphanumeric() {
+        true => c.to_ascii_uppercase(),
+        false => '_',
+    });
+    format!("{PORT}_{}", letters.collect::<String>())
+}
+
+/// A port's name as the vendor's library lists it.
+pub(super) fn bare(path: &str) -> &str {
+    path.strip_prefix("/dev/").unwrap_or(path)
+}
+
+/// An address, everything that is a target, or the bare name of a device.
+fn target(name: &str) -> Result<Target, Error> {
+    if let Ok(address) = name.parse::<Ipv4Addr>() {
+        return format!("udp:{address}").parse();
+    }
+    name.parse().or_else(|error| {
+        let is_device = cfg!(unix) && !name.contains([':', '/', '\0']);
+        match is_device {
+            true => Ok(Target::Serial(format!("/dev/{name}"))),
+            false => Err(error),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use magician::{SimSpeed, Usb};
+
+    fn surroundings(
+        variable: fn(&str) -> Option<String>,
+        ports: fn() -> Vec<Port>,
+    ) -> Surroundings {
+        Surroundings {
+            variable,
+            ports,
+            network: Vec::new,
+        }
+    }
+
+    fn port(path: &str, name: &str, (vendor, product): (u16, u16)) -> Port {
+        let usb = Usb {
+            vendor,
+            product,
+            name: Some(name.into()),
+            ..Usb::default()
+        };
+        Port {
+            path: path.into(),
+            usb: Some(usb),
+        }
+    }
+
+    fn place(surroundings: &Surroundings, name: &str) -> Target {
+        surroundings.place(name).unwrap().unwrap()
+    }
+
+    #[test]
+    fn names_of_all_kinds_lead_somewhere() {
+        let bare = surroundings(|_| None, Vec::new);
+        let serial = |path: &str| Target::Serial(path.into());
+        let udp = |host: &str| Target::Udp {
+            host: host.into(),
+            port: 8899,
+        };
+        assert_eq!(place(&bare, "COM3"), serial("COM3"));
+        assert_eq!(place(&bare, " /dev/ttyUSB0\n"), serial("/dev/ttyUSB0"));
+        assert_eq!(place(&bare, "192.168.1.5"), udp("192.168.1.5"));
+        assert_eq!(place(&bare, "udp:arm"), udp("arm"));
+        assert_eq!(place(&bare, "sim"), Target::Sim(SimSpeed::Max));
+        #[cfg(unix)]
+        assert_eq!(place(&bare, "ttyUSB0"), serial("/dev/ttyUSB0"));
+        assert!(bare.place("udp:").unwrap().is_err());
+        assert!(bare.place("").is_none(), "there is no port");
+    }
+
+    #[test]
+    fn a_name_that_is_built_in_can_be_sent_elsewhere() {
+        let sent = surroundings(
+            |name| {
+                let sent = ["MAGICIAN_PORT_COM3", "MAGICIAN_PORT_TTYUSB0"].contains(&name);
+                sent.then(|| "sim:2".to_owned())
+            },
+            Vec::new,
+        );
+        for name in ["com3", "COM3", "/dev/ttyUSB0", "ttyUSB0"] {
+            assert_eq!(place(&sent, name), Target::Sim(SimSpeed::Times(2.0)));
+        }
+        assert_eq!(place(&sent, "COM4"), Target::Serial("COM4".into()));
+        assert_eq!(variable_of("192.168.1.5"), "MAGICIAN_PORT_192_168_1_5");
+    }
+
+    #[test]
+    fn without_a_name_the_variable_comes_before_the_first_port() {
+        let ports = || {
+            vec![
+                port("/dev/ttyS9", "Some other thing", (1, 2)),
+                port("/dev/ttyUSB1", "USB Serial Port", (1, 2)),
+                port("/dev/ttyUSB2", "", (0x10C4, 0xEA60)),
+            ]
+        };
+        let without = surroundings(|_| None, ports);
+        assert_eq!(place(&without, ""), Target::Serial("/dev/ttyUSB1".into()));
+        assert_eq!(without.arms_ports(), ["/dev/ttyUSB1", "/dev/ttyUSB2"]);
+        let with = surroundings(|name| (name == PORT).then(|| "sim".into()), ports);
+        assert_eq!(place(&with, ""), Target::Sim(SimSpeed::Max));
+    }
+}

@@ -1,0 +1,65 @@
+//! The virtual arms of this process.
+
+use std::sync::Arc;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use magician::sim::{Controller, Profile};
+use magician::{SimSpeed, VirtualArm};
+
+use super::registry::lock;
+
+/// Virtual arms that last as long as the process, so that whoever connects again finds the arm as it was left.
+#[derive(Debug, Default)]
+pub(super) struct Pool(Mutex<Vec<Member>>);
+
+#[derive(Debug)]
+struct Member {
+    speed: SimSpeed,
+    arm: VirtualArm,
+    taken: Arc<AtomicBool>,
+}
+
+/// A virtual arm that nobody else is connected to, until this is dropped.
+#[derive(Debug)]
+pub(super) struct Lease {
+    pub(super) arm: VirtualArm,
+    /// Nobody has been connected to it before.
+    pub(super) fresh: bool,
+    taken: Arc<AtomicBool>,
+}
+
+impl Pool {
+    /// The first arm of this speed that is free, or a new one.
+    pub(super) fn take(&self, speed: SimSpeed) -> Lease {
+        let mut members = lock(&self.0);
+        let free = members
+            .iter()
+            .find(|member| member.speed == speed && !member.taken.swap(true, Ordering::SeqCst));
+        if let Some(member) = free {
+            return Lease {
+                arm: member.arm.clone(),
+                fresh: false,
+                taken: Arc::clone(&member.taken),
+            };
+        }
+        let arm = VirtualArm::new(Controller::new(Profile::default()), speed);
+        let taken = Arc::new(AtomicBool::new(true));
+        members.push(Member {
+            speed,
+            arm: arm.clone(),
+            taken: Arc::clone(&taken),
+        });
+        Lease {
+            arm,
+            fresh: true,
+            taken,
+        }
+    }
+}
+
+impl Drop for Lease {
+    fn drop(&mut self) {
+        self.taken.store(false, Ordering::SeqCst);
+    }
+}

@@ -1,0 +1,103 @@
+//! What else may be at a serial port: the arm's controller can run a 3-D printer's firmware, which talks in text.
+
+use std::time::Duration;
+
+use magician::{RawLine, Target};
+use tokio::time::{Instant, timeout_at};
+
+/// What the vendor's library says (symbols section 4); the arm ignores it.
+const QUESTION: &[u8] = b"\nM10\nM10\nM10\nM10\nM10\n";
+/// Text that is kept; more than any such firmware says in this time.
+const MOST: usize = 64 * 1024;
+
+/// A firmware that talks in text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Firmware {
+    pub(super) name: &'static str,
+    pub(super) version: String,
+}
+
+/// Asks at a port, and listens for so long.
+pub(super) fn ask(target: &Target, within: Duration) -> Option<Firmware> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .ok()?;
+    let found = runtime.block_on(listen(target, within));
+    found.unwrap_or_else(|error| {
+        tracing::debug!("{error}");
+        None
+    })
+}
+
+async fn listen(target: &Target, within: Duration) -> magician::Result<Option<Firmware>> {
+    let mut line = RawLine::open(target).await?;
+    let until = Instant::now() + within;
+    let asked = timeout_at(until, line.send(QUESTION)).await;
+    if let Ok(sent) = asked {
+        sent?;
+    }
+    let mut heard = Vec::new();
+    let mut bytes = [0; 256];
+    while let Ok(count) = timeout_at(until, line.receive(&mut bytes)).await {
+        let came = bytes.get(..count?).unwrap_or_default();
+        heard.extend_from_slice(came);
+        let firmware = recognise(&heard);
+        if firmware.is_some() || heard.len() > MOST {
+            return Ok(firmware);
+        }
+    }
+    Ok(None)
+}
+
+/// Finds `GRBL: V1.2.3` or `MARLIN: V1.2.3`.
+fn recognise(heard: &[u8]) -> Option<Firmware> {
+    let text = String::from_utf8_lossy(heard);
+    ["GRBL", "MARLIN"].into_iter().find_map(|name| {
+        let mut at = text.match_indices(name);
+        let version = at.find_map(|(at, _)| version(text.get(at + name.len()..)?))?;
+        Some(Firmware { name, version })
+    })
+}
+
+/// Reads `: V1.2.3`, and whatever comes after.
+fn version(text: &str) -> Option<String> {
+    let text = text.strip_prefix(':')?.strip_prefix(char::is_whitespace)?;
+    let text = text.strip_prefix('V')?;
+    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.');
+    let mut numbers = text.get(..end.unwrap_or(text.len()))?.split('.');
+    let mut number = || numbers.next().filter(|digits| !digits.is_empty());
+    Some(format!("{}.{}.{}", number()?, number()?, number()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn firmwares_are_known_by_what_they_say() {
+        let said = |text: &str| {
+            recognise(text.as_bytes()).map(|firmware| (firmware.name, firmware.version))
+        };
+        assert_eq!(
+            said("ok\r\nGRBL: V1.2.3\r\n"),
+            Some(("GRBL", "1.2.3".into()))
+        );
+        assert_eq!(
+            said("MARLIN: V10.0.12.4x"),
+            Some(("MARLIN", "10.0.12".into()))
+        );
+        assert_eq!(said("GRBL GRBL:\tV0.9.1"), Some(("GRBL", "0.9.1".into())));
+        for text in [
+            "",
+            "GRBL",
+            "GRBL: 1.2.3",
+            "GRBL: V1.2",
+            "GRBL: V1..2",
+            "grbl: V1.2.3",
+        ] {
+            assert_eq!(said(text), None, "{text}");
+        }
+        assert_eq!(recognise(&[0xAA; 40]), None);
+    }
+}

@@ -1,0 +1,199 @@
+//! What a C compiler and a C program say of a family's header and of its library, which Cargo has built beside the test.
+
+use std::collections::BTreeSet;
+use std::env;
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use magician_capi::structure::STRUCTURES;
+use magician_capi::{FUNCTIONS, Family, Function, Ids};
+
+/// A family under test.
+#[derive(Clone, Copy)]
+pub(crate) struct Subject {
+    pub(crate) family: Family,
+    /// `1`, `2` or `3`.
+    pub(crate) number: u8,
+}
+
+impl Subject {
+    /// Sizes and offsets of all structures, against numbers that come from the vendor's files; sizes against ours.
+    pub(crate) fn layouts_are_the_vendors(self) {
+        let mut source = fs::read_to_string(here().join("layout.c")).expect("layout.c");
+        let used: BTreeSet<&str> = (self.functions())
+            .flat_map(|function| function.arguments)
+            .map(|(_, rust)| rust.split(['<', '>']).nth(1).unwrap_or(rust))
+            .collect();
+        for (name, size) in STRUCTURES.iter().filter(|(name, _)| used.contains(name)) {
+            writeln!(source, "SIZE({name}, {size});").unwrap();
+        }
+        self.compile("layout.c", &source);
+    }
+
+    /// The header declares the functions of the table, with their types, and no others.
+    pub(crate) fn prototypes_are_those_of_the_table(self) {
+        let mut source = "#include \"DobotDll.h\"\n".to_owned();
+        for function in self.functions() {
+            let (name, arguments) = (function.name, self.arguments(function));
+            writeln!(source, "int (*const a_{name})({arguments}) = {name};").unwrap();
+        }
+        self.compile("prototypes.c", &source);
+        let header = fs::read_to_string(self.include().join("DobotDll.h")).expect("DobotDll.h");
+        let declared: BTreeSet<&str> = (header.split("DOBOTDLLSHARED_EXPORT int ").skip(1))
+            .filter_map(|rest| Some(rest.split_once('(')?.0))
+            .collect();
+        let ours: BTreeSet<&str> = self.functions().map(|function| function.name).collect();
+        let missing: Vec<_> = ours.difference(&declared).collect();
+        let surplus: Vec<_> = declared.difference(&ours).collect();
+        assert!(
+            missing.is_empty() && surplus.is_empty(),
+            "the header lacks {missing:?}; the table lacks {surplus:?}"
+        );
+    }
+
+    /// A program that is linked with the library finds all of it, and has its session.
+    pub(crate) fn a_program_has_its_session(self) {
+        let folder = self.folder("session");
+        let library = self.install(&folder);
+        let mut names = "static const char *const NAMES[] = {\n".to_owned();
+        for function in self.functions() {
+            writeln!(names, "    \"{}\",", function.name).unwrap();
+        }
+        fs::write(folder.join("names.h"), names + "};\n").unwrap();
+        let program = folder.join("session");
+        run(self
+            .compiler()
+            .arg(format!("-I{}", folder.display()))
+            .arg(here().join("session.c"))
+            .arg("-o")
+            .arg(&program)
+            .arg(format!("-L{}", folder.display()))
+            .args(["-lDobotDll", "-ldl", "-lm"])
+            .arg(format!("-Wl,-rpath,{}", folder.display())));
+        let said = run(Command::new(&program)
+            .arg(&library)
+            .env_remove("MAGICIAN_PORT"));
+        assert_eq!(said, "done\n");
+    }
+
+    fn functions(self) -> impl Iterator<Item = &'static Function> {
+        FUNCTIONS
+            .iter()
+            .filter(move |function| function.families.contains(&self.family))
+    }
+
+    /// The types of a function's arguments, as C has them.
+    fn arguments(self, function: &Function) -> String {
+        let ids = match (self.family, function.ids) {
+            (Family::V1, _) | (_, Ids::None) => 0,
+            (Family::V2, _) | (Family::V3, Ids::Master) => 1,
+            (Family::V3, Ids::Arm) => 2,
+        };
+        let mut types = vec!["int".to_owned(); ids];
+        types.extend(function.arguments.iter().map(|(_, rust)| c_type(rust)));
+        if function.name == "SetCircleCmd" {
+            // Where only its beginning is read, C programs still have the whole structure.
+            types = types
+                .iter()
+                .map(|c| c.replace("ARCCmd", "CircleCmd"))
+                .collect();
+        }
+        if types.is_empty() {
+            return "void".to_owned();
+        }
+        types.join(", ")
+    }
+
+    fn include(self) -> PathBuf {
+        here()
+            .join("../../include")
+            .join(format!("v{}", self.number))
+    }
+
+    fn compiler(self) -> Command {
+        let mut command = Command::new(env::var_os("CC").unwrap_or_else(|| "cc".into()));
+        command
+            .args([
+                "-std=c11",
+                "-D_DEFAULT_SOURCE",
+                "-Wall",
+                "-Wextra",
+                "-Werror",
+            ])
+            .arg(format!("-DFAMILY={}", self.number))
+            .arg(format!("-I{}", self.include().display()));
+        command
+    }
+
+    /// Compiles a source, without making anything of it.
+    fn compile(self, name: &str, source: &str) {
+        let file = self.folder(name).join(name);
+        fs::write(&file, source).unwrap();
+        run(self.compiler().arg("-fsyntax-only").arg(&file));
+    }
+
+    /// An empty folder of the test's own.
+    fn folder(self, name: &str) -> PathBuf {
+        let folder =
+            Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("v{}-{name}", self.number));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).expect("a folder in the target directory");
+        folder
+    }
+
+    /// Puts the library into a folder under the vendor's names; the path that programs open.
+    fn install(self, folder: &Path) -> PathBuf {
+        let test = env::current_exe().expect("the path of this test");
+        let (prefix, suffix) = (env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
+        let built = test.with_file_name(format!("{prefix}dobotdll_v{}{suffix}", self.number));
+        let name = folder.join(format!("{prefix}DobotDll{suffix}"));
+        fs::copy(&built, &name).unwrap_or_else(|error| panic!("{}: {error}", built.display()));
+        if cfg!(target_vendor = "apple") {
+            return name;
+        }
+        let mut soname = OsString::from(&name);
+        soname.push(".1");
+        fs::rename(&name, &soname).unwrap();
+        std::os::unix::fs::symlink("libDobotDll.so.1", &name).unwrap();
+        soname.into()
+    }
+}
+
+fn here() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/c"))
+}
+
+/// What a type of the table is in C.
+fn c_type(rust: &str) -> String {
+    match rust {
+        "Bool" => return "bool".to_owned(),
+        "c_int" | "i32" => return "int".to_owned(),
+        "f32" => return "float".to_owned(),
+        "Text" => return "const char *".to_owned(),
+        "Buffer" => return "char *".to_owned(),
+        "u8" | "u16" | "u32" | "u64" => return format!("uint{}_t", &rust[1..]),
+        _ => {}
+    }
+    let compact: String = rust.chars().filter(|c| !c.is_whitespace()).collect();
+    let pointed = ["In<", "Out<"]
+        .iter()
+        .find_map(|head| compact.strip_prefix(head)?.strip_suffix('>'));
+    pointed.map_or_else(|| rust.to_owned(), |of| format!("{} *", c_type(of)))
+}
+
+/// Runs a program; what it prints, if all is well.
+fn run(command: &mut Command) -> String {
+    let output = (command.output())
+        .unwrap_or_else(|error| panic!("{command:?}: {error}; a C compiler is needed, $CC or cc"));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let complained = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success(),
+        "{command:?}: {}\n{said}{complained}",
+        output.status
+    );
+    said
+}

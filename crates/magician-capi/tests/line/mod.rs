@@ -1,0 +1,305 @@
+//! What the tests of a family's exported functions stand on: a virtual arm behind a socket that writes down what comes
+//! and what goes, the frames that should come, and memory as C has it.
+// Each test uses a part of it.
+#![allow(dead_code, unreachable_pub)]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::{CString, c_char, c_int};
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::ptr;
+use std::sync::{Arc, Mutex};
+use std::thread;
+
+use magician_capi::pointer::{Buffer, In, Out, Plain, Text};
+use magician_capi::{FUNCTIONS, Family, Kind};
+use magician_sim::{Controller, LinkId, Profile};
+
+/// What a program of C's has where a result belongs, before there is one.
+const UNTOUCHED: u8 = 0xEE;
+/// Bytes behind a result that nothing may touch.
+const GUARD: usize = 16;
+/// Between two requests the arm's clock jumps so far that what was asked for is done.
+const A_WHILE: u64 = 60_000_000;
+/// What the driver asks for by itself: the queue, once a connection.
+const HOUSEKEEPING: [[u8; 2]; 2] = [[246, 0], [247, 0]];
+
+/// A request and its answer, whole frames.
+#[derive(Clone, Debug)]
+pub struct Exchange {
+    pub request: Vec<u8>,
+    pub reply: Vec<u8>,
+}
+
+/// A virtual arm behind a socket.
+pub struct Line {
+    port: u16,
+    seen: Arc<Mutex<Vec<Exchange>>>,
+}
+
+impl Line {
+    pub fn open() -> Self {
+        let listener = TcpListener::bind(("127.0.0.1", 0)).expect("a port");
+        let port = listener.local_addr().expect("an address").port();
+        let seen = Arc::<Mutex<Vec<_>>>::default();
+        let book = Arc::clone(&seen);
+        thread::spawn(move || {
+            let mut arm = Controller::new(Profile::default());
+            for stream in listener.incoming().flatten() {
+                // A client that goes away ends its connection, not the arm.
+                drop(serve(&mut arm, stream, &book));
+            }
+        });
+        Self { port, seen }
+    }
+
+    /// What `ConnectDobot` takes.
+    pub fn name(&self) -> String {
+        format!("tcp:127.0.0.1:{}", self.port)
+    }
+
+    /// What has passed since the last look.
+    pub fn passed(&self) -> Vec<Exchange> {
+        std::mem::take(&mut *self.seen.lock().expect("no test panics with it"))
+    }
+}
+
+fn serve(
+    arm: &mut Controller,
+    mut stream: TcpStream,
+    book: &Mutex<Vec<Exchange>>,
+) -> std::io::Result<()> {
+    let link = LinkId(1);
+    let mut waiting = Vec::new();
+    let mut bytes = [0; 1024];
+    loop {
+        let count = stream.read(&mut bytes)?;
+        if count == 0 {
+            return Ok(());
+        }
+        waiting.extend_from_slice(&bytes[..count]);
+        while let Some(request) = first_frame(&mut waiting) {
+            arm.receive(link, &request);
+            let reply: Vec<u8> = std::iter::from_fn(|| arm.poll_transmit(link))
+                .flat_map(|frame| frame.bytes().to_vec())
+                .collect();
+            // Before the answer goes out: who has it may look here.
+            let exchange = Exchange {
+                request,
+                reply: reply.clone(),
+            };
+            book.lock().expect("no test panics with it").push(exchange);
+            stream.write_all(&reply)?;
+            arm.advance(arm.now() + A_WHILE);
+        }
+    }
+}
+
+/// Takes the first frame off; nothing else may come.
+fn first_frame(waiting: &mut Vec<u8>) -> Option<Vec<u8>> {
+    let [first, second, length, ..] = waiting[..] else {
+        return None;
+    };
+    assert_eq!([first, second], [0xAA, 0xAA], "{waiting:02X?}");
+    let whole = usize::from(length) + 4;
+    (waiting.len() >= whole).then(|| waiting.drain(..whole).collect())
+}
+
+/// Memory for results, with a guard behind it.
+pub struct Slot(Box<[u8]>);
+
+impl Slot {
+    pub fn new(size: usize) -> Self {
+        Self::with(&vec![UNTOUCHED; size])
+    }
+
+    pub fn with(bytes: &[u8]) -> Self {
+        Self([bytes, &[UNTOUCHED; GUARD]].concat().into())
+    }
+
+    pub fn out<T: Plain>(&mut self) -> Out<T> {
+        assert_eq!(size_of::<T>(), self.0.len() - GUARD);
+        self.first()
+    }
+
+    /// The first of several.
+    #[allow(unsafe_code)]
+    pub fn first<T: Plain>(&mut self) -> Out<T> {
+        // SAFETY: as many bytes are there, and they live as long as the slot.
+        unsafe { Out::new(self.0.as_mut_ptr().cast()) }
+    }
+
+    #[allow(unsafe_code)]
+    pub fn text(&mut self) -> Buffer {
+        // SAFETY: as above.
+        unsafe { Buffer::new(self.0.as_mut_ptr().cast::<c_char>()) }
+    }
+
+    /// What is there now; what lies behind it was not touched.
+    pub fn bytes(&self) -> &[u8] {
+        let (bytes, guard) = self.0.split_at(self.0.len() - GUARD);
+        assert_eq!(guard, [UNTOUCHED; GUARD], "written past the end");
+        bytes
+    }
+
+    pub fn is_untouched(&self) -> bool {
+        self.bytes().iter().all(|byte| *byte == UNTOUCHED)
+    }
+}
+
+/// A structure, or several, as C has it; it stays for ever.
+#[allow(unsafe_code)]
+pub fn give<T: Plain>(bytes: &[u8]) -> In<T> {
+    assert_eq!(bytes.len() % size_of::<T>(), 0);
+    let bytes: &'static [u8] = bytes.to_vec().leak();
+    // SAFETY: it is never freed.
+    unsafe { In::new(bytes.as_ptr().cast()) }
+}
+
+/// No place for text.
+#[allow(unsafe_code)]
+pub const fn none() -> Buffer {
+    // SAFETY: null is allowed.
+    unsafe { Buffer::new(ptr::null_mut()) }
+}
+
+/// A null pointer.
+#[allow(unsafe_code)]
+pub const fn nowhere<T: Plain>() -> In<T> {
+    // SAFETY: null is allowed.
+    unsafe { In::new(ptr::null()) }
+}
+
+/// A pointer to nothing good.
+#[allow(unsafe_code)]
+pub const fn nowhere_to<T: Plain>() -> Out<T> {
+    // SAFETY: only for what must not be looked at.
+    unsafe { Out::new(ptr::dangling_mut()) }
+}
+
+/// Text as C has it; it stays for ever.
+#[allow(unsafe_code)]
+pub fn text(bytes: &[u8]) -> Text {
+    let text = CString::new(bytes).expect("no NUL inside");
+    // SAFETY: it is never freed.
+    unsafe { Text::new(text.into_raw()) }
+}
+
+/// Numbers as they lie in memory.
+pub fn floats(numbers: &[f32]) -> Vec<u8> {
+    numbers
+        .iter()
+        .flat_map(|number| number.to_le_bytes())
+        .collect()
+}
+
+/// A call: its name in the list of frames, and what it is.
+pub struct Call {
+    pub name: &'static str,
+    pub make: Box<dyn Fn() -> Made>,
+}
+
+/// What a call came to: the result, and what C was given as it should have lain in the answer.
+pub type Made = (c_int, Vec<u8>);
+
+impl Call {
+    pub fn new(name: &'static str, make: impl Fn() -> Made + 'static) -> Self {
+        let make = Box::new(make);
+        Self { name, make }
+    }
+
+    /// The function that is called.
+    fn function(&self) -> &'static str {
+        let words = self.name.split(' ');
+        let mut words = words.filter(|word| !matches!(*word, "v1" | "v2" | "v3"));
+        words.next().expect("a name")
+    }
+}
+
+/// The frames that should come, by name.
+fn golden() -> BTreeMap<&'static str, Vec<u8>> {
+    let lines = include_str!("golden.txt").lines();
+    let lines = lines.filter(|line| !line.starts_with('#'));
+    let entries = lines.map(|line| {
+        let (name, frame) = line.split_once(": ").expect("NAME: FRAME");
+        let frame = frame.split('#').next().unwrap_or_default();
+        let bytes = frame.split_whitespace();
+        let bytes = bytes.map(|byte| u8::from_str_radix(byte, 16).expect("hexadecimal"));
+        (name, bytes.collect())
+    });
+    entries.collect()
+}
+
+/// What is set is not what is got: the one switches a sensor, the other is what it sees.
+const UNLIKE: [&str; 2] = ["ColorSensor", "InfraredSensor"];
+
+/// Makes every call and holds what it sends to the list of frames, and what C is given to what the arm answered and to
+/// what was set before. Those that must be allowed are refused first, and send nothing.
+pub fn hold_to_golden(line: &Line, family: Family, calls: &[Call], allow: impl Fn(&str) -> c_int) {
+    let golden = golden();
+    let mut written = BTreeMap::new();
+    for call in calls {
+        let name = call.name;
+        let frame = golden
+            .get(name)
+            .unwrap_or_else(|| panic!("no frame of {name}"));
+        line.passed();
+        if kind(family, call.function()) == Kind::Guarded {
+            assert_eq!((call.make)().0, 3, "{name} before it was allowed");
+            assert!(line.passed().is_empty(), "{name} before it was allowed");
+            assert_eq!(allow(call.function()), 0, "{name}");
+        }
+        let (code, given) = (call.make)();
+        let passed = line.passed();
+        assert_eq!(code, 0, "{name}: {passed:02X?}");
+        let (meant, else_): (Vec<_>, Vec<_>) =
+            passed.into_iter().partition(|e| e.request == *frame);
+        let [exchange] = &meant[..] else {
+            panic!("{name} sent {else_:02X?}, not once {frame:02X?}");
+        };
+        for exchange in &else_ {
+            let [id, ctrl] = [exchange.request[3], exchange.request[4]];
+            assert!(
+                HOUSEKEEPING.contains(&[id, ctrl]),
+                "{name} sent {exchange:02X?}"
+            );
+        }
+        let answer = &exchange.reply[5..exchange.reply.len() - 1];
+        assert!(
+            answer.starts_with(&given),
+            "{name}: {given:02X?} of {answer:02X?}"
+        );
+        let writes = frame[4] & 1 == 1 || frame[3] == 160;
+        assert!(writes || !given.is_empty(), "{name} gave nothing");
+        if let Some(what) = call.function().strip_prefix("Set") {
+            written.insert(what, frame[5..frame.len() - 1].to_vec());
+        }
+        let what = call
+            .function()
+            .strip_prefix("Get")
+            .filter(|what| !UNLIKE.contains(what));
+        if let Some(set) = what.and_then(|what| written.get(what)) {
+            assert!(
+                set.starts_with(&given),
+                "{name}: {given:02X?} of {set:02X?}"
+            );
+            assert!(given.iter().any(|byte| *byte != 0), "{name}");
+        }
+    }
+    let called: BTreeSet<&str> = calls.iter().map(Call::function).collect();
+    let sending: BTreeSet<&str> = FUNCTIONS
+        .iter()
+        .filter(|function| function.families.contains(&family))
+        .filter(|function| matches!(function.kind, Kind::Command | Kind::Guarded))
+        .map(|function| function.name)
+        .collect();
+    assert_eq!(called, sending);
+}
+
+fn kind(family: Family, name: &str) -> Kind {
+    let mut all = FUNCTIONS.iter();
+    let function = all.find(|f| f.name == name && f.families.contains(&family));
+    function
+        .unwrap_or_else(|| panic!("no {name} in {family:?}"))
+        .kind
+}

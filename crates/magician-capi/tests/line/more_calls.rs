@@ -1,0 +1,26 @@
+// What `v2` lacks; the file is included as `calls.rs` is.
+
+fn pulses() -> Vec<u8> {
+    floats(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+}
+
+fn more_calls() -> Vec<Call> {
+    vec![
+        got!(GetDeviceInfo() value 16),
+        plain!(SetCPRHoldEnable(1)),
+        got!(GetCPRHoldEnable() on 1),
+        queued!(SetCPCommonParams(give(&floats(&[60.0, 70.0])))),
+        got!(GetCPCommonParams() value 8),
+        queued!(SetARCCommonParams(give(&floats(&[60.0, 70.0])))),
+        got!(GetARCCommonParams() value 8),
+        // What older callers leave in these places is never looked at.
+        plain!(SetLostStepParams(5.0, 0xEE, nowhere_to())),
+        got!(GetUART4PeripheralsType() kind 1),
+        plain!(SetUART4PeripheralsEnable(1)),
+        got!(GetUART4PeripheralsEnable() on 1),
+        got!(GetQueuedCmdMotionFinish() finished 1),
+        at_once!("SendPluse at once" SendPluse(give(&pulses()))),
+        queued!("SendPluse queued" SendPluse(give(&pulses())) 1),
+        plain!(SendPluseEx(give(&pulses()))),
+    ]
+}

@@ -1,0 +1,229 @@
+//! Every function about a connected arm, called with null pointers. The calls come from the table itself, so that none is
+//! forgotten.
+#![allow(unsafe_code, unreachable_pub)]
+
+use std::ffi::c_int;
+use std::ptr;
+
+use magician_capi::Kind;
+use magician_capi::pointer::{Buffer, In, Out, Plain, Text};
+
+use crate::line::{Line, Slot, give, text};
+
+/// Which arguments are nothing: null, or zero.
+#[derive(Clone, Copy)]
+pub enum Missing {
+    All,
+    One(usize),
+    None,
+}
+
+/// The arguments of a call.
+pub struct Given {
+    missing: Missing,
+    /// How many have been given.
+    at: usize,
+    /// The places for results.
+    pub slots: Vec<Slot>,
+}
+
+impl Given {
+    pub fn but(missing: Missing) -> Self {
+        let slots = Vec::new();
+        Self {
+            missing,
+            at: 0,
+            slots,
+        }
+    }
+
+    fn is_missing(&mut self) -> bool {
+        let at = self.at;
+        self.at += 1;
+        match self.missing {
+            Missing::All => true,
+            Missing::One(one) => one == at,
+            Missing::None => false,
+        }
+    }
+
+    fn slot(&mut self, size: usize) -> &mut Slot {
+        self.slots.push(Slot::new(size));
+        self.slots.last_mut().expect("it was just put there")
+    }
+}
+
+/// A type that functions take.
+pub trait Argument {
+    /// Whether it may be null.
+    const POINTS: bool = true;
+
+    fn given(given: &mut Given) -> Self;
+}
+
+macro_rules! numbers {
+    ($($type:ident)*) => {
+        $(
+            impl Argument for $type {
+                const POINTS: bool = false;
+
+                fn given(given: &mut Given) -> Self {
+                    u8::from(!given.is_missing()).into()
+                }
+            }
+        )*
+    };
+}
+
+numbers!(u8 u32 i32 f32);
+
+impl<T: Plain> Argument for In<T> {
+    fn given(given: &mut Given) -> Self {
+        match given.is_missing() {
+            // SAFETY: null is allowed.
+            true => unsafe { Self::new(ptr::null()) },
+            false => give(&vec![0; size_of::<T>()]),
+        }
+    }
+}
+
+impl<T: Plain> Argument for Out<T> {
+    fn given(given: &mut Given) -> Self {
+        match given.is_missing() {
+            // SAFETY: null is allowed.
+            true => unsafe { Self::new(ptr::null_mut()) },
+            false => given.slot(size_of::<T>()).out(),
+        }
+    }
+}
+
+impl Argument for Text {
+    fn given(given: &mut Given) -> Self {
+        match given.is_missing() {
+            // SAFETY: null is allowed.
+            true => unsafe { Self::new(ptr::null()) },
+            false => text(b"text"),
+        }
+    }
+}
+
+impl Argument for Buffer {
+    fn given(given: &mut Given) -> Self {
+        match given.is_missing() {
+            // SAFETY: null is allowed.
+            true => unsafe { Self::new(ptr::null_mut()) },
+            false => given.slot(1).text(),
+        }
+    }
+}
+
+/// A function that is about an arm.
+pub struct Row {
+    pub name: &'static str,
+    pub kind: Kind,
+    /// Names of the arguments, and whether they may be null.
+    pub arguments: &'static [(&'static str, bool)],
+    pub call: fn(&mut Given) -> c_int,
+}
+
+impl Row {
+    /// Which arguments must not be null: all pointers but that to the index of a queued command.
+    fn needed(&self) -> impl Iterator<Item = usize> {
+        let queued = self.arguments.iter().any(|(name, _)| *name == "queued");
+        let numbered = self.arguments.iter().enumerate();
+        let needed =
+            numbered.filter(move |(_, (name, points))| *points && !(queued && *name == "index"));
+        needed.map(|(at, _)| at)
+    }
+}
+
+/// A list of the rows that a family has and that are about an arm.
+#[macro_export]
+macro_rules! rows_about_an_arm {
+    ($family:ident $(
+        $(#[doc = $doc:literal])+
+        $kind:ident $ids:ident $name:ident ( $($arg:ident : $type:ty),* $(,)? ) in [$($in:ident)*] = $body:expr;
+    )*) => {{
+        let mut rows: Vec<Row> = Vec::new();
+        $( $crate::row_about_an_arm!($family [$($in)*] rows $kind $ids $name ($($arg: $type),*)); )*
+        rows
+    }};
+}
+
+/// One row, if the family has it.
+#[macro_export]
+macro_rules! row_about_an_arm {
+    // These are about no arm, or end the connection.
+    ($family:ident $in:tt $rows:ident $kind:ident None $name:ident $args:tt) => {};
+    ($family:ident $in:tt $rows:ident Host $ids:ident $name:ident $args:tt) => {};
+    (v1 [v1 $($more:ident)*] $($row:tt)*) => { $crate::call_about_an_arm!([] $($row)*); };
+    (v2 [v2 $($more:ident)*] $($row:tt)*) => { $crate::call_about_an_arm!([0] $($row)*); };
+    (v3 [v3 $($more:ident)*] $($row:tt)*) => { $crate::call_about_an_arm!([0, 0] $($row)*); };
+    ($family:ident [$other:ident $($more:ident)*] $($row:tt)*) => {
+        $crate::row_about_an_arm!($family [$($more)*] $($row)*);
+    };
+    ($family:ident [] $($row:tt)*) => {};
+}
+
+/// A call with the ids of its family.
+#[macro_export]
+macro_rules! call_about_an_arm {
+    ([$($id:literal),*] $rows:ident $kind:ident $ids:ident $name:ident ($($arg:ident: $type:ty),*)) => {
+        $rows.push(Row {
+            name: stringify!($name),
+            kind: Kind::$kind,
+            arguments: &[$((stringify!($arg), <$type as Argument>::POINTS)),*],
+            // SAFETY: null is allowed everywhere, and what the other pointers say is there.
+            call: |_given| unsafe { exported::$name($($id,)* $(<$type as Argument>::given(_given)),*) },
+        });
+    };
+}
+
+/// With nothing at all: a fault where something is needed, and then nothing is sent.
+pub fn hold_to_nothing(line: &Line, rows: &[Row]) {
+    assert!(rows.len() > 120);
+    for row in rows {
+        let (name, needs) = (row.name, row.needed().next().is_some());
+        line.passed();
+        let code = (row.call)(&mut Given::but(Missing::All));
+        let passed = line.passed();
+        let expected = match row.kind {
+            // It was not allowed.
+            Kind::Guarded => 3,
+            Kind::Command if needs => 3,
+            _ => 0,
+        };
+        assert_eq!(code, expected, "{name}");
+        let sends = row.kind == Kind::Command && !needs;
+        assert_eq!(!passed.is_empty(), sends, "{name} sent {passed:02X?}");
+    }
+}
+
+/// With one null pointer among others: nothing is sent, and no result is touched.
+pub fn hold_to_something(line: &Line, rows: &[Row]) {
+    for row in rows.iter().filter(|row| row.kind == Kind::Command) {
+        for missing in row.needed() {
+            let (name, argument) = (row.name, row.arguments[missing].0);
+            let mut given = Given::but(Missing::One(missing));
+            line.passed();
+            assert_eq!((row.call)(&mut given), 3, "{name} without {argument}");
+            assert!(line.passed().is_empty(), "{name} without {argument}");
+            assert!(
+                given.slots.iter().all(Slot::is_untouched),
+                "{name} without {argument}"
+            );
+        }
+    }
+}
+
+/// What this arm does not have: all results are zero, and nothing is sent.
+pub fn hold_to_zero(line: &Line, rows: &[Row]) {
+    for row in rows.iter().filter(|row| row.kind == Kind::Neutral) {
+        let mut given = Given::but(Missing::None);
+        line.passed();
+        assert_eq!((row.call)(&mut given), 0, "{}", row.name);
+        assert!(line.passed().is_empty(), "{}", row.name);
+        let zero = |slot: &Slot| slot.bytes().iter().all(|byte| *byte == 0);
+        assert!(given.slots.iter().all(zero), "{}", row.name);
+    }
+}

@@ -1,0 +1,204 @@
+//! The table of functions is whole and in order.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use magician::protocol::Row;
+use magician_capi::{FUNCTIONS, Family, Function, Ids, Kind};
+
+const FAMILIES: [Family; 3] = [Family::V1, Family::V2, Family::V3];
+/// What this library adds, and what wrappers name although no library had it.
+const OURS: [&str; 3] = ["MagicianAllow", "MagicianLastError", "PeriodicTask"];
+/// What the vendor's library of the second family lacks of the first's 141, which leaves its 130.
+const NOT_IN_V2: [&str; 11] = [
+    "GetARCCommonParams",
+    "GetCPCommonParams",
+    "GetCPRHoldEnable",
+    "GetUART4PeripheralsEnable",
+    "GetUART4PeripheralsType",
+    "SendPluse",
+    "SendPluseEx",
+    "SetARCCommonParams",
+    "SetCPCommonParams",
+    "SetCPRHoldEnable",
+    "SetUART4PeripheralsEnable",
+];
+
+/// The lines of a file of facts.
+fn facts(text: &'static str) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    lines.filter_map(|line| line.split_once(": "))
+}
+
+/// The functions that have a mark.
+fn marked(mark: &str) -> BTreeSet<&'static str> {
+    facts(include_str!("table/names.txt"))
+        .filter(|(_, marks)| marks.split(' ').any(|found| found == mark))
+        .map(|(name, _)| name)
+        .collect()
+}
+
+/// The frames that functions send, by function, each with what was said of it.
+fn frames() -> Vec<(&'static str, &'static str, [u8; 2])> {
+    facts(include_str!("line/golden.txt"))
+        .map(|(name, frame)| {
+            let families = ["v1 ", "v2 ", "v3 "];
+            let family = families.iter().find_map(|family| name.strip_prefix(family));
+            let name = family.unwrap_or(name);
+            let (function, said) = name.split_once(' ').unwrap_or((name, ""));
+            let bytes = frame.split(' ').skip(3).take(2);
+            let bytes: Vec<u8> = bytes
+                .map(|b| u8::from_str_radix(b, 16).expect("hexadecimal"))
+                .collect();
+            (function, said, [bytes[0], bytes[1]])
+        })
+        .collect()
+}
+
+fn of(family: Family) -> impl Iterator<Item = &'static Function> {
+    FUNCTIONS
+        .iter()
+        .filter(move |function| function.families.contains(&family))
+}
+
+fn names(family: Family) -> BTreeSet<&'static str> {
+    of(family).map(|function| function.name).collect()
+}
+
+#[test]
+fn a_name_stands_once_in_a_family() {
+    for family in FAMILIES {
+        assert_eq!(of(family).count(), names(family).len(), "{family:?}");
+    }
+}
+
+#[test]
+fn every_family_has_what_the_vendors_has() {
+    let mut first = marked("linux-1");
+    assert_eq!(first.len(), 141);
+    let mut second: BTreeSet<&str> = &first - &NOT_IN_V2.into();
+    assert_eq!(second.len(), 130);
+    assert!(marked("python-2").is_subset(&second));
+    let mut third = marked("windows-3");
+    assert_eq!(third.len(), 169);
+    third.extend(marked("python-3"));
+
+    first.extend(marked("header-0"));
+    first.extend(marked("header-1"));
+    second.extend(marked("header-2"));
+    for (family, mut expected) in FAMILIES.into_iter().zip([first, second, third]) {
+        expected.extend(OURS);
+        assert_eq!(names(family), expected, "{family:?}");
+    }
+}
+
+#[test]
+fn the_functions_of_a_chapter_stand_together() {
+    let mut last = None;
+    let mut seen = BTreeSet::new();
+    let ids: BTreeMap<&str, u8> = frames()
+        .into_iter()
+        .map(|(name, _, [id, _])| (name, id))
+        .collect();
+    for id in FUNCTIONS
+        .iter()
+        .filter_map(|function| ids.get(function.name))
+    {
+        // The protocol's chapters have their tens.
+        let chapter = id / 10;
+        assert!(
+            last == Some(chapter) || seen.insert(chapter),
+            "{id} is apart from its chapter"
+        );
+        last = Some(chapter);
+    }
+}
+
+#[test]
+fn what_must_be_allowed_is_what_the_protocol_calls_dangerous() {
+    for (name, _, [id, ctrl]) in frames() {
+        let row = Row::with_id(id).expect("a row");
+        // What has no value to read does something, whatever Ctrl says.
+        let writes = ctrl & 1 == 1 || row.value.is_none();
+        let guarded = FUNCTIONS.iter().filter(|function| function.name == name);
+        for function in guarded {
+            assert_eq!(
+                function.kind == Kind::Guarded,
+                row.dangerous && writes,
+                "{name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_vendor_decides_what_is_queued() {
+    let forced = marked("queued");
+    let mut said: BTreeMap<&str, BTreeSet<(&str, u8)>> = BTreeMap::new();
+    for (name, how, [_, ctrl]) in frames() {
+        said.entry(name).or_default().insert((how, ctrl));
+    }
+    for function in FUNCTIONS
+        .iter()
+        .filter(|function| function.kind == Kind::Command)
+    {
+        let asks = function.arguments.iter().any(|(name, _)| *name == "queued");
+        let said = &said[function.name];
+        match function.name {
+            name if forced.contains(name) => {
+                assert!(said.iter().all(|(_, ctrl)| *ctrl == 3), "{name}")
+            }
+            // Older headers have no such argument, so that it is not looked at.
+            "SetLostStepParams" => {}
+            name if asks => assert!(
+                said.is_superset(&BTreeSet::from([("at once", 1), ("queued", 3)])),
+                "{name}"
+            ),
+            name => assert!(said.iter().any(|(_, ctrl)| *ctrl < 2), "{name}"),
+        }
+    }
+}
+
+#[test]
+fn who_asks_whether_to_queue_gives_a_place_for_the_index() {
+    for Function {
+        name, arguments, ..
+    } in FUNCTIONS
+    {
+        if arguments.contains(&("queued", "Bool")) {
+            let (last, kind) = arguments.last().expect("arguments");
+            assert_eq!(
+                (*last, &*kind.replace(' ', "")),
+                ("index", "Out<u64>"),
+                "{name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn only_what_is_about_no_arm_has_no_ids() {
+    for Function {
+        name, kind, ids, ..
+    } in FUNCTIONS
+    {
+        assert!(*ids != Ids::None || *kind == Kind::Host, "{name}");
+    }
+}
+
+/// The log names the function that nothing came of.
+#[test]
+fn neutral_functions_know_their_names() {
+    let source = include_str!("../src/functions.rs");
+    let rows = source.split("    Neutral Arm ").skip(1);
+    let mut count = 0;
+    for row in rows {
+        let (name, rest) = row.split_once('(').expect("arguments");
+        let (body, _) = rest.split_once(';').expect("an end");
+        assert!(body.contains(&format!("neutral(\"{name}\"")), "{name}");
+        count += 1;
+    }
+    let neutral = FUNCTIONS
+        .iter()
+        .filter(|function| function.kind == Kind::Neutral);
+    assert_eq!(count, neutral.count());
+}

@@ -1,0 +1,27 @@
+//! Null pointers, to every function of the family, and what this arm does not have.
+#![allow(unsafe_code)]
+
+#[path = "../../tests/line/mod.rs"]
+mod line;
+#[path = "../../tests/line/nothing.rs"]
+mod nothing;
+
+use dobotdll_v1::exported;
+use line::{Line, text};
+use magician_capi::Kind;
+use magician_capi::functions::names::*;
+use nothing::{Argument, Row, hold_to_nothing, hold_to_something, hold_to_zero};
+
+#[test]
+fn null_pointers_are_survived() {
+    let line = Line::open();
+    let port = text(line.name().as_bytes());
+    let [firmware, version] = [line::none(), line::none()];
+    // SAFETY: null is allowed.
+    let code = unsafe { exported::ConnectDobot(port, 115_200, firmware, version) };
+    assert_eq!(code, 0);
+    let rows = magician_capi::functions!(crate rows_about_an_arm v1);
+    hold_to_nothing(&line, &rows);
+    hold_to_something(&line, &rows);
+    hold_to_zero(&line, &rows);
+}

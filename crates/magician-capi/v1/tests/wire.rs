@@ -1,0 +1,56 @@
+//! What every exported function of the family sends, and what it makes of the answers.
+#![allow(unsafe_code)]
+
+#[path = "../../tests/line/mod.rs"]
+mod line;
+
+use dobotdll_v1::exported;
+use line::{Call, Line, Slot, floats, give, hold_to_golden, none, nowhere, nowhere_to, text};
+use magician_capi::Family;
+
+macro_rules! call {
+    ($name:ident($($arg:expr),* $(,)?)) => {
+        // SAFETY: what the pointers say is there.
+        unsafe { exported::$name($($arg),*) }
+    };
+}
+
+include!("../../tests/line/calls.rs");
+include!("../../tests/line/more_calls.rs");
+
+/// What only this family has so.
+fn own_calls() -> Vec<Call> {
+    vec![
+        got!(GetDeviceVersion() major 1 minor 1 revision 1),
+        at_once!("v1 SetDeviceWithL at once" SetDeviceWithL(1)),
+        queued!("v1 SetDeviceWithL queued" SetDeviceWithL(1) 1),
+        got!(GetDeviceWithL() on 1),
+        got!(GetPoseEx() pose 32),
+        plain!(SetColorSensor(1, 1)),
+        plain!(SetInfraredSensor(1, 2)),
+    ]
+}
+
+/// The count is the caller's.
+fn circle() -> Call {
+    queued!("v1 SetCircleCmd" SetCircleCmd(give(&[two_points(), 2u32.to_le_bytes().to_vec()].concat())) 0)
+}
+
+#[test]
+fn every_function_sends_its_frame() {
+    let line = Line::open();
+    let port = text(line.name().as_bytes());
+    // SAFETY: null is allowed.
+    let code = unsafe { exported::ConnectDobot(port, 115_200, none(), none()) };
+    assert_eq!(code, 0);
+    let calls: Vec<Call> = beginning()
+        .into_iter()
+        .chain(own_calls())
+        .chain(more_calls())
+        .chain(common_calls())
+        .chain([circle()])
+        .collect();
+    // SAFETY: the text stays for ever.
+    let allow = |name: &str| unsafe { exported::MagicianAllow(text(name.as_bytes())) };
+    hold_to_golden(&line, Family::V1, &calls, allow);
+}

@@ -1,0 +1,56 @@
+//! What every exported function of the family sends, and what it makes of the answers.
+#![allow(unsafe_code)]
+
+#[path = "../../tests/line/mod.rs"]
+mod line;
+
+use dobotdll_v2::exported;
+use line::{Call, Line, Slot, floats, give, hold_to_golden, none, nowhere, text};
+use magician_capi::Family;
+
+macro_rules! call {
+    ($name:ident($($arg:expr),* $(,)?)) => {
+        // SAFETY: what the pointers say is there.
+        unsafe { exported::$name(0, $($arg),*) }
+    };
+}
+
+include!("../../tests/line/calls.rs");
+
+/// What only this family has so.
+fn own_calls() -> Vec<Call> {
+    vec![
+        got!(GetDeviceVersion() major 1 minor 1 revision 1),
+        plain!("v2 SetDeviceWithL", SetDeviceWithL(1)),
+        got!(GetDeviceWithL() on 1),
+        got!(GetPoseEx() pose 32),
+        plain!(SetColorSensor(1, 1)),
+        plain!(SetInfraredSensor(1, 2)),
+        plain!(SetLostStepParams(5.0)),
+    ]
+}
+
+/// There is no count: once.
+fn circle() -> Call {
+    queued!(SetCircleCmd(give(&two_points())))
+}
+
+#[test]
+fn every_function_sends_its_frame() {
+    let line = Line::open();
+    let port = text(line.name().as_bytes());
+    let mut id = Slot::new(4);
+    // SAFETY: null is allowed.
+    let code = unsafe { exported::ConnectDobot(port, 115_200, none(), none(), id.out()) };
+    assert_eq!(id.bytes(), [0; 4]);
+    assert_eq!(code, 0);
+    let calls: Vec<Call> = beginning()
+        .into_iter()
+        .chain(own_calls())
+        .chain(common_calls())
+        .chain([circle()])
+        .collect();
+    // SAFETY: the text stays for ever.
+    let allow = |name: &str| unsafe { exported::MagicianAllow(text(name.as_bytes())) };
+    hold_to_golden(&line, Family::V2, &calls, allow);
+}

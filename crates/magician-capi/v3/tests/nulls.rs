@@ -1,0 +1,27 @@
+//! Null pointers, to every function of the family, and what this arm does not have.
+#![allow(unsafe_code)]
+
+#[path = "../../tests/line/mod.rs"]
+mod line;
+#[path = "../../tests/line/nothing.rs"]
+mod nothing;
+
+use dobotdll_v3::exported;
+use line::{Line, Slot, text};
+use magician_capi::Kind;
+use magician_capi::functions::names::*;
+use nothing::{Argument, Row, hold_to_nothing, hold_to_something, hold_to_zero};
+
+#[test]
+fn null_pointers_are_survived() {
+    let line = Line::open();
+    let port = text(line.name().as_bytes());
+    let mut info = Slot::new(336);
+    // SAFETY: the pointer says what is there.
+    let code = unsafe { exported::ConnectDobot(port, 115_200, info.out()) };
+    assert_eq!(code, 0);
+    let rows = magician_capi::functions!(crate rows_about_an_arm v3);
+    hold_to_nothing(&line, &rows);
+    hold_to_something(&line, &rows);
+    hold_to_zero(&line, &rows);
+}

@@ -1,0 +1,65 @@
+//! What every exported function of the family sends, and what it makes of the answers.
+#![allow(unsafe_code)]
+
+#[path = "../../tests/line/mod.rs"]
+mod line;
+
+use dobotdll_v3::exported;
+use line::{Call, Line, Slot, floats, give, hold_to_golden, nowhere, nowhere_to, text};
+use magician_capi::Family;
+
+macro_rules! call {
+    ($name:ident($($arg:expr),* $(,)?)) => {
+        // SAFETY: what the pointers say is there.
+        unsafe { exported::$name(0, 0, $($arg),*) }
+    };
+}
+
+include!("../../tests/line/calls.rs");
+include!("../../tests/line/more_calls.rs");
+
+/// What only this family has so.
+fn own_calls() -> Vec<Call> {
+    vec![
+        Call::new("GetDeviceVersion", || {
+            let mut version = Slot::new(8);
+            let code = call!(GetDeviceVersion(version.out()));
+            assert_eq!(version.bytes()[3..], [0; 5]);
+            (code, version.bytes()[..3].to_vec())
+        }),
+        at_once!("v3 SetDeviceWithL at once" SetDeviceWithL(1, 1)),
+        queued!("v3 SetDeviceWithL queued" SetDeviceWithL(1, 1) 1),
+        got!(GetDeviceWithL() on 1),
+        got!(GetDeviceID() value 12),
+        at_once!("v3 SetColorSensor at once" SetColorSensor(1, 1, 1)),
+        queued!("v3 SetColorSensor queued" SetColorSensor(1, 1, 1) 1),
+        at_once!("v3 SetInfraredSensor at once" SetInfraredSensor(1, 2, 1)),
+        queued!("v3 SetInfraredSensor queued" SetInfraredSensor(1, 2, 1) 1),
+    ]
+}
+
+/// There is no count: once.
+fn circle() -> Call {
+    queued!(SetCircleCmd(give(&two_points())))
+}
+
+#[test]
+fn every_function_sends_its_frame() {
+    let line = Line::open();
+    let port = text(line.name().as_bytes());
+    let mut info = Slot::new(336);
+    // SAFETY: the pointer says what is there.
+    let code = unsafe { exported::ConnectDobot(port, 115_200, info.out()) };
+    assert_eq!(info.bytes()[..4], [0; 4]);
+    assert_eq!(code, 0);
+    let calls: Vec<Call> = beginning()
+        .into_iter()
+        .chain(own_calls())
+        .chain(more_calls())
+        .chain(common_calls())
+        .chain([circle()])
+        .collect();
+    // SAFETY: the text stays for ever.
+    let allow = |name: &str| unsafe { exported::MagicianAllow(text(name.as_bytes())) };
+    hold_to_golden(&line, Family::V3, &calls, allow);
+}

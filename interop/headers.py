@@ -1,0 +1,62 @@
+"""What the C headers say, for a comparison with what Python declares."""
+
+import ctypes
+import re
+
+NUMBERS = {
+    "int": ctypes.c_int32, "int32_t": ctypes.c_int32, "uint8_t": ctypes.c_uint8, "bool": ctypes.c_uint8,
+    "uint16_t": ctypes.c_uint16, "uint32_t": ctypes.c_uint32, "uint64_t": ctypes.c_uint64, "float": ctypes.c_float,
+    "char": ctypes.c_char,
+}
+# Structures that Python's users know by another name.
+CALLED = {"EndEffectorParams": "EndTypeParams"}
+
+
+def plain(path):
+    """A header without its comments."""
+    return re.sub(r"/\*.*?\*/|//[^\n]*", "", path.read_text(), flags=re.S)
+
+
+def structures(path):
+    """Size of every structure, packed."""
+    sizes = {name: ctypes.sizeof(kind) for name, kind in NUMBERS.items()}
+    known = set(sizes)
+    # Of a union one member counts.
+    text = re.sub(r"\w*\s*union\s*\{\s*([^;]*;)[^}]*\};", r"\1", plain(path))
+    # The members of a nameless structure are as good as those of the one around it.
+    text = re.sub(r"struct\s*\{([^}]*)\}\s*\w+;", r"\1", text)
+    for enum in re.findall(r"typedef enum.*?\}\s*(\w+);", text, re.S):
+        sizes[enum] = 4
+        known.add(enum)
+    for body, name in re.findall(r"typedef struct\s*\w*\s*\{(.*?)\}\s*(\w+);", text, re.S):
+        sizes[name] = 0
+        for kind, stars, names in re.findall(r"(?:const\s+)?(\w+)\s+(\**)([^;]*);", body):
+            one = ctypes.sizeof(ctypes.c_void_p) if "*" in stars + names else sizes[kind]
+            for declared in names.split(","):
+                sizes[name] += one * int((re.search(r"\[(\d+)\]", declared) or (0, 1))[1])
+    return {name: size for name, size in sizes.items() if name not in known}
+
+
+def functions(path):
+    """The types of the arguments of every function, as they are written."""
+    found = {}
+    for name, arguments in re.findall(r"DOBOTDLLSHARED_EXPORT int (\w+)\(([^)]*)\);", plain(path)):
+        arguments = [] if arguments.strip() == "void" else arguments.split(",")
+        found[name] = [re.match(r"\s*(?:const )?(\w+)\s*(\**)", argument).groups() for argument in arguments]
+    return found
+
+
+def fits(written, declared):
+    """Whether ctypes passes what C expects."""
+    kind, stars = written
+    if not stars:
+        return declared is NUMBERS.get(kind, ctypes.c_int32)
+    if kind == "char":
+        return declared is ctypes.c_char_p
+    pointed = getattr(declared, "_type_", None)
+    if kind in NUMBERS:
+        # Bytes may also come back into a string buffer.
+        return pointed is NUMBERS[kind] or kind == "uint8_t" and declared is ctypes.c_char_p
+    if isinstance(pointed, type) and issubclass(pointed, ctypes.Structure):
+        return pointed.__name__ == CALLED.get(kind, kind)
+    return pointed is ctypes.c_int32

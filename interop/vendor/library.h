@@ -1,0 +1,100 @@
+/* The vendor's library, ours, opened by its file's name while the program runs: on Linux and on Windows.
+ *
+ * FAMILY is 1, 2 or 3; the family's own DobotDll.h says what is called with what.
+ */
+#ifndef LIBRARY_H
+#define LIBRARY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <DobotDll.h>
+
+#ifdef _WIN32
+#include <windows.h>
+typedef HMODULE library;
+#define nap(ms) Sleep(ms)
+#else
+#include <dlfcn.h>
+#include <unistd.h>
+typedef void *library;
+#define nap(ms) usleep((ms) * 1000)
+#endif
+
+/* The ids that a function begins with: none, the arm's, or the arm's without the slave's. */
+#if FAMILY == 1
+#define ARM(who)
+#define ONLY(who)
+#define ONLY_MASTER(who)
+#define MASTER(who)
+#elif FAMILY == 2
+#define ARM(who) (who),
+#define MASTER(who) (who),
+#define ONLY(who) (who)
+#define ONLY_MASTER(who) (who)
+#else
+#define ARM(who) (who), 0,
+#define MASTER(who) (who),
+#define ONLY(who) (who), 0
+#define ONLY_MASTER(who) (who)
+#endif
+
+static inline library open_library(const char *file) {
+#ifdef _WIN32
+    library opened = LoadLibraryA(file);
+    if (!opened) {
+        fprintf(stderr, "%s: error %lu\n", file, GetLastError());
+        exit(9);
+    }
+#else
+    library opened = dlopen(file, RTLD_NOW | RTLD_LOCAL);
+    if (!opened) {
+        fprintf(stderr, "%s\n", dlerror());
+        exit(9);
+    }
+#endif
+    return opened;
+}
+
+static inline void *symbol(library from, const char *name) {
+#ifdef _WIN32
+    void *found = (void *)(uintptr_t)GetProcAddress(from, name);
+#else
+    void *found = dlsym(from, name);
+#endif
+    if (!found) {
+        fprintf(stderr, "there is no %s\n", name);
+        exit(9);
+    }
+    return found;
+}
+
+/* The function of that name, of the type that the header gives it. */
+#define OF(from, name) ((__typeof__(&name))(uintptr_t)symbol(from, #name))
+
+/* Connects; the arm's id goes to `who`. What ConnectDobot returns. */
+static inline int connect_arm(library from, const char *port, int *who) {
+    *who = 0;
+#if FAMILY == 3
+    ConnectInfo *told = calloc(1, sizeof *told);
+    int code = OF(from, ConnectDobot)(port, 115200, told);
+    memcpy(who, told, sizeof *who);
+    free(told);
+    return code;
+#else
+    char *firmware = malloc(64), *version = malloc(64);
+#if FAMILY == 1
+    int code = OF(from, ConnectDobot)(port, 115200, firmware, version);
+#else
+    int code = OF(from, ConnectDobot)(port, 115200, firmware, version, who);
+#endif
+    free(firmware);
+    free(version);
+    return code;
+#endif
+}
+
+#endif

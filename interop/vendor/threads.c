@@ -1,0 +1,134 @@
+/* Many threads on one library: threads LIBRARY [planted]
+ *
+ * For helgrind, memcheck and the thread sanitizer. Some threads call, some fill the queue, one connects and disconnects,
+ * one changes the timeout, and with families that have ids there is a second arm. What is looked at: every call returns
+ * one of the interface's codes, a result is whole, and what was written for one thread is not another's. With `planted`
+ * two threads also count together without a lock: whoever watches has to see that.
+ */
+#include "library.h"
+
+#include <pthread.h>
+
+#ifndef ROUNDS
+#define ROUNDS 40
+#endif
+
+static library from;
+static int arms[2];
+static int planted;
+static int done; /* Under the lock, but for the planted fault. */
+static int wrong;
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+
+static void note(bool good) {
+    pthread_mutex_lock(&lock);
+    wrong += !good;
+    done += 1;
+    pthread_mutex_unlock(&lock);
+    if (planted) {
+        done += 1;
+    }
+}
+
+/* Reads, over and over; an answer is a pose, or there is none and nothing was written. */
+static void *reads(void *of) {
+    int who = arms[(intptr_t)of % 2];
+    (void)who;
+    for (int round = 0; round < ROUNDS; round++) {
+        Pose *pose = malloc(sizeof *pose);
+        memset(pose, 0xA5, sizeof *pose);
+        float untouched;
+        memset(&untouched, 0xA5, sizeof untouched);
+        int code = OF(from, GetPose)(ARM(who) pose);
+        float x, last;
+        memcpy(&x, pose, sizeof x);
+        memcpy(&last, (char *)pose + 28, sizeof last);
+        bool written = memcmp(&x, &untouched, sizeof x) != 0;
+        note(code == 0 ? written && x == x && last == last : code >= 1 && code <= 4);
+        free(pose);
+    }
+    return NULL;
+}
+
+/* Queues: indices of one thread go up. */
+static void *queues(void *of) {
+    int who = arms[(intptr_t)of % 2];
+    uint64_t last = 0;
+    (void)who;
+    for (int round = 0; round < ROUNDS; round++) {
+        WAITCmd *wait = malloc(sizeof *wait);
+        memset(wait, 0, sizeof *wait);
+        uint64_t *index = calloc(1, sizeof *index);
+        int code = OF(from, SetWAITCmd)(ARM(who) wait, true, index);
+        note(code == 0 ? *index > last : *index == 0 && code >= 1 && code <= 4);
+        last = code == 0 ? *index : last;
+        free(wait);
+        free(index);
+    }
+    return NULL;
+}
+
+/* Whatever a program may change meanwhile. */
+static void *changes(void *unused) {
+    (void)unused;
+    for (int round = 0; round < ROUNDS; round++) {
+        note(OF(from, SetCmdTimeout)(MASTER(arms[0]) 500 + round) == 0);
+        char *text = malloc(40);
+        int length = OF(from, MagicianLastError)(text, 40);
+        note(length >= 0);
+        free(text);
+    }
+    return NULL;
+}
+
+/* Comes and goes: with ids a third arm, without ids the one that all others are using. */
+static void *comes_and_goes(void *unused) {
+    (void)unused;
+    for (int round = 0; round < ROUNDS / 8; round++) {
+#if FAMILY == 1
+        note(OF(from, DisconnectDobot)() == 0);
+        int who;
+        note(connect_arm(from, "sim", &who) == 0);
+#else
+        int who = -1;
+        Pose pose;
+        note(connect_arm(from, "sim", &who) == 0 && who != arms[0] && who != arms[1]);
+        note(OF(from, GetPose)(ARM(who) &pose) == 0);
+        note(OF(from, DisconnectDobot)(ONLY_MASTER(who)) == 0);
+#endif
+    }
+    return NULL;
+}
+
+int main(int count, char **words) {
+    if (count < 2) {
+        fprintf(stderr, "threads LIBRARY [planted]\n");
+        return 2;
+    }
+    planted = count > 2;
+    from = open_library(words[1]);
+    bool connected = connect_arm(from, "sim", &arms[0]) == 0;
+#if FAMILY != 1
+    connected = connected && connect_arm(from, "sim", &arms[1]) == 0 && arms[1] != arms[0];
+#endif
+    if (!connected) {
+        fprintf(stderr, "no connection\n");
+        return 1;
+    }
+    pthread_t threads[8];
+    void *(*work[])(void *) = {reads, reads, reads, reads, queues, queues, changes, comes_and_goes};
+    for (intptr_t at = 0; at < 8; at++) {
+        if (pthread_create(&threads[at], NULL, work[at], (void *)at) != 0) {
+            return 1;
+        }
+    }
+    for (int at = 0; at < 8; at++) {
+        pthread_join(threads[at], NULL);
+    }
+    bool left = OF(from, DisconnectDobot)(ONLY_MASTER(arms[0])) == 0;
+#if FAMILY != 1
+    left = OF(from, DisconnectDobot)(ONLY_MASTER(arms[1])) == 0 && left;
+#endif
+    printf("%d calls, %d wrong\n", done, wrong);
+    return wrong || !left ? 1 : 0;
+}

@@ -1,0 +1,116 @@
+"""What the checks of the vendor's library have in common: built libraries, compiled programs, programs that are run."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+sys.path.insert(0, str(HERE.parent))
+
+TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
+HOME = TARGET / "vendor"
+HEADERS = ROOT / "crates" / "magician-capi" / "include"
+FAMILIES = ("v1", "v2", "v3")
+HOST = "x86_64-unknown-linux-gnu"
+PACKAGES = [word for family in FAMILIES for word in ("--package", f"magician-capi-{family}")]
+WARNINGS = ["-g", "-O1", "-Wall", "-Wextra", "-Werror"]
+# Longer than anything takes here, under valgrind too: what hangs has to end, and count.
+TIME_LIMIT = 240
+
+
+def have(*programs):
+    """Whether all of some programs are here."""
+    return all(shutil.which(program) for program in programs)
+
+
+def cargo(*words, **environment):
+    """Run cargo; what it says of warnings and errors is passed on."""
+    subprocess.run(["cargo", *words], cwd=ROOT, env={**os.environ, **environment}, check=True, stdin=subprocess.DEVNULL)
+
+
+def build(*triples):
+    """The three libraries for some other systems, in one go."""
+    linkers = {"CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER": "aarch64-linux-gnu-gcc",
+               "CARGO_TARGET_ARMV7_UNKNOWN_LINUX_GNUEABIHF_LINKER": "arm-linux-gnueabihf-gcc"}
+    targets = [word for triple in triples for word in ("--target", triple)]
+    cargo("build", "--quiet", "--locked", *PACKAGES, *targets, **linkers)
+
+
+def build_watched(sanitizer):
+    """The three libraries with a sanitizer's eyes in them, for this system; whether the toolchain can do that.
+
+    Sanitizers are not yet a stable part of Rust, but their runtimes come with the stable toolchain. The one for threads
+    has to see the standard library's locks, too, and so that is built along.
+    """
+    if not list(rust_libraries().glob(f"librustc-*_rt.{sanitizer[0]}san.a")):
+        return False
+    whole = ["-Zbuild-std=std,panic_unwind"] if sanitizer == "thread" else []
+    cargo("build", "--quiet", "--locked", *PACKAGES, "--target", HOST, *whole, RUSTC_BOOTSTRAP="1",
+          RUSTFLAGS=f"-Zsanitizer={sanitizer}", CARGO_TARGET_DIR=str(TARGET / f"vendor-{sanitizer}"))
+    return True
+
+
+def rust_libraries():
+    """Where the toolchain's own libraries for this system are."""
+    root = subprocess.run(["rustc", "--print", "sysroot"], check=True, capture_output=True, text=True).stdout.strip()
+    return pathlib.Path(root, "lib", "rustlib", HOST, "lib")
+
+
+def library(family, triple=None, folder=TARGET):
+    """Where cargo puts a family's library."""
+    place = folder / triple / "debug" if triple else folder / "debug"
+    windows = triple and "windows" in triple
+    return place / (f"dobotdll_{family}.dll" if windows else f"libdobotdll_{family}.so")
+
+
+def watched(family, sanitizer):
+    """Where a family's library with a sanitizer is."""
+    return library(family, HOST, TARGET / f"vendor-{sanitizer}")
+
+
+def staged(family, file, name, room="here"):
+    """A copy under the name that programs ask for."""
+    place = HOME / room / family / name
+    place.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(file, place)
+    return place
+
+
+def calls(family, xtask):
+    """The part of `every.c` that the table makes; the folder that it is in."""
+    folder = HOME / "calls" / family
+    folder.mkdir(parents=True, exist_ok=True)
+    told = subprocess.run([*xtask, "vendor-functions", "calls", family], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    (folder / "calls.h").write_text(told)
+    return folder
+
+
+def compiled(source, family, *words, compiler="cc", name=None):
+    """A program made of one of the sources here, for a family."""
+    program = HOME / "programs" / family / (name or pathlib.Path(source).stem)
+    program.parent.mkdir(parents=True, exist_ok=True)
+    subprocess.run([compiler, *WARNINGS, f"-DFAMILY={family[1:]}", f"-I{HEADERS / family}", HERE / source, "-o", program, *words],
+                   check=True)
+    return program
+
+
+def run(*command, **environment):
+    """Status and all that it said; a program that does not end counts as status -1."""
+    try:
+        done = subprocess.run([str(word) for word in command], env={**os.environ, "MAGICIAN_LOG": "off", **environment},
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIME_LIMIT)
+    except subprocess.TimeoutExpired as late:
+        return -1, (late.stdout or b"").decode(errors="replace") + f"no end after {TIME_LIMIT} s"
+    return done.returncode, done.stdout.decode(errors="replace")
+
+
+def verdict(checks, what, result, want=0):
+    """One check: the program ended as it should; what it said, if not."""
+    status, said = result
+    good = (status == want) if isinstance(want, int) else status in want
+    last = said.strip().splitlines()[-1] if said.strip() else ""
+    checks.ok(what, good, last[:150] if good else f"status {status}\n{said[-6000:]}")
+    return good

@@ -1,0 +1,215 @@
+//! Calls a second through the vendor's C interface beside the driver's own, which is behind it.
+//!
+//! A C program opens the built library and times its loops; the same calls of the driver are timed here. They take turns,
+//! lot by lot, at the same virtual arm: in the process of who calls, and at a pseudo-terminal without pacing and paced at
+//! 115200 baud. The arm's clock makes motions take no time, so that the queue always has room.
+
+use std::error::Error;
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::mpsc::channel;
+use std::time::Instant;
+use std::{env, fs, process, thread};
+
+use magician::Target;
+use magician::blocking::Arm;
+use magician::commands::{Pose, PtpCmd, QueuedCmdStartExec};
+use magician::protocol::PtpMode;
+use magician_sim::serve::Server;
+use magician_sim::{Controller, Line, Speed};
+use tokio::runtime::Builder;
+use tokio::sync::oneshot;
+
+use super::figure::Figure;
+
+const PACED: Line = Line {
+    baud: Some(115_200),
+    turnaround: 0,
+};
+const UNPACED: Line = Line {
+    baud: None,
+    turnaround: 0,
+};
+/// How often each takes its turn.
+const TURNS: usize = 7;
+
+/// Calls of a lot at a line of each kind.
+const LOTS: [(&str, Option<Line>, usize); 3] = [
+    ("in the process", None, 20_000),
+    ("at a pseudo-terminal", Some(UNPACED), 5_000),
+    ("at 115200 baud", Some(PACED), 200),
+];
+
+/// Calls a second through either door, and how much of the driver's rate the C door has.
+pub(super) fn measure(docs: &Path) -> Result<Vec<Figure>, Box<dyn Error>> {
+    let built = build(&docs.join(".."))?;
+    let mut figures = Vec::new();
+    for (place, line, count) in LOTS {
+        figures.extend(match line {
+            None => beside(&built, place, "sim", count)?,
+            Some(line) => served(line, |port| beside(&built, place, port, count))?,
+        });
+    }
+    Ok(figures)
+}
+
+/// The program and the library that it opens.
+struct Built {
+    program: String,
+    library: String,
+}
+
+fn build(root: &Path) -> Result<Built, Box<dyn Error>> {
+    let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let words = [
+        "build",
+        "--quiet",
+        "--release",
+        "--package",
+        "magician-capi-v1",
+    ];
+    done(Command::new(cargo).current_dir(root).args(words))?;
+    // Beside this program, wherever that was built.
+    let here = env::current_exe()?;
+    let folder = here.parent().ok_or("a folder of built programs")?;
+    let program = folder.join("vendor-rate");
+    done(
+        Command::new("cc")
+            .args(["-O2", "-DFAMILY=1", "-I"])
+            .arg(root.join("crates/magician-capi/include/v1"))
+            .arg(root.join("interop/vendor/rate.c"))
+            .arg("-o")
+            .arg(&program)
+            .arg("-ldl"),
+    )?;
+    let library = format!(
+        "{}dobotdll_v1{}",
+        env::consts::DLL_PREFIX,
+        env::consts::DLL_SUFFIX
+    );
+    Ok(Built {
+        program: program.display().to_string(),
+        library: folder.join(library).display().to_string(),
+    })
+}
+
+fn done(command: &mut Command) -> Result<(), Box<dyn Error>> {
+    match command.status()? {
+        status if status.success() => Ok(()),
+        status => Err(format!("{command:?} ended with {status}").into()),
+    }
+}
+
+/// Both doors at the same arm, turn by turn.
+fn beside(
+    built: &Built,
+    place: &str,
+    port: &str,
+    count: usize,
+) -> Result<Vec<Figure>, Box<dyn Error>> {
+    let mut child = Command::new(&built.program)
+        .args([&built.library, port, &count.to_string(), &count.to_string()])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()?;
+    let mut ask = child.stdin.take().ok_or("a way in")?;
+    let mut told = BufReader::new(child.stdout.take().ok_or("a way out")?);
+    let target: Target = port.parse()?;
+    let mut figures = Vec::new();
+    for (call, letter) in [("GetPose", "g"), ("SetPTPCmd, queued", "m")] {
+        let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+        for _ in 0..TURNS {
+            writeln!(ask, "{letter}")?;
+            let mut line = String::new();
+            told.read_line(&mut line)?;
+            theirs.push(count as f64 / line.trim().parse::<f64>()?);
+            ours.push(count as f64 / driver(&target, letter, count)?);
+        }
+        let (driver, door) = (median(ours), median(theirs));
+        figures.push(
+            Figure::new(format!("{call}, {place}"), door, "calls/s")
+                .with("the driver's", driver)
+                .with("ratio", door / driver),
+        );
+    }
+    drop(ask);
+    child.wait()?;
+    Ok(figures)
+}
+
+/// The seconds of a lot through the driver.
+fn driver(target: &Target, letter: &str, count: usize) -> Result<f64, Box<dyn Error>> {
+    let arm = Arm::connect(target)?;
+    arm.set(&QueuedCmdStartExec {})?;
+    let lot = |count: usize| -> Result<(), Box<dyn Error>> {
+        for at in 0..count {
+            if letter == "g" {
+                arm.get::<Pose>()?;
+            } else {
+                let y = if at % 2 == 1 { 1.0 } else { -1.0 };
+                let ptp_mode = PtpMode::MovlXyz;
+                let (x, z, r) = (200.0, 50.0, 0.0);
+                arm.enqueue(&PtpCmd {
+                    ptp_mode,
+                    x,
+                    y,
+                    z,
+                    r,
+                })?;
+            }
+        }
+        Ok(())
+    };
+    lot(10)?;
+    let began = Instant::now();
+    lot(count)?;
+    let took = began.elapsed().as_secs_f64();
+    arm.detach();
+    arm.close();
+    Ok(took)
+}
+
+fn median(mut rates: Vec<f64>) -> f64 {
+    rates.sort_by(f64::total_cmp);
+    rates.get(rates.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// A virtual arm at a pseudo-terminal, while something is done with it.
+fn served<T>(
+    line: Line,
+    talk: impl FnOnce(&str) -> Result<T, Box<dyn Error>>,
+) -> Result<T, Box<dyn Error>> {
+    let folder = env::temp_dir().join(format!("magician-door-{}", process::id()));
+    fs::create_dir_all(&folder)?;
+    let path = folder.join("arm");
+    let port = path.display().to_string();
+    let (ready, is_ready) = channel();
+    let (stop, stopped) = oneshot::channel::<()>();
+    let server = thread::spawn(move || {
+        let server = Server::new(Controller::default())
+            .speed(Speed::Max)
+            .line(line)
+            .pty(path)
+            .on_ready(move |_| {
+                let _ = ready.send(());
+            });
+        let runtime = Builder::new_current_thread().enable_all().build();
+        let runtime = runtime.map_err(|error| error.to_string())?;
+        let serve = server.serve_until(async {
+            let _ = stopped.await;
+        });
+        runtime.block_on(serve).map_err(|error| error.to_string())
+    });
+    let told = match is_ready.recv() {
+        Ok(()) => talk(&port),
+        // Gone without being ready: the thread says why.
+        Err(_) => Err("the arm is not served".into()),
+    };
+    drop(stop);
+    server
+        .join()
+        .map_err(|_| "the server's thread has ended")??;
+    fs::remove_dir_all(&folder)?;
+    told
+}

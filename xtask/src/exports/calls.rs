@@ -1,0 +1,77 @@
+//! A C program's part that calls every function of a family: `interop/vendor/every.c` includes it.
+//!
+//! The program decides what is handed over (`given`, `wanted`, `text`, `room`, ...); here is only which function wants what.
+
+use std::fmt::Write as _;
+
+use magician_capi::{Family, Function, Ids};
+
+use super::{inside, number, of};
+
+/// The part for a family.
+pub(super) fn of_family(family: Family) -> String {
+    let mut part = String::from("/* Made by `cargo xtask vendor-functions calls`. */\n\n");
+    for function in of(family) {
+        call(&mut part, function);
+    }
+    part += "static const struct call CALLS[] = {\n";
+    for function in of(family) {
+        let name = function.name;
+        let _ = writeln!(
+            part,
+            "    {{\"{name}\", {:?}, call_{name}}},",
+            function.kind
+        );
+    }
+    part + "};\n"
+}
+
+/// One function: its arguments come into being in the order in which they depend on each other.
+fn call(part: &mut String, function: &Function) {
+    let name = function.name;
+    let _ = writeln!(part, "static int call_{name}(void) {{");
+    let sized = |argument: &str| (function.arguments.iter()).any(|&(known, _)| known == argument);
+    if sized("size") {
+        part.push_str("    uint32_t size = new_room();\n");
+    }
+    if sized("count") {
+        part.push_str("    int count = new_count();\n");
+    }
+    for &(argument, ty) in function.arguments {
+        let ty = ty.replace(' ', "");
+        let made = match (ty.as_str(), inside(&ty, "In"), inside(&ty, "Out")) {
+            _ if argument == "size" || argument == "count" => continue,
+            ("Text", ..) => "const char *{} = new_text()".to_owned(),
+            ("Buffer", ..) if sized("size") => "char *{} = new_wanted(fits(size))".to_owned(),
+            ("Buffer", ..) => "char *{} = new_wanted(64)".to_owned(),
+            (_, Some(of), _) if sized("count") && argument == "outputs" => {
+                format!("void *{{}} = new_listed(sizeof({}), count)", number(of))
+            }
+            (_, Some(of), _) => format!("void *{{}} = new_given(sizeof({}))", number(of)),
+            (_, _, Some("u8")) if sized("size") => "void *{} = new_wanted(fits(size))".to_owned(),
+            (_, _, Some("u64")) if argument == "index" => "void *{} = new_index()".to_owned(),
+            // What it is about is said where the answer goes.
+            (_, _, Some(of)) if of.starts_with("IO") => {
+                format!("void *{{}} = new_asked(sizeof({}))", number(of))
+            }
+            (_, _, Some(of)) => format!("void *{{}} = new_wanted(sizeof({}))", number(of)),
+            ("f32", ..) => "float {} = new_real()".to_owned(),
+            (scalar, ..) => format!("{} {{}} = (__typeof__({{}}))new_whole()", number(scalar)),
+        };
+        let _ = writeln!(part, "    {};", made.replace("{}", argument));
+    }
+    let ids = match function.ids {
+        Ids::None => "",
+        Ids::Master => "MASTER(who)",
+        Ids::Arm => "ARM(who)",
+    };
+    let only = match (function.ids, function.arguments) {
+        (Ids::Master, []) => "ONLY_MASTER(who)".to_owned(),
+        (Ids::Arm, []) => "ONLY(who)".to_owned(),
+        (_, arguments) => {
+            let names: Vec<&str> = arguments.iter().map(|&(argument, _)| argument).collect();
+            format!("{ids} {}", names.join(", ")).trim().to_owned()
+        }
+    };
+    let _ = writeln!(part, "    return OF(from, {name})({only});\n}}\n");
+}

@@ -1,0 +1,107 @@
+//! What the drop-in for the vendor's C library exports: a page of every function, the built libraries held against the
+//! table, and a C program's part that calls every function.
+
+mod calls;
+mod page;
+mod symbols;
+
+use std::error::Error;
+use std::path::Path;
+
+use magician_capi::{FUNCTIONS, Family, Function};
+
+/// The families with the names that people give them.
+const FAMILIES: [(&str, Family); 3] = [("v1", Family::V1), ("v2", Family::V2), ("v3", Family::V3)];
+
+/// The page without words; `symbols FAMILY FILE...` and `calls FAMILY` with.
+pub(crate) fn run(words: &[String], docs: &Path) -> Result<(), Box<dyn Error>> {
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    match words.as_slice() {
+        [] => page::write(docs),
+        ["calls", family] => {
+            print!("{}", calls::of_family(named(family)?));
+            Ok(())
+        }
+        ["symbols", family, files @ ..] if !files.is_empty() => {
+            symbols::check(named(family)?, files)
+        }
+        _ => Err("vendor-functions [symbols FAMILY FILE... | calls FAMILY]".into()),
+    }
+}
+
+fn named(name: &str) -> Result<Family, Box<dyn Error>> {
+    (FAMILIES.iter())
+        .find_map(|&(known, family)| (known == name).then_some(family))
+        .ok_or_else(|| format!("no family `{name}`").into())
+}
+
+/// The functions that a family has, in the order of the table.
+fn of(family: Family) -> impl Iterator<Item = &'static Function> {
+    (FUNCTIONS.iter()).filter(move |function| function.families.contains(&family))
+}
+
+/// How an argument is declared in C.
+fn declared(name: &str, ty: &str) -> String {
+    let ty = ty.replace(' ', "");
+    if let Some(of) = inside(&ty, "In") {
+        format!("const {} *{name}", number(of))
+    } else if let Some(of) = inside(&ty, "Out") {
+        format!("{} *{name}", number(of))
+    } else {
+        match ty.as_str() {
+            "Text" => format!("const char *{name}"),
+            "Buffer" => format!("char *{name}"),
+            ty => format!("{} {name}", number(ty)),
+        }
+    }
+}
+
+/// What a pointer of the table points to.
+fn inside<'a>(ty: &'a str, pointer: &str) -> Option<&'a str> {
+    ty.strip_prefix(pointer)?
+        .strip_prefix('<')?
+        .strip_suffix('>')
+}
+
+/// A type by its C name; structures and enums have the same in both.
+fn number(ty: &str) -> &str {
+    match ty {
+        "Bool" => "bool",
+        "u8" => "uint8_t",
+        "u16" => "uint16_t",
+        "u32" => "uint32_t",
+        "u64" => "uint64_t",
+        "i32" | "c_int" => "int",
+        "f32" => "float",
+        named => named,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_argument_can_be_said_in_c() {
+        for function in FUNCTIONS {
+            for (name, ty) in function.arguments {
+                let declared = declared(name, ty);
+                assert!(
+                    !declared.contains(['<', '>']),
+                    "{}: {declared}",
+                    function.name
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn no_family_has_a_name_twice() {
+        for (name, family) in FAMILIES {
+            let mut names: Vec<&str> = of(family).map(|function| function.name).collect();
+            names.sort_unstable();
+            let twice = names.windows(2).find(|pair| pair[0] == pair[1]);
+            assert_eq!(twice, None, "{name}");
+        }
+    }
+}

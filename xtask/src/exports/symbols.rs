@@ -1,0 +1,81 @@
+//! What the built libraries export: the functions of their family, and nothing else.
+
+use std::collections::BTreeSet;
+use std::error::Error;
+use std::process::Command;
+
+use magician_capi::Family;
+
+use super::of;
+
+/// Holds the exports of built libraries against the table; `nm` and `objdump` of the binutils read them.
+pub(super) fn check(family: Family, files: &[&str]) -> Result<(), Box<dyn Error>> {
+    let wanted: BTreeSet<&str> = of(family).map(|function| function.name).collect();
+    let mut wrong = Vec::new();
+    for file in files {
+        let listing = listing(file)?;
+        let found: BTreeSet<&str> = listing.iter().map(String::as_str).collect();
+        let missing: Vec<&&str> = wanted.difference(&found).collect();
+        let more: Vec<&&str> = found.difference(&wanted).collect();
+        if !missing.is_empty() {
+            wrong.push(format!("{file} does not export {missing:?}"));
+        }
+        if !more.is_empty() {
+            wrong.push(format!("{file} exports {more:?}, which the table has not"));
+        }
+        println!("{} functions: {file}", found.len());
+    }
+    if wrong.is_empty() {
+        Ok(())
+    } else {
+        Err(wrong.join("\n").into())
+    }
+}
+
+/// Names that a library exports, as a program asks for them.
+fn listing(file: &str) -> Result<Vec<String>, Box<dyn Error>> {
+    if file.ends_with(".dll") {
+        Ok(windows(&output("objdump", &["-p", file])?))
+    } else {
+        let said = output("nm", &["-D", "--defined-only", "--no-sort", file])?;
+        Ok((said.lines())
+            .filter_map(|line| Some(line.split_whitespace().nth(2)?.to_owned()))
+            .collect())
+    }
+}
+
+/// The names of objdump's export table: `[ 12] +base[ 13] 000c GetPose`, or without the part in the middle.
+fn windows(said: &str) -> Vec<String> {
+    (said.lines())
+        .skip_while(|line| !line.starts_with("[Ordinal/Name Pointer] Table"))
+        .skip(1)
+        .take_while(|line| line.trim_start().starts_with('['))
+        .filter_map(|line| Some(line.split_whitespace().last()?.to_owned()))
+        .collect()
+}
+
+fn output(program: &str, words: &[&str]) -> Result<String, Box<dyn Error>> {
+    let told = Command::new(program)
+        .args(words)
+        .output()
+        .map_err(|error| format!("{program}: {error}"))?;
+    if !told.status.success() {
+        return Err(format!("{program}: {}", String::from_utf8_lossy(&told.stderr)).into());
+    }
+    Ok(String::from_utf8(told.stdout)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_export_table_is_read_in_both_forms() {
+        for between in ["", "+base[   1]  0000 "] {
+            let said = format!(
+                "DLL Name: x\n\n[Ordinal/Name Pointer] Table\n\t[   0] {between}GetPose\n\t[   1] {between}SetPTPCmd\n\nThe Function Table\n"
+            );
+            assert_eq!(windows(&said), ["GetPose", "SetPTPCmd"]);
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Import libraries: what a program for Windows is linked with, so that it looks for `DobotDll.dll`.
+//!
+//! The compiler makes one that has the name of the file that it wrote, which is not the vendor's.
+
+use std::error::Error;
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+
+use ar_archive_writer::{COFFShortExport, MachineTypes, write_import_library};
+use magician_capi::{FUNCTIONS, Family};
+
+/// Writes the import library of a family twice, under the names that Microsoft's linker and MinGW's look for.
+pub(super) fn write(folder: &Path, family: Family, target: &str) -> Result<(), Box<dyn Error>> {
+    let (machine, prefix) = machine(target)?;
+    let exports: Vec<COFFShortExport> = FUNCTIONS
+        .iter()
+        .filter(|function| function.families.contains(&family))
+        .map(|function| export(format!("{prefix}{}", function.name)))
+        .collect();
+    for (name, mingw) in [("DobotDll.lib", false), ("libDobotDll.dll.a", true)] {
+        let mut library = Cursor::new(Vec::new());
+        write_import_library(
+            &mut library,
+            "DobotDll.dll",
+            &exports,
+            machine,
+            mingw,
+            false,
+            &[],
+        )?;
+        fs::write(folder.join(name), library.into_inner())?;
+    }
+    Ok(())
+}
+
+/// The machine of a target, and what its C compilers put before a name.
+fn machine(target: &str) -> Result<(MachineTypes, &'static str), Box<dyn Error>> {
+    match target.split('-').next() {
+        Some("x86_64") => Ok((MachineTypes::AMD64, "")),
+        Some("aarch64") => Ok((MachineTypes::ARM64, "")),
+        Some("i586" | "i686") => Ok((MachineTypes::I386, "_")),
+        _ => Err(format!("nothing is known of import libraries for {target}").into()),
+    }
+}
+
+fn export(name: String) -> COFFShortExport {
+    COFFShortExport {
+        name,
+        ext_name: None,
+        symbol_name: None,
+        import_name: None,
+        export_as: None,
+        ordinal: 0,
+        noname: false,
+        data: false,
+        private: false,
+        constant: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_names_the_vendors_file_and_every_function() {
+        let folder = std::env::temp_dir().join(format!("magician-import-{}", std::process::id()));
+        fs::create_dir_all(&folder).expect("a folder");
+        for (target, symbol) in [
+            ("x86_64-pc-windows-msvc", &b"\0__imp_GetPose\0"[..]),
+            ("i686-pc-windows-gnu", &b"\0__imp__GetPose\0"[..]),
+            ("aarch64-pc-windows-msvc", &b"\0__imp_GetPose\0"[..]),
+        ] {
+            write(&folder, Family::V1, target).expect(target);
+            for name in ["DobotDll.lib", "libDobotDll.dll.a"] {
+                let library = fs::read(folder.join(name)).expect(name);
+                let has = |part: &[u8]| library.windows(part.len()).any(|bytes| bytes == part);
+                assert!(has(b"DobotDll.dll\0") && has(symbol), "{target} {name}");
+                assert!(!has(b"SetSeeedRgb"), "{target} {name}");
+            }
+        }
+        assert!(write(&folder, Family::V1, "riscv64gc-unknown-linux-gnu").is_err());
+        fs::remove_dir_all(&folder).expect("the folder again");
+    }
+}

@@ -1,0 +1,25 @@
+//! What C and C++ programmers get: headers, and the drop-in for the vendor's library as it is installed.
+
+pub(crate) mod headers;
+mod import;
+mod stage;
+
+use std::error::Error;
+use std::path::Path;
+
+pub(crate) use stage::stage;
+
+/// `vendor-library [--target TRIPLE] [DIR]`: builds the libraries and lays them out.
+pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let (target, folder) = match words.as_slice() {
+        ["--target", target] => (Some(*target), None),
+        ["--target", target, folder] => (Some(*target), Some(*folder)),
+        [] => (None, None),
+        [folder] if !folder.starts_with('-') => (None, Some(*folder)),
+        _ => return Err("vendor-library [--target TRIPLE] [DIR]".into()),
+    };
+    let folder = stage(root, target, folder.map(Path::new))?;
+    println!("{}", folder.display());
+    Ok(())
+}

@@ -1,0 +1,205 @@
+//! The drop-in as it is installed: a folder that is a prefix.
+//!
+//! ```text
+//! include/dobotdll/v1/DobotDll.h, DobotType.h
+//! lib/dobotdll/v1/libDobotDll.so -> .so.1 -> .so.1.0 -> .so.1.0.0     libDobotDll.dylib     DobotDll.dll
+//! lib/dobotdll/v1/DobotDllType.py
+//! lib/pkgconfig/dobotdll.pc, dobotdll-v2.pc, dobotdll-v3.pc
+//! share/dobotdll/examples, licenses
+//! install-dobotdll
+//! ```
+
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use magician_capi::Family;
+
+use super::headers::HEADERS;
+use super::import;
+use crate::dist;
+
+const FAMILIES: [(&str, Family); 3] = [("v1", Family::V1), ("v2", Family::V2), ("v3", Family::V3)];
+
+/// The script that puts the folder where it is wanted.
+const INSTALLER: &str = "install-dobotdll";
+
+/// Builds the libraries for a target, this machine's if none is named, and lays everything out; where.
+pub(crate) fn stage(
+    root: &Path,
+    target: Option<&str>,
+    folder: Option<&Path>,
+) -> Result<PathBuf, Box<dyn Error>> {
+    let cargo = dist::cargo();
+    let metadata = dist::Metadata::read(&cargo, root, target)?;
+    let mut build = Command::new(&cargo);
+    build
+        .current_dir(root)
+        .args(["build", "--locked", "--release"]);
+    for (family, _) in FAMILIES {
+        build.arg(format!("--package=magician-capi-{family}"));
+    }
+    let mut built = metadata.target_directory.clone();
+    if let Some(target) = target {
+        build.args(["--target", target]);
+        built.push(target);
+    }
+    dist::run(&mut build)?;
+    built.push("release");
+    let target = target.unwrap_or(&metadata.host);
+    let folder = folder.map_or_else(
+        || {
+            metadata
+                .target_directory
+                .join("vendor-library")
+                .join(target)
+        },
+        Path::to_path_buf,
+    );
+    lay_out(root, &built, target, metadata.version()?, &folder)?;
+    fs::write(
+        folder.join("share/dobotdll/licenses/THIRD-PARTY.txt"),
+        dist::licences_of(&metadata, "magician-capi-v1")?,
+    )?;
+    Ok(folder)
+}
+
+fn lay_out(
+    root: &Path,
+    built: &Path,
+    target: &str,
+    version: &str,
+    folder: &Path,
+) -> Result<(), Box<dyn Error>> {
+    for part in ["include/dobotdll", "lib/dobotdll", "share/dobotdll"] {
+        let part = folder.join(part);
+        if part.exists() {
+            fs::remove_dir_all(part)?;
+        }
+    }
+    let door = root.join("crates/magician-capi");
+    let packages = folder.join("lib/pkgconfig");
+    fs::create_dir_all(&packages)?;
+    for (name, family) in FAMILIES {
+        let include = folder.join("include/dobotdll").join(name);
+        fs::create_dir_all(&include)?;
+        for header in HEADERS {
+            fs::copy(
+                door.join("include").join(name).join(header),
+                include.join(header),
+            )?;
+        }
+        let library = folder.join("lib/dobotdll").join(name);
+        fs::create_dir_all(&library)?;
+        put_library(built, name, target, &library)?;
+        if target.contains("windows") {
+            import::write(&library, family, target)?;
+        }
+        copy_files(&door.join("python").join(name), &library, "py")?;
+        let (package, text) = package(name, target, version);
+        fs::write(packages.join(package), text)?;
+    }
+    let share = folder.join("share/dobotdll");
+    fs::create_dir_all(share.join("licenses"))?;
+    for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        fs::copy(root.join(licence), share.join("licenses").join(licence))?;
+    }
+    let examples = share.join("examples");
+    fs::create_dir_all(&examples)?;
+    for ending in ["c", "cpp", ""] {
+        copy_files(&door.join("examples"), &examples, ending)?;
+    }
+    fs::copy(
+        root.join("packaging").join(INSTALLER),
+        folder.join(INSTALLER),
+    )?;
+    Ok(())
+}
+
+/// The library under the vendor's names.
+fn put_library(built: &Path, family: &str, target: &str, to: &Path) -> Result<(), Box<dyn Error>> {
+    if target.contains("windows") {
+        fs::copy(
+            built.join(format!("dobotdll_{family}.dll")),
+            to.join("DobotDll.dll"),
+        )?;
+        return Ok(());
+    }
+    let (suffix, names): (_, &[&str]) = if target.contains("apple") {
+        ("dylib", &["libDobotDll.1.0.0.dylib", "libDobotDll.dylib"])
+    } else {
+        (
+            "so",
+            &[
+                "libDobotDll.so.1.0.0",
+                "libDobotDll.so.1.0",
+                "libDobotDll.so.1",
+                "libDobotDll.so",
+            ],
+        )
+    };
+    let from = built.join(format!("libdobotdll_{family}.{suffix}"));
+    fs::copy(from, to.join(names[0]))?;
+    for link in &names[1..] {
+        symbolic_link(names[0], &to.join(link))?;
+    }
+    Ok(())
+}
+
+#[cfg(unix)]
+fn symbolic_link(name: &str, link: &Path) -> std::io::Result<()> {
+    std::os::unix::fs::symlink(name, link)
+}
+
+/// Windows wants a privilege for links, and this is a library for another system.
+#[cfg(not(unix))]
+fn symbolic_link(name: &str, link: &Path) -> std::io::Result<()> {
+    fs::copy(link.with_file_name(name), link).map(drop)
+}
+
+/// The pkg-config file of a family; `v1` goes by the plain name. It works where it lies, and the installer makes its
+/// prefix an absolute one.
+fn package(family: &str, target: &str, version: &str) -> (String, String) {
+    let name = match family {
+        "v1" => "dobotdll".to_owned(),
+        other => format!("dobotdll-{other}"),
+    };
+    let ids = match family {
+        "v1" => "functions without ids",
+        "v2" => "functions with a dobotId",
+        _ => "functions with master and slave ids",
+    };
+    // The library lies in a folder of its own, where the loader does not look.
+    let path = match target.contains("windows") {
+        true => "",
+        false => " -Wl,-rpath,${libdir}",
+    };
+    let text = format!(
+        "prefix=${{pcfiledir}}/../..\n\
+         libdir=${{prefix}}/lib/dobotdll/{family}\n\
+         includedir=${{prefix}}/include/dobotdll/{family}\n\
+         \n\
+         Name: DobotDll\n\
+         Description: The vendor's C interface to the Dobot Magician arm, {ids}\n\
+         Version: {version}\n\
+         Cflags: -I${{includedir}}\n\
+         Libs: -L${{libdir}} -lDobotDll{path}\n"
+    );
+    (format!("{name}.pc"), text)
+}
+
+/// Copies the files with an ending, in the order of their names.
+fn copy_files(from: &Path, to: &Path, ending: &str) -> Result<(), Box<dyn Error>> {
+    let entries = fs::read_dir(from).map_err(|error| format!("{}: {error}", from.display()))?;
+    for entry in entries {
+        let path = entry?.path();
+        let Some(name) = path.file_name().filter(|_| path.is_file()) else {
+            continue;
+        };
+        if path.extension().unwrap_or_default() == ending {
+            fs::copy(&path, to.join(name))?;
+        }
+    }
+    Ok(())
+}
