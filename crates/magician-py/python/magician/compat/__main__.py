@@ -29,9 +29,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from . import _line, _modules, _script
-from .dobotdll import FAMILIES
 
 USAGE = 2
+FAMILIES = ("v1", "v2", "v3")
 
 
 def main() -> int:

@@ -78,15 +78,17 @@ class Line:
         self._leaving = threading.Lock()
         _opened.add(self)
 
-    def exchange(self, id: int, ctrl: int, params: bytes, allow: str = "") -> tuple[int, bytes]:
+    def exchange(
+        self, id: int, ctrl: int, params: bytes, *, allow: str = "", patient: bool = True
+    ) -> tuple[int, bytes]:
         """Sends a frame; Ctrl and parameters of the one that answers it.
 
-        A queued command that finds the queue full waits for room while the queue runs. It is sent once; when its answer
-        is lost, the arm's indices say whether it was taken. What can brick, unlearn or unlock something is sent if
+        A queued command that finds the queue full waits for room while the queue runs, unless it is not to be
+        ``patient``. It is sent once; when its answer is lost, the arm's indices say whether it was taken. What can brick, unlearn or unlock something is sent if
         ``allow`` or ``MAGICIAN_ALLOW`` names it.
         """
         allow = f"{allow},{os.environ.get('MAGICIAN_ALLOW', '')}"
-        answer = self._wait(self._core.exchange(id, ctrl, params, self.running, allow))
+        answer = self._wait(self._core.exchange(id, ctrl, params, patient and self.running, allow))
         if id in (START, STOP, FORCE_STOP) and ctrl & SET:
             self.running = id == START
         return answer

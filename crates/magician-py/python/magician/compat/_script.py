@@ -19,16 +19,14 @@ PLUS = {"CustomPosition", "dobotplus", "get_color", "get_ir", "move_rel", "set_c
 
 
 def names(source: str) -> set[str]:
-    """The names that a program uses, those after a dot and of keywords too."""
+    """What a program imports, and the names after a dot and of keywords."""
     try:
         tree = ast.parse(source)
     except (SyntaxError, ValueError):
         return set()
     found: set[str] = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.Name):
-            found.add(node.id)
-        elif isinstance(node, ast.Attribute):
+        if isinstance(node, ast.Attribute):
             found.add(node.attr)
         elif isinstance(node, ast.keyword) and node.arg:
             found.add(node.arg)

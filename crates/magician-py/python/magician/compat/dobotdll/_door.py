@@ -153,7 +153,9 @@ class Door:
             given = [(None, bytes(move) + body)]
         elif name == "SetCircleCmd" and not given[0][1].count:
             given[0][1].count = 1
-        _, params = line.exchange(id, ctrl, b"".join(_bytes(*each) for each in given), ",".join(self._allowed))
+        # The module waits for room by itself.
+        body, allow = b"".join(_bytes(*each) for each in given), ",".join(self._allowed)
+        _, params = line.exchange(id, ctrl, body, allow=allow, patient=False)
         if ctrl == QUEUED and index is not None:
             index.value = int.from_bytes(params[:8], "little")
 

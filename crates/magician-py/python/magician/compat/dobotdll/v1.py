@@ -649,9 +649,14 @@ class DobotError(RuntimeError):
     """
 
     def __init__(self, function, code, reason):
+        # The library's own sentence may begin with the name, too.
+        reason = reason[len(function) + 2 :] if reason.startswith(f"{function}: ") else reason
         self.function, self.code, self.reason = function, code, reason
-        name = _CODES.get(code, "") if code is not None else ""
-        super().__init__(f"{function}: {reason}" if not name else f"{function}: {name}: {reason}")
+        said = [function] if code is None else [function, _CODES.get(code, f"code {code}")]
+        super().__init__(": ".join([*said, reason]))
+
+    def __reduce__(self):
+        return DobotError, (self.function, self.code, self.reason)
 
 
 _CODES = {1: "buffer full (1)", 2: "timeout (2)", 3: "invalid parameters (3)", 4: "invalid device (4)"}
@@ -1626,7 +1631,7 @@ def SetEMotorS(api, index, isEnabled, speed, deltaPulse, isQueued=0):
 
 
 def SetColorSensor(api, isEnable, colorPort=ColorPort.PORT_GP2):
-    _call(api, "SetColorSensor", _byte(isEnable), _byte(colorPort))
+    _call(api, "SetColorSensor", _byte(isEnable), colorPort)
 
 
 def GetColorSensor(api):
@@ -1638,12 +1643,12 @@ def GetColorSensor(api):
 
 
 def SetInfraredSensor(api, isEnable, infraredPort):
-    _call(api, "SetInfraredSensor", _byte(isEnable), _byte(infraredPort))
+    _call(api, "SetInfraredSensor", _byte(isEnable), infraredPort)
 
 
 def GetInfraredSensor(api, infraredPort):
     found = c_uint8()
-    _call(api, "GetInfraredSensor", _byte(infraredPort), found)
+    _call(api, "GetInfraredSensor", infraredPort, found)
     return [found.value]
 
 
@@ -2101,10 +2106,10 @@ _PROTOTYPES = {
     "GetIOADC": (POINTER(IOADC),),
     "SetEMotor": (POINTER(EMotor), c_uint8, POINTER(c_uint64)),
     "SetEMotorS": (POINTER(EMotorS), c_uint8, POINTER(c_uint64)),
-    "SetColorSensor": (c_uint8, c_uint8),
+    "SetColorSensor": (c_uint8, c_int32),
     "GetColorSensor": (POINTER(c_uint8), POINTER(c_uint8), POINTER(c_uint8)),
-    "SetInfraredSensor": (c_uint8, c_uint8),
-    "GetInfraredSensor": (c_uint8, POINTER(c_uint8)),
+    "SetInfraredSensor": (c_uint8, c_int32),
+    "GetInfraredSensor": (c_int32, POINTER(c_uint8)),
     "SetAngleSensorStaticError": (c_float, c_float),
     "GetAngleSensorStaticError": (POINTER(c_float), POINTER(c_float)),
     "SetAngleSensorCoef": (c_float, c_float),

@@ -442,6 +442,7 @@ class CircleCmd(Structure):
     _fields_ = [
         ("cirPoint", ARCPoint),
         ("toPoint", ARCPoint),
+        ("count", c_uint32),
     ]
 
 
@@ -604,9 +605,14 @@ class DobotError(RuntimeError):
     """
 
     def __init__(self, function, code, reason):
+        # The library's own sentence may begin with the name, too.
+        reason = reason[len(function) + 2 :] if reason.startswith(f"{function}: ") else reason
         self.function, self.code, self.reason = function, code, reason
-        name = _CODES.get(code, "") if code is not None else ""
-        super().__init__(f"{function}: {reason}" if not name else f"{function}: {name}: {reason}")
+        said = [function] if code is None else [function, _CODES.get(code, f"code {code}")]
+        super().__init__(": ".join([*said, reason]))
+
+    def __reduce__(self):
+        return DobotError, (self.function, self.code, self.reason)
 
 
 _CODES = {1: "buffer full (1)", 2: "timeout (2)", 3: "invalid parameters (3)", 4: "invalid device (4)"}
@@ -1445,7 +1451,7 @@ def SetARCCmd(api, dobotId, cirPoint, toPoint, isQueued=0):
 def SetCircleCmd(api, dobotId, cirPoint, toPoint, isQueued=0):
     queuedCmdIndex = c_uint64(0)
     _call(
-        api, "SetCircleCmd", dobotId, CircleCmd(ARCPoint(*cirPoint), ARCPoint(*toPoint)), _byte(isQueued),
+        api, "SetCircleCmd", dobotId, CircleCmd(ARCPoint(*cirPoint), ARCPoint(*toPoint), 1), _byte(isQueued),
         queuedCmdIndex
     )
     return [queuedCmdIndex.value]
@@ -1536,7 +1542,7 @@ def SetEMotorS(api, dobotId, index, isEnabled, speed, distance, isQueued=0):
 
 
 def SetColorSensor(api, dobotId, isEnable, colorPort):
-    _call(api, "SetColorSensor", dobotId, _byte(isEnable), _byte(colorPort))
+    _call(api, "SetColorSensor", dobotId, _byte(isEnable), colorPort)
 
 
 def GetColorSensor(api, dobotId):
@@ -1548,12 +1554,12 @@ def GetColorSensor(api, dobotId):
 
 
 def SetInfraredSensor(api, dobotId, isEnable, infraredPort):
-    _call(api, "SetInfraredSensor", dobotId, _byte(isEnable), _byte(infraredPort))
+    _call(api, "SetInfraredSensor", dobotId, _byte(isEnable), infraredPort)
 
 
 def GetInfraredSensor(api, dobotId, infraredPort):
     found = c_uint8()
-    _call(api, "GetInfraredSensor", dobotId, _byte(infraredPort), found)
+    _call(api, "GetInfraredSensor", dobotId, infraredPort, found)
     return [found.value]
 
 
@@ -1969,10 +1975,10 @@ _PROTOTYPES = {
     "GetIOADC": (c_int32, POINTER(IOADC)),
     "SetEMotor": (c_int32, POINTER(EMotor), c_uint8, POINTER(c_uint64)),
     "SetEMotorS": (c_int32, POINTER(EMotorS), c_uint8, POINTER(c_uint64)),
-    "SetColorSensor": (c_int32, c_uint8, c_uint8),
+    "SetColorSensor": (c_int32, c_uint8, c_int32),
     "GetColorSensor": (c_int32, POINTER(c_uint8), POINTER(c_uint8), POINTER(c_uint8)),
-    "SetInfraredSensor": (c_int32, c_uint8, c_uint8),
-    "GetInfraredSensor": (c_int32, c_uint8, POINTER(c_uint8)),
+    "SetInfraredSensor": (c_int32, c_uint8, c_int32),
+    "GetInfraredSensor": (c_int32, c_int32, POINTER(c_uint8)),
     "SetAngleSensorStaticError": (c_int32, c_float, c_float),
     "GetAngleSensorStaticError": (c_int32, POINTER(c_float), POINTER(c_float)),
     "SetAngleSensorCoef": (c_int32, c_float, c_float),

@@ -542,6 +542,7 @@ class CircleCmd(Structure):
     _fields_ = [
         ("cirPoint", ARCPoint),
         ("toPoint", ARCPoint),
+        ("count", c_uint32),
     ]
 
 
@@ -711,9 +712,14 @@ class DobotError(RuntimeError):
     """
 
     def __init__(self, function, code, reason):
+        # The library's own sentence may begin with the name, too.
+        reason = reason[len(function) + 2 :] if reason.startswith(f"{function}: ") else reason
         self.function, self.code, self.reason = function, code, reason
-        name = _CODES.get(code, "") if code is not None else ""
-        super().__init__(f"{function}: {reason}" if not name else f"{function}: {name}: {reason}")
+        said = [function] if code is None else [function, _CODES.get(code, f"code {code}")]
+        super().__init__(": ".join([*said, reason]))
+
+    def __reduce__(self):
+        return DobotError, (self.function, self.code, self.reason)
 
 
 _CODES = {1: "buffer full (1)", 2: "timeout (2)", 3: "invalid parameters (3)", 4: "invalid device (4)"}
@@ -1681,7 +1687,7 @@ def SetARCCmd(api, cirPoint, toPoint, isQueued=0):
 def SetCircleCmd(api, cirPoint, toPoint, isQueued=0):
     queuedCmdIndex = c_uint64(0)
     _call(
-        api, "SetCircleCmd", masterId, slaveId, CircleCmd(ARCPoint(*cirPoint), ARCPoint(*toPoint)), _byte(isQueued),
+        api, "SetCircleCmd", masterId, slaveId, CircleCmd(ARCPoint(*cirPoint), ARCPoint(*toPoint), 1), _byte(isQueued),
         queuedCmdIndex
     )
     return [queuedCmdIndex.value]
@@ -1838,7 +1844,7 @@ def SetInfraredSensorExt(api, isEnable, infraredPort, version=0, isQueued=0):
 
 def GetInfraredSensor(api, infraredPort):
     found = c_uint8()
-    _call(api, "GetInfraredSensor", masterId, slaveId, _byte(infraredPort), found)
+    _call(api, "GetInfraredSensor", masterId, slaveId, infraredPort, found)
     return [found.value]
 
 
@@ -2181,7 +2187,7 @@ def SetEMotorSExt(api, index, isEnabled, speed, distance, isQueued=0):
 
 def GetInfraredSensorExt(api, infraredPort):
     found = c_uint8()
-    _call(api, "GetInfraredSensor", masterId, -1, _byte(infraredPort), found)
+    _call(api, "GetInfraredSensor", masterId, -1, infraredPort, found)
     return [found.value]
 
 
@@ -2578,7 +2584,7 @@ _PROTOTYPES = {
     "SetColorSensor": (c_int32, c_int32, c_uint8, c_uint8, c_uint8, c_uint8, POINTER(c_uint64)),
     "GetColorSensor": (c_int32, c_int32, POINTER(c_uint8), POINTER(c_uint8), POINTER(c_uint8)),
     "SetInfraredSensor": (c_int32, c_int32, c_uint8, c_uint8, c_uint8, c_uint8, POINTER(c_uint64)),
-    "GetInfraredSensor": (c_int32, c_int32, c_uint8, POINTER(c_uint8)),
+    "GetInfraredSensor": (c_int32, c_int32, c_int32, POINTER(c_uint8)),
     "SetAngleSensorStaticError": (c_int32, c_int32, c_float, c_float),
     "GetAngleSensorStaticError": (c_int32, c_int32, POINTER(c_float), POINTER(c_float)),
     "SetAngleSensorCoef": (c_int32, c_int32, c_float, c_float),
