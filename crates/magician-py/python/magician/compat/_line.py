@@ -73,6 +73,8 @@ class Line:
         """Whether the connection has been ended."""
         self.running = True
         """Whether the queue runs, as far as this connection has said so."""
+        self.is_new = self.name.lower().split(":")[0] == "sim"
+        """Whether it is a virtual arm that has just been switched on."""
         self._core: Core = self._wait(Core.connect(self.name, timeout=timeout, window=1))
         self._core.let_go()
         self._leaving = threading.Lock()

@@ -22,7 +22,7 @@ from ...errors import (
     UnreachableError,
     UnsupportedError,
 )
-from .._line import GET, QUEUED, SET, Line, elsewhere
+from .._line import GET, QUEUED, SET, START, Line, elsewhere
 
 __all__ = ["Door"]
 
@@ -174,6 +174,9 @@ class Door:
         name = bytes(getattr(port, "value", port) or b"").decode("utf-8", "replace").strip()
         try:
             line = Line(_target(name), timeout=self._timeout)
+            if line.is_new:
+                # As an arm in the field usually is.
+                line.exchange(START, SET, b"")
         except Error as error:
             self._last.message = str(error)
             print(f"magician: ConnectDobot: {error}", file=sys.stderr)
