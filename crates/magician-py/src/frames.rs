@@ -5,7 +5,6 @@ use magician::words::Guards;
 use magician::{Arm, Error, ErrorKind, FrameBuf, QueueIndex, Result, Set};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use std::time::Duration;
 
 use crate::call::Call;
 use crate::core::Core;
@@ -98,7 +97,7 @@ impl Core {
         request
             .permit(allow)
             .map_err(|error| errors::raise(py, &error))?;
-        let arm = self.arm.clone();
+        let arm = self.arm(py)?;
         let exchange = async move { request.exchange(&arm).await };
         Ok(Call::start(exchange, |py, (ctrl, params)| {
             Ok((ctrl, PyBytes::new(py, &params))
@@ -110,32 +109,15 @@ impl Core {
 
     /// Waits until a queued command has finished. A motion that was refused has finished too; `look` tells it apart by
     /// the alarm that it leaves.
-    fn finished(&self, index: u64, look: bool) -> Call {
-        let arm = self.arm.clone();
-        Call::plain(async move {
+    fn finished(&self, py: Python<'_>, index: u64, look: bool) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        Ok(Call::plain(async move {
             arm.wait(QueueIndex(index)).await?;
             match look {
                 true => arm.check_alarms(&[], Guards::default()).await,
                 false => Ok(()),
             }
-        })
-    }
-
-    /// How long every call may take, seconds.
-    fn set_timeout(&self, py: Python<'_>, timeout: f64) -> PyResult<()> {
-        let timeout = Duration::try_from_secs_f64(timeout).map_err(|_| {
-            errors::raise(
-                py,
-                &Error::invalid("the timeout must be a number of seconds, 0 or more"),
-            )
-        })?;
-        self.arm.set_timeout(timeout);
-        Ok(())
-    }
-
-    /// Lets what was set going go on when the connection ends.
-    fn let_go(&self) {
-        self.arm.detach();
+        }))
     }
 }
 
@@ -143,30 +125,4 @@ impl Core {
 #[pyfunction]
 pub(crate) fn command_id(name: &str) -> Option<u8> {
     Row::find(name).ok().map(|row| row.id)
-}
-
-/// What is known of the USB adapter behind a port: vendor, product, name, manufacturer, serial number.
-type Usb = (u16, u16, Option<String>, Option<String>, Option<String>);
-
-/// The serial ports of this computer, likely arms first: path, whether it is likely an arm, its adapter.
-#[pyfunction]
-pub(crate) fn serial_ports(py: Python<'_>) -> PyResult<Vec<(String, bool, Option<Usb>)>> {
-    let ports = py
-        .detach(magician::ports)
-        .map_err(|error| errors::raise(py, &error))?;
-    let listed = ports.into_iter().map(|port| {
-        let likely = port.likely_arm();
-        let usb = port.usb;
-        let usb = usb.map(|usb| {
-            (
-                usb.vendor,
-                usb.product,
-                usb.name,
-                usb.manufacturer,
-                usb.serial,
-            )
-        });
-        (port.path, likely, usb)
-    });
-    Ok(listed.collect())
 }

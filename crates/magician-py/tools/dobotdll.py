@@ -11,7 +11,7 @@ RESULT = HERE / "python" / "magician" / "compat" / "dobotdll"
 
 
 def main() -> int:
-    stale = []
+    stale: list[Path] = []
     for family in ("v1", "v2", "v3"):
         text = (SOURCE / family / "DobotDllType.py").read_text(encoding="utf-8")
         result = RESULT / f"{family}.py"

@@ -96,11 +96,11 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
             _execute(compile(code, str(path), "exec"), str(path))
     except SystemExit:
         raise
-    except KeyboardInterrupt:
-        _stop_all("interrupted")
+    except KeyboardInterrupt as interrupt:
+        _stop_all("interrupted", interrupt)
         raise
     except BaseException as error:
-        _stop_all("ended by an exception")
+        _stop_all("ended by an exception", error)
         _show(error)
         return 1
     return 0
@@ -125,10 +125,10 @@ def _show(error: BaseException) -> None:
     traceback.print_exception(type(error), error, inner)
 
 
-def _stop_all(why: str) -> None:
+def _stop_all(why: str, because: BaseException) -> None:
     for line in _line.opened():
         print(f"magician.compat: {why}, so the arm at {line.name} is stopped", file=sys.stderr)
-        line.interrupted(lambda message: print(f"magician.compat: {message}", file=sys.stderr))
+        line.stop(because)
 
 
 if __name__ == "__main__":

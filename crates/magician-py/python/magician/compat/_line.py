@@ -6,15 +6,14 @@ import os
 import re
 import threading
 import weakref
-from collections.abc import Callable
-from typing import TypeVar
 
-from .._magician import Call, Core, serial_ports
-from ..errors import Error, PortError
+from .._magician import Core
+from .._native import opened as remembered
+from .._native import wait, wait_done, wait_stopped
+from ..errors import PortError
+from ..ports import ports
 
 __all__ = ["Line", "find", "opened", "send_elsewhere"]
-
-T = TypeVar("T")
 
 GET, SET, QUEUED = 0, 1, 3
 START, STOP, FORCE_STOP = 240, 241, 242
@@ -49,9 +48,9 @@ def find(port: str | None) -> str:
     if not port:
         if other := os.environ.get("MAGICIAN_PORT"):
             return other
-        for path, likely, _ in serial_ports():
-            if likely:
-                return path
+        for found in ports():
+            if found.likely_arm:
+                return found.path
         raise PortError("no arm was found: plug it in, or name its port; MAGICIAN_PORT=sim is a virtual one")
     if other := os.environ.get("MAGICIAN_PORT_" + re.sub(r"[^A-Z0-9]", "_", port.upper())):
         return other
@@ -66,7 +65,7 @@ class Line:
     for stops it.
     """
 
-    def __init__(self, port: str | None, *, timeout: float = 3.0, probe: bool = True) -> None:
+    def __init__(self, port: str | None, *, timeout: float = 3.0) -> None:
         self.name = find(port)
         """Where the arm is."""
         self.closed = False
@@ -75,8 +74,9 @@ class Line:
         """Whether the queue runs, as far as this connection has said so."""
         self.is_new = self.name.lower().split(":")[0] == "sim"
         """Whether it is a virtual arm that has just been switched on."""
-        self._core: Core = self._wait(Core.connect(self.name, timeout=timeout, window=1))
-        self._core.let_go()
+        connecting = Core.connect(self.name, timeout=timeout, window=1, probe=True, reconnect=True, echo=0.1)
+        self._core: Core = remembered(wait(connecting))
+        self._core.detach()
         self._leaving = threading.Lock()
         _opened.add(self)
 
@@ -86,51 +86,32 @@ class Line:
         """Sends a frame; Ctrl and parameters of the one that answers it.
 
         A queued command that finds the queue full waits for room while the queue runs, unless it is not to be
-        ``patient``. It is sent once; when its answer is lost, the arm's indices say whether it was taken. What can brick, unlearn or unlock something is sent if
-        ``allow`` or ``MAGICIAN_ALLOW`` names it.
+        ``patient``. It is sent once; when its answer is lost, the arm's indices say whether it was taken. What can
+        brick, unlearn or unlock something is sent if ``allow`` or ``MAGICIAN_ALLOW`` names it.
         """
         allow = f"{allow},{os.environ.get('MAGICIAN_ALLOW', '')}"
-        answer = self._wait(self._core.exchange(id, ctrl, params, patient and self.running, allow))
+        call = self._core.exchange(id, ctrl, params, patient and self.running, allow)
+        answer = wait_done(call, self._core)
         if id in (START, STOP, FORCE_STOP) and ctrl & SET:
             self.running = id == START
         return answer
 
     def finish(self, index: int, motion: bool = False) -> None:
         """Waits until a queued command has finished; of a motion, also whether it was refused."""
-        self._wait(self._core.finished(index, motion))
+        wait_done(self._core.finished(index, motion), self._core)
 
     def set_timeout(self, timeout: float) -> None:
         """How long (s) every call may take from now on."""
         self._core.set_timeout(timeout)
 
-    def stop(self) -> None:
-        """Stops the arm and the laser at once and empties the queue."""
-        self._core.stop().wait()
+    def stop(self, because: BaseException) -> None:
+        """Stops the arm and the laser at once and empties the queue; what is in doubt is noted on the exception."""
+        if not self.closed:
+            wait_stopped(self._core, because)
 
     def close(self) -> None:
         """Ends the connection."""
         with self._leaving:
             if not self.closed:
                 self.closed = True
-                self._core.close().wait()
-
-    def _wait(self, call: Call[T]) -> T:
-        try:
-            return call.wait()
-        except KeyboardInterrupt as interrupt:
-            call.cancel()
-            self.interrupted(interrupt.add_note if hasattr(interrupt, "add_note") else None)
-            raise
-
-    def interrupted(self, note: Callable[[str], None] | None = None) -> None:
-        """Stops the arm because the program was interrupted, and says it if that failed."""
-        if not hasattr(self, "_core") or self.closed:
-            return
-        try:
-            self.stop()
-        except Error as error:
-            message = f"the arm could not be stopped: {error}; switch it off if it moves"
-            if note is None:
-                print(f"magician: {message}")
-            else:
-                note(message)
+                wait(self._core.close())

@@ -33,7 +33,7 @@ class _Names(MetaPathFinder):
             return ModuleSpec(fullname, _Family(self.family))
         root, dot, rest = fullname.partition(".")
         home = self.homes.get(root)
-        return home and ModuleSpec(fullname, _Same(home + dot + rest)) or None
+        return ModuleSpec(fullname, _Same(home + dot + rest)) if home else None
 
 
 class _Same(Loader):

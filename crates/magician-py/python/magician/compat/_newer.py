@@ -6,7 +6,7 @@ import logging
 import math
 import struct
 import threading
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from enum import IntEnum
 from typing import Any, NamedTuple
 
@@ -15,6 +15,7 @@ from ._alarm import Alarm
 from ._line import GET, QUEUED, SET
 from ._message import Message
 from ._robot import Robot, floats
+from ._serial import Port
 
 __all__ = [
     "MAX_QUEUE_LEN",
@@ -99,7 +100,7 @@ class Dobot(Robot):
             self.clear_alarms()
 
     @property
-    def _ser(self) -> object:
+    def _ser(self) -> Port:
         return self._serial
 
     def _fault(self, error: Error) -> Exception:
@@ -152,8 +153,15 @@ class Dobot(Robot):
         return self._command(30, QUEUED, floats(x, y, z, r))
 
     def _set_jog_coordinate_params(
-        self, vx: float, vy: float, vz: float, vr: float,
-        ax: float = 100, ay: float = 100, az: float = 100, ar: float = 100,
+        self,
+        vx: float,
+        vy: float,
+        vz: float,
+        vr: float,
+        ax: float = 100,
+        ay: float = 100,
+        az: float = 100,
+        ar: float = 100,
     ) -> Message:
         return self._command(71, QUEUED, floats(vx, vy, vz, vr, ax, ay, az, ar))
 
@@ -245,8 +253,14 @@ class Dobot(Robot):
         return self._command(92, QUEUED, struct.pack("<B4f", int(absolute), x, y, z, power))
 
     def engrave(
-        self, image: Any, pixel_size: float, low: float = 0.0, high: float = 40.0,
-        velocity: float = 5, acceleration: float = 5, actual_acceleration: float = 5,
+        self,
+        image: Any,
+        pixel_size: float,
+        low: float = 0.0,
+        high: float = 40.0,
+        velocity: float = 5,
+        acceleration: float = 5,
+        actual_acceleration: float = 5,
     ) -> None:
         """Engraves rows of grey values (0 to 255, dark burns) from where the arm stands, along y, row by row along x.
 
@@ -276,6 +290,5 @@ class Dobot(Robot):
 
 def _rows(image: Any) -> Iterable[Iterable[Any]]:
     """The rows of an array, or of what has rows."""
-    listed = getattr(image, "tolist", None)
-    rows: Iterable[Iterable[Any]] = listed() if callable(listed) else image
-    return rows
+    listed: Callable[[], Iterable[Iterable[Any]]] | None = getattr(image, "tolist", None)
+    return image if listed is None else listed()

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import sys
 import types
 from collections.abc import Iterator
 from typing import Any
 
-from .._magician import serial_ports
+from ..ports import SerialPort, ports
 from ._line import Line, elsewhere
 
 __all__ = ["Port", "PortInfo", "comports", "grep", "install"]
 
-LIKE_AN_ARM = (0x10C4, 0xEA60, "CP2102 USB to UART Bridge Controller")
+ADAPTER = "CP2102 USB to UART Bridge Controller (by magician.compat)"
 
 
 class Port:
@@ -99,13 +100,13 @@ class Port:
 class PortInfo:
     """A port in the list, with the attributes that pyserial gives one."""
 
-    def __init__(self, device: str, usb: tuple[int, int, str | None, str | None, str | None] | None) -> None:
-        vid, pid, product, manufacturer, serial_number = usb or (None, None, None, None, None)
+    def __init__(self, port: SerialPort) -> None:
+        device, vid, pid = port.path, port.vendor, port.product
         self.device = device
         """What to open."""
         self.name = re.split(r"[/\\]", device)[-1]
         """The same without folders."""
-        self.description = product or "n/a"
+        self.description = port.name or "n/a"
         """For people."""
         self.vid: int | None = vid
         """USB vendor id."""
@@ -113,13 +114,13 @@ class PortInfo:
         """USB product id."""
         self.hwid = f"USB VID:PID={vid:04X}:{pid:04X}" if vid is not None and pid is not None else "n/a"
         """What programs look for ids in."""
-        self.serial_number: str | None = serial_number
+        self.serial_number: str | None = port.serial_number
         """Serial number of the adapter."""
-        self.location: str | None = None
-        """The socket; not known."""
-        self.manufacturer: str | None = manufacturer
+        self.location: str | None = port.location
+        """The socket that it is plugged into."""
+        self.manufacturer: str | None = port.manufacturer
         """Who made the adapter."""
-        self.product: str | None = product
+        self.product: str | None = port.name
         """What the adapter calls itself."""
         self.interface: str | None = None
         """Not known."""
@@ -159,17 +160,13 @@ _real: list[Any] = []
 
 def comports(include_links: bool = False) -> list[Any]:
     """The serial ports of this computer; the arm that all connections go to, if they do, comes first."""
-    if _real:
-        found = list(_real[0](include_links))
-    else:
-        found = [PortInfo(path, usb) for path, _, usb in serial_ports()]
+    found = list(_real[0](include_links)) if _real else [PortInfo(port) for port in ports()]
     port = elsewhere()
     if port is None:
         return found
     first = [info for info in found if info.device == port]
     if not first:
-        vid, pid, product = LIKE_AN_ARM
-        first = [PortInfo(port, (vid, pid, f"{product} (by magician.compat)", "Silicon Labs", None))]
+        first = [PortInfo(SerialPort(port, 0x10C4, 0xEA60, ADAPTER, "Silicon Labs", None, None, True))]
     return _Ports(first + [info for info in found if info.device != port])
 
 
@@ -199,14 +196,13 @@ class Serial:
 def install() -> None:
     """Lets ``serial.tools.list_ports`` be the list here; the rest of pyserial stays what it is, if it is installed."""
     try:
-        from serial.tools import list_ports
+        list_ports = importlib.import_module("serial.tools.list_ports")
     except ImportError:
         _stand_in()
         return
-    if list_ports.comports is not comports:
-        _real[:] = [list_ports.comports]
-        list_ports.comports = comports
-        list_ports.grep = grep
+    if list_ports.__dict__["comports"] is not comports:
+        _real[:] = [list_ports.__dict__["comports"]]
+        list_ports.__dict__.update(comports=comports, grep=grep)
 
 
 def _stand_in() -> None:

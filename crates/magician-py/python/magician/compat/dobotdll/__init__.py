@@ -1,7 +1,7 @@
 """``DobotDllType`` without the C library.
 
-``v1``, ``v2`` and ``v3`` are the modules that come with ours, whole: ``tools/dobotdll.py`` copies them. Here they get the
-``api`` that answers for the library.
+``v1``, ``v2`` and ``v3`` are the modules that come with our C library, whole: ``tools/dobotdll.py`` copies them. Here they
+get the ``api`` that answers for it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ FAMILIES = ("v1", "v2", "v3")
 
 
 def family(name: str) -> ModuleType:
-    """The module for programs of a family: ``v1`` (no ids), ``v2`` (``dobotId``), ``v3`` (``masterId``, ``slaveId``)."""
+    """The module for programs without ids (``v1``), with ``dobotId`` (``v2``), or with ``masterId`` (``v3``)."""
     if name not in FAMILIES:
         raise ValueError(f"{name} is no family of DobotDllType; there are {', '.join(FAMILIES)}")
     module = importlib.import_module(f"{__package__}.{name}")

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from types import ModuleType
 from typing import Any
 
-from ..._magician import command_id, serial_ports
+from ..._magician import command_id
 from ...errors import (
     Error,
     InvalidInputError,
@@ -22,6 +22,7 @@ from ...errors import (
     UnreachableError,
     UnsupportedError,
 )
+from ...ports import ports
 from .._line import GET, QUEUED, SET, START, Line, elsewhere
 
 __all__ = ["Door"]
@@ -85,7 +86,7 @@ class Door:
             if isinstance(line, int):
                 return line
             types = self._prototypes[name][self._ids :]
-            self._command(name, line, list(zip(types, arguments[self._ids :])))
+            self._command(name, line, list(zip(types, arguments[self._ids :], strict=False)))
         except Error as error:
             self._last.message = str(error)
             return _code(error)
@@ -130,7 +131,7 @@ class Door:
             most = int(given[-1][1])
             ctypes.memmove(bits, params, min(len(params), most, ctypes.sizeof(bits)))
             length.value = len(params)
-        elif isinstance(places[0], ctypes.Array):
+        elif hasattr(places[0], "raw"):
             text, size = places[0], int(given[-1][1])
             text.value = params.split(b"\0")[0][: min(size, ctypes.sizeof(text)) - 1]
         else:
@@ -187,8 +188,8 @@ class Door:
         return id, line
 
     def _call_SearchDobot(self, found: Any, size: int) -> int:
-        ports = [port] if (port := elsewhere()) else [path for path, likely, _ in serial_ports() if likely]
-        names = [port.removeprefix("/dev/") for port in ports]
+        paths = [port] if (port := elsewhere()) else [found.path for found in ports() if found.likely_arm]
+        names = [path.removeprefix("/dev/") for path in paths]
         while names and len(" ".join(names)) >= int(size):
             names.pop()
         if found is not None and int(size) > 0:
@@ -290,15 +291,19 @@ def _bytes(kind: Any, value: Any) -> bytes:
         return bytes(value) + b"\0"
     if kind is ENUM:
         return bytes((int(value) & 0xFF,))
-    if kind is None or isinstance(value, (ctypes.Structure, ctypes.Array)):
+    if kind is None or _is_place(value):
         return bytes(value)
     return bytes(kind(value))
 
 
 def _places(given: list[tuple[Any, Any]]) -> list[Any]:
     """The arguments that an answer goes into."""
-    kinds = (ctypes.Structure, ctypes.Array, ctypes._SimpleCData)
-    return [value for _, value in given if isinstance(value, kinds)]
+    return [value for _, value in given if _is_place(value)]
+
+
+def _is_place(value: Any) -> bool:
+    """Whether it is a value of ctypes', not one of Python's."""
+    return type(value).__module__ == "ctypes" or hasattr(value, "_fields_") or hasattr(value, "raw")
 
 
 def _fill(places: list[Any], params: bytes) -> None:
@@ -310,5 +315,3 @@ def _fill(places: list[Any], params: bytes) -> None:
         ctypes.memset(ctypes.addressof(place), 0, ctypes.sizeof(place))
         ctypes.memmove(ctypes.addressof(place), part, len(part))
         at += size
-
-

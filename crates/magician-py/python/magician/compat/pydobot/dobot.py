@@ -12,6 +12,7 @@ from ...errors import Error, PortError
 from .._line import GET, QUEUED, SET
 from .._message import Message
 from .._robot import Robot
+from .._serial import Port
 from .enums import PTPMode
 from .enums.CommunicationProtocolIDs import CommunicationProtocolIDs
 from .enums.ControlValues import ControlValues
@@ -39,7 +40,7 @@ class Dobot(Robot):
         self._get_pose()
 
     @property
-    def ser(self) -> object:
+    def ser(self) -> Port:
         """The port, as far as programs use it beside the library."""
         return self._serial
 
@@ -69,7 +70,7 @@ class Dobot(Robot):
         self.x, self.y, self.z, self.r, self.j1, self.j2, self.j3, self.j4 = pose = struct.unpack("<8f", answer.params)
         if self.verbose:
             names = ("x", "y", "z", "r", "j1", "j2", "j3", "j4")
-            self._say(BLANK.join(f"{name}:{value:03.1f}" for name, value in zip(names, pose)))
+            self._say(BLANK.join(f"{name}:{value:03.1f}" for name, value in zip(names, pose, strict=False)))
         return answer
 
     def _set_ptp_cmd(self, x: float, y: float, z: float, r: float, mode: int | Enum, wait: bool) -> Message:
@@ -136,4 +137,5 @@ def _port_fault(error: PortError) -> Exception:
     theirs = getattr(sys.modules.get("serial"), "SerialException", None)
     if not isinstance(theirs, type) or not issubclass(theirs, OSError):
         return error
-    return type("SerialPortError", (PortError, theirs), {})(str(error))
+    both: type[Exception] = type("SerialPortError", (PortError, theirs), {})
+    return both(str(error))

@@ -74,7 +74,7 @@ class Dobot(_Dobot):
             raise ValueError("move_to() takes x, y or z, or a position")
         if x is None or y is None or z is None or r is None:
             here = self.get_pose().position
-            x, y, z, r = (now if wanted is None else wanted for now, wanted in zip(here, (x, y, z, r)))
+            x, y, z, r = (now if wanted is None else wanted for now, wanted in zip(here, (x, y, z, r), strict=False))
         mode = MODE_PTP.MOVJ_XYZ if mode is None else mode
         return self._queued(self._set_ptp_cmd(x, y, z, r, mode, wait=wait))
 
