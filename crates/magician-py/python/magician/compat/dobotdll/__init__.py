@@ -1,6 +1,6 @@
 """``DobotDllType`` without the C library.
 
-``v1``, ``v2`` and ``v3`` are the modules that come with our C library, whole: ``tools/dobotdll.py`` copies them. Here they
+``v1``, ``v2`` and ``v3`` are the modules that come with our C library, whole (``tools/dobotdll.py``). Here they
 get the ``api`` that answers for it.
 """
 
