@@ -14,6 +14,7 @@ mod panel;
 mod png;
 mod section;
 mod side;
+mod snapshot;
 mod svg;
 mod symbols;
 mod track;
@@ -29,6 +30,7 @@ use panel::{Panel, TICKS};
 pub use png::PictureError;
 pub(crate) use png::options as svg_options;
 pub use section::section;
+pub use snapshot::{Snapshot, Standing};
 use svg::Svg;
 use trip::Trip;
 
