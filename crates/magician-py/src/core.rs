@@ -12,7 +12,7 @@ use crate::{errors, values};
 /// A connected arm.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Core {
-    arm: Arm,
+    pub(crate) arm: Arm,
 }
 
 /// The row of a command by its id.
@@ -21,7 +21,7 @@ fn row(id: u8) -> PyResult<&'static Row> {
 }
 
 /// A command that is set, from the values of its fields.
-fn command(py: Python<'_>, id: u8, fields: &Bound<'_, PyTuple>) -> PyResult<Set> {
+pub(crate) fn command(py: Python<'_>, id: u8, fields: &Bound<'_, PyTuple>) -> PyResult<Set> {
     let row = row(id)?;
     let Some(layout) = row.set else {
         let error = Error::invalid("it cannot be set, only read").with_command(row.name);

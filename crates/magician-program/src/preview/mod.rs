@@ -137,6 +137,14 @@ impl Preview {
     }
 }
 
+/// One of these pictures, or any SVG, as PNG, so many pixels to a millimetre.
+///
+/// # Errors
+/// [`PictureError`] if the scale makes no sense, the picture would be too large, or it is no SVG.
+pub fn to_png(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+    png::drawn(svg, pixels_per_mm)
+}
+
 fn draw(
     plan: &Plan,
     report: &Report,
