@@ -14,7 +14,12 @@ use crate::picture::{Ink, Picture};
 use crate::program::seconds;
 
 /// The connectors of sensors, by name.
-const PORTS: [(&str, Port); 4] = [("GP1", Port::Gp1), ("GP2", Port::Gp2), ("GP4", Port::Gp4), ("GP5", Port::Gp5)];
+const PORTS: [(&str, Port); 4] = [
+    ("GP1", Port::Gp1),
+    ("GP2", Port::Gp2),
+    ("GP4", Port::Gp4),
+    ("GP5", Port::Gp5),
+];
 
 /// A virtual arm and its world.
 #[pyclass(frozen, module = "magician._magician")]
@@ -68,17 +73,20 @@ impl Cell {
     #[new]
     fn new(py: Python<'_>, scenario: Option<&str>, speed: Option<f64>) -> PyResult<Self> {
         let scenario = scenario.map(Scenario::from_toml).transpose();
-        let scenario = scenario.map_err(|error| {
-            errors::raise(py, &Error::invalid(format!("scenario: {error}")))
-        })?;
+        let scenario = scenario
+            .map_err(|error| errors::raise(py, &Error::invalid(format!("scenario: {error}"))))?;
         let world = scenario.map(|scenario| World::from_scenario(&scenario));
         let controller = Controller::in_world(Profile::default(), world.unwrap_or_default());
         let arm = match speed {
             None => VirtualArm::new(controller, SimSpeed::Max).in_virtual_time(),
             Some(0.0) => VirtualArm::new(controller, SimSpeed::Max),
-            Some(times) if times > 0.0 && times.is_finite() => VirtualArm::new(controller, SimSpeed::Times(times)),
+            Some(times) if times > 0.0 && times.is_finite() => {
+                VirtualArm::new(controller, SimSpeed::Times(times))
+            }
             Some(other) => {
-                let error = Error::invalid(format!("a speed is a number above 0 (1 is real time), not {other}"));
+                let error = Error::invalid(format!(
+                    "a speed is a number above 0 (1 is real time), not {other}"
+                ));
                 return Err(errors::raise(py, &error));
             }
         };
@@ -103,7 +111,10 @@ impl Cell {
         parts.set_item("true_joints", state.true_joints.to_array())?;
         parts.set_item("moving", state.moving)?;
         parts.set_item("homed", state.homed)?;
-        parts.set_item("alarms", state.alarms.codes().map(u32::from).collect::<Vec<_>>())?;
+        parts.set_item(
+            "alarms",
+            state.alarms.codes().map(u32::from).collect::<Vec<_>>(),
+        )?;
         parts.set_item("waiting", state.queue.waiting)?;
         parts.set_item("index", state.queue.current_index)?;
         parts.set_item("running", state.queue.running.is_some())?;
@@ -120,8 +131,13 @@ impl Cell {
     fn objects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let seen = self.with(py, |arm| {
             let look = arm.look();
-            let names: Vec<String> = look.objects().map(|object| object.name().to_owned()).collect();
-            look.objects().map(|object| Seen::of(&object, &names)).collect::<Vec<_>>()
+            let names: Vec<String> = look
+                .objects()
+                .map(|object| object.name().to_owned())
+                .collect();
+            look.objects()
+                .map(|object| Seen::of(&object, &names))
+                .collect::<Vec<_>>()
         });
         let objects = PyList::empty(py);
         for seen in seen {
@@ -169,7 +185,9 @@ impl Cell {
 
     fn slip(&self, py: Python<'_>, joint: u8, degrees: f64) -> PyResult<()> {
         if !(1..=4).contains(&joint) || !degrees.is_finite() {
-            let error = Error::invalid(format!("J{joint} cannot slip by {degrees} deg: joints are 1 to 4"));
+            let error = Error::invalid(format!(
+                "J{joint} cannot slip by {degrees} deg: joints are 1 to 4"
+            ));
             return Err(errors::raise(py, &error));
         }
         self.with(py, |arm| arm.inject(Happening::Slip { joint, degrees }));
@@ -201,7 +219,10 @@ impl Cell {
             while let Some(event) = arm.poll_event() {
                 let daily = matches!(
                     event,
-                    Event::Accepted { .. } | Event::Started { .. } | Event::Finished { .. } | Event::RestsOn { .. }
+                    Event::Accepted { .. }
+                        | Event::Started { .. }
+                        | Event::Finished { .. }
+                        | Event::RestsOn { .. }
                 );
                 if !daily {
                     told.push(event.in_words(arm.world().scenario()).to_string());

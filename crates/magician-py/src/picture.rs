@@ -26,7 +26,10 @@ impl Picture {
 const HALVINGS: u32 = 4;
 
 /// The picture at a scale, or smaller if that would be too large.
-fn fitting<E: std::fmt::Display>(scale: f64, draw: impl Fn(f64) -> Result<Vec<u8>, E>) -> Result<Vec<u8>, Error> {
+fn fitting<E: std::fmt::Display>(
+    scale: f64,
+    draw: impl Fn(f64) -> Result<Vec<u8>, E>,
+) -> Result<Vec<u8>, Error> {
     let mut made = draw(scale);
     for halving in 1..=HALVINGS {
         if made.is_ok() {
@@ -84,7 +87,11 @@ impl Ink {
     }
 
     /// A stroke: whether it is burnt, its power, its points as bytes.
-    fn stroke<'py>(&self, py: Python<'py>, at: usize) -> PyResult<(bool, f64, Bound<'py, PyBytes>)> {
+    fn stroke<'py>(
+        &self,
+        py: Python<'py>,
+        at: usize,
+    ) -> PyResult<(bool, f64, Bound<'py, PyBytes>)> {
         let stroke = self.drawing.strokes().get(at);
         let stroke = stroke.ok_or_else(|| PyIndexError::new_err("there is no such stroke"))?;
         let points = numbers(py, stroke.points.as_flattened());

@@ -5,11 +5,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use magician::commands::{
-    ArcParams, CpParams, DeviceTime, EndEffectorLaser, EndEffectorParams, Pose, PtpCommonParams, PtpCoordinateParams,
-    PtpJointParams, PtpJump2Params, PtpLParams,
+    ArcParams, CpParams, DeviceTime, EndEffectorLaser, EndEffectorParams, Pose, PtpCommonParams,
+    PtpCoordinateParams, PtpJointParams, PtpJump2Params, PtpLParams,
 };
 use magician::words::{Guards, Preflight};
-use magician::{Arm, Ctrl, Error, ErrorKind, FrameBuf, Options, Ran, Result, RunOptions, Set, ToolBias};
+use magician::{
+    Arm, Ctrl, Error, ErrorKind, FrameBuf, Options, Ran, Result, RunOptions, Set, ToolBias,
+};
 use magician_program::preview::{Snapshot, Standing};
 use magician_program::resume::Tally;
 use magician_program::{Plan, Report, check};
@@ -48,7 +50,11 @@ impl Course {
     /// Seconds that the rest takes, if that is known.
     #[getter]
     fn left(&self) -> Option<f64> {
-        let left = self.reached.left.lock().unwrap_or_else(PoisonError::into_inner);
+        let left = self
+            .reached
+            .left
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         left.map(|left| left.as_secs_f64())
     }
 }
@@ -102,7 +108,9 @@ impl Drive {
         let first: Vec<Set> = self.plan.commands().take(1).collect();
         self.arm.check_alarms(&first, guards).await?;
         if self.arm.get::<EndEffectorLaser>().await?.is_on.is_on() {
-            return Err(Error::invalid("the laser is on, and a program begins with it dark; nothing was sent"));
+            return Err(Error::invalid(
+                "the laser is on, and a program begins with it dark; nothing was sent",
+            ));
         }
         if !self.how.keep {
             // A run of nothing says whether commands of others wait: better than a check from a start that nobody knows.
@@ -122,7 +130,8 @@ impl Drive {
         let ran = outcome?;
         give_back(&self.arm, &owed).await?;
         let clock = self.clock().await?;
-        let steps = (self.plan.steps.len() - (self.how.first_step - 1).min(self.plan.steps.len())) as u64;
+        let steps =
+            (self.plan.steps.len() - (self.how.first_step - 1).min(self.plan.steps.len())) as u64;
         Ok(Done {
             ran,
             steps,
@@ -156,9 +165,15 @@ impl Drive {
     /// Checks it from where the arm stands. That may take a while, and others have connections to be served.
     async fn look_ahead(&self) -> Result<Found> {
         let start = self.arm.preflight_for(&kinds(&self.plan)).await?;
-        let (plan, first, watched) = (Arc::clone(&self.plan), self.how.first_step - 1, self.how.watched);
+        let (plan, first, watched) = (
+            Arc::clone(&self.plan),
+            self.how.first_step - 1,
+            self.how.watched,
+        );
         let looked = tokio::task::spawn_blocking(move || ahead(plan, first, start, watched));
-        let found = looked.await.map_err(|error| Error::new(ErrorKind::Closed, error.to_string()))??;
+        let found = looked
+            .await
+            .map_err(|error| Error::new(ErrorKind::Closed, error.to_string()))??;
         match refusal(&found.report, &self.source).filter(|_| self.how.check) {
             Some(refusal) => Err(refusal),
             None => Ok(found),
@@ -187,7 +202,11 @@ impl Drive {
         self.reached.steps.store(steps, Ordering::Relaxed);
         // How fast a virtual arm's clock runs is not known here.
         let left = left.filter(|left| left.is_zero() || !is_virtual(&self.arm));
-        *self.reached.left.lock().unwrap_or_else(PoisonError::into_inner) = left;
+        *self
+            .reached
+            .left
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) = left;
     }
 }
 
@@ -196,7 +215,11 @@ impl Found {
     fn left(&self, done: u64) -> Option<Duration> {
         let all = self.report.time?;
         let at = usize::try_from(self.lead + done).unwrap_or(usize::MAX);
-        let spent = at.checked_sub(1).and_then(|at| self.sums.get(at)).copied().unwrap_or(0.0);
+        let spent = at
+            .checked_sub(1)
+            .and_then(|at| self.sums.get(at))
+            .copied()
+            .unwrap_or(0.0);
         Some(all.saturating_sub(Duration::try_from_secs_f64(spent).unwrap_or_default()))
     }
 }
@@ -205,7 +228,10 @@ impl Found {
 fn ahead(plan: Arc<Plan>, first: usize, start: Preflight, watched: bool) -> Result<Found> {
     let (whole, plan) = match first {
         0 => (plan.steps.len(), plan),
-        first => (plan.steps.len() - first.min(plan.steps.len()), Arc::new(plan.from_step(first, &start)?.plan)),
+        first => (
+            plan.steps.len() - first.min(plan.steps.len()),
+            Arc::new(plan.from_step(first, &start)?.plan),
+        ),
     };
     let report = check(&plan, &start);
     let told = plan.preamble().into_iter().count();
@@ -213,8 +239,14 @@ fn ahead(plan: Arc<Plan>, first: usize, start: Preflight, watched: bool) -> Resu
     let mut sum = 0.0;
     let commands = plan.commands().take(if watched { usize::MAX } else { 0 });
     let sums = commands.map(|command| {
-        let time = course.check(&command).map_or(Duration::ZERO, |step| step.time);
-        sum += if time == Duration::MAX { 0.0 } else { time.as_secs_f64() };
+        let time = course
+            .check(&command)
+            .map_or(Duration::ZERO, |step| step.time);
+        sum += if time == Duration::MAX {
+            0.0
+        } else {
+            time.as_secs_f64()
+        };
         sum
     });
     let sums = sums.collect();
@@ -248,7 +280,9 @@ async fn owed(arm: &Arm, plan: &Plan) -> Result<Vec<Set>> {
             Set::PtpCoordinateParams(_) => arm.get::<PtpCoordinateParams>().await?.into(),
             Set::PtpCommonParams(_) => arm.get::<PtpCommonParams>().await?.into(),
             // One height is both heights of the second set.
-            Set::PtpJumpParams(_) | Set::PtpJump2Params(_) => arm.get::<PtpJump2Params>().await?.into(),
+            Set::PtpJumpParams(_) | Set::PtpJump2Params(_) => {
+                arm.get::<PtpJump2Params>().await?.into()
+            }
             Set::PtpLParams(_) => arm.get::<PtpLParams>().await?.into(),
             Set::CpParams(_) => arm.get::<CpParams>().await?.into(),
             Set::ArcParams(_) => arm.get::<ArcParams>().await?.into(),
@@ -291,7 +325,9 @@ impl Core {
     fn start_of(&self, program: &Program) -> Call {
         let (arm, plan) = (self.arm.clone(), Arc::clone(&program.plan));
         let ask = async move { arm.preflight_for(&kinds(&plan)).await };
-        Call::start(ask, |py, preflight| Ok(Py::new(py, Start { preflight })?.into_any()))
+        Call::start(ask, |py, preflight| {
+            Ok(Py::new(py, Start { preflight })?.into_any())
+        })
     }
 
     /// Checks a program, runs it and waits for its end; how far it is meanwhile.

@@ -14,6 +14,8 @@ RESULT = PACKAGE / "_blocking.py"
 def blocking(text: str) -> str:
     """The same program without an event loop."""
     text = text.replace("from ._native import until", "from ._native import wait")
+    text = text.replace("from .running import follow_in_loop as follow\n", "")
+    text = text.replace("from .running import Progress, RunResult, Watcher", "from .running import Progress, RunResult, Watcher, follow")
     text = re.sub(r"\bawait until\(", "wait(", text)
     text = re.sub(r"\bawait ", "", text)
     text = re.sub(r"\basync (def|with|for)\b", r"\1", text)

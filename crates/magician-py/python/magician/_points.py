@@ -54,7 +54,7 @@ def _numbers(values: Any) -> tuple[bytes, tuple[int, ...]]:
 
         made = numpy.asarray(values, dtype=numpy.float64)
         return made.tobytes(), tuple(made.shape)
-    items = view.tolist() if view is not None else list(values)
+    items: list[Any] = view.tolist() if view is not None else list(values)
     if not items:
         return b"", (0, 3)
     if isinstance(items[0], (int, float)):

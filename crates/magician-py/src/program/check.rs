@@ -22,9 +22,14 @@ pub(crate) struct Start {
 /// A virtual arm that is ready for a plan, as it says itself how it stands.
 fn staged(plan: &Plan) -> Result<Preflight, Error> {
     let arm = stage(plan, &RehearseOptions::default())?;
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build();
     let runtime = runtime.map_err(|error| {
-        Error::new(magician::ErrorKind::Port, format!("the system gives no timer or poller: {error}"))
+        Error::new(
+            magician::ErrorKind::Port,
+            format!("the system gives no timer or poller: {error}"),
+        )
     })?;
     runtime.block_on(async {
         let arm = Arm::simulated(arm, Options::default()).await?;
@@ -34,10 +39,16 @@ fn staged(plan: &Plan) -> Result<Preflight, Error> {
 
 impl Program {
     /// Where an arm stands that was asked, or else the virtual one that is ready for it.
-    pub(super) fn start_or_staged(&self, py: Python<'_>, start: Option<&Start>) -> PyResult<Preflight> {
+    pub(super) fn start_or_staged(
+        &self,
+        py: Python<'_>,
+        start: Option<&Start>,
+    ) -> PyResult<Preflight> {
         match start {
             Some(start) => Ok(start.preflight.clone()),
-            None => py.detach(|| staged(&self.plan)).map_err(|error| errors::raise(py, &error)),
+            None => py
+                .detach(|| staged(&self.plan))
+                .map_err(|error| errors::raise(py, &error)),
         }
     }
 }
@@ -64,7 +75,9 @@ impl Program {
             let mut options = PreviewOptions::default();
             (options.side, options.sheet) = (side, sheet);
             let report = check(&self.plan, &start);
-            Preview::new(&self.plan, &report, &start, &options).to_svg().to_owned()
+            Preview::new(&self.plan, &report, &start, &options)
+                .to_svg()
+                .to_owned()
         });
         Ok(Picture::new(svg))
     }
@@ -89,7 +102,10 @@ impl Program {
         parts.set_item("steps", done.steps)?;
         parts.set_item("pose", done.pose.to_array())?;
         parts.set_item("joints", done.joints.to_array())?;
-        parts.set_item("alarms", done.alarms.codes().map(u32::from).collect::<Vec<_>>())?;
+        parts.set_item(
+            "alarms",
+            done.alarms.codes().map(u32::from).collect::<Vec<_>>(),
+        )?;
         let log = done.log.iter();
         let log = log.map(|(at, event)| (at.as_secs_f64(), event.in_words(None).to_string()));
         parts.set_item("log", log.collect::<Vec<_>>())?;
@@ -101,7 +117,10 @@ impl Program {
 
 /// Numbers as the bytes that an array has.
 pub(crate) fn numbers<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyBytes> {
-    let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_ne_bytes()).collect();
+    let bytes: Vec<u8> = numbers
+        .iter()
+        .flat_map(|number| number.to_ne_bytes())
+        .collect();
     PyBytes::new(py, &bytes)
 }
 
@@ -114,7 +133,11 @@ pub(crate) fn seconds(py: Python<'_>, seconds: f64) -> PyResult<std::time::Durat
 }
 
 /// What a check has found.
-pub(crate) fn findings<'py>(py: Python<'py>, report: &Report, source: &Source) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn findings<'py>(
+    py: Python<'py>,
+    report: &Report,
+    source: &Source,
+) -> PyResult<Bound<'py, PyDict>> {
     let parts = PyDict::new(py);
     parts.set_item("refused", report.refused)?;
     parts.set_item("steps", report.steps)?;
@@ -125,7 +148,9 @@ pub(crate) fn findings<'py>(py: Python<'py>, report: &Report, source: &Source) -
     parts.set_item("bounds", report.bounds)?;
     let longest = report.longest_way.map(|(step, way)| (step + 1, way));
     parts.set_item("longest_way", longest)?;
-    let longest = report.longest_time.map(|(step, time)| (step + 1, time.as_secs_f64()));
+    let longest = report
+        .longest_time
+        .map(|(step, time)| (step + 1, time.as_secs_f64()));
     parts.set_item("longest_time", longest)?;
     let complaints = report.complaints.iter();
     let complaints = complaints.map(|complaint| objection(py, complaint, source));
@@ -134,7 +159,11 @@ pub(crate) fn findings<'py>(py: Python<'py>, report: &Report, source: &Source) -
 }
 
 /// A complaint: step, line, column, name, row, and the exception that it would be.
-fn objection<'py>(py: Python<'py>, complaint: &Complaint, source: &Source) -> PyResult<Bound<'py, PyDict>> {
+fn objection<'py>(
+    py: Python<'py>,
+    complaint: &Complaint,
+    source: &Source,
+) -> PyResult<Bound<'py, PyDict>> {
     let place = complaint.origin;
     let known = |value: u32| Some(value).filter(|value| *value > 0 && !source.rows);
     let row = place.line.checked_sub(1).filter(|_| source.rows);
@@ -160,14 +189,25 @@ pub(crate) fn refusal(report: &Report, source: &Source) -> Option<Error> {
         (false, line, column) => place.push(format!("line {line}, column {column}")),
     }
     place.push(format!("step {}", first.step + 1));
-    let name = first.name.as_ref().map(|name| format!(" ({name})")).unwrap_or_default();
-    let file = source.name.as_ref().map(|file| format!("{file}: ")).unwrap_or_default();
+    let name = first
+        .name
+        .as_ref()
+        .map(|name| format!(" ({name})"))
+        .unwrap_or_default();
+    let file = source
+        .name
+        .as_ref()
+        .map(|file| format!("{file}: "))
+        .unwrap_or_default();
     let count = match report.refused {
         1 => "1 step is refused".to_owned(),
         many => format!("{many} steps are refused"),
     };
     let place = place.join(", ");
-    let text = format!("{file}{place}{name}: {}; {count}, nothing was sent", first.error);
+    let text = format!(
+        "{file}{place}{name}: {}; {count}, nothing was sent",
+        first.error
+    );
     Some(retold(&first.error, text))
 }
 

@@ -4,7 +4,9 @@ use magician::Error;
 use magician_program::artwork::Sheet;
 use magician_program::formats::{Dialect, NEEDS_START};
 use magician_program::raster::{Engrave, Size, Tone, Trace};
-use magician_program::{Content, Format, Placing, Plan, Problem, ReadOptions, Reading, Setup, Surface, Work, read};
+use magician_program::{
+    Content, Format, Placing, Plan, Problem, ReadOptions, Reading, Setup, Surface, Work, read,
+};
 use pyo3::prelude::*;
 
 use super::{Program, Source, surface, tool};
@@ -14,8 +16,7 @@ use crate::errors;
 const TABLE: f64 = -60.0;
 
 /// What is to be said where nobody has said how high the paper lies.
-pub(crate) const SURFACE_ARGUMENT: &str =
-    "nobody has said how high the paper or the wood lies: give load() surface=Z, the z of the arm's pose when its tool \
+pub(crate) const SURFACE_ARGUMENT: &str = "nobody has said how high the paper or the wood lies: give load() surface=Z, the z of the arm's pose when its tool \
      touches it; nothing was sent";
 
 /// How a file is to be done; what is left open is as the file says, or usual.
@@ -72,7 +73,8 @@ impl Wanted {
         (placing.scale, placing.rotate) = (above_zero("scale", self.scale)?, self.rotate);
         (placing.fit, placing.mirror) = (self.fit, self.mirror);
         setup.placing = placing;
-        let positive = |name, value: Option<f64>| value.map(|value| above_zero(name, value)).transpose();
+        let positive =
+            |name, value: Option<f64>| value.map(|value| above_zero(name, value)).transpose();
         setup.pen.lift = positive("lift", self.lift)?.unwrap_or(setup.pen.lift);
         let travel = positive("travel_speed", self.travel_speed)?;
         setup.pen.travel = travel.map_or(setup.pen.travel, |speed| speed as f32);
@@ -93,7 +95,9 @@ impl Wanted {
                 trace.tolerance = self.tolerance.unwrap_or(trace.tolerance);
                 Work::Draw(trace)
             }
-            (Some(other), _) => return Err(format!("work is \"draw\" or \"engrave\", not \"{other}\"")),
+            (Some(other), _) => {
+                return Err(format!("work is \"draw\" or \"engrave\", not \"{other}\""));
+            }
         };
         Ok(setup)
     }
@@ -102,7 +106,9 @@ impl Wanted {
         let mut engrave = Engrave::default();
         if let Some([least, most]) = self.power {
             if !(0.0 <= least && least <= most && most > 0.0 && most <= 100.0) {
-                return Err(format!("power is percent, the least before the most, not {least} and {most}"));
+                return Err(format!(
+                    "power is percent, the least before the most, not {least} and {most}"
+                ));
             }
             engrave.power = [least, most];
         }
@@ -110,10 +116,15 @@ impl Wanted {
             None | Some("grey") => Tone::Grey,
             Some("threshold") => Tone::Threshold(self.threshold.unwrap_or(128)),
             Some("dither") => Tone::Dither,
-            Some(other) => return Err(format!("tone is \"grey\", \"threshold\" or \"dither\", not \"{other}\"")),
+            Some(other) => {
+                return Err(format!(
+                    "tone is \"grey\", \"threshold\" or \"dither\", not \"{other}\""
+                ));
+            }
         };
         (engrave.invert, engrave.both_directions) = (self.invert, self.both_directions);
-        let positive = |name, value: Option<f64>| value.map(|value| above_zero(name, value)).transpose();
+        let positive =
+            |name, value: Option<f64>| value.map(|value| above_zero(name, value)).transpose();
         engrave.spacing = positive("spacing", self.spacing)?.unwrap_or(engrave.spacing);
         engrave.overscan = positive("overscan", self.overscan)?.or(engrave.overscan);
         engrave.gamma = positive("gamma", self.gamma)?.unwrap_or(engrave.gamma);
@@ -152,7 +163,9 @@ fn format_of(name: &str, bytes: &[u8], said: Option<&str>) -> Result<Format, Str
         Some(said) => said.parse(),
         None => Format::of(name, bytes).ok_or_else(|| {
             let names = Format::ALL.map(Format::name).join(", ");
-            format!("neither its name nor its content tells what it is; give format=, one of {names}")
+            format!(
+                "neither its name nor its content tells what it is; give format=, one of {names}"
+            )
         }),
     }
 }
@@ -170,7 +183,8 @@ impl Program {
         let title = wanted.title.clone().unwrap_or_else(|| stem(name));
         let options = wanted.options(title).map_err(refused)?;
         let made = py.detach(|| made(format, bytes, &options, &setup));
-        let (plan, notes, taught) = made.map_err(|problem| super::raise(py, Some(name), &said(problem)))?;
+        let (plan, notes, taught) =
+            made.map_err(|problem| super::raise(py, Some(name), &said(problem)))?;
         let source = Source {
             name: Some(name.to_owned()),
             format: Some(format.name().to_owned()),
@@ -193,7 +207,14 @@ impl Program {
     #[staticmethod]
     fn formats() -> Vec<(&'static str, Vec<&'static str>, &'static str)> {
         let all = Format::ALL.into_iter();
-        all.map(|format| (format.name(), format.endings().to_vec(), format.description())).collect()
+        all.map(|format| {
+            (
+                format.name(),
+                format.endings().to_vec(),
+                format.description(),
+            )
+        })
+        .collect()
     }
 }
 
@@ -213,9 +234,14 @@ fn made(
 
 /// A problem with the help that is an argument here.
 fn said(mut problem: Problem) -> Problem {
-    let needs_start = problem.help.as_deref().is_some_and(|help| help.ends_with(NEEDS_START));
+    let needs_start = problem
+        .help
+        .as_deref()
+        .is_some_and(|help| help.ends_with(NEEDS_START));
     if needs_start {
-        problem.message.push_str("; give start=(x, y, z), where the tool stands when the program begins");
+        problem
+            .message
+            .push_str("; give start=(x, y, z), where the tool stands when the program begins");
     }
     problem
 }
@@ -223,6 +249,11 @@ fn said(mut problem: Problem) -> Problem {
 /// The name of a file without its folder and its ending.
 fn stem(name: &str) -> String {
     let name = name.rsplit(['/', '\\']).next().unwrap_or(name);
-    let plain = name.strip_suffix(".plan.json").or_else(|| name.rsplit_once('.').map(|(stem, _)| stem));
-    plain.filter(|stem| !stem.is_empty()).unwrap_or(name).to_owned()
+    let plain = name
+        .strip_suffix(".plan.json")
+        .or_else(|| name.rsplit_once('.').map(|(stem, _)| stem));
+    plain
+        .filter(|stem| !stem.is_empty())
+        .unwrap_or(name)
+        .to_owned()
 }

@@ -49,7 +49,11 @@ impl Program {
     }
 
     /// The same changed in a way that may not work.
-    fn changed(&self, py: Python<'_>, change: impl FnOnce(&Plan) -> Result<Plan, Problem> + Send) -> PyResult<Self> {
+    fn changed(
+        &self,
+        py: Python<'_>,
+        change: impl FnOnce(&Plan) -> Result<Plan, Problem> + Send,
+    ) -> PyResult<Self> {
         let plan = py.detach(|| change(&self.plan));
         let plan = plan.map_err(|problem| raise(py, self.source.name.as_deref(), &problem))?;
         Ok(Self::of(plan, self.source.clone()))
@@ -125,7 +129,9 @@ impl Program {
 
     #[getter]
     fn surface(&self) -> Option<(f64, [f64; 2])> {
-        self.plan.surface.map(|surface| (surface.height, surface.slope))
+        self.plan
+            .surface
+            .map(|surface| (surface.height, surface.slope))
     }
 
     #[getter]
@@ -149,7 +155,12 @@ impl Program {
         let notes = self.source.notes.iter();
         let parts = notes.map(|note| {
             let place = note.origin;
-            (place.line, place.column, note.name.as_deref(), note.message.as_str())
+            (
+                place.line,
+                place.column,
+                note.name.as_deref(),
+                note.message.as_str(),
+            )
         });
         parts.collect()
     }
@@ -170,34 +181,52 @@ impl Program {
         self.changed(py, |plan| plan.repeated(times))
     }
 
-    fn on_grid(&self, py: Python<'_>, rows: usize, columns: usize, pitch: [f64; 2]) -> PyResult<Self> {
-        self.changed(py, |plan| plan.placed_on(&Pallet::grid(rows, columns, pitch)))
+    fn on_grid(
+        &self,
+        py: Python<'_>,
+        rows: usize,
+        columns: usize,
+        pitch: [f64; 2],
+    ) -> PyResult<Self> {
+        self.changed(py, |plan| {
+            plan.placed_on(&Pallet::grid(rows, columns, pitch))
+        })
     }
 
-    fn on_corners(&self, py: Python<'_>, rows: usize, columns: usize, corners: [[f64; 3]; 3]) -> PyResult<Self> {
-        self.changed(py, |plan| plan.placed_on(&Pallet::corners(rows, columns, corners)))
+    fn on_corners(
+        &self,
+        py: Python<'_>,
+        rows: usize,
+        columns: usize,
+        corners: [[f64; 3]; 3],
+    ) -> PyResult<Self> {
+        self.changed(py, |plan| {
+            plan.placed_on(&Pallet::corners(rows, columns, corners))
+        })
     }
 
     /// The steps of another one after these.
     fn joined(&self, other: &Self) -> Self {
         let mut plan = (*self.plan).clone();
         if other.plan.tool.is_some() && other.plan.tool != plan.tool {
-            plan.steps.extend(other.plan.preamble().map(|tool| magician_program::Step {
-                action: tool.into(),
-                origin: magician_program::Origin::NONE,
-            }));
+            plan.steps
+                .extend(other.plan.preamble().map(|tool| magician_program::Step {
+                    action: tool.into(),
+                    origin: magician_program::Origin::NONE,
+                }));
         }
         if plan.surface != other.plan.surface {
             plan.surface = None;
         }
         let names = u32::try_from(plan.names.len()).unwrap_or(u32::MAX);
         plan.names.extend(other.plan.names.iter().cloned());
-        plan.steps.extend(other.plan.steps.iter().cloned().map(|mut step| {
-            if step.origin.name > 0 {
-                step.origin.name = step.origin.name.saturating_add(names);
-            }
-            step
-        }));
+        plan.steps
+            .extend(other.plan.steps.iter().cloned().map(|mut step| {
+                if step.origin.name > 0 {
+                    step.origin.name = step.origin.name.saturating_add(names);
+                }
+                step
+            }));
         let source = Source {
             assumed: self.source.assumed || other.source.assumed,
             rows: self.source.rows && other.source.rows,
@@ -209,7 +238,8 @@ impl Program {
     /// From a step on, counted from 1, for an arm that stands so; of a virtual one if there is none.
     fn starting_at(&self, py: Python<'_>, step: usize, start: Option<&Start>) -> PyResult<Self> {
         let at = step.checked_sub(1);
-        let at = at.ok_or_else(|| errors::raise(py, &Error::invalid("steps are counted from 1")))?;
+        let at =
+            at.ok_or_else(|| errors::raise(py, &Error::invalid("steps are counted from 1")))?;
         let start = self.start_or_staged(py, start)?;
         self.changed(py, |plan| plan.from_step(at, &start).map(|rest| rest.plan))
     }
@@ -221,7 +251,8 @@ impl Program {
     /// As a file of DobotStudio, and what that cannot say.
     fn to_playback(&self, py: Python<'_>) -> PyResult<(String, Vec<String>)> {
         let playback = py.detach(|| Playback::from_plan(&self.plan));
-        let playback = playback.map_err(|problem| raise(py, self.source.name.as_deref(), &problem))?;
+        let playback =
+            playback.map_err(|problem| raise(py, self.source.name.as_deref(), &problem))?;
         let lost = playback.notes().iter().map(ToString::to_string);
         Ok((playback.to_xml(), lost.collect()))
     }
@@ -238,7 +269,8 @@ impl Program {
 /// One command of each kind: what a check has to read of an arm depends on nothing else.
 pub(crate) fn kinds(plan: &Plan) -> Vec<Set> {
     let all = plan.commands();
-    let kinds: std::collections::BTreeMap<u8, Set> = all.map(|command| (command.row().id, command)).collect();
+    let kinds: std::collections::BTreeMap<u8, Set> =
+        all.map(|command| (command.row().id, command)).collect();
     kinds.into_values().collect()
 }
 

@@ -32,11 +32,20 @@ struct Way {
 impl Program {
     /// A plan of rows of 3 or 4 numbers, and of a power for each row where `powers` has any.
     #[staticmethod]
-    fn of_points(py: Python<'_>, points: &[u8], columns: usize, powers: &[u8], way: Way) -> PyResult<Self> {
+    fn of_points(
+        py: Python<'_>,
+        points: &[u8],
+        columns: usize,
+        powers: &[u8],
+        way: Way,
+    ) -> PyResult<Self> {
         let bad = |problem: Problem| super::raise(py, None, &problem);
         let tool = tool(py, way.tool.as_deref())?;
         let by = travel(&way.by).ok_or_else(|| {
-            let text = format!("by `{}` goes nothing: it is path, line, joints or jump", way.by);
+            let text = format!(
+                "by `{}` goes nothing: it is path, line, joints or jump",
+                way.by
+            );
             errors::raise(py, &Error::invalid(text))
         })?;
         let plan = py.detach(|| {
@@ -90,11 +99,17 @@ fn rows(points: &[u8], columns: usize, way: &Way) -> Result<Vec<Option<[f32; 4]>
             Some(at) => {
                 let name = ["x", "y", "z", "r"].get(at).copied().unwrap_or_default();
                 let found = row.get(at).copied().unwrap_or(f64::NAN);
-                Err(Problem::of_file(format!("row {nth}: {name} is {found}, which is no place")))
+                Err(Problem::of_file(format!(
+                    "row {nth}: {name} is {found}, which is no place"
+                )))
             }
         }
     };
-    numbers.chunks_exact(columns.max(1)).enumerate().map(row).collect()
+    numbers
+        .chunks_exact(columns.max(1))
+        .enumerate()
+        .map(row)
+        .collect()
 }
 
 /// Where a row stands.
@@ -118,9 +133,17 @@ fn moves(plan: &mut Plan, rows: &[Option<[f32; 4]>], by: Travel) -> Result<(), P
 }
 
 /// Along continuous paths, one for each run of rows without a gap.
-fn paths(plan: &mut Plan, rows: &[Option<[f32; 4]>], powers: &[f64], way: &Way) -> Result<(), Problem> {
+fn paths(
+    plan: &mut Plan,
+    rows: &[Option<[f32; 4]>],
+    powers: &[f64],
+    way: &Way,
+) -> Result<(), Problem> {
     if let Some(speed) = way.speed {
-        plan.push(words::path_speed(speed as f32, way.acceleration as f32), Origin::NONE);
+        plan.push(
+            words::path_speed(speed as f32, way.acceleration as f32),
+            Origin::NONE,
+        );
     }
     let mut begun = None;
     for (nth, row) in rows.iter().enumerate() {
@@ -145,7 +168,10 @@ fn paths(plan: &mut Plan, rows: &[Option<[f32; 4]>], powers: &[f64], way: &Way) 
                 let to = [x, y, z];
                 // A way of no length stops the arm and leads nowhere.
                 if to != last {
-                    plan.push(segment(to, powers.get(nth).copied().or(way.power)), origin(nth));
+                    plan.push(
+                        segment(to, powers.get(nth).copied().or(way.power)),
+                        origin(nth),
+                    );
                 }
                 begun = Some((to, first));
             }
@@ -176,13 +202,25 @@ fn approach(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &Way, nth: usize)
         plan.push(Action::Move { to, by }, origin(nth));
     }
     let by = if lift > 0.0 { Travel::Line } else { by };
-    plan.push(Action::Move { to: [x, y, z, r], by }, origin(nth));
+    plan.push(
+        Action::Move {
+            to: [x, y, z, r],
+            by,
+        },
+        origin(nth),
+    );
 }
 
 fn leave(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &Way, nth: usize) {
     let lift = way.lift as f32;
     if lift > 0.0 {
         let by = Travel::Line;
-        plan.push(Action::Move { to: [x, y, z + lift, r], by }, origin(nth));
+        plan.push(
+            Action::Move {
+                to: [x, y, z + lift, r],
+                by,
+            },
+            origin(nth),
+        );
     }
 }

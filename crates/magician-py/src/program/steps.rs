@@ -43,7 +43,11 @@ impl Program {
     fn targets<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         let targets = py.detach(|| {
             let steps = self.plan.steps.iter();
-            let each = |step: &Step| step.action.target().map_or([f64::NAN; 3], |to| to.map(f64::from));
+            let each = |step: &Step| {
+                step.action
+                    .target()
+                    .map_or([f64::NAN; 3], |to| to.map(f64::from))
+            };
             steps.map(each).collect::<Vec<_>>()
         });
         numbers(py, targets.as_flattened())
@@ -87,7 +91,10 @@ fn said(action: &Action) -> Vec<f64> {
         Action::Shift { by, .. } => all(by),
         Action::Arc { via, to } => all(&[*via, *to].concat()),
         Action::Path { to } => all(to),
-        Action::Burn { to: [x, y, z], power } => all(&[*x, *y, *z, *power]),
+        Action::Burn {
+            to: [x, y, z],
+            power,
+        } => all(&[*x, *y, *z, *power]),
         Action::Suction(on) | Action::Laser(on) => vec![f64::from(u8::from(*on))],
         Action::Gripper(grip) => vec![match grip {
             Grip::Off => -1.0,

@@ -17,7 +17,7 @@ use super::{FAINT, INK, MARGIN, TICKS, WRONG};
 const SCALE: f64 = 0.25;
 /// Which part of the ground it shows, and which of the plane through the arm, mm.
 const ABOVE: [[f64; 2]; 2] = [[-100.0, -340.0], [360.0, 340.0]];
-const SIDE: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 300.0]];
+const SIDE: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 260.0]];
 /// Room for title and figures, mm.
 const HEAD: f64 = 18.0;
 
@@ -220,9 +220,9 @@ fn head(svg: &mut Svg, left: f64, standing: &Standing, pose: &Pose) {
             None => format!("alarm {code:#04x}"),
         });
     let alarms: Vec<String> = alarms.collect();
-    let look = match alarms.is_empty() {
-        true => text,
-        false => Type {
+    let look = match standing.alarms.blocking() {
+        false => text,
+        true => Type {
             colour: WRONG,
             ..text
         },

@@ -60,12 +60,14 @@ pub(super) fn draw(
         svg.rectangle(ends.map(|end| panel.at(end)), &look);
     }
     if let Some(belt) = &around.belt {
-        let distances = (0..=24).map(|nth| {
-            let [x, y] = belt.at(belt.length * f64::from(nth) / 24.0, 0.0);
-            x.hypot(y)
+        let half = belt.width / 2.0;
+        let points = (0..=24).flat_map(|nth| {
+            let along = belt.length * f64::from(nth) / 24.0;
+            [-half, 0.0, half].map(|aside| belt.at(along, aside))
         });
-        let near = distances.fold(f64::MAX, f64::min);
-        let ends = [near - belt.width / 2.0, near + belt.width / 2.0];
+        let ends = points.fold([f64::MAX, 0.0_f64], |[near, far], [x, y]| {
+            [near.min(x.hypot(y)), far.max(x.hypot(y))]
+        });
         let ends = [[ends[0], belt.height], [ends[1], belt.height - THICK]];
         let look = [
             ("fill", "#7d8894"),
