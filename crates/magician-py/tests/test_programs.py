@@ -107,9 +107,18 @@ def test_a_drawing_is_laid_where_it_is_told(samples: Path) -> None:
     (x0, y0, _), (x1, y1, _) = _bounds(there)
     assert ((x0 + x1) / 2, (y0 + y1) / 2) == pytest.approx((230, 50), abs=1.5)
     assert y1 - y0 == pytest.approx(25, abs=0.1)
-    sheet = Sheet((200, -40), rotation=0, size=(60, 60))
+    sheet = Sheet((180, -60), rotation=0, size=(110, 120))
     on_sheet = magician.load(samples / "house.svg", sheet=sheet, surface=-60)
     assert on_sheet.preview(sheet=sheet).svg.startswith("<svg")
+
+
+def test_help_speaks_of_arguments(samples: Path) -> None:
+    with pytest.raises(InvalidInputError, match=r"reached; fit=True shrinks it, scale=0\.\d+ would do"):
+        magician.load(samples / "house.svg", scale=10)
+    (note,) = magician.load(samples / "house.svg").notes
+    assert note.help == "order=False keeps the order of the file" and note.help in str(note)
+    with pytest.raises(InvalidInputError, match=r"at=\(x, y\) for one"):
+        magician.load(samples / "house.svg", at=(0, 0), fit=True)
 
 
 def test_an_image_is_engraved_or_traced(samples: Path) -> None:

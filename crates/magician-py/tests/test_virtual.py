@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -101,7 +102,12 @@ def test_hands_and_faults() -> None:
     assert 0x20 in cell.alarms
     cell.set_input(15, True)
     cell.set_analog(1, 4095)
-    for wrong in (lambda: cell.set_input(21, True), lambda: cell.set_analog(1, 5000), lambda: cell.slip(5, 1)):
+    wrongs: list[Callable[[], None]] = [
+        lambda: cell.set_input(21, True),
+        lambda: cell.set_analog(1, 5000),
+        lambda: cell.slip(5, 1),
+    ]
+    for wrong in wrongs:
         with pytest.raises(InvalidInputError):
             wrong()
     cell.press_key(long=True)

@@ -76,12 +76,19 @@ class Note:
     """What was left out of a file or taken in a certain way; nothing of it is an error."""
 
     message: str
+    """What."""
     line: int | None = None
+    """Line of the file, from 1."""
     column: int | None = None
+    """Column in that line, from 1."""
     name: str | None = None
+    """The element or point of the file."""
+    help: str | None = None
+    """What to do about it."""
 
     def __str__(self) -> str:
-        return _placed(self.message, _place(self.line, self.column, None), self.name)
+        help = f" ({self.help})" if self.help else ""
+        return _placed(self.message, _place(self.line, self.column, None), self.name) + help
 
 
 @dataclass(frozen=True)
@@ -395,7 +402,10 @@ class Plan:
     @property
     def notes(self) -> list[Note]:
         """What was left out of the file or taken in a certain way."""
-        return [Note(message, line or None, column or None, name) for line, column, name, message in self._native.notes]
+        return [
+            Note(message, line or None, column or None, name, help)
+            for line, column, name, message, help in self._native.notes
+        ]
 
     @property
     def tool(self) -> str | None:

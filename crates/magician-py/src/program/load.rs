@@ -232,18 +232,57 @@ fn made(
     Ok((made.content, notes, taught))
 }
 
-/// A problem with the help that is an argument here.
+/// A problem with a help that speaks of arguments.
 fn said(mut problem: Problem) -> Problem {
     let needs_start = problem
         .help
         .as_deref()
         .is_some_and(|help| help.ends_with(NEEDS_START));
-    if needs_start {
-        problem
-            .message
-            .push_str("; give start=(x, y, z), where the tool stands when the program begins");
-    }
+    problem.help = match needs_start {
+        true => {
+            Some("give start=(x, y, z), where the tool stands when the program begins".to_owned())
+        }
+        false => problem.help.as_deref().map(arguments),
+    };
     problem
+}
+
+/// A help of the command line in the words of [`load`](Program::load): `--scale 0.5` is `scale=0.5`.
+pub(super) fn arguments(help: &str) -> String {
+    let mut words = help.split(' ').peekable();
+    let mut said: Vec<String> = Vec::new();
+    while let Some(word) = words.next() {
+        let Some(flag) = word.trim_start_matches('`').strip_prefix("--") else {
+            said.push(word.to_owned());
+            continue;
+        };
+        let end = flag.find(|letter: char| !letter.is_ascii_lowercase() && letter != '-');
+        let (flag, rest) = flag.split_at(end.unwrap_or(flag.len()));
+        let is_value = |next: &&str| {
+            next.starts_with(|first: char| first.is_ascii_digit() || first.is_ascii_uppercase())
+        };
+        let value = words.next_if(|next| rest.is_empty() && is_value(next));
+        let rest = rest.trim_start_matches('`');
+        said.push(match (flag, value) {
+            ("fit" | "mirror" | "invert", _) => format!("{flag}=True{rest}"),
+            ("no-order", _) => format!("order=False{rest}"),
+            (flag, None) => format!("{}={rest}", flag.replace('-', "_")),
+            (flag, Some(value)) => {
+                let plain = value.trim_end_matches(['`', ',']);
+                let after = value
+                    .get(plain.len()..)
+                    .unwrap_or_default()
+                    .trim_start_matches('`');
+                let plain = plain.to_ascii_lowercase();
+                let plain = match plain.contains(',') {
+                    true => format!("({})", plain.replace(',', ", ")),
+                    false => plain,
+                };
+                format!("{}={plain}{after}", flag.replace('-', "_"))
+            }
+        });
+    }
+    said.join(" ")
 }
 
 /// The name of a file without its folder and its ending.

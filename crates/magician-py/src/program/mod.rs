@@ -72,10 +72,14 @@ impl Program {
 
 /// The exception for a problem with a file or a plan.
 pub(crate) fn raise(py: Python<'_>, name: Option<&str>, problem: &Problem) -> PyErr {
-    let text = match name {
+    let mut text = match name {
         Some(name) => format!("{name}: {problem}"),
         None => problem.to_string(),
     };
+    if let Some(help) = &problem.help {
+        text.push_str("; ");
+        text.push_str(help);
+    }
     errors::raise(py, &Error::invalid(text))
 }
 
@@ -149,17 +153,19 @@ impl Program {
         self.source.assumed
     }
 
-    /// What was read in a certain way: line, column, name, what.
+    /// What was read in a certain way: line, column, name, what, and what to do about it.
     #[getter]
-    fn notes(&self) -> Vec<(u32, u32, Option<&str>, &str)> {
+    fn notes(&self) -> Vec<(u32, u32, Option<&str>, &str, Option<String>)> {
         let notes = self.source.notes.iter();
         let parts = notes.map(|note| {
-            let place = note.origin;
+            let (line, column) = (note.origin.line, note.origin.column);
+            let help = note.help.as_deref().map(load::arguments);
             (
-                place.line,
-                place.column,
+                line,
+                column,
                 note.name.as_deref(),
                 note.message.as_str(),
+                help,
             )
         });
         parts.collect()
