@@ -7,7 +7,7 @@
 //! * [`call::Call`] is something under way: a thread waits for it with the interpreter free and interrupts heard, or an
 //!   event loop is told when it has ended. So the blocking and the asyncio interface are the same one twice.
 //! * [`values`] carries the fields of any command between Python and the protocol's table.
-//! * [`program::Program`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
+//! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
 //!   [`picture::Picture`] what either shows of itself.
 //! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone.
 
@@ -35,7 +35,7 @@ mod _magician {
     #[pymodule_export]
     use crate::picture::{Ink, Picture};
     #[pymodule_export]
-    use crate::program::{Program, Start};
+    use crate::program::{PyPlan, Start};
     #[pymodule_export]
     use crate::run::{Course, draw_arm};
 }

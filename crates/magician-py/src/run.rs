@@ -22,7 +22,7 @@ use crate::call::Call;
 use crate::cell::Cell;
 use crate::core::Core;
 use crate::picture::Picture;
-use crate::program::{Program, SURFACE_ARGUMENT, Source, Start, findings, kinds, refusal, seconds};
+use crate::program::{PyPlan, SURFACE_ARGUMENT, Source, Start, findings, kinds, refusal, seconds};
 
 /// How far a run is; shared with whoever watches.
 #[derive(Default)]
@@ -322,7 +322,7 @@ impl Core {
     }
 
     /// Asks the arm what a check of a program depends on.
-    fn start_of(&self, program: &Program) -> Call {
+    fn start_of(&self, program: &PyPlan) -> Call {
         let (arm, plan) = (self.arm.clone(), Arc::clone(&program.plan));
         let ask = async move { arm.preflight_for(&kinds(&plan)).await };
         Call::start(ask, |py, preflight| {
@@ -331,7 +331,7 @@ impl Core {
     }
 
     /// Checks a program, runs it and waits for its end; how far it is meanwhile.
-    fn run(&self, py: Python<'_>, program: &Program, how: How) -> PyResult<(Call, Course)> {
+    fn run(&self, py: Python<'_>, program: &PyPlan, how: How) -> PyResult<(Call, Course)> {
         if how.first_step == 0 {
             let error = Error::invalid("steps are counted from 1");
             return Err(crate::errors::raise(py, &error));

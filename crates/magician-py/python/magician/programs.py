@@ -223,7 +223,7 @@ class Steps(Sequence[Step]):
 
     __slots__ = ("_native",)
 
-    def __init__(self, native: _magician.Program) -> None:
+    def __init__(self, native: _magician.Plan) -> None:
         self._native = native
 
     def __len__(self) -> int:
@@ -296,7 +296,7 @@ class Plan:
 
     __slots__ = ("_native", "_report")
 
-    def __init__(self, native: _magician.Program) -> None:
+    def __init__(self, native: _magician.Plan) -> None:
         self._native = native
         self._report: Report | None = None
 
@@ -317,7 +317,7 @@ class Plan:
             InvalidInputError: A command cannot be queued.
         """
         pairs = [_wire(command) for command in commands]
-        return cls(_magician.Program.of_commands(title, pairs, _tool(tool), _surface(surface)))
+        return cls(_magician.Plan.of_commands(title, pairs, _tool(tool), _surface(surface)))
 
     @classmethod
     def path(
@@ -371,7 +371,7 @@ class Plan:
             "acceleration": acceleration,
             "power": power,
         }
-        return cls(_magician.Program.of_points(data, columns, each, way))
+        return cls(_magician.Plan.of_points(data, columns, each, way))
 
     @classmethod
     def from_json(cls, text: str) -> Plan:
@@ -380,7 +380,7 @@ class Plan:
         Raises:
             InvalidInputError: It is none; line, column, and what would be right.
         """
-        return cls(_magician.Program.of_json(text))
+        return cls(_magician.Plan.of_json(text))
 
     # Looking at it.
 
@@ -729,7 +729,7 @@ def load(
         "overscan": overscan,
         "gamma": gamma,
     }
-    return Plan(_magician.Program.load(name, data, wanted))
+    return Plan(_magician.Plan.load(name, data, wanted))
 
 
 def _open(file: str | os.PathLike[str] | IO[bytes]) -> tuple[str, bytes]:

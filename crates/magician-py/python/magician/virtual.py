@@ -119,6 +119,10 @@ class VirtualArm:
     program takes: belts run on and scenarios go on when :meth:`advance` says so, and every run is the same run. With a
     ``speed`` the clock follows the wall's.
 
+    As whatever the arm does takes no time, a queued command has ended before the next one comes: a continuous path that is
+    longer than the arm's queue comes to rest between some of its segments, and takes longer than it would. A ``speed`` of 1, or
+    :meth:`magician.Plan.rehearse`, has its true time.
+
     Example:
         >>> cell = VirtualArm('''
         ...     tool = { kind = "suction" }

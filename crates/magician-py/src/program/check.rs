@@ -9,7 +9,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use super::{Program, Source, kinds, retold, tool};
+use super::{PyPlan, Source, kinds, retold, tool};
 use crate::errors;
 use crate::picture::{Ink, Picture};
 
@@ -37,7 +37,7 @@ fn staged(plan: &Plan) -> Result<Preflight, Error> {
     })
 }
 
-impl Program {
+impl PyPlan {
     /// Where an arm stands that was asked, or else the virtual one that is ready for it.
     pub(super) fn start_or_staged(
         &self,
@@ -54,7 +54,7 @@ impl Program {
 }
 
 #[pymethods]
-impl Program {
+impl PyPlan {
     /// Follows it; as a dictionary.
     fn check<'py>(&self, py: Python<'py>, start: Option<&Start>) -> PyResult<Bound<'py, PyDict>> {
         let start = self.start_or_staged(py, start)?;

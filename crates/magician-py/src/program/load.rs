@@ -9,7 +9,7 @@ use magician_program::{
 };
 use pyo3::prelude::*;
 
-use super::{Program, Source, surface, tool};
+use super::{PyPlan, Source, surface, tool};
 use crate::errors;
 
 /// Height of the table of a virtual arm, where nobody has said another, mm.
@@ -171,7 +171,7 @@ fn format_of(name: &str, bytes: &[u8], said: Option<&str>) -> Result<Format, Str
 }
 
 #[pymethods]
-impl Program {
+impl PyPlan {
     /// A plan of what is in a file.
     #[staticmethod]
     fn load(py: Python<'_>, name: &str, bytes: &[u8], wanted: Wanted) -> PyResult<Self> {
@@ -247,7 +247,7 @@ fn said(mut problem: Problem) -> Problem {
     problem
 }
 
-/// A help of the command line in the words of [`load`](Program::load): `--scale 0.5` is `scale=0.5`.
+/// A help of the command line in the words of [`load`](PyPlan::load): `--scale 0.5` is `scale=0.5`.
 pub(super) fn arguments(help: &str) -> String {
     let mut words = help.split(' ').peekable();
     let mut said: Vec<String> = Vec::new();

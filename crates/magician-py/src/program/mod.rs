@@ -19,8 +19,8 @@ pub(crate) use load::SURFACE_ARGUMENT;
 use crate::{core, errors};
 
 /// A plan, and what is known of where it came from.
-#[pyclass(frozen, module = "magician._magician")]
-pub(crate) struct Program {
+#[pyclass(frozen, name = "Plan", module = "magician._magician")]
+pub(crate) struct PyPlan {
     pub(crate) plan: Arc<Plan>,
     pub(crate) source: Source,
 }
@@ -40,7 +40,10 @@ pub(crate) struct Source {
     pub(crate) assumed: bool,
 }
 
-impl Program {
+/// Line, column, name, what, and what to do about it.
+type NoteParts<'a> = (u32, u32, Option<&'a str>, &'a str, Option<String>);
+
+impl PyPlan {
     fn of(plan: Plan, source: Source) -> Self {
         Self {
             plan: Arc::new(plan),
@@ -95,7 +98,7 @@ fn surface(given: Option<(f64, [f64; 2])>) -> Option<Surface> {
 }
 
 #[pymethods]
-impl Program {
+impl PyPlan {
     /// A plan of commands.
     #[staticmethod]
     #[pyo3(name = "of_commands")]
@@ -153,9 +156,9 @@ impl Program {
         self.source.assumed
     }
 
-    /// What was read in a certain way: line, column, name, what, and what to do about it.
+    /// What was read in a certain way.
     #[getter]
-    fn notes(&self) -> Vec<(u32, u32, Option<&str>, &str, Option<String>)> {
+    fn notes(&self) -> Vec<NoteParts<'_>> {
         let notes = self.source.notes.iter();
         let parts = notes.map(|note| {
             let (line, column) = (note.origin.line, note.origin.column);

@@ -4,7 +4,7 @@ use magician::{Error, words};
 use magician_program::{Action, Origin, Plan, Problem, Travel};
 use pyo3::prelude::*;
 
-use super::{Program, Source, surface, tool};
+use super::{PyPlan, Source, surface, tool};
 use crate::errors;
 
 /// How points become a plan.
@@ -29,7 +29,7 @@ struct Way {
 }
 
 #[pymethods]
-impl Program {
+impl PyPlan {
     /// A plan of rows of 3 or 4 numbers, and of a power for each row where `powers` has any.
     #[staticmethod]
     fn of_points(

@@ -7,12 +7,12 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
-use super::Program;
+use super::PyPlan;
 use super::check::numbers;
 use crate::values;
 
 #[pymethods]
-impl Program {
+impl PyPlan {
     /// A step, counted from 0, as a dictionary.
     fn step<'py>(&self, py: Python<'py>, at: usize) -> PyResult<Bound<'py, PyDict>> {
         let step = self.plan.steps.get(at);
