@@ -8,6 +8,7 @@ mod fidelity;
 mod gallery;
 mod programs;
 mod protocol;
+mod python;
 mod soak;
 
 use std::path::Path;
@@ -20,6 +21,7 @@ Usage: cargo xtask CHORE
   fidelity   list what the virtual arm's behaviour rests on: docs/FIDELITY.md
   protocol   list every command of the protocol: docs/PROTOCOL.md
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
+  python     write the Python package's commands and alarms: crates/magician-py/python/magician/*.py
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   programs   run programs of every kind on the virtual arm: docs/programs/* and docs/PROGRAMS.md
   dist       build the release archive: target/dist/*.tar.gz
@@ -36,6 +38,7 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "gallery" => gallery::write(&docs),
         Some((chore, [])) if chore == "programs" => programs::write(&root),
         Some((chore, [])) if chore == "protocol" => protocol::write(&docs),
+        Some((chore, [])) if chore == "python" => python::write(&root),
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use tokio::task::AbortHandle;
 
 use crate::errors;
-use crate::runtime;
+use crate::runtime::{self, Local, News};
 
 /// So often a waiting thread looks whether Ctrl-C was pressed.
 const LOOK: Duration = Duration::from_millis(30);
@@ -18,20 +18,21 @@ type Made = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
 /// Something under way at an arm.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Call {
-    shared: Arc<Shared>,
-    task: AbortHandle,
+    inner: Local<(Arc<Shared>, Option<AbortHandle>)>,
 }
 
+#[derive(Default)]
 struct Shared {
     state: Mutex<State>,
-    ended: Condvar,
+    changed: Condvar,
 }
 
 #[derive(Default)]
 struct State {
     outcome: Option<magician::Result<Made>>,
     over: bool,
-    listener: Option<Py<PyAny>>,
+    report: Option<Made>,
+    listener: Option<Arc<Py<PyAny>>>,
 }
 
 impl Shared {
@@ -39,18 +40,41 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn end(&self, outcome: magician::Result<Made>) {
+    /// Tells whoever waits: here without the interpreter, and elsewhere soon.
+    fn change(&self, change: impl FnOnce(&mut State)) {
         let listener = {
             let mut state = self.state();
-            state.outcome = Some(outcome);
-            state.over = true;
-            state.listener.take()
+            change(&mut state);
+            state.listener.clone()
         };
-        self.ended.notify_all();
+        self.changed.notify_all();
         if let Some(listener) = listener {
-            // An event loop that is closed meanwhile wants to hear nothing more.
-            let _ = Python::try_attach(|py| drop(listener.call0(py)));
+            runtime::tell(News::Call(listener));
         }
+    }
+
+    /// Waits for a moment; whether it has ended, and what is new.
+    fn look(&self) -> (bool, Option<Made>) {
+        let quiet = |state: &mut State| !state.over && state.report.is_none();
+        let waited = self
+            .changed
+            .wait_timeout_while(self.state(), LOOK, quiet)
+            .unwrap_or_else(PoisonError::into_inner);
+        let mut state = waited.0;
+        (state.over, state.report.take())
+    }
+}
+
+/// How something under way tells how far it is. Only the last report waits to be heard.
+pub(crate) struct Reporter(Arc<Shared>);
+
+impl Reporter {
+    pub(crate) fn report(
+        &self,
+        made: impl FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send + 'static,
+    ) {
+        self.0
+            .change(|state| state.report = Some(Box::new(made) as Made));
     }
 }
 
@@ -62,16 +86,31 @@ impl Call {
         F: Future<Output = magician::Result<T>> + Send + 'static,
         M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
     {
-        let shared = Arc::new(Shared {
-            state: Mutex::default(),
-            ended: Condvar::new(),
-        });
+        Self::reporting(|_| task, made)
+    }
+
+    /// Starts something that tells how far it is.
+    pub(crate) fn reporting<T, F, M>(task: impl FnOnce(Reporter) -> F, made: M) -> Self
+    where
+        T: Send + 'static,
+        F: Future<Output = magician::Result<T>> + Send + 'static,
+        M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
+    {
+        let shared = Arc::new(Shared::default());
         let told = Arc::clone(&shared);
+        let task = task(Reporter(Arc::clone(&shared)));
         let task = runtime::spawn(async move {
             let outcome = task.await;
-            told.end(outcome.map(|value| Box::new(move |py: Python<'_>| made(py, value)) as Made));
+            let outcome =
+                outcome.map(|value| Box::new(move |py: Python<'_>| made(py, value)) as Made);
+            told.change(|state| {
+                state.outcome = Some(outcome);
+                state.over = true;
+            });
         });
-        Self { shared, task }
+        Self {
+            inner: Local::new((shared, task)),
+        }
     }
 
     /// Starts something that comes to nothing.
@@ -81,33 +120,63 @@ impl Call {
     {
         Self::start(task, |py, ()| Ok(py.None()))
     }
+
+    fn shared(&self, py: Python<'_>) -> PyResult<&Arc<Shared>> {
+        self.inner.get(py).map(|(shared, _)| shared)
+    }
 }
 
 #[pymethods]
 impl Call {
-    /// Waits for the end, with the interpreter free for other threads, and returns what came of it.
-    fn wait(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        while !py.detach(|| self.look()) {
-            py.check_signals()?;
-        }
-        self.result(py)
-    }
-
-    /// Calls `listener()` from another thread when it has ended; at once, if it has.
-    fn on_end(&self, py: Python<'_>, listener: Py<PyAny>) -> PyResult<()> {
-        {
-            let mut state = self.shared.state();
-            if !state.over {
-                state.listener = Some(listener);
-                return Ok(());
+    /// Waits for the end, with the interpreter free for other threads, and returns what came of it. `listener` is called
+    /// with each report. An interrupt, or what the listener raises, ends the waiting and lets go of it.
+    #[pyo3(signature = (listener=None))]
+    fn wait(&self, py: Python<'_>, listener: Option<&Bound<'_, PyAny>>) -> PyResult<Py<PyAny>> {
+        let shared = self.shared(py)?;
+        loop {
+            let (over, report) = py.detach(|| shared.look());
+            let heard = match (report, listener) {
+                (Some(report), Some(listener)) => {
+                    report(py).and_then(|report| listener.call1((report,)).map(drop))
+                }
+                _ => Ok(()),
+            };
+            if over && heard.is_ok() {
+                return self.result(py);
+            }
+            if let Err(error) = heard.and_then(|()| py.check_signals()) {
+                self.cancel();
+                return Err(error);
             }
         }
-        listener.call0(py).map(drop)
+    }
+
+    /// Calls `listener()` from another thread whenever there is a report or the end; once at once.
+    fn listen(&self, py: Python<'_>, listener: Py<PyAny>) -> PyResult<()> {
+        let listener = Arc::new(listener);
+        self.shared(py)?
+            .change(|state| state.listener = Some(listener));
+        Ok(())
+    }
+
+    /// What it reported last and nobody has heard yet, or `None`.
+    fn report(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        let report = self.shared(py)?.state().report.take();
+        report.map(|report| report(py)).transpose()
+    }
+
+    /// Whether it has ended.
+    fn over(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.shared(py)?.state().over)
     }
 
     /// What came of it, once.
     fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let outcome = self.shared.state().outcome.take();
+        let outcome = {
+            let mut state = self.shared(py)?.state();
+            state.listener = None;
+            state.outcome.take()
+        };
         match outcome {
             None => Err(PyRuntimeError::new_err(
                 "it has not ended, or its result was taken",
@@ -119,18 +188,11 @@ impl Call {
 
     /// Lets go of it: what the arm was sent stays sent.
     fn cancel(&self) {
-        self.task.abort();
-    }
-}
-
-impl Call {
-    /// Waits for a moment; whether it has ended.
-    fn look(&self) -> bool {
-        let state = self.shared.state();
-        let waited = self
-            .shared
-            .ended
-            .wait_timeout_while(state, LOOK, |state| !state.over);
-        waited.unwrap_or_else(PoisonError::into_inner).0.over
+        if let Some((shared, task)) = self.inner.here() {
+            shared.state().listener = None;
+            if let Some(task) = task {
+                task.abort();
+            }
+        }
     }
 }

@@ -3,15 +3,16 @@
 use magician::sim::scenario::Scenario;
 use magician::sim::world::{Happening, ObjectView, Press, Rest};
 use magician::sim::{Controller, Event, Profile, World};
-use magician::{Error, JointAngles, SimSpeed, VirtualArm};
+use magician::{Arm, Error, JointAngles, SimSpeed, VirtualArm};
 use magician_program::preview::Snapshot;
 use magician_protocol::Port;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::errors;
+use crate::call::Call;
+use crate::core::{self, Core, seconds};
 use crate::picture::{Ink, Picture};
-use crate::program::seconds;
+use crate::{errors, values};
 
 /// The connectors of sensors, by name.
 const PORTS: [(&str, Port); 4] = [
@@ -93,6 +94,22 @@ impl Cell {
         Ok(Self { arm })
     }
 
+    /// Connects to it.
+    #[pyo3(signature = (*, timeout, window, probe, reconnect, echo))]
+    fn connect(
+        &self,
+        py: Python<'_>,
+        timeout: f64,
+        window: usize,
+        probe: bool,
+        reconnect: bool,
+        echo: f64,
+    ) -> PyResult<Call> {
+        let options = core::options(py, timeout, window, probe, reconnect, echo)?;
+        let arm = self.arm.clone();
+        Core::connecting(py, async move { Arm::simulated(arm, options).await })
+    }
+
     /// What the scenario is called.
     fn title(&self, py: Python<'_>) -> Option<String> {
         self.with(py, |arm| {
@@ -111,10 +128,7 @@ impl Cell {
         parts.set_item("true_joints", state.true_joints.to_array())?;
         parts.set_item("moving", state.moving)?;
         parts.set_item("homed", state.homed)?;
-        parts.set_item(
-            "alarms",
-            state.alarms.codes().map(u32::from).collect::<Vec<_>>(),
-        )?;
+        parts.set_item("alarms", values::alarms(py, &state.alarms)?)?;
         parts.set_item("waiting", state.queue.waiting)?;
         parts.set_item("index", state.queue.current_index)?;
         parts.set_item("running", state.queue.running.is_some())?;
@@ -155,7 +169,7 @@ impl Cell {
 
     /// Lets so many seconds pass at once.
     fn advance(&self, py: Python<'_>, time: f64) -> PyResult<()> {
-        let time = seconds(py, time)?;
+        let time = seconds(py, "the time", time)?;
         py.detach(|| self.arm.advance(time));
         Ok(())
     }
@@ -203,7 +217,7 @@ impl Cell {
     }
 
     fn delay(&self, py: Python<'_>, time: f64) -> PyResult<()> {
-        let time = u64::try_from(seconds(py, time)?.as_micros()).unwrap_or(u64::MAX);
+        let time = u64::try_from(seconds(py, "the time", time)?.as_micros()).unwrap_or(u64::MAX);
         self.with(py, |arm| arm.inject(Happening::Delay(time)));
         Ok(())
     }

@@ -1,7 +1,6 @@
 //! Plans on their way through an arm.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use magician::commands::{
@@ -9,55 +8,20 @@ use magician::commands::{
     PtpCoordinateParams, PtpJointParams, PtpJump2Params, PtpLParams,
 };
 use magician::words::{Guards, Preflight};
-use magician::{
-    Arm, Ctrl, Error, ErrorKind, FrameBuf, Options, Ran, Result, RunOptions, Set, ToolBias,
-};
+use magician::{Arm, Ctrl, Error, ErrorKind, FrameBuf, Ran, Result, RunOptions, Set, ToolBias};
 use magician_program::preview::{Snapshot, Standing};
 use magician_program::resume::Tally;
 use magician_program::{Plan, Report, check};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::call::Call;
-use crate::cell::Cell;
+use crate::call::{Call, Reporter};
 use crate::core::Core;
 use crate::picture::Picture;
-use crate::program::{PyPlan, SURFACE_ARGUMENT, Source, Start, findings, kinds, refusal, seconds};
+use crate::program::{PyPlan, SURFACE_ARGUMENT, Source, Start, findings, kinds, refusal};
 
-/// How far a run is; shared with whoever watches.
-#[derive(Default)]
-struct Reached {
-    /// Steps that are finished, over all.
-    steps: AtomicU64,
-    /// How long the rest takes.
-    left: Mutex<Option<Duration>>,
-}
-
-/// How far a run is.
-#[pyclass(frozen, module = "magician._magician")]
-pub(crate) struct Course {
-    reached: Arc<Reached>,
-}
-
-#[pymethods]
-impl Course {
-    /// Steps that are finished, over all.
-    #[getter]
-    fn steps(&self) -> u64 {
-        self.reached.steps.load(Ordering::Relaxed)
-    }
-
-    /// Seconds that the rest takes, if that is known.
-    #[getter]
-    fn left(&self) -> Option<f64> {
-        let left = self
-            .reached
-            .left
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        left.map(|left| left.as_secs_f64())
-    }
-}
+/// The longest that is waited for a run which somebody has stopped, to give settings back.
+const LEAVING: Duration = Duration::from_secs(5);
 
 /// How a plan is run.
 #[derive(FromPyObject)]
@@ -80,6 +44,19 @@ struct Done {
     report: Report,
 }
 
+impl Done {
+    fn parts(&self, py: Python<'_>, source: &Source) -> PyResult<Py<PyAny>> {
+        let parts = PyDict::new(py);
+        parts.set_item("steps", self.steps)?;
+        parts.set_item("commands", self.ran.commands)?;
+        parts.set_item("seconds", self.seconds)?;
+        parts.set_item("first_index", self.ran.first.map(|index| index.0))?;
+        parts.set_item("last_index", self.ran.last.map(|index| index.0))?;
+        parts.set_item("report", findings(py, &self.report, source)?)?;
+        Ok(parts.into_any().unbind())
+    }
+}
+
 /// A plan, an arm, and how it is run.
 struct Drive {
     arm: Arm,
@@ -87,7 +64,7 @@ struct Drive {
     source: Source,
     burns: bool,
     how: How,
-    reached: Arc<Reached>,
+    reporter: Reporter,
 }
 
 /// What was found before anything moves.
@@ -198,15 +175,13 @@ impl Drive {
         Ok(ran)
     }
 
+    /// Tells how many steps are finished, over all, and how long the rest takes.
     fn reach(&self, steps: u64, left: Option<Duration>) {
-        self.reached.steps.store(steps, Ordering::Relaxed);
         // How fast a virtual arm's clock runs is not known here.
         let left = left.filter(|left| left.is_zero() || !is_virtual(&self.arm));
-        *self
-            .reached
-            .left
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner) = left;
+        let left = left.map(|left| left.as_secs_f64());
+        self.reporter
+            .report(move |py| Ok((steps, left).into_pyobject(py)?.into_any().unbind()));
     }
 }
 
@@ -303,65 +278,61 @@ async fn give_back(arm: &Arm, owed: &[Set]) -> Result<()> {
 
 #[pymethods]
 impl Core {
-    /// Connects to a virtual arm that is there already.
-    #[staticmethod]
-    #[pyo3(signature = (cell, *, timeout, window))]
-    fn simulated(py: Python<'_>, cell: &Cell, timeout: f64, window: usize) -> PyResult<Call> {
-        let timeout = seconds(py, timeout)?;
-        let options = Options::default().timeout(timeout).window(window);
-        let arm = cell.arm.clone();
-        Ok(Call::start(
-            async move { Arm::simulated(arm, options).await },
-            |py, arm| Ok(Py::new(py, Core { arm })?.into_any()),
-        ))
-    }
-
     /// Whether it is a virtual arm in this process.
-    fn is_virtual(&self) -> bool {
-        is_virtual(&self.arm)
+    fn is_virtual(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(is_virtual(&self.arm(py)?))
     }
 
-    /// Asks the arm what a check of a program depends on.
-    fn start_of(&self, program: &PyPlan) -> Call {
-        let (arm, plan) = (self.arm.clone(), Arc::clone(&program.plan));
+    /// Asks the arm what a check of a plan depends on.
+    fn start_of(&self, py: Python<'_>, plan: &PyPlan) -> PyResult<Call> {
+        let (arm, plan) = (self.arm(py)?, Arc::clone(&plan.plan));
         let ask = async move { arm.preflight_for(&kinds(&plan)).await };
-        Call::start(ask, |py, preflight| {
+        Ok(Call::start(ask, |py, preflight| {
             Ok(Py::new(py, Start { preflight })?.into_any())
-        })
+        }))
     }
 
-    /// Checks a program, runs it and waits for its end; how far it is meanwhile.
-    fn run(&self, py: Python<'_>, program: &PyPlan, how: How) -> PyResult<(Call, Course)> {
+    /// Checks a plan, runs it and waits for its end. The second call ends when nothing of it is left to do: it outlives the
+    /// first one, which may be let go of.
+    fn run(&self, py: Python<'_>, plan: &PyPlan, how: How) -> PyResult<(Call, Call)> {
         if how.first_step == 0 {
             let error = Error::invalid("steps are counted from 1");
             return Err(crate::errors::raise(py, &error));
         }
-        let reached = Arc::new(Reached::default());
-        let drive = Drive {
-            arm: self.arm.clone(),
-            plan: Arc::clone(&program.plan),
-            source: program.source.clone(),
-            burns: program.burns(),
+        let (arm, source, burns) = (self.arm(py)?, plan.source.clone(), plan.burns());
+        let (plan, of_report) = (Arc::clone(&plan.plan), source.clone());
+        let (end, mut ended) = tokio::sync::watch::channel(());
+        let drive = move |reporter| Drive {
+            arm,
+            plan,
+            source,
+            burns,
             how,
-            reached: Arc::clone(&reached),
+            reporter,
         };
-        let source = program.source.clone();
-        let call = Call::start(drive.run(), move |py, done: Done| {
-            let parts = PyDict::new(py);
-            parts.set_item("steps", done.steps)?;
-            parts.set_item("commands", done.ran.commands)?;
-            parts.set_item("seconds", done.seconds)?;
-            parts.set_item("first_index", done.ran.first.map(|index| index.0))?;
-            parts.set_item("last_index", done.ran.last.map(|index| index.0))?;
-            parts.set_item("report", findings(py, &done.report, &source)?)?;
-            Ok(parts.into_any().unbind())
+        let task = |reporter| async move {
+            // Who lets go of a run stops the arm, and then it still gives the settings back.
+            let drive = drive(reporter);
+            let running = tokio::spawn(async move {
+                let _end = end;
+                drive.run().await
+            });
+            let bug =
+                |error: tokio::task::JoinError| Error::new(ErrorKind::Closed, error.to_string());
+            running.await.map_err(bug)?
+        };
+        let call = Call::reporting(task, move |py, done: Done| done.parts(py, &of_report));
+        let over = Call::plain(async move {
+            let rest = async { while ended.changed().await.is_ok() {} };
+            let _ = tokio::time::timeout(LEAVING, rest).await;
+            Ok(())
         });
-        Ok((call, Course { reached }))
+        Ok((call, over))
     }
 
     /// The arm as it stands, drawn.
-    fn snapshot(&self) -> Call {
-        let arm = self.arm.clone();
+    fn snapshot(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
         let look = async move {
             let pose = arm.get::<Pose>().await?;
             let bias = arm.get::<EndEffectorParams>().await?;
@@ -375,10 +346,10 @@ impl Core {
             standing.facts = vec![format!("queue index {} finished", index.0)];
             Ok(standing)
         };
-        Call::start(look, |py, standing| {
+        Ok(Call::start(look, |py, standing| {
             let svg = Snapshot::of_arm(&standing).to_svg().to_owned();
             Ok(Py::new(py, Picture::new(svg))?.into_any())
-        })
+        }))
     }
 }
 

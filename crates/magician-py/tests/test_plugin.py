@@ -6,12 +6,12 @@ import pytest
 
 TEST = '''
 import pytest
-from magician import Plan
+from magician import Plan, words
 
 @pytest.mark.scenario("cell.toml")
 def test_the_cube_is_held(arm, virtual_arm):
     arm.run(Plan.path([(220, 80, -40)], by="jump", tool="suction"))
-    arm.run([(62, (1, 1)), (110, (500,))])
+    arm.perform([words.suction(True), words.wait(0.5)])
     assert virtual_arm.object("red cube").held
 
 @pytest.mark.scenario("cell.toml")
@@ -37,5 +37,5 @@ def test_fixtures_and_marks(pytester: pytest.Pytester) -> None:
     pytester.makefile(".toml", cell=CELL)
     result = pytester.runpytest_subprocess("--strict-markers")
     result.assert_outcomes(passed=3, failed=1)
-    result.stdout.fnmatch_lines(["*virtual arm*", "<VirtualArm here at x 199.4*", "alarms: 0x00"])
+    result.stdout.fnmatch_lines(["*virtual arm*", "<VirtualArm here at x 199.4*", "alarms: 0x00 RESET_OCCURRED"])
     assert "scenario(file_or_text)" in pytester.runpytest_subprocess("--markers").stdout.str()

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from magician import Plan
+from magician import Plan, words
 from magician.errors import InvalidInputError
 
 ROWS = [(200.0, 0.0, 0.0), (220.0, 10.0, 0.0), (240.0, 0.0, 0.0)]
@@ -23,14 +23,14 @@ def test_rows_of_numbers_are_a_path() -> None:
     assert [step.by for step in plan.steps if step.action == "move"] == ["joints", "line", "line"]
     assert plan.targets()[1] == (200, 0, 5) and plan.targets()[-1] == (240, 0, 5)
     assert plan.steps[3].row == 1 and plan.steps[3].line is None
-    assert plan.steps[0].raw == (90, (100, 30, 100, 0))
+    assert plan.steps[0].command == words.path_speed(30, 100)
     assert [step.by for step in Plan.path(ROWS, lift=0, speed=None).steps] == ["joints", None, None]
 
 
 def test_gaps_lift_the_tool() -> None:
     plan = Plan.path([*ROWS, (NAN, NAN, NAN), *ROWS], speed=None)
     assert [step.action for step in plan.steps] == ["move", "move", "path", "path", "move"] * 2
-    assert Plan.path([(NAN, NAN, NAN)], speed=None).raw_commands() == []
+    assert Plan.path([(NAN, NAN, NAN)], speed=None).commands() == []
 
 
 def test_moves_go_to_each_point() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import magician
-from magician import Plan, Sheet, Surface
+from magician import Plan, Sheet, Surface, commands, words
 from magician.errors import InvalidInputError, UnreachableError
 
 SQUARE = [(200, 0, -60), (240, 0, -60), (240, 40, -60), (200, 40, -60), (200, 0, -60)]
@@ -39,7 +39,7 @@ def test_every_kind_of_file_becomes_a_plan_that_is_kept(samples: Path, tmp_path:
     assert plan.save(tmp_path / "kept.plan.json") == []
     again = magician.load(tmp_path / "kept.plan.json")
     assert again == plan
-    assert again.raw_commands() == plan.raw_commands()
+    assert again.commands() == plan.commands()
 
 
 def test_a_report_has_figures_and_a_plan_its_steps(samples: Path) -> None:
@@ -54,7 +54,7 @@ def test_a_report_has_figures_and_a_plan_its_steps(samples: Path) -> None:
     step = next(step for step in plan.steps if step.action == "path")
     assert step.target is not None and step.target[2] == -58.5
     assert (step.line, step.name) == (4, "rect")
-    assert step.raw[0] == 91
+    assert isinstance(step.command, commands.CpCmd)
     assert plan.steps[-1].number == len(plan) and plan.steps[-2:][0].number == len(plan) - 1
     with pytest.raises(IndexError):
         plan.steps[len(plan)]
@@ -166,23 +166,23 @@ def test_pallets_repeat_a_plan_at_each_place() -> None:
 
 
 def test_plans_of_commands_and_their_tool() -> None:
-    plan = Plan.of([(84, (1, 220.0, 0.0, 20.0, 0.0)), (110, (500,))], tool="suction", title="pick")
+    plan = Plan.of([words.move_to(220, 0, 20, 0), words.wait(0.5)], tool="suction", title="pick")
     assert [step.action for step in plan.steps] == ["move", "wait"]
     assert (plan.steps[0].by, plan.steps[0].values) == ("joints", (220, 0, 20, 0))
     assert plan.steps[1].values == (0.5,)
-    assert plan.raw_commands()[0] == (60, (pytest.approx(59.7), 0, 0))
+    assert plan.commands() == [words.tool("suction"), words.move_to(220, 0, 20, 0), words.wait(0.5)]
     with pytest.raises(InvalidInputError, match="cannot be queued"):
-        Plan.of([(245, ())])
-    other = Plan.of([(110, (100,))], tool=(10, 0, 5))
+        Plan.of([commands.QueuedCmdClear()])  # type: ignore[list-item]
+    other = Plan.of([words.wait(0.1)], tool=(10, 0, 5))
     joined = plan + other
-    assert joined.tool == "suction" and joined.steps[2].raw == (60, (10, 0, 5))
+    assert joined.tool == "suction" and joined.steps[2].command == words.tool(x=10, z=5)
 
 
 def test_playback_files_are_written_and_say_what_they_lose(samples: Path, tmp_path: Path) -> None:
     plan = magician.load(samples / "jump_suction_named_v170.playback")
     plan.save(tmp_path / "again.playback")
-    assert magician.load(tmp_path / "again.playback").raw_commands() == plan.raw_commands()
-    fast = Plan.of([(83, (50.0, 50.0)), (84, (1, 220.0, 0.0, 20.0, 0.0))])
+    assert magician.load(tmp_path / "again.playback").commands() == plan.commands()
+    fast = Plan.of([words.speed(50), words.move_to(220, 0, 20, 0)])
     assert any("speeds" in lost for lost in fast.save(tmp_path / "fast.playback"))
     with pytest.raises(InvalidInputError, match=r"kept as \.plan\.json"):
         plan.save(tmp_path / "plan.txt")

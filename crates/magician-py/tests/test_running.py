@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import magician
-from magician import Plan, Progress, VirtualArm
+from magician import Plan, PlanProgress, VirtualArm, commands, words
 from magician.errors import InvalidInputError, UnreachableError
 from magician.running import Line
 
@@ -24,23 +24,23 @@ def notes(error: BaseException) -> str:
 
 def test_a_run_tells_what_it_has_come_to(arm: magician.Arm, virtual_arm: VirtualArm) -> None:
     plan = magician.load(HOUSE)
-    told: list[Progress] = []
+    told: list[PlanProgress] = []
     result = arm.run(plan, progress=told.append)
     assert (result.steps, result.commands) == (len(plan), len(plan) + 1)
     assert (result.first_index, result.last_index) == (1, len(plan) + 1)
     assert result.report.ok and 20 < result.seconds < 60
-    assert told[-1] == Progress(len(plan), len(plan), 0.0) and told[-1].share == 1
+    assert told[-1] == PlanProgress(len(plan), len(plan), 0.0) and told[-1].share == 1
     assert [each.done for each in told] == sorted(each.done for each in told)
     assert virtual_arm.queue_index == len(plan) + 1
 
 
 def test_settings_are_given_back(arm: magician.Arm) -> None:
-    before = arm.run([(110, (1,))]).report
-    speeds = [arm._core.get(id, ()).wait() for id in (81, 90)]
+    before = arm.run([words.wait(0.001)]).report
+    speeds = [arm.get(each) for each in (commands.PtpCoordinateParams, commands.CpParams)]
     arm.run(magician.load(HOUSE))
-    assert [arm._core.get(id, ()).wait() for id in (81, 90)] == speeds
+    assert [arm.get(each) for each in (commands.PtpCoordinateParams, commands.CpParams)] == speeds
     arm.run(magician.load(HOUSE), restore=False)
-    assert [arm._core.get(id, ()).wait() for id in (81, 90)] != speeds
+    assert [arm.get(each) for each in (commands.PtpCoordinateParams, commands.CpParams)] != speeds
     assert before.ok
 
 
@@ -53,7 +53,7 @@ def test_what_the_arm_cannot_do_is_refused_before_anything_moves(arm: magician.A
 
 
 def test_a_check_begins_where_the_arm_stands(arm: magician.Arm) -> None:
-    plan = Plan.of([(84, (7, 60.0, 0.0, 0.0, 0.0))])
+    plan = Plan.of([words.line_by(60, 0, 0, 0)])
     assert arm.check(plan).ok
     arm.run(Plan.path([(250, 0, 20)], by="joints"))
     assert not arm.check(plan).ok
@@ -63,7 +63,7 @@ def test_a_check_begins_where_the_arm_stands(arm: magician.Arm) -> None:
 def test_a_run_goes_on_at_a_step(arm: magician.Arm, virtual_arm: VirtualArm) -> None:
     plan = Plan.path([(220, 0, 20), (220, 50, 20), (240, 50, 20)], by="line")
     arm.run(plan, first_step=3)
-    assert virtual_arm.pose[:3] == pytest.approx((240, 50, 20), abs=1e-3)
+    assert virtual_arm.position[:3] == pytest.approx((240, 50, 20), abs=1e-3)
     with pytest.raises(InvalidInputError, match="counted from 1"):
         arm.run(plan, first_step=0)
     with pytest.raises(InvalidInputError, match="no step 4"):
@@ -74,7 +74,7 @@ def test_ctrl_c_stops_the_arm() -> None:
     cell = VirtualArm(speed=5.0)
     arm = cell.arm()
 
-    def interrupt(progress: Progress) -> None:
+    def interrupt(progress: PlanProgress) -> None:
         if progress.done >= 2:
             _thread.interrupt_main()
 
@@ -89,7 +89,7 @@ def test_ctrl_c_stops_the_arm() -> None:
 def test_an_exception_in_progress_stops_the_arm() -> None:
     cell = VirtualArm(speed=5.0)
 
-    def fail(progress: Progress) -> None:
+    def fail(progress: PlanProgress) -> None:
         if progress.done >= 1:
             raise ZeroDivisionError
 
@@ -102,10 +102,7 @@ def test_a_cancelled_task_stops_the_arm() -> None:
     cell = VirtualArm(speed=5.0)
 
     async def main() -> None:
-        from magician import _magician
-        from magician._native import until
-
-        arm = magician.aio.Arm(await until(_magician.Core.simulated(cell._native, timeout=3.0, window=1)))
+        arm = await magician.aio.Arm.connect(cell)
         moving = asyncio.Event()
         task = asyncio.create_task(arm.run(Plan.path(BACK_AND_FORTH, by="line"), progress=lambda _: moving.set()))
         await moving.wait()
@@ -135,12 +132,12 @@ def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monk
     for out, wanted in ((Terminal(), "\r[======            ] step 1 of 4, 25 %, 0:09 left\x1b[K"), (io.StringIO(), "step 1 of 4")):
         clock[0] = 0.0
         line = Line(out)
-        line(Progress(0, 4, None))
+        line(PlanProgress(0, 4, None))
         assert out.getvalue() == ""
         clock[0] = 3.1
-        line(Progress(1, 4, 9.0))
+        line(PlanProgress(1, 4, 9.0))
         assert wanted.replace("      ", "") in out.getvalue().replace("      ", "")
-        line.end(Progress(4, 4, 0.0))
+        line.end(PlanProgress(4, 4, 0.0))
         assert out.getvalue().endswith("4 of 4 steps done in 0:03\n")
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 import magician
-from magician import Plan, VirtualArm
+from magician import Plan, VirtualArm, words
+from magician.commands import Stepper
 from magician.errors import InvalidInputError
 
 CELL = """
@@ -21,14 +22,11 @@ object = [{ name = "red cube", size = [20, 20, 20], at = [220, 80], color = "red
 conveyor = { start = [200, -200], direction = 90, length = 200, width = 60, height = -40, stepper = 0 }
 """
 
-SUCK, LET_GO, HALF_A_SECOND = (62, (1, 1)), (62, (1, 0)), (110, (500,))
-
-
 def put_it_on_the_belt(arm: magician.Arm) -> None:
     arm.run(Plan.path([(220, 80, -40)], by="jump", tool="suction"))
-    arm.run([SUCK, HALF_A_SECOND])
+    arm.run([words.suction(True), words.wait(0.5)])
     arm.run(Plan.path([(200, -100, -20)], by="jump", tool="suction"))
-    arm.run([LET_GO, HALF_A_SECOND])
+    arm.run([words.suction(False), words.wait(0.5)])
 
 
 def test_is_the_red_cube_on_the_belt() -> None:
@@ -44,11 +42,11 @@ def test_objects_are_looked_at_as_they_are_now() -> None:
     assert cube.on_table and not cube.held and cell.held is None and not cube.seen_by("GP1")
     arm = cell.arm()
     arm.run(Plan.path([(220, 80, -40)], by="jump", tool="suction"))
-    arm.run([SUCK, HALF_A_SECOND])
+    arm.run([words.suction(True), words.wait(0.5)])
     arm.run(Plan.path([(220, 80, 20)], by="line"))
     assert cube.held and cell.held is not None and cell.held.name == "red cube"
     assert cube.position.z == pytest.approx(0, abs=0.1)
-    assert cell.suction and cell.pose[2] == pytest.approx(20, abs=1e-3)
+    assert cell.suction and cell.position.z == pytest.approx(20, abs=1e-3)
     assert "the tool takes red cube" in cell.events() and cell.events() == []
     with pytest.raises(KeyError, match="there are 'red cube'"):
         cell.object("green cube")
@@ -58,7 +56,7 @@ def test_time_passes_only_when_it_is_told_to(scenarios: Path) -> None:
     cell = VirtualArm(scenarios / "pick_and_sort.toml")
     assert cell.time == 0 and cell.title == "Pick and sort"
     arm = cell.arm()
-    arm.run([(84, (1, 200.0, 100.0, 60.0, 0.0))])
+    arm.move_to(200, 100, 60, 0)
     at = cell.time
     assert 0.5 < at < 5 and not cell.moving
     assert cell.time == at
@@ -83,11 +81,10 @@ def test_a_belt_runs_when_time_passes() -> None:
     put_it_on_the_belt(arm)
     cube = cell.object("red cube")
     y = cube.position.y
-    # Half the speed of the vendor's conveyor: 10,000 pulses a second.
-    arm.run([(135, (0, 1, 10_000))])
+    arm.conveyor(Stepper.STEPPER1, 50)
     cell.advance(1.0)
     moved = cell.belt_travel
-    assert moved > 40 and cube.position.y == pytest.approx(y + moved, abs=1e-3)
+    assert moved == pytest.approx(50, abs=0.1) and cube.position.y == pytest.approx(y + moved, abs=1e-3)
     cell.advance(10.0)
     assert not cube.on_belt
 
@@ -150,12 +147,9 @@ def test_asyncio_drives_the_same_arm() -> None:
     cell = VirtualArm(CELL)
 
     async def main() -> magician.RunResult:
-        from magician import _magician
-        from magician._native import until
-
-        arm = magician.aio.Arm(await until(_magician.Core.simulated(cell._native, timeout=3.0, window=1)))
-        assert (await arm.check(Plan.path([(400, 0, 0)], by="line"))).refused == 1
-        return await arm.run(Plan.path([(220, 0, 20)], by="line"))
+        async with magician.aio.Arm.connect(cell) as arm:
+            assert (await arm.check(Plan.path([(400, 0, 0)], by="line"))).refused == 1
+            return await arm.run(Plan.path([(220, 0, 20)], by="line"))
 
     assert asyncio.run(main()).steps == 1
-    assert cell.pose[:3] == pytest.approx((220, 0, 20), abs=1e-3)
+    assert cell.position[:3] == pytest.approx((220, 0, 20), abs=1e-3)

@@ -55,7 +55,7 @@ class Picture:
         return f"<Picture, {len(self.svg)} bytes of SVG>"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Stroke:
     """A line that the pen or the laser has left without a break; one of a single point is a dot."""
 

@@ -6,7 +6,7 @@ import struct
 from array import array
 from collections.abc import Iterable, Sequence
 from itertools import chain
-from typing import TYPE_CHECKING, Any, Protocol, Union
+from typing import TYPE_CHECKING, Any, Protocol
 
 from .errors import InvalidInputError
 
@@ -21,7 +21,7 @@ class SupportsArray(Protocol):
     def __array__(self) -> Any: ...
 
 
-Points = Union[Sequence[Sequence[float]], SupportsArray]
+Points = Sequence[Sequence[float]] | SupportsArray
 """Points, one a row: x, y, z in mm and, in a fourth column, r in degrees. An array of shape (n, 3) or (n, 4), best of
 ``float64``, or rows of numbers."""
 
@@ -69,7 +69,9 @@ def to_numpy(data: bytes, columns: int) -> NDArray[float64]:
     """Rows of so many numbers, as an array of its own."""
     import numpy
 
-    return numpy.frombuffer(data, dtype=numpy.float64).reshape(-1, columns).copy()
+    table = numpy.empty((len(data) // (8 * columns), columns), dtype=numpy.float64)
+    table.flat[:] = numpy.frombuffer(data, dtype=numpy.float64)
+    return table
 
 
 def to_tuples(data: bytes, columns: int) -> list[tuple[float, ...]]:

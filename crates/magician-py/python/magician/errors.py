@@ -1,10 +1,17 @@
 """What can go wrong, sorted by whose problem it is.
 
-Every exception of this package is an :class:`Error`. Its class is the kind, its text names the command and both values where
-it is a matter of how much, and its attributes have them as numbers.
+Every exception of this package is an :class:`Error`. Its class is the kind, its text names the command and both values
+where it is a matter of how much, and its attributes have them as numbers. Kinds that Python has too are caught as such
+as well: an :class:`UnreachableError` is a ``ValueError``, a :class:`ResponseTimeoutError` a ``TimeoutError``, a
+:class:`PortError` an ``OSError``.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from .alarms import Alarm
 
 __all__ = [
     "AlarmError",
@@ -37,7 +44,7 @@ class Error(Exception):
         unit: str | None = None,
         from_index: int | None = None,
         to_index: int | None = None,
-        alarms: list[int] | None = None,
+        alarms: Sequence[int] | None = None,
     ) -> None:
         super().__init__(message)
         self.command = command
@@ -52,8 +59,20 @@ class Error(Exception):
         """First queue index in doubt, or ``None``."""
         self.to_index = to_index
         """Last queue index in doubt, or ``None``."""
-        self.alarms = alarms
-        """Codes of the alarms that stand, or ``None``."""
+        self.alarms = None if alarms is None else tuple(Alarm(code) for code in alarms)
+        """The alarms that stand, or ``None``. None of them when an alarm has gone and what is left of it holds the
+        queue.
+        """
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), *self.args), self.__dict__
+
+
+def _again(cls: type[Error], message: str) -> Error:
+    return cls(message)
 
 
 class InvalidInputError(Error, ValueError):
@@ -99,7 +118,7 @@ class QueueFullError(Error):
 
 
 class AlarmError(Error):
-    """An alarm stands that holds the queue."""
+    """An alarm stands that holds the queue; :attr:`Error.alarms` says which."""
 
     kind = "alarm"
 
@@ -143,7 +162,7 @@ def of_kind(
     unit: str | None = None,
     from_index: int | None = None,
     to_index: int | None = None,
-    alarms: list[int] | None = None,
+    alarms: Sequence[int] | None = None,
 ) -> Error:
     """The exception of a kind."""
     return _KINDS.get(kind, Error)(

@@ -14,11 +14,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Literal, NamedTuple, Union, overload
+from typing import IO, TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
 from . import _magician
+from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
 from ._points import Points, SupportsArray, column, rows, to_numpy, to_tuples
+from ._protocol import Queueable
+from .alarms import Alarm
 from .errors import Error, InvalidInputError
 
 if TYPE_CHECKING:
@@ -43,7 +46,7 @@ __all__ = [
 
 ToolName = Literal["none", "suction", "gripper", "pen", "laser"]
 """The tools that have a name."""
-Tool = Union[ToolName, "tuple[float, float, float]"]
+Tool = ToolName | tuple[float, float, float]
 """A tool by its name, or by its bias from the wrist, mm."""
 Travel = Literal["path", "line", "joints", "jump"]
 """How points are reached: along one continuous path, or each on a straight line, with all joints together, or up, across
@@ -59,7 +62,7 @@ class Surface(NamedTuple):
     """How much higher it is for each mm in x and in y."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Sheet:
     """A sheet of paper before the arm: drawings lie on it corner on corner."""
 
@@ -71,7 +74,7 @@ class Sheet:
     """Its width and height, where they are known, mm."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Note:
     """What was left out of a file or taken in a certain way; nothing of it is an error."""
 
@@ -91,7 +94,7 @@ class Note:
         return _placed(self.message, _place(self.line, self.column, None), self.name) + help
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Complaint:
     """A step that the arm could not do, or that a guard refuses."""
 
@@ -133,7 +136,7 @@ class Complaint:
         return _placed(self.message, place, self.name)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Report:
     """What a check has found. A notebook shows it as a table."""
 
@@ -190,7 +193,7 @@ class Report:
         return f"<p>{escape(self._line())}</p>{table}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Step:
     """One step of a plan: one command."""
 
@@ -201,6 +204,8 @@ class Step:
     ``home``, or ``command`` for anything else."""
     by: Literal["joints", "line", "jump"] | None
     """Which way a move goes."""
+    command: Queueable
+    """The command that does it."""
     values: tuple[float, ...]
     """Its numbers: x, y, z, r (an arc's twice, a burn's last the power in percent), seconds of a wait, 1 for on and 0 for off
     (a gripper closes at 1, opens at 0, and its pump is off at -1)."""
@@ -214,8 +219,6 @@ class Step:
     """Row of the array that it comes from, from 0."""
     name: str | None = None
     """The element or point of the file that it belongs to."""
-    raw: tuple[int, tuple[Any, ...]] = field(default=(0, ()), repr=False)
-    """The id of its command, and the values of that command's fields."""
 
 
 class Steps(Sequence[Step]):
@@ -248,7 +251,7 @@ class Steps(Sequence[Step]):
         return f"<{len(self)} steps>"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Rehearsal:
     """What came of a plan on a virtual arm of its own, at full speed, to the microsecond."""
 
@@ -258,12 +261,12 @@ class Rehearsal:
     """How long it took, on the arm's clock."""
     steps: int
     """How many steps have ended."""
-    pose: tuple[float, float, float, float]
-    """Where the tool is at the end: x, y, z in mm, r in degrees."""
-    joints: tuple[float, float, float, float]
-    """The joint angles at the end, degrees."""
-    alarms: list[int]
-    """Codes of the alarms that stand at the end."""
+    position: Position
+    """Where the tool is at the end."""
+    joints: Joints
+    """The joint angles at the end."""
+    alarms: tuple[Alarm, ...]
+    """The alarms that stand at the end."""
     log: list[tuple[float, str]]
     """What happened in it: seconds, and in words."""
     drawing: Drawing
@@ -294,10 +297,11 @@ class Plan:
         True
     """
 
-    __slots__ = ("_native", "_report")
+    __slots__ = ("_report", "native")
 
     def __init__(self, native: _magician.Plan) -> None:
-        self._native = native
+        self.native = native
+        """The native part, for the rest of this package."""
         self._report: Report | None = None
 
     # Making one.
@@ -305,7 +309,7 @@ class Plan:
     @classmethod
     def of(
         cls,
-        commands: Iterable[Any],
+        commands: Iterable[Queueable],
         *,
         title: str = "",
         tool: Tool | None = None,
@@ -316,8 +320,7 @@ class Plan:
         Raises:
             InvalidInputError: A command cannot be queued.
         """
-        pairs = [_wire(command) for command in commands]
-        return cls(_magician.Plan.of_commands(title, pairs, _tool(tool), _surface(surface)))
+        return cls(_magician.Plan.of_commands(title, commands, _tool(tool), _surface(surface)))
 
     @classmethod
     def path(
@@ -387,65 +390,65 @@ class Plan:
     @property
     def title(self) -> str:
         """What it is called."""
-        return self._native.title
+        return self.native.title
 
     @property
     def source(self) -> str | None:
         """The file that it was loaded from."""
-        return self._native.source
+        return self.native.source
 
     @property
     def format(self) -> str | None:
         """What that file was: ``"svg"``, ``"gcode"``."""
-        return self._native.format
+        return self.native.format
 
     @property
     def notes(self) -> list[Note]:
         """What was left out of the file or taken in a certain way."""
         return [
             Note(message, line or None, column or None, name, help)
-            for line, column, name, message, help in self._native.notes
+            for line, column, name, message, help in self.native.notes
         ]
 
     @property
     def tool(self) -> str | None:
         """The tool that it is made for: a name, or its bias ``"x,y,z"`` in mm. The arm is told of it first."""
-        return self._native.tool
+        return self.native.tool
 
     @property
     def surface(self) -> Surface | None:
         """The surface that it works on."""
-        found = self._native.surface
+        found = self.native.surface
         return None if found is None else Surface(found[0], (found[1][0], found[1][1]))
 
     @property
     def surface_is_assumed(self) -> bool:
         """Whether nobody has said how high the paper lies: it is taken to be the table of a virtual arm, and no other arm
         runs it."""
-        return self._native.assumed
+        return self.native.assumed
 
     @property
     def steps(self) -> Steps:
         """Its steps."""
-        return Steps(self._native)
+        return Steps(self.native)
 
-    def raw_commands(self) -> list[tuple[int, tuple[Any, ...]]]:
-        """All commands that an arm is sent, the tool's first: id, and the values of the fields."""
-        return self._native.commands()
+    def commands(self) -> list[Queueable]:
+        """All commands that an arm is sent, the tool's first."""
+        return self.native.commands()
 
     def targets(self) -> list[tuple[float, ...]]:
         """Where its steps lead: x, y, z in mm for each, NaN for those that lead nowhere by themselves."""
-        return to_tuples(self._native.targets(), 3)
+        return to_tuples(self.native.targets(), 3)
 
     def to_numpy(self) -> NDArray[float64]:
         """:meth:`targets` as an array of shape (n, 3), mm. Needs NumPy."""
-        return to_numpy(self._native.targets(), 3)
+        return to_numpy(self.native.targets(), 3)
 
     def check(self) -> Report:
         """Follows it as an arm would that was just homed and has no other settings than its own: what is out of reach, how
         long it takes, how far the tool goes. ``arm.check(plan)`` begins where that arm stands."""
         if self._report is None:
-            self._report = report_of(self._native.check(None))
+            self._report = report_of(self.native.check(None))
         return self._report
 
     @property
@@ -464,7 +467,7 @@ class Plan:
             sheet: A sheet of known size to show.
         """
         corners = None if sheet is None else _corners(sheet)
-        picture = Picture(self._native.preview(None, side, corners))
+        picture = Picture(self.native.preview(None, side, corners))
         if path is not None:
             picture.save(path)
         return picture
@@ -477,15 +480,13 @@ class Plan:
             table: The z at which the tool touches the table, mm; the plan's surface if it has one.
             watch: How often to look where the tool is, s; see :attr:`Rehearsal.way`.
         """
-        found = self._native.rehearse(_tool(tool), table, watch)
-        x, y, z, r = found["pose"]
-        j1, j2, j3, j4 = found["joints"]
+        found = self.native.rehearse(_tool(tool), table, watch)
         return Rehearsal(
             ok=found["good"],
             seconds=found["seconds"],
             steps=found["steps"],
-            pose=(x, y, z, r),
-            joints=(j1, j2, j3, j4),
+            position=Position(*found["pose"]),
+            joints=Joints(*found["joints"]),
             alarms=found["alarms"],
             log=found["log"],
             drawing=Drawing(found["drawing"]),
@@ -500,7 +501,7 @@ class Plan:
         Raises:
             InvalidInputError: A step cannot be moved: it leads to joint angles, or goes on from where nobody knows.
         """
-        return Plan(self._native.moved((x, y, z)))
+        return Plan(self.native.moved((x, y, z)))
 
     def scaled(self, factor: float, about: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Plan:
         """The same in another size, ``about`` a point that stays where it is (mm). Heights of jumps count as lengths; speeds and
@@ -509,7 +510,7 @@ class Plan:
         Raises:
             InvalidInputError: As :meth:`moved`; a factor that is not above 0.
         """
-        return Plan(self._native.scaled(factor, about))
+        return Plan(self.native.scaled(factor, about))
 
     def rotated(self, degrees: float, about: tuple[float, float] = (0.0, 0.0)) -> Plan:
         """The same turned to the left, seen from above, about the vertical through ``about`` (mm). The rotation r of poses
@@ -518,11 +519,11 @@ class Plan:
         Raises:
             InvalidInputError: As :meth:`moved`.
         """
-        return Plan(self._native.rotated(degrees, about))
+        return Plan(self.native.rotated(degrees, about))
 
     def repeated(self, times: int) -> Plan:
         """Its steps so many times over. ``plan * 3`` is the same."""
-        return Plan(self._native.repeated(times))
+        return Plan(self.native.repeated(times))
 
     def on_grid(self, rows: int, columns: int, pitch: tuple[float, float]) -> Plan:
         """The plan at each place of a grid, one after the other. As it stands it is for the first.
@@ -532,7 +533,7 @@ class Plan:
             columns: Columns, along X.
             pitch: From a column to the next in x and from a row to the next in y, mm.
         """
-        return Plan(self._native.on_grid(rows, columns, pitch))
+        return Plan(self.native.on_grid(rows, columns, pitch))
 
     def on_pallet(
         self,
@@ -544,7 +545,7 @@ class Plan:
     ) -> Plan:
         """The plan at each place of a pallet as it stands, by three of its places (x, y, z; mm): the first, the last of its row,
         and the first of the last row. The others are in between, on any slope."""
-        return Plan(self._native.on_corners(rows, columns, [first, end_of_row, last_row]))
+        return Plan(self.native.on_corners(rows, columns, [first, end_of_row, last_row]))
 
     def from_step(self, step: int) -> Plan:
         """The plan from a step on, counted from 1: it first sets what the steps before would have set, and goes from above to
@@ -553,11 +554,11 @@ class Plan:
         Raises:
             InvalidInputError: There is no such step, or nobody knows where it begins.
         """
-        return Plan(self._native.starting_at(step, None))
+        return Plan(self.native.starting_at(step, None))
 
     def __add__(self, other: Plan) -> Plan:
         """The steps of another one after these."""
-        return Plan(self._native.joined(other._native))
+        return Plan(self.native.joined(other.native))
 
     def __mul__(self, times: int) -> Plan:
         return self.repeated(times)
@@ -566,7 +567,7 @@ class Plan:
 
     def to_json(self) -> str:
         """The text of a plan file: JSON with one step on a line."""
-        return self._native.to_json()
+        return self.native.to_json()
 
     def to_playback(self) -> tuple[str, list[str]]:
         """The text of a file for DobotStudio's Teaching & Playback, and what such a file cannot say.
@@ -574,7 +575,7 @@ class Plan:
         Raises:
             InvalidInputError: A step has no place in such a file.
         """
-        return self._native.to_playback()
+        return self.native.to_playback()
 
     def save(self, path: str | os.PathLike[str]) -> list[str]:
         """Writes it to a ``.plan.json`` (``.json``, ``.plan``) or, for DobotStudio, ``.playback`` file. :func:`load` reads both.
@@ -600,13 +601,13 @@ class Plan:
     # What every value has.
 
     def __len__(self) -> int:
-        return len(self._native)
+        return len(self.native)
 
     def __bool__(self) -> bool:
         return True
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Plan) and self._native == other._native
+        return isinstance(other, Plan) and self.native == other.native
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -765,25 +766,18 @@ def _corners(sheet: Sheet) -> list[tuple[float, float]] | None:
     return [(x + right * cos(turn) - up * sin(turn), y + right * sin(turn) + up * cos(turn)) for right, up in ends]
 
 
-def _wire(command: Any) -> tuple[int, tuple[Any, ...]]:
-    """The id of a command and the values of its fields."""
-    if isinstance(command, tuple):
-        return command
-    raise InvalidInputError(f"{command!r} is no command")
-
-
 def _step(found: dict[str, Any]) -> Step:
     return Step(
         number=found["number"],
         action=found["action"],
         by=found["by"],
+        command=found["command"],
         values=tuple(found["values"]),
         target=None if found["target"] is None else tuple(found["target"]),
         line=found["line"],
         column=found["column"],
         row=found["row"],
         name=found["name"],
-        raw=found["command"],
     )
 
 

@@ -9,12 +9,15 @@ Lengths are mm, angles degrees, times seconds. A height is the z that the arm re
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Union
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from . import _magician
+from ._magician import Call, Core
+from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
+from .alarms import Alarm
 from .errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -39,11 +42,11 @@ class Place(NamedTuple):
 class WorldObject:
     """An object in the world of a virtual arm, as it is at the moment when it is asked."""
 
-    __slots__ = ("_arm", "_name")
+    __slots__ = ("_look", "_name")
 
-    def __init__(self, arm: VirtualArm, name: str) -> None:
-        self._arm = arm
+    def __init__(self, name: str, look: Callable[[str], dict[str, Any]]) -> None:
         self._name = name
+        self._look = look
 
     @property
     def name(self) -> str:
@@ -96,7 +99,7 @@ class WorldObject:
 
     def on(self, name: str) -> bool:
         """Whether it stands on the object of that name itself."""
-        self._arm.object(name)
+        self._look(name)
         return self.rests_on == name
 
     def seen_by(self, port: Literal["GP1", "GP2", "GP4", "GP5"]) -> bool:
@@ -104,7 +107,7 @@ class WorldObject:
         return port in self._now()["seen_by"]
 
     def _now(self) -> dict[str, Any]:
-        return self._arm._found(self._name)
+        return self._look(self._name)
 
     def __repr__(self) -> str:
         now = self._now()
@@ -160,10 +163,14 @@ class VirtualArm:
     # Talking to it.
 
     def arm(self, *, timeout: float = 3.0, window: int = 1) -> Arm:
-        """Connects to it, as to any arm."""
+        """Connects to it, as ``magician.Arm(cell)`` does; ``magician.aio.Arm.connect(cell)`` for asyncio."""
         from ._blocking import Arm
 
-        return Arm(_magician.Core.simulated(self._native, timeout=timeout, window=window).wait())
+        return Arm(self, timeout=timeout, window=window)
+
+    def connect_core(self, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float) -> Call[Core]:
+        """Begins to connect to it; for :class:`magician.Arm`."""
+        return self._native.connect(timeout=timeout, window=window, probe=probe, reconnect=reconnect, echo=echo)
 
     # Its world.
 
@@ -174,12 +181,12 @@ class VirtualArm:
             KeyError: There is none; the message has the names that there are.
         """
         self._found(name)
-        return WorldObject(self, name)
+        return WorldObject(name, self._found)
 
     @property
     def objects(self) -> list[WorldObject]:
         """All objects, in the order of the scenario."""
-        return [WorldObject(self, each["name"]) for each in self._native.objects()]
+        return [WorldObject(each["name"], self._found) for each in self._native.objects()]
 
     @property
     def held(self) -> WorldObject | None:
@@ -223,22 +230,19 @@ class VirtualArm:
     # The arm itself, seen from outside.
 
     @property
-    def pose(self) -> tuple[float, float, float, float]:
-        """Where the controller takes the tool to be: x, y, z in mm, r in degrees."""
-        x, y, z, r = self._state("pose")
-        return x, y, z, r
+    def position(self) -> Position:
+        """Where the controller takes the tool to be."""
+        return Position(*self._state("pose"))
 
     @property
-    def joints(self) -> tuple[float, float, float, float]:
-        """What the controller takes the joints to be, degrees."""
-        j1, j2, j3, j4 = self._state("joints")
-        return j1, j2, j3, j4
+    def joints(self) -> Joints:
+        """What the controller takes the joints to be."""
+        return Joints(*self._state("joints"))
 
     @property
-    def true_joints(self) -> tuple[float, float, float, float]:
-        """Where the joints really stand, degrees: elsewhere after lost steps, and the base before homing."""
-        j1, j2, j3, j4 = self._state("true_joints")
-        return j1, j2, j3, j4
+    def true_joints(self) -> Joints:
+        """Where the joints really stand: elsewhere after lost steps, and the base before homing."""
+        return Joints(*self._state("true_joints"))
 
     @property
     def moving(self) -> bool:
@@ -251,9 +255,9 @@ class VirtualArm:
         return bool(self._state("homed"))
 
     @property
-    def alarms(self) -> list[int]:
-        """Codes of the alarms that stand."""
-        found: list[int] = self._state("alarms")
+    def alarms(self) -> tuple[Alarm, ...]:
+        """The alarms that stand."""
+        found: tuple[Alarm, ...] = self._state("alarms")
         return found
 
     @property
@@ -357,18 +361,14 @@ class VirtualArm:
         raise KeyError(f"there is no object {name!r}; there are {names}")
 
     def __repr__(self) -> str:
-        x, y, z, r = self.pose
+        x, y, z, r = self.position
         return f"<VirtualArm {self.title or ''} at x {x:.1f}, y {y:.1f}, z {z:.1f}, r {r:.1f}, {self.time:.3f} s>"
 
     def _repr_svg_(self) -> str:
         return self.picture().svg
 
 
-Scenario = Union[str, "os.PathLike[str]"]
-"""A path of a scenario file, or the text of one."""
-
-
-def _text(scenario: Scenario | None) -> str | None:
+def _text(scenario: str | os.PathLike[str] | None) -> str | None:
     if scenario is None:
         return None
     if isinstance(scenario, str) and ("\n" in scenario or "=" in scenario):

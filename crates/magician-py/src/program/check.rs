@@ -5,13 +5,13 @@ use magician::{Arm, Error, Options};
 use magician_program::preview::{Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage};
 use magician_program::{Complaint, Plan, Report, check};
-use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use super::{PyPlan, Source, kinds, retold, tool};
-use crate::errors;
+use crate::core::seconds;
 use crate::picture::{Ink, Picture};
+use crate::{errors, values};
 
 /// Where a check begins: an arm as it stood when it was asked.
 #[pyclass(frozen, module = "magician._magician")]
@@ -93,7 +93,7 @@ impl PyPlan {
         let mut options = RehearseOptions::default();
         options.tool = self::tool(py, tool)?;
         options.table = table;
-        options.watch = watch.map(|each| seconds(py, each)).transpose()?;
+        options.watch = watch.map(|each| seconds(py, "watch", each)).transpose()?;
         let done = py.detach(|| rehearse(&self.plan, &options));
         let done = done.map_err(|error| errors::raise(py, &error))?;
         let parts = PyDict::new(py);
@@ -102,10 +102,7 @@ impl PyPlan {
         parts.set_item("steps", done.steps)?;
         parts.set_item("pose", done.pose.to_array())?;
         parts.set_item("joints", done.joints.to_array())?;
-        parts.set_item(
-            "alarms",
-            done.alarms.codes().map(u32::from).collect::<Vec<_>>(),
-        )?;
+        parts.set_item("alarms", values::alarms(py, &done.alarms)?)?;
         let log = done.log.iter();
         let log = log.map(|(at, event)| (at.as_secs_f64(), event.in_words(None).to_string()));
         parts.set_item("log", log.collect::<Vec<_>>())?;
@@ -122,14 +119,6 @@ pub(crate) fn numbers<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyByt
         .flat_map(|number| number.to_ne_bytes())
         .collect();
     PyBytes::new(py, &bytes)
-}
-
-/// A time in seconds.
-pub(crate) fn seconds(py: Python<'_>, seconds: f64) -> PyResult<std::time::Duration> {
-    std::time::Duration::try_from_secs_f64(seconds).map_err(|_| {
-        let error = Error::invalid(format!("{seconds} s is no time: it must be 0 or more"));
-        errors::raise(py, &error)
-    })
 }
 
 /// What a check has found.
@@ -209,9 +198,4 @@ pub(crate) fn refusal(report: &Report, source: &Source) -> Option<Error> {
         first.error
     );
     Some(retold(&first.error, text))
-}
-
-/// What ended on another thread ended badly: a bug.
-pub(crate) fn bug(what: impl std::fmt::Display) -> PyErr {
-    PyRuntimeError::new_err(what.to_string())
 }

@@ -11,12 +11,11 @@ use magician::{Error, Set};
 use magician_program::formats::playback::Playback;
 use magician_program::{Action, Pallet, Plan, Problem, Surface, Tool};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
-pub(crate) use check::{Start, findings, numbers, refusal, seconds};
+pub(crate) use check::{Start, findings, numbers, refusal};
 pub(crate) use load::SURFACE_ARGUMENT;
 
-use crate::{core, errors};
+use crate::{errors, values};
 
 /// A plan, and what is known of where it came from.
 #[pyclass(frozen, name = "Plan", module = "magician._magician")]
@@ -105,19 +104,20 @@ impl PyPlan {
     fn of_commands(
         py: Python<'_>,
         title: &str,
-        commands: Vec<(u8, Bound<'_, PyTuple>)>,
+        commands: &Bound<'_, PyAny>,
         tool: Option<&str>,
         surface: Option<(f64, [f64; 2])>,
     ) -> PyResult<Self> {
         let mut plan = Plan::new(title);
         plan.tool = self::tool(py, tool)?;
         plan.surface = self::surface(surface);
-        for (nth, (id, fields)) in (1..).zip(commands) {
-            let command = core::command(py, id, &fields)?;
+        for (nth, object) in (1..).zip(commands.try_iter()?) {
+            let command = values::command(&object?)?;
             let row = command.row();
             if !row.queueable {
-                let error = Error::invalid(format!("step {nth}: it cannot be queued"));
-                return Err(errors::raise(py, &error.with_command(row.name)));
+                let error =
+                    Error::invalid(format!("step {nth}: {} cannot be queued", row.set_name));
+                return Err(errors::raise(py, &error.with_command(row.set_name)));
             }
             plan.push(command, magician_program::Origin::NONE);
         }

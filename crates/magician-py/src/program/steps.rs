@@ -1,11 +1,9 @@
 //! The steps of a plan, one by one and all at once.
 
-use magician::Set;
 use magician_program::{Action, Grip, Step, Travel};
-use magician_protocol::{MAX_PARAMS, Writer};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyTuple};
+use pyo3::types::{PyBytes, PyDict};
 
 use super::PyPlan;
 use super::check::numbers;
@@ -30,13 +28,15 @@ impl PyPlan {
         parts.set_item("column", known(place.column))?;
         parts.set_item("row", row)?;
         parts.set_item("name", self.plan.name_of(&place))?;
-        parts.set_item("command", command(py, &step.action.command())?)?;
+        let command = values::object(py, &step.action.command())?;
+        parts.set_item("command", command)?;
         Ok(parts)
     }
 
-    /// All commands, the tool's first: id and fields each.
-    fn commands<'py>(&self, py: Python<'py>) -> PyResult<Vec<(u8, Bound<'py, PyTuple>)>> {
-        self.plan.commands().map(|set| command(py, &set)).collect()
+    /// All commands, the tool's first.
+    fn commands(&self, py: Python<'_>) -> PyResult<Vec<Py<PyAny>>> {
+        let commands = self.plan.commands();
+        commands.map(|set| values::object(py, &set)).collect()
     }
 
     /// Where the steps lead: three numbers each, not a number where a step leads nowhere by itself.
@@ -52,20 +52,6 @@ impl PyPlan {
         });
         numbers(py, targets.as_flattened())
     }
-}
-
-/// A command as Python has it.
-fn command<'py>(py: Python<'py>, set: &Set) -> PyResult<(u8, Bound<'py, PyTuple>)> {
-    let row = set.row();
-    let mut room = [0; MAX_PARAMS];
-    let mut writer = Writer::new(&mut room);
-    set.encode(&mut writer);
-    let count = writer.finish().map_err(super::check::bug)?;
-    let fields = match row.set {
-        Some(layout) => values::decode(py, layout, room.get(..count).unwrap_or_default())?,
-        None => PyTuple::empty(py),
-    };
-    Ok((row.id, fields))
 }
 
 /// Which way it goes.

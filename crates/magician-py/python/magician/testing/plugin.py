@@ -63,6 +63,6 @@ def _told(virtual: Any) -> str:
     lines = [repr(virtual), *map(repr, virtual.objects)]
     alarms = virtual.alarms
     if alarms:
-        lines.append("alarms: " + ", ".join(f"0x{code:02x}" for code in alarms))
+        lines.append("alarms: " + ", ".join(f"0x{alarm:02x} {alarm.name}" for alarm in alarms))
     lines += virtual.events()
     return "\n".join(lines)
