@@ -18,11 +18,14 @@ from ._magician import Jog as NativeJog
 from ._magician import Program as NativeProgram
 from ._magician import StateWatch as NativeStateWatch
 from ._native import Where, connecting, opened, until, until_done, until_stopped
+from ._pictures import Picture
 from ._protocol import Command, Query, Queueable, Readable, Writable, find
 from .alarms import Alarm
 from .commands import IoFunction, Port, Pose, RailVersion, SensorVersion, Stepper
 from .errors import ClosedError, Error, UnexpectedError
+from .programs import Plan, Report, report_of
 from .readings import Color, Info, Joints, Link, Progress, Ran, Stats, Status
+from .running import RunResult, Telling, Watcher
 from .words import Direction, Four, Tool
 
 __all__ = ["Arm", "Check", "Connecting", "Events", "Jog", "Run", "StateWatch"]
@@ -808,6 +811,82 @@ class Arm:
     async def stop_jog(self) -> None:
         """Ends any jog, at once and for sure: repeated until the arm stands."""
         await until(self._core.stop_jog())
+
+    # Programs.
+
+    async def check(self, plan: Plan) -> Report:
+        """Follows a plan from where this arm stands, with the settings that it has; moves nothing."""
+        start = await until(self._core.start_of(plan.native))
+        return report_of(plan.native.check(start))
+
+    async def preview(self, plan: Plan) -> Picture:
+        """The picture of a plan, from where this arm stands; moves nothing."""
+        start = await until(self._core.start_of(plan.native))
+        return Picture(plan.native.preview(start, None, None))
+
+    async def run(
+        self,
+        program: Plan | Iterable[Queueable],
+        *,
+        progress: Watcher = False,
+        first_step: int = 1,
+        check: bool = True,
+        keep: bool = False,
+        require_homed: bool = False,
+        allow_laser: bool = False,
+        restore: bool = True,
+    ) -> RunResult:
+        """Has the arm do a plan, or commands, and waits for the end. All of it is checked before the first byte is sent.
+
+        The queue is kept full enough that the arm never waits for the next command, and no fuller than that: at most two seconds
+        of motion go on if this program dies. Whatever ends the wait early (Ctrl-C, a cancelled task, an exception in
+        ``progress``) stops the arm first; a note on the exception tells how many steps are done.
+
+        Args:
+            program: A :class:`~magician.Plan`, or commands as :mod:`magician.words` makes them.
+            progress: ``True`` shows a line on stderr; a function is called with a :class:`~magician.PlanProgress` up to 20
+                times a second.
+            first_step: Begins there, counted from 1: sets what the steps before would have set, and goes there from above.
+            check: Whether to refuse what the arm cannot do.
+            keep: Whether to run first what an earlier program left in the queue.
+            require_homed: Whether to refuse an arm that was not homed since it was switched on.
+            allow_laser: Whether the laser of an arm that is not virtual may burn.
+            restore: Whether speeds and heights of jumps that the plan changes are given back at its end.
+
+        Raises:
+            UnreachableError, InvalidInputError: The check refuses a step: which, why, and both values.
+            AlarmError: An alarm holds the queue.
+            ClosedError: A stop came first.
+        """
+        plan = program if isinstance(program, Plan) else Plan.of(program)
+        how = {
+            "first_step": first_step,
+            "check": check,
+            "keep": keep,
+            "require_homed": require_homed,
+            "allow_laser": allow_laser,
+            "restore": restore,
+            "watched": progress is not False,
+        }
+        telling = Telling(len(plan), progress)
+        call, over = self._core.run(plan.native, how)
+        try:
+            found = await until_done(call, self._core, telling)
+        except BaseException as error:
+            await until(over)
+            telling.broken(error)
+            raise
+        return telling.ended(found)
+
+    # Pictures.
+
+    async def picture(self) -> Picture:
+        """The arm as it stands, from above and from the side."""
+        return Picture(await until(self._core.snapshot()))
+
+    def _repr_svg_(self) -> str:
+        # A notebook waits for it, whatever kind of program this is.
+        return self._core.snapshot().wait().svg
 
 
 class Jog:
