@@ -7,7 +7,7 @@ import re
 import threading
 import weakref
 
-from .._magician import Core
+from .._magician import Call, Cell, Core
 from .._native import opened as remembered
 from .._native import wait, wait_done, wait_stopped
 from ..errors import PortError
@@ -20,6 +20,7 @@ START, STOP, FORCE_STOP = 240, 241, 242
 
 _elsewhere: list[str] = []
 _opened: weakref.WeakSet[Line] = weakref.WeakSet()
+_benches: list[_Bench] = []
 
 
 def send_elsewhere(port: str | None) -> None:
@@ -72,10 +73,10 @@ class Line:
         """Whether the connection has been ended."""
         self.running = True
         """Whether the queue runs, as far as this connection has said so."""
-        self.is_new = self.name.lower().split(":")[0] == "sim"
+        self._bench = _bench(self.name)
+        self.is_new = self._bench is not None and not self._bench.used
         """Whether it is a virtual arm that has just been switched on."""
-        connecting = Core.connect(self.name, timeout=timeout, window=1, probe=True, reconnect=True, echo=0.1)
-        self._core: Core = remembered(wait(connecting))
+        self._core: Core = remembered(wait(_connecting(self.name, self._bench, timeout)))
         self._core.detach()
         self._leaving = threading.Lock()
         _opened.add(self)
@@ -114,4 +115,42 @@ class Line:
         with self._leaving:
             if not self.closed:
                 self.closed = True
+                if self._bench is not None:
+                    self._bench.lock.release()
                 wait(self._core.close())
+
+
+class _Bench:
+    """A place for a virtual arm: it stays switched on when a program disconnects, and is found again as it was left."""
+
+    def __init__(self, speed: float) -> None:
+        self.speed = speed
+        self.cell = Cell(None, speed)
+        self.lock = threading.Lock()
+        self.used = False
+
+
+def _bench(port: str) -> _Bench | None:
+    """The virtual arm at a port, held; ``None`` for ports of other kinds."""
+    kind, _, speed = port.lower().partition(":")
+    if kind != "sim":
+        return None
+    try:
+        times = 0.0 if speed in ("", "max") else float(speed.removesuffix("x"))
+    except ValueError:
+        return None
+    for bench in _benches:
+        if bench.speed == times and bench.lock.acquire(blocking=False):
+            return bench
+    bench = _Bench(times)
+    bench.lock.acquire()
+    _benches.append(bench)
+    return bench
+
+
+def _connecting(port: str, bench: _Bench | None, timeout: float) -> Call[Core]:
+    if bench is None:
+        return Core.connect(port, timeout=timeout, window=1, probe=True, reconnect=True, echo=0.1)
+    bench.used = True
+    # It answers at once, but on a busy computer.
+    return bench.cell.connect(timeout=max(timeout, 10.0), window=1, probe=True, reconnect=True, echo=0.1)
