@@ -116,7 +116,15 @@ pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
 
 fn commands() -> String {
     let mut classes = String::new();
-    let mut names = vec!["Output".to_owned()];
+    let kinds = [
+        "Answer",
+        "Output",
+        "Query",
+        "Queueable",
+        "Readable",
+        "Writable",
+    ];
+    let mut names = kinds.map(str::to_owned).to_vec();
     for info in enums() {
         names.push(info.name.to_owned());
         named_values(&mut classes, info);

@@ -365,8 +365,7 @@ class Arm:
     # Motion: each of these goes there and waits until it has.
 
     def home(self) -> None:
-        """Homes the arm, waits until it is done, and clears the alarms. It takes up to half a minute (document
-        1.6.2)."""
+        """Homes the arm, waits until it is done, and clears the alarms: up to half a minute (document 1.6.2)."""
         wait_done(self._core.home(), self._core)
 
     def move_to(
@@ -445,8 +444,7 @@ class Arm:
         self.perform([words.circle(via, over, turns)])
 
     def path_to(self, x: float, y: float, z: float) -> None:
-        """Goes to a point as a continuous path of one segment, mm. Longer paths are programs of
-        :func:`words.path_to`."""
+        """Goes to a point as a path of one segment, mm. Longer ones are programs of :func:`words.path_to`."""
         self.perform([words.path_to(x, y, z)])
 
     def path_by(self, dx: float = 0, dy: float = 0, dz: float = 0) -> None:
@@ -533,8 +531,7 @@ class Arm:
         self.set(words.jump_height(height, z_limit))
 
     def jump_heights(self, start: float, end: float, z_limit: float) -> None:
-        """How far a jump lifts above its start and above its end, and the z it stays below, mm (document 1.10.8,
-        E27)."""
+        """How far a jump lifts above its start and its end, and the z it stays below, mm (document 1.10.8, E27)."""
         self.set(words.jump_heights(start, end, z_limit))
 
     def jog_speed(self, velocity: float, acceleration: float | None = None) -> None:
@@ -598,8 +595,7 @@ class Arm:
         self.set(words.output(address, high))
 
     def pwm(self, address: int, frequency: float, duty_cycle: float) -> None:
-        """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and percent of the time that it is
-        high."""
+        """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and the percentage of high."""
         self.set(words.pwm(address, frequency, duty_cycle))
 
     def servo(self, address: int, pulse_ms: float) -> None:
@@ -616,8 +612,7 @@ class Arm:
         return (self.get(words.analog_at(address))).volts
 
     def motor(self, index: Stepper, speed: int) -> None:
-        """Runs an external motor at so many pulses a second, the sign is the direction; 0 stops it (document
-        1.15.6)."""
+        """Runs an external motor at so many pulses/s, the sign is the direction; 0 stops it (document 1.15.6)."""
         self.set(words.motor(index, speed))
 
     def motor_by(self, index: Stepper, speed: int, distance: int) -> None:

@@ -76,7 +76,7 @@ async def until_done(call: Call[T], core: Core, listener: Listener | None = None
 
 
 async def until_stopped(core: Core, interruption: BaseException) -> None:
-    """Stops the arm because of this, which is told if that is not certain. The stop goes on when nobody waits for it."""
+    """Stops the arm because of this, which is told if that is in doubt. The stop goes on when nobody waits for it."""
     try:
         await _until(core.stop(), None, let_go=False)
     except Error as failure:

@@ -88,4 +88,6 @@ def find(name: str, form: str, fields: dict[str, Any]) -> Any:
     cls: type[Any] = getattr(commands, _magician.find(name, form))
     if form == "set" or not issubclass(cls, Answer):
         return cls(**fields)
+    if fields:
+        raise TypeError(f"{cls.__name__} is asked for without {', '.join(fields)}")
     return cls

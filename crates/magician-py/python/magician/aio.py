@@ -436,8 +436,7 @@ class Arm:
     # Motion: each of these goes there and waits until it has.
 
     async def home(self) -> None:
-        """Homes the arm, waits until it is done, and clears the alarms. It takes up to half a minute (document
-        1.6.2)."""
+        """Homes the arm, waits until it is done, and clears the alarms: up to half a minute (document 1.6.2)."""
         await until_done(self._core.home(), self._core)
 
     async def move_to(
@@ -516,8 +515,7 @@ class Arm:
         await self.perform([words.circle(via, over, turns)])
 
     async def path_to(self, x: float, y: float, z: float) -> None:
-        """Goes to a point as a continuous path of one segment, mm. Longer paths are programs of
-        :func:`words.path_to`."""
+        """Goes to a point as a path of one segment, mm. Longer ones are programs of :func:`words.path_to`."""
         await self.perform([words.path_to(x, y, z)])
 
     async def path_by(self, dx: float = 0, dy: float = 0, dz: float = 0) -> None:
@@ -604,8 +602,7 @@ class Arm:
         await self.set(words.jump_height(height, z_limit))
 
     async def jump_heights(self, start: float, end: float, z_limit: float) -> None:
-        """How far a jump lifts above its start and above its end, and the z it stays below, mm (document 1.10.8,
-        E27)."""
+        """How far a jump lifts above its start and its end, and the z it stays below, mm (document 1.10.8, E27)."""
         await self.set(words.jump_heights(start, end, z_limit))
 
     async def jog_speed(self, velocity: float, acceleration: float | None = None) -> None:
@@ -669,8 +666,7 @@ class Arm:
         await self.set(words.output(address, high))
 
     async def pwm(self, address: int, frequency: float, duty_cycle: float) -> None:
-        """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and percent of the time that it is
-        high."""
+        """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and the percentage of high."""
         await self.set(words.pwm(address, frequency, duty_cycle))
 
     async def servo(self, address: int, pulse_ms: float) -> None:
@@ -687,8 +683,7 @@ class Arm:
         return (await self.get(words.analog_at(address))).volts
 
     async def motor(self, index: Stepper, speed: int) -> None:
-        """Runs an external motor at so many pulses a second, the sign is the direction; 0 stops it (document
-        1.15.6)."""
+        """Runs an external motor at so many pulses/s, the sign is the direction; 0 stops it (document 1.15.6)."""
         await self.set(words.motor(index, speed))
 
     async def motor_by(self, index: Stepper, speed: int, distance: int) -> None:

@@ -74,7 +74,7 @@ class Reset:
 
 @dataclass(frozen=True, slots=True)
 class Unaccounted:
-    """The arm has taken more commands than this connection sent: the network doubled one, or another program uses it."""
+    """The arm has taken more commands than this connection sent: one was doubled, or it is in other hands too."""
 
     first: int
     """First queue index."""

@@ -490,7 +490,7 @@ def pwm(address: int, frequency: float, duty_cycle: float) -> commands.IoPwm:
 def servo(address: int, pulse_ms: float) -> commands.IoPwm:
     """Turns a hobby servo on a pulse-width pin (EIO 4, 6, 8, 11 or 14) by the length of its pulses, 50 a second.
 
-    1.5 ms is the middle of most, 1 to 2 ms what all of them take, 0.5 to 2.5 ms what many do; 0 lets go, and 20 ms is the
+    1.5 ms is the middle of most, 1 to 2 ms what all of them take, 0.5 to 2.5 ms what many do; 0 lets go, 20 ms is the
     most. Multiplex the pin to ``IoFunction.PWM`` first (EIO 8, 6 and 4 have driven servos).
     """
     return pwm(address, 50, 100 * pulse_ms / 20)
