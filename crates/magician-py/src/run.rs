@@ -8,7 +8,10 @@ use magician::commands::{
     PtpCoordinateParams, PtpJointParams, PtpJump2Params, PtpLParams,
 };
 use magician::words::{Guards, Preflight};
-use magician::{Arm, Ctrl, Error, ErrorKind, FrameBuf, Ran, Result, RunOptions, Set, ToolBias};
+use magician::{
+    Arm, Ctrl, Error, ErrorKind, FrameBuf, Geometry, JointAngles, Ran, Result, RunOptions, Set,
+    ToolBias,
+};
 use magician_program::preview::{Snapshot, Standing};
 use magician_program::resume::Tally;
 use magician_program::{Plan, Report, check};
@@ -353,24 +356,31 @@ impl Core {
     }
 }
 
-/// An arm that stands so, drawn.
+/// An arm that says that it stands so, drawn.
 #[pyfunction]
 pub(crate) fn draw_arm(
     py: Python<'_>,
     title: &str,
+    pose: [f64; 4],
     joints: [f64; 4],
-    tool: [f64; 3],
     alarms: Vec<u8>,
     facts: Vec<String>,
 ) -> Picture {
     let mut standing = Standing::default();
     standing.title = title.to_owned();
     standing.joints = joints.into();
-    let [x, y, z] = tool;
-    standing.tool = ToolBias::new(x, y, z);
+    standing.tool = between(&standing.joints, pose);
     for code in alarms {
         standing.alarms.insert(code);
     }
     standing.facts = facts;
     Picture::new(py.detach(|| Snapshot::of_arm(&standing).to_svg().to_owned()))
+}
+
+/// Where the tool is, seen from the wrist, if the joints stand so and the tool is there.
+fn between(joints: &JointAngles, [x, y, z, _]: [f64; 4]) -> ToolBias {
+    let wrist = Geometry::default().forward(joints);
+    let (sin, cos) = joints.j1.to_radians().sin_cos();
+    let [dx, dy] = [x - wrist.x, y - wrist.y];
+    ToolBias::new(dx * cos + dy * sin, dy * cos - dx * sin, wrist.z - z)
 }

@@ -19,3 +19,9 @@ def samples() -> Path:
 def scenarios() -> Path:
     """The example scenarios of the simulator."""
     return CRATES / "magician-sim" / "scenarios"
+
+
+def in_notebook(thing: object, kind: str = "svg") -> str:
+    """What a notebook shows of it."""
+    shown: str = getattr(thing, f"_repr_{kind}_")()
+    return shown

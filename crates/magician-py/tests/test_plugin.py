@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-TEST = '''
+TEST = """
 import pytest
 from magician import Plan, words
 
@@ -24,12 +24,12 @@ def test_fails(virtual_arm):
 
 def test_without_a_world(virtual_arm):
     assert virtual_arm.objects == []
-'''
-CELL = '''
+"""
+CELL = """
 tool = { kind = "suction" }
 table = { height = -60 }
 object = [{ name = "red cube", size = [20, 20, 20], at = [220, 80], color = "red" }]
-'''
+"""
 
 
 def test_fixtures_and_marks(pytester: pytest.Pytester) -> None:

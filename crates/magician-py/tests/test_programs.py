@@ -6,9 +6,9 @@ import io
 import math
 from pathlib import Path
 
-import pytest
-
 import magician
+import pytest
+from conftest import in_notebook
 from magician import Plan, Sheet, Surface, commands, words
 from magician.errors import InvalidInputError, UnreachableError
 
@@ -50,7 +50,7 @@ def test_a_report_has_figures_and_a_plan_its_steps(samples: Path) -> None:
     assert 25 < (report.seconds or 0) < 35 and plan.estimate == report.seconds
     assert report.drawn == pytest.approx(302.0, abs=0.1)
     assert report.bounds is not None and report.bounds[0][2] == -58.5
-    assert "302 mm drawn" in str(report) and "302 mm drawn" in report._repr_html_()
+    assert "302 mm drawn" in str(report) and "302 mm drawn" in in_notebook(report, "html")
     step = next(step for step in plan.steps if step.action == "path")
     assert step.target is not None and step.target[2] == -58.5
     assert (step.line, step.name) == (4, "rect")
@@ -75,7 +75,7 @@ def test_complaints_name_their_place_and_both_values(samples: Path) -> None:
         assert f"{number:.1f}" in first.message
     with pytest.raises(UnreachableError, match="limit"):
         report.raise_if_refused()
-    assert first.message.split(":")[0] in report._repr_html_()
+    assert first.message.split(":")[0] in in_notebook(report, "html")
 
 
 def test_an_unreadable_file_is_refused_with_its_place() -> None:
@@ -205,12 +205,12 @@ def test_a_rehearsal_leaves_what_the_arm_would_leave(samples: Path, tmp_path: Pa
     assert done.ok and done.steps == len(plan) and not done.alarms
     assert plan.estimate is not None and done.seconds == pytest.approx(plan.estimate, rel=0.1)
     assert len(done.drawing) == 1 and done.drawing[0].burnt is False
-    (x0, y0), (x1, y1) = done.drawing.bounds or ((0, 0), (0, 0))
+    (least, _), (_, most) = done.drawing.bounds or ((0, 0), (0, 0))
     assert len(done.way) > 10
     stroke = done.drawing[0]
-    assert min(x for x, _ in stroke.points) == x0 and max(y for _, y in stroke.points) == y1
+    assert min(x for x, _ in stroke.points) == least and max(y for _, y in stroke.points) == most
     assert done.drawing.save(tmp_path / "left.png").read_bytes().startswith(b"\x89PNG")
-    assert done._repr_svg_() == done.drawing.svg
+    assert in_notebook(done) == done.drawing.svg
     with pytest.raises(IndexError):
         done.drawing[1]
 
@@ -219,7 +219,7 @@ def test_pictures_are_files_and_shown_in_notebooks(samples: Path, tmp_path: Path
     plan = magician.load(samples / "gripper_pick_v194.playback")
     picture = plan.preview(tmp_path / "plan.svg")
     text = (tmp_path / "plan.svg").read_text(encoding="utf-8")
-    assert text == picture.svg == plan._repr_svg_() and text.startswith("<svg")
+    assert text == picture.svg == in_notebook(plan) and text.startswith("<svg")
     assert plan.preview(tmp_path / "plan.png", side=False).svg != picture.svg
     assert (tmp_path / "plan.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(InvalidInputError, match=r"\.svg or \.png"):

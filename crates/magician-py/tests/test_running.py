@@ -7,9 +7,8 @@ import asyncio
 import io
 from pathlib import Path
 
-import pytest
-
 import magician
+import pytest
 from magician import Plan, PlanProgress, VirtualArm, commands, words
 from magician.errors import InvalidInputError, UnreachableError
 from magician.running import Line
@@ -129,7 +128,10 @@ def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monk
 
     clock = [0.0]
     monkeypatch.setattr("magician.running.time.monotonic", lambda: clock[0])
-    for out, wanted in ((Terminal(), "\r[======            ] step 1 of 4, 25 %, 0:09 left\x1b[K"), (io.StringIO(), "step 1 of 4")):
+    for out, wanted in (
+        (Terminal(), "\r[======            ] step 1 of 4, 25 %, 0:09 left\x1b[K"),
+        (io.StringIO(), "step 1 of 4"),
+    ):
         clock[0] = 0.0
         line = Line(out)
         line(PlanProgress(0, 4, None))

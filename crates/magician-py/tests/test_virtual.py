@@ -6,9 +6,9 @@ import asyncio
 from collections.abc import Callable
 from pathlib import Path
 
-import pytest
-
 import magician
+import pytest
+from conftest import in_notebook
 from magician import Plan, VirtualArm, words
 from magician.commands import Stepper
 from magician.errors import InvalidInputError
@@ -21,6 +21,7 @@ table = { height = -60 }
 object = [{ name = "red cube", size = [20, 20, 20], at = [220, 80], color = "red" }]
 conveyor = { start = [200, -200], direction = 90, length = 200, width = 60, height = -40, stepper = 0 }
 """
+
 
 def put_it_on_the_belt(arm: magician.Arm) -> None:
     arm.run(Plan.path([(220, 80, -40)], by="jump", tool="suction"))
@@ -132,15 +133,23 @@ def test_a_pen_leaves_its_drawing(scenarios: Path, samples: Path, tmp_path: Path
     assert cell.drawing.svg.count("<path") == 7
     picture = cell.picture(tmp_path / "cell.png")
     assert (tmp_path / "cell.png").read_bytes().startswith(b"\x89PNG")
-    assert picture.svg == cell._repr_svg_() and ">Drawing<" in picture.svg
+    assert picture.svg == in_notebook(cell) and ">Drawing<" in picture.svg
 
 
 def test_an_arm_shows_itself() -> None:
     cell = VirtualArm(CELL)
     arm = cell.arm()
-    assert "x 199.4" in arm.picture().svg and arm._repr_svg_() == arm.picture().svg
+    assert "x 199.4" in arm.picture().svg and in_notebook(arm) == arm.picture().svg
     # The world's picture knows the tool that is really on it.
     assert "x 259.1" in cell.picture().svg and "red cube" in cell.picture().svg
+
+
+def test_a_state_shows_itself() -> None:
+    arm = VirtualArm(CELL).arm()
+    arm.tool("suction")
+    status = arm.state(50).changed()
+    shown = in_notebook(status).replace("\N{MINUS SIGN}", "-")
+    assert "x 259.1  y 0  z -8.5  r 0" in shown and "32 places free" in shown
 
 
 def test_asyncio_drives_the_same_arm() -> None:

@@ -11,7 +11,8 @@
 * :class:`Arm` is a connected arm; :class:`magician.aio.Arm` the same for asyncio.
 * :mod:`magician.words` makes commands of intentions, for programs; :mod:`magician.commands` has every command of the
   protocol.
-* :func:`load` makes a :class:`Plan` of a file, :meth:`Plan.path` of an array of points; ``arm.run(plan)`` has an arm do it.
+* :func:`load` makes a :class:`Plan` of a file, :meth:`Plan.path` of an array of points; ``arm.run(plan)`` has an arm do
+  it.
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`.
 * :mod:`magician.errors` is what can go wrong, :mod:`magician.events` what can happen.
 

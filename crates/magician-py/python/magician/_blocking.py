@@ -323,11 +323,9 @@ class Arm:
 
         They flow through the arm's queue, however many they are; robot words make them: :mod:`magician.words`.
 
-        :param progress: called now and then with how far it is.
-        :param skip: checks to leave out.
-        :param require_homed: refuses an arm that has not been homed since it was switched on, as far as its alarms
-            tell.
-        :param keep: runs commands of an earlier program that still wait in the queue, before these.
+        :param progress: called now and then with how far it is. :param skip: checks to leave out. :param require_homed:
+        refuses an arm that has not been homed since it was switched on, as far as its alarms tell. :param keep: runs
+        commands of an earlier program that still wait in the queue, before these.
 
         Raises :class:`~magician.errors.UnreachableError` with value and limit and
         :class:`~magician.errors.InvalidInputError` from the check, :class:`~magician.errors.AlarmError` as soon as an
@@ -356,12 +354,11 @@ class Arm:
         """A program that can go on after the line has broken; nothing is sent before :meth:`Run.finish`, and nothing is
         checked.
 
-        :param keep: runs commands of an earlier program that still wait in the queue, before these.
-        :param horizon: most motion that the arm has in its queue, seconds, so that it does not go on for long when this
-            program dies: the arm has no watchdog. Two commands are in it however long they take.
-        :param laser_horizon: the same while the laser may be lit.
-        :param trust_pose: lets an interrupted run go on although nobody knows where its last finished command left the
-            arm.
+        :param keep: runs commands of an earlier program that still wait in the queue, before these. :param horizon:
+        most motion that the arm has in its queue, seconds, so that it does not go on for long when this program dies:
+        the arm has no watchdog. Two commands are in it however long they take. :param laser_horizon: the same while the
+        laser may be lit. :param trust_pose: lets an interrupted run go on although nobody knows where its last finished
+        command left the arm.
         """
         return Run(self._core, self._core.begin(program, keep, horizon, laser_horizon, trust_pose))
 
@@ -383,12 +380,9 @@ class Arm:
     ) -> None:
         """Goes to a pose, all joints together or on a straight line, and waits until it is there.
 
-        :param x: mm forward from the base axis.
-        :param y: mm to the arm's left.
-        :param z: mm up from the shoulder axis; the table is below 0.
-        :param r: rotation of the tool, degrees; left out keeps it.
-        :param linear: whether the tool goes on a straight line.
-        :param rail: mm on the rail (0 to 1000), to go to at the same time.
+        :param x: mm forward from the base axis. :param y: mm to the arm's left. :param z: mm up from the shoulder axis;
+        the table is below 0. :param r: rotation of the tool, degrees; left out keeps it. :param linear: whether the
+        tool goes on a straight line. :param rail: mm on the rail (0 to 1000), to go to at the same time.
 
         Raises :class:`~magician.errors.UnreachableError` with both values, before anything is sent, else as
         :meth:`perform`.
@@ -568,8 +562,7 @@ class Arm:
 
     def tool(self, name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) -> None:
         """Tells the arm where the tool sits: by its name, or by x, y, z in mm from the wrist; poses count from there
-        on.
-        """
+        on."""
         self.set(words.tool(name, x=x, y=y, z=z))
 
     def suction(self, on: bool) -> None:
@@ -590,8 +583,7 @@ class Arm:
 
     def laser(self, on: bool) -> None:
         """Switches the laser, full on or off (document 1.8.2). It goes out when the connection ends without
-        :meth:`detach`.
-        """
+        :meth:`detach`."""
         self.set(words.laser(on))
 
     def multiplex(self, address: int, function: IoFunction) -> None:
@@ -608,8 +600,7 @@ class Arm:
 
     def servo(self, address: int, pulse_ms: float) -> None:
         """Turns a hobby servo on a pulse-width pin by the length of its pulses: 1 to 2 ms, 1.5 ms is the middle of
-        most.
-        """
+        most."""
         self.set(words.servo(address, pulse_ms))
 
     def level_at(self, address: int) -> bool:
@@ -726,10 +717,8 @@ class Arm:
         It acts at once, past the queue. One jog at a time: a new one takes the place of one under way.
 
         :param direction: ``"x+"`` to ``"r-"`` a coordinate, ``"j1+"`` to ``"j4-"`` a joint, ``"rail+"`` and
-            ``"rail-"``.
-        :param keep: seconds, 0.02 to 2, after which it ends unless :meth:`Jog.keep` was called.
-        :param ratio: share of the set jog speed, 1 to 100 %. It is set before the jog begins, and stays. Left out: as
-            it is.
+        ``"rail-"``. :param keep: seconds, 0.02 to 2, after which it ends unless :meth:`Jog.keep` was called. :param
+        ratio: share of the set jog speed, 1 to 100 %. It is set before the jog begins, and stays. Left out: as it is.
 
         The arm itself has no such watchdog: when the computer dies or the cable breaks, a jog goes on to the end of its
         range.
@@ -765,27 +754,26 @@ class Arm:
         allow_laser: bool = False,
         restore: bool = True,
     ) -> RunResult:
-        """Has the arm do a plan, or commands, and waits for the end. All of it is checked before the first byte is sent.
+        """Has the arm do a plan, or commands, and waits for the end. All of it is checked before the first byte is
+        sent.
 
-        The queue is kept full enough that the arm never waits for the next command, and no fuller than that: at most two seconds
-        of motion go on if this program dies. Whatever ends the wait early (Ctrl-C, a cancelled task, an exception in
-        ``progress``) stops the arm first; a note on the exception tells how many steps are done.
+        The queue is kept full enough that the arm never waits for the next command, and no fuller than that: at most
+        two seconds of motion go on if this program dies. Whatever ends the wait early (Ctrl-C, a cancelled task, an
+        exception in ``progress``) stops the arm first; a note on the exception tells how many steps are done.
 
-        Args:
-            program: A :class:`~magician.Plan`, or commands as :mod:`magician.words` makes them.
-            progress: ``True`` shows a line on stderr; a function is called with a :class:`~magician.PlanProgress` up to 20
-                times a second.
-            first_step: Begins there, counted from 1: sets what the steps before would have set, and goes there from above.
-            check: Whether to refuse what the arm cannot do.
-            keep: Whether to run first what an earlier program left in the queue.
-            require_homed: Whether to refuse an arm that was not homed since it was switched on.
-            allow_laser: Whether the laser of an arm that is not virtual may burn.
-            restore: Whether speeds and heights of jumps that the plan changes are given back at its end.
-
-        Raises:
-            UnreachableError, InvalidInputError: The check refuses a step: which, why, and both values.
-            AlarmError: An alarm holds the queue.
-            ClosedError: A stop came first.
+        :param program: A :class:`~magician.Plan`, or commands as :mod:`magician.words` makes them.
+        :param progress: ``True`` shows a line on stderr; a function is called with a :class:`~magician.PlanProgress` up
+            to 20 times a second.
+        :param first_step: Begins there, counted from 1: sets what the steps before would have set, and goes there from
+            above.
+        :param check: Whether to refuse what the arm cannot do.
+        :param keep: Whether to run first what an earlier program left in the queue.
+        :param require_homed: Whether to refuse an arm that was not homed since it was switched on.
+        :param allow_laser: Whether the laser of an arm that is not virtual may burn.
+        :param restore: Whether speeds and heights of jumps that the plan changes are given back at its end.
+        :raises UnreachableError, InvalidInputError: The check refuses a step: which, why, and both values.
+        :raises AlarmError: An alarm holds the queue.
+        :raises ClosedError: A stop came first.
         """
         plan = program if isinstance(program, Plan) else Plan.of(program)
         how = {

@@ -42,9 +42,8 @@ class Picture:
     def save(self, path: str | os.PathLike[str], *, scale: float = SCALE) -> Path:
         """Writes it to a ``.svg`` or ``.png`` file and returns the path.
 
-        Raises:
-            InvalidInputError: The name ends otherwise.
-            OSError: The file cannot be written.
+        :raises InvalidInputError: The name ends otherwise.
+        :raises OSError: The file cannot be written.
         """
         return _save(path, lambda: self.svg, lambda: self.png(scale))
 
@@ -122,9 +121,8 @@ class Drawing(Sequence[Stroke]):
     def save(self, path: str | os.PathLike[str], *, scale: float = SCALE) -> Path:
         """Writes it to a ``.svg`` or ``.png`` file and returns the path.
 
-        Raises:
-            InvalidInputError: The name ends otherwise.
-            OSError: The file cannot be written.
+        :raises InvalidInputError: The name ends otherwise.
+        :raises OSError: The file cannot be written.
         """
         return _save(path, lambda: self.svg, lambda: self.png(scale))
 

@@ -30,7 +30,9 @@ def rows(points: Points | Iterable[Sequence[float]]) -> tuple[bytes, int]:
     """The numbers of points as bytes, and how many there are in a row: 3 or 4."""
     data, shape = _numbers(points)
     if len(shape) != 2 or shape[1] not in (3, 4):
-        raise InvalidInputError(f"points have the shape (n, 3) or (n, 4), x, y, z in mm and r in degrees; these have {shape}")
+        raise InvalidInputError(
+            f"points have the shape (n, 3) or (n, 4), x, y, z in mm and r in degrees; these have {shape}"
+        )
     return data, shape[1]
 
 
@@ -69,9 +71,7 @@ def to_numpy(data: bytes, columns: int) -> NDArray[float64]:
     """Rows of so many numbers, as an array of its own."""
     import numpy
 
-    table = numpy.empty((len(data) // (8 * columns), columns), dtype=numpy.float64)
-    table.flat[:] = numpy.frombuffer(data, dtype=numpy.float64)
-    return table
+    return numpy.ndarray((len(data) // (8 * columns), columns), dtype=numpy.float64, buffer=bytearray(data))
 
 
 def to_tuples(data: bytes, columns: int) -> list[tuple[float, ...]]:

@@ -1,8 +1,9 @@
 """Programs: what a person draws, teaches or computes, as plans that are checked before anything moves.
 
-A :class:`Plan` is a value. :func:`load` makes one of a file of any kind that is known, :meth:`Plan.path` of an array of points,
-:meth:`Plan.of` of commands. It tells what would come of it (:meth:`Plan.check`), shows it (:meth:`Plan.preview`), is moved,
-turned and repeated, and kept in a file that people can read (:meth:`Plan.save`). ``arm.run(plan)`` has an arm do it.
+A :class:`Plan` is a value. :func:`load` makes one of a file of any kind that is known, :meth:`Plan.path` of an array of
+points, :meth:`Plan.of` of commands. It tells what would come of it (:meth:`Plan.check`), shows it
+(:meth:`Plan.preview`), is moved, turned and repeated, and kept in a file that people can read (:meth:`Plan.save`).
+``arm.run(plan)`` has an arm do it.
 
 Lengths are mm, angles degrees, times seconds; coordinates are the arm's: X forward, Y to its left, Z up.
 """
@@ -49,8 +50,8 @@ ToolName = Literal["none", "suction", "gripper", "pen", "laser"]
 Tool = ToolName | tuple[float, float, float]
 """A tool by its name, or by its bias from the wrist, mm."""
 Travel = Literal["path", "line", "joints", "jump"]
-"""How points are reached: along one continuous path, or each on a straight line, with all joints together, or up, across
-and down."""
+"""How points are reached: along one continuous path, or each on a straight line, with all joints together, or up,
+across and down."""
 
 
 class Surface(NamedTuple):
@@ -200,15 +201,15 @@ class Step:
     number: int
     """Which, from 1."""
     action: str
-    """What is done: ``move``, ``joints``, ``shift``, ``arc``, ``path``, ``burn``, ``suction``, ``gripper``, ``laser``, ``wait``,
-    ``home``, or ``command`` for anything else."""
+    """What is done: ``move``, ``joints``, ``shift``, ``arc``, ``path``, ``burn``, ``suction``, ``gripper``, ``laser``,
+    ``wait``, ``home``, or ``command`` for anything else."""
     by: Literal["joints", "line", "jump"] | None
     """Which way a move goes."""
     command: Queueable
     """The command that does it."""
     values: tuple[float, ...]
-    """Its numbers: x, y, z, r (an arc's twice, a burn's last the power in percent), seconds of a wait, 1 for on and 0 for off
-    (a gripper closes at 1, opens at 0, and its pump is off at -1)."""
+    """Its numbers: x, y, z, r (an arc's twice, a burn's last the power in percent), seconds of a wait, 1 for on and 0
+    for off (a gripper closes at 1, opens at 0, and its pump is off at -1)."""
     target: tuple[float, float, float] | None
     """Where it leads the tool, if it says so itself: x, y, z, mm."""
     line: int | None = None
@@ -317,8 +318,7 @@ class Plan:
     ) -> Plan:
         """A plan of commands, as :mod:`magician.words` makes them.
 
-        Raises:
-            InvalidInputError: A command cannot be queued.
+        :raises InvalidInputError: A command cannot be queued.
         """
         return cls(_magician.Plan.of_commands(title, commands, _tool(tool), _surface(surface)))
 
@@ -339,22 +339,19 @@ class Plan:
     ) -> Plan:
         """A plan through points: an array goes in at once, without a loop in Python.
 
-        Args:
-            points: Shape (n, 3): x, y, z in mm; or (n, 4): with r in degrees. ``float64`` goes in as it is. A row of nothing but
-                NaN lifts the tool: the path ends before it and another begins behind it.
-            by: ``"path"`` for continuous paths, which do not stop at their corners and keep r; ``"line"``, ``"joints"`` or
-                ``"jump"`` for a move to each point.
-            title: What it is called.
-            tool: The tool that it is made for; the one in force on the arm if left out.
-            surface: The surface that it works on, where it is known: the z at which the tool touches it, mm.
-            r: The rotation where the points have none, degrees.
-            lift: How far above its ends a path is come to and left, mm; 0 goes straight there with all joints.
-            speed: Along a path, mm/s; as the arm is set if ``None``.
-            acceleration: Along a path, mm/s².
-            power: Of the laser along a path, percent: one for all, or one for each point, shape (n,).
-
-        Raises:
-            InvalidInputError: A number that is none, another shape, an r that changes on a path.
+        :param points: Shape (n, 3): x, y, z in mm; or (n, 4): with r in degrees. ``float64`` goes in as it is. A row of
+            nothing but NaN lifts the tool: the path ends before it and another begins behind it.
+        :param by: ``"path"`` for continuous paths, which do not stop at their corners and keep r; ``"line"``,
+            ``"joints"`` or ``"jump"`` for a move to each point.
+        :param title: What it is called.
+        :param tool: The tool that it is made for; the one in force on the arm if left out.
+        :param surface: The surface that it works on, where it is known: the z at which the tool touches it, mm.
+        :param r: The rotation where the points have none, degrees.
+        :param lift: How far above its ends a path is come to and left, mm; 0 goes straight there with all joints.
+        :param speed: Along a path, mm/s; as the arm is set if ``None``.
+        :param acceleration: Along a path, mm/s².
+        :param power: Of the laser along a path, percent: one for all, or one for each point, shape (n,).
+        :raises InvalidInputError: A number that is none, another shape, an r that changes on a path.
         """
         data, columns = rows(points)
         count = len(data) // (8 * columns)
@@ -380,8 +377,7 @@ class Plan:
     def from_json(cls, text: str) -> Plan:
         """The plan in the text of a plan file.
 
-        Raises:
-            InvalidInputError: It is none; line, column, and what would be right.
+        :raises InvalidInputError: It is none; line, column, and what would be right.
         """
         return cls(_magician.Plan.of_json(text))
 
@@ -423,8 +419,8 @@ class Plan:
 
     @property
     def surface_is_assumed(self) -> bool:
-        """Whether nobody has said how high the paper lies: it is taken to be the table of a virtual arm, and no other arm
-        runs it."""
+        """Whether nobody has said how high the paper lies: it is taken to be the table of a virtual arm, and no other
+        arm runs it."""
         return self.native.assumed
 
     @property
@@ -445,8 +441,8 @@ class Plan:
         return to_numpy(self.native.targets(), 3)
 
     def check(self) -> Report:
-        """Follows it as an arm would that was just homed and has no other settings than its own: what is out of reach, how
-        long it takes, how far the tool goes. ``arm.check(plan)`` begins where that arm stands."""
+        """Follows it as an arm would that was just homed and has no other settings than its own: what is out of reach,
+        how long it takes, how far the tool goes. ``arm.check(plan)`` begins where that arm stands."""
         if self._report is None:
             self._report = report_of(self.native.check(None))
         return self._report
@@ -461,10 +457,9 @@ class Plan:
     ) -> Picture:
         """What will be drawn, burnt or carried, and where, in true size.
 
-        Args:
-            path: A ``.svg`` or ``.png`` file to write.
-            side: Whether there is a view from the side; if left out, for plans that pick and place.
-            sheet: A sheet of known size to show.
+        :param path: A ``.svg`` or ``.png`` file to write.
+        :param side: Whether there is a view from the side; if left out, for plans that pick and place.
+        :param sheet: A sheet of known size to show.
         """
         corners = None if sheet is None else _corners(sheet)
         picture = Picture(self.native.preview(None, side, corners))
@@ -472,13 +467,14 @@ class Plan:
             picture.save(path)
         return picture
 
-    def rehearse(self, *, tool: Tool | None = None, table: float | None = None, watch: float | None = None) -> Rehearsal:
+    def rehearse(
+        self, *, tool: Tool | None = None, table: float | None = None, watch: float | None = None
+    ) -> Rehearsal:
         """Has a virtual arm of its own do it, at full speed, byte for byte as an arm would.
 
-        Args:
-            tool: The tool on the arm; the plan's own if it names one, else the one that its steps need.
-            table: The z at which the tool touches the table, mm; the plan's surface if it has one.
-            watch: How often to look where the tool is, s; see :attr:`Rehearsal.way`.
+        :param tool: The tool on the arm; the plan's own if it names one, else the one that its steps need.
+        :param table: The z at which the tool touches the table, mm; the plan's surface if it has one.
+        :param watch: How often to look where the tool is, s; see :attr:`Rehearsal.way`.
         """
         found = self.native.rehearse(_tool(tool), table, watch)
         return Rehearsal(
@@ -498,26 +494,23 @@ class Plan:
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Plan:
         """The same in another place, so many mm further.
 
-        Raises:
-            InvalidInputError: A step cannot be moved: it leads to joint angles, or goes on from where nobody knows.
+        :raises InvalidInputError: A step cannot be moved: it leads to joint angles, or goes on from where nobody knows.
         """
         return Plan(self.native.moved((x, y, z)))
 
     def scaled(self, factor: float, about: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Plan:
-        """The same in another size, ``about`` a point that stays where it is (mm). Heights of jumps count as lengths; speeds and
-        rotations stay.
+        """The same in another size, ``about`` a point that stays where it is (mm). Heights of jumps count as lengths;
+        speeds and rotations stay.
 
-        Raises:
-            InvalidInputError: As :meth:`moved`; a factor that is not above 0.
+        :raises InvalidInputError: As :meth:`moved`; a factor that is not above 0.
         """
         return Plan(self.native.scaled(factor, about))
 
     def rotated(self, degrees: float, about: tuple[float, float] = (0.0, 0.0)) -> Plan:
-        """The same turned to the left, seen from above, about the vertical through ``about`` (mm). The rotation r of poses
-        turns along.
+        """The same turned to the left, seen from above, about the vertical through ``about`` (mm). The rotation r of
+        poses turns along.
 
-        Raises:
-            InvalidInputError: As :meth:`moved`.
+        :raises InvalidInputError: As :meth:`moved`.
         """
         return Plan(self.native.rotated(degrees, about))
 
@@ -528,10 +521,9 @@ class Plan:
     def on_grid(self, rows: int, columns: int, pitch: tuple[float, float]) -> Plan:
         """The plan at each place of a grid, one after the other. As it stands it is for the first.
 
-        Args:
-            rows: Rows, along Y.
-            columns: Columns, along X.
-            pitch: From a column to the next in x and from a row to the next in y, mm.
+        :param rows: Rows, along Y.
+        :param columns: Columns, along X.
+        :param pitch: From a column to the next in x and from a row to the next in y, mm.
         """
         return Plan(self.native.on_grid(rows, columns, pitch))
 
@@ -543,16 +535,16 @@ class Plan:
         end_of_row: tuple[float, float, float],
         last_row: tuple[float, float, float],
     ) -> Plan:
-        """The plan at each place of a pallet as it stands, by three of its places (x, y, z; mm): the first, the last of its row,
-        and the first of the last row. The others are in between, on any slope."""
+        """The plan at each place of a pallet as it stands, by three of its places (x, y, z; mm): the first, the last of
+        its row, and the first of the last row. The others are in between, on any slope."""
         return Plan(self.native.on_corners(rows, columns, [first, end_of_row, last_row]))
 
     def from_step(self, step: int) -> Plan:
-        """The plan from a step on, counted from 1: it first sets what the steps before would have set, and goes from above to
-        where the step begins. For an arm that was just homed; ``arm.run(plan, first_step=...)`` begins where that arm stands.
+        """The plan from a step on, counted from 1: it first sets what the steps before would have set, and goes from
+        above to where the step begins. For an arm that was just homed; ``arm.run(plan, first_step=...)`` begins where
+        that arm stands.
 
-        Raises:
-            InvalidInputError: There is no such step, or nobody knows where it begins.
+        :raises InvalidInputError: There is no such step, or nobody knows where it begins.
         """
         return Plan(self.native.starting_at(step, None))
 
@@ -572,20 +564,17 @@ class Plan:
     def to_playback(self) -> tuple[str, list[str]]:
         """The text of a file for DobotStudio's Teaching & Playback, and what such a file cannot say.
 
-        Raises:
-            InvalidInputError: A step has no place in such a file.
+        :raises InvalidInputError: A step has no place in such a file.
         """
         return self.native.to_playback()
 
     def save(self, path: str | os.PathLike[str]) -> list[str]:
-        """Writes it to a ``.plan.json`` (``.json``, ``.plan``) or, for DobotStudio, ``.playback`` file. :func:`load` reads both.
+        """Writes it to a ``.plan.json`` (``.json``, ``.plan``) or, for DobotStudio, ``.playback`` file. :func:`load`
+        reads both.
 
-        Returns:
-            What the file cannot say; nothing, for a plan file.
-
-        Raises:
-            InvalidInputError: The name ends otherwise, or a step has no place in such a file.
-            OSError: The file cannot be written.
+        :returns: What the file cannot say; nothing, for a plan file.
+        :raises InvalidInputError: The name ends otherwise, or a step has no place in such a file.
+        :raises OSError: The file cannot be written.
         """
         to = Path(path)
         end = to.suffix.lower()
@@ -652,49 +641,46 @@ def load(
     overscan: float | None = None,
     gamma: float | None = None,
 ) -> Plan:
-    """A plan of a file: a taught program (``.playback``), G-code, a drawing (SVG, HPGL, DXF), a Blockly program, an image, points
-    (CSV, JSON, text), or a plan file. Drawings are drawn with the pen, images engraved.
+    """A plan of a file: a taught program (``.playback``), G-code, a drawing (SVG, HPGL, DXF), a Blockly program, an
+    image, points (CSV, JSON, text), or a plan file. Drawings are drawn with the pen, images engraved.
 
-    Args:
-        file: Path, or an open binary file.
-        format: What it is, where neither name nor content tells: ``playback``, ``svg``, ``gcode``, ``image``, ``dxf``, ``hpgl``,
-            ``blockly``, ``points``, ``plan``.
-        title: What it is called; the file's name if left out.
-        tool: The tool on the arm, by name or by its bias in mm.
-        surface: How high the paper or the wood lies: the z of the arm's pose when its tool touches it, mm. Drawings and images
-            need it; without it they are laid on the table of a virtual arm (-60 mm), and no other arm runs them.
-        sheet: The sheet that drawings lie on, corner on corner. Without it they lie wherever there is room.
-        at: Where its middle goes, x and y, mm.
-        scale: Its size, 1 being the true one.
-        rotate: By how much it is turned to the left, degrees.
-        fit: Whether it is made smaller until the arm reaches all of it.
-        mirror: Whether it is mirrored, left to right.
-        move: By how much it is moved then, mm.
-        start: Where the tool stands when a G-code program begins, for those that depend on it, mm.
-        speed: Along lines that are drawn or burnt, mm/s.
-        travel_speed: Between them, mm/s.
-        lift: How far the pen is lifted between lines, mm.
-        order: Whether lines may be drawn in another order, to travel less.
-        tolerance: How far a line may be from the curve that it stands for, mm; 0.05 if left out.
-        dialect: What G-code is for; if left out, a laser where it switches one.
-        work: ``"draw"`` draws all with the pen, images by their outlines; ``"engrave"`` burns all, drawings along their lines.
-        width: How wide an image becomes, mm.
-        height: How high it becomes, mm, instead.
-        threshold: With ``work="draw"`` or ``tone="threshold"``: what is darker is dark, 1 to 255.
-        power: Of the laser for black, percent; or for the lightest grey and for black.
-        tone: How grey becomes power.
-        invert: Whether white burns.
-        both_directions: Whether every other line is burnt on the way back.
-        spacing: From one line of an image to the next, mm; 0.2 if left out.
-        overscan: How far the tool runs up and out at either end of a line, mm; as needed if left out.
-        gamma: Exponent of the darkness; above 1 spares the light parts.
-
-    Returns:
-        The plan. :attr:`Plan.notes` tells what was left out or taken in a certain way.
-
-    Raises:
-        InvalidInputError: It cannot be read (with line and column), cannot be placed so, or an argument makes no sense.
-        OSError: The file cannot be opened.
+    :param file: Path, or an open binary file.
+    :param format: What it is, where neither name nor content tells: ``playback``, ``svg``, ``gcode``, ``image``,
+        ``dxf``, ``hpgl``, ``blockly``, ``points``, ``plan``.
+    :param title: What it is called; the file's name if left out.
+    :param tool: The tool on the arm, by name or by its bias in mm.
+    :param surface: How high the paper or the wood lies: the z of the arm's pose when its tool touches it, mm. Drawings
+        and images need it; without it they are laid on the table of a virtual arm (-60 mm), and no other arm runs them.
+    :param sheet: The sheet that drawings lie on, corner on corner. Without it they lie wherever there is room.
+    :param at: Where its middle goes, x and y, mm.
+    :param scale: Its size, 1 being the true one.
+    :param rotate: By how much it is turned to the left, degrees.
+    :param fit: Whether it is made smaller until the arm reaches all of it.
+    :param mirror: Whether it is mirrored, left to right.
+    :param move: By how much it is moved then, mm.
+    :param start: Where the tool stands when a G-code program begins, for those that depend on it, mm.
+    :param speed: Along lines that are drawn or burnt, mm/s.
+    :param travel_speed: Between them, mm/s.
+    :param lift: How far the pen is lifted between lines, mm.
+    :param order: Whether lines may be drawn in another order, to travel less.
+    :param tolerance: How far a line may be from the curve that it stands for, mm; 0.05 if left out.
+    :param dialect: What G-code is for; if left out, a laser where it switches one.
+    :param work: ``"draw"`` draws all with the pen, images by their outlines; ``"engrave"`` burns all, drawings along
+        their lines.
+    :param width: How wide an image becomes, mm.
+    :param height: How high it becomes, mm, instead.
+    :param threshold: With ``work="draw"`` or ``tone="threshold"``: what is darker is dark, 1 to 255.
+    :param power: Of the laser for black, percent; or for the lightest grey and for black.
+    :param tone: How grey becomes power.
+    :param invert: Whether white burns.
+    :param both_directions: Whether every other line is burnt on the way back.
+    :param spacing: From one line of an image to the next, mm; 0.2 if left out.
+    :param overscan: How far the tool runs up and out at either end of a line, mm; as needed if left out.
+    :param gamma: Exponent of the darkness; above 1 spares the light parts.
+    :returns: The plan. :attr:`Plan.notes` tells what was left out or taken in a certain way.
+    :raises InvalidInputError: It cannot be read (with line and column), cannot be placed so, or an argument makes no
+        sense.
+    :raises OSError: The file cannot be opened.
     """
     name, data = _open(file)
     if isinstance(power, (int, float)):

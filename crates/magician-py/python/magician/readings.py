@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
+from ._magician import draw_arm
 from ._meaning import Color, Joints, Position
 from .alarms import Alarm
 from .commands import Pose
@@ -75,6 +76,12 @@ class Status:
             {address: level != 0 for address, level in outputs},
             dict(analogs),
         )
+
+    def _repr_svg_(self) -> str:
+        facts = [f"queue index {self.current_index} finished", f"{self.left_space} places free"]
+        if not self.link:
+            facts.append(f"the line is {self.link.state}")
+        return draw_arm("Arm", self.pose.position, self.pose.joints, self.alarms, facts).svg
 
 
 class Progress(NamedTuple):

@@ -1,7 +1,8 @@
 """Virtual arms that can be looked at from outside: for tests, and to try programs without an arm.
 
-A :class:`VirtualArm` answers byte for byte as the real controller does, moves as the real arm does, and stands in a world of
-its own: a table, objects, a conveyor, sensors, a pen on paper. What that world is a *scenario* says, a text in TOML.
+A :class:`VirtualArm` answers byte for byte as the real controller does, moves as the real arm does, and stands in a
+world of its own: a table, objects, a conveyor, sensors, a pen on paper. What that world is a *scenario* says, a text in
+TOML.
 
 Lengths are mm, angles degrees, times seconds. A height is the z that the arm reports when its tool touches there.
 """
@@ -72,8 +73,8 @@ class WorldObject:
 
     @property
     def rests_on(self) -> str:
-        """What it stands on: ``"table"``, ``"belt"``, ``"shelf"`` (a place of its own in the air), ``"tool"``, ``"floor"``, or
-        the name of another object."""
+        """What it stands on: ``"table"``, ``"belt"``, ``"shelf"`` (a place of its own in the air), ``"tool"``,
+        ``"floor"``, or the name of another object."""
         found: str = self._now()["rest"]
         return found
 
@@ -118,13 +119,13 @@ class WorldObject:
 class VirtualArm:
     """A virtual arm and its world. A notebook shows its picture.
 
-    Its clock is its own. Whatever the arm does takes no time, and while it has nothing to do its clock stands, however long the
-    program takes: belts run on and scenarios go on when :meth:`advance` says so, and every run is the same run. With a
-    ``speed`` the clock follows the wall's.
+    Its clock is its own. Whatever the arm does takes no time, and while it has nothing to do its clock stands, however
+    long the program takes: belts run on and scenarios go on when :meth:`advance` says so, and every run is the same
+    run. With a ``speed`` the clock follows the wall's.
 
-    As whatever the arm does takes no time, a queued command has ended before the next one comes: a continuous path that is
-    longer than the arm's queue comes to rest between some of its segments, and takes longer than it would. A ``speed`` of 1, or
-    :meth:`magician.Plan.rehearse`, has its true time.
+    As whatever the arm does takes no time, a queued command has ended before the next one comes: a continuous path that
+    is longer than the arm's queue comes to rest between some of its segments, and takes longer than it would. A
+    ``speed`` of 1, or :meth:`magician.Plan.rehearse`, has its true time.
 
     Example:
         >>> cell = VirtualArm('''
@@ -146,18 +147,16 @@ class VirtualArm:
     ) -> None:
         """Switches on a virtual arm.
 
-        Args:
-            scenario: A path of a scenario file, or the text of one (more than one line, or with a ``=``). Without it the world
-                is empty.
-            speed: How many times as fast as a real arm, 1 being real time; ``"max"`` for no time while the arm is busy and real
-                time else, as the port ``"sim"``. Without it the clock runs for what the arm does, and for :meth:`advance`.
-
-        Raises:
-            InvalidInputError: The scenario is none, with line and column, or the speed is not above 0.
-            OSError: The file cannot be read.
+        :param scenario: A path of a scenario file, or the text of one (more than one line, or with a ``=``). Without it
+            the world is empty.
+        :param speed: How many times as fast as a real arm, 1 being real time; ``"max"`` for no time while the arm is
+            busy and real time else, as the port ``"sim"``. Without it the clock runs for what the arm does, and for
+            :meth:`advance`.
+        :raises InvalidInputError: The scenario is none, with line and column, or the speed is not above 0.
+        :raises OSError: The file cannot be read.
         """
         if speed is not None and speed != "max" and not speed > 0:
-            raise InvalidInputError(f"a speed is a number above 0 (1 is real time) or \"max\", not {speed}")
+            raise InvalidInputError(f'a speed is a number above 0 (1 is real time) or "max", not {speed}')
         self._native = _magician.Cell(_text(scenario), 0.0 if speed == "max" else speed)
 
     # Talking to it.
@@ -177,8 +176,7 @@ class VirtualArm:
     def object(self, name: str) -> WorldObject:
         """The object of that name.
 
-        Raises:
-            KeyError: There is none; the message has the names that there are.
+        :raises KeyError: There is none; the message has the names that there are.
         """
         self._found(name)
         return WorldObject(name, self._found)
@@ -199,15 +197,16 @@ class VirtualArm:
         return Drawing(self._native.drawing())
 
     def picture(self, path: str | os.PathLike[str] | None = None) -> Picture:
-        """The arm and its world as they stand, from above and from the side; written to ``path`` (``.svg`` or ``.png``) too."""
+        """The arm and its world as they stand, from above and from the side; written to ``path`` (``.svg`` or ``.png``)
+        too."""
         picture = Picture(self._native.snapshot())
         if path is not None:
             picture.save(path)
         return picture
 
     def events(self) -> list[str]:
-        """What has happened since the last call, in words: ``"the tool takes red cube"``, ``"alarm 0x20 raised"``. Commands that
-        come and go are left out. It keeps the last 256 happenings, commands included."""
+        """What has happened since the last call, in words: ``"the tool takes red cube"``, ``"alarm 0x20 raised"``.
+        Commands that come and go are left out. It keeps the last 256 happenings, commands included."""
         return self._native.events()
 
     @property
@@ -223,8 +222,8 @@ class VirtualArm:
         return float(self._state("time"))
 
     def advance(self, seconds: float) -> None:
-        """Lets so much time pass at once: belts, jogs and scenarios go on. With a ``speed`` given as a number it is time of the
-        wall's clock."""
+        """Lets so much time pass at once: belts, jogs and scenarios go on. With a ``speed`` given as a number it is
+        time of the wall's clock."""
         self._native.advance(seconds)
 
     # The arm itself, seen from outside.
