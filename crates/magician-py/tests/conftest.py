@@ -3,9 +3,8 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 
-import pytest
-
 import magician
+import pytest
 
 
 @pytest.fixture

@@ -9,9 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 import magician
+import pytest
 from magician import Arm, commands, errors, words
 from magician.commands import IoFunction, Port, RailVersion, SensorVersion, Stepper
 

@@ -8,9 +8,8 @@ import typing
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 import magician
+import pytest
 from magician import _magician, commands, errors
 from magician._protocol import Answer, Command, OpenEnum, Query, Queueable, Readable, Writable
 
@@ -37,7 +36,13 @@ def sample(kind: Any, seed: int) -> Any:
         return list(kind)[seed % len(kind)]
     if kind is commands.Output:
         return commands.Output(20 * seed, seed + 1, seed % 2 == 0)
-    return {bool: seed % 2 == 0, int: 7 * seed + 1, float: round(-12.345 * seed + 0.1, 3), str: "hé", bytes: b"\x01\xff"}[kind]
+    return {
+        bool: seed % 2 == 0,
+        int: 7 * seed + 1,
+        float: round(-12.345 * seed + 0.1, 3),
+        str: "hé",
+        bytes: b"\x01\xff",
+    }[kind]
 
 
 def instance(cls: type[Any]) -> Any:
@@ -133,7 +138,7 @@ def test_values_that_do_not_fit(command: Command, message: str) -> None:
 
 
 def test_values_of_the_wrong_kind() -> None:
-    with pytest.raises(TypeError, match="HOMEParams.x"):
+    with pytest.raises(TypeError, match=r"HOMEParams\.x"):
         bytes(commands.HomeParams("1", 0, 0, 0))  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="no command"):
         _magician.encode("Pose")  # type: ignore[arg-type]

@@ -3,7 +3,6 @@ from __future__ import annotations
 import math
 
 import pytest
-
 from magician import commands, errors, words
 from magician.commands import Output, PtpMode, Stepper
 
