@@ -31,6 +31,7 @@ struct Shared {
 struct State {
     outcome: Option<magician::Result<Made>>,
     over: bool,
+    taken: bool,
     report: Option<Made>,
     listener: Option<Arc<Py<PyAny>>>,
 }
@@ -170,11 +171,17 @@ impl Call {
         Ok(self.shared(py)?.state().over)
     }
 
+    /// Whether what came of it was told.
+    fn taken(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.shared(py)?.state().taken)
+    }
+
     /// What came of it, once.
     fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let outcome = {
             let mut state = self.shared(py)?.state();
             state.listener = None;
+            state.taken = state.outcome.is_some();
             state.outcome.take()
         };
         match outcome {

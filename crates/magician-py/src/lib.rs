@@ -55,6 +55,7 @@ mod _magician {
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         use magician::words::{CONVEYOR_FARTHEST, CONVEYOR_FASTEST, CONVEYOR_PULSES_PER_MM};
 
+        crate::runtime::first_interpreter(module.py())?;
         crate::logging::begin();
         module.add("CONVEYOR_PULSES_PER_MM", CONVEYOR_PULSES_PER_MM)?;
         module.add("CONVEYOR_FASTEST", CONVEYOR_FASTEST)?;

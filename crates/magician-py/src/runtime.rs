@@ -11,7 +11,9 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, OnceLock};
 use std::thread;
 
+use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use tokio::runtime::{Builder, Handle};
 use tokio::task::AbortHandle;
 
@@ -88,6 +90,22 @@ fn speak(told: &Receiver<News>) {
             News::Call(listener) => Python::attach(|py| drop(listener.call0(py))),
             News::Log(record) => Python::attach(|py| record.write(py)),
         }
+    }
+}
+
+/// Lets one interpreter of a process in, the first that comes: what the package remembers is that one's.
+///
+/// # Errors
+/// `ImportError` for any other.
+pub(crate) fn first_interpreter(py: Python<'_>) -> PyResult<()> {
+    static FIRST: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    // Every interpreter has its own.
+    let modules = py.import("sys")?.getattr("modules")?;
+    match modules.is(FIRST.get_or_init(py, || modules.clone().unbind())) {
+        true => Ok(()),
+        false => Err(PyImportError::new_err(
+            "magician works in one interpreter of a process, and another one has it",
+        )),
     }
 }
 

@@ -220,7 +220,7 @@ fn float(value: &Bound<'_, PyAny>) -> PyResult<f32> {
     }
 }
 
-/// The object of a class whose fields these parameters hold. A field that was left out is `None`, of bytes there are none.
+/// The object of a class whose fields these parameters hold. A field that was left out is as the class has it.
 ///
 /// # Errors
 /// `magician.errors.UnexpectedError` when the parameters fit no form of the layout.
@@ -239,12 +239,9 @@ pub(crate) fn decode(
     for (_, value) in fields {
         values.push(take(py, &value)?);
     }
-    for field in layout.fields.iter().skip(values.len()) {
-        values.push(match field.ty {
-            FieldType::Bytes => PyBytes::new(py, &[]).into_any().unbind(),
-            _ => py.None(),
-        });
-    }
+    // The class knows what stands for a field that may be left out.
+    let missing = layout.fields.iter().skip(values.len());
+    values.extend(missing.filter(|field| !field.optional).map(|_| py.None()));
     Ok(class.call1(PyTuple::new(py, values)?)?.unbind())
 }
 

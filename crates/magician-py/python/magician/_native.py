@@ -47,7 +47,7 @@ def wait_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
     try:
         return call.wait(listener)
     except BaseException as interruption:
-        if not call.over():
+        if not call.taken():
             wait_stopped(core, interruption)
         raise
 
@@ -70,7 +70,7 @@ async def until_done(call: Call[T], core: Core, listener: Listener | None = None
     try:
         return await _until(call, listener)
     except BaseException as interruption:
-        if not call.over():
+        if not call.taken():
             await until_stopped(core, interruption)
         raise
 
