@@ -84,7 +84,7 @@ SIGNATURES = {
         __init__(port=None) move_to(x=None, y=None, z=None, r=0, wait=True, mode=None, position=None)
         move_rel(x=0, y=0, z=0, r=0, wait=True) set_hht_trig_output(state) get_hht_trig_output()
         conveyor_belt_distance(speed_mm_per_sec, distance_mm, direction=1, interface=0)
-        set_color(enable=True, port=1, version=1) get_color(port=1, version=1) set_ir(enable=True, port=2) 
+        set_color(enable=True, port=1, version=1) get_color(port=1, version=1) set_ir(enable=True, port=2)
         get_ir(port=2) _send_command(msg, wait=False) _set_ptp_cmd(x, y, z, r, mode, wait)""",
 }
 

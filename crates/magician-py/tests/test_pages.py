@@ -1,8 +1,8 @@
 """The pages are right: each of their Python blocks runs, and prints what stands under it.
 
-A block marked ``python`` is a program of its own, in a folder that holds the sample files; one with a test in it is run by pytest,
-one that imports another library by ``python -m magician.compat``. A block marked ``text`` right after it is what it prints, ``…``
-standing for anything. There is a virtual arm wherever a port is left out.
+A block marked ``python`` is a program of its own, in a folder that holds the sample files; one with a test in it is run
+by pytest, one that imports another library by ``python -m magician.compat``. A block marked ``text`` right after it is
+what it prints, ``…`` standing for anything. There is a virtual arm wherever a port is left out.
 """
 
 from __future__ import annotations
@@ -45,7 +45,11 @@ def test_block(name: str, program: str, said: str | None, samples: Path, tmp_pat
             shutil.copy(sample, tmp_path)
     script = tmp_path / ("test_block.py" if "def test_" in program else "block.py")
     script.write_text(program, encoding="utf-8")
-    how = ["-m", "pytest", "-q"] if "def test_" in program else ["-m", "magician.compat"] if OTHERS.search(program) else []
+    how: list[str] = []
+    if "def test_" in program:
+        how = ["-m", "pytest", "-q"]
+    elif OTHERS.search(program):
+        how = ["-m", "magician.compat"]
     environment = {**os.environ, "MAGICIAN_PORT": "sim"}
     command = [sys.executable, "-B", *how, str(script)]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
