@@ -8,9 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 import magician
+import pytest
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
