@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import magician
 import pytest
@@ -15,8 +16,8 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 @pytest.mark.parametrize("module", [magician, magician.words], ids=lambda module: module.__name__)
-def test_docstrings(module: object) -> None:
-    failed, tried = doctest.testmod(module)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+def test_docstrings(module: ModuleType) -> None:
+    failed, tried = doctest.testmod(module)
     assert tried and not failed
 
 
