@@ -31,7 +31,7 @@ def test_examples(name: str, last: str) -> None:
 
 
 def test_drawing() -> None:
-    arguments = [sys.executable, EXAMPLES / "05_drawing.py", "sim", "200", "2"]
+    arguments = [sys.executable, str(EXAMPLES / "05_drawing.py"), "sim", "200", "2"]
     done = subprocess.run(arguments, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     figures = json.loads(done.stdout)
