@@ -98,9 +98,21 @@ impl Call {
         M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
     {
         let shared = Arc::new(Shared::default());
-        let told = Arc::clone(&shared);
         let task = task(Reporter(Arc::clone(&shared)));
-        let task = runtime::spawn(async move {
+        let task = Self::spawn(&shared, task, made);
+        Self {
+            inner: Local::new((shared, task)),
+        }
+    }
+
+    fn spawn<T, F, M>(shared: &Arc<Shared>, task: F, made: M) -> Option<AbortHandle>
+    where
+        T: Send + 'static,
+        F: Future<Output = magician::Result<T>> + Send + 'static,
+        M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
+    {
+        let told = Arc::clone(shared);
+        runtime::spawn(async move {
             let outcome = task.await;
             let outcome =
                 outcome.map(|value| Box::new(move |py: Python<'_>| made(py, value)) as Made);
@@ -108,10 +120,7 @@ impl Call {
                 state.outcome = Some(outcome);
                 state.over = true;
             });
-        });
-        Self {
-            inner: Local::new((shared, task)),
-        }
+        })
     }
 
     /// Starts something that comes to nothing.
@@ -120,6 +129,18 @@ impl Call {
         F: Future<Output = magician::Result<()>> + Send + 'static,
     {
         Self::start(task, |py, ()| Ok(py.None()))
+    }
+
+    /// Starts something that comes to nothing and goes on when nobody waits for it any more: a stop.
+    pub(crate) fn lasting<F>(task: F) -> Self
+    where
+        F: Future<Output = magician::Result<()>> + Send + 'static,
+    {
+        let shared = Arc::new(Shared::default());
+        Self::spawn(&shared, task, |py, ()| Ok(py.None()));
+        Self {
+            inner: Local::new((shared, None)),
+        }
     }
 
     fn shared(&self, py: Python<'_>) -> PyResult<&Arc<Shared>> {
@@ -193,7 +214,7 @@ impl Call {
         }
     }
 
-    /// Lets go of it: what the arm was sent stays sent.
+    /// Lets go of it: what the arm was sent stays sent, and a stop goes on.
     fn cancel(&self) {
         if let Some((shared, task)) = self.inner.here() {
             shared.state().listener = None;

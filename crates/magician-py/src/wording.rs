@@ -1,11 +1,12 @@
 //! What the driver's sentences say to do is the command line's; here it is what a Python program does.
 
 /// What the command line says, and what Python says.
-const PHRASES: [(&str, &str); 9] = [
+const PHRASES: [(&str, &str); 10] = [
     ("`magician alarms --clear`", "`arm.clear_alarms()`"),
     ("`magician queue start`", "`arm.start_queue()`"),
     ("`magician stop`", "`arm.stop()`"),
     ("`magician home`", "`arm.home()`"),
+    ("`magician ports`", "`magician.ports()`"),
     ("`--keep`", "`keep=True`"),
     (
         "Name a port with --port, or use --port sim for a virtual arm",

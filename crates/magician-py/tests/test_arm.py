@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import gc
 import math
 import weakref
@@ -259,7 +260,7 @@ def test_require_homed() -> None:
 
 def test_verbs_refuse_what_makes_no_sense(arm: Arm) -> None:
     untyped: Any = arm
-    for call, error, message in [
+    calls: list[tuple[Callable[[], object], type[Exception], str]] = [
         (lambda: untyped.get(commands.WaitCmd), errors.InvalidInputError, "cannot be read"),
         (lambda: untyped.get(commands.IoDi), errors.InvalidInputError, r"asked for with GetIoDi\(\.\.\.\)"),
         (lambda: untyped.get(arm.pose()), errors.InvalidInputError, "no question"),
@@ -269,7 +270,8 @@ def test_verbs_refuse_what_makes_no_sense(arm: Arm) -> None:
         (lambda: untyped.enqueue(commands.LostStepParams(5)), errors.InvalidInputError, "queue"),
         (lambda: untyped.perform([commands.LostStepParams(5)]), errors.InvalidInputError, "queue"),
         (lambda: untyped.perform([None]), TypeError, "no command"),
-    ]:
+    ]
+    for call, error, message in calls:
         with pytest.raises(error, match=message):
             call()
 
@@ -314,7 +316,7 @@ def test_alarms(arm: Arm) -> None:
     assert arm.alarms() == ()
     arm.set(words.move_to(500, 0, 0, 0))  # a raw verb sends what it is given
     (alarm,) = arm.alarms()
-    assert alarm is magician.Alarm.PLAN_INV_CALC and alarm == 0x11
+    assert int(alarm) == 0x11 and alarm is magician.Alarm.PLAN_INV_CALC
     assert alarm.cause == "the target is out of reach" and "clear the alarms" in alarm.cure and alarm.holds_queue
     assert str(alarm) == f"0x11 PLAN_INV_CALC: {alarm.cause} ({alarm.cure})"
     with pytest.raises(errors.AlarmError, match=r"`arm\.clear_alarms\(\)`") as caught:
@@ -363,7 +365,7 @@ def test_stops(slow: Arm, meanwhile: Callable[[Callable[[], object]], object]) -
                 return
 
     for how in (slow.stop, slow.request_stop):
-        meanwhile(lambda how=how: stop(how))
+        meanwhile(functools.partial(stop, how))
         with pytest.raises(errors.ClosedError, match="stop"):
             slow.wait_above(12, 4000)  # for ever
         slow.wait_still()
@@ -392,6 +394,10 @@ def test_ports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAGICIAN_PORT", "sim:2")
     with Arm() as arm:
         assert arm.name == "sim:2"
+    if not any(port.likely_arm for port in magician.ports()):
+        monkeypatch.setenv("MAGICIAN_PORT", "")
+        with pytest.raises(errors.PortError, match=r'no arm found .* Name a port, or use "sim"'):
+            Arm()
     with pytest.raises(errors.InvalidInputError, match="window"):
         Arm("udp:127.0.0.1", window=4)
     for wrong in (-1, math.nan):

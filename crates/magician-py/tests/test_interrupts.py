@@ -65,6 +65,29 @@ def test_an_interrupt_whose_stop_fails_says_so(slow: Arm, meanwhile: Meanwhile) 
         assert "not certain" in note and "closed" in note
 
 
+def test_whoever_is_impatient_stops_the_arm_as_well(slow: Arm, meanwhile: Meanwhile) -> None:
+    """A second Ctrl-C ends the waiting for the stop, not the stop."""
+    calls: list[int] = []
+
+    def handler(number: int, _: object) -> None:
+        calls.append(number)
+        if len(calls) == 1:
+            signal.raise_signal(signal.SIGINT)  # heard while the stop is waited for
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        meanwhile(lambda: interrupt_when_it_waits(slow))
+        with pytest.raises(KeyboardInterrupt):
+            slow.wait(3600)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert calls
+    for status in slow.state(200):
+        if status.left_space == 32:
+            break
+
+
 def test_handlers_that_return_interrupt_nothing(slow: Arm, meanwhile: Meanwhile) -> None:
     heard: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, _: heard.append(number))

@@ -100,13 +100,14 @@ def test_a_jog_that_is_stopped(slow: Arm) -> None:
 
 def test_a_jog_that_makes_no_sense(arm: Arm) -> None:
     untyped: Any = arm
-    for jog in (
+    jogs: list[Callable[[], magician.Jog]] = [
         lambda: untyped.jog("up"),
         lambda: untyped.jog(words.suction(True)),
         lambda: untyped.jog("x+", keep=3),
         lambda: untyped.jog("x+", ratio=0),
         lambda: untyped.jog(commands.JogCmd(False, commands.JogCommand.STOP)),
-    ):
+    ]
+    for jog in jogs:
         with pytest.raises(errors.InvalidInputError), jog():
             pass
     with pytest.raises(errors.ClosedError, match="not begun"):

@@ -78,12 +78,12 @@ async def until_done(call: Call[T], core: Core, listener: Listener | None = None
 async def until_stopped(core: Core, interruption: BaseException) -> None:
     """Stops the arm because of this, which is told if that is in doubt. The stop goes on when nobody waits for it."""
     try:
-        await _until(core.stop(), None, let_go=False)
+        await _until(core.stop(), None)
     except Error as failure:
         _doubt(interruption, failure)
 
 
-async def _until(call: Call[T], listener: Listener | None, *, let_go: bool = True) -> T:
+async def _until(call: Call[T], listener: Listener | None) -> T:
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[None] = loop.create_future()
 
@@ -104,8 +104,7 @@ async def _until(call: Call[T], listener: Listener | None, *, let_go: bool = Tru
     try:
         await ended
     except BaseException:
-        if let_go:
-            call.cancel()
+        call.cancel()
         raise
     return call.result()
 

@@ -8,6 +8,8 @@ Lengths are mm, angles degrees, times seconds; the frame is the arm's: origin wh
 axis, X forward, Y to the arm's left, Z up. The table is below z = 0. E numbers are those of the errata that the
 vendor's document needs.
 
+The file is long because it is the list of them, each with its sentence.
+
 >>> from magician import words
 >>> pick = [
 ...     words.jump_to(220, 40, -30, 0),

@@ -123,7 +123,7 @@ impl Core {
     /// Ends the connection.
     fn close(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
-        Ok(Call::plain(async move {
+        Ok(Call::lasting(async move {
             let _ = tokio::time::timeout(FAREWELL, arm.close()).await;
             Ok(())
         }))

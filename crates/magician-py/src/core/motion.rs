@@ -148,7 +148,7 @@ impl Core {
     /// Stops the arm, whatever is going on.
     fn stop(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
-        Ok(Call::plain(async move { arm.stop().await }))
+        Ok(Call::lasting(async move { arm.stop().await }))
     }
 
     /// Has the arm stopped, and does not wait.
@@ -160,12 +160,12 @@ impl Core {
     /// Holds the queue after the command under way.
     fn stop_gentle(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
-        Ok(Call::plain(async move { arm.stop_gentle().await }))
+        Ok(Call::lasting(async move { arm.stop_gentle().await }))
     }
 
     /// Ends a jog.
     fn stop_jog(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
-        Ok(Call::plain(async move { arm.stop_jog().await }))
+        Ok(Call::lasting(async move { arm.stop_jog().await }))
     }
 }

@@ -178,7 +178,7 @@ impl Jog {
     fn stop(&self, py: Python<'_>) -> PyResult<Call> {
         let jog = self.jog.get(py)?.lock();
         let jog = jog.unwrap_or_else(PoisonError::into_inner).take();
-        Ok(Call::plain(async move {
+        Ok(Call::lasting(async move {
             match jog {
                 Some(jog) => jog.stop().await,
                 None => Ok(()),
