@@ -124,8 +124,8 @@ class VirtualArm:
     run. With a ``speed`` the clock follows the wall's.
 
     As whatever the arm does takes no time, a queued command has ended before the next one comes: a continuous path that
-    is longer than the arm's queue comes to rest between some of its segments, and takes longer than it would. A
-    ``speed`` of 1, or :meth:`magician.Plan.rehearse`, has its true time.
+    is longer than the arm's queue comes to rest between its segments, and takes longer than it would.
+    :meth:`magician.Plan.rehearse` has its true time, and is far faster for long ones; so has a ``speed`` of 1.
 
     Example:
         >>> cell = VirtualArm('''
