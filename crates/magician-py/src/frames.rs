@@ -20,24 +20,21 @@ struct Request {
 }
 
 impl Request {
-    /// The command, where it is one that is queued in a form that the driver knows: those are never sent twice.
-    fn queued(&self) -> Option<Set> {
-        let queued =
-            self.ctrl == Ctrl::QUEUED && Row::with_id(self.id).is_some_and(|row| row.queueable);
-        queued
-            .then(|| Set::decode(self.id, &self.params).ok())
-            .flatten()
+    /// Whether it queues a command in a form that the driver knows: those are accounted for, and never sent twice.
+    fn is_queued(&self) -> bool {
+        let row = Row::with_id(self.id).filter(|row| row.queueable);
+        self.ctrl == Ctrl::QUEUED && row.is_some() && Set::decode(self.id, &self.params).is_ok()
     }
 
     /// Ctrl and parameters of what answers it.
     async fn exchange(&self, arm: &Arm) -> Result<(u8, Vec<u8>)> {
-        let Some(command) = self.queued() else {
+        if !self.is_queued() {
             let reply: FrameBuf = arm.raw(self.id, self.ctrl, &self.params).await?;
             let frame = reply.frame();
             return Ok((frame.ctrl().0, frame.params().to_vec()));
-        };
+        }
         loop {
-            match arm.enqueue_set(&command).await {
+            match arm.enqueue_form(self.id, &self.params).await {
                 Ok(index) => return Ok((self.ctrl.0, index.0.to_le_bytes().to_vec())),
                 Err(error) if error.kind() == ErrorKind::QueueFull && self.patient => {
                     // There is room when the next command has finished; the wait ends if it cannot.
