@@ -261,13 +261,33 @@ def limits(checks, program):
     program.SetPTPCmdEx(1, 220, 0, 30, 0)
     begin = time.monotonic()
     error = failure(program, lambda: program.SetPTPCmdEx(1, 900, 0, 30, 0) or program.SetPTPCmdEx(1, 220, 0, 30, 0))
-    checks.ok("an alarm", re.search(r"alarm 0x[1-9]", str(error)), error)
+    checks.ok("an alarm", re.search(r"alarm .*0x[1-9]", str(error)), error)
     checks.ok("is seen at once", time.monotonic() - begin < 4, f"{time.monotonic() - begin:.1f} s")
+    checks.ok("by its name, with what to do", all(word in str(error) for word in ("PlanInvCalc", "ClearAll")), error)
+    asked_for(checks, program)
     program.SetQueuedCmdClear()
     program.ClearAllAlarmsState()
     program.SetQueuedCmdStartExec()
     program.SetPTPCmdEx(1, 220, 0, 30, 0)
     checks.near("and the arm goes on", program.GetPose()[:3], (220, 0, 30))
+
+
+def asked_for(checks, program):
+    """The wait that most programs write themselves, while an alarm stands."""
+    dType = program.dType
+    last = program.SetPTPCmd(1, 220, 0, 30, 0)[0]
+
+    def wait(between=lambda: None):
+        end = time.monotonic() + 5
+        while last > program.GetQueuedCmdCurrentIndex()[0] and time.monotonic() < end:
+            between()
+            dType.dSleep(50)
+
+    error = failure(program, wait)
+    checks.ok("a loop that asks for the index ends, too", "PlanInvCalc" in str(error), error)
+    checks.equal("one that also looks at the arm goes on", wait(program.GetPose), None)
+    program.SetQueuedCmdClear()
+    checks.equal("and one when nothing is left to wait for", wait(), None)
 
 
 def long_waits(checks, program):
@@ -341,13 +361,25 @@ def other_doors(checks, dType, family):
     checks.equal("what was called", api.calls, ["GetPose", "GetKinematics"])
 
 
+# What people give to the shim: what it is, its bytes, the exit status, what is printed.
+ODD_SCRIPTS = [
+    ("with the mark of Windows", b"\xef\xbb\xbfprint('marked')\n", 0, "marked"),
+    ("in another encoding", b"# -*- coding: gbk -*-\nprint(len('\xc4\xe3'), 'character')\n", 0, "1 character"),
+    ("with a mistake", b"x = (\n", 1, "SyntaxError"),
+    ("that leaves", b"import sys\nsys.exit(7)\n", 7, ""),
+    ("that connects by itself", b"api = dType.load()\nprint(dType.ConnectDobot(api, '', 115200)[0], 'came')\n", 0, "0 came"),
+    ("that is interrupted after it has disconnected", b"DisconnectDobot = dType.DisconnectDobot(api)\nraise KeyboardInterrupt\n",
+     130, "could not be told"),
+]
+
+
 def studio(checks, capi, family, port):
     print("a script of DobotStudio")
     if family == "v2":
         # Its functions want a dobotId, which no script of DobotStudio has.
         return
-    def script(place):
-        command = [sys.executable, "-B", capi / "python" / "studio.py", capi / "samples" / "studio_script.py"]
+    def script(place, path=capi / "samples" / "studio_script.py"):
+        command = [sys.executable, "-B", capi / "python" / "studio.py", path]
         command += ["--port", place, "--family", family]
         return subprocess.run(command, capture_output=True, text=True, timeout=100)
 
@@ -358,6 +390,12 @@ def studio(checks, capi, family, port):
         if place == "sim":
             checks.near("where it began", start, STANDING[:4])
         checks.near("where it ended", end, (200, 60, 20, 0))
+    with tempfile.TemporaryDirectory(prefix="magician-") as home:
+        own = os.path.join(home, "own.py")
+        for what, text, status, word in ODD_SCRIPTS:
+            pathlib.Path(own).write_bytes(text)
+            ran = script("sim", own)
+            checks.equal(what, (ran.returncode, word in ran.stdout + ran.stderr), (status, True))
     ran = script("/dev/ttyNothing")
     checks.equal("without an arm", (ran.returncode, "ttyNothing" in ran.stderr), (4, True))
 

@@ -5,8 +5,9 @@
  * 2. The meaning of one setting of a serial port's time limits: ReadIntervalTimeout and ReadTotalTimeoutMultiplier both
  *    MAXDWORD, and ReadTotalTimeoutConstant between 0 and MAXDWORD. On Windows a read then ends with whatever has come
  *    as soon as anything has. Wine 8.0 knows no such thing and lets it wait until the whole buffer is full, so that no
- *    answer is ever seen. Here the program's own call is led past this file, which asks for the nearest that Wine knows
- *    instead: a read ends 1 ms after the last byte that came. Everything else about the port is as the program has it.
+ *    answer is ever seen. Here the call of the program, and of DobotDll.dll where that is loaded, is led past this file,
+ *    which asks for the nearest that Wine knows instead: a read ends 1 ms after the last byte that came. Everything
+ *    else about the port is as the program has it.
  */
 #include <windows.h>
 
@@ -27,7 +28,7 @@ static BOOL WINAPI set_comm_timeouts(HANDLE port, COMMTIMEOUTS *wanted) {
     return SetCommTimeouts(port, &known);
 }
 
-/* Has the program's imports of `name`, from whatever library, lead to `instead`. */
+/* Has the imports of `name` that a program or library has, from whatever other, lead to `instead`. */
 static void lead(BYTE *program, const char *name, void *instead) {
     IMAGE_DOS_HEADER *dos = (IMAGE_DOS_HEADER *)program;
     IMAGE_NT_HEADERS *headers = (IMAGE_NT_HEADERS *)(program + dos->e_lfanew);
@@ -53,7 +54,13 @@ BOOL WINAPI DllMain(HINSTANCE self, DWORD reason, void *reserved) {
     (void)self;
     (void)reserved;
     if (reason == DLL_PROCESS_ATTACH) {
-        lead((BYTE *)GetModuleHandleA(NULL), "SetCommTimeouts", (void *)set_comm_timeouts);
+        static const char *const callers[] = {NULL, "DobotDll.dll"};
+        for (int at = 0; at < 2; at++) {
+            BYTE *caller = (BYTE *)GetModuleHandleA(callers[at]);
+            if (caller) {
+                lead(caller, "SetCommTimeouts", (void *)set_comm_timeouts);
+            }
+        }
     }
     return TRUE;
 }

@@ -1,4 +1,5 @@
-/* The vendor's library, ours, opened by its file's name while the program runs: on Linux and on Windows.
+/* The vendor's library, ours, opened by its file's name while the program runs, on Linux and on Windows; or linked, with
+ * LINKED.
  *
  * FAMILY is 1, 2 or 3; the family's own DobotDll.h says what is called with what.
  */
@@ -73,7 +74,11 @@ static inline void *symbol(library from, const char *name) {
 }
 
 /* The function of that name, of the type that the header gives it. */
+#ifdef LINKED
+#define OF(from, name) ((void)(from), &name)
+#else
 #define OF(from, name) ((__typeof__(&name))(uintptr_t)symbol(from, #name))
+#endif
 
 /* Connects; the arm's id goes to `who`. What ConnectDobot returns. */
 static inline int connect_arm(library from, const char *port, int *who) {

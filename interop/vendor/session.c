@@ -108,7 +108,11 @@ int main(int count, char **words) {
         fprintf(stderr, "session LIBRARY PORT\n");
         return 2;
     }
+#ifdef LINKED
+    library from = NULL;
+#else
     library from = open_library(words[1]);
+#endif
     int who = 0;
     Pose pose;
     check("without a connection nothing hangs", OF(from, GetPose)(ARM(7) &pose) != 0);

@@ -30,6 +30,12 @@ static void note(bool good) {
     }
 }
 
+/* A call that is under way when its arm is disconnected returns 0 and nothing, as with the vendor's library. In families
+ * with ids nobody takes an arm away from others here. */
+static bool taken_away(void) {
+    return FAMILY == 1;
+}
+
 /* Reads, over and over; an answer is a pose, or there is none and nothing was written. */
 static void *reads(void *of) {
     int who = arms[(intptr_t)of % 2];
@@ -44,7 +50,7 @@ static void *reads(void *of) {
         memcpy(&x, pose, sizeof x);
         memcpy(&last, (char *)pose + 28, sizeof last);
         bool written = memcmp(&x, &untouched, sizeof x) != 0;
-        note(code == 0 ? written && x == x && last == last : code >= 1 && code <= 4);
+        note(code == 0 ? written ? x == x && last == last : taken_away() : !written && code <= 4);
         free(pose);
     }
     return NULL;
@@ -60,8 +66,8 @@ static void *queues(void *of) {
         memset(wait, 0, sizeof *wait);
         uint64_t *index = calloc(1, sizeof *index);
         int code = OF(from, SetWAITCmd)(ARM(who) wait, true, index);
-        note(code == 0 ? *index > last : *index == 0 && code >= 1 && code <= 4);
-        last = code == 0 ? *index : last;
+        note(code == 0 && *index ? *index > last : *index == 0 && (code != 0 || taken_away()) && code <= 4);
+        last = *index > last ? *index : last;
         free(wait);
         free(index);
     }

@@ -62,6 +62,7 @@ Made by generate.py: do not edit.
 import os
 import platform
 import re
+import threading
 import time
 import weakref
 from ctypes import *

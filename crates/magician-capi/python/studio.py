@@ -11,6 +11,7 @@ library or an arm, 130 after Ctrl-C; or what the script says.
 
 import argparse
 import importlib.util
+import os
 import pathlib
 import sys
 import traceback
@@ -54,7 +55,8 @@ def run(path, names):
     sys.argv = [str(path)]
     sys.path.insert(0, str(path.parent))
     try:
-        exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), names)
+        # Bytes: Python knows what a first line may say of their encoding, and the mark of Windows before it.
+        exec(compile(path.read_bytes(), str(path), "exec"), names)
     except SystemExit as wanted:
         if wanted.code is not None and not isinstance(wanted.code, int):
             print(wanted.code, file=sys.stderr)
@@ -68,6 +70,16 @@ def run(path, names):
     return 0
 
 
+def stopped(dType, api, arm):
+    """Stops the arm; what came of it."""
+    try:
+        dType.SetQueuedCmdForceStopExec(api, *arm)
+        dType.SetQueuedCmdClear(api, *arm)
+    except dType.DobotError as error:
+        return f"the arm could not be told to stop: {error}"
+    return "stopped, and the queue is empty"
+
+
 def main():
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("script", type=pathlib.Path)
@@ -77,6 +89,9 @@ def main():
     if not given.script.is_file():
         options.error(f"there is no {given.script}")
 
+    if given.port:
+        # Where a script that connects by itself finds the same arm.
+        os.environ["MAGICIAN_PORT"] = given.port
     dType = module(given.family)
     api, arm = connected(dType, given.port)
     names = {"__name__": "__main__", "__file__": str(given.script), "dType": dType, "api": api}
@@ -87,10 +102,11 @@ def main():
         dType.SetQueuedCmdStartExec(api, *arm)
         status = run(given.script, names)
     except KeyboardInterrupt:
-        dType.SetQueuedCmdForceStopExec(api, *arm)
-        dType.SetQueuedCmdClear(api, *arm)
-        print("studio: stopped, and the queue is empty", file=sys.stderr)
+        print("studio:", stopped(dType, api, arm), file=sys.stderr)
         status = 130
+    except dType.DobotError as error:
+        print(f"studio: {error}", file=sys.stderr)
+        status = 1
     finally:
         dType.DisconnectDobot(api, *arm)
     sys.exit(status)

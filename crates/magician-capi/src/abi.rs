@@ -7,8 +7,8 @@ use std::ffi::c_int;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::code::{Code, Fault, Outcome};
-use crate::notice;
 use crate::session::{self, Session};
+use crate::{notice, stand_in};
 
 /// One of the vendor's three incompatible libraries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,19 +61,25 @@ pub struct Function {
     pub kind: Kind,
     /// Names and Rust types of the arguments after the ids.
     pub arguments: &'static [(&'static str, &'static str)],
+    /// Its body as it stands in the table, for pages about it.
+    pub body: &'static str,
 }
 
 /// Runs the body of an exported function: nothing unwinds into C.
-pub fn guard<T>(name: &'static str, otherwise: T, body: impl FnOnce() -> T) -> T {
-    notice::listen();
-    catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|_| {
-        let fault = Fault::new(
-            Code::Timeout,
-            "this is a bug in the library; please report it",
-        );
-        notice::fault(name, &fault);
-        otherwise
-    })
+pub fn guard<T: Send>(name: &'static str, otherwise: T, body: impl FnOnce() -> T + Send) -> T {
+    let listening = || {
+        notice::listen();
+        body()
+    };
+    let message = match catch_unwind(AssertUnwindSafe(|| stand_in::run(listening))) {
+        Ok(Ok(result)) => return result,
+        Ok(Err(error)) => format!("this thread cannot wait, and none can for it: {error}"),
+        Err(_) => "this is a bug in the library; please report it".to_owned(),
+    };
+    // Should it be the telling that fails, nobody is told.
+    let tell = || notice::fault(name, &Fault::new(Code::Timeout, message));
+    let _ = catch_unwind(AssertUnwindSafe(tell));
+    otherwise
 }
 
 /// Runs the body of a function that is about a connected arm.
@@ -81,7 +87,7 @@ pub fn on_arm(
     family: Family,
     name: &'static str,
     id: c_int,
-    body: impl FnOnce(&Session) -> Outcome,
+    body: impl FnOnce(&Session) -> Outcome + Send,
 ) -> c_int {
     guard(name, Code::Timeout as c_int, || {
         session::run(family, name, id, body)
@@ -145,7 +151,7 @@ macro_rules! export_function {
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $name($($arg: $type),*) -> ::std::ffi::c_int {
             let body: fn($crate::Family $(, $type)*) -> ::std::ffi::c_int = $body;
-            $crate::guard(stringify!($name), 2, || body($crate::Family::$family $(, $arg)*))
+            $crate::guard(stringify!($name), 2, move || body($crate::Family::$family $(, $arg)*))
         }
     };
     ($family:ident Master [$($given:ident)*] [$($doc:literal)+] $name:ident ($($arg:ident: $type:ty),*) $body:expr) => {
@@ -154,7 +160,7 @@ macro_rules! export_function {
         pub unsafe extern "C" fn $name($($given: ::std::ffi::c_int,)* $($arg: $type),*) -> ::std::ffi::c_int {
             let body: fn(::std::ffi::c_int $(, $type)*) -> ::std::ffi::c_int = $body;
             let id = $crate::functions::first(&[$($given),*]);
-            $crate::guard(stringify!($name), 2, || body(id $(, $arg)*))
+            $crate::guard(stringify!($name), 2, move || body(id $(, $arg)*))
         }
     };
     ($family:ident $ids:ident [$($given:ident)*] [$($doc:literal)+] $name:ident ($($arg:ident: $type:ty),*) $body:expr) => {
@@ -163,7 +169,7 @@ macro_rules! export_function {
         pub unsafe extern "C" fn $name($($given: ::std::ffi::c_int,)* $($arg: $type),*) -> ::std::ffi::c_int {
             let body: fn(&$crate::session::Session $(, $type)*) -> $crate::Outcome = $body;
             let id = $crate::functions::first(&[$($given),*]);
-            $crate::on_arm($crate::Family::$family, stringify!($name), id, |arm| body(arm $(, $arg)*))
+            $crate::on_arm($crate::Family::$family, stringify!($name), id, move |arm| body(arm $(, $arg)*))
         }
     };
 }
@@ -184,6 +190,7 @@ macro_rules! list_rows {
                 ids: $crate::Ids::$ids,
                 kind: $crate::Kind::$kind,
                 arguments: &[$((stringify!($arg), stringify!($type))),*],
+                body: stringify!($body),
             }
         ),*]
     };

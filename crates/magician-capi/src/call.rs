@@ -233,6 +233,16 @@ pub fn alarms(arm: &Session, state: Out<u8>, length: Out<u32>, fits: u32) -> Out
     Ok(())
 }
 
+/// The index of the command that ended last.
+///
+/// # Errors
+/// As [`get`].
+pub fn current_index(arm: &Session, place: Out<u64>) -> Outcome {
+    place.check()?;
+    place.put(arm.current_index()?);
+    Ok(())
+}
+
 /// How long a move would take.
 ///
 /// # Errors

@@ -8,7 +8,7 @@ use magician::{Error, ErrorKind};
 pub enum Code {
     /// Done.
     NoError = 0,
-    /// There is no room in the arm's queue: try again.
+    /// There is no room in the arm's queue, or too many calls wait: try again.
     BufferFull = 1,
     /// The arm did not answer, or it cannot be told what became of the command.
     Timeout = 2,

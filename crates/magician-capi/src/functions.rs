@@ -653,9 +653,9 @@ macro_rules! functions {
     Command Arm SetQueuedCmdStopDownload() in [v1 v2 v3] = |arm| set(arm, &commands::QueuedCmdStopDownload {});
     /// Drops what waits in the queue.
     Command Arm SetQueuedCmdClear() in [v1 v2 v3] = |arm| set(arm, &commands::QueuedCmdClear {});
-    /// Index of the command that ended last.
+    /// Index of the command that ended last. A program that waits for more while the queue stands finds out why in the log.
     Command Arm GetQueuedCmdCurrentIndex(index: Out<u64>) in [v1 v2 v3]
-        = |arm, index| parts(arm, index, |row: commands::QueuedCmdCurrentIndex| row.queued_cmd_current_index);
+        = |arm, index| call::current_index(arm, index);
     /// Whether nothing moves.
     Command Arm GetQueuedCmdMotionFinish(finished: Out<Bool>) in [v1 v3]
         = |arm, finished| parts(arm, finished, |row: commands::QueuedCmdMotionFinish| truth(row.is_finish));

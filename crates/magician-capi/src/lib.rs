@@ -20,6 +20,7 @@ mod log;
 mod notice;
 pub mod pointer;
 pub mod session;
+mod stand_in;
 pub mod structure;
 
 pub use abi::{Family, Function, Ids, Kind};

@@ -6,6 +6,7 @@ use std::sync::Once;
 use tracing::field::{Field, Visit};
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::LevelFilter;
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::registry::LookupSpan;
@@ -18,8 +19,9 @@ const DEFAULT: &str = "warn";
 pub(crate) fn begin() {
     static BEGUN: Once = Once::new();
     BEGUN.call_once(|| {
-        let wanted = std::env::var(VARIABLE).ok().filter(|text| !text.is_empty());
-        let read = wanted.as_deref().map(EnvFilter::try_new);
+        let wanted = std::env::var(VARIABLE).unwrap_or_default();
+        let wanted = Some(wanted.trim()).filter(|text| !text.is_empty());
+        let read = wanted.map(filter);
         let (filter, wrong) = match read {
             None => (EnvFilter::new(DEFAULT), None),
             Some(Ok(filter)) => (filter, None),
@@ -28,12 +30,26 @@ pub(crate) fn begin() {
         let lines = tracing_subscriber::fmt()
             .with_env_filter(filter)
             .with_writer(std::io::stderr)
+            // They would go where nothing can be written, and panic.
+            .log_internal_errors(false)
             .event_format(Line);
         let _ = lines.try_init();
         if let Some(error) = wrong {
             tracing::warn!("{VARIABLE} is not understood: {error}");
         }
     });
+}
+
+/// What the text lets through.
+fn filter(text: &str) -> Result<EnvFilter, String> {
+    // `tracing` takes a word that is no level for a part of some program, and is silent on all others.
+    let is_word = text.chars().all(|c| c.is_ascii_alphanumeric());
+    if is_word && text.parse::<LevelFilter>().is_err() {
+        return Err(format!(
+            "{text} is none of off, error, warn, info, debug and trace"
+        ));
+    }
+    EnvFilter::try_new(text).map_err(|error| error.to_string())
 }
 
 /// `DobotDll: warning: what happened`.
@@ -69,6 +85,27 @@ impl Visit for Text {
         match field.name() {
             "message" => self.0.insert_str(0, &format!("{value:?}")),
             name => self.0.push_str(&format!(" {name}={value:?}")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_word_that_is_no_level_silences_nothing() {
+        for right in [
+            "off",
+            "WARN",
+            "debug",
+            "magician=trace",
+            "warn,magician_capi=debug",
+        ] {
+            assert!(filter(right).is_ok(), "{right}");
+        }
+        for wrong in ["warning", "verbose", "true", "[", "="] {
+            assert!(filter(wrong).is_err(), "{wrong}");
         }
     }
 }

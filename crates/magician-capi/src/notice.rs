@@ -1,14 +1,14 @@
 //! What a caller learns beyond a number: the log, and the last fault of its thread.
 //!
-//! A program that loops over a call that fails fills no disk: a fault of a function is told once, and again after another
-//! one, or after the function has done its work.
+//! A program that loops over a call that fails fills no disk: a fault of a function is told once an arm, and again after
+//! another one, or after the function has done its work there.
 
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::c_int;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tracing::Level;
 
@@ -24,8 +24,13 @@ thread_local! {
     static NOTED: Cell<bool> = const { Cell::new(false) };
 }
 
+/// A function, and the id of the arm that it was about; 0 if about none.
+type About = (&'static str, c_int);
+
 /// What was told last of a function.
-static TOLD: Mutex<BTreeMap<&'static str, String>> = Mutex::new(BTreeMap::new());
+static TOLD: Mutex<BTreeMap<About, String>> = Mutex::new(BTreeMap::new());
+/// Most that are remembered: a program may make up ids.
+const MOST_TOLD: usize = 1024;
 /// How many there are: nothing is looked up as long as nothing fails.
 static COUNT: AtomicUsize = AtomicUsize::new(0);
 
@@ -57,14 +62,15 @@ pub(crate) fn note(text: impl FnOnce() -> String) {
 }
 
 /// A call has ended; what C gets.
-pub(crate) fn ended(function: &'static str, outcome: &Outcome, took: Duration) -> c_int {
+pub(crate) fn ended(about: About, outcome: &Outcome, took: Duration) -> c_int {
+    let (function, _) = about;
     let code = match outcome {
         Ok(()) => {
-            succeeded(function);
+            succeeded_at(about);
             Code::NoError as c_int
         }
         Err(released) if released.code == Code::NoError => Code::NoError as c_int,
-        Err(fault) => self::fault(function, fault),
+        Err(fault) => fault_at(about, fault),
     };
     if NOTED.replace(false) {
         NOTES.with_borrow(|notes| {
@@ -77,21 +83,46 @@ pub(crate) fn ended(function: &'static str, outcome: &Outcome, took: Duration) -
     code
 }
 
-/// A function did its work: its next fault is told.
+/// Does what a function does that is about no arm, and logs it.
+pub(crate) fn host(
+    function: &'static str,
+    arguments: impl FnOnce() -> String,
+    act: impl FnOnce() -> c_int,
+) -> c_int {
+    let begun = Instant::now();
+    let result = act();
+    if tracing::enabled!(Level::DEBUG) {
+        let milliseconds = begun.elapsed().as_secs_f64() * 1e3;
+        let arguments = arguments();
+        tracing::debug!("{function} {arguments} -> {result} ({milliseconds:.2} ms)");
+    }
+    result
+}
+
+/// A function that is about no arm did its work: its next fault is told.
 pub(crate) fn succeeded(function: &'static str) {
+    succeeded_at((function, 0));
+}
+
+fn succeeded_at(about: About) {
     if COUNT.load(Ordering::Relaxed) > 0 {
         let mut told = told();
-        told.remove(function);
+        told.remove(&about);
         COUNT.store(told.len(), Ordering::Relaxed);
     }
 }
 
-/// Tells of a fault: to the log, and as the thread's last; what C gets.
+/// Tells of a fault of a function that is about no arm: to the log, and as the thread's last; what C gets.
 pub(crate) fn fault(function: &'static str, fault: &Fault) -> c_int {
+    fault_at((function, 0), fault)
+}
+
+fn fault_at(about: About, fault: &Fault) -> c_int {
+    let (function, _) = about;
     remember(function, &fault.message);
     // A full queue is how programs pace themselves.
-    if fault.code != Code::BufferFull && is_new(function, &fault.message) {
-        tracing::warn!("{function}: {fault}");
+    if fault.code != Code::BufferFull && is_new(about, &fault.message) {
+        tracing::warn!("{}", named(function, &fault.message));
     }
     fault.code as c_int
 }
@@ -99,7 +130,7 @@ pub(crate) fn fault(function: &'static str, fault: &Fault) -> c_int {
 /// Tells of what is no fault to C.
 pub(crate) fn warn(function: &'static str, message: &str) {
     remember(function, message);
-    tracing::warn!("{function}: {message}");
+    tracing::warn!("{}", named(function, message));
 }
 
 /// Tells of a fault to those who ask for it, with no lock that another thread may hold.
@@ -117,23 +148,54 @@ pub(crate) fn once(function: &'static str, message: &str) {
     }
 }
 
-/// Looks at the sentence of the thread's last fault.
-pub(crate) fn last<T>(look: impl FnOnce(&str) -> T) -> T {
-    LAST.with_borrow(|last| look(last))
+/// The sentence of the thread's last fault; empty if there was none, or if the thread is about to end.
+pub(crate) fn sentence() -> String {
+    LAST.try_with(|last| last.borrow().clone())
+        .unwrap_or_default()
+}
+
+/// Makes it the sentence of the thread's last fault.
+pub(crate) fn recall(sentence: String) {
+    let _ = LAST.try_with(|last| last.replace(sentence));
+}
+
+/// The message with the function's name before it, which the driver may have put there: most commands bear it.
+fn named(function: &str, message: &str) -> String {
+    match message.strip_prefix(function) {
+        Some(rest) if rest.starts_with(": ") => message.to_owned(),
+        _ => format!("{function}: {message}"),
+    }
 }
 
 fn remember(function: &str, message: &str) {
-    let text = format!("{function}: {message}").replace('\0', "");
-    LAST.with_borrow_mut(|last| *last = text);
+    recall(named(function, message).replace('\0', ""));
 }
 
-fn is_new(function: &'static str, message: &str) -> bool {
+fn is_new(about: About, message: &str) -> bool {
     let mut told = told();
-    let before = told.insert(function, message.to_owned());
+    if told.len() >= MOST_TOLD {
+        told.clear();
+    }
+    let before = told.insert(about, message.to_owned());
     COUNT.store(told.len(), Ordering::Relaxed);
     before.is_none_or(|before| before != message)
 }
 
-fn told() -> MutexGuard<'static, BTreeMap<&'static str, String>> {
+fn told() -> MutexGuard<'static, BTreeMap<About, String>> {
     TOLD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_function_is_named_once() {
+        assert_eq!(named("GetPose", "GetPose: gone"), "GetPose: gone");
+        assert_eq!(
+            named("GetPose", "GetPoseL: gone"),
+            "GetPose: GetPoseL: gone"
+        );
+        assert_eq!(named("GetPose", "gone"), "GetPose: gone");
+    }
 }

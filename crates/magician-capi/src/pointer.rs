@@ -29,6 +29,16 @@ pub struct Text(*const c_char);
 #[repr(transparent)]
 pub struct Buffer(*mut c_char);
 
+/// The promise is for the time of the call, whichever thread sees to it.
+macro_rules! promised_to_any_thread {
+    ($($pointer:ident $(<$of:ident>)?),*) => {
+        // SAFETY: as above; the memory is the caller's, who waits meanwhile.
+        $(unsafe impl $(<$of>)? Send for $pointer $(<$of>)? {})*
+    };
+}
+
+promised_to_any_thread!(In<T>, Out<T>, Text, Buffer);
+
 /// Where C wants what belongs together: a place, or several.
 pub trait Places: Copy {
     /// What goes there.

@@ -5,7 +5,7 @@
 //! arm that is served until the block ends. A block marked `text` right after it is what it prints: each of its lines
 //! has to come, in this order; `…` stands for anything, a number for any number, and a space for any spaces: pages hold what was printed
 //! once, and how long an arm takes for a drawing is tried elsewhere. Blocks for a real arm, a terminal or a toolchain are marked
-//! `console`.
+//! `console`; those marked `bash` need Python or a C compiler, and `interop/book.py` runs them.
 #![cfg(unix)]
 
 use std::fs;
@@ -252,6 +252,7 @@ pages! {
     resume: "docs/recipes/resume.md",
     beside: "docs/recipes/beside.md",
     rust: "docs/recipes/rust.md",
+    vendor_programs: "docs/recipes/vendor-programs.md",
 }
 
 #[test]

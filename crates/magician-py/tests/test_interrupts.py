@@ -10,11 +10,19 @@ import subprocess
 import sys
 import textwrap
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import magician
 import pytest
 from magician import Arm, commands, errors, words
+
+@pytest.fixture(autouse=True)
+def hears_interrupts() -> Iterator[None]:
+    """As in a terminal: whoever was started in the background of a shell hears none."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
 
 Meanwhile = Callable[[Callable[[], object]], threading.Thread]
 

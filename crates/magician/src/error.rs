@@ -24,7 +24,7 @@ pub enum ErrorKind {
     Unexpected,
     /// This build or this peer cannot do it.
     Unsupported,
-    /// The controller's queue has no room.
+    /// The controller's queue has no room, or too many calls wait for the line: nothing was done, try again.
     QueueFull,
     /// An alarm stands that holds the queue.
     Alarm,

@@ -1,4 +1,4 @@
-//! What the built libraries export: the functions of their family, and nothing else.
+//! What the built libraries export, the functions of their family and nothing else; and what they need, which every system has.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -7,6 +7,27 @@ use std::process::Command;
 use magician_capi::Family;
 
 use super::of;
+
+/// Libraries that a system for programs has. The vendor's wants Qt, and does not load for it on most machines.
+const ON_LINUX: [&str; 5] = [
+    "libc.so",
+    "libm.so",
+    "libgcc_s.so",
+    "ld-linux",
+    "libpthread.so",
+];
+const ON_WINDOWS: [&str; 10] = [
+    "kernel32.dll",
+    "ntdll.dll",
+    "advapi32.dll",
+    "ws2_32.dll",
+    "bcrypt.dll",
+    "bcryptprimitives.dll",
+    "msvcrt.dll",
+    "userenv.dll",
+    "secur32.dll",
+    "api-ms-win-core-",
+];
 
 /// Holds the exports of built libraries against the table; `nm` and `objdump` of the binutils read them.
 pub(super) fn check(family: Family, files: &[&str]) -> Result<(), Box<dyn Error>> {
@@ -22,6 +43,12 @@ pub(super) fn check(family: Family, files: &[&str]) -> Result<(), Box<dyn Error>
         }
         if !more.is_empty() {
             wrong.push(format!("{file} exports {more:?}, which the table has not"));
+        }
+        let needs: Vec<String> = (needed(file)?.into_iter())
+            .filter(|name| !is_everywhere(name))
+            .collect();
+        if !needs.is_empty() {
+            wrong.push(format!("{file} needs {needs:?}"));
         }
         println!("{} functions: {file}", found.len());
     }
@@ -42,6 +69,25 @@ fn listing(file: &str) -> Result<Vec<String>, Box<dyn Error>> {
             .filter_map(|line| Some(line.split_whitespace().nth(2)?.to_owned()))
             .collect())
     }
+}
+
+/// Other libraries that a library asks the system for.
+fn needed(file: &str) -> Result<Vec<String>, Box<dyn Error>> {
+    let said = output("objdump", &["-p", file])?;
+    Ok((said.lines())
+        .filter_map(|line| {
+            let line = line.trim();
+            let name = line
+                .strip_prefix("NEEDED")
+                .or(line.strip_prefix("DLL Name:"))?;
+            Some(name.trim().to_owned())
+        })
+        .collect())
+}
+
+fn is_everywhere(name: &str) -> bool {
+    let name = name.to_lowercase();
+    (ON_LINUX.iter().chain(&ON_WINDOWS)).any(|known| name.starts_with(known))
 }
 
 /// The names of objdump's export table: `[ 12] +base[ 13] 000c GetPose`, or without the part in the middle.
@@ -68,6 +114,12 @@ fn output(program: &str, words: &[&str]) -> Result<String, Box<dyn Error>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_library_that_not_everybody_has_is_seen() {
+        assert!(is_everywhere("libc.so.6") && is_everywhere("KERNEL32.dll"));
+        assert!(!is_everywhere("libQt5Core.so.5") && !is_everywhere("libgcc_s_dw2-1.dll"));
+    }
 
     #[test]
     fn an_export_table_is_read_in_both_forms() {

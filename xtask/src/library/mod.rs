@@ -9,12 +9,14 @@ use std::path::Path;
 
 pub(crate) use stage::stage;
 
-/// `vendor-library [--target TRIPLE] [DIR]`: builds the libraries and lays them out.
+/// `vendor-library [--target TRIPLE] [DIR]`: builds the libraries and lays them out; `--imports TRIPLE DIR` makes nothing
+/// but the import libraries.
 pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let (target, folder) = match words.as_slice() {
         ["--target", target] => (Some(*target), None),
         ["--target", target, folder] => (Some(*target), Some(*folder)),
+        ["--imports", target, folder] => return stage::imports(target, Path::new(folder)),
         [] => (None, None),
         [folder] if !folder.starts_with('-') => (None, Some(*folder)),
         _ => return Err("vendor-library [--target TRIPLE] [DIR]".into()),

@@ -4,6 +4,7 @@
 //! include/dobotdll/v1/DobotDll.h, DobotType.h
 //! lib/dobotdll/v1/libDobotDll.so -> .so.1 -> .so.1.0 -> .so.1.0.0     libDobotDll.dylib     DobotDll.dll
 //! lib/dobotdll/v1/DobotDllType.py
+//! lib/dobotdll/studio.py
 //! lib/pkgconfig/dobotdll.pc, dobotdll-v2.pc, dobotdll-v3.pc
 //! share/dobotdll/examples, licenses
 //! install-dobotdll
@@ -100,6 +101,11 @@ fn lay_out(
         let (package, text) = package(name, target, version);
         fs::write(packages.join(package), text)?;
     }
+    // It finds the families beside it.
+    fs::copy(
+        door.join("python/studio.py"),
+        folder.join("lib/dobotdll/studio.py"),
+    )?;
     let share = folder.join("share/dobotdll");
     fs::create_dir_all(share.join("licenses"))?;
     for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
@@ -114,6 +120,16 @@ fn lay_out(
         root.join("packaging").join(INSTALLER),
         folder.join(INSTALLER),
     )?;
+    Ok(())
+}
+
+/// The import libraries of a target's families, each in a folder of its own.
+pub(super) fn imports(target: &str, folder: &Path) -> Result<(), Box<dyn Error>> {
+    for (name, family) in FAMILIES {
+        let folder = folder.join(name);
+        fs::create_dir_all(&folder)?;
+        import::write(&folder, family, target)?;
+    }
     Ok(())
 }
 
@@ -159,7 +175,7 @@ fn symbolic_link(name: &str, link: &Path) -> std::io::Result<()> {
 }
 
 /// The pkg-config file of a family; `v1` goes by the plain name. It works where it lies, and the installer makes its
-/// prefix an absolute one.
+/// prefix an absolute one. Quotes let a prefix have blanks.
 fn package(family: &str, target: &str, version: &str) -> (String, String) {
     let name = match family {
         "v1" => "dobotdll".to_owned(),
@@ -173,7 +189,7 @@ fn package(family: &str, target: &str, version: &str) -> (String, String) {
     // The library lies in a folder of its own, where the loader does not look.
     let path = match target.contains("windows") {
         true => "",
-        false => " -Wl,-rpath,${libdir}",
+        false => " -Wl,-rpath,\"${libdir}\"",
     };
     let text = format!(
         "prefix=${{pcfiledir}}/../..\n\
@@ -183,8 +199,8 @@ fn package(family: &str, target: &str, version: &str) -> (String, String) {
          Name: DobotDll\n\
          Description: The vendor's C interface to the Dobot Magician arm, {ids}\n\
          Version: {version}\n\
-         Cflags: -I${{includedir}}\n\
-         Libs: -L${{libdir}} -lDobotDll{path}\n"
+         Cflags: -I\"${{includedir}}\"\n\
+         Libs: -L\"${{libdir}}\" -lDobotDll{path}\n"
     );
     (format!("{name}.pc"), text)
 }

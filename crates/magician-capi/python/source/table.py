@@ -250,8 +250,10 @@ def sensor(what, port):
 
 FUNCTIONS = [
     ("Queue", [
-        Row("GetQueuedCmdCurrentIndex", "", "out u64 found", "[found.value]", "v1 v2"),
+        Row("GetQueuedCmdCurrentIndex", "", "out u64 found", "[found.value]", "v1 v2",
+            after="_waited(api, ARM, found.value)"),
         Row("GetQueuedCmdCurrentIndex", "", "out u64 found", "[found.value, 0]", "v3",
+            after="_waited(api, ARM, found.value)",
             doc="The second number is the index of a control box, which this arm has not."),
         Row("GetQueuedCmdMotionFinish", "", "out u8 found", "[bool(found.value)]", "v1 v3"),
         Row("SetQueuedCmdStartExec"),

@@ -4,7 +4,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use magician::commands::{JogCmd, QueuedCmdClear, QueuedCmdStartExec};
+use magician::commands::{
+    ClearAlarmsState, JogCmd, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdStartExec,
+};
 use magician::protocol::{Layout, NoArgs, Queueable, Readable, Row, Writable};
 use magician::{Ctrl, Error, ErrorKind, FrameBuf, QueueIndex, Set, blocking};
 
@@ -12,6 +14,7 @@ use super::danger::Allowed;
 use super::doubt::Doubt;
 use super::pool::Lease;
 use super::registry::lock;
+use super::standstill::Standstill;
 use crate::code::{Code, Fault, Outcome};
 use crate::notice;
 
@@ -21,6 +24,7 @@ pub struct Session {
     arm: blocking::Arm,
     allowed: Arc<Allowed>,
     doubt: Doubt,
+    standstill: Standstill,
     /// Index and left space were read: a lost answer can be made up for.
     based: AtomicBool,
     /// This program has let the queue run.
@@ -40,12 +44,14 @@ enum Form {
 }
 
 impl Session {
-    /// `based`: the queue has been read since the connection began.
+    /// `based`: the queue has been read since the connection began. `standing`: how long a queue stands that is waited
+    /// for before the program is told why.
     pub(super) fn new(
         arm: blocking::Arm,
         allowed: Arc<Allowed>,
         lease: Option<Lease>,
         based: bool,
+        standing: Duration,
     ) -> Self {
         // However it ends: what the arm does is the program's.
         arm.detach();
@@ -53,6 +59,7 @@ impl Session {
             arm,
             allowed,
             doubt: Doubt::default(),
+            standstill: Standstill::new(standing),
             based: AtomicBool::new(based),
             started: AtomicBool::new(false),
             released: AtomicBool::new(false),
@@ -99,8 +106,21 @@ impl Session {
     {
         notice::note(|| shown(value));
         let index = self.send(Some(T::ROW), Form::Queued, |arm| arm.enqueue(value))?;
+        self.standstill.queued(index, T::ROW);
         notice::note(|| format!("index {}", index.0));
         Ok(index)
+    }
+
+    /// The index of the command that ended last. A program that waits for more is told why it does not come.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub fn current_index(&self) -> Result<u64, Fault> {
+        let QueuedCmdCurrentIndex {
+            queued_cmd_current_index,
+        } = self.get()?;
+        self.standstill.saw(queued_cmd_current_index, &self.arm);
+        Ok(queued_cmd_current_index)
     }
 
     /// As [`magician::blocking::Arm::raw`].
@@ -136,7 +156,7 @@ impl Session {
             self.doubt.check()?;
         }
         if form == Form::Queued {
-            self.read_base().map_err(|error| self.fault(error))?;
+            self.read_base().map_err(|error| self.fault(error, form))?;
         }
         match call(&self.arm) {
             Ok(value) => {
@@ -144,10 +164,10 @@ impl Session {
                 Ok(value)
             }
             Err(error) => {
-                if once && leaves_doubt(&error) {
+                if once && leaves_doubt(&error, form) {
                     self.doubt.arise(&error);
                 }
-                Err(self.fault(error))
+                Err(self.fault(error, form))
             }
         }
     }
@@ -166,19 +186,27 @@ impl Session {
     fn done(&self, row: Option<&'static Row>, form: Form) {
         match row {
             // What was in doubt waits no more. A stop would leave it in the queue.
-            Some(row) if form == Form::Set && row.id == QueuedCmdClear::ROW.id => self.doubt.lift(),
+            Some(row) if form == Form::Set && row.id == QueuedCmdClear::ROW.id => {
+                self.doubt.lift();
+                self.standstill.dropped();
+            }
             Some(row) if form == Form::Set && row.id == QueuedCmdStartExec::ROW.id => {
                 self.started.store(true, Ordering::Relaxed);
+                self.standstill.begin_anew();
+            }
+            Some(row) if form == Form::Set && row.id == ClearAlarmsState::ROW.id => {
+                self.standstill.begin_anew();
             }
             _ => {}
         }
     }
 
-    fn fault(&self, error: Error) -> Fault {
+    fn fault(&self, error: Error, form: Form) -> Fault {
         if self.released.load(Ordering::SeqCst) {
             return Fault::new(Code::NoError, "DisconnectDobot came meanwhile");
         }
-        if error.kind() == ErrorKind::QueueFull && !self.started.swap(true, Ordering::Relaxed) {
+        let full = error.kind() == ErrorKind::QueueFull && form == Form::Queued;
+        if full && !self.started.swap(true, Ordering::Relaxed) {
             tracing::warn!(
                 "{error}, and this program has not started it: if the arm stands still, SetQueuedCmdStartExec lets it run"
             );
@@ -203,9 +231,13 @@ fn is_once(row: &Row) -> bool {
     !row.resendable && row.id != JogCmd::ROW.id
 }
 
-/// Whether the arm may have taken the command all the same.
-fn leaves_doubt(error: &Error) -> bool {
-    matches!(error.kind(), ErrorKind::Uncertain | ErrorKind::Unexpected)
+/// Whether the arm may have taken the command all the same. An answer that cannot be understood is none.
+fn leaves_doubt(error: &Error, form: Form) -> bool {
+    match error.kind() {
+        ErrorKind::Uncertain => true,
+        ErrorKind::Unexpected => form == Form::Queued,
+        _ => false,
+    }
 }
 
 /// The fields of a value, for the log.

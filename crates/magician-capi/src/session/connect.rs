@@ -49,12 +49,16 @@ struct Connection {
 impl Registry {
     /// Of `v1`: whatever was connected before is closed, and opened again if it is the same.
     pub fn connect_v1(&self, port: Text, baud: u32, firmware: Buffer, version: Buffer) -> c_int {
-        let _turn = lock(&self.turn);
-        self.disconnect(0);
-        let met = self.connect(port, baud, Some(0), !firmware.is_null());
-        answer(met, |connection| {
-            put(firmware, connection.firmware.name);
-            put(version, &connection.firmware.version);
+        // A lock that was held when the process was forked stays so.
+        let claim = self.claim().ok();
+        let _turn = claim.as_ref().map(|_| lock(&self.turn));
+        self.leave(0);
+        let met = || self.connect(port, baud, Some(0), !firmware.is_null());
+        self.answer(port, met, |met| {
+            if let Some(connection) = met {
+                put(firmware, connection.firmware.name);
+                put(version, &connection.firmware.version);
+            }
         })
     }
 
@@ -67,21 +71,25 @@ impl Registry {
         version: Buffer,
         id: Out<i32>,
     ) -> c_int {
-        let met = self.connect(port, baud, None, !firmware.is_null());
-        if met.is_err() {
-            id.put(-1);
-        }
-        answer(met, |connection| {
-            put(firmware, connection.firmware.name);
-            put(version, &connection.firmware.version);
-            id.put(connection.id);
+        let met = || self.connect(port, baud, None, !firmware.is_null());
+        self.answer(port, met, |met| match met {
+            Some(connection) => {
+                put(firmware, connection.firmware.name);
+                put(version, &connection.firmware.version);
+                id.put(connection.id);
+            }
+            None => id.put(-1),
         })
     }
 
     /// Of `v3`: the arm is a master, without slaves.
     pub fn connect_v3(&self, port: Text, baud: u32, info: Out<ConnectInfo>) -> c_int {
-        let met = self.connect(port, baud, None, true);
-        answer(met, |connection| info.put(described(connection)))
+        let met = || self.connect(port, baud, None, true);
+        self.answer(port, met, |met| {
+            if let Some(connection) = met {
+                info.put(described(connection));
+            }
+        })
     }
 
     fn connect(
@@ -92,8 +100,8 @@ impl Registry {
         ask_in_text: bool,
     ) -> Result<Connection, (Connected, Fault)> {
         let occupied = |fault| (Connected::Occupied, fault);
-        self.own_process().map_err(occupied)?;
-        let name = String::from_utf8_lossy(&port.bytes()).into_owned();
+        let _claim = self.claim().map_err(occupied)?;
+        let name = name_of(port);
         let target = self.find_place(&name)?;
         if baud != BAUD && is_serial(&target) {
             tracing::warn!(
@@ -107,9 +115,32 @@ impl Registry {
             };
             occupied(Fault::new(Code::Timeout, format!("{error}{elsewhere}")))
         })?;
-        self.claim();
-        tracing::info!("{NAME}: {target}");
         Ok(self.keep(met, &target, id))
+    }
+
+    /// Connects, and tells C.
+    fn answer(
+        &self,
+        port: Text,
+        connect: impl FnOnce() -> Result<Connection, (Connected, Fault)>,
+        tell: impl FnOnce(Option<&Connection>),
+    ) -> c_int {
+        let arguments = || format!("\"{}\"", name_of(port));
+        notice::host(NAME, arguments, || match connect() {
+            Ok(connection) => {
+                tell(Some(&connection));
+                notice::succeeded(NAME);
+                Connected::NoError as c_int
+            }
+            Err((code, fault)) => {
+                tell(None);
+                match self.own_process() {
+                    Ok(()) => notice::fault(NAME, &fault),
+                    Err(_) => notice::quietly(NAME, &fault),
+                };
+                code as c_int
+            }
+        })
     }
 
     fn find_place(&self, name: &str) -> Result<Target, (Connected, Fault)> {
@@ -201,22 +232,13 @@ impl Registry {
     }
 
     fn session(&self, arm: blocking::Arm, lease: Option<Lease>, based: bool) -> Session {
-        Session::new(arm, Arc::clone(self.allowed()), lease, based)
+        let standing = self.patience.standing;
+        Session::new(arm, Arc::clone(self.allowed()), lease, based, standing)
     }
 }
 
-fn answer(met: Result<Connection, (Connected, Fault)>, tell: impl FnOnce(&Connection)) -> c_int {
-    match met {
-        Ok(connection) => {
-            tell(&connection);
-            notice::succeeded(NAME);
-            Connected::NoError as c_int
-        }
-        Err((code, fault)) => {
-            notice::fault(NAME, &fault);
-            code as c_int
-        }
-    }
+fn name_of(port: Text) -> String {
+    String::from_utf8_lossy(&port.bytes()).into_owned()
 }
 
 /// What lies behind a cable with a text-talking end.

@@ -4,7 +4,7 @@
 //!   A test has its own.
 //! * [`Session`] is an arm: what every call to it goes through.
 //!
-//! A call holds no lock while it waits for an arm.
+//! A call holds no lock while it waits for an arm; only `ConnectDobot` of `v1` waits for another of its kind.
 
 mod arm;
 mod connect;
@@ -14,6 +14,7 @@ mod place;
 mod pool;
 mod registry;
 mod search;
+mod standstill;
 mod text_probe;
 
 use std::ffi::c_int;
@@ -79,8 +80,7 @@ pub fn allow(names: Text) -> c_int {
 /// `MagicianLastError`: the sentence of the last fault of the calling thread, as much of it as fits, and how long it is
 /// without its NUL; 0 if there was no fault.
 pub fn last_error(text: Buffer, size: u32) -> c_int {
-    notice::last(|sentence| {
-        text.put(sentence.as_bytes(), size as usize);
-        c_int::try_from(sentence.len()).unwrap_or(c_int::MAX)
-    })
+    let sentence = notice::sentence();
+    text.put(sentence.as_bytes(), size as usize);
+    c_int::try_from(sentence.len()).unwrap_or(c_int::MAX)
 }

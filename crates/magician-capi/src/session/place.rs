@@ -28,7 +28,11 @@ pub struct Surroundings {
 impl Default for Surroundings {
     fn default() -> Self {
         Self {
-            variable: |name| std::env::var(name).ok().filter(|value| !value.is_empty()),
+            variable: |name| {
+                // `set MAGICIAN_PORT=sim && ...` leaves a blank behind it on Windows.
+                let value = std::env::var(name).ok()?.trim().to_owned();
+                Some(value).filter(|value| !value.is_empty())
+            },
             ports: || {
                 magician::ports().unwrap_or_else(|error| {
                     tracing::warn!("{error}");
@@ -110,7 +114,9 @@ pub(super) fn variable_of(name: &str) -> String {
 
 /// A port's name as the vendor's library lists it.
 pub(super) fn bare(path: &str) -> &str {
-    path.strip_prefix("/dev/").unwrap_or(path)
+    let prefixes = ["/dev/", r"\\.\"];
+    let bare = prefixes.iter().find_map(|prefix| path.strip_prefix(prefix));
+    bare.unwrap_or(path)
 }
 
 /// An address, everything that is a target, or the bare name of a device.
@@ -188,7 +194,7 @@ mod tests {
             },
             Vec::new,
         );
-        for name in ["com3", "COM3", "/dev/ttyUSB0", "ttyUSB0"] {
+        for name in ["com3", r"\\.\COM3", "/dev/ttyUSB0", "ttyUSB0"] {
             assert_eq!(place(&sent, name), Target::Sim(SimSpeed::Times(2.0)));
         }
         assert_eq!(place(&sent, "COM4"), Target::Serial("COM4".into()));

@@ -31,12 +31,14 @@ pub struct Registry {
     allowed: Arc<Allowed>,
     slots: RwLock<BTreeMap<c_int, Slot>>,
     timeouts: Mutex<BTreeMap<c_int, Duration>>,
-    /// The process that has connected; 0 before that.
+    /// The process that has connected, or is about to; 0 if nothing is.
     process: AtomicU32,
+    /// Calls of `ConnectDobot` under way; changed and read with `slots` locked, as is when `process` becomes 0.
+    connecting: AtomicU32,
     tracer: OnceLock<Option<Tracer>>,
 }
 
-/// How long `ConnectDobot` waits for an answer.
+/// How long `ConnectDobot` waits for an answer, and a program for its queue.
 #[derive(Clone, Copy, Debug)]
 pub struct Patience {
     /// From an arm at a serial port.
@@ -45,6 +47,8 @@ pub struct Patience {
     pub network: Duration,
     /// From another firmware, to text.
     pub text: Duration,
+    /// For a queue that stands, before it is told why.
+    pub standing: Duration,
 }
 
 impl Default for Patience {
@@ -53,6 +57,7 @@ impl Default for Patience {
             serial: Duration::from_millis(300),
             network: Duration::from_secs(1),
             text: Duration::from_millis(500),
+            standing: Duration::from_secs(1),
         }
     }
 }
@@ -85,6 +90,7 @@ impl Registry {
             slots: RwLock::default(),
             timeouts: Mutex::default(),
             process: AtomicU32::new(0),
+            connecting: AtomicU32::new(0),
             tracer: OnceLock::new(),
         }
     }
@@ -103,7 +109,7 @@ impl Registry {
         let begun = Instant::now();
         notice::begin();
         let outcome = self.find(family, id).and_then(|arm| body(&arm));
-        notice::ended(name, &outcome, begun.elapsed())
+        notice::ended((name, id), &outcome, begun.elapsed())
     }
 
     /// The arm with an id.
@@ -135,20 +141,44 @@ impl Registry {
     /// `DisconnectDobot`: 0, whatever was. The arm goes on with what it has; calls that wait for it return 0 at once and
     /// leave their results untouched, as the vendor's.
     pub fn disconnect(&self, id: c_int) -> c_int {
-        if self.own_process().is_ok() {
-            let slot = self.slots_mut().remove(&id);
-            if let Some(Slot::Arm(arm)) = slot {
-                arm.release();
-            }
+        notice::host(
+            "DisconnectDobot",
+            || format!("id={id}"),
+            || {
+                self.leave(id);
+                Code::NoError as c_int
+            },
+        )
+    }
+
+    /// Ends what an id stands for.
+    pub(super) fn leave(&self, id: c_int) {
+        if self.own_process().is_err() {
+            return;
         }
-        Code::NoError as c_int
+        let slot = {
+            let mut slots = self.slots_mut();
+            let slot = slots.remove(&id);
+            self.disown(&slots);
+            slot
+        };
+        if let Some(Slot::Arm(arm)) = slot {
+            arm.release();
+        }
     }
 
     /// `SetCmdTimeout`: how long calls may take, in ms; for the arm that has the id, and the next one that gets it.
     pub fn set_timeout(&self, id: c_int, milliseconds: u32) -> c_int {
-        if self.own_process().is_err() {
-            return Code::NoError as c_int;
-        }
+        let arguments = || format!("id={id} milliseconds={milliseconds}");
+        notice::host("SetCmdTimeout", arguments, || {
+            if self.own_process().is_ok() {
+                self.remember_timeout(id, milliseconds);
+            }
+            Code::NoError as c_int
+        })
+    }
+
+    fn remember_timeout(&self, id: c_int, milliseconds: u32) {
         let timeout = Duration::from_millis(u64::from(milliseconds.max(1)));
         {
             let mut timeouts = lock(&self.timeouts);
@@ -160,7 +190,6 @@ impl Registry {
         if let Some(Slot::Arm(arm)) = slots.get(&id) {
             arm.set_timeout(timeout);
         }
-        Code::NoError as c_int
     }
 
     /// What dangerous commands are allowed.
@@ -182,7 +211,27 @@ impl Registry {
             arm.set_timeout(timeouts.get(&id).copied().unwrap_or(TIMEOUT));
         }
         slots.insert(id, slot);
+        self.process.store(process::id(), Ordering::Relaxed);
         id
+    }
+
+    /// Nothing is left that a child of this process could not have.
+    fn disown(&self, slots: &BTreeMap<c_int, Slot>) {
+        if slots.is_empty() && self.connecting.load(Ordering::Relaxed) == 0 {
+            self.process.store(0, Ordering::Relaxed);
+        }
+    }
+
+    /// Begins to connect: from here on a child that is forked must not, for it may find the locks of this as they are.
+    ///
+    /// # Errors
+    /// This is such a child.
+    pub(super) fn claim(&self) -> Result<Claim<'_>, Fault> {
+        self.own_process()?;
+        let _slots = self.slots_mut();
+        self.connecting.fetch_add(1, Ordering::Relaxed);
+        self.process.store(process::id(), Ordering::Relaxed);
+        Ok(Claim(self))
     }
 
     /// A process that has forked leaves its threads behind: whatever its child asked would never be answered.
@@ -194,11 +243,6 @@ impl Registry {
         let message = "this process was forked from the one that has connected, and the connection stayed there; \
                        connect in the child alone, or begin it anew (multiprocessing: the method `spawn`)";
         Err(Fault::new(Code::Timeout, message))
-    }
-
-    /// From now on only this process may call.
-    pub(super) fn claim(&self) {
-        self.process.store(process::id(), Ordering::Relaxed);
     }
 
     /// How connections behave, as `MAGICIAN_TRACE` wants it.
@@ -215,7 +259,97 @@ impl Registry {
     }
 }
 
+/// A call of `ConnectDobot` that is under way.
+#[derive(Debug)]
+pub(super) struct Claim<'a>(&'a Registry);
+
+impl Drop for Claim<'_> {
+    fn drop(&mut self) {
+        let slots = self.0.slots_mut();
+        self.0.connecting.fetch_sub(1, Ordering::Relaxed);
+        self.0.disown(&slots);
+    }
+}
+
 /// A lock whose holder has panicked is still good: no holder leaves a value half changed.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ptr;
+
+    use super::*;
+    use crate::pointer::{Buffer, Text};
+
+    /// A registry as a child of a fork finds it.
+    fn forked() -> Registry {
+        let registry = Registry::default();
+        registry.process.store(1, Ordering::Relaxed);
+        registry
+    }
+
+    #[test]
+    fn a_child_that_was_forked_is_told_so_and_waits_for_nothing() {
+        let registry = forked();
+        // As if the parent had been about to connect.
+        let _held = registry.slots.write().unwrap();
+        assert_eq!(registry.run(Family::V1, "GetPose", 0, |_| Ok(())), 2);
+        assert!(notice::sentence().contains("forked"));
+        assert_eq!(registry.disconnect(0), 0);
+        assert_eq!(registry.set_timeout(0, 5), 0);
+    }
+
+    #[test]
+    #[allow(unsafe_code)]
+    fn a_child_may_connect_once_nothing_is_connected() {
+        use std::ffi::CString;
+
+        let name = CString::new("sim").unwrap();
+        let registry = Registry::default();
+        // SAFETY: the one outlives the call, the other is null.
+        let (name, nowhere) = unsafe { (Text::new(name.as_ptr()), Buffer::new(ptr::null_mut())) };
+        assert_eq!(registry.connect_v1(name, 115_200, nowhere, nowhere), 0);
+        assert_ne!(registry.process.load(Ordering::Relaxed), 0);
+        registry.disconnect(0);
+        assert_eq!(registry.process.load(Ordering::Relaxed), 0);
+    }
+
+    #[test]
+    #[allow(unsafe_code)]
+    fn who_waits_for_its_turn_to_connect_is_seen_by_a_child() {
+        use std::ffi::CString;
+
+        let name = CString::new("sim").unwrap();
+        let registry = Registry::default();
+        std::thread::scope(|scope| {
+            let turn = registry.turn.lock().unwrap();
+            scope.spawn(|| {
+                // SAFETY: the one outlives the call, the other is null.
+                let (name, nowhere) =
+                    unsafe { (Text::new(name.as_ptr()), Buffer::new(ptr::null_mut())) };
+                assert_eq!(registry.connect_v1(name, 115_200, nowhere, nowhere), 0);
+                registry.disconnect(0);
+            });
+            let patience = Instant::now() + Duration::from_secs(20);
+            while registry.process.load(Ordering::Relaxed) == 0 {
+                assert!(Instant::now() < patience, "a child would wait for its turn");
+                std::thread::yield_now();
+            }
+            drop(turn);
+        });
+        assert_eq!(registry.process.load(Ordering::Relaxed), 0);
+        assert_eq!(registry.connecting.load(Ordering::Relaxed), 0);
+    }
+
+    #[test]
+    #[allow(unsafe_code)]
+    fn a_child_that_was_forked_cannot_connect() {
+        // SAFETY: they are null.
+        let (name, nowhere) = unsafe { (Text::new(ptr::null()), Buffer::new(ptr::null_mut())) };
+        let registry = forked();
+        let _held = registry.turn.lock().unwrap();
+        assert_eq!(registry.connect_v1(name, 115_200, nowhere, nowhere), 2);
+    }
 }

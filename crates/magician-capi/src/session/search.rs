@@ -4,6 +4,7 @@ use std::ffi::c_int;
 
 use super::Registry;
 use super::place::{PORT, bare};
+use crate::notice;
 use crate::pointer::Buffer;
 
 impl Registry {
@@ -13,10 +14,16 @@ impl Registry {
     /// It returns how many were found, with or without a list to put them into, as the vendor's does; all were listed
     /// if the list was large enough.
     pub fn search(&self, list: Buffer, size: u32) -> c_int {
-        let names = self.names();
-        let text = listed(&names, size as usize);
-        list.put(text.as_bytes(), size as usize);
-        c_int::try_from(names.len()).unwrap_or(c_int::MAX)
+        notice::host(
+            "SearchDobot",
+            || format!("size={size}"),
+            || {
+                let names = self.names();
+                let text = listed(&names, size as usize);
+                list.put(text.as_bytes(), size as usize);
+                c_int::try_from(names.len()).unwrap_or(c_int::MAX)
+            },
+        )
     }
 
     fn names(&self) -> Vec<String> {

@@ -63,20 +63,41 @@ impl Subject {
             writeln!(names, "    \"{}\",", function.name).unwrap();
         }
         fs::write(folder.join("names.h"), names + "};\n").unwrap();
-        let program = folder.join("session");
+        let said = run(self.program("session.c", &folder).arg(&library));
+        assert_eq!(said, "done\n");
+    }
+
+    /// A program may leave its arm when it ends, and log to where nothing can be written.
+    pub(crate) fn a_program_leaves_its_arm_at_its_end(self) {
+        let folder = self.folder("leaving");
+        self.install(&folder);
+        assert_eq!(run(&mut self.program("leaving.c", &folder)), "left\n");
+        if cfg!(target_os = "linux") {
+            let full = fs::File::options().write(true).open("/dev/full").unwrap();
+            let mut program = self.program("leaving.c", &folder);
+            let said = program.stderr(full).output().unwrap();
+            assert!(said.status.success(), "{}", said.status);
+            assert_eq!(said.stdout, b"left\n");
+        }
+    }
+
+    /// A program, linked with the library that is installed in a folder.
+    fn program(self, source: &str, folder: &Path) -> Command {
+        let program = folder.join("program");
         run(self
             .compiler()
             .arg(format!("-I{}", folder.display()))
-            .arg(here().join("session.c"))
+            .arg(here().join(source))
             .arg("-o")
             .arg(&program)
             .arg(format!("-L{}", folder.display()))
             .args(["-lDobotDll", "-ldl", "-lm"])
             .arg(format!("-Wl,-rpath,{}", folder.display())));
-        let said = run(Command::new(&program)
-            .arg(&library)
-            .env_remove("MAGICIAN_PORT"));
-        assert_eq!(said, "done\n");
+        let mut program = Command::new(program);
+        program
+            .env_remove("MAGICIAN_PORT")
+            .env_remove("MAGICIAN_LOG");
+        program
     }
 
     fn functions(self) -> impl Iterator<Item = &'static Function> {

@@ -29,3 +29,8 @@ fn prototypes_are_those_of_the_table() {
 fn a_program_has_its_session() {
     SUBJECT.a_program_has_its_session();
 }
+
+#[test]
+fn a_program_leaves_its_arm_at_its_end() {
+    SUBJECT.a_program_leaves_its_arm_at_its_end();
+}

@@ -245,7 +245,7 @@ impl Arm {
         let asked = async {
             let sent = self.inner.messages.send(Message::Stats(reply)).await;
             sent.map_err(|_| Error::closed())?;
-            answer.await.map_err(|_| Error::closed())
+            self.heard(answer).await.ok_or_else(Error::closed)
         };
         let answer = timeout_at(self.deadline(), asked).await;
         answer.unwrap_or_else(|_| Err(Error::stuck()))

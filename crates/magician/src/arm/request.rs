@@ -10,7 +10,7 @@ use super::Arm;
 use super::driver::{Message, command_name};
 use super::exposure::Exposure;
 use super::watch::Own;
-use crate::connection::Request;
+use crate::connection::{Request, is_once};
 use crate::{Error, ErrorKind, Result};
 
 /// Longer than anybody waits, and short enough to be added to any instant.
@@ -74,17 +74,41 @@ impl Arm {
         request: &FrameBuf,
         deadline: Instant,
     ) -> Result<FrameBuf> {
+        let silent = match is_once(&request.frame()) {
+            true => Error::uncertain(None, None),
+            false => Error::new(ErrorKind::Timeout, "no answer"),
+        };
+        self.answer_or(silent, answer, request, deadline).await
+    }
+
+    /// As [`answer`](Self::answer), with the error of a task that is kept from its work.
+    pub(super) async fn answer_or(
+        &self,
+        silent: Error,
+        answer: oneshot::Receiver<Result<FrameBuf>>,
+        request: &FrameBuf,
+        deadline: Instant,
+    ) -> Result<FrameBuf> {
         let late = deadline + Duration::from_millis(5);
-        match timeout_at(late, answer).await {
-            Ok(Ok(result)) => result,
-            Ok(Err(_)) => Err(Error::closed()),
-            Err(_) if request.frame().ctrl().queued() => Err(Error::uncertain(None, None)),
-            Err(_) => Err(Error::new(ErrorKind::Timeout, "no answer")),
+        match timeout_at(late, self.heard(answer)).await {
+            Ok(Some(result)) => result,
+            Ok(None) => Err(Error::closed()),
+            Err(_) => Err(silent),
         }
         .map_err(|error| match error.command() {
             Some(_) => error,
             None => error.with_command(command_name(&request.frame())),
         })
+    }
+
+    /// What the task says, or nothing once it has ended: a message that is sent while it ends may stay where it is, with
+    /// all that would tell of that.
+    pub(super) async fn heard<T>(&self, mut answer: oneshot::Receiver<T>) -> Option<T> {
+        tokio::select! {
+            biased;
+            answer = &mut answer => answer.ok(),
+            () = self.ended() => answer.try_recv().ok(),
+        }
     }
 
     /// Warns, once, that the arm was not homed since it was switched on, as far as can be told.
@@ -107,5 +131,47 @@ impl Arm {
 
     pub(super) fn exposure(&self) -> MutexGuard<'_, Exposure> {
         self.inner.shared.exposure()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_protocol::NoArgs;
+    use magician_protocol::commands::{Pose, QueuedCmdStartDownload};
+
+    use super::*;
+    use crate::Options;
+
+    #[tokio::test(start_paused = true)]
+    async fn what_the_task_is_kept_from_answering_may_have_been_done() {
+        let arm = Arm::simulated(crate::VirtualArm::default(), Options::default()).await;
+        let arm = arm.unwrap();
+        let download = QueuedCmdStartDownload {
+            total_loop: 1,
+            line_per_loop: 1,
+        };
+        let kind = async |request: Request| {
+            let (_kept, answer) = oneshot::channel();
+            let answer = arm.answer(answer, request.frame(), Instant::now()).await;
+            answer.unwrap_err().kind()
+        };
+        let once = kind(Request::set(&download).unwrap()).await;
+        assert_eq!(once, ErrorKind::Uncertain);
+        let again = kind(Request::get::<Pose>(&NoArgs).unwrap()).await;
+        assert_eq!(again, ErrorKind::Timeout);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_message_that_comes_after_the_end_is_not_waited_for() {
+        let arm = Arm::simulated(crate::VirtualArm::default(), Options::default()).await;
+        let arm = arm.unwrap();
+        arm.clone().close().await;
+        let (_kept, answer) = oneshot::channel();
+        let request: Request = Request::get::<Pose>(&NoArgs).unwrap();
+        let answer = arm.answer(answer, request.frame(), arm.deadline()).await;
+        assert_eq!(answer.unwrap_err().kind(), ErrorKind::Closed);
+        let (kept, answer) = oneshot::channel();
+        kept.send(()).unwrap();
+        assert_eq!(arm.heard(answer).await, Some(()), "what was said counts");
     }
 }

@@ -22,6 +22,8 @@ pub(super) struct Shared {
     pub(super) detached: AtomicBool,
     /// Stops so far. What was begun before the last one is over.
     stops: AtomicU64,
+    /// Queued commands so far of which nobody can tell whether the arm took them.
+    pub(super) doubts: AtomicU64,
     exposure: Mutex<Exposure>,
     own: Mutex<Own>,
     mishap: Mutex<Option<Befallen>>,
@@ -58,6 +60,7 @@ impl Shared {
             name,
             detached: AtomicBool::new(false),
             stops: AtomicU64::new(0),
+            doubts: AtomicU64::new(0),
             exposure: Mutex::default(),
             own: Mutex::default(),
             mishap: Mutex::default(),

@@ -1,3 +1,5 @@
+use std::sync::atomic::Ordering;
+
 use magician_protocol::commands::QueuedCmdLeftSpace;
 use magician_protocol::{
     Ctrl, FrameBuf, Layout, NoArgs, Queueable, QueuedCmdIndex, Readable, Set, Writable,
@@ -33,7 +35,8 @@ impl Arm {
         value.map_err(|error| error.with_command(T::ROW.get_name))
     }
 
-    /// Sets a value or orders an action, at once.
+    /// Sets a value or orders an action, at once. QueuedCmdForceStopExec overtakes whatever waits, and what has not gone out
+    /// when it does fails with [`ErrorKind::Closed`].
     ///
     /// # Errors
     /// As [`get`](Self::get); [`ErrorKind::Uncertain`] when an action that must not be repeated was
@@ -45,8 +48,9 @@ impl Arm {
     /// Puts a command into the arm's queue and tells its index. It does not start the queue.
     ///
     /// # Errors
-    /// [`ErrorKind::QueueFull`] when there is no room, [`ErrorKind::Uncertain`] when it cannot be
-    /// told whether the arm took it, else as [`get`](Self::get).
+    /// [`ErrorKind::QueueFull`] when there is no room, or not yet: after a Clear the command under way has to finish first;
+    /// [`ErrorKind::Uncertain`] when it cannot be told whether the arm took it; [`ErrorKind::Closed`] when that befell
+    /// another task's command while this one waited for its turn; else as [`get`](Self::get).
     pub async fn enqueue<T>(&self, value: &T) -> Result<QueueIndex>
     where
         T: Queueable + Copy + Into<Set>,
@@ -77,7 +81,13 @@ impl Arm {
     /// Puts a request into the queue, when there is room for its command.
     async fn fill(&self, request: Request, command: &Set) -> Result<QueueIndex> {
         let deadline = self.deadline();
+        let doubts = self.doubts();
         let mut flow = self.take_turn(deadline, command.row().set_name).await?;
+        if self.doubts() != doubts {
+            let message = "it was not sent: an earlier command is uncertain";
+            let error = Error::new(ErrorKind::Closed, message);
+            return Err(error.with_command(command.row().set_name));
+        }
         if flow.room == 0 {
             let request = Request::get::<QueuedCmdLeftSpace>(&NoArgs)?;
             let reply = self.ask_until(request, deadline).await?;
@@ -95,6 +105,11 @@ impl Arm {
         let index = self.accepted(&mut room, command, reply)?;
         flow.room = room;
         Ok(index)
+    }
+
+    /// Queued commands so far that became uncertain.
+    fn doubts(&self) -> u64 {
+        self.inner.shared.doubts.load(Ordering::SeqCst)
     }
 
     /// An empty queue is noted: what is put into it next runs next.
@@ -126,7 +141,14 @@ impl Arm {
         command: &Set,
         reply: Result<FrameBuf>,
     ) -> Result<QueueIndex> {
-        let reply = reply.inspect_err(|_| *room = 0)?;
+        let reply = reply.inspect_err(|error| {
+            *room = 0;
+            let unknown = [ErrorKind::Uncertain, ErrorKind::Unexpected].contains(&error.kind());
+            self.inner
+                .shared
+                .doubts
+                .fetch_add(unknown.into(), Ordering::SeqCst);
+        })?;
         let index = QueuedCmdIndex::decode(reply.frame().params())?;
         *room = room.saturating_sub(1);
         self.own().accepted(index, command, By::Caller);

@@ -32,7 +32,8 @@ impl Connection {
     /// The line is gone. Nothing that was submitted goes out any more, on no line: what went out and may have been taken
     /// ends as [`Failure::Uncertain`], everything else as [`Failure::Lost`]. One exception is the command in doubt that
     /// stood alone: it waits for [`restored`](Self::restored), at most until its deadline, when what the controller then
-    /// says settles it.
+    /// says settles it. There is no exception, and all indices are forgotten, if the controller's clock was never read: then
+    /// nothing would tell whether the controller was reset meanwhile.
     ///
     /// Until then nothing is sent. What is submitted waits.
     pub fn interrupt(&mut self) {
@@ -46,6 +47,13 @@ impl Connection {
             self.done(job.ticket, Err(Failure::Lost));
         }
         let kept = self.take_single();
+        let (kept, adrift) = match self.uptime.is_known() {
+            true => (kept, None),
+            false => (None, kept),
+        };
+        if let Some(job) = adrift {
+            self.uncertain(job);
+        }
         while let Some(job) = self.flight.pop() {
             match job.policy {
                 _ if job.purpose != Purpose::Caller => {}
@@ -56,6 +64,13 @@ impl Connection {
         if let Some(mut job) = kept {
             (job.over, job.cut) = (true, true);
             self.enter_doubt(job);
+        }
+        if !self.uptime.is_known() {
+            match self.settings.ordered {
+                true => self.ledger.begin_anew(),
+                false => self.ledger.forget(),
+            }
+            self.witness.resume(None);
         }
         self.link = Link::Down;
     }

@@ -1,4 +1,4 @@
-use magician_protocol::{Ctrl, FrameBuf, Row};
+use magician_protocol::{Ctrl, Frame, FrameBuf, Row};
 
 use super::outstanding::Key;
 use super::{Micros, Priority, Request, Ticket};
@@ -102,6 +102,11 @@ impl Job {
     pub(super) fn in_window(&self) -> bool {
         self.priority != Priority::Stop && !self.lingers
     }
+}
+
+/// Whether a request that was not answered may have been done, and must not be done again.
+pub(crate) fn is_once(request: &Frame<'_>) -> bool {
+    policy(request.id(), request.ctrl()) != Policy::Resend
 }
 
 /// Gets may always be sent again; for immediate sets the row says so; a queued command is

@@ -192,6 +192,12 @@ impl Ledger {
         self.base = Floor::Unknown;
     }
 
+    /// As [`forget`](Self::forget), where no answer from before can come any more either.
+    pub(super) fn begin_anew(&mut self) {
+        self.forget();
+        self.heard = None;
+    }
+
     /// A Clear goes out.
     pub(super) fn clearing(&mut self) {
         self.draining = true;

@@ -53,6 +53,11 @@ impl Uptime {
         behind
     }
 
+    /// Whether the next reading can show a reset.
+    pub(super) fn is_known(&self) -> bool {
+        self.reading.is_some()
+    }
+
     /// The reset is known; the next reading is a new beginning.
     pub(super) fn forget(&mut self) {
         self.reading = None;

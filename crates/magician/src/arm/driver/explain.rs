@@ -21,6 +21,11 @@ pub(super) fn halts(request: &Frame<'_>) -> bool {
     ends_jog || request.id() == QueuedCmdForceStopExec::ROW.id
 }
 
+/// Whether a request ends the queue and every motion at once.
+pub(super) fn stops_at_once(request: &Frame<'_>) -> bool {
+    request.ctrl().write() && request.id() == QueuedCmdForceStopExec::ROW.id
+}
+
 /// Whether a request holds the queue or empties it.
 pub(super) fn holds(request: &Frame<'_>) -> bool {
     let rows = [
@@ -72,9 +77,12 @@ pub(super) fn failed(failure: Failure) -> Error {
         ),
         Failure::Lost => Error::new(ErrorKind::Port, "the line to the arm broke"),
         Failure::Draining => Error::new(
-            ErrorKind::Timeout,
+            ErrorKind::QueueFull,
             "it was not sent: the queue was cleared, and the command under way has not finished",
         ),
-        Failure::Busy => Error::invalid("too many requests wait at once"),
+        Failure::Busy => Error::new(
+            ErrorKind::QueueFull,
+            "it was not sent: too many requests wait at once",
+        ),
     }
 }

@@ -7,12 +7,12 @@ use magician_protocol::{Frame, FrameBuf, Writable};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
 
-use super::explain::{explain, halts, sets_going};
+use super::explain::{explain, halts, sets_going, stops_at_once};
 use super::jog::JogStart;
 use super::{Driver, Program, To, Waiting, micros};
 use crate::Result;
 use crate::arm::jog::Why;
-use crate::connection::{Failure, Request, Stats};
+use crate::connection::{Failure, Priority, Request, Stats};
 
 /// A handle's wish. Nearly all are requests, so their size is no waste.
 #[allow(clippy::large_enum_variant)]
@@ -75,6 +75,11 @@ impl Driver {
             let _ = reply.send(Err(self.gone()));
         } else {
             self.steer_program(&frame);
+            // Whatever waits for an answer, it waits for none.
+            let request = match stops_at_once(&frame) {
+                true => request.priority(Priority::Stop),
+                false => request,
+            };
             self.submit(request, deadline, To::Caller(reply));
         }
     }

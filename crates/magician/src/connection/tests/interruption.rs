@@ -73,6 +73,18 @@ fn an_arm_that_was_switched_off_meanwhile_is_noticed_by_its_clock() {
 }
 
 #[test]
+fn an_arm_whose_clock_was_never_read_may_have_been_switched_off_meanwhile() {
+    let mut pair = ready(Settings::ORDERED, 7);
+    assert_eq!(index_of(&pair.ask(wait(60_000), SECOND).unwrap()), 1);
+    pair.pull_cable();
+    pair.power_cycle();
+    pair.put_cable_back();
+    // Its first index is the one that the other arm gave last.
+    assert_eq!(index_of(&pair.ask(wait(60_000), SECOND).unwrap()), 1);
+    assert_eq!(index_of(&pair.ask(wait(60_000), SECOND).unwrap()), 2);
+}
+
+#[test]
 fn a_doubt_does_not_outlive_its_deadline() {
     let (mut pair, ticket, deadline) = pulled(true);
     let interval = Failure::Uncertain {

@@ -1,0 +1,195 @@
+//! A C program, as far as a session sees one.
+#![allow(unsafe_code)]
+
+use std::ffi::{CStr, CString, c_char, c_int};
+use std::time::Duration;
+
+use magician::commands;
+use magician_capi::pointer::{Buffer, In, Out, Text};
+use magician_capi::session::{Patience, Registry, Session, Surroundings, last_error};
+use magician_capi::structure::{ConnectInfo, HOMECmd, Pose};
+use magician_capi::{Family, Outcome, call};
+
+/// Far beyond what anything here takes.
+pub(crate) const DEADLINE: Duration = Duration::from_secs(20);
+
+/// What no result looks like.
+pub(crate) const UNTOUCHED: u8 = 0x5A;
+
+/// Nothing is around but what a test names.
+pub(crate) fn alone() -> Surroundings {
+    Surroundings {
+        variable: |_| None,
+        ports: Vec::new,
+        network: Vec::new,
+    }
+}
+
+/// Arms that have all the time of the world to answer.
+pub(crate) fn patient() -> Patience {
+    Patience {
+        serial: DEADLINE,
+        network: DEADLINE,
+        text: DEADLINE,
+        standing: DEADLINE,
+    }
+}
+
+pub(crate) fn registry() -> Registry {
+    Registry::new(alone(), patient())
+}
+
+/// What `ConnectDobot` of `v1` and `v2` says.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Said {
+    pub(crate) code: c_int,
+    pub(crate) firmware: String,
+    pub(crate) version: String,
+    pub(crate) id: c_int,
+}
+
+/// A place for text, as large as the wrappers'.
+type Place = [c_char; 100];
+
+fn buffer(place: &mut Place) -> Buffer {
+    // SAFETY: it outlives the call.
+    unsafe { Buffer::new(place.as_mut_ptr()) }
+}
+
+fn string(place: &Place) -> String {
+    let bytes: Vec<u8> = place.iter().map(|byte| byte.to_le_bytes()[0]).collect();
+    let text = CStr::from_bytes_until_nul(&bytes).unwrap();
+    text.to_str().unwrap().to_owned()
+}
+
+/// Does something with text as C has it.
+pub(crate) fn with_text<T>(text: &str, act: impl FnOnce(Text) -> T) -> T {
+    let text = CString::new(text).unwrap();
+    // SAFETY: it outlives the call.
+    act(unsafe { Text::new(text.as_ptr()) })
+}
+
+pub(crate) fn no_text() -> Text {
+    // SAFETY: it is null.
+    unsafe { Text::new(std::ptr::null()) }
+}
+
+pub(crate) fn no_buffer() -> Buffer {
+    // SAFETY: it is null.
+    unsafe { Buffer::new(std::ptr::null_mut()) }
+}
+
+pub(crate) fn connect_v1(registry: &Registry, port: &str) -> Said {
+    let (mut firmware, mut version) = ([0; 100], [0; 100]);
+    let (at, version_at) = (buffer(&mut firmware), buffer(&mut version));
+    let code = with_text(port, |port| {
+        registry.connect_v1(port, 115_200, at, version_at)
+    });
+    Said {
+        code,
+        firmware: string(&firmware),
+        version: string(&version),
+        id: 0,
+    }
+}
+
+/// Without places for text.
+pub(crate) fn connect_blindly(registry: &Registry, port: &str) -> c_int {
+    with_text(port, |port| {
+        registry.connect_v1(port, 115_200, no_buffer(), no_buffer())
+    })
+}
+
+pub(crate) fn connect_v2(registry: &Registry, port: &str) -> Said {
+    let (mut firmware, mut version, mut id) = ([0; 100], [0; 100], 77);
+    let (at, version_at) = (buffer(&mut firmware), buffer(&mut version));
+    // SAFETY: it outlives the call.
+    let id_at = unsafe { Out::new(&raw mut id) };
+    let code = with_text(port, |port| {
+        registry.connect_v2(port, 115_200, at, version_at, id_at)
+    });
+    Said {
+        code,
+        firmware: string(&firmware),
+        version: string(&version),
+        id,
+    }
+}
+
+pub(crate) fn connect_v3(registry: &Registry, port: &str) -> (c_int, [u8; 336]) {
+    let mut info = ConnectInfo([UNTOUCHED; 336]);
+    // SAFETY: it outlives the call.
+    let at = unsafe { Out::new(&raw mut info) };
+    let code = with_text(port, |port| registry.connect_v3(port, 115_200, at));
+    (code, info.0)
+}
+
+/// `SearchDobot` with so many bytes for the list.
+pub(crate) fn search(registry: &Registry, size: u32) -> (c_int, String) {
+    let mut list = [0x7F; 100];
+    let count = registry.search(buffer(&mut list), size);
+    assert!(list[size as usize..].iter().all(|byte| *byte == 0x7F));
+    (count, string(&list))
+}
+
+/// Runs a body as an exported function would.
+pub(crate) fn run(
+    registry: &Registry,
+    name: &'static str,
+    id: c_int,
+    body: impl FnOnce(&Session) -> Outcome,
+) -> c_int {
+    registry.run(Family::V2, name, id, body)
+}
+
+/// `GetPose`, and the bytes that are there afterwards.
+pub(crate) fn pose_of(registry: &Registry, id: c_int) -> (c_int, [u8; 32]) {
+    let mut pose = Pose([UNTOUCHED; 32]);
+    // SAFETY: it outlives the call.
+    let at = unsafe { Out::new(&raw mut pose) };
+    let code = run(registry, "GetPose", id, |arm| call::get(arm, at));
+    (code, pose.0)
+}
+
+pub(crate) fn pose(registry: &Registry) -> (c_int, [u8; 32]) {
+    pose_of(registry, 0)
+}
+
+/// `SetHOMECmd`, which is always queued, and its index: 0 if it got none.
+pub(crate) fn home(registry: &Registry) -> (c_int, u64) {
+    let (command, mut index) = (HOMECmd([0; 4]), 0);
+    // SAFETY: they outlive the call.
+    let (command, at) = unsafe { (In::new(&raw const command), Out::new(&raw mut index)) };
+    let code = run(registry, "SetHOMECmd", 0, |arm| {
+        call::queue_in(arm, command, call::Queued::Always, at)
+    });
+    (code, index)
+}
+
+pub(crate) fn clear(registry: &Registry) -> c_int {
+    run(registry, "SetQueuedCmdClear", 0, |arm| {
+        call::set(arm, &commands::QueuedCmdClear {})
+    })
+}
+
+/// The sentence of this thread's last fault.
+pub(crate) fn fault() -> String {
+    let mut text = [0; 1000];
+    // SAFETY: it outlives the call.
+    let at = unsafe { Buffer::new(text.as_mut_ptr()) };
+    let length = last_error(at, 1000);
+    let bytes: Vec<u8> = text
+        .iter()
+        .map(|byte: &c_char| byte.to_le_bytes()[0])
+        .collect();
+    let text = CStr::from_bytes_until_nul(&bytes).unwrap();
+    assert_eq!(text.to_bytes().len(), usize::try_from(length).unwrap());
+    text.to_str().unwrap().to_owned()
+}
+
+/// So much of it as fits.
+pub(crate) fn fault_in(size: u32) -> (c_int, String) {
+    let mut text = [0; 100];
+    let length = last_error(buffer(&mut text), size);
+    (length, string(&text))
+}

@@ -1,0 +1,360 @@
+//! Answers that do not come, over a bridge that loses them.
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::mpsc::channel;
+use std::thread::JoinHandle;
+
+use magician::commands::{
+    JogCmd, QueuedCmdForceStopExec, QueuedCmdStartDownload, QueuedCmdStartExec, QueuedCmdStopExec,
+};
+use magician::protocol::{Flag, FrameBuf};
+use magician::{Ctrl, LineOptions, RawLine, VirtualArm};
+use magician_capi::session::Registry;
+use magician_capi::{Family, call};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::oneshot;
+
+use crate::bench::{clear, connect_v1, fault, home, pose, registry, run};
+
+/// What the bridge does to answers.
+#[derive(Clone, Copy, PartialEq)]
+#[repr(u8)]
+enum Loses {
+    Nothing,
+    /// The next one to a queued command.
+    One,
+    /// That one, and all that come after it.
+    All,
+    Everything,
+}
+
+/// A virtual arm behind a bridge to TCP. Its queue is stopped.
+struct Bridge {
+    arm: VirtualArm,
+    address: SocketAddr,
+    loses: Arc<AtomicU8>,
+    over: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Bridge {
+    fn new() -> Self {
+        let arm = VirtualArm::default();
+        let loses = Arc::new(AtomicU8::new(Loses::Nothing as u8));
+        let (tell, told) = channel();
+        let (over, end) = oneshot::channel::<()>();
+        let (far, lost) = (arm.clone(), Arc::clone(&loses));
+        let thread = std::thread::spawn(move || {
+            let runtime = tokio::runtime::Builder::new_current_thread()
+                .enable_all()
+                .build()
+                .unwrap();
+            runtime.block_on(async {
+                let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+                tell.send(listener.local_addr().unwrap()).unwrap();
+                let serve = async {
+                    loop {
+                        let (client, _) = listener.accept().await.unwrap();
+                        carry(client, &far, &lost).await;
+                    }
+                };
+                tokio::select! {
+                    () = serve => {}
+                    _ = end => {}
+                }
+            });
+        });
+        Self {
+            arm,
+            address: told.recv().unwrap(),
+            loses,
+            over: Some(over),
+            thread: Some(thread),
+        }
+    }
+
+    fn loses(&self, what: Loses) {
+        self.loses.store(what as u8, Ordering::SeqCst);
+    }
+
+    /// Connected to it, with a short patience: answers that come, come at once.
+    fn registry(&self) -> Registry {
+        let registry = registry();
+        assert_eq!(
+            connect_v1(&registry, &format!("tcp:{}", self.address)).code,
+            0
+        );
+        registry.set_timeout(0, 400);
+        registry
+    }
+
+    /// Commands in the arm's queue.
+    fn queued(&self) -> usize {
+        self.arm.state().queue.waiting
+    }
+}
+
+impl Drop for Bridge {
+    fn drop(&mut self) {
+        drop(self.over.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+async fn carry(mut client: TcpStream, arm: &VirtualArm, loses: &AtomicU8) {
+    let line = RawLine::simulated(arm.clone(), LineOptions::default());
+    let mut line = line.await.unwrap();
+    let (mut there, mut back) = ([0; 1024], [0; 1024]);
+    loop {
+        tokio::select! {
+            came = client.read(&mut there) => match came {
+                Ok(count) if count > 0 => line.send(&there[..count]).await.unwrap(),
+                _ => return,
+            },
+            came = line.receive(&mut back) => {
+                let frame = &back[..came.unwrap()];
+                // Header, length, id, Ctrl.
+                let queued = frame[4] & 2 != 0;
+                let what = loses.load(Ordering::SeqCst);
+                let next = match what {
+                    what if what == Loses::One as u8 && queued => Loses::Nothing,
+                    what if what == Loses::All as u8 && queued => Loses::Everything,
+                    what if what == Loses::Everything as u8 => Loses::Everything,
+                    _ => {
+                        client.write_all(frame).await.unwrap();
+                        continue;
+                    }
+                };
+                let _ = loses.compare_exchange(what, next as u8, Ordering::SeqCst, Ordering::SeqCst);
+            }
+        }
+    }
+}
+
+fn stop(registry: &Registry) -> i32 {
+    run(registry, "SetQueuedCmdStopExec", 0, |arm| {
+        call::set(arm, &QueuedCmdStopExec {})
+    })
+}
+
+#[test]
+fn a_lost_answer_is_made_up_for() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    registry.set_timeout(0, 20_000);
+    assert_eq!(home(&registry), (0, 1));
+    for index in 2..6 {
+        bridge.loses(Loses::One);
+        assert_eq!(home(&registry), (0, index));
+    }
+    assert_eq!(bridge.queued(), 5, "each was taken once");
+}
+
+#[test]
+fn the_first_command_of_all_has_no_index_to_be_told_by() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    registry.set_timeout(0, 20_000);
+    bridge.loses(Loses::One);
+    assert_eq!(home(&registry), (2, 0));
+    assert_eq!(home(&registry), (2, 0));
+    assert_eq!(bridge.queued(), 1);
+}
+
+#[test]
+fn what_is_in_doubt_is_never_sent_again() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    assert_eq!(home(&registry), (0, 1));
+    bridge.loses(Loses::All);
+    assert_eq!(home(&registry), (2, 0));
+    let first = fault();
+    assert!(first.contains("look at the arm"), "{first}");
+    bridge.loses(Loses::Nothing);
+    // As a stock wrapper does.
+    for _ in 0..20 {
+        assert_eq!(home(&registry), (2, 0));
+    }
+    assert!(
+        fault().contains("not sent") && fault().contains("SetQueuedCmdClear"),
+        "{}",
+        fault()
+    );
+    assert_eq!(
+        bridge.queued(),
+        2,
+        "it had been taken, and none of the others"
+    );
+    registry.set_timeout(0, 20_000);
+    assert_eq!(pose(&registry).0, 0, "looking is free");
+    assert_eq!(stop(&registry), 0);
+    let halt = |arm: &magician_capi::session::Session| call::set(arm, &QueuedCmdForceStopExec {});
+    assert_eq!(run(&registry, "SetQueuedCmdForceStopExec", 0, halt), 0);
+    assert_eq!(
+        home(&registry).0,
+        2,
+        "what waits stays in the queue after a stop"
+    );
+    assert_eq!(clear(&registry), 0);
+    assert_eq!(bridge.queued(), 0);
+    assert_eq!(home(&registry), (0, 3));
+}
+
+#[test]
+fn a_new_connection_begins_without_doubt() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    bridge.loses(Loses::All);
+    assert_eq!(home(&registry).0, 2);
+    bridge.loses(Loses::Nothing);
+    assert_eq!(home(&registry).0, 2);
+    assert_eq!(
+        connect_v1(&registry, &format!("tcp:{}", bridge.address)).code,
+        0
+    );
+    assert_eq!(home(&registry), (0, 2));
+}
+
+#[test]
+fn a_jog_may_begin_again_and_can_always_end() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    let jog = |cmd: u8| {
+        run(&registry, "SetJOGCmd", 0, |arm| {
+            call::set(
+                arm,
+                &JogCmd {
+                    is_joint: Flag::ON,
+                    cmd: cmd.into(),
+                },
+            )
+        })
+    };
+    bridge.loses(Loses::Everything);
+    assert_eq!(jog(1), 2);
+    bridge.loses(Loses::Nothing);
+    registry.set_timeout(0, 20_000);
+    assert_eq!(jog(0), 0);
+    assert_eq!(home(&registry).0, 0);
+    bridge.loses(Loses::All);
+    registry.set_timeout(0, 400);
+    assert_eq!(home(&registry).0, 2);
+    bridge.loses(Loses::Nothing);
+    registry.set_timeout(0, 20_000);
+    assert_eq!(jog(0), 0, "it ends whatever is in doubt");
+}
+
+#[test]
+fn an_order_that_must_not_be_repeated_leaves_a_doubt_too() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    let download = || {
+        let start = QueuedCmdStartDownload {
+            total_loop: 1,
+            line_per_loop: 1,
+        };
+        run(&registry, "SetQueuedCmdStartDownload", 0, |arm| {
+            call::set(arm, &start)
+        })
+    };
+    bridge.loses(Loses::Everything);
+    assert_eq!(download(), 2);
+    bridge.loses(Loses::Nothing);
+    assert_eq!(download(), 2);
+    assert!(fault().contains("not sent"), "{}", fault());
+}
+
+#[test]
+fn raw_frames_know_the_doubt() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    bridge.loses(Loses::All);
+    assert_eq!(home(&registry).0, 2);
+    bridge.loses(Loses::Nothing);
+    let arm = registry.find(magician_capi::Family::V1, 0).unwrap();
+    let frame: Result<FrameBuf, _> = arm.raw(31, Ctrl::QUEUED, &[0; 4]);
+    assert_eq!(frame.unwrap_err().code as i32, 2);
+    assert_eq!(bridge.queued(), 1);
+}
+
+#[test]
+fn a_call_without_an_answer_ends_and_touches_nothing() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    bridge.loses(Loses::Everything);
+    let (code, bytes) = pose(&registry);
+    assert_eq!(code, 2);
+    assert!(bytes.iter().all(|byte| *byte == crate::bench::UNTOUCHED));
+    assert!(fault().contains("GetPose"), "{}", fault());
+}
+
+#[test]
+fn a_command_that_waited_for_its_turn_does_not_follow_one_in_doubt() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    bridge.loses(Loses::All);
+    std::thread::scope(|scope| {
+        let first = scope.spawn(|| home(&registry).0);
+        while bridge.queued() == 0 {
+            std::thread::yield_now();
+        }
+        registry.set_timeout(0, 3000);
+        let second = scope.spawn(|| (home(&registry).0, fault()));
+        assert_eq!(first.join().unwrap(), 2);
+        let (code, fault) = second.join().unwrap();
+        assert_eq!(code, 2);
+        assert!(fault.contains("not sent"), "{fault}");
+    });
+    assert_eq!(bridge.queued(), 1);
+}
+
+#[test]
+fn too_many_callers_are_told_to_try_again() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    bridge.loses(Loses::Everything);
+    let codes: Vec<i32> = std::thread::scope(|scope| {
+        let callers: Vec<_> = (0..150)
+            .map(|_| scope.spawn(|| pose(&registry).0))
+            .collect();
+        let codes = callers.into_iter().map(|caller| caller.join().unwrap());
+        codes.collect()
+    });
+    assert!(codes.iter().all(|code| [1, 2].contains(code)), "{codes:?}");
+}
+
+#[test]
+fn a_forced_stop_waits_for_no_answer() {
+    let bridge = Bridge::new();
+    let registry = bridge.registry();
+    let start = || {
+        call::set(
+            &registry.find(Family::V1, 0).unwrap(),
+            &QueuedCmdStartExec {},
+        )
+    };
+    start().unwrap();
+    bridge.loses(Loses::All);
+    registry.set_timeout(0, 3000);
+    std::thread::scope(|scope| {
+        let first = scope.spawn(|| (home(&registry).0, fault()));
+        while bridge.loses.load(Ordering::SeqCst) != Loses::Everything as u8 {
+            std::thread::yield_now();
+        }
+        registry.set_timeout(0, 200);
+        assert!(bridge.arm.state().queue.started);
+        let stop = run(&registry, "SetQueuedCmdForceStopExec", 0, |arm| {
+            call::set(arm, &QueuedCmdForceStopExec {})
+        });
+        assert_eq!(stop, 2, "its answer is lost too");
+        assert!(!bridge.arm.state().queue.started);
+        let (code, fault) = first.join().unwrap();
+        assert_eq!(code, 2);
+        assert!(fault.contains("cannot be told"), "{fault}");
+    });
+}

@@ -1,0 +1,95 @@
+//! Many threads.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::scope;
+
+use crate::bench::{connect_v1, connect_v2, home, pose, pose_of, registry};
+
+#[test]
+fn an_arm_is_asked_by_many_while_others_come_and_go() {
+    let registry = registry();
+    assert_eq!(connect_v2(&registry, "sim").id, 0);
+    let over = AtomicBool::new(false);
+    scope(|scope| {
+        let callers: Vec<_> = (0..8)
+            .map(|_| {
+                scope.spawn(|| {
+                    let mut calls = 0;
+                    while calls < 25 || !over.load(Ordering::Relaxed) {
+                        let (code, bytes) = pose_of(&registry, 0);
+                        assert_eq!(code, 0);
+                        let first: [u8; 4] = bytes[..4].try_into().unwrap();
+                        assert!(f32::from_le_bytes(first).is_finite());
+                        calls += 1;
+                    }
+                })
+            })
+            .collect();
+        for _ in 0..10 {
+            let said = connect_v2(&registry, "sim");
+            assert_eq!((said.code, said.id), (0, 1));
+            assert_eq!(pose_of(&registry, 1).0, 0);
+            assert_eq!(registry.disconnect(1), 0);
+        }
+        over.store(true, Ordering::Relaxed);
+        callers
+            .into_iter()
+            .for_each(|caller| caller.join().unwrap());
+    });
+}
+
+#[test]
+fn an_arm_that_is_taken_away_from_many_comes_back_to_them() {
+    let registry = registry();
+    let over = AtomicBool::new(false);
+    scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| {
+                while !over.load(Ordering::Relaxed) {
+                    // 2: nobody is connected; 0 also for what was under way when it went.
+                    assert!([0, 2].contains(&pose(&registry).0));
+                }
+            });
+        }
+        for _ in 0..10 {
+            assert_eq!(connect_v1(&registry, "sim").code, 0);
+            assert_eq!(registry.disconnect(0), 0);
+        }
+        over.store(true, Ordering::Relaxed);
+    });
+    assert_eq!(connect_v1(&registry, "sim").code, 0);
+    assert_eq!(pose(&registry).0, 0);
+}
+
+#[test]
+fn connecting_at_the_same_time_leaves_one_connection() {
+    let registry = registry();
+    scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| assert_eq!(connect_v1(&registry, "sim").code, 0));
+        }
+    });
+    assert_eq!(home(&registry), (0, 1), "it was one arm all the time");
+}
+
+#[test]
+fn indices_of_many_threads_are_each_given_once() {
+    let registry = registry();
+    connect_v1(&registry, "sim");
+    let mut indices: Vec<u64> = scope(|scope| {
+        let callers: Vec<_> = (0..8)
+            .map(|_| scope.spawn(|| [(); 4].map(|()| home(&registry))))
+            .collect();
+        let given = callers
+            .into_iter()
+            .flat_map(|caller| caller.join().unwrap());
+        given
+            .map(|(code, index)| {
+                assert_eq!(code, 0);
+                index
+            })
+            .collect()
+    });
+    indices.sort_unstable();
+    assert_eq!(indices, (1..=32).collect::<Vec<_>>());
+}

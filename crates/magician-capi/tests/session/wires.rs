@@ -1,0 +1,308 @@
+//! Real descriptors: a served arm on a pseudo-terminal, UDP and TCP, and devices that are no arm.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::os::fd::OwnedFd;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use magician::sim::serve::{Endpoint, Handle, ServeError, Server};
+use magician::sim::{Controller, Profile, Speed};
+use magician_capi::session::{Patience, Registry};
+use tokio::sync::oneshot;
+
+use crate::bench::{
+    DEADLINE, UNTOUCHED, alone, connect_blindly, connect_v1, connect_v3, fault, home, patient,
+    pose, registry, run,
+};
+
+/// A virtual arm behind endpoints, on a thread of its own.
+struct Served {
+    endpoints: Vec<Endpoint>,
+    handle: Handle,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<Result<(), ServeError>>>,
+}
+
+fn serve(build: impl FnOnce(Server) -> Server) -> Served {
+    let (ready, is_ready) = channel();
+    let (stop, stopped) = oneshot::channel::<()>();
+    let server = build(Server::new(Controller::new(Profile::default())).speed(Speed::Max));
+    let handle = server.handle();
+    let server = server.on_ready(move |endpoints| ready.send(endpoints.to_vec()).unwrap());
+    let thread = std::thread::spawn(move || {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .unwrap();
+        runtime.block_on(server.serve_until(async move {
+            let _ = stopped.await;
+        }))
+    });
+    Served {
+        endpoints: is_ready.recv_timeout(DEADLINE).unwrap(),
+        handle,
+        stop: Some(stop),
+        thread: Some(thread),
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A device on a pseudo-terminal that says what a closure makes of what it hears.
+struct Device {
+    path: PathBuf,
+    heard: Receiver<Vec<u8>>,
+    /// Without it the terminal hangs up when a program closes it.
+    terminal: Option<OwnedFd>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Device {
+    fn new(mut says: impl FnMut(&[u8]) -> Vec<u8> + Send + 'static) -> Self {
+        use rustix::fs::{Mode, OFlags};
+        use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+        use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        grantpt(&master).unwrap();
+        unlockpt(&master).unwrap();
+        let path = ptsname(&master, Vec::new()).unwrap();
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let terminal = rustix::fs::open(&path, flags, Mode::empty()).unwrap();
+        let mut settings = tcgetattr(&terminal).unwrap();
+        settings.make_raw();
+        tcsetattr(&terminal, OptionalActions::Now, &settings).unwrap();
+        let (tell, heard) = channel();
+        let thread = std::thread::spawn(move || {
+            let mut master = File::from(master);
+            let mut bytes = [0; 256];
+            // It ends when nobody has the terminal open any more.
+            while let Ok(count @ 1..) = master.read(&mut bytes) {
+                let answer = says(&bytes[..count]);
+                let _ = tell.send(bytes[..count].to_vec());
+                if master.write_all(&answer).is_err() {
+                    return;
+                }
+            }
+        });
+        Self {
+            path: path.into_string().unwrap().into(),
+            heard,
+            terminal: Some(terminal),
+            thread: Some(thread),
+        }
+    }
+
+    fn silent() -> Self {
+        Self::new(|_| Vec::new())
+    }
+
+    fn name(&self) -> &str {
+        self.path.to_str().unwrap()
+    }
+
+    /// Waits until it has heard this.
+    fn hears(&self, wanted: &[u8]) {
+        let mut all = Vec::new();
+        while !all.windows(wanted.len()).any(|bytes| bytes == wanted) {
+            all.extend(self.heard.recv_timeout(DEADLINE).unwrap());
+        }
+    }
+
+    /// Everything it has heard. No program may have it open any more.
+    fn all(mut self) -> Vec<u8> {
+        drop(self.terminal.take());
+        let thread = self.thread.take().unwrap();
+        thread.join().unwrap();
+        self.heard.try_iter().flatten().collect()
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        drop(self.terminal.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// What a device that never answers is given; the rest as it needs.
+fn impatient(text: Duration) -> Registry {
+    let short = Duration::from_millis(20);
+    let patience = Patience {
+        serial: short,
+        network: short,
+        text,
+        standing: short,
+    };
+    Registry::new(alone(), patience)
+}
+
+const TEXT: &[u8] = b"\nM10\nM10\nM10\nM10\nM10\n";
+const GET_POSE: &[u8] = &[0xAA, 0xAA, 2, 10, 0, 0xF6];
+
+fn arm_at(path: &Path) -> String {
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn over_a_pseudo_terminal_again_and_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm");
+    let _served = serve(|server| server.pty(&path));
+    let registry = registry();
+    for index in 1..4 {
+        let said = connect_v1(&registry, &arm_at(&path));
+        assert_eq!((said.code, said.firmware.as_str()), (0, "DobotSerial"));
+        assert_eq!(home(&registry), (0, index));
+        if index == 2 {
+            registry.disconnect(0);
+        }
+    }
+}
+
+#[test]
+fn over_udp_and_tcp() {
+    let served = serve(|server| server.udp("127.0.0.1:0").tcp("127.0.0.1:0"));
+    let registry = registry();
+    for endpoint in &served.endpoints {
+        let (name, firmware) = match endpoint {
+            Endpoint::Udp(address) => (format!("udp:{address}"), "DobotWifi"),
+            Endpoint::Tcp(address) => (format!("tcp:{address}"), "DobotSerial"),
+            other => panic!("{other}"),
+        };
+        let said = connect_v1(&registry, &name);
+        assert_eq!((said.code, said.firmware.as_str()), (0, firmware));
+        assert_eq!(pose(&registry).0, 0);
+    }
+}
+
+#[test]
+fn a_port_in_use_is_occupied_until_it_is_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm");
+    let _served = serve(|server| server.pty(&path));
+    let (first, second) = (registry(), registry());
+    assert_eq!(connect_v1(&first, &arm_at(&path)).code, 0);
+    assert_eq!(connect_v1(&second, &arm_at(&path)).code, 2);
+    assert!(fault().contains("in use"), "{}", fault());
+    first.disconnect(0);
+    assert_eq!(connect_v1(&second, &arm_at(&path)).code, 0);
+}
+
+#[test]
+fn a_pulled_plug_is_a_timeout_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm");
+    let served = serve(|server| server.pty(&path));
+    let registry = registry();
+    assert_eq!(connect_v1(&registry, &arm_at(&path)).code, 0);
+    // A call would not end within this test if it waited for its time.
+    registry.set_timeout(0, u32::MAX);
+    served.handle.unplug().wait().unwrap();
+    let (code, bytes) = pose(&registry);
+    assert_eq!((code, bytes[0]), (2, UNTOUCHED));
+    assert!(fault().contains("broke off"), "{}", fault());
+    assert_eq!(home(&registry), (2, 0));
+    served.handle.plug().wait().unwrap();
+    assert_eq!(connect_v1(&registry, &arm_at(&path)).code, 0);
+    assert_eq!(home(&registry), (0, 1), "nothing had been taken");
+}
+
+#[test]
+fn a_printers_firmware_is_told_and_its_port_is_closed_again() {
+    let marlin = |bytes: &[u8]| match bytes.windows(3).any(|word| word == b"M10") {
+        true => b"start\r\nMARLIN: V1.0.2\r\nok\r\n".to_vec(),
+        false => Vec::new(),
+    };
+    let device = Device::new(marlin);
+    let registry = impatient(DEADLINE);
+    // It can be opened again, so it was closed.
+    for _ in 0..2 {
+        let said = connect_v1(&registry, device.name());
+        assert_eq!(said.code, 0);
+        assert_eq!(
+            (said.firmware.as_str(), said.version.as_str()),
+            ("MARLIN", "1.0.2")
+        );
+        assert_eq!(pose(&registry).0, 2);
+        assert!(fault().contains("MARLIN 1.0.2"), "{}", fault());
+    }
+    let (code, info) = connect_v3(&registry, device.name());
+    assert_eq!((code, &info[..8]), (0, &[1, 0, 0, 0, 0, 0, 0, 0][..]));
+    assert_eq!(&info[8..15], b"MARLIN\0");
+    let text: Vec<u8> = device.all();
+    assert!(text.windows(TEXT.len()).any(|bytes| bytes == TEXT));
+}
+
+#[test]
+fn a_silent_port_is_connected_to_all_the_same() {
+    let device = Device::silent();
+    let registry = impatient(Duration::from_millis(20));
+    let said = connect_v1(&registry, device.name());
+    assert_eq!((said.code, said.firmware.as_str()), (0, "DobotSerial"));
+    assert_eq!(said.version, "0.0.0");
+    assert!(fault().contains("no arm answers"), "{}", fault());
+    registry.set_timeout(0, 1);
+    let (code, bytes) = pose(&registry);
+    assert_eq!((code, bytes[0]), (2, UNTOUCHED));
+    assert_eq!(home(&registry), (2, 0));
+    drop(registry);
+    let heard = device.all();
+    assert!(heard.windows(TEXT.len()).any(|bytes| bytes == TEXT));
+    let home = [0xAA, 0xAA, 6, 31, 3];
+    assert!(
+        !heard.windows(5).any(|bytes| bytes == home),
+        "the queue could not be read, so nothing was put into it"
+    );
+}
+
+#[test]
+fn without_a_place_for_it_nobody_asks_in_text() {
+    let device = Device::silent();
+    let registry = impatient(DEADLINE);
+    assert_eq!(connect_blindly(&registry, device.name()), 0);
+    registry.disconnect(0);
+    assert!(!device.all().windows(3).any(|bytes| bytes == b"M10"));
+}
+
+#[test]
+fn an_arm_is_never_asked_in_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm");
+    let _served = serve(|server| server.pty(&path));
+    // It would be asked for ever.
+    let patience = Patience {
+        text: Duration::MAX,
+        ..patient()
+    };
+    let registry = Registry::new(alone(), patience);
+    assert_eq!(connect_v1(&registry, &arm_at(&path)).code, 0);
+}
+
+#[test]
+fn a_call_that_waits_is_let_go_when_the_connection_ends() {
+    let device = Device::silent();
+    let registry = impatient(Duration::from_millis(1));
+    assert_eq!(connect_v1(&registry, device.name()).code, 0);
+    registry.set_timeout(0, u32::MAX);
+    std::thread::scope(|scope| {
+        let waits = scope.spawn(|| pose(&registry));
+        device.hears(GET_POSE);
+        assert_eq!(registry.disconnect(0), 0);
+        let (code, bytes) = waits.join().unwrap();
+        assert_eq!((code, bytes), (0, [UNTOUCHED; 32]));
+    });
+    assert_eq!(run(&registry, "GetPose", 0, |_| Ok(())), 2);
+}

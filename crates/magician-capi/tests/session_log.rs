@@ -1,0 +1,124 @@
+//! The log of a session. One subscriber listens to the whole process, so these tests have one of their own.
+
+#[allow(dead_code)]
+#[path = "session/bench.rs"]
+mod bench;
+
+use std::cell::RefCell;
+use std::io::Write;
+use std::sync::Once;
+
+use magician::commands::PtpCommonParams;
+use magician_capi::call;
+
+use crate::bench::{connect_v1, home, pose, pose_of, registry, run};
+
+thread_local! {
+    /// What the thread has logged.
+    static PAGES: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Writes to the thread's pages.
+struct Pen;
+
+impl Write for Pen {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        PAGES.with_borrow_mut(|pages| pages.extend_from_slice(bytes));
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// What the thread logs of this crate while something is done, a line each.
+fn logged(act: impl FnOnce()) -> Vec<String> {
+    static LISTENS: Once = Once::new();
+    LISTENS.call_once(|| {
+        tracing_subscriber::fmt()
+            .with_max_level(tracing::Level::DEBUG)
+            .with_writer(|| Pen)
+            .without_time()
+            .with_ansi(false)
+            .init();
+    });
+    PAGES.take();
+    act();
+    let text = String::from_utf8(PAGES.take()).unwrap();
+    let lines = text.lines().filter(|line| line.contains(" magician_capi"));
+    lines.map(str::to_owned).collect()
+}
+
+/// The warnings among it.
+fn warned(act: impl FnOnce()) -> Vec<String> {
+    let mut lines = logged(act);
+    lines.retain(|line| line.trim_start().starts_with("WARN"));
+    lines
+}
+
+#[test]
+fn a_call_is_a_line_of_the_session_log() {
+    let registry = registry();
+    let ratios = PtpCommonParams {
+        velocity_ratio: 50.0,
+        acceleration_ratio: 12.5,
+    };
+    let lines = logged(|| {
+        connect_v1(&registry, "sim");
+        run(&registry, "SetPTPCommonParams", 0, |arm| {
+            call::set(arm, &ratios)
+        });
+        home(&registry);
+        pose(&registry);
+        pose_of(&registry, 3);
+        registry.disconnect(0);
+    });
+    let [connect, set, home, pose, .., nobody, leave] = lines.as_slice() else {
+        panic!("{lines:#?}")
+    };
+    assert!(
+        set.contains("SetPTPCommonParams velocity_ratio=50 acceleration_ratio=12.5 -> 0 ("),
+        "{set}"
+    );
+    assert!(
+        home.contains("SetHOMECmd reserved=0 index 1 -> 0 ("),
+        "{home}"
+    );
+    assert!(
+        pose.contains("GetPose x=") && pose.contains(" -> 0 ("),
+        "{pose}"
+    );
+    assert!(nobody.contains("GetPose -> 2 ("), "{nobody}");
+    assert!(connect.contains("ConnectDobot \"sim\" -> 0 ("), "{connect}");
+    assert!(leave.contains("DisconnectDobot id=0 -> 0 ("), "{leave}");
+}
+
+#[test]
+fn a_fault_is_told_once_until_the_function_has_worked() {
+    let registry = registry();
+    // Another test may tell of a function of the same name; none has this one.
+    let call = || run(&registry, "GetPoseOfThisTest", 0, |_| Ok(()));
+    let faults = warned(|| {
+        (0..5).for_each(|_| assert_eq!(call(), 2));
+    });
+    assert_eq!(faults.len(), 1, "{faults:?}");
+    connect_v1(&registry, "sim");
+    assert_eq!(call(), 0);
+    registry.disconnect(0);
+    let again = warned(|| assert_eq!(call(), 2));
+    assert_eq!(again.len(), 1, "{again:?}");
+}
+
+#[test]
+fn an_arm_that_answers_hides_no_other_that_does_not() {
+    let registry = registry();
+    connect_v1(&registry, "sim");
+    let call = |id| run(&registry, "GetPoseOfThatTest", id, |_| Ok(()));
+    let faults = warned(|| {
+        for _ in 0..5 {
+            assert_eq!([0, 1, 2].map(call), [0, 2, 2]);
+        }
+    });
+    assert_eq!(faults.len(), 2, "{faults:?}");
+}
