@@ -17,6 +17,7 @@ use magician_program::resume::Tally;
 use magician_program::{Plan, Report, check};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tokio::sync::watch;
 
 use crate::call::{Call, Reporter};
 use crate::core::Core;
@@ -68,6 +69,10 @@ struct Drive {
     burns: bool,
     how: How,
     reporter: Reporter,
+    /// Stops of before, which are not its own.
+    stops: u64,
+    /// Whether it may have changed what it gives back.
+    owing: watch::Sender<bool>,
 }
 
 /// What was found before anything moves.
@@ -102,6 +107,7 @@ impl Drive {
             false => Vec::new(),
         };
         let begun = self.clock().await?;
+        self.owing.send_replace(true);
         let outcome = self.perform(&found).await;
         if outcome.is_err() && self.arm.stop().await.is_ok() {
             // The error that is on its way is the better story.
@@ -166,7 +172,8 @@ impl Drive {
         let plan = Arc::clone(&found.plan);
         let commands: Vec<Set> = plan.commands().collect();
         let options = RunOptions::default().keep(self.how.keep);
-        let mut run = self.arm.begin(commands, options).along(found.start.clone());
+        let run = self.arm.begin(commands, options).along(found.start.clone());
+        let mut run = run.unless_stopped_since(self.stops);
         let ran = run
             .finish(|progress| {
                 tally.note(progress.sent, progress.last.0);
@@ -304,32 +311,36 @@ impl Core {
         }
         let (arm, source, burns) = (self.arm(py)?, plan.source.clone(), plan.burns());
         let (plan, of_report) = (Arc::clone(&plan.plan), source.clone());
-        let (end, mut ended) = tokio::sync::watch::channel(());
-        let drive = move |reporter| Drive {
-            arm,
+        let (owing, mut owed) = watch::channel(false);
+        let drive = |reporter| Drive {
+            stops: arm.stops(),
+            arm: arm.clone(),
             plan,
             source,
             burns,
             how,
             reporter,
+            owing,
         };
-        let task = |reporter| async move {
-            // Who lets go of a run stops the arm, and then it still gives the settings back.
+        let task = |reporter| {
             let drive = drive(reporter);
-            let running = tokio::spawn(async move {
-                let _end = end;
-                drive.run().await
-            });
-            let bug =
-                |error: tokio::task::JoinError| Error::new(ErrorKind::Closed, error.to_string());
-            running.await.map_err(bug)?
+            async move {
+                // Who lets go of a run stops the arm, and then it still gives the settings back.
+                let running = tokio::spawn(drive.run());
+                let bug = |error: tokio::task::JoinError| {
+                    Error::new(ErrorKind::Closed, error.to_string())
+                };
+                running.await.map_err(bug)?
+            }
         };
-        let call = Call::reporting(task, move |py, done: Done| done.parts(py, &of_report));
-        let over = Call::plain(async move {
-            let rest = async { while ended.changed().await.is_ok() {} };
+        let call = Call::moving(&arm, task, move |py, done: Done| done.parts(py, &of_report));
+        let over = async move {
+            // What was stopped before anything was sent sends nothing, however long its check goes on.
+            let rest = async { while *owed.borrow_and_update() && owed.changed().await.is_ok() {} };
             let _ = tokio::time::timeout(LEAVING, rest).await;
             Ok(())
-        });
+        };
+        let over = Call::waiting(over);
         Ok((call, over))
     }
 

@@ -100,11 +100,14 @@ class Arm:
     ) -> None:
         if not self._core.is_here():
             return
-        if error is None:
-            self.detach()
-        elif self.link.state != "closed":
-            wait_stopped(self._core, error)
-        self.close()
+        try:
+            if error is None:
+                self.detach()
+            elif self.link.state != "closed":
+                wait_stopped(self._core, error)
+        finally:
+            # Whoever does not want to wait for the stop has the connection end as well.
+            self.close()
 
     def __repr__(self) -> str:
         if not self._core.is_here():
@@ -789,6 +792,8 @@ class Arm:
         call, over = self._core.run(plan.native, how)
         try:
             found = wait_done(call, self._core, telling)
+        except GeneratorExit:
+            raise
         except BaseException as error:
             wait(over)
             telling.broken(error)

@@ -171,11 +171,14 @@ class Arm:
     ) -> None:
         if not self._core.is_here():
             return
-        if error is None:
-            self.detach()
-        elif self.link.state != "closed":
-            await until_stopped(self._core, error)
-        await self.close()
+        try:
+            if error is None:
+                self.detach()
+            elif self.link.state != "closed":
+                await until_stopped(self._core, error)
+        finally:
+            # Whoever does not want to wait for the stop has the connection end as well.
+            await self.close()
 
     def __repr__(self) -> str:
         if not self._core.is_here():
@@ -860,6 +863,8 @@ class Arm:
         call, over = self._core.run(plan.native, how)
         try:
             found = await until_done(call, self._core, telling)
+        except GeneratorExit:
+            raise
         except BaseException as error:
             await until(over)
             telling.broken(error)
