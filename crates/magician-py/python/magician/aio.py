@@ -377,7 +377,7 @@ class Arm:
 
         :param id: id of the command, 0 to 255.
         :param ctrl: control byte: 0 a get, 1 a set, 3 a queued set.
-        :param params: the parameters, at most 249 bytes: ``bytes(commands.PtpCommonParams(50, 50))``.
+        :param params: the parameters, at most 248 bytes: ``bytes(commands.PtpCommonParams(50, 50))``.
         :param allow_dangerous: as for :meth:`set`.
         """
         return await until(self._core.raw(id, ctrl, params, allow_dangerous))
