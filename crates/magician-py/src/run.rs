@@ -31,13 +31,21 @@ const LEAVING: Duration = Duration::from_secs(5);
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct How {
-    first_step: usize,
+    /// Counted from 1.
+    first_step: i64,
     check: bool,
     keep: bool,
     require_homed: bool,
     allow_laser: bool,
     restore: bool,
     watched: bool,
+}
+
+impl How {
+    /// The step that it begins with, counted from 0.
+    fn first(&self) -> usize {
+        usize::try_from(self.first_step - 1).unwrap_or(usize::MAX)
+    }
 }
 
 /// What a run has come to.
@@ -116,8 +124,7 @@ impl Drive {
         let ran = outcome?;
         give_back(&self.arm, &owed).await?;
         let clock = self.clock().await?;
-        let steps =
-            (self.plan.steps.len() - (self.how.first_step - 1).min(self.plan.steps.len())) as u64;
+        let steps = self.plan.steps.len().saturating_sub(self.how.first()) as u64;
         Ok(Done {
             ran,
             steps,
@@ -151,11 +158,7 @@ impl Drive {
     /// Checks it from where the arm stands. That may take a while, and others have connections to be served.
     async fn look_ahead(&self) -> Result<Found> {
         let start = self.arm.preflight_for(&kinds(&self.plan)).await?;
-        let (plan, first, watched) = (
-            Arc::clone(&self.plan),
-            self.how.first_step - 1,
-            self.how.watched,
-        );
+        let (plan, first, watched) = (Arc::clone(&self.plan), self.how.first(), self.how.watched);
         let looked = tokio::task::spawn_blocking(move || ahead(plan, first, start, watched));
         let found = looked
             .await
@@ -167,7 +170,7 @@ impl Drive {
     }
 
     async fn perform(&self, found: &Found) -> Result<Ran> {
-        let first = (self.how.first_step - 1) as u64;
+        let first = self.how.first() as u64;
         let mut tally = Tally::new(found.lead, true);
         let plan = Arc::clone(&found.plan);
         let commands: Vec<Set> = plan.commands().collect();
@@ -305,7 +308,7 @@ impl Core {
     /// Checks a plan, runs it and waits for its end. The second call ends when nothing of it is left to do: it outlives the
     /// first one, which may be let go of.
     fn run(&self, py: Python<'_>, plan: &PyPlan, how: How) -> PyResult<(Call, Call)> {
-        if how.first_step == 0 {
+        if how.first_step < 1 {
             let error = Error::invalid("steps are counted from 1");
             return Err(crate::errors::raise(py, &error));
         }

@@ -271,3 +271,33 @@ def test_a_coroutine_that_is_given_up() -> None:
             assert not arm.moving
 
     run(test())
+
+
+def test_a_loop_that_is_closed_under_a_call() -> None:
+    """Nobody waits for the motion any more: the arm stops."""
+    loop = asyncio.new_event_loop()
+    started = asyncio.Event()
+
+    async def connect() -> aio.Arm:
+        return await aio.Arm.connect("sim:1")
+
+    async def wait(arm: aio.Arm) -> None:
+        await arm.clear_alarms()
+        await arm.perform([words.wait(3600)], progress=lambda _: started.set())
+
+    arm = loop.run_until_complete(connect())
+    waiting = loop.create_task(wait(arm))
+    loop.run_until_complete(started.wait())
+    loop.close()
+
+    async def see() -> None:
+        async for status in arm.state(200):
+            if status.left_space == 32:
+                break
+        await arm.wait_still()
+        assert not arm.moving
+        await arm.close()
+
+    run(see())
+    assert not waiting.done()
+    waiting.get_coro().close()  # type: ignore[union-attr]

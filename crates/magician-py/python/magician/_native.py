@@ -108,7 +108,14 @@ async def _until(call: Call[T], listener: Listener | None) -> T:
             if over:
                 ended.set_result(None)
 
-    call.listen(lambda: loop.call_soon_threadsafe(look))
+    def tell() -> None:
+        try:
+            loop.call_soon_threadsafe(look)
+        except RuntimeError:
+            # The loop was closed: nobody waits any more.
+            call.cancel()
+
+    call.listen(tell)
     try:
         await ended
     except BaseException:
