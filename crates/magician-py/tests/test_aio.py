@@ -300,4 +300,4 @@ def test_a_loop_that_is_closed_under_a_call() -> None:
 
     run(see())
     assert not waiting.done()
-    waiting.get_coro().close()  # type: ignore[union-attr]
+    waiting.get_coro().close()
