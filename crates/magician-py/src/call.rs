@@ -1,7 +1,9 @@
 use std::future::Future;
+use std::pin::Pin;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use magician::{Arm, Error, ErrorKind, Stopper};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use tokio::task::AbortHandle;
@@ -18,7 +20,23 @@ type Made = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
 /// Something under way at an arm.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Call {
-    inner: Local<(Arc<Shared>, Option<AbortHandle>)>,
+    inner: Local<Inner>,
+}
+
+struct Inner {
+    shared: Arc<Shared>,
+    work: Mutex<Work>,
+    /// Stops what nobody waits for any more, if it moves the arm.
+    stopper: Option<Stopper>,
+}
+
+/// What does it.
+enum Work {
+    /// Nothing yet: it begins when somebody waits for it. An interrupt that comes before finds an arm that stands.
+    Waiting(Pin<Box<dyn Future<Output = ()> + Send>>),
+    Going(AbortHandle),
+    /// It ends by itself.
+    Lasting,
 }
 
 #[derive(Default)]
@@ -87,11 +105,14 @@ impl Call {
         F: Future<Output = magician::Result<T>> + Send + 'static,
         M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
     {
-        Self::reporting(|_| task, made)
+        let shared = Arc::new(Shared::default());
+        let going = runtime::spawn(told(&shared, task, made));
+        Self::of(shared, going.map_or(Work::Lasting, Work::Going), None)
     }
 
-    /// Starts something that tells how far it is.
-    pub(crate) fn reporting<T, F, M>(task: impl FnOnce(Reporter) -> F, made: M) -> Self
+    /// Something that moves the arm and tells how far it is. It begins when it is waited for, and whoever lets go of it
+    /// before its end has the arm stopped.
+    pub(crate) fn moving<T, F, M>(arm: &Arm, task: impl FnOnce(Reporter) -> F, made: M) -> Self
     where
         T: Send + 'static,
         F: Future<Output = magician::Result<T>> + Send + 'static,
@@ -99,28 +120,8 @@ impl Call {
     {
         let shared = Arc::new(Shared::default());
         let task = task(Reporter(Arc::clone(&shared)));
-        let task = Self::spawn(&shared, task, made);
-        Self {
-            inner: Local::new((shared, task)),
-        }
-    }
-
-    fn spawn<T, F, M>(shared: &Arc<Shared>, task: F, made: M) -> Option<AbortHandle>
-    where
-        T: Send + 'static,
-        F: Future<Output = magician::Result<T>> + Send + 'static,
-        M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
-    {
-        let told = Arc::clone(shared);
-        runtime::spawn(async move {
-            let outcome = task.await;
-            let outcome =
-                outcome.map(|value| Box::new(move |py: Python<'_>| made(py, value)) as Made);
-            told.change(|state| {
-                state.outcome = Some(outcome);
-                state.over = true;
-            });
-        })
+        let work = Work::Waiting(Box::pin(told(&shared, task, made)));
+        Self::of(shared, work, Some(arm.stopper()))
     }
 
     /// Starts something that comes to nothing.
@@ -131,20 +132,116 @@ impl Call {
         Self::start(task, |py, ()| Ok(py.None()))
     }
 
+    /// Something that comes to nothing, and begins when it is waited for.
+    pub(crate) fn waiting<F>(task: F) -> Self
+    where
+        F: Future<Output = magician::Result<()>> + Send + 'static,
+    {
+        let shared = Arc::new(Shared::default());
+        let task = told(&shared, task, |py, ()| Ok(py.None()));
+        Self::of(shared, Work::Waiting(Box::pin(task)), None)
+    }
+
     /// Starts something that comes to nothing and goes on when nobody waits for it any more: a stop.
     pub(crate) fn lasting<F>(task: F) -> Self
     where
         F: Future<Output = magician::Result<()>> + Send + 'static,
     {
         let shared = Arc::new(Shared::default());
-        Self::spawn(&shared, task, |py, ()| Ok(py.None()));
+        runtime::spawn(told(&shared, task, |py, ()| Ok(py.None())));
+        Self::of(shared, Work::Lasting, None)
+    }
+
+    fn of(shared: Arc<Shared>, work: Work, stopper: Option<Stopper>) -> Self {
+        let work = Mutex::new(work);
+        let inner = Inner {
+            shared,
+            work,
+            stopper,
+        };
         Self {
-            inner: Local::new((shared, None)),
+            inner: Local::new(inner),
         }
     }
 
     fn shared(&self, py: Python<'_>) -> PyResult<&Arc<Shared>> {
-        self.inner.get(py).map(|(shared, _)| shared)
+        self.inner.get(py).map(|inner| &inner.shared)
+    }
+}
+
+impl Inner {
+    fn work(&self) -> MutexGuard<'_, Work> {
+        self.work.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Somebody waits for it.
+    fn begin(&self) {
+        let mut work = self.work();
+        *work = match std::mem::replace(&mut *work, Work::Lasting) {
+            Work::Waiting(task) => runtime::spawn(task).map_or(Work::Lasting, Work::Going),
+            other => other,
+        };
+    }
+
+    /// Nobody waits for it any more.
+    fn abandon(&self) {
+        let over = {
+            let mut state = self.shared.state();
+            state.listener = None;
+            state.over
+        };
+        if let (Work::Going(task), false) = (&*self.work(), over) {
+            task.abort();
+            if let Some(stopper) = &self.stopper {
+                // Without a connection there is nothing to stop.
+                let _ = stopper.request_stop();
+            }
+        }
+    }
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        if self.stopper.is_some() {
+            self.abandon();
+        }
+    }
+}
+
+/// Does it, and tells whoever waits what came of it.
+fn told<T, F, M>(
+    shared: &Arc<Shared>,
+    task: F,
+    made: M,
+) -> impl Future<Output = ()> + Send + use<T, F, M>
+where
+    T: Send + 'static,
+    F: Future<Output = magician::Result<T>> + Send + 'static,
+    M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
+{
+    let ending = Ending(Arc::clone(shared));
+    async move {
+        let outcome = task.await;
+        ending.0.change(|state| {
+            state.outcome =
+                Some(outcome.map(|value| Box::new(move |py: Python<'_>| made(py, value)) as Made));
+            state.over = true;
+        });
+    }
+}
+
+/// The end of something, also of what was let go of or has failed badly: nobody waits for ever.
+struct Ending(Arc<Shared>);
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        if !self.0.state().over {
+            self.0.change(|state| {
+                let message = "it was let go of before its end";
+                state.outcome = Some(Err(Error::new(ErrorKind::Closed, message)));
+                state.over = true;
+            });
+        }
     }
 }
 
@@ -154,7 +251,9 @@ impl Call {
     /// with each report. An interrupt, or what the listener raises, ends the waiting and lets go of it.
     #[pyo3(signature = (listener=None))]
     fn wait(&self, py: Python<'_>, listener: Option<&Bound<'_, PyAny>>) -> PyResult<Py<PyAny>> {
-        let shared = self.shared(py)?;
+        let inner = self.inner.get(py)?;
+        inner.begin();
+        let shared = &inner.shared;
         loop {
             let (over, report) = py.detach(|| shared.look());
             let heard = match (report, listener) {
@@ -167,7 +266,7 @@ impl Call {
                 return self.result(py);
             }
             if let Err(error) = heard.and_then(|()| py.check_signals()) {
-                self.cancel();
+                inner.abandon();
                 return Err(error);
             }
         }
@@ -175,9 +274,10 @@ impl Call {
 
     /// Calls `listener()` from another thread whenever there is a report or the end; once at once.
     fn listen(&self, py: Python<'_>, listener: Py<PyAny>) -> PyResult<()> {
+        let inner = self.inner.get(py)?;
         let listener = Arc::new(listener);
-        self.shared(py)?
-            .change(|state| state.listener = Some(listener));
+        (inner.shared).change(|state| state.listener = Some(listener));
+        inner.begin();
         Ok(())
     }
 
@@ -214,13 +314,10 @@ impl Call {
         }
     }
 
-    /// Lets go of it: what the arm was sent stays sent, and a stop goes on.
+    /// Lets go of it: what the arm was sent stays sent, a stop goes on, and a motion is stopped.
     fn cancel(&self) {
-        if let Some((shared, task)) = self.inner.here() {
-            shared.state().listener = None;
-            if let Some(task) = task {
-                task.abort();
-            }
+        if let Some(inner) = self.inner.here() {
+            inner.abandon();
         }
     }
 }

@@ -175,13 +175,15 @@ impl Cell {
     }
 
     /// Changes an input; false if there is none of that address.
-    fn set_input(&self, py: Python<'_>, address: u8, level: bool) -> bool {
-        self.with(py, |arm| arm.set_input(address, level))
+    fn set_input(&self, py: Python<'_>, address: i64, level: bool) -> bool {
+        let address = u8::try_from(address);
+        address.is_ok_and(|address| self.with(py, |arm| arm.set_input(address, level)))
     }
 
     /// Changes an analog input, 0 to 4095; false if there is none of that address.
-    fn set_analog(&self, py: Python<'_>, address: u8, value: u16) -> bool {
-        self.with(py, |arm| arm.set_analog(address, value))
+    fn set_analog(&self, py: Python<'_>, address: i64, value: u16) -> bool {
+        let address = u8::try_from(address);
+        address.is_ok_and(|address| self.with(py, |arm| arm.set_analog(address, value)))
     }
 
     fn press_key(&self, py: Python<'_>, long: bool) {

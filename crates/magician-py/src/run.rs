@@ -17,6 +17,7 @@ use magician_program::resume::Tally;
 use magician_program::{Plan, Report, check};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tokio::sync::watch;
 
 use crate::call::{Call, Reporter};
 use crate::core::Core;
@@ -30,13 +31,21 @@ const LEAVING: Duration = Duration::from_secs(5);
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct How {
-    first_step: usize,
+    /// Counted from 1.
+    first_step: i64,
     check: bool,
     keep: bool,
     require_homed: bool,
     allow_laser: bool,
     restore: bool,
     watched: bool,
+}
+
+impl How {
+    /// The step that it begins with, counted from 0.
+    fn first(&self) -> usize {
+        usize::try_from(self.first_step - 1).unwrap_or(usize::MAX)
+    }
 }
 
 /// What a run has come to.
@@ -68,6 +77,10 @@ struct Drive {
     burns: bool,
     how: How,
     reporter: Reporter,
+    /// Stops of before, which are not its own.
+    stops: u64,
+    /// Whether it may have changed what it gives back.
+    owing: watch::Sender<bool>,
 }
 
 /// What was found before anything moves.
@@ -102,6 +115,7 @@ impl Drive {
             false => Vec::new(),
         };
         let begun = self.clock().await?;
+        self.owing.send_replace(true);
         let outcome = self.perform(&found).await;
         if outcome.is_err() && self.arm.stop().await.is_ok() {
             // The error that is on its way is the better story.
@@ -110,8 +124,7 @@ impl Drive {
         let ran = outcome?;
         give_back(&self.arm, &owed).await?;
         let clock = self.clock().await?;
-        let steps =
-            (self.plan.steps.len() - (self.how.first_step - 1).min(self.plan.steps.len())) as u64;
+        let steps = self.plan.steps.len().saturating_sub(self.how.first()) as u64;
         Ok(Done {
             ran,
             steps,
@@ -145,11 +158,7 @@ impl Drive {
     /// Checks it from where the arm stands. That may take a while, and others have connections to be served.
     async fn look_ahead(&self) -> Result<Found> {
         let start = self.arm.preflight_for(&kinds(&self.plan)).await?;
-        let (plan, first, watched) = (
-            Arc::clone(&self.plan),
-            self.how.first_step - 1,
-            self.how.watched,
-        );
+        let (plan, first, watched) = (Arc::clone(&self.plan), self.how.first(), self.how.watched);
         let looked = tokio::task::spawn_blocking(move || ahead(plan, first, start, watched));
         let found = looked
             .await
@@ -161,12 +170,13 @@ impl Drive {
     }
 
     async fn perform(&self, found: &Found) -> Result<Ran> {
-        let first = (self.how.first_step - 1) as u64;
+        let first = self.how.first() as u64;
         let mut tally = Tally::new(found.lead, true);
         let plan = Arc::clone(&found.plan);
         let commands: Vec<Set> = plan.commands().collect();
         let options = RunOptions::default().keep(self.how.keep);
-        let mut run = self.arm.begin(commands, options).along(found.start.clone());
+        let run = self.arm.begin(commands, options).along(found.start.clone());
+        let mut run = run.unless_stopped_since(self.stops);
         let ran = run
             .finish(|progress| {
                 tally.note(progress.sent, progress.last.0);
@@ -298,38 +308,42 @@ impl Core {
     /// Checks a plan, runs it and waits for its end. The second call ends when nothing of it is left to do: it outlives the
     /// first one, which may be let go of.
     fn run(&self, py: Python<'_>, plan: &PyPlan, how: How) -> PyResult<(Call, Call)> {
-        if how.first_step == 0 {
+        if how.first_step < 1 {
             let error = Error::invalid("steps are counted from 1");
             return Err(crate::errors::raise(py, &error));
         }
         let (arm, source, burns) = (self.arm(py)?, plan.source.clone(), plan.burns());
         let (plan, of_report) = (Arc::clone(&plan.plan), source.clone());
-        let (end, mut ended) = tokio::sync::watch::channel(());
-        let drive = move |reporter| Drive {
-            arm,
+        let (owing, mut owed) = watch::channel(false);
+        let drive = |reporter| Drive {
+            stops: arm.stops(),
+            arm: arm.clone(),
             plan,
             source,
             burns,
             how,
             reporter,
+            owing,
         };
-        let task = |reporter| async move {
-            // Who lets go of a run stops the arm, and then it still gives the settings back.
+        let task = |reporter| {
             let drive = drive(reporter);
-            let running = tokio::spawn(async move {
-                let _end = end;
-                drive.run().await
-            });
-            let bug =
-                |error: tokio::task::JoinError| Error::new(ErrorKind::Closed, error.to_string());
-            running.await.map_err(bug)?
+            async move {
+                // Who lets go of a run stops the arm, and then it still gives the settings back.
+                let running = tokio::spawn(drive.run());
+                let bug = |error: tokio::task::JoinError| {
+                    Error::new(ErrorKind::Closed, error.to_string())
+                };
+                running.await.map_err(bug)?
+            }
         };
-        let call = Call::reporting(task, move |py, done: Done| done.parts(py, &of_report));
-        let over = Call::plain(async move {
-            let rest = async { while ended.changed().await.is_ok() {} };
+        let call = Call::moving(&arm, task, move |py, done: Done| done.parts(py, &of_report));
+        let over = async move {
+            // What was stopped before anything was sent sends nothing, however long its check goes on.
+            let rest = async { while *owed.borrow_and_update() && owed.changed().await.is_ok() {} };
             let _ = tokio::time::timeout(LEAVING, rest).await;
             Ok(())
-        });
+        };
+        let over = Call::waiting(over);
         Ok((call, over))
     }
 

@@ -214,3 +214,90 @@ def test_a_loop_that_is_closed_hears_no_more() -> None:
         await arm.close()
 
     run(again())
+
+
+def test_cancelled_again_and_again() -> None:
+    """Nobody waits for the stop then: it goes on, and the connection ends."""
+
+    async def test() -> None:
+        arms: list[aio.Arm] = []
+
+        async def work() -> None:
+            async with aio.Arm.connect("sim:1") as arm:
+                arms.append(arm)
+                await arm.clear_alarms()
+                await arm.wait(3600)
+
+        task = asyncio.create_task(work())
+        while not arms or not arms[0].moving:
+            await asyncio.sleep(0)
+        while not task.done():
+            task.cancel()
+            await asyncio.sleep(0)
+        with pytest.raises(errors.ClosedError):
+            await arms[0].pose()
+
+    run(test())
+
+
+def test_a_listener_that_raises_stop_iteration() -> None:
+    async def test() -> None:
+        async with aio.Arm.connect("sim") as arm:
+            await arm.home()
+            nothing: list[Any] = []
+            with pytest.raises(RuntimeError, match="StopIteration"):
+                await arm.perform([words.wait(0.1)], progress=lambda _: next(iter(nothing)))
+            assert not arm.moving
+
+    run(test())
+
+
+def test_a_coroutine_that_is_given_up() -> None:
+    """Nobody can wait in it any more; the arm stops."""
+
+    async def test() -> None:
+        async with aio.Arm.connect("sim:1") as arm:
+            await arm.clear_alarms()
+            waiting = arm.wait(3600)
+            waiting.send(None)
+            async for status in arm.state(200):
+                if status.left_space < 32:
+                    break
+            waiting.close()
+            async for status in arm.state(200):
+                if status.left_space == 32:
+                    break
+            await arm.wait_still()
+            assert not arm.moving
+
+    run(test())
+
+
+def test_a_loop_that_is_closed_under_a_call() -> None:
+    """Nobody waits for the motion any more: the arm stops."""
+    loop = asyncio.new_event_loop()
+    started = asyncio.Event()
+
+    async def connect() -> aio.Arm:
+        return await aio.Arm.connect("sim:1")
+
+    async def wait(arm: aio.Arm) -> None:
+        await arm.clear_alarms()
+        await arm.perform([words.wait(3600)], progress=lambda _: started.set())
+
+    arm = loop.run_until_complete(connect())
+    waiting = loop.create_task(wait(arm))
+    loop.run_until_complete(started.wait())
+    loop.close()
+
+    async def see() -> None:
+        async for status in arm.state(200):
+            if status.left_space == 32:
+                break
+        await arm.wait_still()
+        assert not arm.moving
+        await arm.close()
+
+    run(see())
+    assert not waiting.done()
+    waiting.get_coro().close()

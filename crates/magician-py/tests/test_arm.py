@@ -434,3 +434,21 @@ def test_errors_travel() -> None:
     port = errors.of_kind("port", "gone")
     assert str(pickle.loads(pickle.dumps(port))) == "gone"
     assert type(errors.of_kind("new", "text")) is magician.Error
+
+
+def test_a_length_that_lies(arm: Arm) -> None:
+    class Endless(list[Any]):
+        def __len__(self) -> int:
+            return 2**62
+
+    assert arm.perform(Endless([words.wait(0)])).commands == 1
+    with pytest.raises(TypeError, match="no command"):
+        arm.perform(range(10**18))  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+
+
+def test_the_longest_frame(arm: Arm) -> None:
+    """As long as the documentation says, and no byte more."""
+    assert "at most 248 bytes" in (Arm.raw.__doc__ or "")
+    arm.raw(10, 0, bytes(248))
+    with pytest.raises(errors.InvalidInputError, match="248"):
+        arm.raw(10, 0, bytes(249))

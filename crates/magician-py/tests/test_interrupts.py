@@ -11,10 +11,12 @@ import sys
 import textwrap
 import threading
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import magician
 import pytest
 from magician import Arm, commands, errors, words
+
 
 @pytest.fixture(autouse=True)
 def hears_interrupts() -> Iterator[None]:
@@ -51,6 +53,78 @@ def test_ctrl_c_in_the_middle_of_a_move(slow: Arm, meanwhile: Meanwhile) -> None
     with pytest.raises(KeyboardInterrupt):
         slow.move_to(200, 150, 50)
     assert slow.pose() == slow.pose() and slow.pose().y < 149
+
+
+def never_moves(arm: Arm) -> bool:
+    """Whether the arm stands, and has nothing to do."""
+    return not arm.moving and arm.left_space() == 32 and arm.pose() == arm.pose()
+
+
+def test_ctrl_c_before_the_first_byte(slow: Arm) -> None:
+    """An interrupt that is heard while commands are made ready: nothing begins."""
+    before = slow.pose()
+
+    class Last:
+        """A command, and somebody who presses Ctrl-C while it is read."""
+
+        ID, LAYOUT = commands.WaitCmd.ID, commands.WaitCmd.LAYOUT
+
+        @property
+        def timeout(self) -> int:
+            _thread.interrupt_main()
+            return 0
+
+    program: list[Any] = [words.line_by(dy=40), words.line_by(dy=-40)] * 50
+    program.append(Last())
+    with pytest.raises(KeyboardInterrupt):
+        slow.perform(program)
+    slow.wait_still()
+    assert never_moves(slow) and slow.pose() == before
+
+
+def test_a_stop_during_the_check_counts(slow: Arm) -> None:
+    """Whatever is asked of the arm before a stop is over with it, also if not a byte of it was sent yet."""
+    core = slow._core  # pyright: ignore[reportPrivateUsage]
+    before = slow.pose()
+    plan = magician.Plan.path([(210, nth, 20) for nth in range(20)])
+    how = dict.fromkeys(["check", "keep", "require_homed", "allow_laser", "watched"], False)
+    running, over = core.run(plan.native, how | {"first_step": 1, "restore": True})
+    for call in (core.perform([words.line_by(dy=40)], [], False, False), running):
+        slow.stop()
+        with pytest.raises(errors.ClosedError):
+            call.wait()
+    over.wait()
+    assert never_moves(slow) and slow.pose() == before and slow.current_index() == 0
+
+
+def test_calls_that_are_let_go_of_stop_the_arm(slow: Arm) -> None:
+    """Before anybody in Python has done so."""
+    core = slow._core  # pyright: ignore[reportPrivateUsage]
+    call = core.perform([words.wait(3600)], [], False, False)
+    assert not call.over() and slow.left_space() == 32
+    call.listen(lambda: None)
+    for status in slow.state(200):
+        if status.left_space < 32:
+            break
+    del call
+    for status in slow.state(200):
+        if status.left_space == 32:
+            break
+    slow.wait_still()
+    assert not slow.moving
+
+
+def test_an_interrupted_farewell_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever presses Ctrl-C while a ``with`` block stops the arm has the connection end all the same."""
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("magician._blocking.wait_stopped", interrupted)
+    arm = magician.Arm("sim:1")
+    with pytest.raises(KeyboardInterrupt), arm:
+        raise ValueError
+    assert arm.link.state == "closed"
 
 
 def test_an_interrupt_whose_stop_fails_says_so(slow: Arm, meanwhile: Meanwhile) -> None:

@@ -65,6 +65,8 @@ def test_a_run_goes_on_at_a_step(arm: magician.Arm, virtual_arm: VirtualArm) -> 
     assert virtual_arm.position[:3] == pytest.approx((240, 50, 20), abs=1e-3)
     with pytest.raises(InvalidInputError, match="counted from 1"):
         arm.run(plan, first_step=0)
+    with pytest.raises(InvalidInputError, match="counted from 1"):
+        arm.run(plan, first_step=-1)
     with pytest.raises(InvalidInputError, match="no step 4"):
         arm.run(plan, first_step=4)
 
@@ -146,3 +148,8 @@ def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monk
 def test_progress_true_writes_to_stderr(arm: magician.Arm, capsys: pytest.CaptureFixture[str]) -> None:
     arm.run(Plan.path([(220, 0, 20)], by="line"), progress=True)
     assert "1 of 1 steps done" in capsys.readouterr().err
+
+
+def test_a_program_without_a_console(arm: magician.Arm, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stderr", None)
+    assert arm.run([words.wait(0)], progress=True).steps == 1

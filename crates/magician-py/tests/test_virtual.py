@@ -162,3 +162,11 @@ def test_asyncio_drives_the_same_arm() -> None:
 
     assert asyncio.run(main()).steps == 1
     assert cell.position[:3] == pytest.approx((220, 0, 20), abs=1e-3)
+
+
+def test_inputs_that_are_none(virtual_arm: VirtualArm) -> None:
+    for address in (-1, 0, 21, 300):
+        with pytest.raises(InvalidInputError, match=f"no input {address}"):
+            virtual_arm.set_input(address, True)
+        with pytest.raises(InvalidInputError, match=f"no input {address}"):
+            virtual_arm.set_analog(address, 0)

@@ -69,6 +69,9 @@ async def until_done(call: Call[T], core: Core, listener: Listener | None = None
     """Waits in the running event loop for something that moves the arm: whoever cancels it stops the arm."""
     try:
         return await _until(call, listener)
+    except GeneratorExit:
+        # Nobody runs this coroutine any more: the stop has been asked for, and cannot be waited for.
+        raise
     except BaseException as interruption:
         if not call.taken():
             await until_stopped(core, interruption)
@@ -94,13 +97,25 @@ async def _until(call: Call[T], listener: Listener | None) -> T:
         try:
             if report is not None and listener is not None:
                 listener(report)
+        except StopIteration as error:
+            # As out of any coroutine: a future takes none.
+            failure = RuntimeError("what listens raised StopIteration")
+            failure.__cause__ = error
+            ended.set_exception(failure)
         except BaseException as error:
             ended.set_exception(error)
         else:
             if over:
                 ended.set_result(None)
 
-    call.listen(lambda: loop.call_soon_threadsafe(look))
+    def tell() -> None:
+        try:
+            loop.call_soon_threadsafe(look)
+        except RuntimeError:
+            # The loop was closed: nobody waits any more.
+            call.cancel()
+
+    call.listen(tell)
     try:
         await ended
     except BaseException:
@@ -130,9 +145,11 @@ def opened(core: Core) -> Core:
 def _end() -> None:
     """Closes what is open, all at the same time, and lets the native part say what it has to say."""
     closing = [core.close() for core in list(_open) if core.is_here()]
-    for call in closing:
-        call.wait()
-    _magician.end()
+    try:
+        for call in closing:
+            call.wait()
+    finally:
+        _magician.end()
 
 
 atexit.register(_end)

@@ -171,11 +171,14 @@ class Arm:
     ) -> None:
         if not self._core.is_here():
             return
-        if error is None:
-            self.detach()
-        elif self.link.state != "closed":
-            await until_stopped(self._core, error)
-        await self.close()
+        try:
+            if error is None:
+                self.detach()
+            elif self.link.state != "closed":
+                await until_stopped(self._core, error)
+        finally:
+            # Whoever does not want to wait for the stop has the connection end as well.
+            await self.close()
 
     def __repr__(self) -> str:
         if not self._core.is_here():
@@ -374,7 +377,7 @@ class Arm:
 
         :param id: id of the command, 0 to 255.
         :param ctrl: control byte: 0 a get, 1 a set, 3 a queued set.
-        :param params: the parameters, at most 249 bytes: ``bytes(commands.PtpCommonParams(50, 50))``.
+        :param params: the parameters, at most 248 bytes: ``bytes(commands.PtpCommonParams(50, 50))``.
         :param allow_dangerous: as for :meth:`set`.
         """
         return await until(self._core.raw(id, ctrl, params, allow_dangerous))
@@ -860,6 +863,8 @@ class Arm:
         call, over = self._core.run(plan.native, how)
         try:
             found = await until_done(call, self._core, telling)
+        except GeneratorExit:
+            raise
         except BaseException as error:
             await until(over)
             telling.broken(error)

@@ -66,7 +66,9 @@ class Telling:
     """Tells somebody how far a run is."""
 
     def __init__(self, steps: int, watcher: Watcher) -> None:
-        self._line = Line(sys.stderr) if watcher is True else None
+        # A program without a console has no stderr.
+        out: TextIO | None = sys.stderr
+        self._line = Line(out) if watcher is True and out is not None else None
         self._tell = watcher if callable(watcher) else self._line
         self._now = PlanProgress(0, steps, None)
 

@@ -1,7 +1,9 @@
 //! What moves the arm, waits for it and stops it.
 
-use magician::words::Guards;
-use magician::{Arm, Error, Progress, QueueIndex, Ran, RunOptions, Set};
+use std::time::Duration;
+
+use magician::words::{Guards, Preflight};
+use magician::{Arm, Error, ErrorKind, Progress, QueueIndex, Ran, RunOptions, Set};
 use pyo3::prelude::*;
 
 use super::verbs::commands;
@@ -30,22 +32,36 @@ fn guards(py: Python<'_>, skip: &[String], require_homed: bool) -> PyResult<Guar
     Ok(guards)
 }
 
-/// As `Arm::perform_with`, telling how far it is.
+/// As `Arm::perform_with`, telling how far it is. `stops` of before are not its own.
 async fn perform(
     arm: Arm,
     commands: Vec<Set>,
     guards: Guards,
-    options: RunOptions,
+    (options, stops): (RunOptions, u64),
     reporter: Reporter,
 ) -> magician::Result<Ran> {
     if guards.alarms || guards.require_homed {
         arm.check_alarms(&commands, guards).await?;
     }
     let check = arm.preflight_for(&commands).await?;
-    check.clone().guards(guards).program(&commands)?;
-    let mut run = arm.begin(commands, options).along(check);
+    let (commands, _) = checked(check.clone().guards(guards), commands).await?;
+    let run = arm.begin(commands, options).along(check);
+    let mut run = run.unless_stopped_since(stops);
     run.finish(move |progress| report(&reporter, progress))
         .await
+}
+
+/// Checks commands and tells how long they take. Many take a while, and others have connections to be served.
+async fn checked(
+    mut check: Preflight,
+    commands: Vec<Set>,
+) -> magician::Result<(Vec<Set>, Duration)> {
+    let checked = tokio::task::spawn_blocking(move || {
+        let time = check.program(&commands)?;
+        Ok((commands, time))
+    });
+    let bug = |error: tokio::task::JoinError| Error::new(ErrorKind::Closed, error.to_string());
+    checked.await.map_err(bug)?
 }
 
 /// Hands on how far something is.
@@ -96,10 +112,10 @@ impl Core {
         let py = commands.py();
         let guards = guards(py, &skip, require_homed)?;
         let commands = self::commands(commands)?;
-        let options = RunOptions::default().keep(keep);
         let arm = self.arm(py)?;
-        let task = |reporter| perform(arm, commands, guards, options, reporter);
-        Ok(Call::reporting(task, ran))
+        let from = (RunOptions::default().keep(keep), arm.stops());
+        let task = |reporter| perform(arm.clone(), commands, guards, from, reporter);
+        Ok(Call::moving(&arm, task, ran))
     }
 
     /// Checks commands and tells how many seconds they take.
@@ -110,10 +126,10 @@ impl Core {
         let arm = self.arm(py)?;
         let estimate = async move {
             let check = arm.preflight_for(&commands).await?;
-            check.guards(guards).program(&commands)
+            checked(check.guards(guards), commands).await
         };
-        Ok(Call::start(estimate, |py, time| {
-            let endless = time == std::time::Duration::MAX;
+        Ok(Call::start(estimate, |py, (_, time)| {
+            let endless = time == Duration::MAX;
             let seconds = if endless {
                 f64::INFINITY
             } else {
@@ -126,23 +142,28 @@ impl Core {
     /// Homes the arm.
     fn home(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
-        Ok(Call::plain(async move { arm.home().await }))
+        let homing = arm.clone();
+        let task = |_| async move { homing.home().await };
+        Ok(Call::moving(&arm, task, |py, ()| Ok(py.None())))
     }
 
     /// Waits until a queued command has finished.
     fn wait_for(&self, py: Python<'_>, index: u64) -> PyResult<Call> {
         let arm = self.arm(py)?;
+        let waiting = arm.clone();
         let task = |reporter: Reporter| async move {
             let progress = move |progress| report(&reporter, progress);
-            arm.wait_with(QueueIndex(index), progress).await
+            waiting.wait_with(QueueIndex(index), progress).await
         };
-        Ok(Call::reporting(task, |py, ()| Ok(py.None())))
+        Ok(Call::moving(&arm, task, |py, ()| Ok(py.None())))
     }
 
     /// Waits until the arm stands.
     fn wait_still(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
-        Ok(Call::plain(async move { arm.wait_still().await }))
+        let waiting = arm.clone();
+        let task = |_| async move { waiting.wait_still().await };
+        Ok(Call::moving(&arm, task, |py, ()| Ok(py.None())))
     }
 
     /// Stops the arm, whatever is going on.

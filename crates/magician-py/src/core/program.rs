@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use magician::{Ran, Run, Set};
+use magician::{Arm, Ran, Run, Set};
 use pyo3::prelude::*;
 use tokio::sync::Mutex;
 
@@ -15,6 +15,7 @@ use crate::runtime::Local;
 /// A program on its way through the queue.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Program {
+    arm: Local<Arm>,
     run: Local<Arc<Mutex<Run<std::vec::IntoIter<Set>>>>>,
 }
 
@@ -31,8 +32,10 @@ impl Core {
     ) -> PyResult<Program> {
         let py = commands.py();
         let options = run_options(py, keep, horizon, laser_horizon, trust_pose)?;
-        let run = self.arm.get(py)?.begin(self::commands(commands)?, options);
+        let arm = self.arm(py)?;
+        let run = arm.begin(self::commands(commands)?, options);
         Ok(Program {
+            arm: Local::new(arm),
             run: Local::new(Arc::new(Mutex::new(run))),
         })
     }
@@ -48,7 +51,7 @@ impl Program {
             run.finish(move |progress| report(&reporter, progress))
                 .await
         };
-        Ok(Call::reporting(task, ran))
+        Ok(Call::moving(self.arm.get(py)?, task, ran))
     }
 
     /// Whether it can go on; not while it runs.

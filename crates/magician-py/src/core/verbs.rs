@@ -21,7 +21,8 @@ fn meant(py: Python<'_>, row: &Row, allow_dangerous: bool) -> PyResult<()> {
 
 /// Several commands.
 pub(super) fn commands(commands: &Bound<'_, PyAny>) -> PyResult<Vec<Set>> {
-    let mut all = Vec::with_capacity(commands.len().unwrap_or(0));
+    // A length is only what something says of itself.
+    let mut all = Vec::with_capacity(commands.len().unwrap_or(0).min(1 << 16));
     for command in commands.try_iter()? {
         all.push(values::command(&command?)?);
     }

@@ -31,6 +31,18 @@ pub(crate) struct Jog {
     jog: Local<Lock<Option<magician::Jog>>>,
 }
 
+/// Pins of a kind; the driver says which addresses there are.
+fn pins(py: Python<'_>, addresses: &[i64], kind: fn(u8) -> Pin) -> PyResult<Vec<Pin>> {
+    let pin = |address: &i64| match u8::try_from(*address) {
+        Ok(address) => Ok(kind(address)),
+        Err(_) => {
+            let message = format!("there is no pin {address}: EIO addresses are 1 to 20");
+            Err(errors::raise(py, &Error::invalid(message)))
+        }
+    };
+    addresses.iter().map(pin).collect()
+}
+
 #[pymethods]
 impl Core {
     /// Keeps an eye on the arm, so many times a second, and on these pins.
@@ -38,14 +50,14 @@ impl Core {
         &self,
         py: Python<'_>,
         rate: f64,
-        inputs: Vec<u8>,
-        outputs: Vec<u8>,
-        analogs: Vec<u8>,
+        inputs: Vec<i64>,
+        outputs: Vec<i64>,
+        analogs: Vec<i64>,
     ) -> PyResult<StateWatch> {
-        let pins = inputs.into_iter().map(Pin::Input);
-        let pins = pins.chain(outputs.into_iter().map(Pin::Output));
-        let pins = pins.chain(analogs.into_iter().map(Pin::Analog));
-        let options = StateOptions::at(rate).pins(pins);
+        let inputs = pins(py, &inputs, Pin::Input)?;
+        let outputs = pins(py, &outputs, Pin::Output)?;
+        let analogs = pins(py, &analogs, Pin::Analog)?;
+        let options = StateOptions::at(rate).pins([inputs, outputs, analogs].concat());
         let arm = self.arm.get(py)?;
         let watch = || {
             let watch = arm.state_with(options.clone());
