@@ -1,11 +1,16 @@
 #!/usr/bin/env python3
-"""Draw the same with pydobot, pydobotplus and this driver on the same virtual arm: interop/bench_pydobot.py [--segments N]
+"""Draw the same with pydobot, pydobotplus, this driver and its Python package on the same virtual arm:
+interop/bench_pydobot.py [--segments N] [--package PYTHON]
 
 Every drawing has a fresh `magician sim` on a pseudo-terminal, paced at 115200 baud, with 0, 2 and 4 ms that the arm takes
 besides. It is the ring of crates/magician/examples/05_drawing.rs: segments so short that the line is what takes time. The
 seconds are from the first segment sent to the last one executed, without connecting; the arm's pose at the end is
 compared with the last point, so that nobody gains by leaving something out. pydobot takes 0.2 s a segment by itself:
 1,000 of them, three times, ten minutes.
+
+With --package the Python package draws too: as its users write it at windows 1 and 4, and in place of either library
+(`python -m magician.compat`). Of every Python program the share of the time is shown in which its interpreter computes; and
+last all but pydobot draw over a line without a pace, on an arm that is 20 times as fast, where there is little else.
 """
 
 import argparse
@@ -27,6 +32,8 @@ START = (199.4041, 0.0, -8.4853)
 SPEEDS = ("plan_acc=1000", "junction_vel=100", "acc_or_period=1000", "real_time_track=0")
 LIBRARIES = {"pydobot": "pydobot.txt", "pydobotplus": "pydobotplus.txt"}
 WINDOWS = (1, 4)
+# How many times as fast as a real arm the one on the line without a pace is: the line is to be what takes time.
+FAST = "20"
 
 
 def point(count):
@@ -35,61 +42,105 @@ def point(count):
     return START[0] - RADIUS + RADIUS * math.cos(angle), START[1] + RADIUS * math.sin(angle), START[2]
 
 
-def client(library, port, segments):
-    """Draw with a library, inside its own interpreter; print the seconds."""
+def client(library, port, segments, window):
+    """Draw with a library, inside its own interpreter; print the seconds, and those that this thread computed."""
+    begin = package if library == "magician" else command_by_command
+    draw = begin(library, port, segments, window)
+    begun, computed = time.perf_counter(), time.thread_time()
+    draw()
+    spent = {"seconds": time.perf_counter() - begun, "interpreter": time.thread_time() - computed}
+    print(json.dumps(spent), flush=True)
+
+
+def package(_, port, segments, window):
+    """Our package, as its users write it."""
+    import magician
+    from magician import words
+
+    arm = magician.Arm(port, window=window)
+    return lambda: arm.begin([words.path_to(*point(count)) for count in range(1, segments + 1)]).finish()
+
+
+def command_by_command(library, port, segments, _):
+    """A library that knows no more than one command at a time."""
     if library == "pydobot":
         from pydobot import Dobot
     else:
         from pydobotplus import Dobot
     dobot = Dobot(port)
-    begun = time.monotonic()
-    for count in range(1, segments + 1):
-        reply = dobot._set_cp_cmd(*point(count))
-    last = struct.unpack_from("<Q", reply.params)[0]
-    while dobot._get_queued_cmd_current_index() < last:
-        pass
-    print(json.dumps({"seconds": time.monotonic() - begun}), flush=True)
-    dobot.close()
+
+    def draw():
+        for count in range(1, segments + 1):
+            reply = dobot._set_cp_cmd(*point(count))
+        last = struct.unpack_from("<Q", reply.params)[0]
+        while dobot._get_queued_cmd_current_index() < last:
+            pass
+
+    return draw
 
 
 def draw(magician, client_on, turnaround, segments):
-    """One drawing on an arm of its own, by the command that `client_on` gives for its path; its seconds."""
+    """One drawing on an arm of its own, by the command that `client_on` gives for its path; its seconds, and those of the
+    interpreter if it has one."""
     with tempfile.TemporaryDirectory(prefix="magician-") as home:
         path = f"{home}/arm"
-        arm = Sim(magician, path, "1", "--baud", "115200", "--turnaround", str(turnaround), stderr=subprocess.DEVNULL)
+        pace = [FAST] if turnaround is None else ["1", "--baud", "115200", "--turnaround", str(turnaround)]
+        arm = Sim(magician, path, *pace, stderr=subprocess.DEVNULL)
         try:
             observer = [magician, "--port", f"udp:127.0.0.1:{arm.udp}", "--json"]
             subprocess.run([*observer, "set", "CPParams", *SPEEDS], check=True, capture_output=True, timeout=20)
-            done = subprocess.run(client_on(path), check=True, capture_output=True, timeout=600, text=True)
+            done = subprocess.run(client_on(path), check=True, stdout=subprocess.PIPE, timeout=600, text=True)
             pose = json.loads(subprocess.run([*observer, "pose"], check=True, capture_output=True, timeout=20).stdout)
         finally:
             arm.stop()
     off = math.dist((pose["x"], pose["y"], pose["z"]), point(segments))
     if off > 0.01:
         sys.exit(f"the drawing is not whole: its end is {off:.2f} mm off")
-    return json.loads(done.stdout.splitlines()[-1])["seconds"]
+    spent = json.loads(done.stdout.splitlines()[-1])
+    return {name: spent[name] for name in ("seconds", "interpreter") if name in spent}
 
 
 def compare(given, turnaround):
-    """All clients at one turnaround: seconds by name."""
-    seconds = {}
+    """All clients at one turnaround: what they spent, by name."""
+    spent = {}
+    ask = [__file__, "--client"]
     for window in WINDOWS:
         ours = lambda path, window=window: [given.drawing, path, str(given.segments), str(window)]
-        seconds[window] = draw(given.magician, ours, turnaround, given.segments)
+        spent[f"window {window}"] = draw(given.magician, ours, turnaround, given.segments)
+    if given.package:
+        for window in WINDOWS:
+            ours = lambda path, window=window: [
+                given.package, "-B", *ask, "magician", path, str(given.segments), str(window)
+            ]
+            spent[f"Python, window {window}"] = draw(given.magician, ours, turnaround, given.segments)
+        for library in LIBRARIES:
+            compat = [given.package, "-B", "-m", "magician.compat", "--pydobot", "pydobot"]
+            ours = lambda path, compat=compat, library=library: [*compat, *ask, library, path, str(given.segments), "1"]
+            spent[f"compat.{library}"] = draw(given.magician, ours, turnaround, given.segments)
     for library, pins in LIBRARIES.items():
+        if library == "pydobot" and turnaround is None:
+            continue
         segments = min(given.segments, given.slow) if library == "pydobot" else given.segments
-        theirs = [python_for(pins), "-B", __file__, "--client", library]
-        spent = draw(given.magician, lambda path: [*theirs, path, str(segments)], turnaround, segments)
-        seconds[library] = spent * given.segments / segments
-    return seconds
+        theirs = [python_for(pins), "-B", *ask, library]
+        found = draw(given.magician, lambda path: [*theirs, path, str(segments), "1"], turnaround, segments)
+        spent[library] = {name: value * given.segments / segments for name, value in found.items()}
+    return spent
 
 
-def goals(turnaround):
+def goals(turnaround, package):
     """(what, of whom, how many times as fast as whom, at least)."""
-    yield "window 1 to pydobot", 1, "pydobot", 50.0
-    yield "window 1 to pydobotplus", 1, "pydobotplus", 1.0
+    if turnaround is not None:
+        yield "window 1 to pydobot", "window 1", "pydobot", 50.0
+    yield "window 1 to pydobotplus", "window 1", "pydobotplus", 1.0
     beside = {0: 1.4, 4: 3.0}.get(turnaround)
-    yield "window 4 to pydobotplus", 4, "pydobotplus", beside
+    yield "window 4 to pydobotplus", "window 4", "pydobotplus", beside
+    if not package:
+        return
+    for window in WINDOWS:
+        yield f"Python to Rust, window {window}", f"Python, window {window}", f"window {window}", None
+    for library in LIBRARIES:
+        if library != "pydobot" or turnaround is not None:
+            yield f"compat.{library} to {library}", f"compat.{library}", library, None
 
 
 def main():
@@ -97,15 +148,16 @@ def main():
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--magician", help="the program to test (otherwise it is built, optimised)")
     options.add_argument("--drawing", help="the example 05_drawing (otherwise it is built, optimised)")
+    options.add_argument("--package", help="an interpreter with our Python package, built optimised")
     options.add_argument("--segments", type=int, default=1000)
     options.add_argument("--slow", type=int, default=1000, help="segments for pydobot at most; its seconds are scaled")
     options.add_argument("--turnaround", type=int, nargs="*", default=[0, 2, 4], help="milliseconds")
     options.add_argument("--json", action="store_true", help="print one object instead")
-    options.add_argument("--client", nargs=3, help=argparse.SUPPRESS)
+    options.add_argument("--client", nargs=4, help=argparse.SUPPRESS)
     given = options.parse_args()
     if given.client:
-        library, port, segments = given.client
-        client(library, port, int(segments))
+        library, port, segments, window = given.client
+        client(library, port, int(segments), int(window))
         return
     release = pathlib.Path(TARGET) / "release"
     if not (given.magician and given.drawing):
@@ -116,13 +168,19 @@ def main():
     given.drawing = given.drawing or str(release / "examples" / "05_drawing")
 
     results = []
-    for turnaround in given.turnaround:
-        seconds = compare(given, turnaround)
+    for turnaround in [*given.turnaround, *([None] if given.package else [])]:
+        spent = compare(given, turnaround)
+        seconds = {name: each["seconds"] for name, each in spent.items()}
         ratios = {
             what: {"ratio": round(seconds[other] / seconds[ours], 3), "goal": goal}
-            for what, ours, other, goal in goals(turnaround)
+            for what, ours, other, goal in goals(turnaround, given.package)
         }
-        results.append({"turnaround_ms": turnaround, "seconds": {str(k): round(v, 3) for k, v in seconds.items()}, "h6": ratios})
+        results.append({
+            "turnaround_ms": turnaround,
+            "seconds": {name: round(value, 3) for name, value in seconds.items()},
+            "interpreter": {name: round(each["interpreter"], 4) for name, each in spent.items() if "interpreter" in each},
+            "h6": ratios,
+        })
         if not given.json:
             show(results[-1], given.segments)
     if given.json:
@@ -131,14 +189,19 @@ def main():
 
 def show(result, segments):
     """One turnaround, for people."""
-    print(f"turnaround {result['turnaround_ms']} ms, {segments} segments", flush=True)
+    turnaround = result["turnaround_ms"]
+    line = "a line without a pace" if turnaround is None else f"turnaround {turnaround} ms"
+    print(f"{line}, {segments} segments", flush=True)
     for name, seconds in result["seconds"].items():
-        name = f"window {name}" if name.isdigit() else name
-        print(f"  {name:<12} {seconds:8.3f} s {segments / seconds:8.1f} /s")
+        computed = result["interpreter"].get(name)
+        share = ""
+        if computed is not None:
+            share = f"  interpreter {100 * computed / seconds:5.1f} %, {1e6 * computed / segments:6.1f} us a segment"
+        print(f"  {name:<20} {seconds:8.3f} s {segments / seconds:8.1f} /s{share}")
     for what, found in result["h6"].items():
         goal = found["goal"]
         verdict = "" if goal is None else f"goal {goal:g}: {'met' if found['ratio'] >= goal else 'not met'}"
-        print(f"  {what:<24} {found['ratio']:7.2f} times  {verdict}", flush=True)
+        print(f"  {what:<30} {found['ratio']:7.2f} times  {verdict}", flush=True)
 
 
 if __name__ == "__main__":

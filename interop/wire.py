@@ -198,15 +198,21 @@ class Observer:
 
     def reached(self, index):
         """Clock readings (ms) surely before and surely after the command finished."""
-        lo, hi = 0, None
+        end = time.monotonic() + 1
+        # A library that does not sleep may know it before the observer does.
+        while (found := self._bracket(index)) is None:
+            if self.error or time.monotonic() > end:
+                raise AssertionError(f"index {index} was not seen ({self.error or 'still running'})")
+            time.sleep(0.001)
+        return found
+
+    def _bracket(self, index):
+        lo = 0
         for before, seen, after in list(self.looks):
             if seen >= index:
-                hi = after
-                break
+                return lo, after
             lo = before
-        if hi is None:
-            raise AssertionError(f"index {index} was not seen ({self.error or 'still running'})")
-        return lo, hi
+        return None
 
     def duration(self, index):
         """The shortest and longest time in seconds that the command can have taken after the one before it."""

@@ -10,6 +10,7 @@ mod gallery;
 mod library;
 mod programs;
 mod protocol;
+mod python;
 mod soak;
 
 use std::path::Path;
@@ -24,6 +25,7 @@ Usage: cargo xtask CHORE
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
   vendor-functions
              list every function of the drop-in for the vendor's library: docs/VENDOR-FUNCTIONS.md
+  python     write the Python package's commands and alarms: crates/magician-py/python/magician/*.py
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   programs   run programs of every kind on the virtual arm: docs/programs/* and docs/PROGRAMS.md
   vendor-headers
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "gallery" => gallery::write(&docs),
         Some((chore, [])) if chore == "programs" => programs::write(&root),
         Some((chore, [])) if chore == "protocol" => protocol::write(&docs),
+        Some((chore, [])) if chore == "python" => python::write(&root),
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),

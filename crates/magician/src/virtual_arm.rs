@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Waker;
+use std::time::Duration;
 
 use magician_sim::{Controller, Line, Micros, Profile, Runner, Scenario, Speed, State, World};
 use tokio::time::Instant;
@@ -47,15 +48,29 @@ pub struct VirtualArm {
 /// The arm, and who waits for it.
 pub(crate) struct Cell {
     pub(crate) runner: Runner,
-    pub(crate) begun: Instant,
+    begun: Instant,
+    /// Whether the wall clock that the arm knows stands.
+    stands: bool,
+    /// By how much that clock was put forward.
+    ahead: Micros,
     /// The connection, which must hear when the arm has been touched from outside.
     pub(crate) waker: Option<Waker>,
 }
 
 impl Cell {
-    /// The wall clock in microseconds since the arm was made.
+    /// The wall clock that the arm knows, in microseconds since it was made.
     pub(crate) fn now(&self) -> Micros {
-        Micros::try_from(self.begun.elapsed().as_micros()).unwrap_or(Micros::MAX)
+        let passed = match self.stands {
+            true => 0,
+            false => Micros::try_from(self.begun.elapsed().as_micros()).unwrap_or(Micros::MAX),
+        };
+        passed.saturating_add(self.ahead)
+    }
+
+    /// When that clock will show an instant by itself, if ever.
+    pub(crate) fn comes(&self, at: Micros) -> Option<Instant> {
+        let left = Duration::from_micros(at.saturating_sub(self.ahead));
+        (!self.stands).then(|| self.begun.checked_add(left))?
     }
 }
 
@@ -71,6 +86,8 @@ impl From<Runner> for VirtualArm {
         let cell = Cell {
             runner,
             begun: Instant::now(),
+            stands: false,
+            ahead: 0,
             waker: None,
         };
         Self {
@@ -113,6 +130,39 @@ impl VirtualArm {
     #[must_use]
     pub fn in_scenario(scenario: &Scenario) -> Self {
         Controller::in_world(Profile::default(), World::from_scenario(scenario)).into()
+    }
+
+    /// The same arm in virtual time: its clock runs only for what the arm does, which takes no time as at full speed, and
+    /// when [`advance`](Self::advance) says so. While the arm has nothing to do nothing happens in its world, however
+    /// long the program takes: every run is the same run.
+    ///
+    /// ```
+    /// use std::time::Duration;
+    /// use magician::{VirtualArm, sim::Scenario};
+    ///
+    /// let cell = VirtualArm::in_scenario(&Scenario::default()).in_virtual_time();
+    /// cell.advance(Duration::from_secs(2));
+    /// assert_eq!(cell.state().now, 2_000_000);
+    /// ```
+    #[must_use]
+    pub fn in_virtual_time(self) -> Self {
+        {
+            let mut cell = self.lock();
+            let begun = cell.runner.controller().now() > 0;
+            (cell.ahead, cell.stands) = (if begun { cell.now() } else { 0 }, true);
+        }
+        self
+    }
+
+    /// Lets so much time pass at once, as if the program had waited for it: belts run on, scenarios go on, jogs go their way.
+    /// At full speed and in virtual time it is time of the arm's clock, else time of the wall's.
+    pub fn advance(&self, time: Duration) {
+        let time = Micros::try_from(time.as_micros()).unwrap_or(Micros::MAX);
+        {
+            let mut cell = self.lock();
+            cell.ahead = cell.ahead.saturating_add(time);
+        }
+        self.with(|_| ());
     }
 
     pub(crate) fn powered_up(speed: SimSpeed) -> Self {

@@ -14,6 +14,7 @@ mod panel;
 mod png;
 mod section;
 mod side;
+mod snapshot;
 mod svg;
 mod symbols;
 mod track;
@@ -29,6 +30,7 @@ use panel::{Panel, TICKS};
 pub use png::PictureError;
 pub(crate) use png::options as svg_options;
 pub use section::section;
+pub use snapshot::{Snapshot, Standing};
 use svg::Svg;
 use trip::Trip;
 
@@ -133,6 +135,14 @@ impl Preview {
     pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
         png::drawn(&self.svg, pixels_per_mm)
     }
+}
+
+/// One of these pictures, or any SVG, as PNG, so many pixels to a millimetre.
+///
+/// # Errors
+/// [`PictureError`] if the scale makes no sense, the picture would be too large, or it is no SVG.
+pub fn to_png(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+    png::drawn(svg, pixels_per_mm)
 }
 
 fn draw(

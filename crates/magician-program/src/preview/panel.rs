@@ -106,8 +106,8 @@ impl Panel {
     }
 
     fn coarse(&self) -> f64 {
-        let [width, height] = self.size();
-        if width.max(height) > SMALL {
+        let [low, high] = self.part;
+        if (high[0] - low[0]).max(high[1] - low[1]) > SMALL {
             COARSE
         } else {
             CLOSE

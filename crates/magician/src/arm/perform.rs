@@ -28,13 +28,15 @@ impl Arm {
     /// # Errors
     /// As [`perform`](Self::perform).
     pub async fn perform_with(&self, commands: &[Set], guards: Guards) -> Result<Ran> {
+        let stops = self.stops();
         if guards.alarms || guards.require_homed {
             self.check_alarms(commands, guards).await?;
         }
         let check = self.preflight_for(commands).await?;
         check.clone().guards(guards).program(commands)?;
         let run = self.begin(commands.iter().copied(), RunOptions::default());
-        run.along(check).finish(|_| {}).await
+        let mut run = run.along(check).unless_stopped_since(stops);
+        run.finish(|_| {}).await
     }
 
     /// Whether the arm is ready for these commands, as far as its alarms tell and these guards ask: what

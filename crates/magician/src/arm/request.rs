@@ -40,8 +40,10 @@ impl Arm {
         self.answer(answer, &frame, deadline).await
     }
 
-    /// Stops so far.
-    pub(super) fn stops(&self) -> u64 {
+    /// How many stops were asked for over this connection so far, by whomever:
+    /// [`Run::unless_stopped_since`](super::Run::unless_stopped_since).
+    #[must_use]
+    pub fn stops(&self) -> u64 {
         self.inner.shared.stops()
     }
 

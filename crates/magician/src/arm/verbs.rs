@@ -63,7 +63,23 @@ impl Arm {
     /// # Errors
     /// As [`enqueue`](Self::enqueue); [`ErrorKind::InvalidInput`] for a command that cannot be queued.
     pub async fn enqueue_set(&self, command: &Set) -> Result<QueueIndex> {
-        let request = flow::queued(command)?;
+        self.fill(flow::queued(command)?, command).await
+    }
+
+    /// As [`enqueue_set`](Self::enqueue_set), for parameters in any form that arms take (errata E11): they are sent as
+    /// they are.
+    ///
+    /// # Errors
+    /// As [`enqueue_set`](Self::enqueue_set); [`ErrorKind::Unexpected`] for what is no form of the command.
+    pub async fn enqueue_form(&self, id: u8, params: &[u8]) -> Result<QueueIndex> {
+        let command = Set::decode(id, params)?;
+        flow::queued(&command)?;
+        let request = Request::raw(id, Ctrl::QUEUED, params)?;
+        self.fill(request, &command).await
+    }
+
+    /// Puts a request into the queue, when there is room for its command.
+    async fn fill(&self, request: Request, command: &Set) -> Result<QueueIndex> {
         let deadline = self.deadline();
         let doubts = self.doubts();
         let mut flow = self.take_turn(deadline, command.row().set_name).await?;

@@ -2,10 +2,9 @@ use std::future::Future;
 use std::io;
 use std::pin::Pin;
 use std::task::{Context, Poll};
-use std::time::Duration;
 
 use magician_sim::LinkId;
-use tokio::time::{Sleep, sleep_until};
+use tokio::time::{Instant, Sleep, sleep_until};
 
 use super::Transport;
 use crate::VirtualArm;
@@ -20,10 +19,9 @@ pub(crate) struct Sim {
 
 impl Sim {
     pub(crate) fn new(arm: VirtualArm) -> Self {
-        let begun = arm.lock().begun;
         Self {
             arm,
-            alarm: Box::pin(sleep_until(begun)),
+            alarm: Box::pin(sleep_until(Instant::now())),
         }
     }
 }
@@ -52,10 +50,14 @@ impl Transport for Sim {
                 return Poll::Pending;
             };
             // Timers may fire a little early; an instant that has come is waited for a moment.
-            let at = at.max(now + 1);
-            self.alarm
-                .as_mut()
-                .reset(cell.begun + Duration::from_micros(at));
+            let Some(comes) = cell.comes(at.max(now + 1)) else {
+                // Whoever lets time pass wakes this; what is due already goes on when others had their turn.
+                if at <= now {
+                    cx.waker().wake_by_ref();
+                }
+                return Poll::Pending;
+            };
+            self.alarm.as_mut().reset(comes);
             if self.alarm.as_mut().poll(cx).is_pending() {
                 return Poll::Pending;
             }

@@ -45,6 +45,21 @@ async fn a_queue_longer_than_the_arms_flows_and_never_overruns() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_stop_while_a_program_is_checked_ends_it() {
+    let arm = real_time().await;
+    let (stops, before) = (arm.stops(), arm.get::<Pose>().await.unwrap());
+    let check = arm.preflight().await.unwrap();
+    arm.stop().await.unwrap();
+    let run = arm.begin([words::move_by(0.0, 40.0, 0.0, 0.0)], RunOptions::default());
+    let mut run = run.along(check).unless_stopped_since(stops);
+    let error = run.finish(|_| {}).await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Closed);
+    assert_eq!(arm.current_index().await.unwrap().0, 0);
+    assert!(!arm.moving());
+    assert_eq!(arm.get::<Pose>().await.unwrap(), before);
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_stop_from_another_task_ends_a_run() {
     let arm = std::sync::Arc::new(real_time().await);
     let running = {

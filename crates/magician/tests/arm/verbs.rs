@@ -29,6 +29,37 @@ async fn the_three_verbs() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_form_is_queued_as_it_is_given() {
+    let (near, mut far) = duplex(4096);
+    let options = Options::default().probe(false);
+    let arm = Arm::over(near, options).await.unwrap();
+    // A segment whose last number is left out.
+    let short = [&[1][..], &200_f32.to_le_bytes(), &[0; 9]].concat();
+    let (error, unknown, unqueued) = (
+        arm.enqueue_form(91, &short[..5]).await.unwrap_err(),
+        arm.enqueue_form(250, &[]).await.unwrap_err(),
+        arm.enqueue_form(240, &[]).await.unwrap_err(),
+    );
+    assert_eq!(error.kind(), ErrorKind::Unexpected, "{error}");
+    assert_eq!(unknown.kind(), ErrorKind::Unexpected, "{unknown}");
+    assert_eq!(unqueued.kind(), ErrorKind::InvalidInput, "{unqueued}");
+    let queue = arm.enqueue_form(91, &short);
+    let answer = async {
+        let room = next_request(&mut far).await;
+        assert_eq!(room.frame().id(), 247);
+        let left = FrameBuf::new(247, Ctrl::GET, &32_u32.to_le_bytes()).unwrap();
+        far.write_all(left.bytes()).await.unwrap();
+        let segment = next_request(&mut far).await;
+        assert_eq!(segment.frame().params(), short);
+        let index = FrameBuf::new(91, Ctrl::QUEUED, &7_u64.to_le_bytes()).unwrap();
+        far.write_all(index.bytes()).await.unwrap();
+    };
+    let (index, ()) = tokio::join!(queue, answer);
+    assert_eq!(index.unwrap().0, 7);
+    arm.detach();
+}
+
+#[tokio::test(start_paused = true)]
 async fn moves_in_the_time_it_takes_and_arrives_exactly() {
     let arm = real_time().await;
     let begun = Instant::now();

@@ -61,6 +61,8 @@ pub struct Run<C> {
     leftover: Option<Leftover>,
     /// Stops before it was handed to the task; `None` while nothing of it was, and when it is done.
     begun: Option<u64>,
+    /// Stops of before, where whoever began it looked at the arm first.
+    stops: Option<u64>,
     ran: Ran,
     total: Option<u64>,
 }
@@ -121,6 +123,7 @@ impl Arm {
             pending: VecDeque::new(),
             leftover: None,
             begun: None,
+            stops: None,
             ran: Ran::default(),
             total,
         }
@@ -161,6 +164,13 @@ impl<C: Iterator<Item = Set>> Run<C> {
         self
     }
 
+    /// Sends nothing when a stop came after there were so many ([`Arm::stops`]): whoever stopped the arm while the program
+    /// was still being checked meant it too.
+    pub fn unless_stopped_since(mut self, stops: u64) -> Self {
+        self.stops = Some(stops);
+        self
+    }
+
     /// Runs what has not been run, to its end.
     ///
     /// # Errors
@@ -168,7 +178,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
     /// where it should, [`ErrorKind::Closed`] if it is [over](Self::is_interrupted).
     pub async fn finish(&mut self, mut progress: impl FnMut(Progress)) -> Result<Ran> {
         let arm = self.arm.clone();
-        let stops = arm.stops();
+        let stops = self.stops.take().unwrap_or_else(|| arm.stops());
         self.may_go_on()?;
         let mut flow = arm.take_turn(arm.deadline(), "a run").await?;
         // Whoever goes away in the middle of a run leaves behind what has to be counted anew.

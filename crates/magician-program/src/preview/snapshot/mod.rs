@@ -1,0 +1,244 @@
+//! An arm as it stands, from above and from the side, and the world around a virtual one.
+
+mod above;
+mod side;
+
+use magician::sim::Controller;
+use magician::sim::scenario::{Color, ToolKind};
+use magician::sim::world::{Drawing, Rest};
+use magician::{AlarmSet, Geometry, JointAngles, ToolBias};
+use magician_motion::Pose;
+
+use super::png::{self, PictureError};
+use super::svg::{Anchor, Number, Svg, Type, signed};
+use super::{FAINT, INK, MARGIN, TICKS, WRONG};
+
+/// How large it is drawn.
+const SCALE: f64 = 0.25;
+/// Which part of the ground it shows, and which of the plane through the arm, mm.
+const ABOVE: [[f64; 2]; 2] = [[-100.0, -340.0], [360.0, 340.0]];
+const SIDE: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 260.0]];
+/// Room for title and figures, mm.
+const HEAD: f64 = 18.0;
+
+/// What is known of an arm that is to be drawn.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct Standing {
+    /// What it is called.
+    pub title: String,
+    /// Its joints, deg.
+    pub joints: JointAngles,
+    /// Where its tool is, seen from the wrist.
+    pub tool: ToolBias,
+    /// The alarms that stand.
+    pub alarms: AlarmSet,
+    /// What else there is to say, a few words each.
+    pub facts: Vec<String>,
+}
+
+/// The picture of an arm as it stands.
+///
+/// ```
+/// use magician::JointAngles;
+/// use magician_program::preview::{Snapshot, Standing};
+///
+/// let mut arm = Standing::default();
+/// arm.joints = JointAngles::HOME;
+/// assert!(Snapshot::of_arm(&arm).to_svg().starts_with("<svg"));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    svg: String,
+}
+
+/// A box in the world.
+struct Body {
+    name: String,
+    size: [f64; 3],
+    /// x, y, z of the middle of its underside, and how it is turned.
+    place: [f64; 4],
+    color: Color,
+    held: bool,
+}
+
+/// What is to be drawn besides the arm.
+#[derive(Default)]
+struct Around {
+    /// Its height, and from where to where it reaches in x and in y.
+    table: Option<(f64, [[f64; 2]; 2])>,
+    belt: Option<Belt>,
+    bodies: Vec<Body>,
+    /// Where sensors are and how far they see.
+    beams: Vec<[[f64; 3]; 2]>,
+    drawing: Drawing,
+}
+
+struct Belt {
+    start: [f64; 2],
+    /// Degrees.
+    direction: f64,
+    length: f64,
+    width: f64,
+    height: f64,
+}
+
+impl Belt {
+    /// A point so far along it and so far to its left.
+    fn at(&self, along: f64, aside: f64) -> [f64; 2] {
+        let [x, y] = turned([along, aside], self.direction);
+        [self.start[0] + x, self.start[1] + y]
+    }
+}
+
+impl Snapshot {
+    /// An arm alone.
+    #[must_use]
+    pub fn of_arm(standing: &Standing) -> Self {
+        Self::drawn(standing, &Around::default())
+    }
+
+    /// A virtual arm as it really stands, and its world at this instant.
+    #[must_use]
+    pub fn of_world(arm: &Controller) -> Self {
+        let state = arm.state();
+        let scenario = arm.world().scenario();
+        let mounted = scenario.map(|scenario| *scenario.tool());
+        let mounted = mounted.filter(|tool| tool.kind != ToolKind::None);
+        let mut facts = vec![format!("{} s", Number(state.now as f64 / 1e6))];
+        let look = arm.look();
+        if let Some(held) = look.held() {
+            facts.push(format!("holds {}", held.name()));
+        }
+        if state.laser {
+            facts.push(format!("laser at {} %", Number(state.laser_power)));
+        }
+        let title = scenario.and_then(|scenario| scenario.title());
+        let standing = Standing {
+            title: title.unwrap_or("Virtual arm").to_owned(),
+            joints: state.true_joints,
+            tool: mounted.map_or(state.tool, |tool| tool.bias()),
+            alarms: state.alarms,
+            facts,
+        };
+        let bodies = look.objects().map(|object| {
+            let place = object.place();
+            Body {
+                name: object.name().to_owned(),
+                size: object.size(),
+                place: [place.x, place.y, place.z, place.yaw],
+                color: object.color(),
+                held: object.rest() == Rest::Tool,
+            }
+        });
+        let around = Around {
+            table: scenario
+                .and_then(|scenario| scenario.table())
+                .map(|table| (table.height, [table.x, table.y])),
+            belt: scenario
+                .and_then(|scenario| scenario.conveyor())
+                .map(|belt| Belt {
+                    start: belt.start,
+                    direction: belt.direction,
+                    length: belt.length,
+                    width: belt.width,
+                    height: belt.height,
+                }),
+            bodies: bodies.collect(),
+            beams: scenario
+                .map(|scenario| scenario.sensors())
+                .unwrap_or_default()
+                .iter()
+                .map(|sensor| [sensor.beam.from, sensor.beam.to])
+                .collect(),
+            drawing: arm.drawing(),
+        };
+        Self::drawn(&standing, &around)
+    }
+
+    /// As SVG.
+    #[must_use]
+    pub fn to_svg(&self) -> &str {
+        &self.svg
+    }
+
+    /// As PNG, so many pixels to a millimetre of the picture.
+    ///
+    /// # Errors
+    /// [`PictureError`] if the scale makes no sense or the picture would be too large.
+    pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+        png::drawn(&self.svg, pixels_per_mm)
+    }
+
+    fn drawn(standing: &Standing, around: &Around) -> Self {
+        let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD];
+        let size = |part: [[f64; 2]; 2]| [0, 1].map(|axis| (part[1][axis] - part[0][axis]) * SCALE);
+        let beside = left + size(ABOVE)[0] + MARGIN + TICKS[0];
+        let width = beside + size(SIDE)[0] + MARGIN;
+        let height = top + size(ABOVE)[1] + TICKS[1] + MARGIN;
+        let mut svg = Svg::new([width, height], &standing.title);
+        let arm = Geometry::magician(standing.tool);
+        let pose = arm.forward(&standing.joints);
+        head(&mut svg, left, standing, &pose);
+        above::draw(&mut svg, [left, top], &arm, &standing.joints, around);
+        side::draw(&mut svg, [beside, top], &arm, &standing.joints, around);
+        Self { svg: svg.finish() }
+    }
+}
+
+/// The title, where the arm stands, and what else there is to say.
+fn head(svg: &mut Svg, left: f64, standing: &Standing, pose: &Pose) {
+    let title = Type {
+        size: 5.2,
+        colour: INK,
+        anchor: Anchor::Start,
+        rim: false,
+    };
+    svg.text([left, MARGIN + 4.0], &standing.title, &title);
+    let text = Type {
+        size: 3.2,
+        colour: FAINT,
+        ..title
+    };
+    let tenth = |value: f64| signed((value * 10.0).round() / 10.0);
+    let named = |names: [&str; 4], values: [f64; 4]| {
+        let pairs = names.iter().zip(values);
+        let pairs: Vec<_> = pairs
+            .map(|(name, value)| format!("{name} {}", tenth(value)))
+            .collect();
+        pairs.join("  ")
+    };
+    let place = named(["x", "y", "z", "r"], pose.to_array());
+    let joints = named(["J1", "J2", "J3", "J4"], standing.joints.to_array());
+    let where_it_is = format!("{place}   ·   {joints}");
+    svg.text([left, MARGIN + 9.6], where_it_is, &text);
+    let alarms = standing
+        .alarms
+        .codes()
+        .map(|code| match magician::Alarm::with_code(code) {
+            Some(alarm) => format!("alarm {code:#04x} {}", alarm.name),
+            None => format!("alarm {code:#04x}"),
+        });
+    let alarms: Vec<String> = alarms.collect();
+    let look = match standing.alarms.blocking() {
+        false => text,
+        true => Type {
+            colour: WRONG,
+            ..text
+        },
+    };
+    let facts: Vec<String> = standing.facts.iter().cloned().chain(alarms).collect();
+    svg.text([left, MARGIN + 14.4], facts.join("   ·   "), &look);
+}
+
+fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    [x * cos - y * sin, x * sin + y * cos]
+}
+
+fn hex(Color([red, green, blue]): Color) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,82 @@
+"""Drive a Dobot Magician desktop arm, or a virtual one.
+
+>>> import magician
+>>> with magician.Arm("sim") as arm:  # or "/dev/ttyUSB0", "COM3", "udp:192.168.1.5"
+...     arm.home()
+...     arm.move_to(220, 60, 20)
+...     pose = arm.pose()
+>>> pose.x, pose.y, pose.z
+(220.0, 60.0, 20.0)
+
+* :class:`Arm` is a connected arm; :class:`magician.aio.Arm` the same for asyncio.
+* :mod:`magician.words` makes commands of intentions, for programs; :mod:`magician.commands` has every command of the
+  protocol.
+* :func:`load` makes a :class:`Plan` of a file, :meth:`Plan.path` of an array of points; ``arm.run(plan)`` has an arm do
+  it.
+* :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`.
+* :mod:`magician.errors` is what can go wrong, :mod:`magician.events` what can happen.
+
+Lengths are mm, angles degrees, times seconds. What the driver has to say goes to the logger ``magician``.
+"""
+
+from __future__ import annotations
+
+from . import aio, alarms, commands, errors, events, readings, words
+from ._blocking import Arm, Check, Events, Jog, Run, StateWatch
+from ._pictures import Drawing, Picture, Stroke
+from .alarms import Alarm
+from .commands import Pose
+from .errors import Error
+from .ports import Found, SerialPort, discover, ports
+from .programs import Complaint, Plan, Rehearsal, Report, Sheet, Step, Surface, load
+from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
+from .running import PlanProgress, RunResult
+from .virtual import Place, VirtualArm, WorldObject
+
+__all__ = [
+    "Alarm",
+    "Arm",
+    "Check",
+    "Color",
+    "Complaint",
+    "Drawing",
+    "Error",
+    "Events",
+    "Found",
+    "Info",
+    "Jog",
+    "Joints",
+    "Link",
+    "Picture",
+    "Place",
+    "Plan",
+    "PlanProgress",
+    "Pose",
+    "Position",
+    "Progress",
+    "Ran",
+    "Rehearsal",
+    "Report",
+    "Run",
+    "RunResult",
+    "SerialPort",
+    "Sheet",
+    "StateWatch",
+    "Stats",
+    "Status",
+    "Step",
+    "Stroke",
+    "Surface",
+    "VirtualArm",
+    "WorldObject",
+    "aio",
+    "alarms",
+    "commands",
+    "discover",
+    "errors",
+    "events",
+    "load",
+    "ports",
+    "readings",
+    "words",
+]

@@ -1,0 +1,941 @@
+"""The arm for programs without asyncio: made of ``aio.py`` by ``tools/blocking.py``; change that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable
+from types import TracebackType
+from typing import Any, Literal, TypeVar, overload
+
+from . import commands, events, words
+from ._magician import Core
+from ._magician import Events as NativeEvents
+from ._magician import Jog as NativeJog
+from ._magician import Program as NativeProgram
+from ._magician import StateWatch as NativeStateWatch
+from ._native import Where, connecting, opened, wait, wait_done, wait_stopped
+from ._pictures import Picture
+from ._protocol import Command, Query, Queueable, Readable, Writable, find
+from .alarms import Alarm
+from .commands import IoFunction, Port, Pose, RailVersion, SensorVersion, Stepper
+from .errors import ClosedError, Error, UnexpectedError
+from .programs import Plan, Report, report_of
+from .readings import Color, Info, Joints, Link, Progress, Ran, Stats, Status
+from .running import RunResult, Telling, Watcher
+from .words import Direction, Four, Tool
+
+__all__ = ["Arm", "Check", "Events", "Jog", "Run", "StateWatch"]
+
+R = TypeVar("R", bound=Readable)
+A = TypeVar("A", bound=Command)
+
+Check = Literal["reach", "unknown_start", "jog", "laser", "alarms"]
+"""A check that a program passes before a byte of it is sent:
+
+* ``reach``: targets and ways out of reach or beyond a limit;
+* ``unknown_start``: ways that nobody can check, because nobody knows where they begin: after homing to a point that is
+  not known, or when the arm was moving as the check began;
+* ``jog``: jogs, which go on until a limit ends them with an alarm;
+* ``laser``: a laser that burns while the arm waits, homes, or travels with its joints, and one that is left burning;
+* ``alarms``: an alarm that holds the queue when the program begins. Homing runs all the same.
+
+Numbers that are none, speeds that are none and values that the protocol does not have are refused whatever is left out.
+"""
+
+
+def _hearing(progress: Callable[[Progress], object] | None) -> Callable[[Any], object] | None:
+    return None if progress is None else lambda parts: progress(Progress(*parts))
+
+
+class Arm:
+    """A connected arm.
+
+    Lengths are mm, angles degrees, times seconds. Every call ends: with its answer, or with an exception of
+    :mod:`magician.errors` by its deadline. An arm may be used from any thread and any task; a :meth:`stop` overtakes
+    whatever is going on.
+
+    A ``with`` block that is left by an exception stops the arm and its laser; one that ends well lets go of the arm as
+    it is. Whoever interrupts a call that waits for a motion, with Ctrl-C or by cancelling it, stops the arm before the
+    interruption goes on its way. A connection that is closed, forgotten, or still open when the interpreter ends stops
+    what it set going, unless it was told to :meth:`detach`.
+
+    This is a convenience, not a safety function: the arm has a power switch.
+    """
+
+    def __init__(
+        self,
+        port: Where = None,
+        *,
+        timeout: float = 3.0,
+        window: int = 1,
+        probe: bool = True,
+        reconnect: bool = True,
+        echo: float = 0.1,
+    ) -> None:
+        """Connects to an arm and makes sure that it answers.
+
+        :param port: ``"sim"`` for a virtual arm in this process (``"sim:1"`` at the speed of a real one), a serial
+            port (``"/dev/ttyUSB0"``, ``"COM3"``), ``"usb:10c4:ea60"``, ``"arm:SERIAL"``, ``"udp:HOST[:PORT]"``,
+            ``"tcp:HOST:PORT"``, or a virtual arm of your making. Without it ``MAGICIAN_PORT`` of the environment, or
+            the one arm that is plugged in.
+        :param timeout: seconds after which every single call to the arm ends. Waiting for a motion has deadlines of
+            its own.
+        :param window: most requests in flight, 1 to 8. More than 1 is for arms of which it is known that they take
+            requests back to back; ``magician doctor`` can measure it.
+        :param probe: whether to make sure at the start that an arm answers.
+        :param reconnect: whether a line that breaks is looked for again: the same port, and the same arm at it.
+        :param echo: over UDP, how many seconds after a datagram the network may still deliver a second copy of it.
+
+        Raises :class:`~magician.errors.PortError` when the port is not there, not allowed or in use,
+        :class:`~magician.errors.ResponseTimeoutError` when nothing answers, :class:`~magician.errors.UnexpectedError`
+        when something else does.
+        """
+        options = {"timeout": timeout, "window": window, "probe": probe, "reconnect": reconnect, "echo": echo}
+        self._core = opened(wait(connecting(port, **options)))
+
+    def __enter__(self) -> Arm:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if not self._core.is_here():
+            return
+        try:
+            if error is None:
+                self.detach()
+            elif self.link.state != "closed":
+                wait_stopped(self._core, error)
+        finally:
+            # Whoever does not want to wait for the stop has the connection end as well.
+            self.close()
+
+    def __repr__(self) -> str:
+        if not self._core.is_here():
+            return "<Arm of another process>"
+        return f"<Arm at {self.name}, {self.link.state}>"
+
+    # The connection.
+
+    @property
+    def name(self) -> str:
+        """What the connection is called in messages: the port as it was given."""
+        return self._core.name()
+
+    @property
+    def timeout(self) -> float:
+        """Seconds after which every single call to the arm ends; it can be set, for calls that begin after that."""
+        return self._core.timeout()
+
+    @timeout.setter
+    def timeout(self, seconds: float) -> None:
+        self._core.set_timeout(seconds)
+
+    @property
+    def link(self) -> Link:
+        """How the line to the arm stands at present. A line that says nothing is up; the calls over it end by their
+        deadlines.
+        """
+        return Link.of_parts(self._core.link())
+
+    @property
+    def moving(self) -> bool:
+        """Whether something that was set going over this connection may be under way: a motion, or a queue that runs.
+
+        It errs towards yes: what has finished counts until that was read. What others set going does not count.
+        """
+        return self._core.moving()
+
+    def detach(self) -> None:
+        """Lets what was set going over this connection go on when it ends, however it ends."""
+        self._core.detach()
+
+    def close(self) -> None:
+        """Ends the connection, and returns when that is done: what it set going is stopped, unless it was detached.
+
+        Every other call on it fails with :class:`~magician.errors.ClosedError`, those under way too. Closing it again
+        does nothing.
+        """
+        if self._core.is_here():
+            wait(self._core.close())
+
+    def reconnected(self) -> None:
+        """Waits until the line is up again, at once when it is up.
+
+        Nothing is sent again by itself: what was under way when the line broke has ended with an error, and it is yours
+        to look at the arm and to go on.
+
+        Raises :class:`~magician.errors.PortError` when it is not looked for, :class:`~magician.errors.ClosedError` when
+        the connection ends meanwhile.
+        """
+        wait(self._core.reconnected())
+
+    def stats(self) -> Stats:
+        """What went over the line so far, and how many commands the arm's queue holds."""
+        return Stats(*wait(self._core.stats()))
+
+    # Where the arm is, and how it is.
+
+    def pose(self) -> Pose:
+        """Where the arm is: ``x``, ``y``, ``z`` (mm) and ``r`` (degrees) of the tool, ``j1`` to ``j4`` (degrees), as
+        commanded.
+
+        Document 1.4.1.
+        """
+        return wait(self._core.get(Pose))
+
+    def joints(self) -> Joints:
+        """The angles of the joints, degrees."""
+        return (self.pose()).joints
+
+    def rail_position(self) -> float:
+        """Where the arm stands on its rail, mm (document 1.4.3)."""
+        return (wait(self._core.get(commands.PoseL))).pose_l
+
+    def info(self) -> Info:
+        """Who the arm is: name, serial number, firmware, how long it has been switched on."""
+        name = self.get(commands.DeviceName)
+        serial = self.get(commands.DeviceSn)
+        version = self.get(commands.DeviceVersion)
+        clock = self.get(commands.DeviceTime)
+        rail = self.get(commands.DeviceWithL)
+        try:
+            processor = (self.get(commands.DeviceId)).device_id
+        except (UnexpectedError, TimeoutError):
+            processor = None
+        return Info(
+            port=self.name,
+            name=name.device_name,
+            serial_number=serial.device_sn,
+            firmware=f"{version.major_version}.{version.minor_version}.{version.revision}",
+            processor_id=processor,
+            uptime=clock.g_systick / 1000,
+            rail=rail.with_l,
+        )
+
+    def alarms(self) -> tuple[Alarm, ...]:
+        """The alarms that stand, each with its cause and its cure. That some stand is no error (document 1.5.1)."""
+        return (wait(self._core.get(commands.AlarmsState))).alarms_state
+
+    def clear_alarms(self) -> None:
+        """Clears the alarms, and with them the hold on the queue if no cause stands any more (document 1.5.2)."""
+        self.set(commands.ClearAlarmsState())
+
+    def state(
+        self,
+        rate: float = 10.0,
+        *,
+        inputs: Iterable[int] = (),
+        outputs: Iterable[int] = (),
+        analogs: Iterable[int] = (),
+    ) -> StateWatch:
+        """Keeps an eye on the arm: pose, queue, alarms and link, so many times a second (0.01 to 1000).
+
+        ``for status in arm.state(20): ...`` gives every reading. However many watches there are, the arm is asked
+        once, at the highest rate that somebody wants, and less often when the line is busy.
+
+        :param inputs: EIO addresses (1 to 20) of digital inputs to read as well; they must have been multiplexed.
+        :param outputs: the same, of digital outputs.
+        :param analogs: the same, of analog inputs.
+
+        Raises :class:`~magician.errors.InvalidInputError` for a rate or an address out of range.
+        """
+        return StateWatch(self._core.state(rate, list(inputs), list(outputs), list(analogs)))
+
+    def events(self) -> Events:
+        """What happens from now on, for any number of listeners: alarms, commands that finish, a line that breaks.
+
+        Events are noticed in what passes over the line anyway: they cost no reads of their own, and without any reads
+        there are none. Who wants to hear of an alarm within 100 ms keeps a :meth:`state` watch at 10 Hz. A listener may
+        fall 256 events behind; then it misses the oldest.
+        """
+        return Events(self._core.events())
+
+    # The three verbs. They send what they are given.
+
+    @overload
+    def get(self, what: type[R]) -> R: ...
+    @overload
+    def get(self, what: Query[A]) -> A: ...
+    @overload
+    def get(self, what: str, **fields: Any) -> Any: ...
+    def get(self, what: type[Readable] | Query[Any] | str, **fields: Any) -> Any:
+        """Asks for a value.
+
+        By its class, ``arm.get(commands.Pose)``; with a question, ``arm.get(commands.GetIoDi(address=19))``; or by any
+        name of the command, ``arm.get("IODI", address=19)``.
+
+        Raises :class:`~magician.errors.ResponseTimeoutError`, :class:`~magician.errors.UnexpectedError` when the answer
+        cannot be read, :class:`~magician.errors.PortError` when the line broke.
+        """
+        return wait(self._core.get(find(what, "get", fields) if isinstance(what, str) else what))
+
+    @overload
+    def set(self, command: Writable, *, allow_dangerous: bool = False) -> None: ...
+    @overload
+    def set(self, command: str, *, allow_dangerous: bool = False, **fields: Any) -> None: ...
+    def set(self, command: Writable | str, *, allow_dangerous: bool = False, **fields: Any) -> None:
+        """Sets a value or orders an action, at once: ``arm.set(commands.PtpCommonParams(50, 50))``.
+
+        Or by any name of the command: ``arm.set("PTPCommonParams", velocity_ratio=50, acceleration_ratio=50)``.
+
+        :param allow_dangerous: lets through what can brick, unlearn or unlock something: firmware, serial number,
+            sensor calibration, Wi-Fi, :class:`~magician.commands.ResetPose`.
+
+        Raises as :meth:`get`, and :class:`~magician.errors.UncertainError` when an action that must not be repeated was
+        not answered.
+        """
+        told: Writable = find(command, "set", fields) if isinstance(command, str) else command
+        wait(self._core.set(told, allow_dangerous))
+
+    @overload
+    def enqueue(self, command: Queueable) -> int: ...
+    @overload
+    def enqueue(self, command: str, **fields: Any) -> int: ...
+    def enqueue(self, command: Queueable | str, **fields: Any) -> int:
+        """Puts a command into the arm's queue and tells its index. It does not start the queue: see
+        :meth:`start_queue`.
+
+        Raises :class:`~magician.errors.QueueFullError` when there is no room, :class:`~magician.errors.UncertainError`
+        when it cannot be told whether the arm took it, else as :meth:`get`.
+        """
+        told: Queueable = find(command, "set", fields) if isinstance(command, str) else command
+        return wait(self._core.enqueue(told))
+
+    def raw(self, id: int, ctrl: int = 0, params: bytes = b"", *, allow_dangerous: bool = False) -> bytes:
+        """Sends any frame and returns the parameters of the one that answers it.
+
+        :param id: id of the command, 0 to 255.
+        :param ctrl: control byte: 0 a get, 1 a set, 3 a queued set.
+        :param params: the parameters, at most 248 bytes: ``bytes(commands.PtpCommonParams(50, 50))``.
+        :param allow_dangerous: as for :meth:`set`.
+        """
+        return wait(self._core.raw(id, ctrl, params, allow_dangerous))
+
+    # Programs.
+
+    def perform(
+        self,
+        program: Iterable[Queueable],
+        *,
+        progress: Callable[[Progress], object] | None = None,
+        skip: Collection[Check] = (),
+        require_homed: bool = False,
+        keep: bool = False,
+    ) -> Ran:
+        """Checks commands as the arm stands now, before any of them is sent, runs them, and waits for their end.
+
+        They flow through the arm's queue, however many they are; robot words make them: :mod:`magician.words`.
+
+        :param progress: called now and then with how far it is. :param skip: checks to leave out. :param require_homed:
+        refuses an arm that has not been homed since it was switched on, as far as its alarms tell. :param keep: runs
+        commands of an earlier program that still wait in the queue, before these.
+
+        Raises :class:`~magician.errors.UnreachableError` with value and limit and
+        :class:`~magician.errors.InvalidInputError` from the check, :class:`~magician.errors.AlarmError` as soon as an
+        alarm holds the queue, :class:`~magician.errors.ClosedError` when a stop came, else as :meth:`enqueue`.
+        """
+        call = self._core.perform(program, list(skip), require_homed, keep)
+        return Ran(*wait_done(call, self._core, _hearing(progress)))
+
+    def estimate(self, program: Iterable[Queueable], *, skip: Collection[Check] = ()) -> float:
+        """Checks commands as the arm stands now, and tells how many seconds they take.
+
+        To the microsecond what a virtual arm takes; ``math.inf`` if one of them has no end that is known: homing, a
+        wait for an input. Raises as the check of :meth:`perform`.
+        """
+        return wait(self._core.estimate(program, list(skip)))
+
+    def begin(
+        self,
+        program: Iterable[Queueable],
+        *,
+        keep: bool = False,
+        horizon: float = 2.0,
+        laser_horizon: float = 1.0,
+        trust_pose: bool = False,
+    ) -> Run:
+        """A program that can go on after the line has broken; nothing is sent before :meth:`Run.finish`, and nothing is
+        checked.
+
+        :param keep: runs commands of an earlier program that still wait in the queue, before these. :param horizon:
+        most motion that the arm has in its queue, seconds, so that it does not go on for long when this program dies:
+        the arm has no watchdog. Two commands are in it however long they take. :param laser_horizon: the same while the
+        laser may be lit. :param trust_pose: lets an interrupted run go on although nobody knows where its last finished
+        command left the arm.
+        """
+        return Run(self._core, self._core.begin(program, keep, horizon, laser_horizon, trust_pose))
+
+    # Motion: each of these goes there and waits until it has.
+
+    def home(self) -> None:
+        """Homes the arm, waits until it is done, and clears the alarms: up to half a minute (document 1.6.2)."""
+        wait_done(self._core.home(), self._core)
+
+    def move_to(
+        self,
+        x: float,
+        y: float,
+        z: float,
+        r: float | None = None,
+        *,
+        linear: bool = False,
+        rail: float | None = None,
+    ) -> None:
+        """Goes to a pose, all joints together or on a straight line, and waits until it is there.
+
+        :param x: mm forward from the base axis. :param y: mm to the arm's left. :param z: mm up from the shoulder axis;
+        the table is below 0. :param r: rotation of the tool, degrees; left out keeps it. :param linear: whether the
+        tool goes on a straight line. :param rail: mm on the rail (0 to 1000), to go to at the same time.
+
+        Raises :class:`~magician.errors.UnreachableError` with both values, before anything is sent, else as
+        :meth:`perform`.
+        """
+        r = (self.pose()).r if r is None else r
+        move: words.Move = words.line_to(x, y, z, r) if linear else words.move_to(x, y, z, r)
+        self.perform([move if rail is None else words.with_rail(move, rail)])
+
+    def line_to(self, x: float, y: float, z: float, r: float | None = None) -> None:
+        """Goes to a pose on a straight line (mm, degrees; r left out keeps it) and waits until it is there."""
+        self.move_to(x, y, z, r, linear=True)
+
+    def jump_to(self, x: float, y: float, z: float, r: float | None = None, *, linear: bool = False) -> None:
+        """Goes to a pose over obstacles: up, across, down (mm, degrees; r left out keeps it). Waits until it is there.
+
+        :meth:`jump_height` says how high. ``linear``: across on a straight line (E28: seen to do nothing on some
+        firmware).
+        """
+        r = (self.pose()).r if r is None else r
+        self.perform([words.jump_line_to(x, y, z, r) if linear else words.jump_to(x, y, z, r)])
+
+    def move_by(
+        self, dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0, *, linear: bool = False
+    ) -> None:
+        """Moves by so much (mm, degrees) from where it is: ``arm.move_by(dz=20)``."""
+        self.perform([words.line_by(dx, dy, dz, dr) if linear else words.move_by(dx, dy, dz, dr)])
+
+    def line_by(self, dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> None:
+        """Moves by so much (mm, degrees) from where it is, on a straight line."""
+        self.move_by(dx, dy, dz, dr, linear=True)
+
+    def move_joints(
+        self, j1: float, j2: float, j3: float, j4: float | None = None, *, linear: bool = False
+    ) -> None:
+        """Goes to joint angles, degrees; j4 left out keeps it. ``linear``: with the tool on a straight line."""
+        j4 = (self.pose()).j4 if j4 is None else j4
+        word = words.line_joints if linear else words.move_joints
+        self.perform([word(j1, j2, j3, j4)])
+
+    def line_joints(self, j1: float, j2: float, j3: float, j4: float | None = None) -> None:
+        """Goes to joint angles, degrees, with the tool on a straight line; j4 left out keeps it."""
+        self.move_joints(j1, j2, j3, j4, linear=True)
+
+    def jump_joints(self, j1: float, j2: float, j3: float, j4: float | None = None) -> None:
+        """Goes to joint angles, degrees, over obstacles; j4 left out keeps it."""
+        j4 = (self.pose()).j4 if j4 is None else j4
+        self.perform([words.jump_joints(j1, j2, j3, j4)])
+
+    def move_joints_by(self, d1: float = 0, d2: float = 0, d3: float = 0, d4: float = 0) -> None:
+        """Turns the joints by so many degrees from where they are."""
+        self.perform([words.move_joints_by(d1, d2, d3, d4)])
+
+    def arc_to(self, via: Four, to: Four) -> None:
+        """Goes to ``to`` along the arc through ``via``; both are x, y, z, r (document 1.12.2, E33)."""
+        self.perform([words.arc_to(via, to)])
+
+    def circle(self, via: Four, over: Four, turns: int = 1) -> None:
+        """Goes round the circle through here, ``via`` and ``over`` (x, y, z, r), and ends where it began."""
+        self.perform([words.circle(via, over, turns)])
+
+    def path_to(self, x: float, y: float, z: float) -> None:
+        """Goes to a point as a path of one segment, mm. Longer ones are programs of :func:`words.path_to`."""
+        self.perform([words.path_to(x, y, z)])
+
+    def path_by(self, dx: float = 0, dy: float = 0, dz: float = 0) -> None:
+        """As :meth:`path_to`, by so much from where it is."""
+        self.perform([words.path_by(dx, dy, dz)])
+
+    def wait(self, seconds: float) -> None:
+        """Makes the arm wait: its queue, and with it a virtual arm's time. It is not :func:`time.sleep`."""
+        self.perform([words.wait(seconds)])
+
+    def wait_for_level(self, address: int, high: bool) -> None:
+        """Waits until a digital input (EIO address 1 to 20) has this level, for ever if need be (document 1.14.1)."""
+        self.perform([words.wait_for_level(address, high)])
+
+    def wait_below(self, address: int, threshold: int) -> None:
+        """Waits until an analog input (EIO address 1 to 20) is below a threshold (0 to 4095 counts, 4095 at 3.3 V)."""
+        self.perform([words.wait_below(address, threshold)])
+
+    def wait_at_most(self, address: int, threshold: int) -> None:
+        """As :meth:`wait_below`, until the input is at most the threshold."""
+        self.perform([words.wait_at_most(address, threshold)])
+
+    def wait_at_least(self, address: int, threshold: int) -> None:
+        """As :meth:`wait_below`, until the input is at least the threshold."""
+        self.perform([words.wait_at_least(address, threshold)])
+
+    def wait_above(self, address: int, threshold: int) -> None:
+        """As :meth:`wait_below`, until the input is above the threshold."""
+        self.perform([words.wait_above(address, threshold)])
+
+    def check_lost_steps(self) -> None:
+        """Compares the joints with their sensors; a lost step raises an alarm (E36)."""
+        self.perform([words.check_lost_steps()])
+
+    # The rail.
+
+    def rail(self, on: bool, version: RailVersion) -> None:
+        """Says whether the arm stands on a rail, and of which generation (document 1.3.4, E15)."""
+        self.set(words.rail(on, version))
+
+    def move_with_rail(self, x: float, y: float, z: float, r: float, l: float) -> None:
+        """Goes to a pose and to ``l`` mm on the rail (0 to 1000) at the same time."""
+        self.perform([words.move_with_rail(x, y, z, r, l)])
+
+    def rail_to(self, l: float) -> None:
+        """Moves the carriage alone to ``l`` mm (0 to 1000)."""
+        self.perform([words.rail_to(l, self.pose())])
+
+    def rail_by(self, dl: float) -> None:
+        """Moves the carriage alone, by so many mm."""
+        self.perform([words.rail_by(dl)])
+
+    # How fast, and how high: from the next motion on.
+
+    def speed(self, velocity: float, acceleration: float | None = None) -> None:
+        """Share of the set speeds and accelerations that point-to-point moves use, percent (document 1.10.4).
+
+        Above 0; more than 100 counts as 100. The acceleration is as the velocity unless it is given.
+        """
+        self.set(words.speed(velocity, acceleration))
+
+    def joint_speed(self, velocity: Four, acceleration: Four) -> None:
+        """Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in point-to-point moves (document 1.10.1)."""
+        self.set(words.joint_speed(velocity, acceleration))
+
+    def line_speed(self, velocity: float, acceleration: float) -> None:
+        """Speed (mm/s) and acceleration (mm/s2) of the tool on straight lines (document 1.10.2)."""
+        self.set(words.line_speed(velocity, acceleration))
+
+    def path_speed(self, velocity: float, acceleration: float) -> None:
+        """Most speed (mm/s) and acceleration (mm/s2) on a continuous path (document 1.11.1, E31)."""
+        self.set(words.path_speed(velocity, acceleration))
+
+    def arc_speed(self, velocity: float, acceleration: float) -> None:
+        """Speed (mm/s) and acceleration (mm/s2) on arcs and circles (document 1.12.1)."""
+        self.set(words.arc_speed(velocity, acceleration))
+
+    def rail_speed(self, velocity: float, acceleration: float) -> None:
+        """Speed (mm/s) and acceleration (mm/s2) on the rail (document 1.10.6, E26)."""
+        self.set(words.rail_speed(velocity, acceleration))
+
+    def jump_height(self, height: float, z_limit: float) -> None:
+        """How far a jump lifts above the higher of its ends, and the z it stays below, mm (document 1.10.3, E30)."""
+        self.set(words.jump_height(height, z_limit))
+
+    def jump_heights(self, start: float, end: float, z_limit: float) -> None:
+        """How far a jump lifts above its start and its end, and the z it stays below, mm (document 1.10.8, E27)."""
+        self.set(words.jump_heights(start, end, z_limit))
+
+    def jog_speed(self, velocity: float, acceleration: float | None = None) -> None:
+        """Share of the set jog speeds, percent (document 1.9.3)."""
+        self.set(words.jog_speed(velocity, acceleration))
+
+    def jog_joint_speed(self, velocity: Four, acceleration: Four) -> None:
+        """Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in jogs of joints (document 1.9.1)."""
+        self.set(words.jog_joint_speed(velocity, acceleration))
+
+    def jog_axis_speed(self, velocity: Four, acceleration: Four) -> None:
+        """Speeds (mm/s; deg/s for r) and accelerations of x, y, z and r in jogs (document 1.9.2)."""
+        self.set(words.jog_axis_speed(velocity, acceleration))
+
+    def jog_rail_speed(self, velocity: float, acceleration: float) -> None:
+        """Speed (mm/s) and acceleration (mm/s2) of jogs on the rail (document 1.9.5, E25)."""
+        self.set(words.jog_rail_speed(velocity, acceleration))
+
+    def home_at(self, x: float, y: float, z: float, r: float) -> None:
+        """Sets the home point, where :meth:`home` ends from now on (document 1.6.1)."""
+        self.set(words.home_at(x, y, z, r))
+
+    def lost_step_threshold(self, degrees: float) -> None:
+        """From how many degrees on a joint counts as lost; 5 at power-up (document 1.18.1)."""
+        self.set(words.lost_step_threshold(degrees))
+
+    # The tool, pins, motors and sensors: at once.
+
+    def tool(self, name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) -> None:
+        """Tells the arm where the tool sits: by its name, or by x, y, z in mm from the wrist; poses count from there
+        on."""
+        self.set(words.tool(name, x=x, y=y, z=z))
+
+    def suction(self, on: bool) -> None:
+        """Sucks, or lets go; it takes about 0.3 s to hold (document 1.8.3)."""
+        self.set(words.suction(on))
+
+    def grip(self) -> None:
+        """Closes the gripper, in about 0.5 s (document 1.8.4)."""
+        self.set(words.grip())
+
+    def release(self) -> None:
+        """Opens the gripper."""
+        self.set(words.release())
+
+    def pump_off(self) -> None:
+        """Switches the air pump off; suction cup and gripper go limp."""
+        self.set(words.pump_off())
+
+    def laser(self, on: bool) -> None:
+        """Switches the laser, full on or off (document 1.8.2). It goes out when the connection ends without
+        :meth:`detach`."""
+        self.set(words.laser(on))
+
+    def multiplex(self, address: int, function: IoFunction) -> None:
+        """Says what an EIO pin (1 to 20) does; a pin must be told before it is used (document 1.15.1, E40)."""
+        self.set(words.multiplex(address, function))
+
+    def output(self, address: int, high: bool) -> None:
+        """Sets the level of a digital output (EIO address 1 to 20; document 1.15.2)."""
+        self.set(words.output(address, high))
+
+    def pwm(self, address: int, frequency: float, duty_cycle: float) -> None:
+        """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and the percentage of high."""
+        self.set(words.pwm(address, frequency, duty_cycle))
+
+    def servo(self, address: int, pulse_ms: float) -> None:
+        """Turns a hobby servo on a pulse-width pin by the length of its pulses: 1 to 2 ms, 1.5 ms is the middle of
+        most."""
+        self.set(words.servo(address, pulse_ms))
+
+    def level_at(self, address: int) -> bool:
+        """The level of a digital input (EIO address 1 to 20; document 1.15.4)."""
+        return (self.get(words.level_at(address))).level
+
+    def analog_at(self, address: int) -> float:
+        """What lies at an analog input (EIO address 1 to 20), V, 0 to 3.3 (document 1.15.5)."""
+        return (self.get(words.analog_at(address))).volts
+
+    def motor(self, index: Stepper, speed: int) -> None:
+        """Runs an external motor at so many pulses/s, the sign is the direction; 0 stops it (document 1.15.6)."""
+        self.set(words.motor(index, speed))
+
+    def motor_by(self, index: Stepper, speed: int, distance: int) -> None:
+        """Runs an external motor so many pulses far and waits for its end; the sign of the speed is the direction."""
+        self.perform([words.motor_by(index, speed, distance)])
+
+    def conveyor(self, index: Stepper, mm_per_s: float) -> None:
+        """Runs the conveyor belt on this motor output at so many mm/s, the sign is the direction; 0 stops it."""
+        self.set(words.conveyor(index, mm_per_s))
+
+    def conveyor_by(self, index: Stepper, mm: float, mm_per_s: float) -> None:
+        """Moves the conveyor belt on this motor output by so many mm and waits until it stands again."""
+        self.perform([words.conveyor_by(index, mm, mm_per_s)])
+
+    def color_sensor(self, port: Port, on: bool, version: SensorVersion) -> None:
+        """Switches the colour sensor on a port (document 1.15.7, E42)."""
+        self.set(words.color_sensor(port, on, version))
+
+    def color_at(self, port: Port) -> Color | None:
+        """The colour that the sensor on a port sees, or ``None`` where two are as strong."""
+        return (self.get(words.color_at(port))).color
+
+    def infrared(self, port: Port, on: bool, version: SensorVersion) -> None:
+        """Switches the infrared sensor on a port (document 1.15.8, E43)."""
+        self.set(words.infrared(port, on, version))
+
+    def infrared_at(self, port: Port) -> bool:
+        """Whether something is in front of the infrared sensor on a port."""
+        return (self.get(words.infrared_at(port))).state
+
+    # The queue, and coming to a stand.
+
+    def start_queue(self) -> None:
+        """Lets the queue run (document 1.19.1)."""
+        self.set(commands.QueuedCmdStartExec())
+
+    def clear_queue(self) -> None:
+        """Drops what waits in the queue; the command under way finishes (document 1.19.6). A run under way ends."""
+        self.set(commands.QueuedCmdClear())
+
+    def current_index(self) -> int:
+        """Index of the queued command that was finished last, 0 before the first (document 1.19.7)."""
+        return (self.get(commands.QueuedCmdCurrentIndex)).queued_cmd_current_index
+
+    def left_space(self) -> int:
+        """Free places in the arm's queue (document 1.19.8)."""
+        return (self.get(commands.QueuedCmdLeftSpace)).left_space
+
+    def wait_for(self, index: int, *, progress: Callable[[Progress], object] | None = None) -> None:
+        """Waits until the queued command of this index has finished, with an eye on alarms and on an arm that stands
+        still.
+
+        Raises :class:`~magician.errors.AlarmError` when an alarm holds the queue, :class:`~magician.errors.ClosedError`
+        when a stop came, :class:`~magician.errors.ResponseTimeoutError` when nothing moves for too long.
+        """
+        wait_done(self._core.wait_for(index), self._core, _hearing(progress))
+
+    def wait_still(self) -> None:
+        """Waits until the arm stands: two equal poses in succession.
+
+        Raises :class:`~magician.errors.ResponseTimeoutError` when it still moves after five seconds.
+        """
+        wait_done(self._core.wait_still(), self._core)
+
+    def stop(self) -> None:
+        """Stops the motion, switches the laser off, drops what waits in the queue, and makes sure that the arm stands.
+
+        It overtakes everything; commands that have not gone out end with :class:`~magician.errors.ClosedError`. Suction
+        and gripper stay as they are. Any thread or task may call it while others wait.
+
+        Raises :class:`~magician.errors.ResponseTimeoutError` when the arm does not answer or does not come to a stand.
+        """
+        wait(self._core.stop())
+
+    def request_stop(self) -> None:
+        """Has the arm stopped as :meth:`stop` does, and returns at once: for signal handlers, callbacks and other
+        threads.
+
+        The stop is sent ahead of everything else, for up to three seconds until it is answered; while the line is lost,
+        it is the first thing that is said when it is back.
+        """
+        self._core.request_stop()
+
+    def stop_gentle(self) -> None:
+        """Lets the command under way finish and then holds the queue (document 1.19.2).
+
+        What waits stays; :meth:`start_queue` goes on with it. A run under way ends.
+        """
+        wait(self._core.stop_gentle())
+
+    # Jogging.
+
+    def jog(self, direction: Direction | commands.JogCmd, *, keep: float = 0.3, ratio: float | None = None) -> Jog:
+        """Jogs a coordinate, a joint or the rail while a ``with`` block lasts and keeps it up: a dead man's control.
+
+        ::
+
+            with arm.jog("x+", ratio=20) as jog:
+                while button_is_pressed():
+                    jog.keep()
+
+        It acts at once, past the queue. One jog at a time: a new one takes the place of one under way.
+
+        :param direction: ``"x+"`` to ``"r-"`` a coordinate, ``"j1+"`` to ``"j4-"`` a joint, ``"rail+"`` and
+        ``"rail-"``. :param keep: seconds, 0.02 to 2, after which it ends unless :meth:`Jog.keep` was called. :param
+        ratio: share of the set jog speed, 1 to 100 %. It is set before the jog begins, and stays. Left out: as it is.
+
+        The arm itself has no such watchdog: when the computer dies or the cable breaks, a jog goes on to the end of its
+        range.
+        """
+        command = words.jog(direction) if isinstance(direction, str) else direction
+        return Jog(self._core, command, keep, ratio)
+
+    def stop_jog(self) -> None:
+        """Ends any jog, at once and for sure: repeated until the arm stands."""
+        wait(self._core.stop_jog())
+
+    # Programs.
+
+    def check(self, plan: Plan) -> Report:
+        """Follows a plan from where this arm stands, with the settings that it has; moves nothing."""
+        start = wait(self._core.start_of(plan.native))
+        return report_of(plan.native.check(start))
+
+    def preview(self, plan: Plan) -> Picture:
+        """The picture of a plan, from where this arm stands; moves nothing."""
+        start = wait(self._core.start_of(plan.native))
+        return Picture(plan.native.preview(start, None, None))
+
+    def run(
+        self,
+        program: Plan | Iterable[Queueable],
+        *,
+        progress: Watcher = False,
+        first_step: int = 1,
+        check: bool = True,
+        keep: bool = False,
+        require_homed: bool = False,
+        allow_laser: bool = False,
+        restore: bool = True,
+    ) -> RunResult:
+        """Has the arm do a plan, or commands, and waits for the end. All of it is checked before the first byte is
+        sent.
+
+        The queue is kept full enough that the arm never waits for the next command, and no fuller than that: at most
+        two seconds of motion go on if this program dies. Whatever ends the wait early (Ctrl-C, a cancelled task, an
+        exception in ``progress``) stops the arm first; a note on the exception tells how many steps are done.
+
+        :param program: A :class:`~magician.Plan`, or commands as :mod:`magician.words` makes them.
+        :param progress: ``True`` shows a line on stderr; a function is called with a :class:`~magician.PlanProgress` up
+            to 20 times a second.
+        :param first_step: Begins there, counted from 1: sets what the steps before would have set, and goes there from
+            above.
+        :param check: Whether to refuse what the arm cannot do.
+        :param keep: Whether to run first what an earlier program left in the queue.
+        :param require_homed: Whether to refuse an arm that was not homed since it was switched on.
+        :param allow_laser: Whether the laser of an arm that is not virtual may burn.
+        :param restore: Whether speeds and heights of jumps that the plan changes are given back at its end.
+        :raises UnreachableError, InvalidInputError: The check refuses a step: which, why, and both values.
+        :raises AlarmError: An alarm holds the queue.
+        :raises ClosedError: A stop came first.
+        """
+        plan = program if isinstance(program, Plan) else Plan.of(program)
+        how = {
+            "first_step": first_step,
+            "check": check,
+            "keep": keep,
+            "require_homed": require_homed,
+            "allow_laser": allow_laser,
+            "restore": restore,
+            "watched": progress is not False,
+        }
+        telling = Telling(len(plan), progress)
+        call, over = self._core.run(plan.native, how)
+        try:
+            found = wait_done(call, self._core, telling)
+        except GeneratorExit:
+            raise
+        except BaseException as error:
+            wait(over)
+            telling.broken(error)
+            raise
+        return telling.ended(found)
+
+    # Pictures.
+
+    def picture(self) -> Picture:
+        """The arm as it stands, from above and from the side."""
+        return Picture(wait(self._core.snapshot()))
+
+    def _repr_svg_(self) -> str:
+        # A notebook waits for it, whatever kind of program this is.
+        return self._core.snapshot().wait().svg
+
+
+class Jog:
+    """A jog: see :meth:`Arm.jog`. It begins when its ``with`` block does, and at its end the arm stands."""
+
+    def __init__(self, core: Core, command: commands.JogCmd, keep: float, ratio: float | None) -> None:
+        self._core = core
+        self._how = (command, keep, ratio)
+        self._jog: NativeJog | None = None
+
+    def __enter__(self) -> Jog:
+        self._jog = wait(self._core.jog(*self._how))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        jog, self._jog = self._jog, None
+        if jog is None:
+            return
+        try:
+            wait(jog.stop())
+        except Error:
+            if error is None:
+                raise
+
+    def keep(self) -> None:
+        """Lets it go on. It costs nothing: nothing is sent.
+
+        Raises when it has ended: :class:`~magician.errors.ResponseTimeoutError` when this was called too late,
+        :class:`~magician.errors.PortError` when the line broke, :class:`~magician.errors.ClosedError` when a stop or
+        another jog came.
+        """
+        if self._jog is None:
+            raise ClosedError("the jog has not begun, or was ended")
+        self._jog.keep()
+
+
+class StateWatch:
+    """A look at the arm's state, kept fresh: see :meth:`Arm.state`. It ends with the connection, or when it is
+    forgotten.
+    """
+
+    def __init__(self, watch: NativeStateWatch) -> None:
+        self._watch = watch
+
+    @property
+    def latest(self) -> Status | None:
+        """The state as it was read last, by this watch or another one; ``None`` before the first whole reading."""
+        latest = self._watch.latest()
+        return None if latest is None else Status.of_parts(latest)
+
+    def changed(self) -> Status:
+        """Waits for the next reading, for as long as it takes. A line that is lost or found counts as one.
+
+        Raises :class:`~magician.errors.ClosedError` when the connection has ended.
+        """
+        return Status.of_parts(wait(self._watch.changed()))
+
+    def __iter__(self) -> StateWatch:
+        return self
+
+    def __next__(self) -> Status:
+        try:
+            return self.changed()
+        except ClosedError:
+            raise StopIteration from None
+
+
+class Events:
+    """What happens: see :meth:`Arm.events`. It ends with the connection."""
+
+    def __init__(self, native: NativeEvents) -> None:
+        self._events = native
+
+    def __iter__(self) -> Events:
+        return self
+
+    def __next__(self) -> events.Event:
+        parts = wait(self._events.next())
+        if parts is None:
+            raise StopIteration
+        return events.of_parts(parts)
+
+
+class Run:
+    """A program on its way through the arm's queue: see :meth:`Arm.begin`.
+
+    :meth:`finish` runs it. When that fails and it :attr:`is_interrupted`, the line broke or an answer left a doubt that
+    could not be settled then: the arm has finished what it had, and :meth:`finish` called once more goes on at the very
+    command that it did not take. After anything else it is over, and :meth:`finish` fails::
+
+        run = arm.begin(program)
+        while True:
+            try:
+                run.finish()
+                break
+            except errors.PortError:
+                if not run.is_interrupted:
+                    raise
+                arm.reconnected()  # and ask whoever is there whether to go on
+    """
+
+    def __init__(self, core: Core, native: NativeProgram) -> None:
+        self._core = core
+        self._run = native
+        self._ran = Ran(0, None, None)
+
+    def finish(self, *, progress: Callable[[Progress], object] | None = None) -> Ran:
+        """Runs what has not been run, to its end.
+
+        Raises as :meth:`Arm.perform`, but for the check; when it goes on, :class:`~magician.errors.UnexpectedError` if
+        the arm does not stand where it should, :class:`~magician.errors.ClosedError` if it is over.
+        """
+        return Ran(*wait_done(self._run.finish(), self._core, _hearing(progress)))
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether it ended before its end and :meth:`finish` may go on with it. A stop that comes later still ends it
+        for good.
+        """
+        return self._run.is_interrupted()
+
+    @property
+    def ran(self) -> Ran:
+        """What it has done so far; while it runs, what it had done before."""
+        ran = self._run.ran()
+        if ran is not None:
+            self._ran = Ran(*ran)
+        return self._ran

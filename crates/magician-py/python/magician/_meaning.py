@@ -1,0 +1,164 @@
+"""What the numbers of some answers mean: bases of their classes in ``commands``."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import NamedTuple, Protocol
+
+__all__ = ["Color", "Joints", "Position"]
+
+
+class Position(NamedTuple):
+    """Where the tool is, in the arm's frame: mm and degrees. It can be given to a move: ``arm.move_to(*position)``."""
+
+    x: float
+    """Forward, mm."""
+    y: float
+    """To the arm's left, mm."""
+    z: float
+    """Up, mm."""
+    r: float
+    """Rotation of the tool, degrees."""
+
+
+class Joints(NamedTuple):
+    """Angles of the joints, degrees. They can be given to a move: ``arm.move_joints(*joints)``."""
+
+    j1: float
+    """Base."""
+    j2: float
+    """Rear arm."""
+    j3: float
+    """Forearm."""
+    j4: float
+    """End effector."""
+
+
+class Color(Enum):
+    """A colour that the colour sensor tells apart."""
+
+    RED = "red"
+    GREEN = "green"
+    BLUE = "blue"
+
+
+class _Pose(Protocol):
+    @property
+    def x(self) -> float: ...
+    @property
+    def y(self) -> float: ...
+    @property
+    def z(self) -> float: ...
+    @property
+    def r(self) -> float: ...
+    @property
+    def joint_angle(self) -> tuple[float, float, float, float]: ...
+
+
+class PoseMeaning:
+    """Where the arm is."""
+
+    __slots__ = ()
+
+    @property
+    def position(self: _Pose) -> Position:
+        """Where the tool is: x, y, z in mm and r in degrees."""
+        return Position(self.x, self.y, self.z, self.r)
+
+    @property
+    def joints(self: _Pose) -> Joints:
+        """The angles of the joints, degrees."""
+        return Joints(*self.joint_angle)
+
+    @property
+    def j1(self: _Pose) -> float:
+        """Angle of the base, degrees."""
+        return self.joint_angle[0]
+
+    @property
+    def j2(self: _Pose) -> float:
+        """Angle of the rear arm, degrees."""
+        return self.joint_angle[1]
+
+    @property
+    def j3(self: _Pose) -> float:
+        """Angle of the forearm, degrees."""
+        return self.joint_angle[2]
+
+    @property
+    def j4(self: _Pose) -> float:
+        """Angle of the end effector, degrees."""
+        return self.joint_angle[3]
+
+
+class _Color(Protocol):
+    @property
+    def r(self) -> int: ...
+    @property
+    def g(self) -> int: ...
+    @property
+    def b(self) -> int: ...
+
+
+class ColorMeaning:
+    """What a colour sensor sees."""
+
+    __slots__ = ()
+
+    @property
+    def color(self: _Color) -> Color | None:
+        """The strongest of the three; ``None`` where two are as strong, and of a sensor that sees nothing."""
+        r, g, b = self.r, self.g, self.b
+        if r > g and r > b:
+            return Color.RED
+        if g > r and g > b:
+            return Color.GREEN
+        if b > r and b > g:
+            return Color.BLUE
+        return None
+
+
+class _Infrared(Protocol):
+    @property
+    def state(self) -> bool: ...
+
+
+class InfraredMeaning:
+    """What an infrared sensor sees."""
+
+    __slots__ = ()
+
+    def __bool__(self: _Infrared) -> bool:
+        """Whether something is in front of the sensor."""
+        return self.state
+
+
+class _Level(Protocol):
+    @property
+    def level(self) -> bool: ...
+
+
+class LevelMeaning:
+    """The level of an input."""
+
+    __slots__ = ()
+
+    def __bool__(self: _Level) -> bool:
+        """Whether the input is high."""
+        return self.level
+
+
+class _Analog(Protocol):
+    @property
+    def value(self) -> int: ...
+
+
+class AnalogMeaning:
+    """What lies at an analog input."""
+
+    __slots__ = ()
+
+    @property
+    def volts(self: _Analog) -> float:
+        """What lies at the input, V, 0 to 3.3."""
+        return self.value / 4095 * 3.3

@@ -1,0 +1,157 @@
+"""How calls of the native part end: a thread waits for them, or an event loop is told."""
+
+from __future__ import annotations
+
+import asyncio
+import atexit
+import os
+import weakref
+from collections.abc import Callable
+from typing import Any, Protocol, TypeVar, runtime_checkable
+
+from . import _magician
+from ._magician import Call, Core
+from .errors import Error
+
+T = TypeVar("T")
+Listener = Callable[[Any], object]
+
+
+@runtime_checkable
+class Connectable(Protocol):
+    """What can be connected to besides a port: a virtual arm of the program's making."""
+
+    def connect_core(self, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float) -> Call[Core]:
+        """Begins to connect to it."""
+        ...
+
+
+Where = str | os.PathLike[str] | Connectable | None
+"""What an arm can be connected to."""
+
+
+def connecting(port: Where, **options: Any) -> Call[Core]:
+    """Begins to connect, to a port or to a virtual arm."""
+    if isinstance(port, Connectable):
+        return port.connect_core(**options)
+    return Core.connect(None if port is None else os.fspath(port), **options)
+
+
+def wait(call: Call[T]) -> T:
+    """Waits in this thread."""
+    return call.wait()
+
+
+def wait_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
+    """Waits in this thread for something that moves the arm: whoever interrupts it stops the arm."""
+    try:
+        return call.wait(listener)
+    except BaseException as interruption:
+        if not call.taken():
+            wait_stopped(core, interruption)
+        raise
+
+
+def wait_stopped(core: Core, interruption: BaseException) -> None:
+    """Stops the arm because of this, which is told if that is not certain."""
+    try:
+        core.stop().wait()
+    except Error as failure:
+        _doubt(interruption, failure)
+
+
+async def until(call: Call[T]) -> T:
+    """Waits in the running event loop. What is cancelled meanwhile is let go of."""
+    return await _until(call, None)
+
+
+async def until_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
+    """Waits in the running event loop for something that moves the arm: whoever cancels it stops the arm."""
+    try:
+        return await _until(call, listener)
+    except GeneratorExit:
+        # Nobody runs this coroutine any more: the stop has been asked for, and cannot be waited for.
+        raise
+    except BaseException as interruption:
+        if not call.taken():
+            await until_stopped(core, interruption)
+        raise
+
+
+async def until_stopped(core: Core, interruption: BaseException) -> None:
+    """Stops the arm because of this, which is told if that is in doubt. The stop goes on when nobody waits for it."""
+    try:
+        await _until(core.stop(), None)
+    except Error as failure:
+        _doubt(interruption, failure)
+
+
+async def _until(call: Call[T], listener: Listener | None) -> T:
+    loop = asyncio.get_running_loop()
+    ended: asyncio.Future[None] = loop.create_future()
+
+    def look() -> None:
+        if ended.done():
+            return
+        over, report = call.over(), call.report()
+        try:
+            if report is not None and listener is not None:
+                listener(report)
+        except StopIteration as error:
+            # As out of any coroutine: a future takes none.
+            failure = RuntimeError("what listens raised StopIteration")
+            failure.__cause__ = error
+            ended.set_exception(failure)
+        except BaseException as error:
+            ended.set_exception(error)
+        else:
+            if over:
+                ended.set_result(None)
+
+    def tell() -> None:
+        try:
+            loop.call_soon_threadsafe(look)
+        except RuntimeError:
+            # The loop was closed: nobody waits any more.
+            call.cancel()
+
+    call.listen(tell)
+    try:
+        await ended
+    except BaseException:
+        call.cancel()
+        raise
+    return call.result()
+
+
+def _doubt(interruption: BaseException, failure: Error) -> None:
+    doubt = f"the arm was told to stop, and it is not certain that it does: {failure}"
+    add_note: Callable[[str], None] | None = getattr(interruption, "add_note", None)
+    if add_note is not None:
+        add_note(doubt)
+    else:
+        interruption.args = (*interruption.args, doubt)
+
+
+_open: weakref.WeakSet[Core] = weakref.WeakSet()
+
+
+def opened(core: Core) -> Core:
+    """Remembers a connection: the end of the interpreter closes it."""
+    _open.add(core)
+    return core
+
+
+def _end() -> None:
+    """Closes what is open, all at the same time, and lets the native part say what it has to say."""
+    closing = [core.close() for core in list(_open) if core.is_here()]
+    try:
+        for call in closing:
+            call.wait()
+    finally:
+        _magician.end()
+
+
+atexit.register(_end)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_magician.forked)

@@ -1,0 +1,145 @@
+"""Pictures as files and in notebooks, and what pen and laser have left."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, overload
+
+from . import _magician
+from ._points import to_numpy, to_tuples
+from .errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from numpy import float64
+    from numpy.typing import NDArray
+
+__all__ = ["Drawing", "Picture", "Stroke"]
+
+SCALE = 8.0
+"""Pixels to a millimetre: about 200 dots an inch."""
+
+
+class Picture:
+    """A picture; a notebook shows it."""
+
+    __slots__ = ("_native",)
+
+    def __init__(self, native: _magician.Picture) -> None:
+        self._native = native
+
+    @property
+    def svg(self) -> str:
+        """As SVG, in true size."""
+        return self._native.svg
+
+    def png(self, scale: float = SCALE) -> bytes:
+        """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large."""
+        return self._native.png(scale)
+
+    def save(self, path: str | os.PathLike[str], *, scale: float = SCALE) -> Path:
+        """Writes it to a ``.svg`` or ``.png`` file and returns the path.
+
+        :raises InvalidInputError: The name ends otherwise.
+        :raises OSError: The file cannot be written.
+        """
+        return _save(path, lambda: self.svg, lambda: self.png(scale))
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def __repr__(self) -> str:
+        return f"<Picture, {len(self.svg)} bytes of SVG>"
+
+
+@dataclass(frozen=True, slots=True)
+class Stroke:
+    """A line that the pen or the laser has left without a break; one of a single point is a dot."""
+
+    burnt: bool
+    """Whether it was the laser."""
+    power: float
+    """Of the laser, above 0 to 100 percent; 100 for ink."""
+    _data: bytes
+
+    @property
+    def points(self) -> list[tuple[float, ...]]:
+        """Its corners x, y in the frame of the arm's base, mm."""
+        return to_tuples(self._data, 2)
+
+    def to_numpy(self) -> NDArray[float64]:
+        """Its corners as an array of shape (n, 2), mm. Needs NumPy."""
+        return to_numpy(self._data, 2)
+
+    def __repr__(self) -> str:
+        return f"<Stroke of {'the laser' if self.burnt else 'the pen'}, {len(self._data) // 16} points>"
+
+
+class Drawing(Sequence[Stroke]):
+    """What pen and laser have left: its strokes, in the order in which they came about. A notebook shows it."""
+
+    __slots__ = ("_native",)
+
+    def __init__(self, native: _magician.Ink) -> None:
+        self._native = native
+
+    def __len__(self) -> int:
+        return len(self._native)
+
+    @overload
+    def __getitem__(self, at: int) -> Stroke: ...
+    @overload
+    def __getitem__(self, at: slice) -> list[Stroke]: ...
+    def __getitem__(self, at: int | slice) -> Stroke | list[Stroke]:
+        if isinstance(at, slice):
+            return [self[each] for each in range(*at.indices(len(self)))]
+        if not -len(self) <= at < len(self):
+            raise IndexError("there is no such stroke")
+        return Stroke(*self._native.stroke(at % len(self)))
+
+    def __iter__(self) -> Iterator[Stroke]:
+        for at in range(len(self)):
+            yield Stroke(*self._native.stroke(at))
+
+    @property
+    def bounds(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """The least and the greatest x, y of it, mm; ``None`` if there is nothing."""
+        found = self._native.bounds()
+        return None if found is None else ((found[0][0], found[0][1]), (found[1][0], found[1][1]))
+
+    @property
+    def svg(self) -> str:
+        """As SVG, in true size, seen from above: X to the right, Y up."""
+        return self._native.svg()
+
+    def png(self, scale: float = SCALE) -> bytes:
+        """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large."""
+        return self._native.png(scale)
+
+    def save(self, path: str | os.PathLike[str], *, scale: float = SCALE) -> Path:
+        """Writes it to a ``.svg`` or ``.png`` file and returns the path.
+
+        :raises InvalidInputError: The name ends otherwise.
+        :raises OSError: The file cannot be written.
+        """
+        return _save(path, lambda: self.svg, lambda: self.png(scale))
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def __repr__(self) -> str:
+        return f"<Drawing of {len(self)} strokes>"
+
+
+def _save(path: str | os.PathLike[str], svg: Callable[[], str], png: Callable[[], bytes]) -> Path:
+    to = Path(path)
+    end = to.suffix.lower()
+    if end == ".svg":
+        to.write_text(svg(), encoding="utf-8")
+    elif end == ".png":
+        to.write_bytes(png())
+    else:
+        raise InvalidInputError(f"{to}: a picture is a .svg or .png file")
+    return to

@@ -1,0 +1,93 @@
+"""What all commands are: classes that say what can be done with them."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any, ClassVar, Generic, TypeVar
+
+from . import _magician
+
+__all__ = ["Answer", "Command", "OpenEnum", "Query", "Queueable", "Readable", "Writable"]
+
+C = TypeVar("C", bound="Command")
+A_co = TypeVar("A_co", bound="Command", covariant=True)
+
+
+class OpenEnum(IntEnum):
+    """Named values of a byte. A value without a name passes through, under the name ``UNKNOWN_n``."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> OpenEnum | None:
+        if not isinstance(value, int) or not 0 <= value <= 0xFF:
+            return None
+        unknown = int.__new__(cls, value)
+        unknown._name_ = f"UNKNOWN_{int(value)}"
+        unknown._value_ = int(value)
+        return unknown
+
+
+class Command:
+    """What travels in a frame of one kind: the fields of a command, as attributes."""
+
+    __slots__ = ()
+
+    ID: ClassVar[int]
+    """Id in the frame."""
+    LAYOUT: ClassVar[str]
+    """Name of the layout in the protocol's table, and of the class."""
+
+    def __bytes__(self) -> bytes:
+        """The parameters as they travel, without the frame around them."""
+        return _magician.encode(self)
+
+    @classmethod
+    def from_bytes(cls: type[C], params: bytes) -> C:
+        """The command that has these parameters, in any form that the arm accepts.
+
+        Raises :class:`~magician.errors.UnexpectedError` when there are too few, or they fit no form.
+        """
+        return _magician.decode(cls, params)
+
+
+class Answer(Command):
+    """What the arm answers to a question: see :class:`Query`."""
+
+    __slots__ = ()
+
+
+class Readable(Answer):
+    """What can be read by its class: ``arm.get(commands.Pose)``."""
+
+    __slots__ = ()
+
+
+class Query(Command, Generic[A_co]):
+    """A question about a pin, a port or a target: ``arm.get(commands.GetIoDi(address=19))``."""
+
+    __slots__ = ()
+
+
+class Writable(Command):
+    """What can be set, or ordered, at once: ``arm.set(...)``."""
+
+    __slots__ = ()
+
+
+class Queueable(Writable):
+    """What may go into the arm's queue as well: ``arm.enqueue(...)``, ``arm.perform([...])``."""
+
+    __slots__ = ()
+
+
+def find(name: str, form: str, fields: dict[str, Any]) -> Any:
+    """The class or the object of ``commands`` that a person means by a name and fields; ``form`` is ``"get"`` or
+    ``"set"``.
+    """
+    from . import commands
+
+    cls: type[Any] = getattr(commands, _magician.find(name, form))
+    if form == "set" or not issubclass(cls, Answer):
+        return cls(**fields)
+    if fields:
+        raise TypeError(f"{cls.__name__} is asked for without {', '.join(fields)}")
+    return cls

@@ -1,0 +1,156 @@
+"""The connection that the stand-ins speak over, and which arm it leads to."""
+
+from __future__ import annotations
+
+import os
+import re
+import threading
+import weakref
+
+from .._magician import Call, Cell, Core
+from .._native import opened as remembered
+from .._native import wait, wait_done, wait_stopped
+from ..errors import PortError
+from ..ports import ports
+
+__all__ = ["Line", "find", "opened", "send_elsewhere"]
+
+GET, SET, QUEUED = 0, 1, 3
+START, STOP, FORCE_STOP = 240, 241, 242
+
+_elsewhere: list[str] = []
+_opened: weakref.WeakSet[Line] = weakref.WeakSet()
+_benches: list[_Bench] = []
+
+
+def send_elsewhere(port: str | None) -> None:
+    """From now on every connection goes to this port, whatever a program asks for; with ``None`` where it asks for."""
+    _elsewhere[:] = [port] if port else []
+
+
+def elsewhere() -> str | None:
+    """The port that all connections go to, if they do."""
+    return _elsewhere[0] if _elsewhere else None
+
+
+def opened() -> list[Line]:
+    """The lines that are open."""
+    return [line for line in _opened if not line.closed]
+
+
+def find(port: str | None) -> str:
+    """The port to connect to, of the one a program names.
+
+    ``MAGICIAN_PORT_COM3=sim`` sends a program elsewhere that names ``COM3``. No name means ``MAGICIAN_PORT``, else the
+    first port with an arm's adapter.
+    """
+    if other := elsewhere():
+        return other
+    if not port:
+        if other := os.environ.get("MAGICIAN_PORT"):
+            return other
+        for found in ports():
+            if found.likely_arm:
+                return found.path
+        raise PortError("no arm was found: plug it in, or name its port; MAGICIAN_PORT=sim is a virtual one")
+    if other := os.environ.get("MAGICIAN_PORT_" + re.sub(r"[^A-Z0-9]", "_", port.upper())):
+        return other
+    device = f"/dev/{port}"
+    return device if re.fullmatch(r"(tty|cu\.)\w+", port) and os.path.exists(device) else port
+
+
+class Line:
+    """An open connection. Its calls end: with the answer, or with an exception of :mod:`magician.errors`.
+
+    The arm is left as it is when the connection ends, as these libraries leave it; an interrupt while it is waited
+    for stops it.
+    """
+
+    def __init__(self, port: str | None, *, timeout: float = 3.0) -> None:
+        self.name = find(port)
+        """Where the arm is."""
+        self.closed = False
+        """Whether the connection has been ended."""
+        self.running = True
+        """Whether the queue runs, as far as this connection has said so."""
+        self._bench = _bench(self.name)
+        self.is_new = self._bench is not None and not self._bench.used
+        """Whether it is a virtual arm that has just been switched on."""
+        self._core: Core = remembered(wait(_connecting(self.name, self._bench, timeout)))
+        self._core.detach()
+        self._leaving = threading.Lock()
+        _opened.add(self)
+
+    def exchange(
+        self, id: int, ctrl: int, params: bytes, *, allow: str = "", patient: bool = True
+    ) -> tuple[int, bytes]:
+        """Sends a frame; Ctrl and parameters of the one that answers it.
+
+        A queued command that finds the queue full waits for room while the queue runs, unless it is not to be
+        ``patient``. It is sent once; when its answer is lost, the arm's indices say whether it was taken. What can
+        brick, unlearn or unlock something is sent if ``allow`` or ``MAGICIAN_ALLOW`` names it.
+        """
+        allow = f"{allow},{os.environ.get('MAGICIAN_ALLOW', '')}"
+        call = self._core.exchange(id, ctrl, params, patient and self.running, allow)
+        answer = wait_done(call, self._core)
+        if id in (START, STOP, FORCE_STOP) and ctrl & SET:
+            self.running = id == START
+        return answer
+
+    def finish(self, index: int, motion: bool = False) -> None:
+        """Waits until a queued command has finished; of a motion, also whether it was refused."""
+        wait_done(self._core.finished(index, motion), self._core)
+
+    def set_timeout(self, timeout: float) -> None:
+        """How long (s) every call may take from now on."""
+        self._core.set_timeout(timeout)
+
+    def stop(self, because: BaseException) -> None:
+        """Stops the arm and the laser at once and empties the queue; what is in doubt is noted on the exception."""
+        if not self.closed:
+            wait_stopped(self._core, because)
+
+    def close(self) -> None:
+        """Ends the connection."""
+        with self._leaving:
+            if not self.closed:
+                self.closed = True
+                if self._bench is not None:
+                    self._bench.lock.release()
+                wait(self._core.close())
+
+
+class _Bench:
+    """A place for a virtual arm: it stays switched on when a program disconnects, and is found again as it was left."""
+
+    def __init__(self, speed: float) -> None:
+        self.speed = speed
+        self.cell = Cell(None, speed)
+        self.lock = threading.Lock()
+        self.used = False
+
+
+def _bench(port: str) -> _Bench | None:
+    """The virtual arm at a port, held; ``None`` for ports of other kinds."""
+    kind, _, speed = port.lower().partition(":")
+    if kind != "sim":
+        return None
+    try:
+        times = 0.0 if speed in ("", "max") else float(speed.removesuffix("x"))
+    except ValueError:
+        return None
+    for bench in _benches:
+        if bench.speed == times and bench.lock.acquire(blocking=False):
+            return bench
+    bench = _Bench(times)
+    bench.lock.acquire()
+    _benches.append(bench)
+    return bench
+
+
+def _connecting(port: str, bench: _Bench | None, timeout: float) -> Call[Core]:
+    if bench is None:
+        return Core.connect(port, timeout=timeout, window=1, probe=True, reconnect=True, echo=0.1)
+    bench.used = True
+    # It answers at once, but on a busy computer.
+    return bench.cell.connect(timeout=max(timeout, 10.0), window=1, probe=True, reconnect=True, echo=0.1)

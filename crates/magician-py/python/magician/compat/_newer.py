@@ -1,0 +1,294 @@
+"""The arm of pydobot2, which pydobotplus has grown from."""
+
+from __future__ import annotations
+
+import logging
+import math
+import struct
+import threading
+from collections.abc import Callable, Iterable
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+from ..errors import Error
+from ._alarm import Alarm
+from ._line import GET, QUEUED, SET
+from ._message import Message
+from ._robot import Robot, floats
+from ._serial import Port
+
+__all__ = [
+    "MAX_QUEUE_LEN",
+    "MM_PER_CIRCLE",
+    "MODE_PTP",
+    "STEP_PER_CIRCLE",
+    "Dobot",
+    "DobotException",
+    "Joints",
+    "Pose",
+    "Position",
+]
+
+MAX_QUEUE_LEN = 32
+STEP_PER_CIRCLE = 360.0 / 1.8 * 10.0 * 16.0
+MM_PER_CIRCLE = 3.1415926535898 * 36.0
+
+
+class MODE_PTP(IntEnum):
+    """How a move goes, and what its four numbers are: a pose, joint angles (ANGLE), or by how much (INC)."""
+
+    JUMP_XYZ = 0
+    MOVJ_XYZ = 1
+    MOVL_XYZ = 2
+    JUMP_ANGLE = 3
+    MOVJ_ANGLE = 4
+    MOVL_ANGLE = 5
+    MOVJ_INC = 6
+    MOVL_INC = 7
+    MOVJ_XYZ_INC = 8
+    JUMP_MOVL_XYZ = 9
+
+
+class DobotException(Exception):
+    """Something could not be done; ``__cause__`` is the :class:`magician.errors.Error` that says what."""
+
+
+class Position(NamedTuple):
+    """mm, and degrees for r."""
+
+    x: float
+    y: float
+    z: float
+    r: float
+
+
+class Joints(NamedTuple):
+    """Degrees."""
+
+    j1: float
+    j2: float
+    j3: float
+    j4: float
+
+    def in_radians(self) -> Joints:
+        """The same in radians."""
+        return Joints(*map(math.radians, self))
+
+
+class Pose(NamedTuple):
+    """Where the arm is."""
+
+    position: Position
+    joints: Joints
+
+
+class Dobot(Robot):
+    """A connected arm: mm and degrees. What is queued returns its index; :meth:`wait_for_cmd` waits for one.
+
+    Connecting starts and clears the queue, sets all speeds to 200 and the ratios to 100 %, and clears the alarms.
+    """
+
+    def __init__(self, port: str | None = None) -> None:
+        self.logger = logging.Logger(__name__)
+        """Hears of frames, at debug."""
+        self._lock = threading.RLock()
+        self._open(port)
+        self.logger.debug("%s open", self._line.name)
+        self._setup()
+        if alarms := self.get_alarms():
+            self.logger.warning("clearing alarms: %s", ", ".join(alarm.name for alarm in alarms))
+            self.clear_alarms()
+
+    @property
+    def _ser(self) -> Port:
+        return self._serial
+
+    def _fault(self, error: Error) -> Exception:
+        return DobotException(str(error))
+
+    def _exchange(self, msg: Message) -> Message:
+        self.logger.debug(">> %s", msg)
+        answer = super()._exchange(msg)
+        self.logger.debug("<< %s", answer)
+        return answer
+
+    def close(self) -> None:
+        """Ends the connection. The arm finishes what it was told."""
+        self._line.close()
+        self.logger.debug("%s closed", self._line.name)
+
+    def get_pose(self) -> Pose:
+        """Where the arm is."""
+        values = struct.unpack("<8f", self._command(10, GET).params)
+        return Pose(Position(*values[:4]), Joints(*values[4:]))
+
+    def get_alarms(self) -> set[Alarm]:
+        """The alarms that stand."""
+        bits = int.from_bytes(self._command(20, GET).params, "little")
+        return {Alarm(code) for code in range(bits.bit_length()) if bits >> code & 1}
+
+    def clear_alarms(self) -> None:
+        """Clears the alarms."""
+        self._command(20, SET)
+
+    def _queued(self, answer: Message) -> int:
+        return self._extract_cmd_index(answer)
+
+    def wait_for_cmd(self, cmd_id: int) -> None:
+        """Waits until the queued command with this index has finished."""
+        self._finish(cmd_id)
+
+    def _set_end_effector_laser(self, power: int = 255, enable: bool = False) -> Message:
+        return self._command(61, QUEUED, bytes((enable is True, power)))
+
+    def _set_home_cmd(self) -> Message:
+        return self._command(31, QUEUED)
+
+    def _set_arc_cmd(
+        self, x: float, y: float, z: float, r: float, cir_x: float, cir_y: float, cir_z: float, cir_r: float
+    ) -> Message:
+        return self._command(101, QUEUED, floats(cir_x, cir_y, cir_z, cir_r, x, y, z, r))
+
+    def _set_home_coordinate(self, x: float, y: float, z: float, r: float) -> Message:
+        return self._command(30, QUEUED, floats(x, y, z, r))
+
+    def _set_jog_coordinate_params(
+        self,
+        vx: float,
+        vy: float,
+        vz: float,
+        vr: float,
+        ax: float = 100,
+        ay: float = 100,
+        az: float = 100,
+        ar: float = 100,
+    ) -> Message:
+        return self._command(71, QUEUED, floats(vx, vy, vz, vr, ax, ay, az, ar))
+
+    def _set_jog_command(self, cmd: int) -> Message:
+        return self._command(73, QUEUED, bytes((0, cmd)))
+
+    def _jog(self, axis: int, v: float) -> None:
+        speeds = [0.0] * 4
+        speeds[axis] = abs(v)
+        self._set_jog_coordinate_params(*speeds)
+        key = 0 if v == 0 else 2 * axis + (1 if v > 0 else 2)
+        self.wait_for_cmd(self._extract_cmd_index(self._set_jog_command(key)))
+
+    def jog_x(self, v: float) -> None:
+        """Moves along x (mm/s) until 0 is said."""
+        self._jog(0, v)
+
+    def jog_y(self, v: float) -> None:
+        """Moves along y (mm/s) until 0 is said."""
+        self._jog(1, v)
+
+    def jog_z(self, v: float) -> None:
+        """Moves along z (mm/s) until 0 is said."""
+        self._jog(2, v)
+
+    def jog_r(self, v: float) -> None:
+        """Turns the tool (degrees/s) until 0 is said."""
+        self._jog(3, v)
+
+    def set_io(self, address: int, state: bool) -> None:
+        """Sets an output (1 to 22), and waits until it is set."""
+        if not 1 <= address <= 22:
+            raise DobotException(f"there is no output {address}: they are 1 to 22")
+        self.wait_for_cmd(self._queued(self._command(131, QUEUED, bytes((address, int(state))))))
+
+    def go_arc(
+        self, x: float, y: float, z: float, r: float, cir_x: float, cir_y: float, cir_z: float, cir_r: float
+    ) -> int:
+        """Goes along an arc through the second pose to the first."""
+        return self._queued(self._set_arc_cmd(x, y, z, r, cir_x, cir_y, cir_z, cir_r))
+
+    def suck(self, enable: bool) -> int:
+        """Switches the suction cup."""
+        return self._queued(self._set_end_effector_suction_cup(enable))
+
+    def set_home(self, x: float, y: float, z: float, r: float = 0.0) -> None:
+        """Sets where homing ends."""
+        self._set_home_coordinate(x, y, z, r)
+
+    def home(self) -> int:
+        """Homes the arm."""
+        return self._queued(self._set_home_cmd())
+
+    def grip(self, enable: bool) -> int:
+        """Closes or opens the gripper."""
+        return self._queued(self._set_end_effector_gripper(enable))
+
+    def laze(self, power: int = 0, enable: bool = False) -> int:
+        """Switches the laser."""
+        return self._queued(self._set_end_effector_laser(power, enable))
+
+    def speed(self, velocity: float = 100.0, acceleration: float = 100.0) -> None:
+        """Sets ratios (%) and the tool's speed (mm/s) and acceleration (mm/s^2), and waits until they are set."""
+        self.wait_for_cmd(self._queued(self._set_ptp_common_params(velocity, acceleration)))
+        self.wait_for_cmd(self._queued(self._set_ptp_coordinate_params(velocity, acceleration)))
+
+    def conveyor_belt(self, speed: float, direction: int = 1, interface: int = 0) -> None:
+        """Lets the belt run: a share (0 to 1) of 50 mm/s, forward (1) or back (-1)."""
+        if not 0.0 <= speed <= 1.0 or direction not in (1, -1):
+            raise DobotException(f"speed is 0 to 1 and direction 1 or -1, not {speed} and {direction}")
+        self._set_stepper_motor(int(50 * speed * STEP_PER_CIRCLE / MM_PER_CIRCLE * direction), interface)
+
+    def _set_stepper_motor(self, speed: int, interface: int = 0, motor_control: bool = True) -> Message:
+        head = (interface == 1, motor_control is True)
+        return self._command(135, QUEUED, struct.pack("<BBi", *head, int(speed)))
+
+    def _set_stepper_motor_distance(
+        self, speed: float, distance: float, interface: int = 0, motor_control: bool = True
+    ) -> Message:
+        head = (interface == 1, motor_control is True)
+        return self._command(136, QUEUED, struct.pack("<BBiI", *head, int(speed), int(distance)))
+
+    def _set_cp_params(self, velocity: float, acceleration: float, period: float) -> Message:
+        return self._command(90, QUEUED, floats(acceleration, velocity, period) + b"\0")
+
+    def _set_cple_cmd(self, x: float, y: float, z: float, power: float, absolute: bool = False) -> Message:
+        if not 0 <= power <= 100:
+            raise AssertionError(f"the laser's power is 0 to 100, not {power}")
+        return self._command(92, QUEUED, struct.pack("<B4f", int(absolute), x, y, z, power))
+
+    def engrave(
+        self,
+        image: Any,
+        pixel_size: float,
+        low: float = 0.0,
+        high: float = 40.0,
+        velocity: float = 5,
+        acceleration: float = 5,
+        actual_acceleration: float = 5,
+    ) -> None:
+        """Engraves rows of grey values (0 to 255, dark burns) from where the arm stands, along y, row by row along x.
+
+        ``pixel_size`` is mm, ``low`` and ``high`` the laser's power (%) for the lightest and the darkest pixel.
+        """
+        rows: list[list[float]] = [[255.0 - float(value) for value in row] for row in _rows(image)]
+        least, most = min(map(min, rows)), max(map(max, rows))
+        scale = (high - low) / (most - least) if most > least else 0.0
+        x, y, z = self.get_pose().position[:3]
+        self.wait_for_cmd(self.laze(0, False))
+        self._set_queued_cmd_clear()
+        self.wait_for_cmd(self._queued(self._set_cp_params(velocity, acceleration, actual_acceleration)))
+        self._set_queued_cmd_stop_exec()
+        sent = 0
+        for number, row in enumerate(rows):
+            columns = range(len(row)) if number % 2 == 0 else reversed(range(len(row)))
+            for column in columns:
+                power = (row[column] - least) * scale + low
+                # A queue that is nearly full runs; from then on what is sent waits for room in it.
+                if sent == MAX_QUEUE_LEN - 2:
+                    self._set_queued_cmd_start_exec()
+                self._set_cple_cmd(x + number * pixel_size, y + column * pixel_size, z, power, True)
+                sent += 1
+        self._set_queued_cmd_start_exec()
+        self.wait_for_cmd(self.laze(0, False))
+
+
+def _rows(image: Any) -> Iterable[Iterable[Any]]:
+    """The rows of an array, or of what has rows."""
+    listed: Callable[[], Iterable[Iterable[Any]]] | None = getattr(image, "tolist", None)
+    return image if listed is None else listed()

@@ -1,0 +1,135 @@
+"""What the three libraries have in common: one method for every frame that they send."""
+
+from __future__ import annotations
+
+import struct
+import warnings
+from enum import Enum
+
+from ..errors import Error
+from ._line import GET, QUEUED, SET, Line
+from ._message import Message
+from ._serial import Port
+
+__all__ = ["Robot"]
+
+
+def floats(*values: float) -> bytes:
+    """Numbers as they travel."""
+    return struct.pack(f"<{len(values)}f", *values)
+
+
+def switch(enable: object, name: str) -> bytes:
+    """Control byte and level of a tool. Only ``True`` itself switches on, as ever."""
+    if enable is not True and enable:
+        warnings.warn(f"{name}({enable!r}) switches off, as it always did: write {name}(True)", stacklevel=4)
+    return bytes((1, enable is True))
+
+
+class Robot:
+    """A connected arm. Every method sends one frame and returns the one that answers it."""
+
+    _line: Line
+    _serial: Port
+
+    def _open(self, port: str | None) -> None:
+        try:
+            self._line = Line(port)
+        except Error as error:
+            raise self._fault(error) from error
+        self._serial = Port(self._line)
+        self._answer: Message | None = None
+
+    def _setup(self) -> None:
+        """What the libraries send to every arm that they connect to."""
+        self._set_queued_cmd_start_exec()
+        self._set_queued_cmd_clear()
+        self._set_ptp_joint_params(200, 200, 200, 200, 200, 200, 200, 200)
+        self._set_ptp_coordinate_params(velocity=200, acceleration=200)
+        self._set_ptp_jump_params(10, 200)
+        self._set_ptp_common_params(velocity=100, acceleration=100)
+
+    def _fault(self, error: Error) -> Exception:
+        """The exception that a program for this library expects."""
+        return error
+
+    def _exchange(self, msg: Message) -> Message:
+        msg.refresh()
+        id, ctrl = msg.id, msg.ctrl
+        assert isinstance(id, int) and isinstance(ctrl, int)
+        try:
+            ctrl, params = self._line.exchange(id, ctrl, bytes(msg.params))
+        except Error as error:
+            raise self._fault(error) from error
+        return Message.answer(id, ctrl, params)
+
+    def _finish(self, index: int, motion: bool = False) -> None:
+        try:
+            self._line.finish(index, motion)
+        except Error as error:
+            raise self._fault(error) from error
+
+    def _send_message(self, msg: Message) -> None:
+        """Sends a frame; :meth:`_read_message` has its answer."""
+        self._answer = self._exchange(msg)
+
+    def _read_message(self) -> Message | None:
+        """The answer to the frame that was sent last, once."""
+        answer, self._answer = self._answer, None
+        return answer
+
+    def _send_command(self, msg: Message, wait: bool = False) -> Message:
+        """Sends a frame and returns its answer; with ``wait``, when the queued command has finished."""
+        answer = self._exchange(msg)
+        if wait:
+            self._finish(self._extract_cmd_index(answer), motion=True)
+        return answer
+
+    def _command(self, id: int, ctrl: int, params: bytes = b"", wait: bool = False) -> Message:
+        msg = Message()
+        msg.id, msg.ctrl, msg.params = id, ctrl, bytearray(params)
+        return self._send_command(msg, wait) if wait else self._send_command(msg)
+
+    @staticmethod
+    def _extract_cmd_index(response: Message) -> int:
+        """The queue index in the answer to a queued command."""
+        return int.from_bytes(response.params[:8], "little")
+
+    def _get_queued_cmd_current_index(self) -> int:
+        return self._extract_cmd_index(self._command(246, GET))
+
+    def _set_queued_cmd_start_exec(self) -> Message:
+        return self._command(240, SET)
+
+    def _set_queued_cmd_stop_exec(self) -> Message:
+        return self._command(241, SET)
+
+    def _set_queued_cmd_clear(self) -> Message:
+        return self._command(245, SET)
+
+    def _set_ptp_joint_params(
+        self, v_x: float, v_y: float, v_z: float, v_r: float, a_x: float, a_y: float, a_z: float, a_r: float
+    ) -> Message:
+        return self._command(80, QUEUED, floats(v_x, v_y, v_z, v_r, a_x, a_y, a_z, a_r))
+
+    def _set_ptp_coordinate_params(self, velocity: float, acceleration: float) -> Message:
+        return self._command(81, QUEUED, floats(velocity, velocity, acceleration, acceleration))
+
+    def _set_ptp_jump_params(self, jump: float, limit: float) -> Message:
+        return self._command(82, QUEUED, floats(jump, limit))
+
+    def _set_ptp_common_params(self, velocity: float, acceleration: float) -> Message:
+        return self._command(83, QUEUED, floats(velocity, acceleration))
+
+    def _ptp(self, mode: int | Enum, x: float, y: float, z: float, r: float, wait: bool) -> Message:
+        number = int(mode.value) if isinstance(mode, Enum) else int(mode)
+        return self._command(84, QUEUED, struct.pack("<B4f", number, x, y, z, r), wait)
+
+    def _set_cp_cmd(self, x: float, y: float, z: float) -> Message:
+        return self._command(91, QUEUED, struct.pack("<B3fB", 1, x, y, z, 0))
+
+    def _set_end_effector_suction_cup(self, enable: bool = False) -> Message:
+        return self._command(62, QUEUED, switch(enable, "suck"))
+
+    def _set_end_effector_gripper(self, enable: bool = False) -> Message:
+        return self._command(63, QUEUED, switch(enable, "grip"))

@@ -1,0 +1,25 @@
+"""``DobotDllType`` without the C library.
+
+``v1``, ``v2`` and ``v3`` are the modules that come with our C library, whole (``tools/dobotdll.py``). Here they
+get the ``api`` that answers for it.
+"""
+
+from __future__ import annotations
+
+import importlib
+from types import ModuleType
+
+from ._door import Door
+
+__all__ = ["FAMILIES", "Door", "family"]
+
+FAMILIES = ("v1", "v2", "v3")
+
+
+def family(name: str) -> ModuleType:
+    """The module for programs without ids (``v1``), with ``dobotId`` (``v2``), or with ``masterId`` (``v3``)."""
+    if name not in FAMILIES:
+        raise ValueError(f"{name} is no family of DobotDllType; there are {', '.join(FAMILIES)}")
+    module = importlib.import_module(f"{__package__}.{name}")
+    module.__dict__["load"] = lambda: Door(module)
+    return module

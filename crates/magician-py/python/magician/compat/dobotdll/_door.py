@@ -1,0 +1,317 @@
+"""What the functions of ``DobotDllType`` call in place of the C library: a frame each, on this package.
+
+A function's name says the command, the types of its C arguments say the bytes, and both are written elsewhere: in the
+protocol's table, and in the prototypes of the module. What is left to say here is short.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from types import ModuleType
+from typing import Any
+
+from ..._magician import command_id
+from ...errors import (
+    Error,
+    InvalidInputError,
+    PortError,
+    QueueFullError,
+    UnreachableError,
+    UnsupportedError,
+)
+from ...ports import ports
+from .._line import GET, QUEUED, SET, START, Line, elsewhere
+
+__all__ = ["Door"]
+
+NO_ERROR, BUFFER_FULL, TIMEOUT, INVALID, NO_DEVICE = range(5)
+NOT_FOUND, OCCUPIED = 1, 2
+MAGICIAN = 2
+
+# Functions that the table has under another name.
+OTHERWISE = {
+    "SetAutoLevelingCmd": "AutoLeveling",
+    "GetAutoLevelingResult": "AutoLeveling",
+    "SetCPRHoldEnable": "CpRHeadHoldEnable",
+    "GetCPRHoldEnable": "CpRHeadHoldEnable",
+    "SetInfraredSensor": "IrSwitch",
+    "GetInfraredSensor": "IrSwitch",
+    "UpdateFirmware": "FirmwareSwitch",
+    "GetUART4PeripheralsType": "Uart4PeripheralsModel",
+    "SetUART4PeripheralsEnable": "Uart4PeripheralsEnabled",
+    "GetUART4PeripheralsEnable": "Uart4PeripheralsEnabled",
+    "SendPluse": "PulseMode",
+    "SendPluseEx": "PulseMode",
+}
+# Functions that ask their caller whether to queue; all others that could be queued are.
+ASKING = {
+    "SetJOGCmd",
+    "SetJOGLParams",
+    "SetJOGCommonParams",
+    "SetDeviceWithL",
+    "SetColorSensor",
+    "SetInfraredSensor",
+    "SendPluse",
+}
+# What says in the place for its answer which pin it is about.
+PINS = {"GetIOMultiplexing", "GetIODO", "GetIOPWM", "GetIODI", "GetIOADC"}
+# A C enum travels as its low byte.
+ENUM = ctypes.c_int32
+
+
+class Door:
+    """The ``api`` of a ``DobotDllType`` module: its arms, and how its functions reach them."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self._prototypes: dict[str, tuple[Any, ...]] = module.__dict__["_PROTOTYPES"]
+        self._ids: int = module.__dict__["_IDS"]
+        self._arms: dict[int, Line] = {}
+        self._lock = threading.Lock()
+        self._timeout = 3.0
+        self._allowed: list[str] = []
+        self._last = threading.local()
+        self._noted: set[str] = set()
+
+    def dobot_call(self, name: str, arguments: Sequence[Any]) -> int:
+        """Does what the C function of this name does with these arguments, and returns its code."""
+        self._last.message = ""
+        own: Callable[..., int] | None = getattr(self, f"_call_{name}", None)
+        try:
+            if own is not None:
+                return own(*arguments)
+            line = self._arm(arguments)
+            if isinstance(line, int):
+                return line
+            types = self._prototypes[name][self._ids :]
+            self._command(name, line, list(zip(types, arguments[self._ids :], strict=False)))
+        except Error as error:
+            self._last.message = str(error)
+            return _code(error)
+        return NO_ERROR
+
+    def dobot_last_error(self) -> str:
+        """Why the last call of this thread did not return 0."""
+        message: str = getattr(self._last, "message", "")
+        return message
+
+    # Commands.
+
+    def _command(self, name: str, line: Line, given: list[tuple[Any, Any]]) -> None:
+        id = command_id(OTHERWISE.get(name, name))
+        if id is None:
+            self._neutral(name, given)
+        elif name.startswith("Get"):
+            self._get(name, id, line, given)
+        else:
+            self._set(name, id, line, given)
+
+    def _neutral(self, name: str, given: list[tuple[Any, Any]]) -> None:
+        """What this arm does not have is done, as far as the program can tell."""
+        if name not in self._noted:
+            self._noted.add(name)
+            print(f"magician: {name}: this arm has no such thing; nothing was done", file=sys.stderr)
+        for place in _places(given):
+            ctypes.memset(ctypes.addressof(place), 0, ctypes.sizeof(place))
+
+    def _get(self, name: str, id: int, line: Line, given: list[tuple[Any, Any]]) -> None:
+        query = b""
+        if name in PINS:
+            query = bytes(given[0][1])[:1]
+        elif name == "GetPTPTime":
+            query, given = bytes(given[0][1]), given[1:]
+        elif name == "GetInfraredSensor":
+            query, given = _bytes(*given[0]), given[1:]
+        _, params = line.exchange(id, GET, query)
+        places = _places(given)
+        if name == "GetAlarmsState":
+            bits, length = places
+            most = int(given[-1][1])
+            ctypes.memmove(bits, params, min(len(params), most, ctypes.sizeof(bits)))
+            length.value = len(params)
+        elif hasattr(places[0], "raw"):
+            text, size = places[0], int(given[-1][1])
+            text.value = params.split(b"\0")[0][: min(size, ctypes.sizeof(text)) - 1]
+        else:
+            _fill(places, params)
+
+    def _set(self, name: str, id: int, line: Line, given: list[tuple[Any, Any]]) -> None:
+        ctrl, index = SET, None
+        if len(given) > 1 and _is_index(given[-1][0]):
+            asked, index = given[-2][1], given[-1][1]
+            given = given[:-2]
+            ctrl = QUEUED if name not in ASKING or int(asked) & 0xFF else SET
+        if name == "SetLostStepParams":
+            ctrl = SET
+        elif name == "UpdateFirmware":
+            # The vendor's library sends it as a read that carries the mode.
+            ctrl = GET
+        elif name in ("SetPTPPOCmd", "SetPTPPOWithLCmd"):
+            move, outputs, count = (value for _, value in given)
+            body = bytes(outputs)[: 4 * int(count)]
+            given = [(None, bytes(move) + body)]
+        elif name == "SetCircleCmd" and not given[0][1].count:
+            given[0][1].count = 1
+        # The module waits for room by itself.
+        body, allow = b"".join(_bytes(*each) for each in given), ",".join(self._allowed)
+        _, params = line.exchange(id, ctrl, body, allow=allow, patient=False)
+        if ctrl == QUEUED and index is not None:
+            index.value = int.from_bytes(params[:8], "little")
+
+    # Arms.
+
+    def _arm(self, arguments: Sequence[Any]) -> Line | int:
+        """The arm that a call is about, or the code when there is none."""
+        id = int(getattr(arguments[0], "value", arguments[0])) if self._ids else 0
+        line = self._arms.get(id)
+        if line is None:
+            self._last.message = "there is no connection: ConnectDobot makes one"
+            return NO_DEVICE if self._ids == 2 else TIMEOUT
+        return line
+
+    def _connect(self, port: Any, baud: Any) -> tuple[int, Line] | int:
+        name = bytes(getattr(port, "value", port) or b"").decode("utf-8", "replace").strip()
+        try:
+            line = Line(_target(name), timeout=self._timeout)
+            if line.is_new:
+                # As an arm in the field usually is.
+                line.exchange(START, SET, b"")
+        except Error as error:
+            self._last.message = str(error)
+            print(f"magician: ConnectDobot: {error}", file=sys.stderr)
+            return NOT_FOUND if isinstance(error, PortError) and not name else OCCUPIED
+        with self._lock:
+            id = next(id for id in range(len(self._arms) + 1) if id not in self._arms)
+            self._arms[id] = line
+        return id, line
+
+    def _call_SearchDobot(self, found: Any, size: int) -> int:
+        paths = [port] if (port := elsewhere()) else [found.path for found in ports() if found.likely_arm]
+        names = [path.removeprefix("/dev/") for path in paths]
+        while names and len(" ".join(names)) >= int(size):
+            names.pop()
+        if found is not None and int(size) > 0:
+            found.value = " ".join(names).encode()
+        return len(names)
+
+    def _call_ConnectDobot(self, port: Any, baud: int, *places: Any) -> int:
+        if self._ids == 0:
+            self._call_DisconnectDobot()
+        connected = self._connect(port, baud)
+        if isinstance(connected, int):
+            if self._ids == 1:
+                places[-1].value = -1
+            return connected
+        id, line = connected
+        if self._ids == 2:
+            self._describe(places[0].masterDevInfo, id, line)
+            return NO_ERROR
+        wifi = line.name.lower().startswith("udp:")
+        places[0].value, places[1].value = b"DobotWifi" if wifi else b"DobotSerial", b"0.0.0"
+        if self._ids == 1:
+            places[2].value = id
+        return NO_ERROR
+
+    @staticmethod
+    def _describe(info: Any, id: int, line: Line) -> None:
+        version = line.exchange(2, GET, b"")[1]
+        milliseconds = int.from_bytes(line.exchange(4, GET, b"")[1][:4], "little")
+        info.devId, info.type, info.runTime = id, MAGICIAN, milliseconds / 1000
+        info.firmwareName, info.firwareVersion = b"Dobot", ".".join(map(str, version[:3])).encode()
+
+    def _call_DisconnectDobot(self, id: Any = 0) -> int:
+        with self._lock:
+            line = self._arms.pop(int(getattr(id, "value", id)), None)
+        if line is not None:
+            line.close()
+        return NO_ERROR
+
+    def _call_SetCmdTimeout(self, *given: Any) -> int:
+        self._timeout = int(given[-1]) / 1000
+        if self._ids:
+            line = self._arms.get(int(getattr(given[0], "value", given[0])))
+            lines = [line] if line else []
+        else:
+            lines = list(self._arms.values())
+        for line in lines:
+            line.set_timeout(self._timeout)
+        return NO_ERROR
+
+    def _call_DobotExec(self) -> int:
+        return NO_ERROR
+
+    def _call_PeriodicTask(self) -> int:
+        return NO_ERROR
+
+    def _call_SetDebugEnable(self, _on: Any) -> int:
+        return NO_ERROR
+
+    def _call_DobotSleep(self, milliseconds: int) -> int:
+        threading.Event().wait(int(milliseconds) / 1000)
+        return NO_ERROR
+
+    def _call_MagicianAllow(self, names: bytes) -> int:
+        given = [name.strip() for name in names.decode("utf-8", "replace").split(",")]
+        if unknown := [name for name in given if name != "all" and command_id(OTHERWISE.get(name, name)) is None]:
+            self._last.message = f"no command is called {', '.join(unknown)}"
+            return INVALID
+        self._allowed += [OTHERWISE.get(name, name) for name in given]
+        return NO_ERROR
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(
+            f"{name}: programs that call the C library themselves need it; here are the functions of DobotDllType"
+        )
+
+
+def _target(name: str) -> str | None:
+    """The port that a name of ``SearchDobot`` or of a program stands for."""
+    if not name:
+        return None
+    parts = name.split(".")
+    dotted = len(parts) == 4 and all(part.isdigit() and int(part) < 256 for part in parts)
+    return f"udp:{name}" if dotted else name
+
+
+def _code(error: Error) -> int:
+    if isinstance(error, QueueFullError):
+        return BUFFER_FULL
+    return INVALID if isinstance(error, (InvalidInputError, UnreachableError, UnsupportedError)) else TIMEOUT
+
+
+def _is_index(kind: Any) -> bool:
+    return bool(kind is not None and getattr(kind, "_type_", None) is ctypes.c_uint64 and hasattr(kind, "contents"))
+
+
+def _bytes(kind: Any, value: Any) -> bytes:
+    """An argument as it travels."""
+    if kind is ctypes.c_char_p:
+        return bytes(value) + b"\0"
+    if kind is ENUM:
+        return bytes((int(value) & 0xFF,))
+    if kind is None or _is_place(value):
+        return bytes(value)
+    return bytes(kind(value))
+
+
+def _places(given: list[tuple[Any, Any]]) -> list[Any]:
+    """The arguments that an answer goes into."""
+    return [value for _, value in given if _is_place(value)]
+
+
+def _is_place(value: Any) -> bool:
+    """Whether it is a value of ctypes', not one of Python's."""
+    return type(value).__module__ == "ctypes" or hasattr(value, "_fields_") or hasattr(value, "raw")
+
+
+def _fill(places: list[Any], params: bytes) -> None:
+    """Lets an answer lie in the places for it, one after the other; what was left out of it is 0."""
+    at = 0
+    for place in places:
+        size = 1 if isinstance(place, ENUM) else ctypes.sizeof(place)
+        part = params[at : at + size]
+        ctypes.memset(ctypes.addressof(place), 0, ctypes.sizeof(place))
+        ctypes.memmove(ctypes.addressof(place), part, len(part))
+        at += size

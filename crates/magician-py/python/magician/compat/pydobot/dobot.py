@@ -1,0 +1,141 @@
+"""pydobot's arm."""
+
+from __future__ import annotations
+
+import struct
+import sys
+import threading
+import warnings
+from enum import Enum
+
+from ...errors import Error, PortError
+from .._line import GET, QUEUED, SET
+from .._message import Message
+from .._robot import Robot
+from .._serial import Port
+from .enums import PTPMode
+from .enums.CommunicationProtocolIDs import CommunicationProtocolIDs
+from .enums.ControlValues import ControlValues
+
+__all__ = ["CommunicationProtocolIDs", "ControlValues", "Dobot", "Message", "PTPMode"]
+
+BLANK = " " * 28
+
+
+class Dobot(Robot):
+    """A connected arm, with the interface of pydobot 1.3: mm and degrees; only ``wait=True`` waits.
+
+    Connecting starts and clears the queue, sets all speeds to 200 and the ratios to 100 %.
+    """
+
+    def __init__(self, port: str | None = None, verbose: bool = False) -> None:
+        self._on = True
+        self.verbose = verbose
+        """Whether every frame is printed."""
+        self.lock = threading.Lock()
+        """Not needed: calls may come from any thread."""
+        self._open(port)
+        self._say(f"{self.ser.name} open")
+        self._setup()
+        self._get_pose()
+
+    @property
+    def ser(self) -> Port:
+        """The port, as far as programs use it beside the library."""
+        return self._serial
+
+    def _say(self, what: str) -> None:
+        if self.verbose:
+            print("pydobot:", what)
+
+    def _fault(self, error: Error) -> Exception:
+        return _port_fault(error) if isinstance(error, PortError) else error
+
+    def _exchange(self, msg: Message) -> Message:
+        if self.verbose:
+            self._say(f">> {msg}")
+        answer = super()._exchange(msg)
+        if self.verbose:
+            self._say(f"<< {answer}")
+        return answer
+
+    def _finish(self, index: int, motion: bool = False) -> None:
+        self._say(f"waiting for command {index}")
+        super()._finish(index, motion)
+        self._say(f"command {index} executed")
+
+    def _get_pose(self) -> Message:
+        """Reads the pose into ``x``, ``y``, ``z``, ``r`` (mm, degrees) and ``j1`` to ``j4`` (degrees)."""
+        answer = self._command(10, GET)
+        self.x, self.y, self.z, self.r, self.j1, self.j2, self.j3, self.j4 = pose = struct.unpack("<8f", answer.params)
+        if self.verbose:
+            names = ("x", "y", "z", "r", "j1", "j2", "j3", "j4")
+            self._say(BLANK.join(f"{name}:{value:03.1f}" for name, value in zip(names, pose, strict=False)))
+        return answer
+
+    def _set_ptp_cmd(self, x: float, y: float, z: float, r: float, mode: int | Enum, wait: bool) -> Message:
+        return self._ptp(mode, x, y, z, r, wait)
+
+    def _set_wait_cmd(self, ms: int) -> Message:
+        return self._command(110, QUEUED, struct.pack("<I", ms))
+
+    def _get_eio_level(self, address: int) -> Message:
+        return self._command(131, GET, bytes((address,)))
+
+    def _set_eio_level(self, address: int, level: int) -> Message:
+        return self._command(131, SET, bytes((address, level)))
+
+    def get_eio(self, addr: int) -> Message:
+        """Asks for the level of an output; the second parameter of the answer is it."""
+        return self._get_eio_level(addr)
+
+    def set_eio(self, addr: int, val: int) -> Message:
+        """Sets an output at once."""
+        return self._set_eio_level(addr, val)
+
+    def close(self) -> None:
+        """Ends the connection. The arm finishes what it was told."""
+        self._on = False
+        self._line.close()
+        self._say(f"{self._serial.name} closed")
+
+    def go(self, x: float, y: float, z: float, r: float = 0.0) -> None:
+        """The old name of :meth:`move_to`."""
+        warnings.warn("go() is the old name of move_to()", stacklevel=2)
+        self.move_to(x, y, z, r)
+
+    def move_to(self, x: float, y: float, z: float, r: float, wait: bool = False) -> None:
+        """Goes in a straight line; with ``wait``, returns when the arm is there."""
+        self._set_ptp_cmd(x, y, z, r, mode=PTPMode.MOVL_XYZ, wait=wait)
+
+    def suck(self, enable: bool) -> None:
+        """Switches the suction cup, in the queue."""
+        self._set_end_effector_suction_cup(enable)
+
+    def grip(self, enable: bool) -> None:
+        """Closes or opens the gripper, in the queue."""
+        self._set_end_effector_gripper(enable)
+
+    def speed(self, velocity: float = 100.0, acceleration: float = 100.0) -> None:
+        """Sets ratios (%) and the tool's speed (mm/s) and acceleration (mm/s^2), in the queue."""
+        self._set_ptp_common_params(velocity, acceleration)
+        self._set_ptp_coordinate_params(velocity, acceleration)
+
+    def wait(self, ms: int) -> None:
+        """Makes the queue wait (ms); the program goes on."""
+        self._set_wait_cmd(ms)
+
+    def pose(self) -> tuple[float, float, float, float, float, float, float, float]:
+        """x, y, z (mm), r and four joint angles (degrees)."""
+        params = self._get_pose().params
+        x, y, z, r, j1, j2, j3, j4 = struct.unpack("<8f", params)
+        return x, y, z, r, j1, j2, j3, j4
+
+
+def _port_fault(error: PortError) -> Exception:
+    """A port's error, for those who expect pyserial's."""
+    theirs = getattr(sys.modules.get("serial"), "SerialException", None)
+    if not isinstance(theirs, type) or not issubclass(theirs, OSError):
+        return error
+    both: type[Exception] = type("SerialPortError", (PortError, theirs), {})
+    return both(str(error))

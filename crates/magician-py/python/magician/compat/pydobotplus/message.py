@@ -1,0 +1,5 @@
+"""Where pydobotplus has its frames."""
+
+from .._message import Message
+
+__all__ = ["Message"]

@@ -1,0 +1,76 @@
+"""Where arms could be: the serial ports of this computer, and the networks around it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from . import _magician
+from ._native import until, wait
+
+__all__ = ["Found", "SerialPort", "discover", "discover_async", "ports"]
+
+
+@dataclass(frozen=True, slots=True)
+class SerialPort:
+    """A serial port of this computer, and what is known of the USB device behind it."""
+
+    path: str
+    """What to connect to: ``/dev/ttyUSB0``, ``COM3``."""
+    vendor: int | None
+    """Vendor id, if it is on USB."""
+    product: int | None
+    """Product id, if it is on USB."""
+    name: str | None
+    """Product text."""
+    manufacturer: str | None
+    """Manufacturer text."""
+    serial_number: str | None
+    """Serial number of the adapter, not of the arm."""
+    location: str | None
+    """The socket that it is plugged into, as the system names it: ``1-1.4`` on Linux."""
+    likely_arm: bool
+    """Whether the adapter is one that Magicians have. Other devices have them too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """An arm that answered on the network."""
+
+    port: str
+    """What to connect to: ``udp:192.168.1.5:8899``."""
+    address: str
+    """Where the answer came from: where the arm is reached."""
+    reported: str
+    """The address that its module says it has; another one behind a router."""
+    mac: str
+    """The module's hardware address, twelve hexadecimal digits."""
+    name: str
+    """What the module calls itself: ``USR-C322``."""
+    version: str | None
+    """Version of the module's firmware."""
+
+
+def ports() -> list[SerialPort]:
+    """The serial ports of this computer, likely arms first.
+
+    Raises :class:`~magician.errors.PortError` when the system does not tell.
+    """
+    return [SerialPort(*parts) for parts in _magician.ports()]
+
+
+def discover(hosts: Iterable[str] = (), *, within: float = 1.0) -> list[Found]:
+    """Asks the networks of this computer for arms on Wi-Fi, and collects who answers within so many seconds.
+
+    :param hosts: names or addresses to ask instead, which may be in other networks; then it ends when all have
+        answered.
+
+    That nobody answers is no error. Raises :class:`~magician.errors.InvalidInputError` for what is no host,
+    :class:`~magician.errors.PortError` when a host's name is not known or this computer has no network.
+    """
+    return [Found(*parts) for parts in wait(_magician.discover(list(hosts), within))]
+
+
+async def discover_async(hosts: Iterable[str] = (), *, within: float = 1.0) -> list[Found]:
+    """As :func:`discover`, for programs on asyncio."""
+    return [Found(*parts) for parts in await until(_magician.discover(list(hosts), within))]

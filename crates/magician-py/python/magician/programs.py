@@ -1,0 +1,799 @@
+"""Programs: what a person draws, teaches or computes, as plans that are checked before anything moves.
+
+A :class:`Plan` is a value. :func:`load` makes one of a file of any kind that is known, :meth:`Plan.path` of an array of
+points, :meth:`Plan.of` of commands. It tells what would come of it (:meth:`Plan.check`), shows it
+(:meth:`Plan.preview`), is moved, turned and repeated, and kept in a file that people can read (:meth:`Plan.save`).
+``arm.run(plan)`` has an arm do it.
+
+Lengths are mm, angles degrees, times seconds; coordinates are the arm's: X forward, Y to its left, Z up.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, Literal, NamedTuple, overload
+
+from . import _magician
+from ._meaning import Joints, Position
+from ._pictures import Drawing, Picture
+from ._points import Points, SupportsArray, column, rows, to_numpy, to_tuples
+from ._protocol import Queueable
+from .alarms import Alarm
+from .errors import Error, InvalidInputError
+
+if TYPE_CHECKING:
+    from numpy import float64
+    from numpy.typing import NDArray
+
+__all__ = [
+    "Complaint",
+    "Note",
+    "Plan",
+    "Points",
+    "Rehearsal",
+    "Report",
+    "Sheet",
+    "Step",
+    "Steps",
+    "Surface",
+    "ToolName",
+    "Travel",
+    "load",
+]
+
+ToolName = Literal["none", "suction", "gripper", "pen", "laser"]
+"""The tools that have a name."""
+Tool = ToolName | tuple[float, float, float]
+"""A tool by its name, or by its bias from the wrist, mm."""
+Travel = Literal["path", "line", "joints", "jump"]
+"""How points are reached: along one continuous path, or each on a straight line, with all joints together, or up,
+across and down."""
+
+
+class Surface(NamedTuple):
+    """What the tool works on: paper, wood, a table. Level, or tilted as it was measured."""
+
+    height: float
+    """The z that the arm reports where its tool touches it, at x = y = 0, mm."""
+    slope: tuple[float, float] = (0.0, 0.0)
+    """How much higher it is for each mm in x and in y."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """A sheet of paper before the arm: drawings lie on it corner on corner."""
+
+    corner: tuple[float, float]
+    """Where its lower left corner lies, in the arm's x and y, mm."""
+    rotation: float = 0.0
+    """How its lower edge runs, degrees from the arm's X towards its Y."""
+    size: tuple[float, float] | None = None
+    """Its width and height, where they are known, mm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What was left out of a file or taken in a certain way; nothing of it is an error."""
+
+    message: str
+    """What."""
+    line: int | None = None
+    """Line of the file, from 1."""
+    column: int | None = None
+    """Column in that line, from 1."""
+    name: str | None = None
+    """The element or point of the file."""
+    help: str | None = None
+    """What to do about it."""
+
+    def __str__(self) -> str:
+        help = f" ({self.help})" if self.help else ""
+        return _placed(self.message, _place(self.line, self.column, None), self.name) + help
+
+
+@dataclass(frozen=True, slots=True)
+class Complaint:
+    """A step that the arm could not do, or that a guard refuses."""
+
+    step: int
+    """Which step, from 1; one more than there are for what is wrong at the end."""
+    error: Error
+    """What a run of it would raise: with the value and its limit, where it is a matter of how much."""
+    line: int | None = None
+    """Line of the file that it comes from, from 1."""
+    column: int | None = None
+    """Column in that line, from 1."""
+    row: int | None = None
+    """Row of the array that it comes from, from 0."""
+    name: str | None = None
+    """The element or point of the file that it belongs to."""
+
+    @property
+    def message(self) -> str:
+        """Why, in a sentence: ``joint 2 would be at 91.3 deg, limit 85.0 deg``."""
+        return str(self.error)
+
+    @property
+    def value(self) -> float | None:
+        """What was too much or too little, in :attr:`unit`."""
+        return self.error.value
+
+    @property
+    def limit(self) -> float | None:
+        """What it may be, in :attr:`unit`."""
+        return self.error.limit
+
+    @property
+    def unit(self) -> str | None:
+        """The unit of both."""
+        return self.error.unit
+
+    def __str__(self) -> str:
+        place = [*_place(self.line, self.column, self.row), f"step {self.step}"]
+        return _placed(self.message, place, self.name)
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a check has found. A notebook shows it as a table."""
+
+    refused: int
+    """How many steps the arm could not do."""
+    complaints: list[Complaint]
+    """The first hundred of them, in their order."""
+    steps: int
+    """How many steps the plan has."""
+    counts: dict[str, int]
+    """How many of each kind: ``{"move": 4, "path": 120}``."""
+    seconds: float | None
+    """How long the arm takes, on its own clock; ``None`` if a step has no end that is known: homing, a trigger."""
+    drawn: float
+    """How far the tool draws or burns, mm."""
+    travelled: float
+    """How far it goes besides, mm."""
+    bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None
+    """The least and the greatest x, y, z at which steps end, mm."""
+    longest_way: tuple[int, float] | None
+    """The step with the longest way, from 1, and how long that is, mm."""
+    longest_time: tuple[int, float] | None
+    """The step that takes longest, from 1, and how long, s."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the arm can do all of it."""
+        return self.refused == 0
+
+    def raise_if_refused(self) -> None:
+        """Raises what the first complaint is about, if there is one."""
+        for complaint in self.complaints:
+            raise complaint.error
+
+    def __str__(self) -> str:
+        lines = [self._line()]
+        lines += map(str, self.complaints[:10])
+        if self.refused > 10:
+            lines.append(f"and {self.refused - 10} more")
+        return "\n".join(lines)
+
+    def _line(self) -> str:
+        time = "its time is not known" if self.seconds is None else f"takes {self.seconds:.1f} s"
+        state = "the arm can do all of it" if self.ok else f"{self.refused} steps are refused"
+        return f"{self.steps} steps, {self.drawn:.0f} mm drawn, {self.travelled:.0f} mm travelled, {time}: {state}"
+
+    def _repr_html_(self) -> str:
+        found = "".join(
+            f"<tr><td>{each.step}</td><td>{escape(', '.join(_place(each.line, each.column, each.row)))}</td>"
+            f"<td>{escape(each.name or '')}</td><td>{escape(each.message)}</td></tr>"
+            for each in self.complaints[:20]
+        )
+        table = f"<table><tr><th>step</th><th>where</th><th>name</th><th>why</th></tr>{found}</table>" if found else ""
+        return f"<p>{escape(self._line())}</p>{table}"
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step of a plan: one command."""
+
+    number: int
+    """Which, from 1."""
+    action: str
+    """What is done: ``move``, ``joints``, ``shift``, ``arc``, ``path``, ``burn``, ``suction``, ``gripper``, ``laser``,
+    ``wait``, ``home``, or ``command`` for anything else."""
+    by: Literal["joints", "line", "jump"] | None
+    """Which way a move goes."""
+    command: Queueable
+    """The command that does it."""
+    values: tuple[float, ...]
+    """Its numbers: x, y, z, r (an arc's twice, a burn's last the power in percent), seconds of a wait, 1 for on and 0
+    for off (a gripper closes at 1, opens at 0, and its pump is off at -1)."""
+    target: tuple[float, float, float] | None
+    """Where it leads the tool, if it says so itself: x, y, z, mm."""
+    line: int | None = None
+    """Line of the file that it comes from, from 1."""
+    column: int | None = None
+    """Column in that line, from 1."""
+    row: int | None = None
+    """Row of the array that it comes from, from 0."""
+    name: str | None = None
+    """The element or point of the file that it belongs to."""
+
+
+class Steps(Sequence[Step]):
+    """The steps of a plan; each is made when it is looked at."""
+
+    __slots__ = ("_native",)
+
+    def __init__(self, native: _magician.Plan) -> None:
+        self._native = native
+
+    def __len__(self) -> int:
+        return len(self._native)
+
+    @overload
+    def __getitem__(self, at: int) -> Step: ...
+    @overload
+    def __getitem__(self, at: slice) -> list[Step]: ...
+    def __getitem__(self, at: int | slice) -> Step | list[Step]:
+        if isinstance(at, slice):
+            return [self[each] for each in range(*at.indices(len(self)))]
+        if not -len(self) <= at < len(self):
+            raise IndexError("there is no such step")
+        return _step(self._native.step(at % len(self)))
+
+    def __iter__(self) -> Iterator[Step]:
+        for at in range(len(self)):
+            yield _step(self._native.step(at))
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} steps>"
+
+
+@dataclass(frozen=True, slots=True)
+class Rehearsal:
+    """What came of a plan on a virtual arm of its own, at full speed, to the microsecond."""
+
+    ok: bool
+    """Whether all steps have ended without an alarm."""
+    seconds: float
+    """How long it took, on the arm's clock."""
+    steps: int
+    """How many steps have ended."""
+    position: Position
+    """Where the tool is at the end."""
+    joints: Joints
+    """The joint angles at the end."""
+    alarms: tuple[Alarm, ...]
+    """The alarms that stand at the end."""
+    log: list[tuple[float, str]]
+    """What happened in it: seconds, and in words."""
+    drawing: Drawing
+    """What pen or laser have left."""
+    _way: bytes = field(default=b"", repr=False)
+
+    @property
+    def way(self) -> list[tuple[float, ...]]:
+        """Where the tool was from look to look, if it was watched: x, y, z, mm."""
+        return to_tuples(self._way, 3)
+
+    def way_to_numpy(self) -> NDArray[float64]:
+        """The same as an array of shape (n, 3), mm. Needs NumPy."""
+        return to_numpy(self._way, 3)
+
+    def _repr_svg_(self) -> str:
+        return self.drawing.svg
+
+
+class Plan:
+    """What an arm is to do, step by step. A value: what changes it makes another one. A notebook shows its picture.
+
+    Example:
+        >>> import magician
+        >>> square = [(200, 0, 20), (240, 0, 20), (240, 40, 20), (200, 40, 20), (200, 0, 20)]
+        >>> plan = magician.Plan.path(square, tool="pen", speed=50)
+        >>> plan.check().ok
+        True
+    """
+
+    __slots__ = ("_report", "native")
+
+    def __init__(self, native: _magician.Plan) -> None:
+        self.native = native
+        """The native part, for the rest of this package."""
+        self._report: Report | None = None
+
+    # Making one.
+
+    @classmethod
+    def of(
+        cls,
+        commands: Iterable[Queueable],
+        *,
+        title: str = "",
+        tool: Tool | None = None,
+        surface: float | Surface | None = None,
+    ) -> Plan:
+        """A plan of commands, as :mod:`magician.words` makes them.
+
+        :raises InvalidInputError: A command cannot be queued.
+        """
+        return cls(_magician.Plan.of_commands(title, commands, _tool(tool), _surface(surface)))
+
+    @classmethod
+    def path(
+        cls,
+        points: Points,
+        *,
+        by: Travel = "path",
+        title: str = "",
+        tool: Tool | None = None,
+        surface: float | Surface | None = None,
+        r: float = 0.0,
+        lift: float = 10.0,
+        speed: float | None = 50.0,
+        acceleration: float = 100.0,
+        power: float | Sequence[float] | SupportsArray | None = None,
+    ) -> Plan:
+        """A plan through points: an array goes in at once, without a loop in Python.
+
+        :param points: Shape (n, 3): x, y, z in mm; or (n, 4): with r in degrees. ``float64`` goes in as it is. A row of
+            nothing but NaN lifts the tool: the path ends before it and another begins behind it.
+        :param by: ``"path"`` for continuous paths, which do not stop at their corners and keep r; ``"line"``,
+            ``"joints"`` or ``"jump"`` for a move to each point.
+        :param title: What it is called.
+        :param tool: The tool that it is made for; the one in force on the arm if left out.
+        :param surface: The surface that it works on, where it is known: the z at which the tool touches it, mm.
+        :param r: The rotation where the points have none, degrees.
+        :param lift: How far above its ends a path is come to and left, mm; 0 goes straight there with all joints.
+        :param speed: Along a path, mm/s; as the arm is set if ``None``.
+        :param acceleration: Along a path, mm/s².
+        :param power: Of the laser along a path, percent: one for all, or one for each point, shape (n,).
+        :raises InvalidInputError: A number that is none, another shape, an r that changes on a path.
+        """
+        data, columns = rows(points)
+        count = len(data) // (8 * columns)
+        each = b""
+        if power is not None and not isinstance(power, (int, float)):
+            each, power = column(power, count, "power"), None
+        if lift < 0:
+            raise InvalidInputError(f"lift is 0 or more, not {lift} mm", value=lift, limit=0.0, unit="mm")
+        way = {
+            "title": title,
+            "tool": _tool(tool),
+            "surface": _surface(surface),
+            "by": by,
+            "r": r,
+            "lift": lift,
+            "speed": speed,
+            "acceleration": acceleration,
+            "power": power,
+        }
+        return cls(_magician.Plan.of_points(data, columns, each, way))
+
+    @classmethod
+    def from_json(cls, text: str) -> Plan:
+        """The plan in the text of a plan file.
+
+        :raises InvalidInputError: It is none; line, column, and what would be right.
+        """
+        return cls(_magician.Plan.of_json(text))
+
+    # Looking at it.
+
+    @property
+    def title(self) -> str:
+        """What it is called."""
+        return self.native.title
+
+    @property
+    def source(self) -> str | None:
+        """The file that it was loaded from."""
+        return self.native.source
+
+    @property
+    def format(self) -> str | None:
+        """What that file was: ``"svg"``, ``"gcode"``."""
+        return self.native.format
+
+    @property
+    def notes(self) -> list[Note]:
+        """What was left out of the file or taken in a certain way."""
+        return [
+            Note(message, line or None, column or None, name, help)
+            for line, column, name, message, help in self.native.notes
+        ]
+
+    @property
+    def tool(self) -> str | None:
+        """The tool that it is made for: a name, or its bias ``"x,y,z"`` in mm. The arm is told of it first."""
+        return self.native.tool
+
+    @property
+    def surface(self) -> Surface | None:
+        """The surface that it works on."""
+        found = self.native.surface
+        return None if found is None else Surface(found[0], (found[1][0], found[1][1]))
+
+    @property
+    def surface_is_assumed(self) -> bool:
+        """Whether nobody has said how high the paper lies: it is taken to be the table of a virtual arm, and no other
+        arm runs it."""
+        return self.native.assumed
+
+    @property
+    def steps(self) -> Steps:
+        """Its steps."""
+        return Steps(self.native)
+
+    def commands(self) -> list[Queueable]:
+        """All commands that an arm is sent, the tool's first."""
+        return self.native.commands()
+
+    def targets(self) -> list[tuple[float, ...]]:
+        """Where its steps lead: x, y, z in mm for each, NaN for those that lead nowhere by themselves."""
+        return to_tuples(self.native.targets(), 3)
+
+    def to_numpy(self) -> NDArray[float64]:
+        """:meth:`targets` as an array of shape (n, 3), mm. Needs NumPy."""
+        return to_numpy(self.native.targets(), 3)
+
+    def check(self) -> Report:
+        """Follows it as an arm would that was just homed and has no other settings than its own: what is out of reach,
+        how long it takes, how far the tool goes. ``arm.check(plan)`` begins where that arm stands."""
+        if self._report is None:
+            self._report = report_of(self.native.check(None))
+        return self._report
+
+    @property
+    def estimate(self) -> float | None:
+        """How long an arm takes for it, s; ``None`` if a step has no end that is known. As :meth:`check` has it."""
+        return self.check().seconds
+
+    def preview(
+        self, path: str | os.PathLike[str] | None = None, *, side: bool | None = None, sheet: Sheet | None = None
+    ) -> Picture:
+        """What will be drawn, burnt or carried, and where, in true size.
+
+        :param path: A ``.svg`` or ``.png`` file to write.
+        :param side: Whether there is a view from the side; if left out, for plans that pick and place.
+        :param sheet: A sheet of known size to show.
+        """
+        corners = None if sheet is None else _corners(sheet)
+        picture = Picture(self.native.preview(None, side, corners))
+        if path is not None:
+            picture.save(path)
+        return picture
+
+    def rehearse(
+        self, *, tool: Tool | None = None, table: float | None = None, watch: float | None = None
+    ) -> Rehearsal:
+        """Has a virtual arm of its own do it, at full speed, byte for byte as an arm would.
+
+        :param tool: The tool on the arm; the plan's own if it names one, else the one that its steps need.
+        :param table: The z at which the tool touches the table, mm; the plan's surface if it has one.
+        :param watch: How often to look where the tool is, s; see :attr:`Rehearsal.way`.
+        """
+        found = self.native.rehearse(_tool(tool), table, watch)
+        return Rehearsal(
+            ok=found["good"],
+            seconds=found["seconds"],
+            steps=found["steps"],
+            position=Position(*found["pose"]),
+            joints=Joints(*found["joints"]),
+            alarms=found["alarms"],
+            log=found["log"],
+            drawing=Drawing(found["drawing"]),
+            _way=found["way"],
+        )
+
+    # Changing it.
+
+    def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Plan:
+        """The same in another place, so many mm further.
+
+        :raises InvalidInputError: A step cannot be moved: it leads to joint angles, or goes on from where nobody knows.
+        """
+        return Plan(self.native.moved((x, y, z)))
+
+    def scaled(self, factor: float, about: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Plan:
+        """The same in another size, ``about`` a point that stays where it is (mm). Heights of jumps count as lengths;
+        speeds and rotations stay.
+
+        :raises InvalidInputError: As :meth:`moved`; a factor that is not above 0.
+        """
+        return Plan(self.native.scaled(factor, about))
+
+    def rotated(self, degrees: float, about: tuple[float, float] = (0.0, 0.0)) -> Plan:
+        """The same turned to the left, seen from above, about the vertical through ``about`` (mm). The rotation r of
+        poses turns along.
+
+        :raises InvalidInputError: As :meth:`moved`.
+        """
+        return Plan(self.native.rotated(degrees, about))
+
+    def repeated(self, times: int) -> Plan:
+        """Its steps so many times over. ``plan * 3`` is the same."""
+        return Plan(self.native.repeated(times))
+
+    def on_grid(self, rows: int, columns: int, pitch: tuple[float, float]) -> Plan:
+        """The plan at each place of a grid, one after the other. As it stands it is for the first.
+
+        :param rows: Rows, along Y.
+        :param columns: Columns, along X.
+        :param pitch: From a column to the next in x and from a row to the next in y, mm.
+        """
+        return Plan(self.native.on_grid(rows, columns, pitch))
+
+    def on_pallet(
+        self,
+        rows: int,
+        columns: int,
+        first: tuple[float, float, float],
+        end_of_row: tuple[float, float, float],
+        last_row: tuple[float, float, float],
+    ) -> Plan:
+        """The plan at each place of a pallet as it stands, by three of its places (x, y, z; mm): the first, the last of
+        its row, and the first of the last row. The others are in between, on any slope."""
+        return Plan(self.native.on_corners(rows, columns, [first, end_of_row, last_row]))
+
+    def from_step(self, step: int) -> Plan:
+        """The plan from a step on, counted from 1: it first sets what the steps before would have set, and goes from
+        above to where the step begins. For an arm that was just homed; ``arm.run(plan, first_step=...)`` begins where
+        that arm stands.
+
+        :raises InvalidInputError: There is no such step, or nobody knows where it begins.
+        """
+        return Plan(self.native.starting_at(step, None))
+
+    def __add__(self, other: Plan) -> Plan:
+        """The steps of another one after these."""
+        return Plan(self.native.joined(other.native))
+
+    def __mul__(self, times: int) -> Plan:
+        return self.repeated(times)
+
+    # Keeping it.
+
+    def to_json(self) -> str:
+        """The text of a plan file: JSON with one step on a line."""
+        return self.native.to_json()
+
+    def to_playback(self) -> tuple[str, list[str]]:
+        """The text of a file for DobotStudio's Teaching & Playback, and what such a file cannot say.
+
+        :raises InvalidInputError: A step has no place in such a file.
+        """
+        return self.native.to_playback()
+
+    def save(self, path: str | os.PathLike[str]) -> list[str]:
+        """Writes it to a ``.plan.json`` (``.json``, ``.plan``) or, for DobotStudio, ``.playback`` file. :func:`load`
+        reads both.
+
+        :returns: What the file cannot say; nothing, for a plan file.
+        :raises InvalidInputError: The name ends otherwise, or a step has no place in such a file.
+        :raises OSError: The file cannot be written.
+        """
+        to = Path(path)
+        end = to.suffix.lower()
+        if end in (".json", ".plan"):
+            to.write_text(self.to_json(), encoding="utf-8", newline="\n")
+            return []
+        if end in (".playback", ".xml"):
+            text, lost = self.to_playback()
+            to.write_text(text, encoding="utf-8", newline="")
+            return lost
+        raise InvalidInputError(f"{to}: a plan is kept as .plan.json or .playback; preview() makes pictures")
+
+    # What every value has.
+
+    def __len__(self) -> int:
+        return len(self.native)
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Plan) and self.native == other.native
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        tool = f", {self.tool}" if self.tool else ""
+        return f"<Plan {self.title!r}: {len(self)} steps{tool}>"
+
+    def _repr_svg_(self) -> str:
+        return self.preview().svg
+
+
+def load(
+    file: str | os.PathLike[str] | IO[bytes],
+    *,
+    format: str | None = None,
+    title: str | None = None,
+    tool: Tool | None = None,
+    surface: float | Surface | None = None,
+    sheet: Sheet | None = None,
+    at: tuple[float, float] | None = None,
+    scale: float = 1.0,
+    rotate: float = 0.0,
+    fit: bool = False,
+    mirror: bool = False,
+    move: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    start: tuple[float, float, float] | None = None,
+    speed: float | None = None,
+    travel_speed: float | None = None,
+    lift: float | None = None,
+    order: bool = True,
+    tolerance: float | None = None,
+    dialect: Literal["pen", "laser"] | None = None,
+    work: Literal["draw", "engrave"] | None = None,
+    width: float | None = None,
+    height: float | None = None,
+    threshold: int | None = None,
+    power: float | tuple[float, float] | None = None,
+    tone: Literal["grey", "threshold", "dither"] = "grey",
+    invert: bool = False,
+    both_directions: bool = True,
+    spacing: float | None = None,
+    overscan: float | None = None,
+    gamma: float | None = None,
+) -> Plan:
+    """A plan of a file: a taught program (``.playback``), G-code, a drawing (SVG, HPGL, DXF), a Blockly program, an
+    image, points (CSV, JSON, text), or a plan file. Drawings are drawn with the pen, images engraved.
+
+    :param file: Path, or an open binary file.
+    :param format: What it is, where neither name nor content tells: ``playback``, ``svg``, ``gcode``, ``image``,
+        ``dxf``, ``hpgl``, ``blockly``, ``points``, ``plan``.
+    :param title: What it is called; the file's name if left out.
+    :param tool: The tool on the arm, by name or by its bias in mm.
+    :param surface: How high the paper or the wood lies: the z of the arm's pose when its tool touches it, mm. Drawings
+        and images need it; without it they are laid on the table of a virtual arm (-60 mm), and no other arm runs them.
+    :param sheet: The sheet that drawings lie on, corner on corner. Without it they lie wherever there is room.
+    :param at: Where its middle goes, x and y, mm.
+    :param scale: Its size, 1 being the true one.
+    :param rotate: By how much it is turned to the left, degrees.
+    :param fit: Whether it is made smaller until the arm reaches all of it.
+    :param mirror: Whether it is mirrored, left to right.
+    :param move: By how much it is moved then, mm.
+    :param start: Where the tool stands when a G-code program begins, for those that depend on it, mm.
+    :param speed: Along lines that are drawn or burnt, mm/s.
+    :param travel_speed: Between them, mm/s.
+    :param lift: How far the pen is lifted between lines, mm.
+    :param order: Whether lines may be drawn in another order, to travel less.
+    :param tolerance: How far a line may be from the curve that it stands for, mm; 0.05 if left out.
+    :param dialect: What G-code is for; if left out, a laser where it switches one.
+    :param work: ``"draw"`` draws all with the pen, images by their outlines; ``"engrave"`` burns all, drawings along
+        their lines.
+    :param width: How wide an image becomes, mm.
+    :param height: How high it becomes, mm, instead.
+    :param threshold: With ``work="draw"`` or ``tone="threshold"``: what is darker is dark, 1 to 255.
+    :param power: Of the laser for black, percent; or for the lightest grey and for black.
+    :param tone: How grey becomes power.
+    :param invert: Whether white burns.
+    :param both_directions: Whether every other line is burnt on the way back.
+    :param spacing: From one line of an image to the next, mm; 0.2 if left out.
+    :param overscan: How far the tool runs up and out at either end of a line, mm; as needed if left out.
+    :param gamma: Exponent of the darkness; above 1 spares the light parts.
+    :returns: The plan. :attr:`Plan.notes` tells what was left out or taken in a certain way.
+    :raises InvalidInputError: It cannot be read (with line and column), cannot be placed so, or an argument makes no
+        sense.
+    :raises OSError: The file cannot be opened.
+    """
+    name, data = _open(file)
+    if isinstance(power, (int, float)):
+        power = (0.0, float(power))
+    wanted: Mapping[str, Any] = {
+        "format": format,
+        "title": title,
+        "tool": _tool(tool),
+        "surface": _surface(surface),
+        "sheet": None if sheet is None else (*sheet.corner, sheet.rotation, sheet.size),
+        "start": start,
+        "at": at,
+        "scale": scale,
+        "rotate": rotate,
+        "fit": fit,
+        "mirror": mirror,
+        "by": move,
+        "speed": speed,
+        "travel_speed": travel_speed,
+        "lift": lift,
+        "order": order,
+        "tolerance": tolerance,
+        "dialect": dialect,
+        "work": work,
+        "width": width,
+        "height": height,
+        "threshold": threshold,
+        "power": power,
+        "tone": tone,
+        "invert": invert,
+        "both_directions": both_directions,
+        "spacing": spacing,
+        "overscan": overscan,
+        "gamma": gamma,
+    }
+    return Plan(_magician.Plan.load(name, data, wanted))
+
+
+def _open(file: str | os.PathLike[str] | IO[bytes]) -> tuple[str, bytes]:
+    if isinstance(file, (str, os.PathLike)):
+        path = Path(file)
+        return path.name, path.read_bytes()
+    name = getattr(file, "name", "file")
+    return (Path(name).name if isinstance(name, str) else "file"), file.read()
+
+
+def _tool(tool: Tool | None) -> str | None:
+    if tool is None or isinstance(tool, str):
+        return tool
+    return ",".join(map(repr, map(float, tool)))
+
+
+def _surface(surface: float | Surface | None) -> tuple[float, tuple[float, float]] | None:
+    if surface is None:
+        return None
+    if isinstance(surface, (int, float)):
+        return float(surface), (0.0, 0.0)
+    return surface.height, surface.slope
+
+
+def _corners(sheet: Sheet) -> list[tuple[float, float]] | None:
+    if sheet.size is None:
+        return None
+    from math import cos, radians, sin
+
+    turn = radians(sheet.rotation)
+    (x, y), (width, height) = sheet.corner, sheet.size
+    ends = ((0.0, 0.0), (width, 0.0), (width, height), (0.0, height))
+    return [(x + right * cos(turn) - up * sin(turn), y + right * sin(turn) + up * cos(turn)) for right, up in ends]
+
+
+def _step(found: dict[str, Any]) -> Step:
+    return Step(
+        number=found["number"],
+        action=found["action"],
+        by=found["by"],
+        command=found["command"],
+        values=tuple(found["values"]),
+        target=None if found["target"] is None else tuple(found["target"]),
+        line=found["line"],
+        column=found["column"],
+        row=found["row"],
+        name=found["name"],
+    )
+
+
+def report_of(found: dict[str, Any]) -> Report:
+    """The report of what a check has found."""
+    bounds = found["bounds"]
+    return Report(
+        refused=found["refused"],
+        complaints=[Complaint(**each) for each in found["complaints"]],
+        steps=found["steps"],
+        counts=found["counts"],
+        seconds=found["seconds"],
+        drawn=found["drawn"],
+        travelled=found["travelled"],
+        bounds=None if bounds is None else (tuple(bounds[0]), tuple(bounds[1])),
+        longest_way=found["longest_way"],
+        longest_time=found["longest_time"],
+    )
+
+
+def _place(line: int | None, column: int | None, row: int | None) -> list[str]:
+    if row is not None:
+        return [f"row {row}"]
+    if line is None:
+        return []
+    return [f"line {line}"] if column is None else [f"line {line}", f"column {column}"]
+
+
+def _placed(message: str, place: list[str], name: str | None) -> str:
+    where = ", ".join(place)
+    if name:
+        where = f"{where} ({name})" if where else f"({name})"
+    return f"{where}: {message}" if where else message

@@ -1,0 +1,657 @@
+"""What people say to a robot arm, as commands.
+
+A word returns a command as a value and does nothing else: ``arm.perform([...])`` checks and runs them, ``arm.enqueue``
+takes them one at a time, and programs may keep them in lists. The methods of an arm that have the same names do it and
+wait.
+
+Lengths are mm, angles degrees, times seconds; the frame is the arm's: origin where the base axis meets the shoulder
+axis, X forward, Y to the arm's left, Z up. The table is below z = 0. E numbers are those of the errata that the
+vendor's document needs.
+
+The file is long because it is the list of them, each with its sentence.
+
+>>> from magician import words
+>>> pick = [
+...     words.jump_to(220, 40, -30, 0),
+...     words.suction(True),
+...     words.wait(0.3),
+...     words.jump_to(220, -40, -30, 0),
+...     words.suction(False),
+... ]
+>>> len(pick)
+5
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Literal
+
+from . import _magician, commands
+from .commands import (
+    IoFunction,
+    JogCommand,
+    Output,
+    Port,
+    PtpMode,
+    RailVersion,
+    SensorVersion,
+    Stepper,
+    TriggerCondition,
+    TriggerMode,
+)
+from .errors import InvalidInputError
+
+__all__ = [
+    "CONVEYOR_FARTHEST",
+    "CONVEYOR_FASTEST",
+    "CONVEYOR_PULSES_PER_MM",
+    "Direction",
+    "Move",
+    "Tool",
+    "analog_at",
+    "arc_speed",
+    "arc_to",
+    "check_lost_steps",
+    "circle",
+    "color_at",
+    "color_sensor",
+    "conveyor",
+    "conveyor_by",
+    "engrave_by",
+    "engrave_to",
+    "grip",
+    "home",
+    "home_at",
+    "infrared",
+    "infrared_at",
+    "jog",
+    "jog_axis_speed",
+    "jog_joint_speed",
+    "jog_rail_speed",
+    "jog_speed",
+    "joint_speed",
+    "jump_height",
+    "jump_heights",
+    "jump_joints",
+    "jump_line_to",
+    "jump_to",
+    "laser",
+    "level_at",
+    "line_by",
+    "line_joints",
+    "line_speed",
+    "line_to",
+    "lost_step_threshold",
+    "motor",
+    "motor_by",
+    "move_by",
+    "move_joints",
+    "move_joints_by",
+    "move_to",
+    "move_with_rail",
+    "multiplex",
+    "output",
+    "path_by",
+    "path_speed",
+    "path_to",
+    "pump_off",
+    "pwm",
+    "rail",
+    "rail_by",
+    "rail_speed",
+    "rail_to",
+    "release",
+    "servo",
+    "speed",
+    "suction",
+    "tool",
+    "wait",
+    "wait_above",
+    "wait_at_least",
+    "wait_at_most",
+    "wait_below",
+    "wait_for_level",
+    "with_outputs",
+    "with_rail",
+]
+
+Move = commands.PtpCmd | commands.PtpPoCmd | commands.PtpWithLCmd | commands.PtpPoWithLCmd
+"""A point-to-point move, with outputs and with the rail if it has them."""
+
+Tool = Literal["none", "suction", "gripper", "pen", "laser"]
+"""A tool whose place is known."""
+
+Direction = Literal[
+    "x+",
+    "x-",
+    "y+",
+    "y-",
+    "z+",
+    "z-",
+    "r+",
+    "r-",
+    "j1+",
+    "j1-",
+    "j2+",
+    "j2-",
+    "j3+",
+    "j3-",
+    "j4+",
+    "j4-",
+    "rail+",
+    "rail-",
+]
+"""What to jog, and which way."""
+
+_TOOLS = dict(_magician.tools())
+
+CONVEYOR_PULSES_PER_MM = _magician.CONVEYOR_PULSES_PER_MM
+"""Pulses that move the vendor's belt by 1 mm: 16,000 for a turn of its roller, which is 34 mm across."""
+
+CONVEYOR_FASTEST = _magician.CONVEYOR_FASTEST
+"""The fastest that a belt is told to run, mm/s: far beyond what it keeps up with."""
+
+CONVEYOR_FARTHEST = _magician.CONVEYOR_FARTHEST
+"""The longest way that a belt is told to move, mm: about 28 km."""
+
+Four = Sequence[float]
+"""Four numbers."""
+
+
+def _four(what: str, numbers: Four) -> tuple[float, float, float, float]:
+    if len(numbers) != 4:
+        raise InvalidInputError(f"{what} are {len(numbers)} numbers, it takes 4")
+    a, b, c, d = numbers
+    return a, b, c, d
+
+
+# Where the arm goes, and which way.
+
+
+def move_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
+    """Goes to a pose, all joints together; the tool's way is a curve (document 1.10.5, MOVJ)."""
+    return commands.PtpCmd(PtpMode.MOVJ_XYZ, x, y, z, r)
+
+
+def line_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
+    """Goes to a pose on a straight line (MOVL)."""
+    return commands.PtpCmd(PtpMode.MOVL_XYZ, x, y, z, r)
+
+
+def jump_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
+    """Goes to a pose over obstacles: up, across with all joints together, down (JUMP).
+
+    :func:`jump_height` says how high.
+    """
+    return commands.PtpCmd(PtpMode.JUMP_XYZ, x, y, z, r)
+
+
+def jump_line_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
+    """As :func:`jump_to`, across on a straight line (E28: seen to do nothing on some firmware)."""
+    return commands.PtpCmd(PtpMode.JUMP_MOVL_XYZ, x, y, z, r)
+
+
+def move_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd:
+    """Goes to joint angles, degrees."""
+    return commands.PtpCmd(PtpMode.MOVJ_ANGLE, j1, j2, j3, j4)
+
+
+def line_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd:
+    """Goes to joint angles with the tool on a straight line."""
+    return commands.PtpCmd(PtpMode.MOVL_ANGLE, j1, j2, j3, j4)
+
+
+def jump_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd:
+    """Goes to joint angles over obstacles."""
+    return commands.PtpCmd(PtpMode.JUMP_ANGLE, j1, j2, j3, j4)
+
+
+def move_by(dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> commands.PtpCmd:
+    """Moves by so much (mm, degrees) from where the arm then is, all joints together."""
+    return commands.PtpCmd(PtpMode.MOVJ_XYZ_INC, dx, dy, dz, dr)
+
+
+def line_by(dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> commands.PtpCmd:
+    """Moves by so much (mm, degrees) from where the arm then is, on a straight line."""
+    return commands.PtpCmd(PtpMode.MOVL_XYZ_INC, dx, dy, dz, dr)
+
+
+def move_joints_by(d1: float = 0, d2: float = 0, d3: float = 0, d4: float = 0) -> commands.PtpCmd:
+    """Turns the joints by so many degrees from where they then are."""
+    return commands.PtpCmd(PtpMode.MOVJ_ANGLE_INC, d1, d2, d3, d4)
+
+
+def arc_to(via: Four, to: Four) -> commands.ArcCmd:
+    """Goes to ``to`` along the arc through ``via``; both are x, y, z, r, and the r of ``via`` is ignored (document
+    1.12.2, E33).
+
+    The three points, the arm's own the first of them, must be apart and not on one line. :func:`arc_speed` says how
+    fast.
+    """
+    return commands.ArcCmd(_four("via", via), _four("to", to))
+
+
+def circle(via: Four, over: Four, turns: int = 1) -> commands.CircleCmd:
+    """Goes round the circle through here, ``via`` and ``over``, so many turns, and ends where it began.
+
+    Both are x, y, z, r; r stays what it is. Not in the vendor's document (E33).
+    """
+    return commands.CircleCmd(_four("via", via), _four("over", over), turns)
+
+
+def path_to(x: float, y: float, z: float) -> commands.CpCmd:
+    """Adds a segment to a continuous path, to a point (document 1.11.2, E31 and E32).
+
+    The tool does not stop between segments that follow each other, and J4 does not turn. :func:`path_speed` says how
+    fast.
+    """
+    return commands.CpCmd(commands.CpMode.ABSOLUTE, x, y, z, 0)
+
+
+def path_by(dx: float = 0, dy: float = 0, dz: float = 0) -> commands.CpCmd:
+    """Adds a segment to a continuous path, by so much from the end of the one before."""
+    return commands.CpCmd(commands.CpMode.RELATIVE, dx, dy, dz, 0)
+
+
+def engrave_to(x: float, y: float, z: float, power: float) -> commands.CpLeCmd:
+    """As :func:`path_to`, with the laser at so many percent (0 to 100) on the way (document 1.11.3, E32).
+
+    End the path with ``laser(False)`` or a segment of power 0.
+    """
+    return commands.CpLeCmd(commands.CpMode.ABSOLUTE, x, y, z, power)
+
+
+def engrave_by(dx: float, dy: float, dz: float, power: float) -> commands.CpLeCmd:
+    """As :func:`engrave_to`, by so much from the end of the segment before."""
+    return commands.CpLeCmd(commands.CpMode.RELATIVE, dx, dy, dz, power)
+
+
+def home() -> commands.HomeCmd:
+    """Homes the arm, in up to half a minute (document 1.6.2).
+
+    The method ``arm.home()`` does that and clears the alarm that the arm raises when it is switched on.
+    """
+    return commands.HomeCmd()
+
+
+def home_at(x: float, y: float, z: float, r: float) -> commands.HomeParams:
+    """Sets the home point, where :func:`home` ends from now on (document 1.6.1)."""
+    return commands.HomeParams(x, y, z, r)
+
+
+_AXES: dict[str, tuple[bool, JogCommand]] = {
+    f"{name}{sign}": (is_joint, JogCommand(2 * at + back + 1))
+    for is_joint, names in ((False, "xyzr"), (True, ("j1", "j2", "j3", "j4", "rail")))
+    for at, name in enumerate(names)
+    for back, sign in enumerate("+-")
+}
+
+
+def jog(direction: Direction) -> commands.JogCmd:
+    """Moves a coordinate, a joint or the rail until told to stop: ``"x+"``, ``"j2-"``, ``"rail+"`` (document 1.9.4,
+    E25).
+
+    It is for ``arm.jog``, which ends it; in a program it would go on until a limit ends it with an alarm.
+    """
+    if direction not in _AXES:
+        raise InvalidInputError(f"there is no direction {direction!r}; there are {', '.join(_AXES)}")
+    is_joint, command = _AXES[direction]
+    return commands.JogCmd(is_joint, command)
+
+
+def check_lost_steps() -> commands.LostStepCmd:
+    """Compares the joints with their sensors; a lost step raises an alarm (E36)."""
+    return commands.LostStepCmd()
+
+
+def lost_step_threshold(degrees: float) -> commands.LostStepParams:
+    """From how many degrees on a joint counts as lost; 5 at power-up (document 1.18.1).
+
+    It cannot be queued: ``arm.set`` sets it at once.
+    """
+    return commands.LostStepParams(degrees)
+
+
+# How fast, and how high.
+
+
+def speed(velocity: float, acceleration: float | None = None) -> commands.PtpCommonParams:
+    """Share of the set speeds and accelerations that point-to-point moves use, percent (document 1.10.4).
+
+    Above 0; more than 100 counts as 100. The acceleration is as the velocity unless it is given.
+    """
+    return commands.PtpCommonParams(velocity, velocity if acceleration is None else acceleration)
+
+
+def joint_speed(velocity: Four, acceleration: Four) -> commands.PtpJointParams:
+    """Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in point-to-point moves, above 0 (document 1.10.1).
+
+    The arm goes no faster than 320 deg/s, J4 480, and 300 deg/s2.
+    """
+    return commands.PtpJointParams(_four("velocities", velocity), _four("accelerations", acceleration))
+
+
+def line_speed(velocity: float, acceleration: float) -> commands.PtpCoordinateParams:
+    """Speed (mm/s) and acceleration (mm/s2) of the tool on straight lines (document 1.10.2).
+
+    Its rotation has half of each in degrees, as at power-up. At most 300 mm/s and 400 mm/s2 count.
+    """
+    return commands.PtpCoordinateParams(velocity, velocity / 2, acceleration, acceleration / 2)
+
+
+def path_speed(velocity: float, acceleration: float) -> commands.CpParams:
+    """Most speed (mm/s) and acceleration (mm/s2) on a continuous path (document 1.11.1, E31).
+
+    The arm slows down at corners by itself.
+    """
+    return commands.CpParams(acceleration, velocity, acceleration, False)
+
+
+def arc_speed(velocity: float, acceleration: float) -> commands.ArcParams:
+    """Speed (mm/s) and acceleration (mm/s2) on arcs and circles, and of the rotation in degrees (document 1.12.1)."""
+    return commands.ArcParams(velocity, velocity, acceleration, acceleration)
+
+
+def jump_height(height: float, z_limit: float) -> commands.PtpJumpParams:
+    """How far a jump lifts above the higher of its ends, and the z it stays below, mm (document 1.10.3, E30)."""
+    return commands.PtpJumpParams(height, z_limit)
+
+
+def jump_heights(start: float, end: float, z_limit: float) -> commands.PtpJump2Params:
+    """How far a jump lifts above its start and above its end, and the z it stays below, mm (document 1.10.8, E27)."""
+    return commands.PtpJump2Params(start, end, z_limit)
+
+
+def jog_speed(velocity: float, acceleration: float | None = None) -> commands.JogCommonParams:
+    """Share of the set jog speeds, percent: above 0, more than 100 counts as 100 (document 1.9.3).
+
+    The acceleration of jogs is not scaled.
+    """
+    return commands.JogCommonParams(velocity, velocity if acceleration is None else acceleration)
+
+
+def jog_joint_speed(velocity: Four, acceleration: Four) -> commands.JogJointParams:
+    """Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in jogs of joints (document 1.9.1)."""
+    return commands.JogJointParams(_four("velocities", velocity), _four("accelerations", acceleration))
+
+
+def jog_axis_speed(velocity: Four, acceleration: Four) -> commands.JogCoordinateParams:
+    """Speeds (mm/s; deg/s for r) and accelerations (mm/s2; deg/s2) of x, y, z and r in jogs (document 1.9.2)."""
+    return commands.JogCoordinateParams(_four("velocities", velocity), _four("accelerations", acceleration))
+
+
+# The tool at the end of the arm.
+
+
+def tool(name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) -> commands.EndEffectorParams:
+    """Tells the arm where the tool sits: by its name, or by x, y, z in mm from the wrist; poses count from there on.
+
+    >>> tool("suction").x_bias
+    59.7
+    """
+    if name is None:
+        return commands.EndEffectorParams(x, y, z)
+    if name not in _TOOLS:
+        raise InvalidInputError(f"there is no tool `{name}`; there are {', '.join(_TOOLS)}")
+    if (x, y, z) != (0, 0, 0):
+        raise InvalidInputError("a tool has a name, or x, y, z")
+    return commands.EndEffectorParams(*_TOOLS[name])
+
+
+def suction(on: bool) -> commands.SetEndEffectorSuctionCup:
+    """Sucks, or lets go; it takes about 0.3 s to hold (document 1.8.3).
+
+    Suction cup and gripper share one pump, so the later command has the air.
+    """
+    return commands.SetEndEffectorSuctionCup(True, on)
+
+
+def grip() -> commands.SetEndEffectorGripper:
+    """Closes the gripper, in about 0.5 s (document 1.8.4)."""
+    return commands.SetEndEffectorGripper(True, True)
+
+
+def release() -> commands.SetEndEffectorGripper:
+    """Opens the gripper."""
+    return commands.SetEndEffectorGripper(True, False)
+
+
+def pump_off() -> commands.SetEndEffectorGripper:
+    """Switches the air pump off; suction cup and gripper go limp."""
+    return commands.SetEndEffectorGripper(False, False)
+
+
+def laser(on: bool) -> commands.SetEndEffectorLaser:
+    """Switches the laser, full on or off (document 1.8.2). Off ends the power of a path, too.
+
+    A program that leaves it on, or stands or travels with it, is refused by the check ``laser``.
+    """
+    return commands.SetEndEffectorLaser(on, on)
+
+
+# Waits, triggers and pins.
+
+
+def wait(seconds: float) -> commands.WaitCmd:
+    """Makes the queue wait, to the millisecond and for at most 49 days (document 1.13.1, E34)."""
+    if not 0 <= seconds <= 0xFFFF_FFFF / 1000:
+        raise InvalidInputError(f"a wait of {seconds} s; it must be 0 to {0xFFFF_FFFF / 1000} s")
+    return commands.WaitCmd(round(seconds * 1000))
+
+
+def wait_for_level(address: int, high: bool) -> commands.TrigCmd:
+    """Makes the queue wait until a digital input (EIO address 1 to 20) has this level, for ever if need be (document
+    1.14.1).
+    """
+    return commands.TrigCmd(address, TriggerMode.LEVEL, TriggerCondition.EQUAL_OR_BELOW, int(high))
+
+
+def wait_below(address: int, threshold: int) -> commands.TrigCmd:
+    """Makes the queue wait until an analog input (EIO address 1 to 20) is below a threshold, for ever if need be.
+
+    The threshold is 0 to 4095 counts, 4095 at 3.3 V (document 1.14.1, E35).
+    """
+    return commands.TrigCmd(address, TriggerMode.ANALOG, TriggerCondition.EQUAL_OR_BELOW, threshold)
+
+
+def wait_at_most(address: int, threshold: int) -> commands.TrigCmd:
+    """As :func:`wait_below`, until the input is at most the threshold."""
+    return commands.TrigCmd(address, TriggerMode.ANALOG, TriggerCondition.DIFFERENT_OR_AT_MOST, threshold)
+
+
+def wait_at_least(address: int, threshold: int) -> commands.TrigCmd:
+    """As :func:`wait_below`, until the input is at least the threshold."""
+    return commands.TrigCmd(address, TriggerMode.ANALOG, TriggerCondition.AT_LEAST, threshold)
+
+
+def wait_above(address: int, threshold: int) -> commands.TrigCmd:
+    """As :func:`wait_below`, until the input is above the threshold."""
+    return commands.TrigCmd(address, TriggerMode.ANALOG, TriggerCondition.ABOVE, threshold)
+
+
+def multiplex(address: int, function: IoFunction) -> commands.IoMultiplexing:
+    """Says what an EIO pin (1 to 20) does; a pin must be told before it is used (document 1.15.1, E40)."""
+    return commands.IoMultiplexing(address, function)
+
+
+def output(address: int, high: bool) -> commands.IoDo:
+    """Sets the level of a digital output (EIO address 1 to 20; document 1.15.2)."""
+    return commands.IoDo(address, high)
+
+
+def pwm(address: int, frequency: float, duty_cycle: float) -> commands.IoPwm:
+    """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and percent of the time that it is high.
+
+    Document 1.15.3.
+    """
+    return commands.IoPwm(address, frequency, duty_cycle)
+
+
+def servo(address: int, pulse_ms: float) -> commands.IoPwm:
+    """Turns a hobby servo on a pulse-width pin (EIO 4, 6, 8, 11 or 14) by the length of its pulses, 50 a second.
+
+    1.5 ms is the middle of most, 1 to 2 ms what all of them take, 0.5 to 2.5 ms what many do; 0 lets go, 20 ms is the
+    most. Multiplex the pin to ``IoFunction.PWM`` first (EIO 8, 6 and 4 have driven servos).
+    """
+    return pwm(address, 50, 100 * pulse_ms / 20)
+
+
+def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | commands.PtpPoWithLCmd:
+    """Lets a point-to-point move switch outputs on its way, in any order and at most 57, with the rail 56.
+
+    They replace those that it had (document 1.10.9 and 1.10.10, E29).
+
+    >>> from magician.commands import Output
+    >>> jump = with_outputs(jump_to(220, 0, 20, 0), [Output(percent=50, address=17, high=True)])
+    """
+    po = tuple(outputs)
+    most = 56 if isinstance(move, (commands.PtpWithLCmd, commands.PtpPoWithLCmd)) else 57
+    if len(po) > most:
+        raise InvalidInputError(f"{len(po)} outputs on the way, at most {most} fit")
+    if isinstance(move, (commands.PtpWithLCmd, commands.PtpPoWithLCmd)):
+        return commands.PtpPoWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, move.l, po)
+    return commands.PtpPoCmd(move.ptp_mode, move.x, move.y, move.z, move.r, po)
+
+
+# The sliding rail under the arm. Its carriage goes from 0 to 1000 mm.
+
+
+def rail(on: bool, version: RailVersion) -> commands.SetDeviceWithL:
+    """Says whether the arm stands on a rail, and of which generation (document 1.3.4, E15).
+
+    An arm that was not told moves without its rail, and says nothing.
+    """
+    return commands.SetDeviceWithL(on, version)
+
+
+def move_with_rail(x: float, y: float, z: float, r: float, l: float) -> commands.PtpWithLCmd:
+    """Goes to a pose and to ``l`` mm on the rail (0 to 1000) at the same time, as :func:`move_to` does (document
+    1.10.7).
+    """
+    return commands.PtpWithLCmd(PtpMode.MOVJ_XYZ, x, y, z, r, l)
+
+
+def with_rail(move: Move, l: float) -> commands.PtpWithLCmd | commands.PtpPoWithLCmd:
+    """Lets any point-to-point move take the rail along, to ``l`` mm (0 to 1000), or by so much if the move is by an
+    increment.
+
+    Arm and rail start and end together. Outputs that the move switches stay, at most 56 (document 1.10.7 and 1.10.10).
+
+    >>> over_there = with_rail(jump_to(220, 0, -20, 0), 600)
+    """
+    if isinstance(move, (commands.PtpPoCmd, commands.PtpPoWithLCmd)):
+        if len(move.po) > 56:
+            raise InvalidInputError("a move with the rail switches at most 56 outputs")
+        return commands.PtpPoWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, l, move.po)
+    return commands.PtpWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, l)
+
+
+def rail_to(l: float, pose: commands.Pose) -> commands.PtpWithLCmd:
+    """Moves the carriage alone to ``l`` mm (0 to 1000): the arm keeps the joints of the pose that it reported last.
+
+    :func:`rail_by` needs no pose.
+    """
+    return commands.PtpWithLCmd(PtpMode.MOVJ_ANGLE, *pose.joint_angle, l)
+
+
+def rail_by(dl: float) -> commands.PtpWithLCmd:
+    """Moves the carriage alone, by so many mm; the arm keeps its joints."""
+    return commands.PtpWithLCmd(PtpMode.MOVJ_ANGLE_INC, 0, 0, 0, 0, dl)
+
+
+def rail_speed(velocity: float, acceleration: float) -> commands.PtpLParams:
+    """Speed (mm/s) and acceleration (mm/s2) on the rail in point-to-point moves (document 1.10.6, E26).
+
+    The ratios of :func:`speed` scale them.
+    """
+    return commands.PtpLParams(velocity, acceleration)
+
+
+def jog_rail_speed(velocity: float, acceleration: float) -> commands.JogLParams:
+    """Speed (mm/s) and acceleration (mm/s2) of jogs on the rail; :func:`jog_speed` scales the speed (document 1.9.5,
+    E25).
+    """
+    return commands.JogLParams(velocity, acceleration)
+
+
+# Motors beside the arm, and the conveyor belt that one of them drives.
+
+
+def motor(index: Stepper, speed: int) -> commands.EMotor:
+    """Runs an external motor at so many pulses a second (to about 1,000,000 either way); 0 stops it (document 1.15.6).
+
+    The sign is the direction. The queue goes on at once.
+    """
+    return commands.EMotor(index, speed != 0, speed)
+
+
+def motor_by(index: Stepper, speed: int, distance: int) -> commands.EMotorS:
+    """Runs an external motor so many pulses far; the sign of the speed (pulses/s) is the direction.
+
+    In the queue it has finished when the motor has. Not in the vendor's document.
+    """
+    return commands.EMotorS(index, True, speed, distance)
+
+
+def conveyor(index: Stepper, mm_per_s: float) -> commands.EMotor:
+    """Runs the conveyor belt on this motor output at so many mm/s (to about 6,600 either way).
+
+    The sign is the direction, 0 stops it. It runs on until it is told otherwise, and the queue goes on at once.
+
+    >>> from magician.commands import Stepper
+    >>> feed = [conveyor(Stepper.STEPPER1, 50), wait_for_level(19, True), conveyor(Stepper.STEPPER1, 0)]
+    """
+    return motor(index, _pulse_rate(mm_per_s))
+
+
+def conveyor_by(index: Stepper, mm: float, mm_per_s: float) -> commands.EMotorS:
+    """Moves the conveyor belt on this motor output by so many mm, at so many mm/s (of either sign).
+
+    The sign of the way is the direction. In the queue it has finished when the belt stands again. The arm counts whole
+    pulses: the way is exact to 0.0034 mm, and at most 28 km.
+    """
+    if not abs(mm) <= CONVEYOR_FARTHEST:
+        raise InvalidInputError(f"a belt by {mm} mm; it must be at most {CONVEYOR_FARTHEST:.0f} mm either way")
+    speed = _pulse_rate(math.copysign(mm_per_s, mm))
+    return motor_by(index, speed, round(abs(mm) * CONVEYOR_PULSES_PER_MM))
+
+
+def _pulse_rate(mm_per_s: float) -> int:
+    if not abs(mm_per_s) <= CONVEYOR_FASTEST:
+        raise InvalidInputError(f"a belt at {mm_per_s} mm/s; it must be at most {CONVEYOR_FASTEST:.0f} mm/s either way")
+    return round(mm_per_s * CONVEYOR_PULSES_PER_MM)
+
+
+# Sensors beside the arm.
+
+
+def color_sensor(port: Port, on: bool, version: SensorVersion) -> commands.SetColorSensor:
+    """Switches the colour sensor on a port (document 1.15.7, E42). ``arm.color_at(port)`` tells what it sees."""
+    return commands.SetColorSensor(on, port, version)
+
+
+def infrared(port: Port, on: bool, version: SensorVersion) -> commands.SetIrSwitch:
+    """Switches the infrared sensor on a port (document 1.15.8, E43). ``arm.infrared_at(port)`` tells what it sees."""
+    return commands.SetIrSwitch(on, port, version)
+
+
+def color_at(port: Port) -> commands.GetColorSensor:
+    """What to ask a colour sensor by: ``arm.get(words.color_at(port)).color``."""
+    return commands.GetColorSensor(port)
+
+
+def infrared_at(port: Port) -> commands.GetIrSwitch:
+    """What to ask an infrared sensor by: ``arm.get(words.infrared_at(port)).state``."""
+    return commands.GetIrSwitch(port)
+
+
+def level_at(address: int) -> commands.GetIoDi:
+    """What to ask a digital input by (EIO address 1 to 20): ``arm.get(words.level_at(19)).level``."""
+    return commands.GetIoDi(address)
+
+
+def analog_at(address: int) -> commands.GetIoAdc:
+    """What to ask an analog input by (EIO address 1 to 20): ``arm.get(words.analog_at(12)).volts``."""
+    return commands.GetIoAdc(address)

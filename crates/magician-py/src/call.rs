@@ -1,0 +1,323 @@
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use magician::{Arm, Error, ErrorKind, Stopper};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use tokio::task::AbortHandle;
+
+use crate::errors;
+use crate::runtime::{self, Local, News};
+
+/// So often a waiting thread looks whether Ctrl-C was pressed.
+const LOOK: Duration = Duration::from_millis(30);
+
+/// What becomes a Python object once the interpreter is there.
+type Made = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
+
+/// Something under way at an arm.
+#[pyclass(frozen, module = "magician._magician")]
+pub(crate) struct Call {
+    inner: Local<Inner>,
+}
+
+struct Inner {
+    shared: Arc<Shared>,
+    work: Mutex<Work>,
+    /// Stops what nobody waits for any more, if it moves the arm.
+    stopper: Option<Stopper>,
+}
+
+/// What does it.
+enum Work {
+    /// Nothing yet: it begins when somebody waits for it. An interrupt that comes before finds an arm that stands.
+    Waiting(Pin<Box<dyn Future<Output = ()> + Send>>),
+    Going(AbortHandle),
+    /// It ends by itself.
+    Lasting,
+}
+
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    outcome: Option<magician::Result<Made>>,
+    over: bool,
+    taken: bool,
+    report: Option<Made>,
+    listener: Option<Arc<Py<PyAny>>>,
+}
+
+impl Shared {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Tells whoever waits: here without the interpreter, and elsewhere soon.
+    fn change(&self, change: impl FnOnce(&mut State)) {
+        let listener = {
+            let mut state = self.state();
+            change(&mut state);
+            state.listener.clone()
+        };
+        self.changed.notify_all();
+        if let Some(listener) = listener {
+            runtime::tell(News::Call(listener));
+        }
+    }
+
+    /// Waits for a moment; whether it has ended, and what is new.
+    fn look(&self) -> (bool, Option<Made>) {
+        let quiet = |state: &mut State| !state.over && state.report.is_none();
+        let waited = self
+            .changed
+            .wait_timeout_while(self.state(), LOOK, quiet)
+            .unwrap_or_else(PoisonError::into_inner);
+        let mut state = waited.0;
+        (state.over, state.report.take())
+    }
+}
+
+/// How something under way tells how far it is. Only the last report waits to be heard.
+pub(crate) struct Reporter(Arc<Shared>);
+
+impl Reporter {
+    pub(crate) fn report(
+        &self,
+        made: impl FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send + 'static,
+    ) {
+        self.0
+            .change(|state| state.report = Some(Box::new(made) as Made));
+    }
+}
+
+impl Call {
+    /// Starts something; `made` turns what it comes to into a Python object.
+    pub(crate) fn start<T, F, M>(task: F, made: M) -> Self
+    where
+        T: Send + 'static,
+        F: Future<Output = magician::Result<T>> + Send + 'static,
+        M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
+    {
+        let shared = Arc::new(Shared::default());
+        let going = runtime::spawn(told(&shared, task, made));
+        Self::of(shared, going.map_or(Work::Lasting, Work::Going), None)
+    }
+
+    /// Something that moves the arm and tells how far it is. It begins when it is waited for, and whoever lets go of it
+    /// before its end has the arm stopped.
+    pub(crate) fn moving<T, F, M>(arm: &Arm, task: impl FnOnce(Reporter) -> F, made: M) -> Self
+    where
+        T: Send + 'static,
+        F: Future<Output = magician::Result<T>> + Send + 'static,
+        M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
+    {
+        let shared = Arc::new(Shared::default());
+        let task = task(Reporter(Arc::clone(&shared)));
+        let work = Work::Waiting(Box::pin(told(&shared, task, made)));
+        Self::of(shared, work, Some(arm.stopper()))
+    }
+
+    /// Starts something that comes to nothing.
+    pub(crate) fn plain<F>(task: F) -> Self
+    where
+        F: Future<Output = magician::Result<()>> + Send + 'static,
+    {
+        Self::start(task, |py, ()| Ok(py.None()))
+    }
+
+    /// Something that comes to nothing, and begins when it is waited for.
+    pub(crate) fn waiting<F>(task: F) -> Self
+    where
+        F: Future<Output = magician::Result<()>> + Send + 'static,
+    {
+        let shared = Arc::new(Shared::default());
+        let task = told(&shared, task, |py, ()| Ok(py.None()));
+        Self::of(shared, Work::Waiting(Box::pin(task)), None)
+    }
+
+    /// Starts something that comes to nothing and goes on when nobody waits for it any more: a stop.
+    pub(crate) fn lasting<F>(task: F) -> Self
+    where
+        F: Future<Output = magician::Result<()>> + Send + 'static,
+    {
+        let shared = Arc::new(Shared::default());
+        runtime::spawn(told(&shared, task, |py, ()| Ok(py.None())));
+        Self::of(shared, Work::Lasting, None)
+    }
+
+    fn of(shared: Arc<Shared>, work: Work, stopper: Option<Stopper>) -> Self {
+        let work = Mutex::new(work);
+        let inner = Inner {
+            shared,
+            work,
+            stopper,
+        };
+        Self {
+            inner: Local::new(inner),
+        }
+    }
+
+    fn shared(&self, py: Python<'_>) -> PyResult<&Arc<Shared>> {
+        self.inner.get(py).map(|inner| &inner.shared)
+    }
+}
+
+impl Inner {
+    fn work(&self) -> MutexGuard<'_, Work> {
+        self.work.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Somebody waits for it.
+    fn begin(&self) {
+        let mut work = self.work();
+        *work = match std::mem::replace(&mut *work, Work::Lasting) {
+            Work::Waiting(task) => runtime::spawn(task).map_or(Work::Lasting, Work::Going),
+            other => other,
+        };
+    }
+
+    /// Nobody waits for it any more.
+    fn abandon(&self) {
+        let over = {
+            let mut state = self.shared.state();
+            state.listener = None;
+            state.over
+        };
+        if let (Work::Going(task), false) = (&*self.work(), over) {
+            task.abort();
+            if let Some(stopper) = &self.stopper {
+                // Without a connection there is nothing to stop.
+                let _ = stopper.request_stop();
+            }
+        }
+    }
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        if self.stopper.is_some() {
+            self.abandon();
+        }
+    }
+}
+
+/// Does it, and tells whoever waits what came of it.
+fn told<T, F, M>(
+    shared: &Arc<Shared>,
+    task: F,
+    made: M,
+) -> impl Future<Output = ()> + Send + use<T, F, M>
+where
+    T: Send + 'static,
+    F: Future<Output = magician::Result<T>> + Send + 'static,
+    M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
+{
+    let ending = Ending(Arc::clone(shared));
+    async move {
+        let outcome = task.await;
+        ending.0.change(|state| {
+            state.outcome =
+                Some(outcome.map(|value| Box::new(move |py: Python<'_>| made(py, value)) as Made));
+            state.over = true;
+        });
+    }
+}
+
+/// The end of something, also of what was let go of or has failed badly: nobody waits for ever.
+struct Ending(Arc<Shared>);
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        if !self.0.state().over {
+            self.0.change(|state| {
+                let message = "it was let go of before its end";
+                state.outcome = Some(Err(Error::new(ErrorKind::Closed, message)));
+                state.over = true;
+            });
+        }
+    }
+}
+
+#[pymethods]
+impl Call {
+    /// Waits for the end, with the interpreter free for other threads, and returns what came of it. `listener` is called
+    /// with each report. An interrupt, or what the listener raises, ends the waiting and lets go of it.
+    #[pyo3(signature = (listener=None))]
+    fn wait(&self, py: Python<'_>, listener: Option<&Bound<'_, PyAny>>) -> PyResult<Py<PyAny>> {
+        let inner = self.inner.get(py)?;
+        inner.begin();
+        let shared = &inner.shared;
+        loop {
+            let (over, report) = py.detach(|| shared.look());
+            let heard = match (report, listener) {
+                (Some(report), Some(listener)) => {
+                    report(py).and_then(|report| listener.call1((report,)).map(drop))
+                }
+                _ => Ok(()),
+            };
+            if over && heard.is_ok() {
+                return self.result(py);
+            }
+            if let Err(error) = heard.and_then(|()| py.check_signals()) {
+                inner.abandon();
+                return Err(error);
+            }
+        }
+    }
+
+    /// Calls `listener()` from another thread whenever there is a report or the end; once at once.
+    fn listen(&self, py: Python<'_>, listener: Py<PyAny>) -> PyResult<()> {
+        let inner = self.inner.get(py)?;
+        let listener = Arc::new(listener);
+        (inner.shared).change(|state| state.listener = Some(listener));
+        inner.begin();
+        Ok(())
+    }
+
+    /// What it reported last and nobody has heard yet, or `None`.
+    fn report(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        let report = self.shared(py)?.state().report.take();
+        report.map(|report| report(py)).transpose()
+    }
+
+    /// Whether it has ended.
+    fn over(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.shared(py)?.state().over)
+    }
+
+    /// Whether what came of it was told.
+    fn taken(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.shared(py)?.state().taken)
+    }
+
+    /// What came of it, once.
+    fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let outcome = {
+            let mut state = self.shared(py)?.state();
+            state.listener = None;
+            state.taken = state.outcome.is_some();
+            state.outcome.take()
+        };
+        match outcome {
+            None => Err(PyRuntimeError::new_err(
+                "it has not ended, or its result was taken",
+            )),
+            Some(Ok(made)) => made(py),
+            Some(Err(error)) => Err(errors::raise(py, &error)),
+        }
+    }
+
+    /// Lets go of it: what the arm was sent stays sent, a stop goes on, and a motion is stopped.
+    fn cancel(&self) {
+        if let Some(inner) = self.inner.here() {
+            inner.abandon();
+        }
+    }
+}

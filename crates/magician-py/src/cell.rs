@@ -1,0 +1,262 @@
+//! Virtual arms that are looked at from outside.
+
+use magician::sim::scenario::Scenario;
+use magician::sim::world::{Happening, ObjectView, Press, Rest};
+use magician::sim::{Controller, Event, Profile, World};
+use magician::{Arm, Error, JointAngles, SimSpeed, VirtualArm};
+use magician_program::preview::Snapshot;
+use magician_protocol::Port;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::call::Call;
+use crate::core::{self, Core, seconds};
+use crate::picture::{Ink, Picture};
+use crate::{errors, values};
+
+/// The connectors of sensors, by name.
+const PORTS: [(&str, Port); 4] = [
+    ("GP1", Port::Gp1),
+    ("GP2", Port::Gp2),
+    ("GP4", Port::Gp4),
+    ("GP5", Port::Gp5),
+];
+
+/// A virtual arm and its world.
+#[pyclass(frozen, module = "magician._magician")]
+pub(crate) struct Cell {
+    pub(crate) arm: VirtualArm,
+}
+
+impl Cell {
+    /// Looks at it, or does something to it, with the interpreter free.
+    fn with<T: Send>(&self, py: Python<'_>, act: impl FnOnce(&mut Controller) -> T + Send) -> T {
+        py.detach(|| self.arm.with(act))
+    }
+}
+
+/// What an object is at an instant.
+struct Seen {
+    name: String,
+    size: [f64; 3],
+    color: [u8; 3],
+    place: [f64; 4],
+    rest: String,
+    seen_by: Vec<&'static str>,
+}
+
+impl Seen {
+    fn of(object: &ObjectView<'_>, names: &[String]) -> Self {
+        let place = object.place();
+        let rest = match object.rest() {
+            Rest::Table => "table".to_owned(),
+            Rest::Belt => "belt".to_owned(),
+            Rest::Shelf => "shelf".to_owned(),
+            Rest::Tool => "tool".to_owned(),
+            Rest::Object(below) => names.get(usize::from(below)).cloned().unwrap_or_default(),
+            _ => "floor".to_owned(),
+        };
+        let ports = PORTS.into_iter().filter(|(_, port)| object.seen_by(*port));
+        Self {
+            name: object.name().to_owned(),
+            size: object.size(),
+            color: object.color().0,
+            place: [place.x, place.y, place.z, place.yaw],
+            rest,
+            seen_by: ports.map(|(name, _)| name).collect(),
+        }
+    }
+}
+
+#[pymethods]
+impl Cell {
+    /// A virtual arm in the world of a scenario; in virtual time if there is no speed, at full speed if it is 0.
+    #[new]
+    fn new(py: Python<'_>, scenario: Option<&str>, speed: Option<f64>) -> PyResult<Self> {
+        let scenario = scenario.map(Scenario::from_toml).transpose();
+        let scenario = scenario
+            .map_err(|error| errors::raise(py, &Error::invalid(format!("scenario: {error}"))))?;
+        let world = scenario.map(|scenario| World::from_scenario(&scenario));
+        let controller = Controller::in_world(Profile::default(), world.unwrap_or_default());
+        let arm = match speed {
+            None => VirtualArm::new(controller, SimSpeed::Max).in_virtual_time(),
+            Some(0.0) => VirtualArm::new(controller, SimSpeed::Max),
+            Some(times) if times > 0.0 && times.is_finite() => {
+                VirtualArm::new(controller, SimSpeed::Times(times))
+            }
+            Some(other) => {
+                let error = Error::invalid(format!(
+                    "a speed is a number above 0 (1 is real time), not {other}"
+                ));
+                return Err(errors::raise(py, &error));
+            }
+        };
+        Ok(Self { arm })
+    }
+
+    /// Connects to it.
+    #[pyo3(signature = (*, timeout, window, probe, reconnect, echo))]
+    fn connect(
+        &self,
+        py: Python<'_>,
+        timeout: f64,
+        window: usize,
+        probe: bool,
+        reconnect: bool,
+        echo: f64,
+    ) -> PyResult<Call> {
+        let options = core::options(py, timeout, window, probe, reconnect, echo)?;
+        let arm = self.arm.clone();
+        Core::connecting(py, async move { Arm::simulated(arm, options).await })
+    }
+
+    /// What the scenario is called.
+    fn title(&self, py: Python<'_>) -> Option<String> {
+        self.with(py, |arm| {
+            let scenario = arm.world().scenario()?;
+            scenario.title().map(str::to_owned)
+        })
+    }
+
+    /// Everything about the arm now.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let state = self.with(py, |arm| arm.state());
+        let parts = PyDict::new(py);
+        parts.set_item("time", state.now as f64 / 1e6)?;
+        parts.set_item("pose", state.pose.to_array())?;
+        parts.set_item("joints", state.joints.to_array())?;
+        parts.set_item("true_joints", state.true_joints.to_array())?;
+        parts.set_item("moving", state.moving)?;
+        parts.set_item("homed", state.homed)?;
+        parts.set_item("alarms", values::alarms(py, &state.alarms)?)?;
+        parts.set_item("waiting", state.queue.waiting)?;
+        parts.set_item("index", state.queue.current_index)?;
+        parts.set_item("running", state.queue.running.is_some())?;
+        parts.set_item("suction", state.suction.commanded)?;
+        parts.set_item("gripper_closed", state.gripper.commanded)?;
+        parts.set_item("holding", state.holding)?;
+        parts.set_item("laser", state.laser_power)?;
+        parts.set_item("rail", state.rail)?;
+        parts.set_item("belt", self.with(py, |arm| arm.look().belt_travel()))?;
+        Ok(parts)
+    }
+
+    /// Every object of the world now.
+    fn objects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let seen = self.with(py, |arm| {
+            let look = arm.look();
+            let names: Vec<String> = look
+                .objects()
+                .map(|object| object.name().to_owned())
+                .collect();
+            look.objects()
+                .map(|object| Seen::of(&object, &names))
+                .collect::<Vec<_>>()
+        });
+        let objects = PyList::empty(py);
+        for seen in seen {
+            let parts = PyDict::new(py);
+            parts.set_item("name", seen.name)?;
+            parts.set_item("size", seen.size)?;
+            parts.set_item("color", seen.color.map(u32::from))?;
+            parts.set_item("place", seen.place)?;
+            parts.set_item("rest", seen.rest)?;
+            parts.set_item("seen_by", seen.seen_by)?;
+            objects.append(parts)?;
+        }
+        Ok(objects)
+    }
+
+    /// Lets so many seconds pass at once.
+    fn advance(&self, py: Python<'_>, time: f64) -> PyResult<()> {
+        let time = seconds(py, "the time", time)?;
+        py.detach(|| self.arm.advance(time));
+        Ok(())
+    }
+
+    /// Changes an input; false if there is none of that address.
+    fn set_input(&self, py: Python<'_>, address: i64, level: bool) -> bool {
+        let address = u8::try_from(address);
+        address.is_ok_and(|address| self.with(py, |arm| arm.set_input(address, level)))
+    }
+
+    /// Changes an analog input, 0 to 4095; false if there is none of that address.
+    fn set_analog(&self, py: Python<'_>, address: i64, value: u16) -> bool {
+        let address = u8::try_from(address);
+        address.is_ok_and(|address| self.with(py, |arm| arm.set_analog(address, value)))
+    }
+
+    fn press_key(&self, py: Python<'_>, long: bool) {
+        let press = if long { Press::Long } else { Press::Short };
+        self.with(py, |arm| arm.press(press));
+    }
+
+    fn unlock(&self, py: Python<'_>, held: bool) {
+        self.with(py, |arm| arm.unlock(held));
+    }
+
+    fn guide(&self, py: Python<'_>, joints: [f64; 4]) {
+        self.with(py, |arm| arm.guide(JointAngles::from(joints)));
+    }
+
+    fn slip(&self, py: Python<'_>, joint: u8, degrees: f64) -> PyResult<()> {
+        if !(1..=4).contains(&joint) || !degrees.is_finite() {
+            let error = Error::invalid(format!(
+                "J{joint} cannot slip by {degrees} deg: joints are 1 to 4"
+            ));
+            return Err(errors::raise(py, &error));
+        }
+        self.with(py, |arm| arm.inject(Happening::Slip { joint, degrees }));
+        Ok(())
+    }
+
+    fn raise_alarm(&self, py: Python<'_>, code: u8) {
+        self.with(py, |arm| arm.inject(Happening::Alarm(code)));
+    }
+
+    fn plug(&self, py: Python<'_>, plugged: bool) {
+        self.with(py, |arm| arm.inject(Happening::Cable { plugged }));
+    }
+
+    fn delay(&self, py: Python<'_>, time: f64) -> PyResult<()> {
+        let time = u64::try_from(seconds(py, "the time", time)?.as_micros()).unwrap_or(u64::MAX);
+        self.with(py, |arm| arm.inject(Happening::Delay(time)));
+        Ok(())
+    }
+
+    fn reset(&self, py: Python<'_>) {
+        self.with(py, |arm| arm.inject(Happening::Reset));
+    }
+
+    /// What has happened since the last call, in words.
+    fn events(&self, py: Python<'_>) -> Vec<String> {
+        self.with(py, |arm| {
+            let mut told = Vec::new();
+            while let Some(event) = arm.poll_event() {
+                let daily = matches!(
+                    event,
+                    Event::Accepted { .. }
+                        | Event::Started { .. }
+                        | Event::Finished { .. }
+                        | Event::RestsOn { .. }
+                );
+                if !daily {
+                    told.push(event.in_words(arm.world().scenario()).to_string());
+                }
+            }
+            told
+        })
+    }
+
+    /// What pen and laser have left.
+    fn drawing(&self, py: Python<'_>) -> Ink {
+        Ink::new(self.with(py, |arm| arm.drawing()))
+    }
+
+    /// The arm and its world as they stand.
+    fn snapshot(&self, py: Python<'_>) -> Picture {
+        // What is drawn is a copy: the arm goes on meanwhile.
+        let arm = self.with(py, |arm| arm.clone());
+        Picture::new(py.detach(|| Snapshot::of_world(&arm).to_svg().to_owned()))
+    }
+}

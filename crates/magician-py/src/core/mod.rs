@@ -1,0 +1,290 @@
+//! A connected arm.
+
+mod found;
+mod motion;
+mod program;
+mod verbs;
+mod watches;
+
+use std::future::Future;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use magician::{Arm, Error, Link, Options, Target};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::call::Call;
+use crate::errors;
+use crate::runtime::{self, Local};
+
+pub(crate) use found::{discover, ports};
+pub(crate) use program::Program;
+pub(crate) use watches::{Events, Jog, StateWatch};
+
+/// Connections that nobody holds any more and that have not said farewell yet.
+static LEAVING: AtomicUsize = AtomicUsize::new(0);
+/// The longest that a farewell takes.
+const FAREWELL: Duration = Duration::from_secs(1);
+
+/// A connected arm.
+#[pyclass(frozen, weakref, module = "magician._magician")]
+pub(crate) struct Core {
+    arm: Local<Arm>,
+}
+
+/// Seconds that Python gave.
+///
+/// # Errors
+/// `magician.errors.InvalidInputError` for what is no time.
+pub(crate) fn seconds(py: Python<'_>, what: &str, seconds: f64) -> PyResult<Duration> {
+    Duration::try_from_secs_f64(seconds).map_err(|_| {
+        let message = format!("{what} is {seconds}; it must be a number of seconds, 0 or more");
+        errors::raise(py, &Error::invalid(message))
+    })
+}
+
+/// How a connection is to behave.
+///
+/// # Errors
+/// `magician.errors.InvalidInputError` for what is no time.
+pub(crate) fn options(
+    py: Python<'_>,
+    timeout: f64,
+    window: usize,
+    probe: bool,
+    reconnect: bool,
+    echo: f64,
+) -> PyResult<Options> {
+    Ok(Options::default()
+        .timeout(seconds(py, "the timeout", timeout)?)
+        .window(window)
+        .probe(probe)
+        .reconnect(reconnect)
+        .echo(seconds(py, "the echo", echo)?))
+}
+
+/// Where the arm is: the port given, the environment's `MAGICIAN_PORT`, the one arm that is plugged in.
+fn target(port: Option<&str>) -> magician::Result<Target> {
+    let environment = std::env::var("MAGICIAN_PORT").ok();
+    let named = environment.as_deref().filter(|port| !port.is_empty());
+    match port.or(named) {
+        Some(port) => port.parse(),
+        None => Target::discover(),
+    }
+}
+
+impl Core {
+    /// Connects in some way; what it comes to is the `Core`.
+    ///
+    /// # Errors
+    /// `magician.errors.PortError` when the system gives no thread.
+    pub(crate) fn connecting<F>(py: Python<'_>, connecting: F) -> PyResult<Call>
+    where
+        F: Future<Output = magician::Result<Arm>> + Send + 'static,
+    {
+        runtime::ready(py)?;
+        Ok(Call::start(connecting, |py, arm| {
+            let arm = Local::new(arm);
+            Ok(Py::new(py, Core { arm })?.into_any())
+        }))
+    }
+
+    /// The arm, of this process.
+    ///
+    /// # Errors
+    /// `magician.errors.ClosedError` after a fork.
+    pub(crate) fn arm(&self, py: Python<'_>) -> PyResult<Arm> {
+        self.arm.get(py).cloned()
+    }
+}
+
+#[pymethods]
+impl Core {
+    /// Connects to the arm at a port.
+    #[staticmethod]
+    #[pyo3(signature = (port, *, timeout, window, probe, reconnect, echo))]
+    fn connect(
+        py: Python<'_>,
+        port: Option<&str>,
+        timeout: f64,
+        window: usize,
+        probe: bool,
+        reconnect: bool,
+        echo: f64,
+    ) -> PyResult<Call> {
+        let options = options(py, timeout, window, probe, reconnect, echo)?;
+        let target = py.detach(|| target(port));
+        let target = target.map_err(|error| errors::raise(py, &error))?;
+        Self::connecting(py, async move { Arm::connect_with(&target, options).await })
+    }
+
+    /// Ends the connection.
+    fn close(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        Ok(Call::lasting(async move {
+            let _ = tokio::time::timeout(FAREWELL, arm.close()).await;
+            Ok(())
+        }))
+    }
+
+    /// Whether it was made in this process.
+    fn is_here(&self) -> bool {
+        self.arm.here().is_some()
+    }
+
+    fn detach(&self, py: Python<'_>) -> PyResult<()> {
+        self.arm.get(py).map(Arm::detach)
+    }
+
+    fn name(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(self.arm.get(py)?.name().to_owned())
+    }
+
+    fn timeout(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(self.arm.get(py)?.timeout().as_secs_f64())
+    }
+
+    fn set_timeout(&self, py: Python<'_>, timeout: f64) -> PyResult<()> {
+        let timeout = seconds(py, "the timeout", timeout)?;
+        self.arm.get(py)?.set_timeout(timeout);
+        Ok(())
+    }
+
+    fn moving(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.arm.get(py)?.moving())
+    }
+
+    /// State, reason, whether it is looked for, and for how many seconds it has been lost.
+    fn link(&self, py: Python<'_>) -> PyResult<LinkParts> {
+        Ok(link(&self.arm.get(py)?.link()))
+    }
+
+    /// What went over the line, and the places of the queue.
+    fn stats(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        Ok(Call::start(
+            async move { arm.stats().await },
+            |py, (stats, capacity)| {
+                let counts = (
+                    stats.sent,
+                    stats.resent,
+                    stats.bytes,
+                    stats.frames,
+                    stats.late,
+                    stats.unsolicited,
+                    stats.noise,
+                    capacity,
+                );
+                Ok(counts.into_pyobject(py)?.into_any().unbind())
+            },
+        ))
+    }
+
+    /// Waits for a line that is looked for.
+    fn reconnected(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        Ok(Call::plain(async move { arm.reconnected().await }))
+    }
+}
+
+impl Drop for Core {
+    /// The last one says farewell, elsewhere; the end of the interpreter waits for it.
+    fn drop(&mut self) {
+        let Some(arm) = self.arm.here() else { return };
+        let mut events = arm.events();
+        LEAVING.fetch_add(1, Ordering::SeqCst);
+        let leaving = async move {
+            let ended = async { while events.next().await.is_some() {} };
+            let _ = tokio::time::timeout(FAREWELL, ended).await;
+            LEAVING.fetch_sub(1, Ordering::SeqCst);
+        };
+        if runtime::spawn(leaving).is_none() {
+            LEAVING.fetch_sub(1, Ordering::SeqCst);
+        }
+    }
+}
+
+/// `"up"`, `"lost"` or `"closed"`, and for a lost line why, whether it is looked for, and since how many seconds.
+pub(crate) type LinkParts = (&'static str, Option<String>, bool, f64);
+
+fn link(link: &Link) -> LinkParts {
+    match link {
+        Link::Lost { since, why, sought } => (
+            "lost",
+            Some(why.to_string()),
+            *sought,
+            since.elapsed().as_secs_f64(),
+        ),
+        Link::Closed => ("closed", None, false, 0.0),
+        _ => ("up", None, false, 0.0),
+    }
+}
+
+/// The interpreter ends: farewells are said and the log is written when this returns, and Python hears nothing more.
+#[pyfunction]
+pub(crate) fn end(py: Python<'_>) {
+    let begun = Instant::now();
+    py.detach(|| {
+        while LEAVING.load(Ordering::SeqCst) > 0 && begun.elapsed() < FAREWELL {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    });
+    runtime::end(py);
+}
+
+/// Wakes in the child of a fork: its farewells are the parent's.
+#[pyfunction]
+pub(crate) fn forked() {
+    LEAVING.store(0, Ordering::SeqCst);
+}
+
+/// Says which class of `magician.commands` a person means by a name; `form` is `"get"` or `"set"`.
+#[pyfunction]
+pub(crate) fn find(py: Python<'_>, name: &str, form: &str) -> PyResult<&'static str> {
+    use magician::protocol::Row;
+    let found = match form {
+        "get" => Row::find_readable(name).ok().and_then(|row| {
+            let asks = row.query.filter(|query| !query.fields.is_empty());
+            asks.or(row.value)
+        }),
+        "set" => Row::find_writable(name).ok().and_then(|row| row.set),
+        _ => return Err(PyTypeError::new_err("the form is \"get\" or \"set\"")),
+    };
+    found.map(|layout| layout.name).ok_or_else(|| {
+        let message = format!("there is no command `{name}` to {form}");
+        errors::raise(py, &Error::invalid(message))
+    })
+}
+
+/// The tools whose place is known: x, y, z in mm by their names.
+#[pyfunction]
+pub(crate) fn tools() -> Vec<(&'static str, (f64, f64, f64))> {
+    let tools = magician::ToolBias::NAMED.iter();
+    let tools = tools.map(|(name, at)| (*name, (at.x, at.y, at.z)));
+    tools.collect()
+}
+
+/// The parameters of a command.
+#[pyfunction]
+pub(crate) fn encode<'py>(command: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyBytes>> {
+    let kind = crate::values::kind(command)?;
+    let params = crate::values::encode(kind.row, kind.layout, command)?;
+    Ok(PyBytes::new(command.py(), &params))
+}
+
+/// The command that sets this, by its id and parameters.
+#[pyfunction]
+pub(crate) fn command(py: Python<'_>, id: u8, params: &[u8]) -> PyResult<Py<PyAny>> {
+    let command = magician::Set::decode(id, params);
+    let command = command.map_err(|error| errors::raise(py, &error.into()))?;
+    crate::values::object(py, &command)
+}
+
+/// The command of a class that has these parameters.
+#[pyfunction]
+pub(crate) fn decode(class_: &Bound<'_, PyAny>, params: &[u8]) -> PyResult<Py<PyAny>> {
+    let kind = crate::values::kind(class_)?;
+    crate::values::decode(class_, kind.layout, params)
+}

@@ -1,0 +1,192 @@
+//! What moves the arm, waits for it and stops it.
+
+use std::time::Duration;
+
+use magician::words::{Guards, Preflight};
+use magician::{Arm, Error, ErrorKind, Progress, QueueIndex, Ran, RunOptions, Set};
+use pyo3::prelude::*;
+
+use super::verbs::commands;
+use super::{Core, seconds};
+use crate::call::{Call, Reporter};
+use crate::errors;
+
+/// The guards but for those of these names.
+fn guards(py: Python<'_>, skip: &[String], require_homed: bool) -> PyResult<Guards> {
+    let mut guards = Guards::default().require_homed(require_homed);
+    for name in skip {
+        guards = match name.as_str() {
+            "reach" => guards.reach(false),
+            "unknown_start" => guards.unknown_start(false),
+            "jog" => guards.jog(false),
+            "laser" => guards.laser(false),
+            "alarms" => guards.alarms(false),
+            other => {
+                let message = format!(
+                    "there is no check `{other}`; there are reach, unknown_start, jog, laser, alarms"
+                );
+                return Err(errors::raise(py, &Error::invalid(message)));
+            }
+        };
+    }
+    Ok(guards)
+}
+
+/// As `Arm::perform_with`, telling how far it is. `stops` of before are not its own.
+async fn perform(
+    arm: Arm,
+    commands: Vec<Set>,
+    guards: Guards,
+    (options, stops): (RunOptions, u64),
+    reporter: Reporter,
+) -> magician::Result<Ran> {
+    if guards.alarms || guards.require_homed {
+        arm.check_alarms(&commands, guards).await?;
+    }
+    let check = arm.preflight_for(&commands).await?;
+    let (commands, _) = checked(check.clone().guards(guards), commands).await?;
+    let run = arm.begin(commands, options).along(check);
+    let mut run = run.unless_stopped_since(stops);
+    run.finish(move |progress| report(&reporter, progress))
+        .await
+}
+
+/// Checks commands and tells how long they take. Many take a while, and others have connections to be served.
+async fn checked(
+    mut check: Preflight,
+    commands: Vec<Set>,
+) -> magician::Result<(Vec<Set>, Duration)> {
+    let checked = tokio::task::spawn_blocking(move || {
+        let time = check.program(&commands)?;
+        Ok((commands, time))
+    });
+    let bug = |error: tokio::task::JoinError| Error::new(ErrorKind::Closed, error.to_string());
+    checked.await.map_err(bug)?
+}
+
+/// Hands on how far something is.
+pub(super) fn report(reporter: &Reporter, progress: Progress) {
+    reporter.report(move |py| {
+        let parts = (
+            progress.current.0,
+            progress.last.0,
+            progress.sent,
+            progress.total,
+        );
+        Ok(parts.into_pyobject(py)?.into_any().unbind())
+    });
+}
+
+/// How many commands, and the indices of the first and the last.
+pub(super) fn ran(py: Python<'_>, ran: Ran) -> PyResult<Py<PyAny>> {
+    let index = |index: Option<QueueIndex>| index.map(|index| index.0);
+    let parts = (ran.commands, index(ran.first), index(ran.last));
+    Ok(parts.into_pyobject(py)?.into_any().unbind())
+}
+
+/// How a run treats the queue.
+pub(super) fn run_options(
+    py: Python<'_>,
+    keep: bool,
+    horizon: f64,
+    laser_horizon: f64,
+    trust_pose: bool,
+) -> PyResult<RunOptions> {
+    Ok(RunOptions::default()
+        .keep(keep)
+        .horizon(seconds(py, "the horizon", horizon)?)
+        .laser_horizon(seconds(py, "the laser horizon", laser_horizon)?)
+        .trust_pose(trust_pose))
+}
+
+#[pymethods]
+impl Core {
+    /// Checks commands, runs them and waits for their end.
+    fn perform(
+        &self,
+        commands: &Bound<'_, PyAny>,
+        skip: Vec<String>,
+        require_homed: bool,
+        keep: bool,
+    ) -> PyResult<Call> {
+        let py = commands.py();
+        let guards = guards(py, &skip, require_homed)?;
+        let commands = self::commands(commands)?;
+        let arm = self.arm(py)?;
+        let from = (RunOptions::default().keep(keep), arm.stops());
+        let task = |reporter| perform(arm.clone(), commands, guards, from, reporter);
+        Ok(Call::moving(&arm, task, ran))
+    }
+
+    /// Checks commands and tells how many seconds they take.
+    fn estimate(&self, commands: &Bound<'_, PyAny>, skip: Vec<String>) -> PyResult<Call> {
+        let py = commands.py();
+        let guards = guards(py, &skip, false)?;
+        let commands = self::commands(commands)?;
+        let arm = self.arm(py)?;
+        let estimate = async move {
+            let check = arm.preflight_for(&commands).await?;
+            checked(check.guards(guards), commands).await
+        };
+        Ok(Call::start(estimate, |py, (_, time)| {
+            let endless = time == Duration::MAX;
+            let seconds = if endless {
+                f64::INFINITY
+            } else {
+                time.as_secs_f64()
+            };
+            Ok(seconds.into_pyobject(py)?.into_any().unbind())
+        }))
+    }
+
+    /// Homes the arm.
+    fn home(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        let homing = arm.clone();
+        let task = |_| async move { homing.home().await };
+        Ok(Call::moving(&arm, task, |py, ()| Ok(py.None())))
+    }
+
+    /// Waits until a queued command has finished.
+    fn wait_for(&self, py: Python<'_>, index: u64) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        let waiting = arm.clone();
+        let task = |reporter: Reporter| async move {
+            let progress = move |progress| report(&reporter, progress);
+            waiting.wait_with(QueueIndex(index), progress).await
+        };
+        Ok(Call::moving(&arm, task, |py, ()| Ok(py.None())))
+    }
+
+    /// Waits until the arm stands.
+    fn wait_still(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        let waiting = arm.clone();
+        let task = |_| async move { waiting.wait_still().await };
+        Ok(Call::moving(&arm, task, |py, ()| Ok(py.None())))
+    }
+
+    /// Stops the arm, whatever is going on.
+    fn stop(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        Ok(Call::lasting(async move { arm.stop().await }))
+    }
+
+    /// Has the arm stopped, and does not wait.
+    fn request_stop(&self, py: Python<'_>) -> PyResult<()> {
+        let asked = self.arm.get(py)?.stopper().request_stop();
+        asked.map_err(|error| errors::raise(py, &error))
+    }
+
+    /// Holds the queue after the command under way.
+    fn stop_gentle(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        Ok(Call::lasting(async move { arm.stop_gentle().await }))
+    }
+
+    /// Ends a jog.
+    fn stop_jog(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        Ok(Call::lasting(async move { arm.stop_jog().await }))
+    }
+}

@@ -1,0 +1,112 @@
+//! The three verbs, and any frame.
+
+use magician::protocol::{Ctrl, Layout as _, NoArgs, Row};
+use magician::{Arm, Error, FrameBuf, Set};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyType};
+
+use super::Core;
+use crate::call::Call;
+use crate::errors;
+use crate::values::{self, Kind};
+
+/// Refuses what can brick, unlearn or unlock something, unless it is meant.
+fn meant(py: Python<'_>, row: &Row, allow_dangerous: bool) -> PyResult<()> {
+    if !row.dangerous || allow_dangerous {
+        return Ok(());
+    }
+    let message = "it can brick, unlearn or unlock something; allow_dangerous=True sends it";
+    Err(errors::invalid(py, row.set_name, message))
+}
+
+/// Several commands.
+pub(super) fn commands(commands: &Bound<'_, PyAny>) -> PyResult<Vec<Set>> {
+    // A length is only what something says of itself.
+    let mut all = Vec::with_capacity(commands.len().unwrap_or(0).min(1 << 16));
+    for command in commands.try_iter()? {
+        all.push(values::command(&command?)?);
+    }
+    Ok(all)
+}
+
+/// Something that the arm is told and that comes to nothing.
+async fn told(arm: Arm, frame: FrameBuf) -> magician::Result<()> {
+    let frame = frame.frame();
+    let sent = arm.raw(frame.id(), frame.ctrl(), frame.params()).await;
+    sent.map(drop)
+}
+
+#[pymethods]
+impl Core {
+    /// Asks for a value: by the class of it, or by a question.
+    fn get(&self, what: &Bound<'_, PyAny>) -> PyResult<Call> {
+        let py = what.py();
+        let Kind { row, layout } = values::kind(what)?;
+        let Some(answer) = row.value else {
+            let why = "it cannot be read, only set";
+            return Err(errors::invalid(py, layout.name, why));
+        };
+        let asks = row.query.unwrap_or(NoArgs::INFO);
+        let (class, params) = if layout == answer && what.is_instance_of::<PyType>() {
+            if !asks.fields.is_empty() {
+                let why = format!("it is asked for with {}(...)", asks.name);
+                return Err(errors::invalid(py, layout.name, why));
+            }
+            (what.clone(), Vec::new())
+        } else if layout == asks {
+            let class = py.import("magician.commands")?.getattr(answer.name)?;
+            (class, values::encode(row, asks, what)?)
+        } else {
+            let why = "it is no question; ask with a class, or with what its docstring names";
+            return Err(errors::invalid(py, layout.name, why));
+        };
+        let (arm, class) = (self.arm(py)?, class.unbind());
+        let ask = async move { arm.raw(row.id, Ctrl::GET, &params).await };
+        Ok(Call::start(ask, move |py, reply| {
+            values::decode(class.bind(py), answer, reply.frame().params())
+        }))
+    }
+
+    /// Sets a value or orders an action, at once.
+    fn set(&self, command: &Bound<'_, PyAny>, allow_dangerous: bool) -> PyResult<Call> {
+        let py = command.py();
+        let command = values::command(command)?;
+        meant(py, command.row(), allow_dangerous)?;
+        let frame = FrameBuf::set(&command, Ctrl::SET);
+        let frame = frame.map_err(|error| errors::raise(py, &Error::from(error)))?;
+        Ok(Call::plain(told(self.arm(py)?, frame)))
+    }
+
+    /// Puts a command into the arm's queue and tells its index.
+    fn enqueue(&self, command: &Bound<'_, PyAny>) -> PyResult<Call> {
+        let arm = self.arm(command.py())?;
+        let command = values::command(command)?;
+        Ok(Call::start(
+            async move { arm.enqueue_set(&command).await },
+            |py, index| Ok(index.0.into_pyobject(py)?.into_any().unbind()),
+        ))
+    }
+
+    /// Sends any frame and tells the parameters of the one that answers it.
+    fn raw(
+        &self,
+        py: Python<'_>,
+        id: u8,
+        ctrl: u8,
+        params: Vec<u8>,
+        allow_dangerous: bool,
+    ) -> PyResult<Call> {
+        let ctrl = Ctrl(ctrl);
+        if let Some(row) = Row::with_id(id).filter(|row| row.sets(ctrl)) {
+            meant(py, row, allow_dangerous)?;
+        }
+        let arm = self.arm(py)?;
+        Ok(Call::start(
+            async move { arm.raw(id, ctrl, &params).await },
+            |py, reply| {
+                let params = PyBytes::new(py, reply.frame().params());
+                Ok(params.into_any().unbind())
+            },
+        ))
+    }
+}

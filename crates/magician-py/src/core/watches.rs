@@ -1,0 +1,200 @@
+//! What is looked at, listened to, and kept up.
+
+use std::sync::{Arc, Mutex as Lock, PoisonError};
+
+use magician::{Error, Event, JogOptions, Pin, StateOptions, Status};
+use pyo3::IntoPyObjectExt;
+use pyo3::prelude::*;
+use tokio::sync::Mutex;
+
+use super::{Core, link, seconds};
+use crate::call::Call;
+use crate::runtime::Local;
+use crate::{errors, values};
+
+/// A look at the arm's state, kept fresh.
+#[pyclass(frozen, module = "magician._magician")]
+pub(crate) struct StateWatch {
+    /// Waited on, and looked at without waiting.
+    watches: Local<(Arc<Mutex<magician::StateWatch>>, magician::StateWatch)>,
+}
+
+/// What happens.
+#[pyclass(frozen, module = "magician._magician")]
+pub(crate) struct Events {
+    events: Local<Arc<Mutex<magician::Events>>>,
+}
+
+/// A jog under way.
+#[pyclass(frozen, module = "magician._magician")]
+pub(crate) struct Jog {
+    jog: Local<Lock<Option<magician::Jog>>>,
+}
+
+/// Pins of a kind; the driver says which addresses there are.
+fn pins(py: Python<'_>, addresses: &[i64], kind: fn(u8) -> Pin) -> PyResult<Vec<Pin>> {
+    let pin = |address: &i64| match u8::try_from(*address) {
+        Ok(address) => Ok(kind(address)),
+        Err(_) => {
+            let message = format!("there is no pin {address}: EIO addresses are 1 to 20");
+            Err(errors::raise(py, &Error::invalid(message)))
+        }
+    };
+    addresses.iter().map(pin).collect()
+}
+
+#[pymethods]
+impl Core {
+    /// Keeps an eye on the arm, so many times a second, and on these pins.
+    fn state(
+        &self,
+        py: Python<'_>,
+        rate: f64,
+        inputs: Vec<i64>,
+        outputs: Vec<i64>,
+        analogs: Vec<i64>,
+    ) -> PyResult<StateWatch> {
+        let inputs = pins(py, &inputs, Pin::Input)?;
+        let outputs = pins(py, &outputs, Pin::Output)?;
+        let analogs = pins(py, &analogs, Pin::Analog)?;
+        let options = StateOptions::at(rate).pins([inputs, outputs, analogs].concat());
+        let arm = self.arm.get(py)?;
+        let watch = || {
+            let watch = arm.state_with(options.clone());
+            watch.map_err(|error| errors::raise(py, &error))
+        };
+        Ok(StateWatch {
+            watches: Local::new((Arc::new(Mutex::new(watch()?)), watch()?)),
+        })
+    }
+
+    /// What happens from now on.
+    fn events(&self, py: Python<'_>) -> PyResult<Events> {
+        let events = self.arm.get(py)?.events();
+        Ok(Events {
+            events: Local::new(Arc::new(Mutex::new(events))),
+        })
+    }
+
+    /// Begins a jog, for as long as it is kept up.
+    fn jog(&self, command: &Bound<'_, PyAny>, keep: f64, ratio: Option<f32>) -> PyResult<Call> {
+        let py = command.py();
+        let command = values::command(command)?;
+        let mut options = JogOptions::default().keep(seconds(py, "keep", keep)?);
+        options.ratio = ratio;
+        let arm = self.arm(py)?;
+        Ok(Call::start(
+            async move { arm.jog_with(command, options).await },
+            |py, jog| {
+                let jog = Local::new(Lock::new(Some(jog)));
+                Jog { jog }.into_py_any(py)
+            },
+        ))
+    }
+}
+
+#[pymethods]
+impl StateWatch {
+    /// Waits for the next reading.
+    fn changed(&self, py: Python<'_>) -> PyResult<Call> {
+        let watch = Arc::clone(&self.watches.get(py)?.0);
+        Ok(Call::start(
+            async move { watch.lock().await.changed().await },
+            |py, status| parts(py, &status),
+        ))
+    }
+
+    /// The last reading.
+    fn latest(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        let latest = self.watches.get(py)?.1.latest();
+        latest.map(|status| parts(py, &status)).transpose()
+    }
+}
+
+/// Pose, index, space, alarms, link, how many seconds ago the pose was read, and three lists of pins with what they are at.
+fn parts(py: Python<'_>, status: &Status) -> PyResult<Py<PyAny>> {
+    let levels = |wanted: fn(Pin) -> bool| -> Vec<(u32, u16)> {
+        let levels = status.pins.iter().filter(|level| wanted(level.pin));
+        let levels = levels.map(|level| (level.pin.address().into(), level.value));
+        levels.collect()
+    };
+    let parts = (
+        values::pose(py, &status.pose)?,
+        status.current.0,
+        status.left_space,
+        values::alarms(py, &status.alarms)?,
+        link(&status.link),
+        status.at.elapsed().as_secs_f64(),
+        levels(|pin| matches!(pin, Pin::Input(_))),
+        levels(|pin| matches!(pin, Pin::Output(_))),
+        levels(|pin| matches!(pin, Pin::Analog(_))),
+    );
+    parts.into_py_any(py)
+}
+
+#[pymethods]
+impl Events {
+    /// Waits for the next one: its name and its parts; `None` when the connection has ended.
+    fn next(&self, py: Python<'_>) -> PyResult<Call> {
+        let events = Arc::clone(self.events.get(py)?);
+        Ok(Call::start(
+            async move { Ok(events.lock().await.next().await) },
+            |py, event| match event {
+                Some(event) => event_parts(py, &event),
+                None => Ok(py.None()),
+            },
+        ))
+    }
+}
+
+fn event_parts(py: Python<'_>, event: &Event) -> PyResult<Py<PyAny>> {
+    match event {
+        Event::AlarmRaised { code } => ("AlarmRaised", (u32::from(*code),)).into_py_any(py),
+        Event::AlarmCleared { code } => ("AlarmCleared", (u32::from(*code),)).into_py_any(py),
+        Event::CommandFinished { first, last } => {
+            ("CommandFinished", (first.0, last.0)).into_py_any(py)
+        }
+        Event::LinkLost { why } => ("LinkLost", (why.to_string(),)).into_py_any(py),
+        Event::LinkFound { reset } => ("LinkFound", (*reset,)).into_py_any(py),
+        Event::Reset { gone } => {
+            let (first, last) = gone.unzip();
+            (
+                "Reset",
+                (first.map(|first| first.0), last.map(|last| last.0)),
+            )
+                .into_py_any(py)
+        }
+        Event::Unaccounted { from, to } => ("Unaccounted", (from.0, to.0)).into_py_any(py),
+        Event::Missed { events } => ("Missed", (*events,)).into_py_any(py),
+        other => ("Other", (format!("{other:?}"),)).into_py_any(py),
+    }
+}
+
+#[pymethods]
+impl Jog {
+    /// Lets it go on.
+    fn keep(&self, py: Python<'_>) -> PyResult<()> {
+        let jog = self.jog.get(py)?.lock();
+        let jog = jog.unwrap_or_else(PoisonError::into_inner);
+        let kept = match &*jog {
+            Some(jog) => jog.keep(),
+            None => {
+                let message = "the jog was ended";
+                Err(Error::new(magician::ErrorKind::Closed, message))
+            }
+        };
+        kept.map_err(|error| errors::raise(py, &error))
+    }
+
+    /// Ends it, and waits until the arm stands.
+    fn stop(&self, py: Python<'_>) -> PyResult<Call> {
+        let jog = self.jog.get(py)?.lock();
+        let jog = jog.unwrap_or_else(PoisonError::into_inner).take();
+        Ok(Call::lasting(async move {
+            match jog {
+                Some(jog) => jog.stop().await,
+                None => Ok(()),
+            }
+        }))
+    }
+}

@@ -1,0 +1,125 @@
+//! Frames as a program made them, for the modules that stand in for other people's libraries (`magician.compat`).
+
+use magician::protocol::{Ctrl, Row};
+use magician::words::Guards;
+use magician::{Arm, Error, ErrorKind, FrameBuf, QueueIndex, Result, Set};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::call::Call;
+use crate::core::Core;
+use crate::errors;
+
+/// A frame, and what may be done to have it sent.
+struct Request {
+    id: u8,
+    ctrl: Ctrl,
+    params: Vec<u8>,
+    /// Whether to wait for room in the queue: it runs.
+    patient: bool,
+}
+
+impl Request {
+    /// Whether it queues a command in a form that the driver knows: those are accounted for, and never sent twice.
+    fn is_queued(&self) -> bool {
+        let row = Row::with_id(self.id).filter(|row| row.queueable);
+        self.ctrl == Ctrl::QUEUED && row.is_some() && Set::decode(self.id, &self.params).is_ok()
+    }
+
+    /// Ctrl and parameters of what answers it.
+    async fn exchange(&self, arm: &Arm) -> Result<(u8, Vec<u8>)> {
+        if !self.is_queued() {
+            let reply: FrameBuf = arm.raw(self.id, self.ctrl, &self.params).await?;
+            let frame = reply.frame();
+            return Ok((frame.ctrl().0, frame.params().to_vec()));
+        }
+        loop {
+            match arm.enqueue_form(self.id, &self.params).await {
+                Ok(index) => return Ok((self.ctrl.0, index.0.to_le_bytes().to_vec())),
+                Err(error) if error.kind() == ErrorKind::QueueFull && self.patient => {
+                    // There is room when the next command has finished; the wait ends if it cannot.
+                    let ended = arm.current_index().await?;
+                    arm.wait(QueueIndex(ended.0.saturating_add(1))).await?;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Refuses what can brick, unlearn or unlock something, unless its name is among those allowed.
+    fn permit(&self, allow: &str) -> Result<()> {
+        let Some(row) = Row::with_id(self.id).filter(|row| row.dangerous && !self.only_looks(row))
+        else {
+            return Ok(());
+        };
+        let named = |name: &str| Row::find(name.trim()).is_ok_and(|found| found.id == row.id);
+        if allow
+            .split(',')
+            .any(|name| name.trim() == "all" || named(name))
+        {
+            return Ok(());
+        }
+        let name = row.form_name(self.ctrl);
+        let message = format!(
+            "it can brick, unlearn or unlock something and was not sent; MAGICIAN_ALLOW={name} in the environment allows it"
+        );
+        Err(Error::invalid(message).with_command(name))
+    }
+
+    fn only_looks(&self, row: &Row) -> bool {
+        // A switch to another firmware travels as a read with parameters.
+        row.only_looks(self.ctrl) && (row.query.is_some() || self.params.is_empty())
+    }
+}
+
+#[pymethods]
+impl Core {
+    /// Sends a frame; Ctrl and parameters of the one that answers it.
+    fn exchange(
+        &self,
+        py: Python<'_>,
+        id: u8,
+        ctrl: u8,
+        params: Vec<u8>,
+        patient: bool,
+        allow: &str,
+    ) -> PyResult<Call> {
+        let ctrl = Ctrl(ctrl);
+        let request = Request {
+            id,
+            ctrl,
+            params,
+            patient,
+        };
+        request
+            .permit(allow)
+            .map_err(|error| errors::raise(py, &error))?;
+        let arm = self.arm(py)?;
+        let exchange = async move { request.exchange(&arm).await };
+        Ok(Call::start(exchange, |py, (ctrl, params)| {
+            Ok((ctrl, PyBytes::new(py, &params))
+                .into_pyobject(py)?
+                .into_any()
+                .unbind())
+        }))
+    }
+
+    /// Waits until a queued command has finished. A motion that was refused has finished too; `look` tells it apart by
+    /// the alarm that it leaves.
+    fn finished(&self, py: Python<'_>, index: u64, look: bool) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        Ok(Call::plain(async move {
+            arm.wait(QueueIndex(index)).await?;
+            match look {
+                true => arm.check_alarms(&[], Guards::default()).await,
+                false => Ok(()),
+            }
+        }))
+    }
+}
+
+/// The id of the command that the vendor or a person calls so.
+#[pyfunction]
+pub(crate) fn command_id(name: &str) -> Option<u8> {
+    Row::find(name).ok().map(|row| row.id)
+}

@@ -1,0 +1,64 @@
+//! What the Python package is made of: the driver, the virtual arm and the programs, for Python.
+//!
+//! The public interface is written in Python (`python/magician`), where it has its names, its types and its
+//! documentation. Here is what it stands on, without a word of its own:
+//!
+//! * [`core::Core`] is a connected arm. Every method that takes time returns a [`call::Call`] at once.
+//! * [`call::Call`] is something under way: a thread waits for it with the interpreter free and interrupts heard, or an
+//!   event loop is told when it has ended. So the blocking and the asyncio interface are the same one twice.
+//! * [`values`] carries commands between Python and the protocol's table.
+//! * [`frames`] are what programs for other people's libraries send.
+//! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
+//!   [`picture::Picture`] what either shows of itself.
+//! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone; [`wording`] says in them what a
+//!   Python program does, not what the command line does.
+//! * [`runtime`] has the package's threads and [`logging`] what the driver says.
+
+mod call;
+mod cell;
+mod core;
+mod errors;
+mod frames;
+mod logging;
+mod picture;
+mod program;
+mod run;
+mod runtime;
+mod values;
+mod wording;
+
+use pyo3::prelude::*;
+
+/// The native part of `magician`.
+#[pymodule]
+mod _magician {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::call::Call;
+    #[pymodule_export]
+    use crate::cell::Cell;
+    #[pymodule_export]
+    use crate::core::{Core, Events, Jog, Program, StateWatch};
+    #[pymodule_export]
+    use crate::core::{command, decode, discover, encode, end, find, forked, ports, tools};
+    #[pymodule_export]
+    use crate::frames::command_id;
+    #[pymodule_export]
+    use crate::picture::{Ink, Picture};
+    #[pymodule_export]
+    use crate::program::{PyPlan, Start};
+    #[pymodule_export]
+    use crate::run::draw_arm;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        use magician::words::{CONVEYOR_FARTHEST, CONVEYOR_FASTEST, CONVEYOR_PULSES_PER_MM};
+
+        crate::runtime::first_interpreter(module.py())?;
+        crate::logging::begin();
+        module.add("CONVEYOR_PULSES_PER_MM", CONVEYOR_PULSES_PER_MM)?;
+        module.add("CONVEYOR_FASTEST", CONVEYOR_FASTEST)?;
+        module.add("CONVEYOR_FARTHEST", CONVEYOR_FARTHEST)
+    }
+}

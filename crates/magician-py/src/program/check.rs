@@ -1,0 +1,201 @@
+//! What a check has found, as Python has it, and as the error that keeps a run from beginning.
+
+use magician::words::Preflight;
+use magician::{Arm, Error, Options};
+use magician_program::preview::{Preview, PreviewOptions};
+use magician_program::rehearse::{RehearseOptions, rehearse, stage};
+use magician_program::{Complaint, Plan, Report, check};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use super::{PyPlan, Source, kinds, retold, tool};
+use crate::core::seconds;
+use crate::picture::{Ink, Picture};
+use crate::{errors, values};
+
+/// Where a check begins: an arm as it stood when it was asked.
+#[pyclass(frozen, module = "magician._magician")]
+pub(crate) struct Start {
+    pub(crate) preflight: Preflight,
+}
+
+/// A virtual arm that is ready for a plan, as it says itself how it stands.
+fn staged(plan: &Plan) -> Result<Preflight, Error> {
+    let arm = stage(plan, &RehearseOptions::default())?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build();
+    let runtime = runtime.map_err(|error| {
+        Error::new(
+            magician::ErrorKind::Port,
+            format!("the system gives no timer or poller: {error}"),
+        )
+    })?;
+    runtime.block_on(async {
+        let arm = Arm::simulated(arm, Options::default()).await?;
+        arm.preflight_for(&kinds(plan)).await
+    })
+}
+
+impl PyPlan {
+    /// Where an arm stands that was asked, or else the virtual one that is ready for it.
+    pub(super) fn start_or_staged(
+        &self,
+        py: Python<'_>,
+        start: Option<&Start>,
+    ) -> PyResult<Preflight> {
+        match start {
+            Some(start) => Ok(start.preflight.clone()),
+            None => py
+                .detach(|| staged(&self.plan))
+                .map_err(|error| errors::raise(py, &error)),
+        }
+    }
+}
+
+#[pymethods]
+impl PyPlan {
+    /// Follows it; as a dictionary.
+    fn check<'py>(&self, py: Python<'py>, start: Option<&Start>) -> PyResult<Bound<'py, PyDict>> {
+        let start = self.start_or_staged(py, start)?;
+        let report = py.detach(|| check(&self.plan, &start));
+        findings(py, &report, &self.source)
+    }
+
+    /// Its picture.
+    fn preview(
+        &self,
+        py: Python<'_>,
+        start: Option<&Start>,
+        side: Option<bool>,
+        sheet: Option<Vec<[f64; 2]>>,
+    ) -> PyResult<Picture> {
+        let start = self.start_or_staged(py, start)?;
+        let svg = py.detach(|| {
+            let mut options = PreviewOptions::default();
+            (options.side, options.sheet) = (side, sheet);
+            let report = check(&self.plan, &start);
+            Preview::new(&self.plan, &report, &start, &options)
+                .to_svg()
+                .to_owned()
+        });
+        Ok(Picture::new(svg))
+    }
+
+    /// Has a virtual arm of its own do it at full speed; as a dictionary.
+    fn rehearse<'py>(
+        &self,
+        py: Python<'py>,
+        tool: Option<&str>,
+        table: Option<f64>,
+        watch: Option<f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let mut options = RehearseOptions::default();
+        options.tool = self::tool(py, tool)?;
+        options.table = table;
+        options.watch = watch.map(|each| seconds(py, "watch", each)).transpose()?;
+        let done = py.detach(|| rehearse(&self.plan, &options));
+        let done = done.map_err(|error| errors::raise(py, &error))?;
+        let parts = PyDict::new(py);
+        parts.set_item("good", done.is_good())?;
+        parts.set_item("seconds", done.time.as_secs_f64())?;
+        parts.set_item("steps", done.steps)?;
+        parts.set_item("pose", done.pose.to_array())?;
+        parts.set_item("joints", done.joints.to_array())?;
+        parts.set_item("alarms", values::alarms(py, &done.alarms)?)?;
+        let log = done.log.iter();
+        let log = log.map(|(at, event)| (at.as_secs_f64(), event.in_words(None).to_string()));
+        parts.set_item("log", log.collect::<Vec<_>>())?;
+        parts.set_item("way", numbers(py, done.way.as_flattened()))?;
+        parts.set_item("drawing", Py::new(py, Ink::new(done.drawing))?)?;
+        Ok(parts)
+    }
+}
+
+/// Numbers as the bytes that an array has.
+pub(crate) fn numbers<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyBytes> {
+    let bytes: Vec<u8> = numbers
+        .iter()
+        .flat_map(|number| number.to_ne_bytes())
+        .collect();
+    PyBytes::new(py, &bytes)
+}
+
+/// What a check has found.
+pub(crate) fn findings<'py>(
+    py: Python<'py>,
+    report: &Report,
+    source: &Source,
+) -> PyResult<Bound<'py, PyDict>> {
+    let parts = PyDict::new(py);
+    parts.set_item("refused", report.refused)?;
+    parts.set_item("steps", report.steps)?;
+    parts.set_item("counts", report.counts.clone())?;
+    parts.set_item("seconds", report.time.map(|time| time.as_secs_f64()))?;
+    parts.set_item("drawn", report.drawn)?;
+    parts.set_item("travelled", report.travelled)?;
+    parts.set_item("bounds", report.bounds)?;
+    let longest = report.longest_way.map(|(step, way)| (step + 1, way));
+    parts.set_item("longest_way", longest)?;
+    let longest = report
+        .longest_time
+        .map(|(step, time)| (step + 1, time.as_secs_f64()));
+    parts.set_item("longest_time", longest)?;
+    let complaints = report.complaints.iter();
+    let complaints = complaints.map(|complaint| objection(py, complaint, source));
+    parts.set_item("complaints", complaints.collect::<PyResult<Vec<_>>>()?)?;
+    Ok(parts)
+}
+
+/// A complaint: step, line, column, name, row, and the exception that it would be.
+fn objection<'py>(
+    py: Python<'py>,
+    complaint: &Complaint,
+    source: &Source,
+) -> PyResult<Bound<'py, PyDict>> {
+    let place = complaint.origin;
+    let known = |value: u32| Some(value).filter(|value| *value > 0 && !source.rows);
+    let row = place.line.checked_sub(1).filter(|_| source.rows);
+    let parts = PyDict::new(py);
+    parts.set_item("step", complaint.step + 1)?;
+    parts.set_item("line", known(place.line))?;
+    parts.set_item("column", known(place.column))?;
+    parts.set_item("row", row)?;
+    parts.set_item("name", complaint.name.as_deref())?;
+    parts.set_item("error", errors::raise(py, &complaint.error).into_value(py))?;
+    Ok(parts)
+}
+
+/// Why a run does not begin: the first complaint, and how many there are.
+pub(crate) fn refusal(report: &Report, source: &Source) -> Option<Error> {
+    let first = report.complaints.first()?;
+    let mut place = Vec::new();
+    let line = first.origin.line;
+    match (source.rows, line, first.origin.column) {
+        (_, 0, _) => {}
+        (true, line, _) => place.push(format!("row {}", line - 1)),
+        (false, line, 0) => place.push(format!("line {line}")),
+        (false, line, column) => place.push(format!("line {line}, column {column}")),
+    }
+    place.push(format!("step {}", first.step + 1));
+    let name = first
+        .name
+        .as_ref()
+        .map(|name| format!(" ({name})"))
+        .unwrap_or_default();
+    let file = source
+        .name
+        .as_ref()
+        .map(|file| format!("{file}: "))
+        .unwrap_or_default();
+    let count = match report.refused {
+        1 => "1 step is refused".to_owned(),
+        many => format!("{many} steps are refused"),
+    };
+    let place = place.join(", ");
+    let text = format!(
+        "{file}{place}{name}: {}; {count}, nothing was sent",
+        first.error
+    );
+    Some(retold(&first.error, text))
+}

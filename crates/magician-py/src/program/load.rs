@@ -1,0 +1,298 @@
+//! Files, as plans.
+
+use magician::Error;
+use magician_program::artwork::Sheet;
+use magician_program::formats::{Dialect, NEEDS_START};
+use magician_program::raster::{Engrave, Size, Tone, Trace};
+use magician_program::{
+    Content, Format, Placing, Plan, Problem, ReadOptions, Reading, Setup, Surface, Work, read,
+};
+use pyo3::prelude::*;
+
+use super::{PyPlan, Source, surface, tool};
+use crate::errors;
+
+/// Height of the table of a virtual arm, where nobody has said another, mm.
+const TABLE: f64 = -60.0;
+
+/// What is to be said where nobody has said how high the paper lies.
+pub(crate) const SURFACE_ARGUMENT: &str = "nobody has said how high the paper or the wood lies: give load() surface=Z, the z of the arm's pose when its tool \
+     touches it; nothing was sent";
+
+/// How a file is to be done; what is left open is as the file says, or usual.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Wanted {
+    format: Option<String>,
+    title: Option<String>,
+    tool: Option<String>,
+    surface: Option<(f64, [f64; 2])>,
+    sheet: Option<(f64, f64, f64, Option<[f64; 2]>)>,
+    start: Option<[f64; 3]>,
+    at: Option<[f64; 2]>,
+    scale: f64,
+    rotate: f64,
+    fit: bool,
+    mirror: bool,
+    by: [f64; 3],
+    speed: Option<f64>,
+    travel_speed: Option<f64>,
+    lift: Option<f64>,
+    order: bool,
+    tolerance: Option<f64>,
+    dialect: Option<String>,
+    work: Option<String>,
+    width: Option<f64>,
+    height: Option<f64>,
+    threshold: Option<u8>,
+    power: Option<[f64; 2]>,
+    tone: Option<String>,
+    invert: bool,
+    both_directions: bool,
+    spacing: Option<f64>,
+    overscan: Option<f64>,
+    gamma: Option<f64>,
+}
+
+impl Wanted {
+    /// # Errors
+    /// What cannot be meant, in a sentence.
+    fn setup(&self, format: Format) -> Result<Setup, String> {
+        let mut setup = Setup::default();
+        setup.tool = self.tool.as_deref().map(str::parse).transpose()?;
+        setup.surface = surface(self.surface);
+        setup.sheet = self.sheet.map(|(x, y, rotation, size)| Sheet {
+            corner: [x, y],
+            rotation,
+            surface: setup.surface.unwrap_or(Surface::level(TABLE)),
+            size,
+        });
+        setup.usual_surface = Some(Surface::level(TABLE));
+        let mut placing = Placing::default();
+        (placing.at, placing.by) = (self.at, self.by);
+        (placing.scale, placing.rotate) = (above_zero("scale", self.scale)?, self.rotate);
+        (placing.fit, placing.mirror) = (self.fit, self.mirror);
+        setup.placing = placing;
+        let positive =
+            |name, value: Option<f64>| value.map(|value| above_zero(name, value)).transpose();
+        setup.pen.lift = positive("lift", self.lift)?.unwrap_or(setup.pen.lift);
+        let travel = positive("travel_speed", self.travel_speed)?;
+        setup.pen.travel = travel.map_or(setup.pen.travel, |speed| speed as f32);
+        setup.speed = positive("speed", self.speed)?.map(|speed| speed as f32);
+        setup.order = self.order;
+        setup.size = match (self.width, self.height) {
+            (None, None) => Size::Natural,
+            (Some(width), None) => Size::Width(above_zero("width", width)?),
+            (None, Some(height)) => Size::Height(above_zero("height", height)?),
+            (Some(_), Some(_)) => return Err("give width or height: the other follows".to_owned()),
+        };
+        setup.work = match (self.work.as_deref(), format) {
+            (None, Format::Image) | (Some("engrave"), _) => Work::Engrave(self.engrave()?),
+            (None, _) => Work::Usual,
+            (Some("draw"), _) => {
+                let mut trace = Trace::default();
+                trace.level = self.threshold.unwrap_or(trace.level);
+                trace.tolerance = self.tolerance.unwrap_or(trace.tolerance);
+                Work::Draw(trace)
+            }
+            (Some(other), _) => {
+                return Err(format!("work is \"draw\" or \"engrave\", not \"{other}\""));
+            }
+        };
+        Ok(setup)
+    }
+
+    fn engrave(&self) -> Result<Engrave, String> {
+        let mut engrave = Engrave::default();
+        if let Some([least, most]) = self.power {
+            if !(0.0 <= least && least <= most && most > 0.0 && most <= 100.0) {
+                return Err(format!(
+                    "power is percent, the least before the most, not {least} and {most}"
+                ));
+            }
+            engrave.power = [least, most];
+        }
+        engrave.tone = match self.tone.as_deref() {
+            None | Some("grey") => Tone::Grey,
+            Some("threshold") => Tone::Threshold(self.threshold.unwrap_or(128)),
+            Some("dither") => Tone::Dither,
+            Some(other) => {
+                return Err(format!(
+                    "tone is \"grey\", \"threshold\" or \"dither\", not \"{other}\""
+                ));
+            }
+        };
+        (engrave.invert, engrave.both_directions) = (self.invert, self.both_directions);
+        let positive =
+            |name, value: Option<f64>| value.map(|value| above_zero(name, value)).transpose();
+        engrave.spacing = positive("spacing", self.spacing)?.unwrap_or(engrave.spacing);
+        engrave.overscan = positive("overscan", self.overscan)?.or(engrave.overscan);
+        engrave.gamma = positive("gamma", self.gamma)?.unwrap_or(engrave.gamma);
+        Ok(engrave)
+    }
+
+    fn options(&self, title: String) -> Result<ReadOptions, String> {
+        let mut options = ReadOptions::default();
+        options.title = title;
+        if let Some(tolerance) = self.tolerance {
+            options.tolerance = above_zero("tolerance", tolerance)?;
+        }
+        options.gcode.surface = surface(self.surface);
+        options.gcode.lift = self.lift.unwrap_or(options.gcode.lift);
+        options.gcode.start = self.start;
+        options.gcode.dialect = match self.dialect.as_deref() {
+            None => Dialect::Detect,
+            Some("pen") => Dialect::Pen,
+            Some("laser") => Dialect::Laser,
+            Some(other) => return Err(format!("dialect is \"pen\" or \"laser\", not \"{other}\"")),
+        };
+        Ok(options)
+    }
+}
+
+fn above_zero(name: &str, value: f64) -> Result<f64, String> {
+    match value > 0.0 && value.is_finite() {
+        true => Ok(value),
+        false => Err(format!("{name} is a number above 0, not {value}")),
+    }
+}
+
+/// What a file is, by what was said, its name, or what is in it.
+fn format_of(name: &str, bytes: &[u8], said: Option<&str>) -> Result<Format, String> {
+    match said {
+        Some(said) => said.parse(),
+        None => Format::of(name, bytes).ok_or_else(|| {
+            let names = Format::ALL.map(Format::name).join(", ");
+            format!(
+                "neither its name nor its content tells what it is; give format=, one of {names}"
+            )
+        }),
+    }
+}
+
+#[pymethods]
+impl PyPlan {
+    /// A plan of what is in a file.
+    #[staticmethod]
+    fn load(py: Python<'_>, name: &str, bytes: &[u8], wanted: Wanted) -> PyResult<Self> {
+        let refused = |text: String| errors::raise(py, &Error::invalid(format!("{name}: {text}")));
+        // A tool that is none is told of by its argument.
+        tool(py, wanted.tool.as_deref())?;
+        let format = format_of(name, bytes, wanted.format.as_deref()).map_err(refused)?;
+        let setup = wanted.setup(format).map_err(refused)?;
+        let title = wanted.title.clone().unwrap_or_else(|| stem(name));
+        let options = wanted.options(title).map_err(refused)?;
+        let made = py.detach(|| made(format, bytes, &options, &setup));
+        let (plan, notes, taught) =
+            made.map_err(|problem| super::raise(py, Some(name), &said(problem)))?;
+        let source = Source {
+            name: Some(name.to_owned()),
+            format: Some(format.name().to_owned()),
+            notes,
+            rows: false,
+            assumed: !taught && setup.surface.is_none(),
+        };
+        Ok(Self::of(plan, source))
+    }
+
+    /// A plan of the text of a plan file.
+    #[staticmethod]
+    fn of_json(py: Python<'_>, text: &str) -> PyResult<Self> {
+        let plan = py.detach(|| Plan::from_json(text.as_bytes()));
+        let plan = plan.map_err(|problem| super::raise(py, None, &problem))?;
+        Ok(Self::of(plan, Source::default()))
+    }
+
+    /// The formats that are read: name, endings, what it is.
+    #[staticmethod]
+    fn formats() -> Vec<(&'static str, Vec<&'static str>, &'static str)> {
+        let all = Format::ALL.into_iter();
+        all.map(|format| {
+            (
+                format.name(),
+                format.endings().to_vec(),
+                format.description(),
+            )
+        })
+        .collect()
+    }
+}
+
+/// Read and laid before the arm; whether it was in the arm's coordinates already.
+fn made(
+    format: Format,
+    bytes: &[u8],
+    options: &ReadOptions,
+    setup: &Setup,
+) -> Result<(Plan, Vec<Problem>, bool), Problem> {
+    let Reading { content, mut notes } = read(format, bytes, options)?;
+    let taught = matches!(content, Content::Plan(_));
+    let made = setup.plan(format, content)?;
+    notes.extend(made.notes);
+    Ok((made.content, notes, taught))
+}
+
+/// A problem with a help that speaks of arguments.
+fn said(mut problem: Problem) -> Problem {
+    let needs_start = problem
+        .help
+        .as_deref()
+        .is_some_and(|help| help.ends_with(NEEDS_START));
+    problem.help = match needs_start {
+        true => {
+            Some("give start=(x, y, z), where the tool stands when the program begins".to_owned())
+        }
+        false => problem.help.as_deref().map(arguments),
+    };
+    problem
+}
+
+/// A help of the command line in the words of [`load`](PyPlan::load): `--scale 0.5` is `scale=0.5`.
+pub(super) fn arguments(help: &str) -> String {
+    let mut words = help.split(' ').peekable();
+    let mut said: Vec<String> = Vec::new();
+    while let Some(word) = words.next() {
+        let Some(flag) = word.trim_start_matches('`').strip_prefix("--") else {
+            said.push(word.to_owned());
+            continue;
+        };
+        let end = flag.find(|letter: char| !letter.is_ascii_lowercase() && letter != '-');
+        let (flag, rest) = flag.split_at(end.unwrap_or(flag.len()));
+        let is_value = |next: &&str| {
+            next.starts_with(|first: char| first.is_ascii_digit() || first.is_ascii_uppercase())
+        };
+        let value = words.next_if(|next| rest.is_empty() && is_value(next));
+        let rest = rest.trim_start_matches('`');
+        said.push(match (flag, value) {
+            ("fit" | "mirror" | "invert", _) => format!("{flag}=True{rest}"),
+            ("no-order", _) => format!("order=False{rest}"),
+            (flag, None) => format!("{}={rest}", flag.replace('-', "_")),
+            (flag, Some(value)) => {
+                let plain = value.trim_end_matches(['`', ',']);
+                let after = value
+                    .get(plain.len()..)
+                    .unwrap_or_default()
+                    .trim_start_matches('`');
+                let plain = plain.to_ascii_lowercase();
+                let plain = match plain.contains(',') {
+                    true => format!("({})", plain.replace(',', ", ")),
+                    false => plain,
+                };
+                format!("{}={plain}{after}", flag.replace('-', "_"))
+            }
+        });
+    }
+    said.join(" ")
+}
+
+/// The name of a file without its folder and its ending.
+fn stem(name: &str) -> String {
+    let name = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    let plain = name
+        .strip_suffix(".plan.json")
+        .or_else(|| name.rsplit_once('.').map(|(stem, _)| stem));
+    plain
+        .filter(|stem| !stem.is_empty())
+        .unwrap_or(name)
+        .to_owned()
+}

@@ -1,0 +1,297 @@
+//! Programs, for Python: plans as values that are checked, drawn, changed and kept.
+
+mod check;
+mod load;
+mod points;
+mod steps;
+
+use std::sync::Arc;
+
+use magician::{Error, Set};
+use magician_program::formats::playback::Playback;
+use magician_program::{Action, Pallet, Plan, Problem, Surface, Tool};
+use pyo3::prelude::*;
+
+pub(crate) use check::{Start, findings, numbers, refusal};
+pub(crate) use load::SURFACE_ARGUMENT;
+
+use crate::{errors, values};
+
+/// A plan, and what is known of where it came from.
+#[pyclass(frozen, name = "Plan", module = "magician._magician")]
+pub(crate) struct PyPlan {
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) source: Source,
+}
+
+/// Where a plan came from.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Source {
+    /// The file's name, if it came from one.
+    pub(crate) name: Option<String>,
+    /// What its format is called.
+    format: Option<String>,
+    /// What was read in a certain way.
+    notes: Vec<Problem>,
+    /// Its lines are rows of an array, counted from 0.
+    pub(crate) rows: bool,
+    /// The surface is that of a virtual arm's table: nobody has said where the paper really lies.
+    pub(crate) assumed: bool,
+}
+
+/// Line, column, name, what, and what to do about it.
+type NoteParts<'a> = (u32, u32, Option<&'a str>, &'a str, Option<String>);
+
+impl PyPlan {
+    fn of(plan: Plan, source: Source) -> Self {
+        Self {
+            plan: Arc::new(plan),
+            source,
+        }
+    }
+
+    /// The same changed in a way that may not work.
+    fn changed(
+        &self,
+        py: Python<'_>,
+        change: impl FnOnce(&Plan) -> Result<Plan, Problem> + Send,
+    ) -> PyResult<Self> {
+        let plan = py.detach(|| change(&self.plan));
+        let plan = plan.map_err(|problem| raise(py, self.source.name.as_deref(), &problem))?;
+        Ok(Self::of(plan, self.source.clone()))
+    }
+
+    /// Whether anything of it may light the laser.
+    pub(crate) fn burns(&self) -> bool {
+        let lit = |action: &Action| match action {
+            Action::Burn { power, .. } => *power > 0.0,
+            Action::Laser(on) => *on,
+            _ => false,
+        };
+        self.plan.steps.iter().any(|step| lit(&step.action))
+    }
+}
+
+/// The exception for a problem with a file or a plan.
+pub(crate) fn raise(py: Python<'_>, name: Option<&str>, problem: &Problem) -> PyErr {
+    let mut text = match name {
+        Some(name) => format!("{name}: {problem}"),
+        None => problem.to_string(),
+    };
+    if let Some(help) = &problem.help {
+        text.push_str("; ");
+        text.push_str(help);
+    }
+    errors::raise(py, &Error::invalid(text))
+}
+
+/// A tool by its name or its bias.
+fn tool(py: Python<'_>, text: Option<&str>) -> PyResult<Option<Tool>> {
+    let tool = text.map(str::parse::<Tool>).transpose();
+    tool.map_err(|error| errors::raise(py, &Error::invalid(format!("tool: {error}"))))
+}
+
+/// A surface by its height and slope.
+fn surface(given: Option<(f64, [f64; 2])>) -> Option<Surface> {
+    given.map(|(height, slope)| Surface { height, slope })
+}
+
+#[pymethods]
+impl PyPlan {
+    /// A plan of commands.
+    #[staticmethod]
+    #[pyo3(name = "of_commands")]
+    fn of_commands(
+        py: Python<'_>,
+        title: &str,
+        commands: &Bound<'_, PyAny>,
+        tool: Option<&str>,
+        surface: Option<(f64, [f64; 2])>,
+    ) -> PyResult<Self> {
+        let mut plan = Plan::new(title);
+        plan.tool = self::tool(py, tool)?;
+        plan.surface = self::surface(surface);
+        for (nth, object) in (1..).zip(commands.try_iter()?) {
+            let command = values::command(&object?)?;
+            let row = command.row();
+            if !row.queueable {
+                let error =
+                    Error::invalid(format!("step {nth}: {} cannot be queued", row.set_name));
+                return Err(errors::raise(py, &error.with_command(row.set_name)));
+            }
+            plan.push(command, magician_program::Origin::NONE);
+        }
+        Ok(Self::of(plan, Source::default()))
+    }
+
+    #[getter]
+    fn title(&self) -> &str {
+        &self.plan.title
+    }
+
+    #[getter]
+    fn tool(&self) -> Option<String> {
+        self.plan.tool.map(|tool| tool.to_string())
+    }
+
+    #[getter]
+    fn surface(&self) -> Option<(f64, [f64; 2])> {
+        self.plan
+            .surface
+            .map(|surface| (surface.height, surface.slope))
+    }
+
+    #[getter]
+    fn source(&self) -> Option<&str> {
+        self.source.name.as_deref()
+    }
+
+    #[getter]
+    fn format(&self) -> Option<&str> {
+        self.source.format.as_deref()
+    }
+
+    #[getter]
+    fn assumed(&self) -> bool {
+        self.source.assumed
+    }
+
+    /// What was read in a certain way.
+    #[getter]
+    fn notes(&self) -> Vec<NoteParts<'_>> {
+        let notes = self.source.notes.iter();
+        let parts = notes.map(|note| {
+            let (line, column) = (note.origin.line, note.origin.column);
+            let help = note.help.as_deref().map(load::arguments);
+            (
+                line,
+                column,
+                note.name.as_deref(),
+                note.message.as_str(),
+                help,
+            )
+        });
+        parts.collect()
+    }
+
+    fn moved(&self, py: Python<'_>, by: [f64; 3]) -> PyResult<Self> {
+        self.changed(py, |plan| plan.moved(by))
+    }
+
+    fn scaled(&self, py: Python<'_>, factor: f64, about: [f64; 3]) -> PyResult<Self> {
+        self.changed(py, |plan| plan.scaled(factor, about))
+    }
+
+    fn rotated(&self, py: Python<'_>, degrees: f64, about: [f64; 2]) -> PyResult<Self> {
+        self.changed(py, |plan| plan.rotated(degrees, about))
+    }
+
+    fn repeated(&self, py: Python<'_>, times: usize) -> PyResult<Self> {
+        self.changed(py, |plan| plan.repeated(times))
+    }
+
+    fn on_grid(
+        &self,
+        py: Python<'_>,
+        rows: usize,
+        columns: usize,
+        pitch: [f64; 2],
+    ) -> PyResult<Self> {
+        self.changed(py, |plan| {
+            plan.placed_on(&Pallet::grid(rows, columns, pitch))
+        })
+    }
+
+    fn on_corners(
+        &self,
+        py: Python<'_>,
+        rows: usize,
+        columns: usize,
+        corners: [[f64; 3]; 3],
+    ) -> PyResult<Self> {
+        self.changed(py, |plan| {
+            plan.placed_on(&Pallet::corners(rows, columns, corners))
+        })
+    }
+
+    /// The steps of another one after these.
+    fn joined(&self, other: &Self) -> Self {
+        let mut plan = (*self.plan).clone();
+        if other.plan.tool.is_some() && other.plan.tool != plan.tool {
+            plan.steps
+                .extend(other.plan.preamble().map(|tool| magician_program::Step {
+                    action: tool.into(),
+                    origin: magician_program::Origin::NONE,
+                }));
+        }
+        if plan.surface != other.plan.surface {
+            plan.surface = None;
+        }
+        let names = u32::try_from(plan.names.len()).unwrap_or(u32::MAX);
+        plan.names.extend(other.plan.names.iter().cloned());
+        plan.steps
+            .extend(other.plan.steps.iter().cloned().map(|mut step| {
+                if step.origin.name > 0 {
+                    step.origin.name = step.origin.name.saturating_add(names);
+                }
+                step
+            }));
+        let source = Source {
+            assumed: self.source.assumed || other.source.assumed,
+            rows: self.source.rows && other.source.rows,
+            ..Source::default()
+        };
+        Self::of(plan, source)
+    }
+
+    /// From a step on, counted from 1, for an arm that stands so; of a virtual one if there is none.
+    fn starting_at(&self, py: Python<'_>, step: usize, start: Option<&Start>) -> PyResult<Self> {
+        let at = step.checked_sub(1);
+        let at =
+            at.ok_or_else(|| errors::raise(py, &Error::invalid("steps are counted from 1")))?;
+        let start = self.start_or_staged(py, start)?;
+        self.changed(py, |plan| plan.from_step(at, &start).map(|rest| rest.plan))
+    }
+
+    fn to_json(&self, py: Python<'_>) -> String {
+        py.detach(|| self.plan.to_json())
+    }
+
+    /// As a file of DobotStudio, and what that cannot say.
+    fn to_playback(&self, py: Python<'_>) -> PyResult<(String, Vec<String>)> {
+        let playback = py.detach(|| Playback::from_plan(&self.plan));
+        let playback =
+            playback.map_err(|problem| raise(py, self.source.name.as_deref(), &problem))?;
+        let lost = playback.notes().iter().map(ToString::to_string);
+        Ok((playback.to_xml(), lost.collect()))
+    }
+
+    fn __len__(&self) -> usize {
+        self.plan.steps.len()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.plan == other.plan
+    }
+}
+
+/// One command of each kind: what a check has to read of an arm depends on nothing else.
+pub(crate) fn kinds(plan: &Plan) -> Vec<Set> {
+    let all = plan.commands();
+    let kinds: std::collections::BTreeMap<u8, Set> =
+        all.map(|command| (command.row().id, command)).collect();
+    kinds.into_values().collect()
+}
+
+/// An error whose text is another one; its parts stay.
+pub(crate) fn retold(error: &Error, text: String) -> Error {
+    let mut told = Error::new(error.kind(), text);
+    if let Some(command) = error.command() {
+        told = told.with_command(command);
+    }
+    match (error.value(), error.limit(), error.unit()) {
+        (Some(value), Some(limit), Some(unit)) => told.with_limit(value, limit, unit),
+        (Some(value), None, Some(unit)) => told.with_value(value, unit),
+        _ => told,
+    }
+}

@@ -1,0 +1,226 @@
+//! Plans of arrays of points.
+
+use magician::{Error, words};
+use magician_program::{Action, Origin, Plan, Problem, Travel};
+use pyo3::prelude::*;
+
+use super::{PyPlan, Source, surface, tool};
+use crate::errors;
+
+/// How points become a plan.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Way {
+    title: String,
+    tool: Option<String>,
+    surface: Option<(f64, [f64; 2])>,
+    /// `path`, `joints`, `line` or `jump`.
+    by: String,
+    /// The rotation where the points have none, deg.
+    r: f64,
+    /// How far above its ends a path is come to and left, mm.
+    lift: f64,
+    /// Along a path, mm/s.
+    speed: Option<f64>,
+    /// Along a path, mm/s2.
+    acceleration: f64,
+    /// Of the laser, percent.
+    power: Option<f64>,
+}
+
+#[pymethods]
+impl PyPlan {
+    /// A plan of rows of 3 or 4 numbers, and of a power for each row where `powers` has any.
+    #[staticmethod]
+    fn of_points(
+        py: Python<'_>,
+        points: &[u8],
+        columns: usize,
+        powers: &[u8],
+        way: Way,
+    ) -> PyResult<Self> {
+        let bad = |problem: Problem| super::raise(py, None, &problem);
+        let tool = tool(py, way.tool.as_deref())?;
+        let by = travel(&way.by).ok_or_else(|| {
+            let text = format!(
+                "by `{}` goes nothing: it is path, line, joints or jump",
+                way.by
+            );
+            errors::raise(py, &Error::invalid(text))
+        })?;
+        let plan = py.detach(|| {
+            let rows = rows(points, columns, &way)?;
+            let powers = floats(powers);
+            let mut plan = Plan::new(way.title.clone());
+            (plan.tool, plan.surface) = (tool, surface(way.surface));
+            match by {
+                Some(by) => moves(&mut plan, &rows, by)?,
+                None => paths(&mut plan, &rows, &powers, &way)?,
+            }
+            Ok(plan)
+        });
+        let source = Source {
+            rows: true,
+            ..Source::default()
+        };
+        Ok(Self::of(plan.map_err(bad)?, source))
+    }
+}
+
+/// A way of travelling by its name; none is a continuous path.
+fn travel(name: &str) -> Option<Option<Travel>> {
+    Some(match name {
+        "path" => None,
+        "joints" => Some(Travel::Joints),
+        "line" => Some(Travel::Line),
+        "jump" => Some(Travel::Jump),
+        _ => return None,
+    })
+}
+
+fn floats(bytes: &[u8]) -> Vec<f64> {
+    let items = bytes.as_chunks::<8>().0.iter();
+    items.map(|item| f64::from_ne_bytes(*item)).collect()
+}
+
+/// The rows as the arm takes them, none where there are no numbers.
+fn rows(points: &[u8], columns: usize, way: &Way) -> Result<Vec<Option<[f32; 4]>>, Problem> {
+    let numbers = floats(points);
+    let row = |(nth, row): (usize, &[f64])| {
+        if row.iter().all(|number| number.is_nan()) {
+            return Ok(None);
+        }
+        let mut point = [0.0, 0.0, 0.0, way.r as f32];
+        for (value, number) in point.iter_mut().zip(row) {
+            *value = *number as f32;
+        }
+        match point.iter().position(|value| !value.is_finite()) {
+            None => Ok(Some(point)),
+            Some(at) => {
+                let name = ["x", "y", "z", "r"].get(at).copied().unwrap_or_default();
+                let found = row.get(at).copied().unwrap_or(f64::NAN);
+                Err(Problem::of_file(format!(
+                    "row {nth}: {name} is {found}, which is no place"
+                )))
+            }
+        }
+    };
+    numbers
+        .chunks_exact(columns.max(1))
+        .enumerate()
+        .map(row)
+        .collect()
+}
+
+/// Where a row stands.
+fn origin(nth: usize) -> Origin {
+    Origin {
+        line: u32::try_from(nth.saturating_add(1)).unwrap_or(u32::MAX),
+        ..Origin::NONE
+    }
+}
+
+/// From point to point.
+fn moves(plan: &mut Plan, rows: &[Option<[f32; 4]>], by: Travel) -> Result<(), Problem> {
+    for (nth, row) in rows.iter().enumerate() {
+        let Some(to) = *row else {
+            let text = format!("row {nth} has no numbers; gaps are for paths");
+            return Err(Problem::of_file(text));
+        };
+        plan.push(Action::Move { to, by }, origin(nth));
+    }
+    Ok(())
+}
+
+/// Along continuous paths, one for each run of rows without a gap.
+fn paths(
+    plan: &mut Plan,
+    rows: &[Option<[f32; 4]>],
+    powers: &[f64],
+    way: &Way,
+) -> Result<(), Problem> {
+    if let Some(speed) = way.speed {
+        plan.push(
+            words::path_speed(speed as f32, way.acceleration as f32),
+            Origin::NONE,
+        );
+    }
+    let mut begun = None;
+    for (nth, row) in rows.iter().enumerate() {
+        match (*row, begun) {
+            (None, Some((last, r))) => {
+                leave(plan, last, r, way, nth - 1);
+                begun = None;
+            }
+            (None, None) => {}
+            (Some([x, y, z, r]), None) => {
+                approach(plan, [x, y, z], r, way, nth);
+                begun = Some(([x, y, z], r));
+            }
+            (Some([x, y, z, r]), Some((last, first))) => {
+                if r != first {
+                    let text = format!(
+                        "row {nth}: r is {r}, and {first} where this path begins; a continuous path does not turn the tool: \
+                         keep r the same, or go by=\"line\""
+                    );
+                    return Err(Problem::of_file(text));
+                }
+                let to = [x, y, z];
+                // A way of no length stops the arm and leads nowhere.
+                if to != last {
+                    plan.push(
+                        segment(to, powers.get(nth).copied().or(way.power)),
+                        origin(nth),
+                    );
+                }
+                begun = Some((to, first));
+            }
+        }
+    }
+    if let Some((last, r)) = begun {
+        leave(plan, last, r, way, rows.len() - 1);
+    }
+    Ok(())
+}
+
+fn segment(to: [f32; 3], power: Option<f64>) -> Action {
+    match power {
+        Some(power) => Action::Burn {
+            to,
+            power: power as f32,
+        },
+        None => Action::Path { to },
+    }
+}
+
+/// There from above, with all joints: the arm may be anywhere.
+fn approach(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &Way, nth: usize) {
+    let lift = way.lift as f32;
+    let by = Travel::Joints;
+    if lift > 0.0 {
+        let to = [x, y, z + lift, r];
+        plan.push(Action::Move { to, by }, origin(nth));
+    }
+    let by = if lift > 0.0 { Travel::Line } else { by };
+    plan.push(
+        Action::Move {
+            to: [x, y, z, r],
+            by,
+        },
+        origin(nth),
+    );
+}
+
+fn leave(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &Way, nth: usize) {
+    let lift = way.lift as f32;
+    if lift > 0.0 {
+        let by = Travel::Line;
+        plan.push(
+            Action::Move {
+                to: [x, y, z + lift, r],
+                by,
+            },
+            origin(nth),
+        );
+    }
+}

@@ -1,0 +1,467 @@
+"""Programs for other people's libraries: what they find, what they get, what happens when something goes wrong."""
+
+# pyright: reportPrivateUsage=false
+
+from __future__ import annotations
+
+import _thread
+import inspect
+import struct
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from magician import errors
+from magician.compat import _line, _script, _serial, dobotdll, pydobot, pydobot2, pydobotplus
+from magician.compat._message import Message
+from magician.compat.pydobot.enums import PTPMode
+from magician.compat.pydobotplus.dobotplus import MODE_PTP, Alarm, DobotException
+
+START = (199.404, 0.0, -8.485, 0.0, 0.0, 45.0, 45.0, 0.0)
+
+
+@pytest.fixture(autouse=True)
+def switched_off() -> None:
+    """No virtual arm is left on by the test before."""
+    _line._benches.clear()
+
+
+@pytest.fixture
+def dobot() -> Iterator[pydobot.Dobot]:
+    """A virtual arm of its own, behind pydobot's interface."""
+    arm = pydobot.Dobot("sim")
+    yield arm
+    arm.close()
+
+
+@pytest.fixture
+def plus() -> Iterator[pydobotplus.Dobot]:
+    """The same behind pydobotplus'."""
+    arm = pydobotplus.Dobot("sim")
+    yield arm
+    arm.close()
+
+
+def run(script: str, tmp_path: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """A script through the runner."""
+    path = tmp_path / "script.py"
+    path.write_text(script)
+    command = [sys.executable, "-m", "magician.compat", *arguments[:-1], str(path), *arguments[-1:]]
+    return subprocess.run(command, capture_output=True, text=True, env={"PATH": "", **environment}, timeout=60)
+
+
+# The interfaces.
+
+SIGNATURES = {
+    pydobot.Dobot: """
+        __init__(port, verbose=False) close() get_eio(addr) go(x, y, z, r=0.0) grip(enable)
+        move_to(x, y, z, r, wait=False) pose() set_eio(addr, val) speed(velocity=100.0, acceleration=100.0) suck(enable)
+        wait(ms) _get_pose() _get_queued_cmd_current_index() _send_command(msg, wait=False) _set_cp_cmd(x, y, z)
+        _set_ptp_cmd(x, y, z, r, mode, wait) _set_ptp_common_params(velocity, acceleration)
+        _set_ptp_coordinate_params(velocity, acceleration) _set_ptp_jump_params(jump, limit)
+        _set_ptp_joint_params(v_x, v_y, v_z, v_r, a_x, a_y, a_z, a_r) _set_queued_cmd_clear()
+        _set_queued_cmd_start_exec() _set_queued_cmd_stop_exec() _set_wait_cmd(ms)
+        _set_end_effector_gripper(enable=False) _set_end_effector_suction_cup(enable=False) _get_eio_level(address)
+        _set_eio_level(address, level)""",
+    pydobot2.Dobot: """
+        __init__(port=None) close() get_pose() get_alarms() clear_alarms() wait_for_cmd(cmd_id)
+        jog_x(v) jog_y(v) jog_z(v) jog_r(v) set_io(address, state) move_to(x, y, z, r=0.0, mode=1)
+        go_arc(x, y, z, r, cir_x, cir_y, cir_z, cir_r) suck(enable) set_home(x, y, z, r=0.0) home() grip(enable)
+        laze(power=0, enable=False) speed(velocity=100.0, acceleration=100.0)
+        conveyor_belt(speed, direction=1, interface=0) conveyor_belt_distance(speed, distance, direction=1, interface=0)
+        engrave(image, pixel_size, low=0.0, high=40.0, velocity=5, acceleration=5, actual_acceleration=5)
+        _send_command(msg) _set_ptp_cmd(x, y, z, r, mode) _set_jog_command(cmd)
+        _set_cp_params(velocity, acceleration, period)
+        _set_cple_cmd(x, y, z, power, absolute=False) _set_stepper_motor(speed, interface=0, motor_control=True)
+        _set_stepper_motor_distance(speed, distance, interface=0, motor_control=True) _extract_cmd_index(response)
+        _set_end_effector_laser(power=255, enable=False)""",
+    pydobotplus.Dobot: """
+        __init__(port=None) move_to(x=None, y=None, z=None, r=0, wait=True, mode=None, position=None)
+        move_rel(x=0, y=0, z=0, r=0, wait=True) set_hht_trig_output(state) get_hht_trig_output()
+        conveyor_belt_distance(speed_mm_per_sec, distance_mm, direction=1, interface=0)
+        set_color(enable=True, port=1, version=1) get_color(port=1, version=1) set_ir(enable=True, port=2)
+        get_ir(port=2) _send_command(msg, wait=False) _set_ptp_cmd(x, y, z, r, mode, wait)""",
+}
+
+
+def declared(text: str) -> list[tuple[str, list[tuple[str, Any]]]]:
+    """Names of methods, and their parameters with their defaults."""
+    found: list[tuple[str, list[tuple[str, Any]]]] = []
+    for each in text.replace("\n", " ").split(")"):
+        name, _, inside = each.strip().partition("(")
+        if name:
+            parts = [part.strip().partition("=") for part in inside.split(",") if part.strip()]
+            named = [(part[0], eval(part[2]) if part[1] else inspect.Parameter.empty) for part in parts]
+            found.append((name, named))
+    return found
+
+
+@pytest.mark.parametrize("library", SIGNATURES)
+def test_methods_take_what_they_always_took(library: type) -> None:
+    for name, wanted in declared(SIGNATURES[library]):
+        parameters = list(inspect.signature(getattr(library, name)).parameters.values())
+        have = [(each.name, each.default) for each in parameters if each.name != "self"]
+        # What comes after may be left out.
+        assert len(have) >= len(wanted), name
+        for (name_had, default), (name_wanted, default_wanted) in zip(have, wanted, strict=False):
+            assert name_had == name_wanted, name
+            assert default == default_wanted or default_wanted is inspect.Parameter.empty, (name, name_had)
+        assert all(default is not inspect.Parameter.empty for _, default in have[len(wanted) :]), name
+
+
+# pydobot.
+
+
+def test_connecting_sets_the_speeds_and_reads_the_pose(dobot: pydobot.Dobot) -> None:
+    assert dobot.pose() == pytest.approx(START, abs=1e-3)
+    assert (dobot.x, dobot.j2) == pytest.approx((START[0], 45.0), abs=1e-3)
+    assert dobot._get_queued_cmd_current_index() == 4
+    assert struct.unpack("<2f", ask(dobot, 83)) == (100.0, 100.0)
+
+
+def ask(dobot: Any, id: int, ctrl: int = 0, params: bytes = b"") -> bytes:
+    """The parameters of what answers a frame built by hand."""
+    msg = Message()
+    msg.id, msg.ctrl, msg.params = id, ctrl, bytearray(params)
+    return bytes(dobot._send_command(msg).params)
+
+
+def test_only_wait_waits_and_nothing_is_returned(dobot: pydobot.Dobot) -> None:
+    assert dobot.move_to(220, 30, 20, 0) is None  # type: ignore[func-returns-value]
+    assert dobot.suck(True) is None  # type: ignore[func-returns-value]
+    dobot.move_to(200, -30, 40, 10, wait=True)
+    assert dobot.pose()[:4] == pytest.approx((200, -30, 40, 10), abs=1e-3)
+    assert ask(dobot, 62) == b"\x01\x01"
+
+
+def test_what_is_not_true_switches_off_and_says_so(dobot: pydobot.Dobot) -> None:
+    dobot.suck(True)
+    with pytest.warns(UserWarning, match=r"suck\(True\)"):
+        dobot.suck(1)  # type: ignore[arg-type]
+    assert ask(dobot, 62) == b"\x01\x00"
+
+
+def test_verbose_prints_every_frame(capsys: pytest.CaptureFixture[str]) -> None:
+    dobot = pydobot.Dobot("sim", verbose=True)
+    capsys.readouterr()
+    dobot._set_ptp_cmd(220, 0, 10, 0, mode=PTPMode.MOVJ_XYZ, wait=True)
+    dobot.close()
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("pydobot: >> AA AA:19:84:3:01 00 00 5C 43")
+    assert said[1].startswith("pydobot: << AA AA:10:84:3:05 00")
+    assert said[2:] == ["pydobot: waiting for command 5", "pydobot: command 5 executed", "pydobot: sim closed"]
+
+
+def test_a_move_that_the_arm_refuses_is_an_error_that_says_what_to_do(dobot: pydobot.Dobot) -> None:
+    with pytest.raises(errors.AlarmError, match="clear"):
+        dobot.move_to(500, 0, 0, 0, wait=True)
+
+
+def test_a_full_queue_makes_room_while_it_runs_and_is_an_error_while_it_does_not(dobot: pydobot.Dobot) -> None:
+    for _ in range(100):
+        dobot.wait(1)
+    dobot._set_queued_cmd_stop_exec()
+    with pytest.raises(errors.QueueFullError):
+        for _ in range(100):
+            dobot.wait(1)
+    dobot._set_queued_cmd_start_exec()
+    dobot.move_to(210, 0, 0, 0, wait=True)
+
+
+def test_ctrl_c_stops_the_arm() -> None:
+    dobot = pydobot.Dobot("sim:1")
+    dobot.speed(20, 100)
+    dobot.move_to(200, 100, 50, 0)
+
+    def interrupt() -> None:
+        # It moves: the other thread waits for it.
+        while dobot.pose()[1] < 1:
+            pass
+        _thread.interrupt_main()
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        dobot.move_to(200, -100, 50, 0, wait=True)
+    thread.join()
+    before = dobot.pose()
+    assert dobot.pose() == before
+    assert abs(before[1]) < 90
+    dobot.close()
+
+
+def test_what_can_brick_the_arm_is_not_sent_unless_it_is_allowed(
+    dobot: pydobot.Dobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(errors.InvalidInputError, match="MAGICIAN_ALLOW=SetDeviceSN"):
+        ask(dobot, 0, 1, b"other\0")
+    monkeypatch.setenv("MAGICIAN_ALLOW", "SetDeviceSN")
+    ask(dobot, 0, 1, b"other\0")
+    assert ask(dobot, 0).startswith(b"other")
+
+
+def test_a_closed_arm_says_so(dobot: pydobot.Dobot) -> None:
+    assert dobot.ser.isOpen()
+    dobot.close()
+    assert not dobot.ser.isOpen()
+    with pytest.raises(errors.ClosedError):
+        dobot.pose()
+
+
+def test_a_port_that_is_not_there_is_an_error_for_everybody(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Theirs(OSError):
+        """As pyserial has one."""
+
+    monkeypatch.setitem(sys.modules, "serial", type("serial", (), {"SerialException": Theirs}))
+    with pytest.raises(Theirs, match="no port") as caught:
+        pydobot.Dobot("/dev/not-there")
+    assert isinstance(caught.value, errors.PortError)
+    with pytest.raises(DobotException) as other:
+        pydobotplus.Dobot("/dev/not-there")
+    assert isinstance(other.value.__cause__, errors.PortError)
+
+
+def test_the_port_in_the_library_takes_frames(dobot: pydobot.Dobot) -> None:
+    msg = Message()
+    msg.id = 246
+    frame = bytes(msg.bytes())
+    dobot.ser.write(frame[:3])
+    assert dobot.ser.in_waiting == 0
+    dobot.ser.write(frame[3:])
+    answer = Message(dobot.ser.read_all())
+    assert (answer.id, answer.params) == (246, struct.pack("<Q", 4))
+    dobot.ser.write(frame)
+    dobot.ser.reset_input_buffer()
+    assert dobot.ser.read_all() == b""
+
+
+def test_frames_sum_up_to_0() -> None:
+    for ms in range(300):
+        msg = Message()
+        msg.id, msg.ctrl, msg.params = 110, 3, bytearray(struct.pack("<I", ms))
+        assert sum(msg.bytes()[3:]) & 0xFF == 0
+        again = Message(bytes(msg.bytes()))
+        assert (again.id, again.ctrl, bytes(again.params)) == (110, 3, bytes(msg.params))
+        assert str(again) == str(msg)
+
+
+# pydobot2 and pydobotplus.
+
+
+def test_newer_ones_return_indices(plus: pydobotplus.Dobot) -> None:
+    assert plus.get_alarms() == set()
+    assert plus.suck(True) == 5
+    assert plus.move_to(220, 10, 30) == 6
+    assert plus.get_pose().position == pytest.approx((220, 10, 30, 0), abs=1e-3)
+    assert plus.move_to(z=40, mode=MODE_PTP.MOVL_XYZ, wait=False) == 7
+    plus.wait_for_cmd(plus.home())
+    plus.move_rel(x=10, y=-5)
+    assert plus.get_pose().position[:2] == pytest.approx((START[0] + 10, -5), abs=1e-2)
+    with pytest.raises(ValueError, match="x, y or z"):
+        plus.move_to()
+    with pytest.raises(DobotException, match="direction"):
+        plus.conveyor_belt(0.5, 7)
+
+
+def test_alarms_have_their_names(plus: pydobotplus.Dobot) -> None:
+    with pytest.raises(DobotException) as caught:
+        plus.move_to(500, 0, 0)
+    assert isinstance(caught.value.__cause__, errors.AlarmError)
+    alarms = plus.get_alarms()
+    assert alarms and all(isinstance(alarm, Alarm) for alarm in alarms)
+    plus.clear_alarms()
+    assert plus.get_alarms() == set()
+    assert Alarm(0xD7).name == "ALARM_0xD7"
+
+
+def test_a_picture_smaller_than_the_queue_is_engraved(plus: pydobotplus.Dobot) -> None:
+    plus.move_to(200, 0, 10)
+    plus.engrave([[0, 128], [255, 0]], 0.5, velocity=50, acceleration=100, actual_acceleration=100)
+    assert plus.get_pose().position[:2] == pytest.approx((200.5, 0.0), abs=1e-2)
+    assert ask(plus, 61) == b"\x00\x00"
+
+
+def test_pydobot2_passes_its_own_example() -> None:
+    dobot = pydobot2.Dobot("sim")
+    position = dobot.get_pose().position
+    dobot.move_to(position.x + 20, position.y, position.z, position.r, wait=False)
+    assert dobot.move_to(position.x, position.y, position.z, position.r, wait=True) == 6
+    assert dobot.get_pose().position == pytest.approx(position, abs=1e-3)
+    assert dobot.get_pose().joints.in_radians().j2 == pytest.approx(0.7854, abs=1e-4)
+    dobot.close()
+
+
+def test_an_arm_in_the_process_stays_on(dobot: pydobot.Dobot) -> None:
+    dobot.move_to(220, 0, 10, 0, wait=True)
+    other = pydobot.Dobot("sim")
+    assert other.pose()[0] == pytest.approx(START[0], abs=1e-3)
+    dobot.close()
+    again = pydobot.Dobot("sim")
+    assert again.pose()[0] == pytest.approx(220, abs=1e-3)
+    other.close()
+    again.close()
+
+
+# Ports.
+
+
+def test_ports_of_a_program_can_be_sent_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert _line.find("COM3") == "COM3"
+    monkeypatch.setenv("MAGICIAN_PORT", "sim")
+    assert _line.find(None) == "sim"
+    assert _line.find("COM3") == "COM3"
+    monkeypatch.setenv("MAGICIAN_PORT_COM3", "sim:2")
+    assert _line.find("COM3") == "sim:2"
+    _line.send_elsewhere("udp:127.0.0.1")
+    try:
+        assert _line.find("COM3") == _line.find(None) == "udp:127.0.0.1"
+        listed = _serial.comports()
+        assert listed[0].device == listed[17].device == "udp:127.0.0.1"
+        assert "USB" in listed[0].description and listed[0].vid == 4292
+        assert [info.device for info in _serial.grep("10C4:EA60")] == ["udp:127.0.0.1"]
+        device, description, hwid = listed[0]
+        assert (device, str(listed[0])) == ("udp:127.0.0.1", f"{device} - {description}") and "VID:PID" in hwid
+    finally:
+        _line.send_elsewhere(None)
+    assert _line.find("/dev/ttyUSB9") == "/dev/ttyUSB9"
+
+
+# The runner.
+
+
+def test_a_script_runs_as_it_would_alone(tmp_path: Path) -> None:
+    script = """
+import sys, __main__
+from serial.tools import list_ports
+import serial, pydobot, pydobotplus, DobotDllType
+from pydobot.enums.ControlValues import ControlValues
+from pydobot.dobot import Message
+import neighbour
+assert __name__ == "__main__" and __main__.__file__ == __file__ == sys.argv[0]
+print(sys.argv[1:], list_ports.comports()[3].device, neighbour.here, pydobot.Dobot("COM7").pose()[5])
+try:
+    pydobot.Dobot("COM8", verbose=False).move_to(999, 0, 0, 0, wait=True)
+except Exception as error:
+    print(type(error).__name__)
+sys.exit(7)
+"""
+    (tmp_path / "neighbour.py").write_text("here = 'yes'")
+    done = run(script, tmp_path, "--port=sim", "--its")
+    assert (done.returncode, done.stderr) == (7, "")
+    assert done.stdout.splitlines() == ["['--its'] sim yes 45.0", "AlarmError"]
+
+
+def test_the_environment_names_the_port(tmp_path: Path) -> None:
+    script = "import pydobotplus; print(pydobotplus.Dobot('COM3').get_pose().joints.j3)"
+    assert run(script, tmp_path, "x", MAGICIAN_PORT="sim").stdout == "45.0\n"
+    assert run(script, tmp_path, "x", MAGICIAN_PORT_COM3="sim").stdout == "45.0\n"
+
+
+def test_an_exception_stops_the_arm_and_shows_the_script_alone(tmp_path: Path) -> None:
+    script = """
+import pydobot
+def fall():
+    raise ValueError("so it goes")
+dobot = pydobot.Dobot("COM3")
+dobot.move_to(220, 0, 0, 0)
+fall()
+"""
+    done = run(script, tmp_path, "--port", "sim", "x")
+    assert done.returncode == 1
+    said = done.stderr.splitlines()
+    assert said[0] == "magician.compat: ended by an exception, so the arm at sim is stopped"
+    assert said[-1] == "ValueError: so it goes" and "script.py" in said[2] and "magician" not in "".join(said[1:])
+
+
+def test_a_syntax_error_is_the_script_s(tmp_path: Path) -> None:
+    done = run("print('so far'\n", tmp_path, "x")
+    assert done.returncode == 1 and "SyntaxError" in done.stderr
+
+
+def test_modules_run_too(tmp_path: Path) -> None:
+    (tmp_path / "tool").mkdir()
+    (tmp_path / "tool" / "__init__.py").write_text("")
+    (tmp_path / "tool" / "__main__.py").write_text(
+        "import sys, pydobot; print(sys.argv[1:], pydobot.Dobot('COM1').pose()[6])"
+    )
+    command = [sys.executable, "-m", "magician.compat", "--port", "sim", "-m", "tool", "a"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "['a'] 45.0\n", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--nonsense", "x.py"], "there is no option --nonsense"),
+        (["--port"], "--port needs a value"),
+        (["--dobotdll=v9", "x.py"], "one of v1, v2, v3"),
+        ([], "there is no script"),
+        (["/not/there.py"], "cannot be read"),
+    ],
+)
+def test_wrong_calls_are_usage_errors(arguments: list[str], said: str) -> None:
+    command = [sys.executable, "-m", "magician.compat", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and said in done.stderr
+
+
+def test_the_library_is_told_by_the_names_that_are_used() -> None:
+    which = _script.which_pydobot
+    assert which("import pydobot; pydobot.Dobot(port='COM3', verbose=True)") == "pydobot"
+    assert which("from pydobot import Dobot\nd = Dobot()\npose = d.get_pose()") == "pydobot2"
+    assert which("from pydobot.dobot import MODE_PTP, Dobot") == "pydobot2"
+    assert which("from pydobot import Dobot\nDobot('x').move_rel(x=1)") == "pydobotplus"
+    assert which("from pydobot.dobotplus import Dobot") == "pydobotplus"
+    assert which("x.pose(); x.get_pose()") == "pydobot"
+    assert which("not python at all (") == "pydobot"
+
+
+def test_the_family_is_told_by_the_file_beside_or_the_calls(tmp_path: Path) -> None:
+    which = _script.which_dobotdll
+    assert which("dType.SetPTPCmd(api, 1, 200, 0, 0, 0, isQueued=1)", tmp_path) == "v3"
+    assert which("dType.SetPTPCmd(api, dobotId, 1, 200, 0, 0, 0, 1)", tmp_path) == "v2"
+    for text, family in (("def f(api, masterId)", "v3"), ("def f(api, dobotId)", "v2"), ("def f(api)", "v1")):
+        (tmp_path / "DobotDllType.py").write_text(text)
+        assert which("", tmp_path) == family
+
+
+# DobotDllType.
+
+
+@pytest.mark.parametrize("family", dobotdll.FAMILIES)
+def test_a_program_for_the_vendor_s_wrapper(family: str) -> None:
+    module: Any = dobotdll.family(family)
+    api = module.load()
+    connected = module.ConnectDobot(api, "sim", 115200)
+    assert connected[0] == module.DobotConnect.DobotConnect_NoError
+    ids = (connected[3],) if family == "v2" else ()
+    module.SetQueuedCmdClear(api, *ids)
+    module.SetPTPCommonParams(api, *ids, 100, 100, isQueued=1)
+    index = module.SetPTPCmd(api, *ids, module.PTPMode.PTPMOVLXYZMode, 220, 30, 40, 5, isQueued=1)[0]
+    module.SetQueuedCmdStartExec(api, *ids)
+    deadline = time.monotonic() + 10
+    while module.GetQueuedCmdCurrentIndex(api, *ids)[0] < index and time.monotonic() < deadline:
+        pass
+    assert module.GetPose(api, *ids)[:4] == pytest.approx([220, 30, 40, 5], abs=1e-3)
+    with pytest.raises(module.DobotError, match="MAGICIAN_ALLOW"):
+        module.SetDeviceSN(api, *ids, "other")
+    module.MagicianAllow(api, "SetDeviceSN")
+    module.SetDeviceSN(api, *ids, "other")
+    module.DisconnectDobot(api, *ids)
+    with pytest.raises(module.DobotError, match="ConnectDobot"):
+        module.GetPose(api, *ids)
+    with pytest.raises(ValueError, match="v1, v2, v3"):
+        dobotdll.family("v4")
+
+
+def test_what_cannot_be_connected_to_is_a_code() -> None:
+    module: Any = dobotdll.family("v1")
+    api = module.load()
+    assert module.ConnectDobot(api, "/dev/not-there", 115200)[0] == module.DobotConnect.DobotConnect_Occupied
+    with pytest.raises(AttributeError, match="C library"):
+        api.GetPose()

@@ -1,0 +1,59 @@
+"""The pages are right: each of their Python blocks runs, and prints what stands under it.
+
+A block marked ``python`` is a program of its own, in a folder that holds the sample files; one with a test in it is run
+by pytest, one that imports another library by ``python -m magician.compat``. A block marked ``text`` right after it is
+what it prints, ``…`` standing for anything. There is a virtual arm wherever a port is left out.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+PAGES = [ROOT / "crates" / "magician-py" / "README.md", ROOT / "docs" / "PYTHON.md"]
+BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
+OTHERS = re.compile(r"^(import|from) (pydobot|DobotDllType)", re.MULTILINE)
+
+
+def blocks() -> list[tuple[str, str, str | None]]:
+    """Where it stands, what it is, what it prints."""
+    found: list[tuple[str, str, str | None]] = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for match in BLOCK.finditer(text):
+            line = text.count("\n", 0, match.start()) + 1
+            found.append((f"{page.name}:{line}", match[1], match[2]))
+    return found
+
+
+def test_there_are_blocks() -> None:
+    assert len([name for name, _, _ in blocks() if name.startswith("README")]) >= 3
+    assert len([name for name, _, _ in blocks() if name.startswith("PYTHON")]) >= 10
+
+
+@pytest.mark.parametrize(("name", "program", "said"), [pytest.param(*each, id=each[0]) for each in blocks()])
+def test_block(name: str, program: str, said: str | None, samples: Path, tmp_path: Path) -> None:
+    for sample in samples.iterdir():
+        if sample.is_file():
+            shutil.copy(sample, tmp_path)
+    script = tmp_path / ("test_block.py" if "def test_" in program else "block.py")
+    script.write_text(program, encoding="utf-8")
+    how: list[str] = []
+    if "def test_" in program:
+        how = ["-m", "pytest", "-q"]
+    elif OTHERS.search(program):
+        how = ["-m", "magician.compat"]
+    environment = {**os.environ, "MAGICIAN_PORT": "sim"}
+    command = [sys.executable, "-B", *how, str(script)]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, f"{name}\n{done.stdout}\n{done.stderr}"
+    if said is not None:
+        pattern = ".*".join(re.escape(part) for part in said.split("…"))
+        assert re.fullmatch(pattern, done.stdout), f"{name} prints\n{done.stdout}"

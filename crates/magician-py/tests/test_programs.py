@@ -1,0 +1,242 @@
+"""Plans: loaded, checked, changed, kept, shown."""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+
+import magician
+import pytest
+from conftest import in_notebook
+from magician import Plan, Sheet, Surface, commands, words
+from magician.errors import InvalidInputError, UnreachableError
+
+SQUARE = [(200, 0, -60), (240, 0, -60), (240, 40, -60), (200, 40, -60), (200, 0, -60)]
+
+
+@pytest.mark.parametrize(
+    ("name", "format"),
+    [
+        ("arc_movl_v1412.playback", "playback"),
+        ("curves.svg", "svg"),
+        ("engrave_gradient.png", "image"),
+        ("example_loop.blockly", "blockly"),
+        ("house.svg", "svg"),
+        ("jump_suction_named_v170.playback", "playback"),
+        ("laser_checker.gcode", "gcode"),
+        ("pen_outline.gcode", "gcode"),
+        ("plate.dxf", "dxf"),
+        ("rabbit.svg", "svg"),
+        ("star.plt", "hpgl"),
+    ],
+)
+def test_every_kind_of_file_becomes_a_plan_that_is_kept(samples: Path, tmp_path: Path, name: str, format: str) -> None:
+    plan = magician.load(samples / name, fit=format in ("svg", "dxf", "hpgl"))
+    assert (plan.source, plan.format) == (name, format)
+    assert len(plan) == len(plan.steps) > 0
+    assert plan.check().steps == len(plan)
+    assert plan.save(tmp_path / "kept.plan.json") == []
+    again = magician.load(tmp_path / "kept.plan.json")
+    assert again == plan
+    assert again.commands() == plan.commands()
+
+
+def test_a_report_has_figures_and_a_plan_its_steps(samples: Path) -> None:
+    plan = magician.load(samples / "house.svg", surface=-58.5)
+    report = plan.check()
+    assert report.ok and report.refused == 0 and not report.complaints
+    assert report.counts["path"] == 59
+    assert 25 < (report.seconds or 0) < 35 and plan.estimate == report.seconds
+    assert report.drawn == pytest.approx(302.0, abs=0.1)
+    assert report.bounds is not None and report.bounds[0][2] == -58.5
+    assert "302 mm drawn" in str(report) and "302 mm drawn" in in_notebook(report, "html")
+    step = next(step for step in plan.steps if step.action == "path")
+    assert step.target is not None and step.target[2] == -58.5
+    assert (step.line, step.name) == (4, "rect")
+    assert isinstance(step.command, commands.CpCmd)
+    assert plan.steps[-1].number == len(plan) and plan.steps[-2:][0].number == len(plan) - 1
+    with pytest.raises(IndexError):
+        plan.steps[len(plan)]
+    assert plan.surface == Surface(-58.5) and not plan.surface_is_assumed
+    assert plan.tool == "pen" and plan.title == "house"
+
+
+def test_complaints_name_their_place_and_both_values(samples: Path) -> None:
+    plan = magician.load(samples / "pen_outline.gcode").moved(y=250)
+    report = plan.check()
+    assert not report.ok and report.refused == len(report.complaints)
+    first = report.complaints[0]
+    assert isinstance(first.error, UnreachableError)
+    assert first.line is not None and first.value is not None and first.limit is not None
+    assert first.unit in ("mm", "deg")
+    assert f"line {first.line}" in str(first) and f"step {first.step}" in str(first)
+    for number in (first.value, first.limit):
+        assert f"{number:.1f}" in first.message
+    with pytest.raises(UnreachableError, match="limit"):
+        report.raise_if_refused()
+    assert first.message.split(":")[0] in in_notebook(report, "html")
+
+
+def test_an_unreadable_file_is_refused_with_its_place() -> None:
+    with pytest.raises(InvalidInputError, match=r"bad\.gcode: line 2"):
+        magician.load(_named("bad.gcode", b"G1 X200 Y0 Z0\nG1 X..\n"))
+    with pytest.raises(InvalidInputError, match="one of playback, svg"):
+        magician.load(_named("what.txt", b"good morning"))
+    with pytest.raises(FileNotFoundError):
+        magician.load("no/such/file.svg")
+
+
+def test_arguments_of_load_that_make_no_sense_are_told(samples: Path) -> None:
+    house = samples / "house.svg"
+    with pytest.raises(InvalidInputError, match="scale is a number above 0, not -1"):
+        magician.load(house, scale=-1)
+    with pytest.raises(InvalidInputError, match="one of none, suction"):
+        magician.load(house, tool="hammer")  # type: ignore[arg-type]
+    with pytest.raises(InvalidInputError, match="width or height"):
+        magician.load(samples / "engrave_gradient.png", width=10, height=10)
+    with pytest.raises(InvalidInputError, match="power is percent"):
+        magician.load(samples / "engrave_gradient.png", power=(50, 20))
+    with pytest.raises(InvalidInputError, match="where the tool stands"):
+        magician.load(_named("from.nc", b"G91\nG1 X10 F600\n"))
+    assert len(magician.load(_named("from.nc", b"G91\nG1 X10 F600\n"), start=(200, 0, 0)))
+
+
+def test_a_drawing_is_laid_where_it_is_told(samples: Path) -> None:
+    there = magician.load(samples / "house.svg", at=(230, 50), surface=Surface(-60, (0.01, 0.0)), scale=0.5)
+    (x0, y0, _), (x1, y1, _) = _bounds(there)
+    assert ((x0 + x1) / 2, (y0 + y1) / 2) == pytest.approx((230, 50), abs=1.5)
+    assert y1 - y0 == pytest.approx(25, abs=0.1)
+    sheet = Sheet((180, -60), rotation=0, size=(110, 120))
+    on_sheet = magician.load(samples / "house.svg", sheet=sheet, surface=-60)
+    assert on_sheet.preview(sheet=sheet).svg.startswith("<svg")
+
+
+def test_help_speaks_of_arguments(samples: Path) -> None:
+    with pytest.raises(InvalidInputError, match=r"reached; fit=True shrinks it, scale=\d\.\d+ would do"):
+        magician.load(samples / "house.svg", scale=10)
+    (note,) = magician.load(samples / "house.svg").notes
+    assert note.help == "order=False keeps the order of the file" and note.help in str(note)
+    with pytest.raises(InvalidInputError, match=r"at=\(x, y\) for one"):
+        magician.load(samples / "house.svg", at=(0, 0), fit=True)
+
+
+def test_an_image_is_engraved_or_traced(samples: Path) -> None:
+    image = samples / "engrave_gradient.png"
+    burnt = magician.load(image, width=20, power=(5, 60), spacing=0.5)
+    assert burnt.tool == "laser" and burnt.check().counts["burn"] > 50
+    powers = {step.values[3] for step in burnt.steps if step.action == "burn"} - {0}
+    assert 5 <= min(powers) < 10 and 40 < max(powers) <= 60
+    drawn = magician.load(image, work="draw", width=30, threshold=100)
+    assert drawn.tool == "pen" and "burn" not in drawn.check().counts
+
+
+def test_transformations_give_new_plans() -> None:
+    plan = Plan.path(SQUARE, tool="pen", surface=-60)
+    moved = plan.moved(10, -5, 1)
+    assert moved != plan and moved.surface == Surface(-59)
+    for before, after in zip(plan.targets(), moved.targets(), strict=True):
+        assert after == pytest.approx([before[0] + 10, before[1] - 5, before[2] + 1], nan_ok=True)
+    assert _size(plan.scaled(0.5, about=(200, 0, -60))) == pytest.approx((20, 20))
+    turned = plan.rotated(90, about=(200, 0))
+    (x0, y0, _), (x1, y1, _) = _bounds(turned)
+    assert (x0, y0, x1, y1) == pytest.approx((160, 0, 200, 40), abs=1e-4)
+    assert len(plan * 3) == 3 * len(plan) == len(plan + plan + plan)
+    with pytest.raises(InvalidInputError, match="above 0"):
+        plan.scaled(0)
+    with pytest.raises(InvalidInputError, match="turn"):
+        plan.rotated(math.nan)
+
+
+def test_pallets_repeat_a_plan_at_each_place() -> None:
+    drop = Plan.path([(200, 0, -20, 0)], by="jump")
+    grid = drop.on_grid(2, 3, (25, 30))
+    assert grid.targets() == [
+        (200, 0, -20),
+        (225, 0, -20),
+        (250, 0, -20),
+        (200, 30, -20),
+        (225, 30, -20),
+        (250, 30, -20),
+    ]
+    pallet = drop.on_pallet(2, 3, (200, 0, -20), (250, 0, -20), (200, 30, -10))
+    assert pallet.targets()[-1] == (250, 30, -10)
+    with pytest.raises(InvalidInputError, match="no places"):
+        drop.on_grid(0, 3, (25, 30))
+
+
+def test_plans_of_commands_and_their_tool() -> None:
+    plan = Plan.of([words.move_to(220, 0, 20, 0), words.wait(0.5)], tool="suction", title="pick")
+    assert [step.action for step in plan.steps] == ["move", "wait"]
+    assert (plan.steps[0].by, plan.steps[0].values) == ("joints", (220, 0, 20, 0))
+    assert plan.steps[1].values == (0.5,)
+    assert plan.commands() == [words.tool("suction"), words.move_to(220, 0, 20, 0), words.wait(0.5)]
+    with pytest.raises(InvalidInputError, match="cannot be queued"):
+        Plan.of([commands.QueuedCmdClear()])  # type: ignore[list-item]
+    other = Plan.of([words.wait(0.1)], tool=(10, 0, 5))
+    joined = plan + other
+    assert joined.tool == "suction" and joined.steps[2].command == words.tool(x=10, z=5)
+
+
+def test_playback_files_are_written_and_say_what_they_lose(samples: Path, tmp_path: Path) -> None:
+    plan = magician.load(samples / "jump_suction_named_v170.playback")
+    plan.save(tmp_path / "again.playback")
+    assert magician.load(tmp_path / "again.playback").commands() == plan.commands()
+    fast = Plan.of([words.speed(50), words.move_to(220, 0, 20, 0)])
+    assert any("speeds" in lost for lost in fast.save(tmp_path / "fast.playback"))
+    with pytest.raises(InvalidInputError, match=r"kept as \.plan\.json"):
+        plan.save(tmp_path / "plan.txt")
+
+
+def test_a_plan_goes_on_at_a_step() -> None:
+    plan = Plan.path(SQUARE, tool="pen")
+    rest = plan.from_step(5)
+    assert rest.check().ok
+    assert rest.targets()[-2:] == plan.targets()[-2:]
+    with pytest.raises(InvalidInputError, match="counted from 1"):
+        plan.from_step(0)
+    with pytest.raises(InvalidInputError, match="no step 99"):
+        plan.from_step(99)
+
+
+def test_a_rehearsal_leaves_what_the_arm_would_leave(samples: Path, tmp_path: Path) -> None:
+    plan = magician.load(samples / "star.plt", fit=True)
+    done = plan.rehearse(watch=0.05)
+    assert done.ok and done.steps == len(plan) and not done.alarms
+    assert plan.estimate is not None and done.seconds == pytest.approx(plan.estimate, rel=0.1)
+    assert len(done.drawing) == 1 and done.drawing[0].burnt is False
+    (least, _), (_, most) = done.drawing.bounds or ((0, 0), (0, 0))
+    assert len(done.way) > 10
+    stroke = done.drawing[0]
+    assert min(x for x, _ in stroke.points) == least and max(y for _, y in stroke.points) == most
+    assert done.drawing.save(tmp_path / "left.png").read_bytes().startswith(b"\x89PNG")
+    assert in_notebook(done) == done.drawing.svg
+    with pytest.raises(IndexError):
+        done.drawing[1]
+
+
+def test_pictures_are_files_and_shown_in_notebooks(samples: Path, tmp_path: Path) -> None:
+    plan = magician.load(samples / "gripper_pick_v194.playback")
+    picture = plan.preview(tmp_path / "plan.svg")
+    text = (tmp_path / "plan.svg").read_text(encoding="utf-8")
+    assert text == picture.svg == in_notebook(plan) and text.startswith("<svg")
+    assert plan.preview(tmp_path / "plan.png", side=False).svg != picture.svg
+    assert (tmp_path / "plan.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(InvalidInputError, match=r"\.svg or \.png"):
+        plan.preview(tmp_path / "plan.pdf")
+
+
+def _named(name: str, data: bytes) -> io.BytesIO:
+    file = io.BytesIO(data)
+    file.name = name
+    return file
+
+
+def _bounds(plan: Plan) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    path = [step.target for step in plan.steps if step.action == "path" and step.target]
+    return tuple(map(min, zip(*path, strict=True))), tuple(map(max, zip(*path, strict=True)))
+
+
+def _size(plan: Plan) -> tuple[float, float]:
+    (x0, y0, _), (x1, y1, _) = _bounds(plan)
+    return x1 - x0, y1 - y0

@@ -1,0 +1,155 @@
+"""Runs: results, progress, refusals, interruptions."""
+
+from __future__ import annotations
+
+import _thread
+import asyncio
+import io
+from pathlib import Path
+
+import magician
+import pytest
+from magician import Plan, PlanProgress, VirtualArm, commands, words
+from magician.errors import InvalidInputError, UnreachableError
+from magician.running import Line
+
+HOUSE = Path(__file__).parents[2] / "magician-program" / "samples" / "house.svg"
+BACK_AND_FORTH = [(220, y, 20) for _ in range(30) for y in (-100, 100)]
+
+
+def notes(error: BaseException) -> str:
+    return "\n".join(getattr(error, "__notes__", []))
+
+
+def test_a_run_tells_what_it_has_come_to(arm: magician.Arm, virtual_arm: VirtualArm) -> None:
+    plan = magician.load(HOUSE)
+    told: list[PlanProgress] = []
+    result = arm.run(plan, progress=told.append)
+    assert (result.steps, result.commands) == (len(plan), len(plan) + 1)
+    assert (result.first_index, result.last_index) == (1, len(plan) + 1)
+    assert result.report.ok and 20 < result.seconds < 60
+    assert told[-1] == PlanProgress(len(plan), len(plan), 0.0) and told[-1].share == 1
+    assert [each.done for each in told] == sorted(each.done for each in told)
+    assert virtual_arm.queue_index == len(plan) + 1
+
+
+def test_settings_are_given_back(arm: magician.Arm) -> None:
+    before = arm.run([words.wait(0.001)]).report
+    speeds = [arm.get(each) for each in (commands.PtpCoordinateParams, commands.CpParams)]
+    arm.run(magician.load(HOUSE))
+    assert [arm.get(each) for each in (commands.PtpCoordinateParams, commands.CpParams)] == speeds
+    arm.run(magician.load(HOUSE), restore=False)
+    assert [arm.get(each) for each in (commands.PtpCoordinateParams, commands.CpParams)] != speeds
+    assert before.ok
+
+
+def test_what_the_arm_cannot_do_is_refused_before_anything_moves(arm: magician.Arm, virtual_arm: VirtualArm) -> None:
+    plan = Plan.path([(220, 0, 20), (220, 50, 20), (500, 0, 20)], by="line")
+    with pytest.raises(UnreachableError, match=r"row 2, step 3: .*; 1 step is refused, nothing was sent") as caught:
+        arm.run(plan)
+    assert caught.value.value is not None and caught.value.limit is not None
+    assert virtual_arm.queue_index == 0 and virtual_arm.time == 0
+
+
+def test_a_check_begins_where_the_arm_stands(arm: magician.Arm) -> None:
+    plan = Plan.of([words.line_by(60, 0, 0, 0)])
+    assert arm.check(plan).ok
+    arm.run(Plan.path([(250, 0, 20)], by="joints"))
+    assert not arm.check(plan).ok
+    assert arm.preview(plan).svg.startswith("<svg")
+
+
+def test_a_run_goes_on_at_a_step(arm: magician.Arm, virtual_arm: VirtualArm) -> None:
+    plan = Plan.path([(220, 0, 20), (220, 50, 20), (240, 50, 20)], by="line")
+    arm.run(plan, first_step=3)
+    assert virtual_arm.position[:3] == pytest.approx((240, 50, 20), abs=1e-3)
+    with pytest.raises(InvalidInputError, match="counted from 1"):
+        arm.run(plan, first_step=0)
+    with pytest.raises(InvalidInputError, match="counted from 1"):
+        arm.run(plan, first_step=-1)
+    with pytest.raises(InvalidInputError, match="no step 4"):
+        arm.run(plan, first_step=4)
+
+
+def test_ctrl_c_stops_the_arm() -> None:
+    cell = VirtualArm(speed=5.0)
+    arm = cell.arm()
+
+    def interrupt(progress: PlanProgress) -> None:
+        if progress.done >= 2:
+            _thread.interrupt_main()
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        arm.run(Plan.path(BACK_AND_FORTH, by="line"), progress=interrupt)
+    assert not cell.moving and cell.waiting == 0
+    assert "of 60 steps are done; first_step=" in notes(caught.value)
+    # And it takes the next program.
+    assert arm.run(Plan.path([(220, 0, 20)], by="line")).steps == 1
+
+
+def test_an_exception_in_progress_stops_the_arm() -> None:
+    cell = VirtualArm(speed=5.0)
+
+    def fail(progress: PlanProgress) -> None:
+        if progress.done >= 1:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        cell.arm().run(Plan.path(BACK_AND_FORTH, by="line"), progress=fail)
+    assert not cell.moving and cell.waiting == 0
+
+
+def test_a_cancelled_task_stops_the_arm() -> None:
+    cell = VirtualArm(speed=5.0)
+
+    async def main() -> None:
+        arm = await magician.aio.Arm.connect(cell)
+        moving = asyncio.Event()
+        task = asyncio.create_task(arm.run(Plan.path(BACK_AND_FORTH, by="line"), progress=lambda _: moving.set()))
+        await moving.wait()
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert not cell.moving and cell.waiting == 0
+
+    asyncio.run(main())
+
+
+def test_an_alarm_ends_a_run() -> None:
+    cell = VirtualArm(speed=5.0)
+    arm = cell.arm()
+    with pytest.raises(magician.errors.AlarmError) as caught:
+        arm.run(Plan.path(BACK_AND_FORTH, by="line"), progress=lambda _: cell.raise_alarm(0x40))
+    assert caught.value.alarms is not None and 0x40 in caught.value.alarms
+
+
+def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    clock = [0.0]
+    monkeypatch.setattr("magician.running.time.monotonic", lambda: clock[0])
+    for out, wanted in (
+        (Terminal(), "\r[======            ] step 1 of 4, 25 %, 0:09 left\x1b[K"),
+        (io.StringIO(), "step 1 of 4"),
+    ):
+        clock[0] = 0.0
+        line = Line(out)
+        line(PlanProgress(0, 4, None))
+        assert out.getvalue() == ""
+        clock[0] = 3.1
+        line(PlanProgress(1, 4, 9.0))
+        assert wanted.replace("      ", "") in out.getvalue().replace("      ", "")
+        line.end(PlanProgress(4, 4, 0.0))
+        assert out.getvalue().endswith("4 of 4 steps done in 0:03\n")
+
+
+def test_progress_true_writes_to_stderr(arm: magician.Arm, capsys: pytest.CaptureFixture[str]) -> None:
+    arm.run(Plan.path([(220, 0, 20)], by="line"), progress=True)
+    assert "1 of 1 steps done" in capsys.readouterr().err
+
+
+def test_a_program_without_a_console(arm: magician.Arm, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stderr", None)
+    assert arm.run([words.wait(0)], progress=True).steps == 1

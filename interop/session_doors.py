@@ -1,0 +1,124 @@
+"""DobotDllType on our Python package beside DobotDllType on our C library: session_doors.py PTY UDP TCP SPEED MAGICIAN FAMILY
+
+Every function of the module is called on both, with the same arguments, each on a virtual arm of its own; what they give back,
+and which of them fail with which code, is compared.
+"""
+
+import ctypes
+import inspect
+import os
+import sys
+import tempfile
+
+from checks import Checks
+from venvs import TARGET
+
+# What does not come from the arm, or is about time.
+HOST = {
+    "ConnectDobot", "DisconnectDobot", "DobotExec", "DobotSleep", "GetDeviceTime", "MagicianAllow", "MagicianLastError",
+    "PeriodicTask", "SearchDobot", "SetCmdTimeout", "SetDebugEnable", "dSleep", "gettime", "load", "output",
+}  # fmt: skip
+# Arguments that mean something, by name; all others are 1.
+MEANING = {
+    "x": 220.0, "y": 20.0, "z": 30.0, "r": 5.0, "rHead": 5.0, "ptpMode": 1, "cpMode": 1, "isQueued": 1, "l": 0.0,
+    "cirPoint": (200, 20, 30, 0), "toPoint": (210, 0, 30, 0), "parallelCmd": [(50, 2, 1)], "waitTime": 0.01, "str": "name",
+    "ssid": "net", "password": "secret", "info": "text", "md5": "00" * 16, "address": 4, "addr": 4, "cmd": 0, "power": 20,
+    "maxLen": 32, "pluseCmd": (1, 2, 3, 4, 5, 6), "pid": (1, 1, 1, 1, 1, 1, 1), "zLimit": 80.0, "jumpHeight": 20.0,
+    "threshold": 3, "condition": 2, "mode": 1, "maxJumpHeight": 80.0, "value_velocityratio": 50,
+}  # fmt: skip
+
+
+def given(function, ids):
+    """Arguments for a function of the module, after `api` and the ids."""
+    names = list(inspect.signature(function).parameters)[1 + ids :]
+    return [MEANING.get(name, 1) for name in names]
+
+
+def outcome(function, api, ids, arguments):
+    """What a call gives back, or how it fails."""
+    try:
+        return function(api, *ids, *arguments)
+    except Exception as error:
+        return type(error).__name__, getattr(error, "code", None)
+
+
+def plain(value):
+    """What can be compared, and read."""
+    if isinstance(value, ctypes.Array):
+        return bytes(value)
+    return [plain(each) for each in value] if isinstance(value, (list, tuple)) else value
+
+
+def connected(dType, api, family):
+    """The ids of a virtual arm in the process of the caller."""
+    answer = dType.ConnectDobot(api, "sim", 115200)
+    if answer[0]:
+        raise AssertionError(f"no connection: {answer}")
+    return answer, (answer[3],) if family == "v2" else ()
+
+
+def main():
+    family = sys.argv[6]
+    checks = Checks()
+    import magician.compat.dobotdll as dobotdll
+
+    ours = dobotdll.family(family)
+    door = ours.load()
+    suffix = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+    prefix = "" if suffix == ".dll" else "lib"
+    library = ctypes.CDLL(str(TARGET / "debug" / f"{prefix}dobotdll_{family}{suffix}"))
+    with tempfile.TemporaryDirectory() as home:
+        os.chdir(home)
+        first, ids = connected(ours, door, family)
+        second, _ = connected(ours, library, family)
+        # The time that the arm has been on for is not the same.
+        checks.equal("ConnectDobot", first[:7], second[:7])
+        functions = [
+            (name, function)
+            for name, function in vars(ours).items()
+            if inspect.isfunction(function) and function.__module__ == ours.__name__
+            if not name.startswith("_") and name not in HOST
+        ]
+        same = 0
+        for name, function in sorted(functions):
+            if any(word in name for word in ("StartExec", "StopExec", "TRIG", "Download", "JOGCmd", "HOMECmd", "Leveling")):
+                continue
+            for api in (door, library):
+                ours.ClearAllAlarmsState(api, *ids)
+                ours.SetPTPCmdEx(api, *ids, 1, 200.0, 0.0, 20.0, 0.0, 1)
+            arguments = given(function, len(ids))
+            one, other = (plain(outcome(function, api, ids, arguments)) for api in (door, library))
+            if one == other:
+                same += 1
+            else:
+                checks.equal(f"{name}{tuple(arguments)}", one, other)
+        checks.ok("functions that give back the same", same > 130, same)
+        for word in ("SetTRIGCmd", "SetHOMECmd", "SetJOGCmd", "SetAutoLevelingCmd"):
+            function = getattr(ours, word)
+            for api in (door, library):
+                ours.SetQueuedCmdStopExec(api, *ids)
+            one, other = (plain(outcome(function, api, ids, given(function, len(ids)))) for api in (door, library))
+            checks.equal(f"{word} on a stopped queue", one, other)
+            for api in (door, library):
+                ours.SetQueuedCmdClear(api, *ids)
+        for allowed in ("SetDeviceSN", "UpdateFirmware"):
+            for api in (door, library):
+                ours.MagicianAllow(api, allowed)
+            function = getattr(ours, allowed)
+            arguments = given(function, len(ids))
+            one, other = (plain(outcome(function, api, ids, arguments)) for api in (door, library))
+            checks.equal(f"{allowed}, allowed", one, other)
+        one, other = (plain(ours.GetDeviceSN(api, *ids)) for api in (door, library))
+        checks.equal("the serial number is the new one", one, other)
+        one, other = (plain(ours.GetPose(api, *ids)) for api in (door, library))
+        checks.equal("both arms stand at", one, other)
+        for api in (door, library):
+            ours.DisconnectDobot(api, *ids)
+        one, other = (outcome(ours.GetPose, api, ids, []) for api in (door, library))
+        checks.equal("without a connection", one, other)
+        os.chdir("/")
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,139 @@
+"""The example programs that come with the libraries: session_scripts.py PTY UDP TCP SPEED MAGICIAN
+
+pydobot, pydobotplus and pydobot2 have an example in the description that is published with them. Each runs as it is
+through `python -m magician.compat`, on a pseudo-terminal and in process, and under its own library on a pseudo-terminal;
+where the arm ends, and at which index, is compared with the other and with arm.py. Two of the three cannot run under their
+own library as they are: what has to be put right for that is written at them.
+
+It runs in an interpreter that has our package.
+"""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+
+import arm as model
+from checks import Checks
+from sim import Sim
+from venvs import python_for
+from wire import Pty
+
+# Runs a program with a list of ports that has the arm at each of the first places.
+UNDER_THE_LIBRARY = """
+import sys
+from serial.tools import list_ports
+from serial.tools.list_ports_common import ListPortInfo
+list_ports.comports = lambda *_: [ListPortInfo(sys.argv[1])] * 4
+exec(compile(sys.stdin.read(), "example.py", "exec"), {"__name__": "__main__"})
+"""
+DESCRIPTION = "import importlib.metadata as m, sys; print(m.metadata(sys.argv[1]).get_payload() or m.metadata(sys.argv[1])['Description'])"
+START = model.forward(model.POWER_UP_JOINTS)
+PARAMETERS = 4
+
+EXAMPLES = {
+    # Two lines there and back.
+    "pydobot": ([], [], START, PARAMETERS + 2),
+    # It uses what it does not import; and its library's module is not called so.
+    "pydobotplus": (
+        [(r"import Dobot\b", "import Dobot, CustomPosition")],
+        [(r"from dobotplus\b", "from pydobotplus")],
+        (200.0, 50.0, 50.0, 0.0),
+        PARAMETERS + 4,
+    ),
+    # Its library's move_to() does not take `wait`.
+    "pydobot2": ([], [(r",\s*wait=(True|False)", "")], START, PARAMETERS + 2),
+}
+
+
+def example(library, python):
+    """The first program in the description of a library."""
+    said = subprocess.run([python, "-c", DESCRIPTION, library], check=True, capture_output=True, text=True).stdout
+    return re.search(r"```python\n(.*?)```", said, re.DOTALL)[1]
+
+
+def put_right(program, repairs):
+    """The program with what its own library does not let pass."""
+    for wrong, right in repairs:
+        program, count = re.subn(wrong, right, program)
+        if not count:
+            raise AssertionError(f"the example has no {wrong!r} any more")
+    return program
+
+
+class Ended:
+    """What a program said, and how the arm stands once it stands."""
+
+    def __init__(self, magician, command, program, speed="20"):
+        with tempfile.TemporaryDirectory(prefix="magician-") as home:
+            script = os.path.join(home, "example.py")
+            with open(script, "w") as file:
+                file.write(program)
+            sim = Sim(magician, os.path.join(home, "arm"), speed, stderr=subprocess.DEVNULL)
+            try:
+                begun = time.monotonic()
+                self.run = subprocess.run(
+                    command(sim.path, script), input=program, capture_output=True, text=True, timeout=60
+                )
+                self.seconds = time.monotonic() - begun
+                self.pose, self.index = standing(sim.path)
+            finally:
+                sim.stop()
+
+    def is_good(self):
+        """Whether it ended well; what it said if not."""
+        if self.run.returncode:
+            print(self.run.stderr)
+        return self.run.returncode == 0
+
+    @property
+    def sent(self):
+        """The frames that it says it has sent, without their checksum, and without the looks at the index."""
+        lines = [line for line in self.run.stdout.splitlines() if line.startswith("pydobot: >>")]
+        return [line.rpartition(":")[0] for line in lines if ":246:" not in line]
+
+
+def standing(path):
+    """Pose and index when neither changes any more."""
+    line = Pty(path)
+    try:
+        last, since = None, time.monotonic()
+        while time.monotonic() - since < 0.3:
+            now = line.pose(), line.index()
+            if now != last:
+                last, since = now, time.monotonic()
+            time.sleep(0.01)
+        return last
+    finally:
+        line.close()
+
+
+def main():
+    magician = sys.argv[5]
+    ours = sys.executable
+    checks = Checks()
+    for library, (repairs, under_its_own, pose, index) in EXAMPLES.items():
+        print(f"the example of {library}")
+        theirs = python_for(f"{library}.txt")
+        program = put_right(example(library, theirs), repairs)
+        own = put_right(program, under_its_own)
+        compat = [ours, "-B", "-m", "magician.compat", "--port"]
+        found = Ended(magician, lambda path, script: [*compat, path, script], program)
+        checks.ok("through magician.compat it ends well", found.is_good())
+        checks.near("ends at", found.pose[:4], pose)
+        checks.equal("at index", found.index, index)
+        other = Ended(magician, lambda path, _: [theirs, "-B", "-c", UNDER_THE_LIBRARY, path], own)
+        checks.ok("under its own library it ends well", other.is_good())
+        checks.near("both end at", found.pose, other.pose)
+        checks.equal("both at index", found.index, other.index)
+        checks.equal("both send, as far as they say", found.sent, other.sent)
+        inside = Ended(magician, lambda _, script: [*compat, "sim", script], program)
+        checks.ok("in process it ends well", inside.is_good())
+        print(f"  {found.seconds:.2f} s, under its own library {other.seconds:.2f} s, in process {inside.seconds:.2f} s")
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
