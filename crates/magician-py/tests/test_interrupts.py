@@ -16,6 +16,7 @@ import magician
 import pytest
 from magician import Arm, commands, errors, words
 
+
 @pytest.fixture(autouse=True)
 def hears_interrupts() -> Iterator[None]:
     """As in a terminal: whoever was started in the background of a shell hears none."""
