@@ -57,6 +57,15 @@ def run(script: str, tmp_path: Path, *arguments: str, **environment: str) -> sub
 
 # The interfaces.
 
+
+def test_a_frame_s_bytes_are_of_the_type_that_they_ever_were() -> None:
+    message = Message()
+    message.id = 10
+    assert type(message.bytes()) is bytes
+    message.params, message.checksum = bytearray(b"\1"), None
+    assert type(message.bytes()) is bytearray
+
+
 SIGNATURES = {
     pydobot.Dobot: """
         __init__(port, verbose=False) close() get_eio(addr) go(x, y, z, r=0.0) grip(enable)

@@ -113,14 +113,14 @@ def _origin(name: str) -> Path | None:
     """The file of a module, which is looked for without running what it lies in; ``None`` if there is none."""
     paths: Sequence[str] = [os.getcwd(), *sys.path[1:]]
     parts = name.split(".")
+    origin = ""
     for at in range(len(parts)):
         spec = PathFinder.find_spec(".".join(parts[: at + 1]), paths)
         if spec is None:
             return None
-        paths = spec.submodule_search_locations or []
-    if paths and (main := PathFinder.find_spec(f"{name}.__main__", paths)):
-        spec = main
-    return Path(spec.origin or "")
+        origin, paths = spec.origin or "", spec.submodule_search_locations or []
+    main = PathFinder.find_spec(f"{name}.__main__", paths)
+    return Path((main and main.origin) or origin)
 
 
 def _text(code: bytes) -> str:
