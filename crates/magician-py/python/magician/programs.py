@@ -744,9 +744,10 @@ def _surface(surface: float | Surface | None) -> tuple[float, tuple[float, float
         return None
     if isinstance(surface, (int, float)):
         return float(surface), (0.0, 0.0)
-    if not isinstance(surface, Surface):
-        raise TypeError(f"a surface is its height in mm, or a Surface, not {surface!r}")
-    return surface.height, surface.slope
+    try:
+        return surface.height, surface.slope
+    except AttributeError:
+        raise TypeError(f"a surface is its height in mm, or a Surface, not {surface!r}") from None
 
 
 def not_a_file(commands: Iterable[Queueable]) -> Iterable[Queueable]:
