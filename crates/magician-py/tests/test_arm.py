@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import gc
+import inspect
 import math
 import weakref
 from collections.abc import Callable
@@ -452,3 +453,22 @@ def test_the_longest_frame(arm: Arm) -> None:
     arm.raw(10, 0, bytes(248))
     with pytest.raises(errors.InvalidInputError, match="248"):
         arm.raw(10, 0, bytes(249))
+def test_a_file_is_no_program_yet(arm: magician.Arm) -> None:
+    refused: list[Callable[[Any], object]] = [arm.run, arm.perform, arm.estimate, magician.Plan.of]
+    for take in refused:
+        with pytest.raises(TypeError, match=r"magician\.load\('x\.svg'\)"):
+            take("x.svg")
+
+
+def test_a_notebook_shows_the_text_of_an_arm_that_is_not_there(arm: magician.Arm) -> None:
+    assert arm._repr_svg_()
+    arm.close()
+    assert arm._repr_svg_() is None
+    assert "closed" in repr(arm)
+
+
+def test_every_parameter_has_a_line_of_its_own() -> None:
+    pages = [magician.load, *vars(magician.Arm).values(), *vars(magician.Plan).values()]
+    described = [inspect.getdoc(page) or "" for page in pages]
+    assert sum(":param" in page for page in described) > 10
+    assert not [line for page in described for line in page.splitlines() if " :param" in line]

@@ -165,3 +165,10 @@ def test_values_are_values() -> None:
     assert commands.ColorSensor(0, 0, 0).color is None
     assert commands.IoAdc(12, 4095).volts == 3.3
     assert commands.IrSwitch(True) and not commands.IoDi(1, False)
+
+
+def test_an_alarm_is_written_as_text_or_as_its_number() -> None:
+    alarm = magician.Alarm(0x11)
+    assert f"{alarm}" == str(alarm)
+    assert str(alarm).startswith("0x11 PLAN")
+    assert f"0x{alarm:02x}" == "0x11"

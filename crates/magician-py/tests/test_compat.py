@@ -57,6 +57,15 @@ def run(script: str, tmp_path: Path, *arguments: str, **environment: str) -> sub
 
 # The interfaces.
 
+
+def test_a_frame_s_bytes_are_of_the_type_that_they_ever_were() -> None:
+    message = Message()
+    message.id = 10
+    assert type(message.bytes()) is bytes
+    message.params, message.checksum = bytearray(b"\1"), None
+    assert type(message.bytes()) is bytearray
+
+
 SIGNATURES = {
     pydobot.Dobot: """
         __init__(port, verbose=False) close() get_eio(addr) go(x, y, z, r=0.0) grip(enable)
@@ -381,6 +390,27 @@ fall()
 def test_a_syntax_error_is_the_script_s(tmp_path: Path) -> None:
     done = run("print('so far'\n", tmp_path, "x")
     assert done.returncode == 1 and "SyntaxError" in done.stderr
+    assert "magician" not in done.stderr
+
+
+def test_a_script_is_compiled_and_called_as_python_does_it(tmp_path: Path) -> None:
+    done = run(
+        "def f(x: int): ...\nprint(f.__annotations__, __file__ == __import__('os').path.abspath(__file__))",
+        tmp_path,
+        "",
+    )
+    assert done.stdout == "{'x': <class 'int'>} True\n"
+
+
+def test_a_script_s_own_hook_hears_of_its_end(tmp_path: Path) -> None:
+    done = run("import sys\nsys.excepthook = lambda k, e, t: print(k.__name__, t.tb_lineno)\n1 / 0", tmp_path, "")
+    assert (done.returncode, done.stdout, done.stderr) == (1, "ZeroDivisionError 3\n", "")
+
+
+def test_an_interrupt_is_told_as_the_script_s(tmp_path: Path) -> None:
+    done = run("raise KeyboardInterrupt", tmp_path, "")
+    assert done.returncode != 0 and "KeyboardInterrupt" in done.stderr
+    assert "magician" not in done.stderr
 
 
 def test_modules_run_too(tmp_path: Path) -> None:
@@ -392,6 +422,17 @@ def test_modules_run_too(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "magician.compat", "--port", "sim", "-m", "tool", "a"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (0, "['a'] 45.0\n", "")
+
+
+def test_the_package_around_a_module_imports_the_stand_ins(tmp_path: Path) -> None:
+    (tmp_path / "tool").mkdir()
+    (tmp_path / "tool" / "__init__.py").write_text("from pydobot import Dobot")
+    (tmp_path / "tool" / "go.py").write_text("from . import Dobot; print(round(Dobot('COM1').pose()[6]))")
+    command = [sys.executable, "-m", "magician.compat", "--port", "sim", "-m", "tool.go"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "45\n", "")
+    done = subprocess.run([*command[:-1], "tool.gone"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1 and "no module tool.gone" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from pathlib import Path
+from typing import Any
 
 import magician
 import pytest
@@ -240,3 +241,12 @@ def _bounds(plan: Plan) -> tuple[tuple[float, ...], tuple[float, ...]]:
 def _size(plan: Plan) -> tuple[float, float]:
     (x0, y0, _), (x1, y1, _) = _bounds(plan)
     return x1 - x0, y1 - y0
+
+
+def test_what_is_no_file_and_no_surface_is_told() -> None:
+    wrong: Any = b"<svg/>"
+    with pytest.raises(TypeError, match="a path, or open for reading bytes, not bytes"):
+        magician.load(wrong)
+    low: Any = "low"
+    with pytest.raises(TypeError, match="height in mm, or a Surface, not 'low'"):
+        magician.Plan.path([(200, 0, 0)], surface=low)

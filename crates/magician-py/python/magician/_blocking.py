@@ -18,7 +18,7 @@ from ._protocol import Command, Query, Queueable, Readable, Writable, find
 from .alarms import Alarm
 from .commands import IoFunction, Port, Pose, RailVersion, SensorVersion, Stepper
 from .errors import ClosedError, Error, UnexpectedError
-from .programs import Plan, Report, report_of
+from .programs import Plan, Report, not_a_file, report_of
 from .readings import Color, Info, Joints, Link, Progress, Ran, Stats, Status
 from .running import RunResult, Telling, Watcher
 from .words import Direction, Four, Tool
@@ -326,15 +326,17 @@ class Arm:
 
         They flow through the arm's queue, however many they are; robot words make them: :mod:`magician.words`.
 
-        :param progress: called now and then with how far it is. :param skip: checks to leave out. :param require_homed:
-        refuses an arm that has not been homed since it was switched on, as far as its alarms tell. :param keep: runs
-        commands of an earlier program that still wait in the queue, before these.
+        :param progress: called now and then with how far it is.
+        :param skip: checks to leave out.
+        :param require_homed: refuses an arm that has not been homed since it was switched on, as far as its alarms
+            tell.
+        :param keep: runs commands of an earlier program that still wait in the queue, before these.
 
         Raises :class:`~magician.errors.UnreachableError` with value and limit and
         :class:`~magician.errors.InvalidInputError` from the check, :class:`~magician.errors.AlarmError` as soon as an
         alarm holds the queue, :class:`~magician.errors.ClosedError` when a stop came, else as :meth:`enqueue`.
         """
-        call = self._core.perform(program, list(skip), require_homed, keep)
+        call = self._core.perform(not_a_file(program), list(skip), require_homed, keep)
         return Ran(*wait_done(call, self._core, _hearing(progress)))
 
     def estimate(self, program: Iterable[Queueable], *, skip: Collection[Check] = ()) -> float:
@@ -343,7 +345,7 @@ class Arm:
         To the microsecond what a virtual arm takes; ``math.inf`` if one of them has no end that is known: homing, a
         wait for an input. Raises as the check of :meth:`perform`.
         """
-        return wait(self._core.estimate(program, list(skip)))
+        return wait(self._core.estimate(not_a_file(program), list(skip)))
 
     def begin(
         self,
@@ -357,11 +359,12 @@ class Arm:
         """A program that can go on after the line has broken; nothing is sent before :meth:`Run.finish`, and nothing is
         checked.
 
-        :param keep: runs commands of an earlier program that still wait in the queue, before these. :param horizon:
-        most motion that the arm has in its queue, seconds, so that it does not go on for long when this program dies:
-        the arm has no watchdog. Two commands are in it however long they take. :param laser_horizon: the same while the
-        laser may be lit. :param trust_pose: lets an interrupted run go on although nobody knows where its last finished
-        command left the arm.
+        :param keep: runs commands of an earlier program that still wait in the queue, before these.
+        :param horizon: most motion that the arm has in its queue, seconds, so that it does not go on for long when this
+            program dies: the arm has no watchdog. Two commands are in it however long they take.
+        :param laser_horizon: the same while the laser may be lit.
+        :param trust_pose: lets an interrupted run go on although nobody knows where its last finished command left the
+            arm.
         """
         return Run(self._core, self._core.begin(program, keep, horizon, laser_horizon, trust_pose))
 
@@ -383,9 +386,12 @@ class Arm:
     ) -> None:
         """Goes to a pose, all joints together or on a straight line, and waits until it is there.
 
-        :param x: mm forward from the base axis. :param y: mm to the arm's left. :param z: mm up from the shoulder axis;
-        the table is below 0. :param r: rotation of the tool, degrees; left out keeps it. :param linear: whether the
-        tool goes on a straight line. :param rail: mm on the rail (0 to 1000), to go to at the same time.
+        :param x: mm forward from the base axis.
+        :param y: mm to the arm's left.
+        :param z: mm up from the shoulder axis; the table is below 0.
+        :param r: rotation of the tool, degrees; left out keeps it.
+        :param linear: whether the tool goes on a straight line.
+        :param rail: mm on the rail (0 to 1000), to go to at the same time.
 
         Raises :class:`~magician.errors.UnreachableError` with both values, before anything is sent, else as
         :meth:`perform`.
@@ -720,8 +726,10 @@ class Arm:
         It acts at once, past the queue. One jog at a time: a new one takes the place of one under way.
 
         :param direction: ``"x+"`` to ``"r-"`` a coordinate, ``"j1+"`` to ``"j4-"`` a joint, ``"rail+"`` and
-        ``"rail-"``. :param keep: seconds, 0.02 to 2, after which it ends unless :meth:`Jog.keep` was called. :param
-        ratio: share of the set jog speed, 1 to 100 %. It is set before the jog begins, and stays. Left out: as it is.
+            ``"rail-"``.
+        :param keep: seconds, 0.02 to 2, after which it ends unless :meth:`Jog.keep` was called.
+        :param ratio: share of the set jog speed, 1 to 100 %. It is set before the jog begins, and stays. Left out: as
+            it is.
 
         The arm itself has no such watchdog: when the computer dies or the cable breaks, a jog goes on to the end of its
         range.
@@ -778,7 +786,7 @@ class Arm:
         :raises AlarmError: An alarm holds the queue.
         :raises ClosedError: A stop came first.
         """
-        plan = program if isinstance(program, Plan) else Plan.of(program)
+        plan = program if isinstance(program, Plan) else Plan.of(not_a_file(program))
         how = {
             "first_step": first_step,
             "check": check,
@@ -806,9 +814,12 @@ class Arm:
         """The arm as it stands, from above and from the side."""
         return Picture(wait(self._core.snapshot()))
 
-    def _repr_svg_(self) -> str:
-        # A notebook waits for it, whatever kind of program this is.
-        return self._core.snapshot().wait().svg
+    def _repr_svg_(self) -> str | None:
+        # A notebook waits for it, whatever kind of program this is. It shows the text where there is no picture.
+        try:
+            return self._core.snapshot().wait().svg
+        except Error:
+            return None
 
 
 class Jog:

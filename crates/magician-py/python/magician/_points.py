@@ -69,7 +69,11 @@ def _numbers(values: Any) -> tuple[bytes, tuple[int, ...]]:
 
 def to_numpy(data: bytes, columns: int) -> NDArray[float64]:
     """Rows of so many numbers, as an array of its own."""
-    import numpy
+    try:
+        import numpy
+    except ModuleNotFoundError as error:
+        error.msg = f"{error.msg}: an array needs NumPy, pip install numpy"
+        raise
 
     return numpy.ndarray((len(data) // (8 * columns), columns), dtype=numpy.float64, buffer=bytearray(data))
 

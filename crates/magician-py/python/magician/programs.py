@@ -181,7 +181,11 @@ class Report:
 
     def _line(self) -> str:
         time = "its time is not known" if self.seconds is None else f"takes {self.seconds:.1f} s"
-        state = "the arm can do all of it" if self.ok else f"{self.refused} steps are refused"
+        state = (
+            "the arm can do all of it"
+            if self.ok
+            else f"{self.refused} step{' is' if self.refused == 1 else 's are'} refused"
+        )
         return f"{self.steps} steps, {self.drawn:.0f} mm drawn, {self.travelled:.0f} mm travelled, {time}: {state}"
 
     def _repr_html_(self) -> str:
@@ -320,7 +324,7 @@ class Plan:
 
         :raises InvalidInputError: A command cannot be queued.
         """
-        return cls(_magician.Plan.of_commands(title, commands, _tool(tool), _surface(surface)))
+        return cls(_magician.Plan.of_commands(title, not_a_file(commands), _tool(tool), _surface(surface)))
 
     @classmethod
     def path(
@@ -723,6 +727,8 @@ def _open(file: str | os.PathLike[str] | IO[bytes]) -> tuple[str, bytes]:
     if isinstance(file, (str, os.PathLike)):
         path = Path(file)
         return path.name, path.read_bytes()
+    if not hasattr(file, "read"):
+        raise TypeError(f"a file is a path, or open for reading bytes, not {type(file).__name__}")
     name = getattr(file, "name", "file")
     return (Path(name).name if isinstance(name, str) else "file"), file.read()
 
@@ -738,7 +744,17 @@ def _surface(surface: float | Surface | None) -> tuple[float, tuple[float, float
         return None
     if isinstance(surface, (int, float)):
         return float(surface), (0.0, 0.0)
-    return surface.height, surface.slope
+    try:
+        return surface.height, surface.slope
+    except AttributeError:
+        raise TypeError(f"a surface is its height in mm, or a Surface, not {surface!r}") from None
+
+
+def not_a_file(commands: Iterable[Queueable]) -> Iterable[Queueable]:
+    """The commands, unless they are the name of a file: people try that."""
+    if isinstance(commands, (str, os.PathLike)):
+        raise TypeError(f"a program is a Plan, or commands: magician.load({os.fspath(commands)!r}) makes one of a file")
+    return commands
 
 
 def _corners(sheet: Sheet) -> list[tuple[float, float]] | None:

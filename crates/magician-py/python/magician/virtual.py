@@ -361,7 +361,8 @@ class VirtualArm:
 
     def __repr__(self) -> str:
         x, y, z, r = self.position
-        return f"<VirtualArm {self.title or ''} at x {x:.1f}, y {y:.1f}, z {z:.1f}, r {r:.1f}, {self.time:.3f} s>"
+        title = f"{self.title} " if self.title else ""
+        return f"<VirtualArm {title}at x {x:.1f}, y {y:.1f}, z {z:.1f}, r {r:.1f}, {self.time:.3f} s>"
 
     def _repr_svg_(self) -> str:
         return self.picture().svg

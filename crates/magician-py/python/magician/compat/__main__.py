@@ -19,13 +19,14 @@ Ctrl-C, and an exception that ends the script, stop the arm. A script that ends 
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import os
 import runpy
 import sys
-import traceback
 import types
-from importlib.util import find_spec
+from collections.abc import Sequence
+from importlib.machinery import PathFinder
 from pathlib import Path
 
 from . import _line, _modules, _script
@@ -67,22 +68,21 @@ def _usage(message: str) -> int:
 
 
 def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
-    path = Path(arguments[0])
-    folder = Path() if module else path.parent.resolve()
     # As Python does it: the folder of the script, or the current one, takes the place of this module's.
+    path = _origin(arguments[0]) if module else Path(os.path.abspath(arguments[0]))
+    folder = Path() if module else Path(arguments[0]).parent.resolve()
     sys.path[0] = os.getcwd() if module else str(folder)
-    if module:
-        spec = find_spec(arguments[0])
-        path = Path(spec.origin if spec and spec.origin else "")
-    source = ""
+    if path is None:
+        print(f"magician.compat: there is no module {arguments[0]}", file=sys.stderr)
+        return 1
     try:
         with io.open_code(str(path)) as file:
             code = file.read()
-        source = code.decode("utf-8", "replace")
     except OSError as error:
         if not module:
             return _usage(f"{arguments[0]} cannot be read: {error.strerror}")
         code = b""
+    source = _text(code)
     _line.send_elsewhere(given.get("--port") or os.environ.get("MAGICIAN_PORT"))
     _modules.install(
         given.get("--pydobot") or _script.which_pydobot(source),
@@ -93,17 +93,42 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
         if module:
             runpy.run_module(arguments[0], run_name="__main__", alter_sys=True)
         else:
-            _execute(compile(code, str(path), "exec"), str(path))
+            # What this file takes from the future is not the script's.
+            _execute(compile(code, str(path), "exec", dont_inherit=True), str(path))
     except SystemExit:
         raise
     except KeyboardInterrupt as interrupt:
         _stop_all("interrupted", interrupt)
+        theirs = sys.excepthook
+        sys.excepthook = lambda kind, error, trace: theirs(kind, *_alone(error))
         raise
     except BaseException as error:
         _stop_all("ended by an exception", error)
-        _show(error)
+        sys.excepthook(type(error), *_alone(error))
         return 1
     return 0
+
+
+def _origin(name: str) -> Path | None:
+    """The file of a module, which is looked for without running what it lies in; ``None`` if there is none."""
+    paths: Sequence[str] = [os.getcwd(), *sys.path[1:]]
+    parts = name.split(".")
+    origin = ""
+    for at in range(len(parts)):
+        spec = PathFinder.find_spec(".".join(parts[: at + 1]), paths)
+        if spec is None:
+            return None
+        origin, paths = spec.origin or "", spec.submodule_search_locations or []
+    main = PathFinder.find_spec(f"{name}.__main__", paths)
+    return Path((main and main.origin) or origin)
+
+
+def _text(code: bytes) -> str:
+    """A program as text, in the encoding that it names; what cannot be read is looked over."""
+    try:
+        return importlib.util.decode_source(code)
+    except (SyntaxError, UnicodeDecodeError):
+        return code.decode("utf-8", "replace")
 
 
 def _execute(code: types.CodeType, path: str) -> None:
@@ -113,16 +138,16 @@ def _execute(code: types.CodeType, path: str) -> None:
     exec(code, main.__dict__)
 
 
-def _show(error: BaseException) -> None:
-    """The traceback as the script alone would have it."""
+def _alone(error: BaseException) -> tuple[BaseException, types.TracebackType | None]:
+    """An exception with the traceback that it would have without this runner."""
     here = os.path.dirname(os.path.abspath(__file__))
-    inner = error.__traceback__
-    while inner is not None and inner.tb_next is not None:
-        name = inner.tb_frame.f_code.co_filename
+    trace = error.__traceback__
+    while trace is not None:
+        name = trace.tb_frame.f_code.co_filename
         if os.path.dirname(os.path.abspath(name)) != here and "runpy" not in name:
             break
-        inner = inner.tb_next
-    traceback.print_exception(type(error), error, inner)
+        trace = trace.tb_next
+    return error.with_traceback(trace), trace
 
 
 def _stop_all(why: str, because: BaseException) -> None:

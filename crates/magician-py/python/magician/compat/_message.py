@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 from enum import Enum
 
 __all__ = ["Message"]
@@ -47,12 +48,13 @@ class Message:
             self.len = 2 + len(self.params)
             self.checksum = -(self.id + self.ctrl + sum(self.params)) & 0xFF
 
-    def bytes(self) -> bytearray:
-        """The frame."""
+    def bytes(self) -> builtins.bytes | bytearray:
+        """The frame: ``bytearray`` if it has parameters, as ever."""
         self.refresh()
         assert self.checksum is not None
         head = bytearray((*HEADER, self.len, _number(self.id), _number(self.ctrl)))
-        return head + bytearray(self.params) + bytearray((self.checksum,))
+        frame = head + bytearray(self.params) + bytearray((self.checksum,))
+        return frame if self.params else builtins.bytes(frame)
 
     def __repr__(self) -> str:
         return "Message()"

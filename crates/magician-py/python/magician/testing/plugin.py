@@ -41,7 +41,7 @@ def _scenario(request: pytest.FixtureRequest) -> str | Path | None:
     mark = request.node.get_closest_marker("scenario")
     if mark is None:
         return None
-    (given,) = mark.args
+    given = mark.args[0] if len(mark.args) == 1 and not mark.kwargs else mark.args
     if not isinstance(given, (str, Path)):
         raise TypeError(f"a scenario is a path or a text, not {given!r}")
     if isinstance(given, str) and ("\n" in given or "=" in given):

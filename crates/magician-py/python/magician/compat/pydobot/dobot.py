@@ -19,7 +19,7 @@ from .enums.ControlValues import ControlValues
 
 __all__ = ["CommunicationProtocolIDs", "ControlValues", "Dobot", "Message", "PTPMode"]
 
-BLANK = " " * 28
+BLANK = " " * 29
 
 
 class Dobot(Robot):
