@@ -453,6 +453,8 @@ def test_the_longest_frame(arm: Arm) -> None:
     arm.raw(10, 0, bytes(248))
     with pytest.raises(errors.InvalidInputError, match="248"):
         arm.raw(10, 0, bytes(249))
+
+
 def test_a_file_is_no_program_yet(arm: magician.Arm) -> None:
     refused: list[Callable[[Any], object]] = [arm.run, arm.perform, arm.estimate, magician.Plan.of]
     for take in refused:
