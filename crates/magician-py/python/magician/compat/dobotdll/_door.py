@@ -9,16 +9,12 @@ from __future__ import annotations
 import ctypes
 import sys
 import threading
-import time
-import weakref
 from collections.abc import Callable, Sequence
 from types import ModuleType
 from typing import Any
 
 from ..._magician import command_id
-from ...alarms import Alarm
 from ...errors import (
-    AlarmError,
     Error,
     InvalidInputError,
     PortError,
@@ -34,9 +30,6 @@ __all__ = ["Door"]
 NO_ERROR, BUFFER_FULL, TIMEOUT, INVALID, NO_DEVICE = range(5)
 NOT_FOUND, OCCUPIED = 1, 2
 MAGICIAN = 2
-POSE, ALARMS = 10, 20
-# How long queue and arm stand under an alarm before a loop that waits for an index is ended, s; how often to look.
-ALARM_STALL, LOOK_INTERVAL = 1.5, 0.25
 
 # Functions that the table has under another name.
 OTHERWISE = {
@@ -81,7 +74,6 @@ class Door:
         self._allowed: list[str] = []
         self._last = threading.local()
         self._noted: set[str] = set()
-        self._loops: weakref.WeakKeyDictionary[Line, _Loop] = weakref.WeakKeyDictionary()
 
     def dobot_call(self, name: str, arguments: Sequence[Any]) -> int:
         """Does what the C function of this name does with these arguments, and returns its code."""
@@ -95,10 +87,6 @@ class Door:
                 return line
             types = self._prototypes[name][self._ids :]
             self._command(name, line, list(zip(types, arguments[self._ids :], strict=False)))
-            if name == "GetQueuedCmdCurrentIndex":
-                self._loops.setdefault(line, _Loop()).look(line, arguments[-1].value)
-            else:
-                self._loops.pop(line, None)
         except Error as error:
             self._last.message = str(error)
             return _code(error)
@@ -276,36 +264,6 @@ class Door:
         raise AttributeError(
             f"{name}: programs that call the C library themselves need it; here are the functions of DobotDllType"
         )
-
-
-class _Loop:
-    """A program that asks for nothing but the index of the command that has ended last."""
-
-    def __init__(self) -> None:
-        self._index = -1
-        self._pose = b""
-        self._since = self._looked = 0.0
-
-    def look(self, line: Line, index: int) -> None:
-        """Raises when an alarm holds the queue, so that the program would ask for ever."""
-        now = time.monotonic()
-        if index != self._index:
-            self._index, self._pose, self._since, self._looked = index, b"", now, now
-        elif now - self._looked > LOOK_INTERVAL:
-            self._looked = now
-            pose = line.exchange(POSE, GET, b"")[1]
-            if pose != self._pose:
-                # Homing goes on under an alarm.
-                self._pose, self._since = pose, now
-            elif now - self._since > ALARM_STALL and (standing := _holding(line)):
-                raise AlarmError(f"an alarm holds the queue, and nobody clears it: {standing}")
-
-
-def _holding(line: Line) -> str:
-    """The alarms that hold the queue, in words."""
-    bits = int.from_bytes(line.exchange(ALARMS, GET, b"")[1], "little")
-    alarms = [Alarm(code) for code in range(bits.bit_length()) if bits >> code & 1]
-    return "; ".join(str(alarm) for alarm in alarms if alarm.holds_queue)
 
 
 def _target(name: str) -> str | None:

@@ -18,6 +18,7 @@ Made by generate.py: do not edit.
 import os
 import platform
 import re
+import threading
 import time
 import weakref
 from ctypes import *
@@ -685,7 +686,9 @@ def load():
         _check_family(handle, place)
         return handle
     python = f"This is Python for {platform.machine()}, {platform.architecture()[0]}."
-    raise OSError("there is no DobotDll library that can be loaded. " + python + "".join(f"\n  {t}" for t in tried))
+    advice = f"Put {_FILES[0]} beside {os.path.abspath(__file__)}, or name it, or its folder, in MAGICIAN_DOBOTDLL. "
+    tries = "".join(f"\n  {t}" for t in tried)
+    raise OSError("there is no DobotDll library that can be loaded. " + advice + python + tries)
 
 
 def _places():
@@ -750,13 +753,15 @@ class _Library:
 
 
 class _Arms:
-    """What is known of an `api`: how it is called, and which queued commands may take long."""
+    """What is known of an `api`: how it is called, the last queued command, and which of them may take long."""
 
     known = weakref.WeakKeyDictionary()
 
     def __init__(self, api):
         self.door = api if hasattr(api, "dobot_call") else _Library(api)
-        self.slow = {}
+        self.slow, self.last = {}, {}
+        # What a thread does that does nothing but ask for the index.
+        self.waits = threading.local()
 
     @classmethod
     def of(cls, api):
@@ -778,6 +783,12 @@ def _call(api, name, *arguments):
             code = arms.door.dobot_call(name, arguments)
     if code != DobotCommunicate.DobotCommunicate_NoError:
         raise DobotError(name, code, _reason(arms.door))
+    if name != "GetQueuedCmdCurrentIndex":
+        arms.waits.watch = None
+        if name == "SetQueuedCmdClear":
+            arms.last.pop(_key(arguments), None)
+        elif arguments and isinstance(arguments[-1], c_uint64) and arguments[-1].value:
+            arms.last[_key(arguments[:_IDS])] = arguments[-1].value
 
 
 def _reason(door):
@@ -793,7 +804,7 @@ FINISH_INTERVAL = 0.005
 # How long neither the queue nor the arm has to move before a wait gives up, if it is not known why they stand.
 QUEUE_STALL = 20.0
 # The same with an alarm set that keeps the queue from running.
-ALARM_STALL = 1.0
+ALARM_STALL = 1.5
 # How much longer the arm may seem to stand while it homes.
 HOMING = 60.0
 FOR_EVER = float("inf")
@@ -817,6 +828,24 @@ def _finish(api, arm, name, index):
         time.sleep(FINISH_INTERVAL)
 
 
+def _waited(api, arm, index):
+    """The program has asked for the index. If that is all it does, it waits: not for ever under an alarm."""
+    arms = _Arms.of(api)
+    watch = getattr(arms.waits, "watch", None)
+    last = arms.last.get(_key(arm), 0)
+    if index >= last:
+        arms.waits.watch = None
+        return
+    if watch is None or _key(watch.arm) != _key(arm):
+        what = f"command {last} of the queue is not finished"
+        watch = arms.waits.watch = _Watch(arms, arm, "GetQueuedCmdCurrentIndex", what, stall=FOR_EVER)
+    try:
+        watch.saw(index)
+    except DobotError:
+        arms.waits.watch = None
+        raise
+
+
 def _key(arm):
     return tuple(getattr(number, "value", number) for number in arm)
 
@@ -824,8 +853,8 @@ def _key(arm):
 class _Watch:
     """Looks whether a queue moves, so that nobody waits for ever."""
 
-    def __init__(self, arms, arm, name, what):
-        self.arms, self.arm, self.name, self.what = arms, arm, name, what
+    def __init__(self, arms, arm, name, what, stall=None):
+        self.arms, self.arm, self.name, self.what, self.stall = arms, arm, name, what, stall
         self.index = self.pose = None
         self.since = self.looked = time.monotonic()
 
@@ -833,9 +862,13 @@ class _Watch:
         """The index that ended last; a DobotError if queue and arm have stood for too long."""
         index = c_uint64(0)
         self.read("GetQueuedCmdCurrentIndex", index)
+        return self.saw(index.value)
+
+    def saw(self, index):
+        """The index was read."""
         now = time.monotonic()
-        if index.value != self.index:
-            self.index, self.pose, self.since = index.value, None, now
+        if index != self.index:
+            self.index, self.pose, self.since = index, None, now
         elif now - self.since > 0.5 and now - self.looked > 0.2:
             self.looked = now
             self.look_closer(now)
@@ -852,14 +885,24 @@ class _Watch:
         more = self.arms.slow.get(_key(self.arm), {}).get(self.index + 1, 0)
         alarms = self.alarms()
         # Homing goes on under an alarm.
-        if alarms and stood > ALARM_STALL and more != HOMING:
-            names = ", ".join(f"0x{alarm:02X}" for alarm in alarms)
-            self.give_up(f"alarm {names} keeps the queue from running (ClearAllAlarmsState, once the cause is gone)")
-        if stood > QUEUE_STALL + more:
+        if alarms and more != HOMING:
+            if stood > ALARM_STALL:
+                self.give_up_under(alarms)
+            return
+        if stood > (QUEUE_STALL if self.stall is None else self.stall) + more:
             self.give_up(
                 f"for {stood:.0f} s neither the queue nor the arm has moved: was the queue started"
                 " (SetQueuedCmdStartExec)? A limit that was touched also stops it, until ClearAllAlarmsState"
             )
+
+    def give_up_under(self, alarms):
+        names = [f"0x{alarm:02X}" for alarm in alarms]
+        said = _reason(self.arms.door)
+        # The library knows what they are called, and has said it to whoever asked for the index then.
+        if said.startswith("GetQueuedCmdCurrentIndex: ") and all(name in said for name in names):
+            raise DobotError(self.name, None, said.partition(": ")[2])
+        names = ", ".join(names)
+        self.give_up(f"alarm {names} keeps the queue from running (ClearAllAlarmsState, once the cause is gone)")
 
     def alarms(self):
         """Alarms that keep a queue from running: all but the first byte."""
@@ -910,6 +953,8 @@ def _outputs(given):
 
 def _try(api, name, *arguments):
     """One function, whatever it returns: the code is the caller's business."""
+    if name == "ConnectDobot":
+        _Arms.of(api).last.clear()
     return _Arms.of(api).door.dobot_call(name, arguments)
 
 
@@ -981,6 +1026,7 @@ def SetDebugEnable(api, flag=False):
 def GetQueuedCmdCurrentIndex(api):
     found = c_uint64()
     _call(api, "GetQueuedCmdCurrentIndex", found)
+    _waited(api, (), found.value)
     return [found.value]
 
 
