@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -506,3 +507,23 @@ def test_what_cannot_be_connected_to_is_a_code() -> None:
     assert module.ConnectDobot(api, "/dev/not-there", 115200)[0] == module.DobotConnect.DobotConnect_Occupied
     with pytest.raises(AttributeError, match="C library"):
         api.GetPose()
+
+
+@pytest.mark.parametrize("family", dobotdll.FAMILIES)
+def test_a_loop_for_an_index_ends_under_an_alarm(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    module: Any = dobotdll.family(family)
+    clock = iter(range(10**6))
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: float(next(clock)), sleep=lambda _: None))
+    api = module.load()
+    ids = (module.ConnectDobot(api, "sim", 115200)[3],) if family == "v2" else ()
+    if not ids:
+        module.ConnectDobot(api, "sim", 115200)
+    index = module.SetPTPCmd(api, *ids, module.PTPMode.PTPMOVLXYZMode, 900, 0, 0, 0, isQueued=1)[0]
+    index = module.SetPTPCmd(api, *ids, module.PTPMode.PTPMOVLXYZMode, 220, 0, 0, 0, isQueued=1)[0]
+    with pytest.raises(module.DobotError, match="alarm 0x11"):
+        for _ in range(1000):
+            module.GetQueuedCmdCurrentIndex(api, *ids)
+    module.ClearAllAlarmsState(api, *ids)
+    while module.GetQueuedCmdCurrentIndex(api, *ids)[0] < index:
+        module.GetPose(api, *ids)
+    module.DisconnectDobot(api, *ids)
