@@ -81,7 +81,11 @@ const ALARMS_TAIL: &str = r#"
         return self > 0x07
 
     def __str__(self) -> str:
-        return f"0x{self:02x} {self.name}: {self.cause} ({self.cure})"
+        return f"0x{int(self):02x} {self.name}: {self.cause} ({self.cure})"
+
+    def __format__(self, spec: str) -> str:
+        # Python 3.10 would write the text above in every format.
+        return format(int(self), spec) if spec else str(self)
 
 
 _NONE = ("unknown to this package", "look it up in the arm's manual")
