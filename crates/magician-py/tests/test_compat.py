@@ -513,7 +513,11 @@ def test_what_cannot_be_connected_to_is_a_code() -> None:
 def test_a_loop_for_an_index_ends_under_an_alarm(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     module: Any = dobotdll.family(family)
     clock = iter(range(10**6))
-    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: float(next(clock)), sleep=lambda _: None))
+
+    def sleep(_seconds: float) -> None:
+        """It takes no time."""
+
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: float(next(clock)), sleep=sleep))
     api = module.load()
     ids = (module.ConnectDobot(api, "sim", 115200)[3],) if family == "v2" else ()
     if not ids:
