@@ -46,12 +46,9 @@ impl Connection {
         {
             self.done(job.ticket, Err(Failure::Lost));
         }
-        let kept = self.take_single();
-        let (kept, adrift) = match self.uptime.is_known() {
-            true => (kept, None),
-            false => (None, kept),
-        };
-        if let Some(job) = adrift {
+        let clocked = self.uptime.is_known();
+        let mut kept = self.take_single();
+        if let Some(job) = kept.take_if(|_| !clocked) {
             self.uncertain(job);
         }
         while let Some(job) = self.flight.pop() {
@@ -65,7 +62,7 @@ impl Connection {
             (job.over, job.cut) = (true, true);
             self.enter_doubt(job);
         }
-        if !self.uptime.is_known() {
+        if !clocked {
             match self.settings.ordered {
                 true => self.ledger.begin_anew(),
                 false => self.ledger.forget(),
