@@ -2,7 +2,7 @@
 
 use magician::sim::scenario::Scenario;
 use magician::sim::world::{Happening, ObjectView, Press, Rest};
-use magician::sim::{Controller, Event, Profile, World};
+use magician::sim::{Controller, Profile, World};
 use magician::{Arm, Error, JointAngles, SimSpeed, VirtualArm};
 use magician_program::preview::Snapshot;
 use magician_protocol::Port;
@@ -233,14 +233,7 @@ impl Cell {
         self.with(py, |arm| {
             let mut told = Vec::new();
             while let Some(event) = arm.poll_event() {
-                let daily = matches!(
-                    event,
-                    Event::Accepted { .. }
-                        | Event::Started { .. }
-                        | Event::Finished { .. }
-                        | Event::RestsOn { .. }
-                );
-                if !daily {
+                if !event.is_daily() {
                     told.push(event.in_words(arm.world().scenario()).to_string());
                 }
             }

@@ -169,14 +169,7 @@ impl Run {
     fn note(&mut self) {
         let now = self.now();
         while let Some(event) = self.arm.poll_event() {
-            let daily = matches!(
-                event,
-                Event::Accepted { .. }
-                    | Event::Started { .. }
-                    | Event::Finished { .. }
-                    | Event::RestsOn { .. }
-            );
-            if !daily && self.log.len() < MOST_EVENTS {
+            if !event.is_daily() && self.log.len() < MOST_EVENTS {
                 self.log.push((now, event));
             }
         }

@@ -10,6 +10,19 @@ use crate::fidelity::Confidence;
 use crate::world::{Press, Rest, Thing, What};
 
 impl Event {
+    /// Whether it belongs to the daily course of any program: a command that comes, begins or ends, and what an answer
+    /// rests on.
+    #[must_use]
+    pub fn is_daily(&self) -> bool {
+        matches!(
+            self,
+            Self::Accepted { .. }
+                | Self::Started { .. }
+                | Self::Finished { .. }
+                | Self::RestsOn { .. }
+        )
+    }
+
     /// It in words, objects by their names in this scenario.
     pub fn in_words<'a>(&self, scenario: Option<&'a Scenario>) -> impl fmt::Display + use<'a> {
         InWords {
