@@ -108,7 +108,9 @@ impl Texts {
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
         let entry = || (text.trim_end().to_owned(), Vec::new());
         let (_, names) = self.all.entry(words).or_insert_with(entry);
-        if !names.iter().any(|known| known == of) {
+        // A file deep in a crate that is the crate's own once more says nothing new.
+        let owner = of.split(" (").next().unwrap_or(of);
+        if !names.iter().any(|known| known == of || known == owner) {
             names.push(of.to_owned());
         }
     }
@@ -117,10 +119,29 @@ impl Texts {
         let line = "-".repeat(80);
         for (text, names) in self.all.values() {
             let text = text.trim_start_matches(['\u{feff}', '\n']);
-            write!(page, "\n{line}\nOf {}:\n\n{text}\n", names.join(", "))?;
+            write!(page, "\n{line}\n{}:\n\n{text}\n", wrapped("Of", names))?;
         }
         Ok(())
     }
+}
+
+/// Names with commas between, in lines that can be read.
+fn wrapped(head: &str, names: &[String]) -> String {
+    let (mut all, mut column) = (head.to_owned(), head.len());
+    for (at, name) in names.iter().enumerate() {
+        if at > 0 {
+            all.push(',');
+        }
+        column += name.len() + 2;
+        if column > 100 {
+            all.push('\n');
+            column = name.len();
+        } else {
+            all.push(' ');
+        }
+        all += name;
+    }
+    all
 }
 
 #[cfg(test)]

@@ -195,3 +195,23 @@ fn files_for_windows_name_the_start_code_of_its_tools() {
     assert_eq!(parts(Some("x86_64-pc-windows-msvc")), 1);
     assert_eq!(parts(None), 2);
 }
+
+/// A package of one crate has nothing of the folder that the crate lies in.
+#[test]
+fn every_crate_that_is_given_away_has_our_licences() {
+    let mut seen = 0;
+    for entry in fs::read_dir(root().join("crates")).unwrap() {
+        let folder = entry.unwrap().path();
+        let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        if manifest.contains("publish = false") && !folder.join("pyproject.toml").exists() {
+            continue;
+        }
+        for file in ["LICENSE-MIT", "LICENSE-APACHE"] {
+            let ours = fs::read_to_string(root().join(file)).unwrap();
+            let there = fs::read_to_string(folder.join(file)).unwrap_or_default();
+            assert!(there == ours, "{} is not ours", folder.join(file).display());
+        }
+        seen += 1;
+    }
+    assert_eq!(seen, 8);
+}
