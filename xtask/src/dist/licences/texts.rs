@@ -151,5 +151,16 @@ pub(super) fn of_the_compiler(target: Option<&str>) -> Vec<Part> {
             texts: vec![include_str!("../texts/MinGW-w64.txt").to_owned()],
         });
     }
+    if target.is_none() {
+        parts.push(Part {
+            name: "What zig adds as the linker of wheels for Linux, compiler_rt and LLVM's libunwind",
+            licence: "MIT, and Apache-2.0 WITH LLVM-exception",
+            home: "https://ziglang.org",
+            texts: vec![
+                mit(&["Copyright (c) Zig contributors"]),
+                format!("{APACHE}\n{}", include_str!("../texts/LLVM-exception.txt")),
+            ],
+        });
+    }
     parts
 }
