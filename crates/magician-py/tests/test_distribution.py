@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import resources
 from importlib.metadata import Distribution, distribution
 
 import pytest
@@ -37,4 +38,4 @@ def test_every_licence_file_that_is_announced_is_there(installed: Distribution) 
 
 def test_types_are_announced(installed: Distribution) -> None:
     assert "Typing :: Typed" in (installed.metadata.get_all("Classifier") or [])
-    assert any(str(file) == "magician/py.typed" for file in installed.files or [])
+    assert (resources.files("magician") / "py.typed").is_file()
