@@ -25,7 +25,9 @@ def test_our_licences_are_there(installed: Distribution) -> None:
     assert installed.metadata["License-Expression"] == "MIT OR Apache-2.0"
 
 
-@pytest.mark.parametrize("who", ["\npyo3 ", "\ntokio ", "\nRoboto Regular", "\nRust's standard library", "\nwindows-sys "])
+@pytest.mark.parametrize(
+    "who", ["\npyo3 ", "\ntokio ", "\nRoboto Regular", "\nRust's standard library", "\nwindows-sys "]
+)
 def test_everybody_is_named(installed: Distribution, who: str) -> None:
     assert who in text(installed, "THIRD-PARTY-LICENSES.txt")
 
