@@ -32,6 +32,9 @@ Usage: cargo xtask CHORE
              write the C headers of the drop-in for the vendor's library: crates/magician-capi/include/v*
   vendor-library [--target TRIPLE] [DIR]
              build the drop-in and lay it out as it is installed: target/vendor-library/TRIPLE
+  licences [--check | PACKAGE [--features LIST] [--target TRIPLE]]
+             write whose work is in the Python wheel: crates/magician-py/THIRD-PARTY-LICENSES.txt; see whether it is right;
+             print the same of another package
   dist       build the release archive: target/dist/*.tar.gz
   bench [WHAT...] [--json]
              measure what the virtual arm costs
@@ -52,6 +55,7 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
         Some((chore, [])) if chore == "vendor-headers" => library::headers::write(&root),
         Some((chore, rest)) if chore == "vendor-library" => library::run(rest, &root),
+        Some((chore, rest)) if chore == "licences" => dist::licences(rest, &root),
         Some((chore, [])) if chore == "dist" => dist::write(&root),
         Some((chore, rest)) if chore == "vendor-functions" => exports::run(rest, &docs),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),

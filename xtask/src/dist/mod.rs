@@ -2,6 +2,7 @@
 //! vendor's C library.
 
 mod licences;
+mod metadata;
 
 use std::error::Error;
 use std::ffi::{OsStr, OsString};
@@ -14,8 +15,8 @@ use flate2::write::GzEncoder;
 
 use crate::library;
 
-pub(crate) use licences::Metadata;
-pub(crate) use licences::page as licences_of;
+pub(crate) use licences::{Build, page as licences_of, run as licences};
+pub(crate) use metadata::Metadata;
 
 /// Shells that completions are made for, with the name of the file that each looks for.
 const SHELLS: [(&str, &str); 5] = [
@@ -36,10 +37,10 @@ pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
         "--package",
         "magician-cli",
     ]))?;
-    let metadata = Metadata::read(&cargo, root, None)?;
+    let metadata = Metadata::read(&cargo, root)?;
     let magician = (metadata.target_directory.join("release"))
         .join(format!("magician{}", std::env::consts::EXE_SUFFIX));
-    let name = format!("magician-{}-{}", metadata.version()?, metadata.host);
+    let name = format!("magician-{}-{}", metadata.version, metadata.host);
     let dist = metadata.target_directory.join("dist");
     let folder = dist.join(&name);
     if folder.exists() {
@@ -71,7 +72,13 @@ pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
     }
     fs::write(
         folder.join("licenses/THIRD-PARTY.txt"),
-        licences_of(&metadata, "magician-cli")?,
+        licences_of(&Build {
+            title: "the magician command",
+            manifest: root.join("Cargo.toml"),
+            packages: vec!["magician-cli".to_owned()],
+            features: Vec::new(),
+            target: Some(metadata.host),
+        })?,
     )?;
     library::stage(root, None, Some(&folder.join("dobotdll")))?;
     let archive = pack(&dist, &name)?;
@@ -119,7 +126,7 @@ pub(crate) fn run(command: &mut Command) -> Result<(), Box<dyn Error>> {
         .ok_or_else(|| format!("{command:?} ended with {status}").into())
 }
 
-fn output(command: &mut Command) -> Result<Vec<u8>, Box<dyn Error>> {
+pub(crate) fn output(command: &mut Command) -> Result<Vec<u8>, Box<dyn Error>> {
     let told = command.output()?;
     match told.status.success() {
         true => Ok(told.stdout),

@@ -33,14 +33,13 @@ pub(crate) fn stage(
     folder: Option<&Path>,
 ) -> Result<PathBuf, Box<dyn Error>> {
     let cargo = dist::cargo();
-    let metadata = dist::Metadata::read(&cargo, root, target)?;
+    let metadata = dist::Metadata::read(&cargo, root)?;
     let mut build = Command::new(&cargo);
     build
         .current_dir(root)
         .args(["build", "--locked", "--release"]);
-    for (family, _) in FAMILIES {
-        build.arg(format!("--package=magician-capi-{family}"));
-    }
+    let packages = FAMILIES.map(|(family, _)| format!("magician-capi-{family}"));
+    build.args(packages.iter().flat_map(|name| ["--package", name]));
     let mut built = metadata.target_directory.clone();
     if let Some(target) = target {
         build.args(["--target", target]);
@@ -58,10 +57,16 @@ pub(crate) fn stage(
         },
         Path::to_path_buf,
     );
-    lay_out(root, &built, target, metadata.version()?, &folder)?;
+    lay_out(root, &built, target, &metadata.version, &folder)?;
     fs::write(
         folder.join("share/dobotdll/licenses/THIRD-PARTY.txt"),
-        dist::licences_of(&metadata, "magician-capi-v1")?,
+        dist::licences_of(&dist::Build {
+            title: "the drop-in for the vendor's library DobotDll",
+            manifest: root.join("Cargo.toml"),
+            packages: packages.to_vec(),
+            features: Vec::new(),
+            target: Some(target.to_owned()),
+        })?,
     )?;
     Ok(folder)
 }

@@ -1,0 +1,166 @@
+//! The texts of licences: those that crates bring along, the standard one where they bring none, and those of what the
+//! compiler adds.
+
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::linked::Package;
+
+const MIT: &str = include_str!("../../../../LICENSE-MIT");
+const APACHE: &str = include_str!("../../../../LICENSE-APACHE");
+
+/// The texts of a crate.
+#[derive(Debug)]
+pub(super) struct Texts {
+    /// Each with its file's name, under the crate's folder.
+    pub(super) files: Vec<(String, String)>,
+    /// The crate brings none: it is the standard one, for its authors.
+    pub(super) standard: bool,
+}
+
+/// Every text that a crate brings along: of its own licence, and of what it has taken in.
+pub(super) fn of_crate(package: &Package) -> Result<Texts, Box<dyn Error>> {
+    let mut paths = Vec::new();
+    collect(&package.folder, &mut paths)?;
+    paths.sort();
+    let mut files = Vec::new();
+    let mut complete = false;
+    for path in paths {
+        let text = String::from_utf8_lossy(&fs::read(&path)?).replace("\r\n", "\n");
+        if text.len() < SHORTEST {
+            continue;
+        }
+        let name = path.strip_prefix(&package.folder)?;
+        complete |= name.components().count() == 1 && starts_with(&path, &LICENCES);
+        files.push((name.to_string_lossy().replace('\\', "/"), text));
+    }
+    if !complete {
+        files.push((String::new(), standard(package)?));
+    }
+    Ok(Texts {
+        files,
+        standard: !complete,
+    })
+}
+
+/// Packing turns a link into a file that holds the name of another.
+const SHORTEST: usize = 100;
+const LICENCES: [&str; 4] = ["LICENSE", "LICENCE", "COPYING", "UNLICENSE"];
+/// Who holds the rights, and what else has to be told.
+const NOTICES: [&str; 3] = ["COPYRIGHT", "NOTICE", "AUTHORS"];
+/// Folders of a crate that are not built into what depends on it.
+const ASIDE: [&str; 4] = ["tests", "examples", "benches", "target"];
+const PROGRAMS: [&str; 6] = ["rs", "c", "h", "py", "toml", "json"];
+
+fn collect(folder: &Path, found: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let (path, kind) = (entry.path(), entry.file_type()?);
+        let name = entry.file_name();
+        if kind.is_dir() {
+            if !ASIDE.iter().any(|aside| name == *aside) {
+                collect(&path, found)?;
+            }
+        } else if starts_with(&path, &LICENCES) || starts_with(&path, &NOTICES) {
+            let extension = path.extension().unwrap_or_default();
+            if !PROGRAMS.iter().any(|program| extension == *program) {
+                found.push(path);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn starts_with(path: &Path, heads: &[&str]) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.to_uppercase();
+    heads.iter().any(|head| name.starts_with(head))
+}
+
+fn standard(package: &Package) -> Result<String, Box<dyn Error>> {
+    let Package { name, licence, .. } = package;
+    let offers = |wanted: &str| {
+        let mut choices = licence.split('/').flat_map(|part| part.split(" OR "));
+        choices.any(|choice| choice.trim() == wanted)
+    };
+    if offers("MIT") {
+        let holders = match package.authors.as_slice() {
+            [] => format!("the authors of {name}"),
+            authors => authors.join(", "),
+        };
+        Ok(mit(&[&format!("Copyright (c) {holders}")]))
+    } else if offers("Apache-2.0") {
+        Ok(APACHE.to_owned())
+    } else {
+        Err(format!("{name} comes without a text of its licence, {licence:?}").into())
+    }
+}
+
+/// The MIT licence of others.
+fn mit(copyright: &[&str]) -> String {
+    let lines = MIT.lines().map(|line| match line {
+        _ if line.starts_with("Copyright") => copyright.join("\n"),
+        _ => line.to_owned(),
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Something that is in every build and in no manifest.
+pub(super) struct Part {
+    pub(super) name: &'static str,
+    pub(super) licence: &'static str,
+    pub(super) home: &'static str,
+    pub(super) texts: Vec<String>,
+}
+
+/// Those who hold the rights of what of the standard library ends up in programs: of the library itself, and of the
+/// crates in it, `library/Cargo.lock` and `COPYRIGHT-library.html` of Rust 1.95 without what other systems need.
+const OF_THE_STANDARD_LIBRARY: [&str; 13] = [
+    "Copyright (c) The Rust Project Developers (see https://thanks.rust-lang.org)",
+    "std::sync::mpmc: Copyright (c) 2019 The Crossbeam Project Developers",
+    "backtrace, cfg-if, rustc-demangle: Copyright (c) 2014 Alex Crichton",
+    "addr2line: Copyright (c) 2016-2018 The gimli Developers",
+    "adler2: Copyright (C) Jonas Schievink <jonasschievink@gmail.com>",
+    "gimli: Copyright (c) 2015 The Rust Project Developers",
+    "hashbrown: Copyright (c) 2016 Amanieu d'Antras",
+    "libc: Copyright (c) 2014-2020 The Rust Project Developers",
+    "memchr: Copyright (c) 2015 Andrew Gallant",
+    "miniz_oxide: Copyright 2013-2014 RAD Game Tools and Valve Software; Copyright 2010-2014 Rich Geldreich and",
+    "    Tenacious Software LLC; Copyright (c) 2017 Frommi; Copyright (c) 2017-2024 oyvindln",
+    "object: Copyright (c) 2015 The Gimli Developers",
+    "windows-sys, windows-link, windows-targets, on Windows: Copyright (c) Microsoft Corporation.",
+];
+
+/// What the compiler puts into what is built for a target, for all of them if none is named.
+pub(super) fn of_the_compiler(target: Option<&str>) -> Vec<Part> {
+    let mut parts = vec![Part {
+        name: "Rust's standard library",
+        licence: "MIT OR Apache-2.0, its tables of characters Unicode-3.0",
+        home: "https://github.com/rust-lang/rust",
+        texts: vec![
+            mit(&OF_THE_STANDARD_LIBRARY),
+            include_str!("../texts/Unicode-3.0.txt").to_owned(),
+        ],
+    }];
+    if target.is_none_or(|target| target.ends_with("windows-gnu")) {
+        parts.push(Part {
+            name: "The start code of MinGW-w64, in what is made for Windows with its tools",
+            licence: "ZPL-2.1",
+            home: "https://www.mingw-w64.org",
+            texts: vec![include_str!("../texts/MinGW-w64.txt").to_owned()],
+        });
+    }
+    if target.is_none() {
+        parts.push(Part {
+            name: "What zig adds as the linker of wheels for Linux, compiler_rt and LLVM's libunwind",
+            licence: "MIT, and Apache-2.0 WITH LLVM-exception",
+            home: "https://ziglang.org",
+            texts: vec![
+                mit(&["Copyright (c) Zig contributors"]),
+                format!("{APACHE}\n{}", include_str!("../texts/LLVM-exception.txt")),
+            ],
+        });
+    }
+    parts
+}

@@ -1,0 +1,41 @@
+//! What cargo knows of this workspace.
+
+use std::error::Error;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+/// What cargo knows of this workspace.
+pub(crate) struct Metadata {
+    pub(crate) target_directory: PathBuf,
+    /// The triple of this machine.
+    pub(crate) host: String,
+    /// That of the command.
+    pub(crate) version: String,
+}
+
+impl Metadata {
+    pub(crate) fn read(cargo: &OsStr, root: &Path) -> Result<Self, Box<dyn Error>> {
+        let told = super::output(Command::new("rustc").arg("-vV"))?;
+        let told = String::from_utf8(told)?;
+        let host = told.lines().find_map(|line| line.strip_prefix("host: "));
+        let metadata = super::output(Command::new(cargo).current_dir(root).args([
+            "metadata",
+            "--format-version=1",
+            "--locked",
+            "--no-deps",
+        ]))?;
+        let metadata: Value = serde_json::from_slice(&metadata)?;
+        let folder = metadata["target_directory"].as_str();
+        let command = (metadata["packages"].as_array().into_iter().flatten())
+            .find(|package| package["name"] == "magician-cli");
+        let version = command.and_then(|package| package["version"].as_str());
+        Ok(Self {
+            target_directory: folder.ok_or("cargo tells no target directory")?.into(),
+            host: host.ok_or("rustc does not tell its host")?.to_owned(),
+            version: version.ok_or("there is no magician-cli")?.to_owned(),
+        })
+    }
+}
