@@ -1,11 +1,12 @@
 //! What the driver's sentences say to do is the command line's; here it is what a Python program does.
 
 /// What the command line says, and what Python says.
-const PHRASES: [(&str, &str); 10] = [
+const PHRASES: [(&str, &str); 11] = [
     ("`magician alarms --clear`", "`arm.clear_alarms()`"),
     ("`magician queue start`", "`arm.start_queue()`"),
     ("`magician stop`", "`arm.stop()`"),
     ("`magician home`", "`arm.home()`"),
+    ("`magician laser off`", "`arm.laser(False)`"),
     ("`magician ports`", "`magician.ports()`"),
     ("`--keep`", "`keep=True`"),
     (

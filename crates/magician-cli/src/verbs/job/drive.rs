@@ -6,15 +6,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use magician::commands::{DeviceSn, DeviceTime, EndEffectorLaser};
-use magician::words::{Guards, Preflight};
-use magician::{Arm, Ran, RunOptions, Set};
-use magician_program::Report;
+use magician::commands::{DeviceSn, DeviceTime};
+use magician::words::Guards;
+use magician::{Arm, Owed, Ran, RunOptions, Set};
 use magician_program::resume::{Mark, Tally};
+use magician_program::{Program, Report, Rest};
 
 use super::journal::Journal;
-use super::owed::owe;
-use super::program::{Program, Rest};
 use super::report;
 use super::tell::Teller;
 use crate::debts::Debts;
@@ -26,12 +24,11 @@ use crate::source::Source;
 /// Readings of a recording for a second of the arm's clock, and the most for one of ours.
 const RATE: f64 = 20.0;
 const MOST: f64 = 500.0;
+
 /// What is to run, and how.
 pub(super) struct Drive<'a> {
     pub(super) source: &'a Source,
     pub(super) program: &'a Program,
-    /// What the arm is told before the first step, besides what the plan says.
-    pub(super) settings: &'a [Set],
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
     /// Where the program was begun, if that has to be said when it goes on.
@@ -54,12 +51,10 @@ pub(super) struct Drive<'a> {
 pub(super) struct State {
     pub(super) journal: Option<Journal>,
     pub(super) tally: Tally,
-    /// The first step, over all loops.
-    pub(super) from: u64,
     /// Commands taken from the program.
     pub(super) pulled: u64,
-    /// Where the run began.
-    pub(super) start: Option<Preflight>,
+    /// What is run.
+    pub(super) rest: Option<Rest>,
 }
 
 /// What a run has come to.
@@ -73,6 +68,13 @@ pub(super) struct Done {
     pub(super) report: Report,
 }
 
+impl State {
+    /// The first step, over all rounds.
+    pub(super) fn from(&self) -> u64 {
+        self.rest.as_ref().map_or(0, Rest::from)
+    }
+}
+
 impl Drive<'_> {
     /// Runs it to its end.
     pub(super) async fn run(
@@ -82,12 +84,8 @@ impl Drive<'_> {
         debts: &Debts,
     ) -> Result<Done, Failure> {
         let guards = Guards::default().require_homed(self.require_homed);
-        let first: Vec<Set> = self.program.plan.commands().take(1).collect();
-        arm.check_alarms(&first, guards).await?;
-        if arm.get::<EndEffectorLaser>().await?.is_on.is_on() {
-            let message = "the laser is on, and a program begins with it dark; nothing was sent";
-            return Err(Failure::invalid(message).hint("`magician laser off` switches it off"));
-        }
+        let first: Vec<Set> = self.program.plan().commands().take(1).collect();
+        arm.check_ready(&first, guards).await?;
         let serial = arm.get::<DeviceSn>().await;
         let serial = serial
             .map(|serial| serial.device_sn.to_string())
@@ -97,7 +95,7 @@ impl Drive<'_> {
             (true, "") => arm.name(),
             (true, serial) => serial,
         };
-        let mark = Mark::new(&self.program.plan.title, self.program.steps(), self.mixed);
+        let mark = Mark::new(&self.program.plan().title, self.program.steps(), self.mixed);
         let mut journal = Journal::new(&self.program.key(), name, mark, self.lasting);
         let from = match (self.resume, self.from) {
             (true, _) => self.resumed(arm, &journal).await?,
@@ -111,11 +109,10 @@ impl Drive<'_> {
         journal.mark.handed = from;
         journal.mark.clock = arm.get::<DeviceTime>().await?.g_systick;
         let begun = (Instant::now(), journal.mark.clock);
-        let start = arm.preflight_for(&self.kinds()).await?;
-        let told = self.told(&start)?;
-        let rest = self.program.rest(from, &told);
+        let start = arm.preflight_for(&self.program.kinds()).await?;
+        let rest = self.program.rest(from, start);
         let rest = rest.map_err(|problem| self.source.failure(&problem))?;
-        let report = self.program.check(&rest, &told);
+        let report = rest.check();
         if !report.is_good() {
             return Err(report::failure(&report, self.source, rest.offset(), false));
         }
@@ -124,27 +121,19 @@ impl Drive<'_> {
             Some(path) => Some(self.recorder(arm, path, &finished).await?),
             None => None,
         };
-        owe(
-            arm,
-            debts,
-            self.settings.iter().chain(self.program.plan.settings()),
-        )
-        .await?;
+        debts.owe_all(Owed::read(arm, self.program.changes()).await?);
         *self.state.borrow_mut() = State {
             journal: Some(journal),
-            tally: Tally::new(self.lead(&rest), self.mixed),
-            from,
+            tally: Tally::new(rest.lead(), self.mixed),
             pulled: 0,
-            start: Some(start.clone()),
+            rest: Some(rest.clone()),
         };
         let teller = Teller::new(out, self.json, self.program.steps());
         if from > 0 {
             teller.say(&format!("beginning at step {}{}", from + 1, self.of()));
         }
         let ran = self
-            .perform(
-                arm, &rest, start, &report, &teller, begun, &finished, recorder,
-            )
+            .perform(arm, &rest, &report, &teller, begun, &finished, recorder)
             .await;
         drop(teller);
         let ran = match ran {
@@ -172,28 +161,6 @@ impl Drive<'_> {
             .unwrap_or_default()
     }
 
-    /// Commands before the first step.
-    fn lead(&self, rest: &Rest<'_>) -> u64 {
-        self.settings.len() as u64 + rest.lead
-    }
-
-    pub(super) fn kinds(&self) -> Vec<Set> {
-        self.settings
-            .iter()
-            .copied()
-            .chain(self.program.kinds())
-            .collect()
-    }
-
-    /// The start of the check, when the arm has been told what comes before the program.
-    pub(super) fn told(&self, start: &Preflight) -> Result<Preflight, Failure> {
-        let mut start = start.clone();
-        for setting in self.settings {
-            start.check(setting)?;
-        }
-        Ok(start)
-    }
-
     #[expect(
         clippy::too_many_arguments,
         reason = "the parts of one run, named once"
@@ -201,28 +168,21 @@ impl Drive<'_> {
     async fn perform(
         &self,
         arm: &Arm,
-        rest: &Rest<'_>,
-        start: Preflight,
+        rest: &Rest,
         report: &Report,
         teller: &Teller<'_>,
         begun: (Instant, u32),
         finished: &AtomicU64,
         mut recorder: Option<Recorder>,
     ) -> Result<Ran, Failure> {
-        let times = rest.times(&start, self.settings);
-        let lead = self.lead(rest);
-        let commands = self
-            .settings
-            .iter()
-            .copied()
-            .chain(rest.commands())
-            .inspect(|_| self.pulls(lead));
+        let timetable = rest.timetable(report);
+        let commands = rest.commands().inspect(|_| self.pulls(rest.lead()));
         let options = RunOptions::default().keep(self.keep);
-        let mut run = arm.begin(commands, options).along(start);
+        let mut run = arm.begin(commands, options).along(rest.start().clone());
         let run = run.finish(|progress| {
             let done = self.reached(progress.sent, progress.last.0, progress.current.0, begun);
             finished.store(done, Ordering::Relaxed);
-            let left = times.left(report.time, done - rest.from.min(done));
+            let left = timetable.left(done.saturating_sub(rest.from()));
             teller.at(done, left.and_then(|left| self.of_wall(left)));
         });
         let watch = async {
@@ -271,7 +231,7 @@ impl Drive<'_> {
     fn pulls(&self, lead: u64) {
         let mut state = self.state.borrow_mut();
         state.pulled += 1;
-        let steps = state.from + state.pulled.saturating_sub(lead);
+        let steps = state.from() + state.pulled.saturating_sub(lead);
         if let Some(journal) = &mut state.journal {
             journal.hands(steps);
         }
@@ -280,7 +240,7 @@ impl Drive<'_> {
     /// So much has been sent and finished; the steps that are.
     fn reached(&self, sent: u64, last: u64, current: u64, begun: (Instant, u32)) -> u64 {
         let mut state = self.state.borrow_mut();
-        let from = state.from;
+        let from = state.from();
         state.tally.note(sent, last);
         let finished = from + state.tally.finished(current).least;
         let index = state

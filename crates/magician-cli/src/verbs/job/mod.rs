@@ -4,8 +4,6 @@ mod after;
 mod drive;
 mod journal;
 pub(crate) mod options;
-mod owed;
-mod program;
 mod reading;
 mod report;
 mod setting;
@@ -17,15 +15,14 @@ use std::io::{self, Write};
 
 use magician::sim::Controller;
 use magician::words::Preflight;
-use magician::{Arm, Options, Set, SimSpeed, Target, VirtualArm};
+use magician::{Arm, Options, SimSpeed, Target, VirtualArm};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
-use magician_program::{Action, Content, Plan, Problem, Setup, Work};
+use magician_program::{Action, Content, Plan, Problem, Program, Setup, Work};
 use miette::Severity;
 
 use self::drive::{Done, Drive, State};
 use self::options::{File, Look, Pen, Place, Way};
-use self::program::Program;
 use self::reading::Read;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
@@ -56,8 +53,6 @@ struct Made {
     source: Source,
     setup: Setup,
     program: Program,
-    /// What the arm is told first, besides what the plan says.
-    settings: Vec<Set>,
     /// Where the tool stood, if it depends on that.
     start: Option<[f64; 3]>,
 }
@@ -89,15 +84,15 @@ impl Job {
             source,
             setup,
             program,
-            settings,
             start,
         } = self.made(read, &place, context)?;
-        program.has(self.way.from.map_or(0, |step| step - 1))?;
+        let from = self.way.from.map_or(0, |step| step - 1);
+        let there = program.has(from);
+        there.map_err(|problem| Failure::usage(problem.to_string()))?;
         let look = show::Shown {
             source: &source,
             program: &program,
-            settings: &settings,
-            from: self.way.from.map_or(0, |step| step - 1),
+            from,
             look: &self.look,
             sheet: setup.sheet,
         };
@@ -105,15 +100,15 @@ impl Job {
         options.tool = setup.tool.or(setup.usual_tool);
         match place {
             Where::Nowhere => {
-                let start = start_nowhere(stage(&program.plan, &options)?, &program, context)?;
-                look.show(&start, context)
+                let start = start_nowhere(stage(program.plan(), &options)?, &program, context)?;
+                look.show(start, context)
             }
             Where::Arm(_) if looks => {
                 let start = self.start(&program, context)?;
-                look.show(&start, context)
+                look.show(start, context)
             }
             Where::Stage(speed) => {
-                let stage = stage(&program.plan, &options)?;
+                let stage = stage(program.plan(), &options)?;
                 let (arm, pace) = match speed {
                     SimSpeed::Times(times) => (VirtualArm::new(stage, speed), times),
                     SimSpeed::Max => {
@@ -125,7 +120,7 @@ impl Job {
                     SimSpeed::Times(_) => context.put_up(arm.clone()),
                     SimSpeed::Max => context.put_up_in_arm_time(arm.clone()),
                 }
-                let mut drive = self.drive(&source, &program, &settings, Some(pace), context);
+                let mut drive = self.drive(&source, &program, Some(pace), context);
                 drive.start = start;
                 let outcome = go(&drive, context);
                 let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));
@@ -134,10 +129,10 @@ impl Job {
                 self.tell(&done, &program, context)
             }
             Where::Arm(target) => {
-                if program.burns() && !matches!(target, Target::Sim(_)) {
+                if program.plan().burns() && !matches!(target, Target::Sim(_)) {
                     permit(&target, context)?;
                 }
-                let mut drive = self.drive(&source, &program, &settings, None, context);
+                let mut drive = self.drive(&source, &program, None, context);
                 drive.start = start;
                 let done = go(&drive, context)?;
                 self.tell(&done, &program, context)
@@ -173,21 +168,17 @@ impl Job {
         }
         let settings = self.settings(&mut plan, taught);
         let loops = self.way.loops.unwrap_or(1);
-        let program = Program {
-            plan,
-            loops: Some(loops).filter(|loops| *loops > 0),
-        };
-        if program.plan.steps.is_empty() {
+        if plan.steps.is_empty() {
             return Err(Failure::invalid(format!(
                 "{}: there is nothing to do in it",
                 source.name
             )));
         }
+        let program = Program::new(plan, Some(loops).filter(|loops| *loops > 0));
         Ok(Made {
             source,
             setup,
-            program,
-            settings,
+            program: program.with_settings(settings),
             start,
         })
     }
@@ -196,7 +187,7 @@ impl Job {
     pub(crate) fn plan(&self, context: &mut Context) -> Result<(Source, Plan), Failure> {
         let read = self.read(self.opened()?, &Where::Nowhere, context)?;
         let made = self.made(read, &Where::Nowhere, context)?;
-        Ok((made.source, made.program.plan))
+        Ok((made.source, made.program.into_plan()))
     }
 
     /// Where it is tried or run. A port that only the file of settings names is not needed for a look.
@@ -240,15 +231,13 @@ impl Job {
 
     /// What the arm at the port says of itself, for a look.
     fn start(&self, program: &Program, context: &mut Context) -> Result<Preflight, Failure> {
-        let commands: Vec<Set> = program.kinds().collect();
-        context.with_arm(async |arm, _| Ok(arm.preflight_for(&commands).await?))
+        context.with_arm(async |arm, _| Ok(arm.preflight_for(&program.kinds()).await?))
     }
 
     fn drive<'a>(
         &'a self,
         source: &'a Source,
         program: &'a Program,
-        settings: &'a [Set],
         pace: Option<f64>,
         context: &Context,
     ) -> Drive<'a> {
@@ -256,12 +245,11 @@ impl Job {
         Drive {
             source,
             program,
-            settings,
             from: way.from,
             resume: way.resume,
             start: None,
             keep: way.keep,
-            mixed: program.burns() || context.global.window.is_some_and(|window| window > 1),
+            mixed: program.plan().burns() || context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,
             record: way.record.as_deref(),
             json: context.global.json,
@@ -286,11 +274,10 @@ fn start_nowhere(
     program: &Program,
     context: &mut Context,
 ) -> Result<Preflight, Failure> {
-    let commands: Vec<Set> = program.kinds().collect();
     let runtime = context.runtime()?;
     runtime.block_on(async {
         let arm = Arm::simulated(arm, Options::default()).await?;
-        Ok(arm.preflight_for(&commands).await?)
+        Ok(arm.preflight_for(&program.kinds()).await?)
     })
 }
 
