@@ -7,9 +7,9 @@ mod steps;
 
 use std::sync::Arc;
 
-use magician::{Error, Set};
+use magician::Error;
 use magician_program::formats::playback::Playback;
-use magician_program::{Action, Pallet, Plan, Problem, Surface, Tool};
+use magician_program::{Pallet, Plan, Problem, Surface, Tool};
 use pyo3::prelude::*;
 
 pub(crate) use check::{Start, findings, numbers, refusal};
@@ -59,16 +59,6 @@ impl PyPlan {
         let plan = py.detach(|| change(&self.plan));
         let plan = plan.map_err(|problem| raise(py, self.source.name.as_deref(), &problem))?;
         Ok(Self::of(plan, self.source.clone()))
-    }
-
-    /// Whether anything of it may light the laser.
-    pub(crate) fn burns(&self) -> bool {
-        let lit = |action: &Action| match action {
-            Action::Burn { power, .. } => *power > 0.0,
-            Action::Laser(on) => *on,
-            _ => false,
-        };
-        self.plan.steps.iter().any(|step| lit(&step.action))
     }
 }
 
@@ -273,14 +263,6 @@ impl PyPlan {
     fn __eq__(&self, other: &Self) -> bool {
         self.plan == other.plan
     }
-}
-
-/// One command of each kind: what a check has to read of an arm depends on nothing else.
-pub(crate) fn kinds(plan: &Plan) -> Vec<Set> {
-    let all = plan.commands();
-    let kinds: std::collections::BTreeMap<u8, Set> =
-        all.map(|command| (command.row().id, command)).collect();
-    kinds.into_values().collect()
 }
 
 /// An error whose text is another one; its parts stay.

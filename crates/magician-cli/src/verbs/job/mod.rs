@@ -13,9 +13,9 @@ mod tell;
 use std::cell::RefCell;
 use std::io::{self, Write};
 
-use magician::sim::Controller;
+use magician::blocking::Arm;
 use magician::words::Preflight;
-use magician::{Arm, Options, SimSpeed, Target, VirtualArm};
+use magician::{Options, SimSpeed, Target, VirtualArm};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{Action, Content, Plan, Problem, Program, Setup, Work};
@@ -100,8 +100,9 @@ impl Job {
         options.tool = setup.tool.or(setup.usual_tool);
         match place {
             Where::Nowhere => {
-                let start = start_nowhere(stage(program.plan(), &options)?, &program, context)?;
-                look.show(start, context)
+                let arm = stage(program.plan(), &options)?;
+                let arm = Arm::simulated(arm, Options::default())?;
+                look.show(arm.preflight_for(&program.kinds())?, context)
             }
             Where::Arm(_) if looks => {
                 let start = self.start(&program, context)?;
@@ -266,19 +267,6 @@ impl Job {
             files.map(|(name, path)| (name, path.as_ref().map(|path| path.display().to_string())));
         show::done(done, program, &files, context)
     }
-}
-
-/// What a virtual arm says of itself that is put up only to be asked.
-fn start_nowhere(
-    arm: Controller,
-    program: &Program,
-    context: &mut Context,
-) -> Result<Preflight, Failure> {
-    let runtime = context.runtime()?;
-    runtime.block_on(async {
-        let arm = Arm::simulated(arm, Options::default()).await?;
-        Ok(arm.preflight_for(&program.kinds()).await?)
-    })
 }
 
 /// Runs it; after a signal, tells how to go on.
