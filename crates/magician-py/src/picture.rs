@@ -1,8 +1,8 @@
 //! Pictures, and what pen and laser have left.
 
 use magician::Error;
-use magician::sim::world::{Drawing, StrokeKind};
-use magician_program::preview;
+use magician::sim::world::{self, Drawing, StrokeKind};
+use magician_program::preview::{PictureError, fitting, to_png};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -22,24 +22,6 @@ impl Picture {
     }
 }
 
-/// As often a scale is halved for a picture that would be too large.
-const HALVINGS: u32 = 4;
-
-/// The picture at a scale, or smaller if that would be too large.
-fn fitting<E: std::fmt::Display>(
-    scale: f64,
-    draw: impl Fn(f64) -> Result<Vec<u8>, E>,
-) -> Result<Vec<u8>, Error> {
-    let mut made = draw(scale);
-    for halving in 1..=HALVINGS {
-        if made.is_ok() {
-            break;
-        }
-        made = draw(scale / f64::from(1 << halving));
-    }
-    made.map_err(|error| Error::invalid(error.to_string()))
-}
-
 #[pymethods]
 impl Picture {
     #[getter]
@@ -48,8 +30,9 @@ impl Picture {
     }
 
     fn png<'py>(&self, py: Python<'py>, scale: f64) -> PyResult<Bound<'py, PyBytes>> {
-        let png = py.detach(|| fitting(scale, |scale| preview::to_png(&self.svg, scale)));
-        let png = png.map_err(|error| errors::raise(py, &error))?;
+        let too_large = |error: &_| matches!(error, PictureError::Size(_));
+        let png = py.detach(|| fitting(scale, too_large, |scale| to_png(&self.svg, scale)));
+        let png = png.map_err(|error| errors::raise(py, &error.into()))?;
         Ok(PyBytes::new(py, &png))
     }
 }
@@ -73,8 +56,10 @@ impl Ink {
     }
 
     fn png<'py>(&self, py: Python<'py>, scale: f64) -> PyResult<Bound<'py, PyBytes>> {
-        let png = py.detach(|| fitting(scale, |scale| self.drawing.to_png(scale)));
-        let png = png.map_err(|error| errors::raise(py, &error))?;
+        let too_large = |error: &_| matches!(error, world::PictureError::Size { .. });
+        let png = py.detach(|| fitting(scale, too_large, |scale| self.drawing.to_png(scale)));
+        let invalid = |error: world::PictureError| Error::invalid(error.to_string());
+        let png = png.map_err(|error| errors::raise(py, &invalid(error)))?;
         Ok(PyBytes::new(py, &png))
     }
 

@@ -3,6 +3,7 @@
 mod action;
 pub(crate) mod file;
 mod from;
+mod join;
 pub(crate) mod json;
 mod pallet;
 mod step;

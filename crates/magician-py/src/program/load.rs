@@ -2,7 +2,7 @@
 
 use magician::Error;
 use magician_program::artwork::Sheet;
-use magician_program::formats::{Dialect, NEEDS_START};
+use magician_program::formats::Dialect;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
     Content, Format, Placing, Plan, Problem, ReadOptions, Reading, Setup, Surface, Work, read,
@@ -11,9 +11,6 @@ use pyo3::prelude::*;
 
 use super::{PyPlan, Source, surface, tool};
 use crate::errors;
-
-/// Height of the table of a virtual arm, where nobody has said another, mm.
-const TABLE: f64 = -60.0;
 
 /// What is to be said where nobody has said how high the paper lies.
 pub(crate) const SURFACE_ARGUMENT: &str = "nobody has said how high the paper or the wood lies: give load() surface=Z, the z of the arm's pose when its tool \
@@ -64,10 +61,10 @@ impl Wanted {
         setup.sheet = self.sheet.map(|(x, y, rotation, size)| Sheet {
             corner: [x, y],
             rotation,
-            surface: setup.surface.unwrap_or(Surface::level(TABLE)),
+            surface: setup.surface.unwrap_or(Surface::VIRTUAL),
             size,
         });
-        setup.usual_surface = Some(Surface::level(TABLE));
+        setup.usual_surface = Some(Surface::VIRTUAL);
         let mut placing = Placing::default();
         (placing.at, placing.by) = (self.at, self.by);
         (placing.scale, placing.rotate) = (above_zero("scale", self.scale)?, self.rotate);
@@ -234,11 +231,7 @@ fn made(
 
 /// A problem with a help that speaks of arguments.
 fn said(mut problem: Problem) -> Problem {
-    let needs_start = problem
-        .help
-        .as_deref()
-        .is_some_and(|help| help.ends_with(NEEDS_START));
-    problem.help = match needs_start {
+    problem.help = match problem.needs_start() {
         true => {
             Some("give start=(x, y, z), where the tool stands when the program begins".to_owned())
         }

@@ -206,32 +206,12 @@ impl PyPlan {
 
     /// The steps of another one after these.
     fn joined(&self, other: &Self) -> Self {
-        let mut plan = (*self.plan).clone();
-        if other.plan.tool.is_some() && other.plan.tool != plan.tool {
-            plan.steps
-                .extend(other.plan.preamble().map(|tool| magician_program::Step {
-                    action: tool.into(),
-                    origin: magician_program::Origin::NONE,
-                }));
-        }
-        if plan.surface != other.plan.surface {
-            plan.surface = None;
-        }
-        let names = u32::try_from(plan.names.len()).unwrap_or(u32::MAX);
-        plan.names.extend(other.plan.names.iter().cloned());
-        plan.steps
-            .extend(other.plan.steps.iter().cloned().map(|mut step| {
-                if step.origin.name > 0 {
-                    step.origin.name = step.origin.name.saturating_add(names);
-                }
-                step
-            }));
         let source = Source {
             assumed: self.source.assumed || other.source.assumed,
             rows: self.source.rows && other.source.rows,
             ..Source::default()
         };
-        Self::of(plan, source)
+        Self::of(self.plan.joined(&other.plan), source)
     }
 
     /// From a step on, counted from 1, for an arm that stands so; of a virtual one if there is none.

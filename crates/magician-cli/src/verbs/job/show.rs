@@ -5,7 +5,7 @@ use std::path::Path;
 use magician::words::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_program::artwork::Sheet;
-use magician_program::preview::{Preview, PreviewOptions};
+use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
 use magician_program::{Program, Report, Rest};
 use magician_protocol::{Direction, describe};
 use serde::Serialize;
@@ -22,8 +22,6 @@ use crate::source::Source;
 
 /// Resolution of a PNG: about 200 dots an inch.
 const PIXELS_PER_MM: f64 = 8.0;
-/// As often it is halved for a picture that would be too large.
-const HALVINGS: u32 = 4;
 
 /// A program to be looked at.
 pub(super) struct Shown<'a> {
@@ -138,15 +136,8 @@ impl Shown<'_> {
         let bytes = match end.as_deref().and_then(|end| end.to_str()) {
             Some("svg") => preview.to_svg().as_bytes().to_vec(),
             Some("png") => {
-                let mut scale = PIXELS_PER_MM;
-                let mut made = preview.to_png(scale);
-                for _ in 0..HALVINGS {
-                    if made.is_ok() {
-                        break;
-                    }
-                    scale /= 2.0;
-                    made = preview.to_png(scale);
-                }
+                let too_large = |error: &_| matches!(error, PictureError::Size(_));
+                let made = fitting(PIXELS_PER_MM, too_large, |scale| preview.to_png(scale));
                 made.map_err(|error| wrong(&error))?
             }
             _ => return Err(Failure::usage("a preview is a .svg or .png file")),
