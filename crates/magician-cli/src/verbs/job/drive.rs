@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use magician::commands::{DeviceSn, DeviceTime};
 use magician::words::Guards;
-use magician::{Arm, Owed, Ran, RunOptions, Set};
+use magician::{Arm, Owed, Progress, Ran, RunOptions, Set};
 use magician_program::resume::{Mark, Tally};
-use magician_program::{Program, Report, Rest};
+use magician_program::{Program, Report, Rest, Timetable};
 
 use super::journal::Journal;
 use super::report;
@@ -68,6 +68,22 @@ pub(super) struct Done {
     pub(super) report: Report,
 }
 
+/// What was found before anything moves.
+struct Ahead {
+    rest: Rest,
+    timetable: Timetable,
+    begun: Begun,
+    /// Steps that are, for who keeps the poses.
+    finished: Arc<AtomicU64>,
+}
+
+/// When a run began, by our clock and by the arm's, ms.
+#[derive(Clone, Copy)]
+struct Begun {
+    wall: Instant,
+    clock: u32,
+}
+
 impl State {
     /// The first step, over all rounds.
     pub(super) fn from(&self) -> u64 {
@@ -86,17 +102,7 @@ impl Drive<'_> {
         let guards = Guards::default().require_homed(self.require_homed);
         let first: Vec<Set> = self.program.plan().commands().take(1).collect();
         arm.check_ready(&first, guards).await?;
-        let serial = arm.get::<DeviceSn>().await;
-        let serial = serial
-            .map(|serial| serial.device_sn.to_string())
-            .unwrap_or_default();
-        let name = match (self.lasting, serial.trim()) {
-            (false, _) => "virtual",
-            (true, "") => arm.name(),
-            (true, serial) => serial,
-        };
-        let mark = Mark::new(&self.program.plan().title, self.program.steps(), self.mixed);
-        let mut journal = Journal::new(&self.program.key(), name, mark, self.lasting);
+        let mut journal = self.journal(arm).await;
         let from = match (self.resume, self.from) {
             (true, _) => self.resumed(arm, &journal).await?,
             (false, from) => from.map_or(0, |step| step - 1),
@@ -105,10 +111,8 @@ impl Drive<'_> {
             // A run of nothing says whether commands of others wait: better than a check from a start that nobody knows.
             arm.run([], |_| {}).await?;
         }
-        journal.mark.finished = from;
-        journal.mark.handed = from;
-        journal.mark.clock = arm.get::<DeviceTime>().await?.g_systick;
-        let begun = (Instant::now(), journal.mark.clock);
+        let begun = Begun::now(arm).await?;
+        journal.begins(from, begun.clock);
         let start = arm.preflight_for(&self.program.kinds()).await?;
         let rest = self.program.rest(from, start);
         let rest = rest.map_err(|problem| self.source.failure(&problem))?;
@@ -116,25 +120,28 @@ impl Drive<'_> {
         if !report.is_good() {
             return Err(report::failure(&report, self.source, rest.offset(), false));
         }
-        let finished = Arc::new(AtomicU64::new(from));
+        let ahead = Ahead {
+            timetable: rest.timetable(&report),
+            begun,
+            finished: Arc::new(AtomicU64::new(from)),
+            rest,
+        };
         let recorder = match self.record {
-            Some(path) => Some(self.recorder(arm, path, &finished).await?),
+            Some(path) => Some(self.recorder(arm, path, &ahead.finished).await?),
             None => None,
         };
         debts.owe_all(Owed::read(arm, self.program.changes()).await?);
         *self.state.borrow_mut() = State {
             journal: Some(journal),
-            tally: Tally::new(rest.lead(), self.mixed),
+            tally: Tally::new(ahead.rest.lead(), self.mixed),
             pulled: 0,
-            rest: Some(rest.clone()),
+            rest: Some(ahead.rest.clone()),
         };
         let teller = Teller::new(out, self.json, self.program.steps());
         if from > 0 {
             teller.say(&format!("beginning at step {}{}", from + 1, self.of()));
         }
-        let ran = self
-            .perform(arm, &rest, &report, &teller, begun, &finished, recorder)
-            .await;
+        let ran = self.perform(arm, &ahead, &teller, recorder).await;
         drop(teller);
         let ran = match ran {
             Ok(ran) => ran,
@@ -144,11 +151,10 @@ impl Drive<'_> {
         if let Some(journal) = &self.state.borrow().journal {
             journal.remove();
         }
-        let clock = arm.get::<DeviceTime>().await?.g_systick;
         Ok(Done {
             ran,
             from,
-            seconds: f64::from(clock.wrapping_sub(begun.1)) / 1000.0,
+            seconds: ahead.begun.seconds(arm).await?,
             report,
         })
     }
@@ -161,28 +167,37 @@ impl Drive<'_> {
             .unwrap_or_default()
     }
 
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the parts of one run, named once"
-    )]
+    /// What is kept of it for one that goes on with it.
+    async fn journal(&self, arm: &Arm) -> Journal {
+        let serial = arm.get::<DeviceSn>().await;
+        let serial = serial
+            .map(|serial| serial.device_sn.to_string())
+            .unwrap_or_default();
+        let name = match (self.lasting, serial.trim()) {
+            (false, _) => "virtual",
+            (true, "") => arm.name(),
+            (true, serial) => serial,
+        };
+        let title = &self.program.plan().title;
+        let mark = Mark::new(title, self.program.steps(), self.mixed);
+        Journal::new(&self.program.key(), name, mark, self.lasting)
+    }
+
     async fn perform(
         &self,
         arm: &Arm,
-        rest: &Rest,
-        report: &Report,
+        ahead: &Ahead,
         teller: &Teller<'_>,
-        begun: (Instant, u32),
-        finished: &AtomicU64,
         mut recorder: Option<Recorder>,
     ) -> Result<Ran, Failure> {
-        let timetable = rest.timetable(report);
+        let rest = &ahead.rest;
         let commands = rest.commands().inspect(|_| self.pulls(rest.lead()));
         let options = RunOptions::default().keep(self.keep);
         let mut run = arm.begin(commands, options).along(rest.start().clone());
         let run = run.finish(|progress| {
-            let done = self.reached(progress.sent, progress.last.0, progress.current.0, begun);
-            finished.store(done, Ordering::Relaxed);
-            let left = timetable.left(done.saturating_sub(rest.from()));
+            let done = self.reached(&progress, ahead.begun);
+            ahead.finished.store(done, Ordering::Relaxed);
+            let left = ahead.timetable.left(done.saturating_sub(rest.from()));
             teller.at(done, left.and_then(|left| self.of_wall(left)));
         });
         let watch = async {
@@ -238,20 +253,37 @@ impl Drive<'_> {
     }
 
     /// So much has been sent and finished; the steps that are.
-    fn reached(&self, sent: u64, last: u64, current: u64, begun: (Instant, u32)) -> u64 {
+    fn reached(&self, progress: &Progress, begun: Begun) -> u64 {
         let mut state = self.state.borrow_mut();
         let from = state.from();
-        state.tally.note(sent, last);
-        let finished = from + state.tally.finished(current).least;
-        let index = state
-            .tally
-            .last()
-            .map(|(index, steps)| (index, from + steps));
-        let elapsed = u32::try_from(begun.0.elapsed().as_millis()).unwrap_or(u32::MAX);
+        state.tally.note(progress.sent, progress.last.0);
+        let finished = from + state.tally.finished(progress.current.0).least;
+        let last = state.tally.last();
+        let index = last.map(|(index, steps)| (index, from + steps));
         if let Some(journal) = &mut state.journal {
-            journal.mark.clock = begun.1.saturating_add(elapsed.saturating_sub(elapsed / 8));
+            journal.mark.clock = begun.clock_at_least();
             journal.reached(finished, index);
         }
         finished
+    }
+}
+
+impl Begun {
+    async fn now(arm: &Arm) -> Result<Self, Failure> {
+        let clock = arm.get::<DeviceTime>().await?.g_systick;
+        let wall = Instant::now();
+        Ok(Self { wall, clock })
+    }
+
+    /// What the arm's clock shows by now, at least: it may be an eighth slower than ours.
+    fn clock_at_least(self) -> u32 {
+        let elapsed = u32::try_from(self.wall.elapsed().as_millis()).unwrap_or(u32::MAX);
+        self.clock.saturating_add(elapsed - elapsed / 8)
+    }
+
+    /// Seconds since then by the arm's clock.
+    async fn seconds(self, arm: &Arm) -> Result<f64, Failure> {
+        let clock = arm.get::<DeviceTime>().await?.g_systick;
+        Ok(f64::from(clock.wrapping_sub(self.clock)) / 1000.0)
     }
 }
