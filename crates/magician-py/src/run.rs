@@ -3,12 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use magician::commands::{DeviceTime, EndEffectorParams, Pose};
+use magician::commands::DeviceTime;
 use magician::words::Guards;
-use magician::{
-    Arm, Error, ErrorKind, Geometry, JointAngles, Owed, Ran, Result, RunOptions, Set, ToolBias,
-};
-use magician_program::preview::{Snapshot, Standing};
+use magician::{Arm, Error, ErrorKind, Owed, Ran, Result, RunOptions, Set};
 use magician_program::resume::Tally;
 use magician_program::{Problem, Program, Report, Rest, Timetable};
 use pyo3::prelude::*;
@@ -17,7 +14,6 @@ use tokio::sync::watch;
 
 use crate::call::{Call, Reporter};
 use crate::core::Core;
-use crate::picture::Picture;
 use crate::program::{PyPlan, SURFACE_ARGUMENT, Source, Start, findings, refusal};
 
 /// The longest that is waited for a run which somebody has stopped, to give settings back.
@@ -264,55 +260,4 @@ impl Core {
         let over = Call::waiting(over);
         Ok((call, over))
     }
-
-    /// The arm as it stands, drawn.
-    fn snapshot(&self, py: Python<'_>) -> PyResult<Call> {
-        let arm = self.arm(py)?;
-        let look = async move {
-            let pose = arm.get::<Pose>().await?;
-            let bias = arm.get::<EndEffectorParams>().await?;
-            let mut standing = Standing::default();
-            standing.title = format!("Arm at {}", arm.name());
-            standing.joints = pose.joint_angle.map(f64::from).into();
-            let [x, y, z] = [bias.x_bias, bias.y_bias, bias.z_bias].map(f64::from);
-            standing.tool = ToolBias::new(x, y, z);
-            standing.alarms = arm.alarms().await?;
-            let index = arm.current_index().await?;
-            standing.facts = vec![format!("queue index {} finished", index.0)];
-            Ok(standing)
-        };
-        Ok(Call::start(look, |py, standing| {
-            let svg = Snapshot::of_arm(&standing).to_svg().to_owned();
-            Ok(Py::new(py, Picture::new(svg))?.into_any())
-        }))
-    }
-}
-
-/// An arm that says that it stands so, drawn.
-#[pyfunction]
-pub(crate) fn draw_arm(
-    py: Python<'_>,
-    title: &str,
-    pose: [f64; 4],
-    joints: [f64; 4],
-    alarms: Vec<u8>,
-    facts: Vec<String>,
-) -> Picture {
-    let mut standing = Standing::default();
-    standing.title = title.to_owned();
-    standing.joints = joints.into();
-    standing.tool = between(&standing.joints, pose);
-    for code in alarms {
-        standing.alarms.insert(code);
-    }
-    standing.facts = facts;
-    Picture::new(py.detach(|| Snapshot::of_arm(&standing).to_svg().to_owned()))
-}
-
-/// Where the tool is, seen from the wrist, if the joints stand so and the tool is there.
-fn between(joints: &JointAngles, [x, y, z, _]: [f64; 4]) -> ToolBias {
-    let wrist = Geometry::default().forward(joints);
-    let (sin, cos) = joints.j1.to_radians().sin_cos();
-    let [dx, dy] = [x - wrist.x, y - wrist.y];
-    ToolBias::new(dx * cos + dy * sin, dy * cos - dx * sin, wrist.z - z)
 }

@@ -1,7 +1,7 @@
 //! The three verbs, and any frame.
 
-use magician::protocol::{Ctrl, Layout as _, NoArgs, Row};
 use magician::Set;
+use magician::protocol::{Ctrl, Layout as _, NoArgs, Row};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 

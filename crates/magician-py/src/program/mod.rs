@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 pub(crate) use check::{Start, findings, numbers, refusal};
 pub(crate) use load::SURFACE_ARGUMENT;
 
-use crate::{errors, values};
+use crate::{errors, values, wording};
 
 /// A plan, and what is known of where it came from.
 #[pyclass(frozen, name = "Plan", module = "magician._magician")]
@@ -152,7 +152,7 @@ impl PyPlan {
         let notes = self.source.notes.iter();
         let parts = notes.map(|note| {
             let (line, column) = (note.origin.line, note.origin.column);
-            let help = note.help.as_deref().map(load::arguments);
+            let help = note.help.as_deref().map(wording::arguments);
             (
                 line,
                 column,
