@@ -94,7 +94,7 @@ impl Drive {
         }
         let found = self.look_ahead().await?;
         let mut owed = match self.how.restore {
-            true => Owed::read(&self.arm, self.program.changes()).await?,
+            true => Owed::read(&self.arm, found.rest.changes()).await?,
             false => Owed::default(),
         };
         let begun = self.clock().await?;

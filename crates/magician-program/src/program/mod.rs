@@ -119,11 +119,6 @@ impl Program {
         kinds
     }
 
-    /// The settings of the arm that it changes, for [`Owed::read`](magician::Owed::read).
-    pub fn changes(&self) -> impl Iterator<Item = &Set> {
-        self.settings.iter().chain(self.plan.settings())
-    }
-
     /// What is left of it from a step on, for an arm that is as `start` tells.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-use std::iter::repeat_n;
+use std::iter::{self, repeat_n};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -109,6 +109,15 @@ impl Rest {
         let rounds = repeat_n(&*self.whole, times);
         let later = rounds.flat_map(|plan| plan.steps.iter().map(|step| step.action.command()));
         self.first_commands().chain(later)
+    }
+
+    /// The commands that change settings of the arm, for [`Owed::read`](magician::Owed::read).
+    pub fn changes(&self) -> impl Iterator<Item = &Set> {
+        let later = Some(&self.whole).filter(|_| self.follow != Some(0));
+        let plans = iter::once(&self.first).chain(later);
+        self.settings
+            .iter()
+            .chain(plans.flat_map(|plan| plan.settings()))
     }
 
     /// Checks what is left: the first part, and the whole plan after it as often as it follows. An arm that stands the same
@@ -240,6 +249,23 @@ mod tests {
         assert_eq!(sent[1], words::tool(ToolBias::PEN));
         assert_eq!(sent[2..5], sent[8..11]);
         assert_eq!(rest.first_commands().count(), 2 + 3);
+    }
+
+    #[test]
+    fn what_is_still_to_be_changed_is_known() {
+        let (slow, fast) = (words::speed(10.0, 10.0), words::speed(90.0, 90.0));
+        let mut plan = plan();
+        plan.push(slow, Origin::NONE);
+        plan.push(Action::Wait(1), Origin::NONE);
+        let changes = |rounds, from, settings| -> Vec<Set> {
+            let program = Program::new(plan.clone(), rounds).with_settings(settings);
+            let rest = program.rest(from, start()).expect("within reach");
+            rest.changes().copied().collect()
+        };
+        assert_eq!(changes(Some(1), 0, vec![fast]), [fast, slow]);
+        // Whoever begins later is told what was set before.
+        assert_eq!(changes(Some(1), 4, vec![]), [slow]);
+        assert_eq!(changes(None, 0, vec![]), [slow, slow]);
     }
 
     #[test]

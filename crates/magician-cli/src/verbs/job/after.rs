@@ -1,6 +1,5 @@
 //! What becomes of a run that ended before its end, and where the next one goes on.
 
-use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use magician::commands::{DeviceTime, Pose};
@@ -207,8 +206,7 @@ impl Drive<'_> {
 
     fn say(&self, text: &str) {
         if !self.json {
-            // A stderr that nobody reads is no reason to stop.
-            let _ = writeln!(io::stderr(), "{text}");
+            super::say(text);
         }
     }
 

@@ -130,7 +130,7 @@ impl Drive<'_> {
             Some(path) => Some(self.recorder(arm, path, &ahead.finished).await?),
             None => None,
         };
-        debts.owe_all(Owed::read(arm, self.program.changes()).await?);
+        debts.owe_all(Owed::read(arm, ahead.rest.changes()).await?);
         *self.state.borrow_mut() = State {
             journal: Some(journal),
             tally: Tally::new(ahead.rest.lead(), self.mixed),
