@@ -3,7 +3,6 @@
 use std::fmt;
 use std::sync::Once;
 
-use tracing::field::{Field, Visit};
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::filter::LevelFilter;
@@ -30,6 +29,7 @@ pub(crate) fn begin() {
         let lines = tracing_subscriber::fmt()
             .with_env_filter(filter)
             .with_writer(std::io::stderr)
+            .with_ansi(false)
             // They would go where nothing can be written, and panic.
             .log_internal_errors(false)
             .event_format(Line);
@@ -52,7 +52,7 @@ fn filter(text: &str) -> Result<EnvFilter, String> {
     EnvFilter::try_new(text).map_err(|error| error.to_string())
 }
 
-/// `DobotDll: warning: what happened`.
+/// `DobotDll: warning: what happened name=value`.
 struct Line;
 
 impl<S, N> FormatEvent<S, N> for Line
@@ -62,7 +62,7 @@ where
 {
     fn format_event(
         &self,
-        _: &FmtContext<'_, S, N>,
+        context: &FmtContext<'_, S, N>,
         mut writer: Writer<'_>,
         event: &Event<'_>,
     ) -> fmt::Result {
@@ -71,21 +71,9 @@ where
             Level::WARN => "warning: ",
             _ => "",
         };
-        let mut text = Text(String::new());
-        event.record(&mut text);
-        writeln!(writer, "DobotDll: {level}{}", text.0)
-    }
-}
-
-/// The message, and after it the other fields.
-struct Text(String);
-
-impl Visit for Text {
-    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
-        match field.name() {
-            "message" => self.0.insert_str(0, &format!("{value:?}")),
-            name => self.0.push_str(&format!(" {name}={value:?}")),
-        }
+        write!(writer, "DobotDll: {level}")?;
+        context.format_fields(writer.by_ref(), event)?;
+        writeln!(writer)
     }
 }
 

@@ -3,7 +3,6 @@
 
 use std::fmt;
 
-use tracing::field::{Field, Visit};
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::filter::LevelFilter;
 use tracing_subscriber::fmt::format::Writer;
@@ -26,12 +25,14 @@ pub(crate) fn begin(global: &Global) {
     let lines = tracing_subscriber::fmt()
         .with_max_level(level)
         .with_writer(|| LogWriter)
+        // The colours are ours.
+        .with_ansi(false)
         .event_format(Line(Paint::for_stderr()));
     // Only a second start could fail, and there is none.
     let _ = lines.try_init();
 }
 
-/// `warning: what happened`.
+/// `warning: what happened name=value`.
 struct Line(Paint);
 
 impl<S, N> FormatEvent<S, N> for Line
@@ -41,7 +42,7 @@ where
 {
     fn format_event(
         &self,
-        _: &FmtContext<'_, S, N>,
+        context: &FmtContext<'_, S, N>,
         mut writer: Writer<'_>,
         event: &Event<'_>,
     ) -> fmt::Result {
@@ -51,20 +52,7 @@ where
             Level::WARN => write!(writer, "{} ", paint.note("warning:"))?,
             _ => write!(writer, "{} ", paint.dim("log:"))?,
         }
-        let mut text = Text(String::new());
-        event.record(&mut text);
-        writeln!(writer, "{}", text.0)
-    }
-}
-
-/// The message, and after it the other fields.
-struct Text(String);
-
-impl Visit for Text {
-    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
-        match field.name() {
-            "message" => self.0.insert_str(0, &format!("{value:?}")),
-            name => self.0.push_str(&format!(" {name}={value:?}")),
-        }
+        context.format_fields(writer.by_ref(), event)?;
+        writeln!(writer)
     }
 }

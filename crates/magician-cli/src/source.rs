@@ -18,7 +18,7 @@ const LARGEST: u64 = 256 << 20;
 pub(crate) struct Source {
     /// As the person wrote it; `stdin` for `-`.
     pub(crate) name: String,
-    /// What it is called without its ending.
+    /// What it is called without its folder and its ending.
     pub(crate) title: String,
     bytes: Vec<u8>,
 }
@@ -46,16 +46,8 @@ impl Source {
         if count as u64 > LARGEST {
             return Err(wrong(&format!("it has more than {} MB", LARGEST >> 20)));
         }
-        let title = path
-            .file_stem()
-            .map(|stem| stem.to_string_lossy().into_owned());
-        Ok(Self {
-            title: title
-                .filter(|_| !is_stdin)
-                .unwrap_or_else(|| "stdin".to_owned()),
-            name,
-            bytes,
-        })
+        let title = Format::title(&name).to_owned();
+        Ok(Self { name, title, bytes })
     }
 
     /// What it is: as the person says, else as its name and its first bytes do.

@@ -8,7 +8,7 @@
 //!            \-> Raster --engrave--> Plan        images: grey that becomes laser power
 //! Plan --check--> Report     every complaint with its line, column or element
 //!      --preview--> SVG or PNG
-//!      --commands--> Arm::begin
+//!      --Program, Rest--> Arm::begin   from any step on, in rounds, with the time that is left
 //! ```
 //!
 //! * [`read`](fn@read) takes the bytes of a file of any [`Format`]; what it gives says where in the file each step came from.
@@ -30,6 +30,7 @@ mod pace;
 mod plan;
 pub mod preview;
 mod problem;
+mod program;
 pub mod raster;
 mod reach;
 pub mod rehearse;
@@ -46,6 +47,7 @@ pub use formats::{Content, Fills, Format, ReadOptions, Reading, read};
 pub use origin::{Lines, Origin};
 pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
 pub use problem::Problem;
+pub use program::{Program, Rest, Timetable};
 pub use raster::Raster;
 pub use reach::{Fit, Placement, Reach};
 pub use setup::{Placing, Setup, Work, tip};

@@ -1,6 +1,7 @@
 use std::fmt;
 
 use crate::Origin;
+use crate::formats::NEEDS_START;
 
 /// What is wrong with a file, or deserves to be known of it: where, what, and what to do about it.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +39,14 @@ impl Problem {
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.name = Some(name.into());
         self
+    }
+
+    /// Whether it is that nobody knows where the arm stands when the program begins: nothing is wrong with a file that is
+    /// read again with [`GcodeOptions::start`](crate::formats::GcodeOptions::start).
+    #[must_use]
+    pub fn needs_start(&self) -> bool {
+        let help = self.help.as_deref();
+        help.is_some_and(|help| help.ends_with(NEEDS_START))
     }
 
     /// With what to do about it.

@@ -12,6 +12,9 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// The table of a virtual arm where nobody has said how high it is.
+    pub const VIRTUAL: Self = Self::level(-60.0);
+
     /// A level one at this height, mm.
     #[must_use]
     pub const fn level(height: f64) -> Self {

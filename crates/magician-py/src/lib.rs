@@ -45,11 +45,9 @@ mod _magician {
     #[pymodule_export]
     use crate::frames::command_id;
     #[pymodule_export]
-    use crate::picture::{Ink, Picture};
+    use crate::picture::{Ink, Picture, draw_arm};
     #[pymodule_export]
     use crate::program::{PyPlan, Start};
-    #[pymodule_export]
-    use crate::run::draw_arm;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -1,12 +1,15 @@
-//! Pictures, and what pen and laser have left.
+//! Pictures, of plans and of arms, and what pen and laser have left.
 
-use magician::Error;
-use magician::sim::world::{Drawing, StrokeKind};
-use magician_program::preview;
+use magician::commands::{EndEffectorParams, Pose};
+use magician::sim::world::{self, Drawing, StrokeKind};
+use magician::{Error, Geometry, JointAngles, ToolBias};
+use magician_program::preview::{PictureError, Snapshot, Standing, fitting, to_png};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::call::Call;
+use crate::core::Core;
 use crate::errors;
 use crate::program::numbers;
 
@@ -22,24 +25,6 @@ impl Picture {
     }
 }
 
-/// As often a scale is halved for a picture that would be too large.
-const HALVINGS: u32 = 4;
-
-/// The picture at a scale, or smaller if that would be too large.
-fn fitting<E: std::fmt::Display>(
-    scale: f64,
-    draw: impl Fn(f64) -> Result<Vec<u8>, E>,
-) -> Result<Vec<u8>, Error> {
-    let mut made = draw(scale);
-    for halving in 1..=HALVINGS {
-        if made.is_ok() {
-            break;
-        }
-        made = draw(scale / f64::from(1 << halving));
-    }
-    made.map_err(|error| Error::invalid(error.to_string()))
-}
-
 #[pymethods]
 impl Picture {
     #[getter]
@@ -48,10 +33,65 @@ impl Picture {
     }
 
     fn png<'py>(&self, py: Python<'py>, scale: f64) -> PyResult<Bound<'py, PyBytes>> {
-        let png = py.detach(|| fitting(scale, |scale| preview::to_png(&self.svg, scale)));
-        let png = png.map_err(|error| errors::raise(py, &error))?;
+        let too_large = |error: &_| matches!(error, PictureError::Size(_));
+        let png = py.detach(|| fitting(scale, too_large, |scale| to_png(&self.svg, scale)));
+        let png = png.map_err(|error| errors::raise(py, &error.into()))?;
         Ok(PyBytes::new(py, &png))
     }
+}
+
+#[pymethods]
+impl Core {
+    /// The arm as it stands, drawn.
+    fn snapshot(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        let look = async move {
+            let pose = arm.get::<Pose>().await?;
+            let bias = arm.get::<EndEffectorParams>().await?;
+            let mut standing = Standing::default();
+            standing.title = format!("Arm at {}", arm.name());
+            standing.joints = pose.joint_angle.map(f64::from).into();
+            let [x, y, z] = [bias.x_bias, bias.y_bias, bias.z_bias].map(f64::from);
+            standing.tool = ToolBias::new(x, y, z);
+            standing.alarms = arm.alarms().await?;
+            let index = arm.current_index().await?;
+            standing.facts = vec![format!("queue index {} finished", index.0)];
+            Ok(standing)
+        };
+        Ok(Call::start(look, |py, standing| {
+            let svg = Snapshot::of_arm(&standing).to_svg().to_owned();
+            Ok(Py::new(py, Picture::new(svg))?.into_any())
+        }))
+    }
+}
+
+/// An arm that says that it stands so, drawn.
+#[pyfunction]
+pub(crate) fn draw_arm(
+    py: Python<'_>,
+    title: &str,
+    pose: [f64; 4],
+    joints: [f64; 4],
+    alarms: Vec<u8>,
+    facts: Vec<String>,
+) -> Picture {
+    let mut standing = Standing::default();
+    standing.title = title.to_owned();
+    standing.joints = joints.into();
+    standing.tool = between(&standing.joints, pose);
+    for code in alarms {
+        standing.alarms.insert(code);
+    }
+    standing.facts = facts;
+    Picture::new(py.detach(|| Snapshot::of_arm(&standing).to_svg().to_owned()))
+}
+
+/// Where the tool is, seen from the wrist, if the joints stand so and the tool is there.
+fn between(joints: &JointAngles, [x, y, z, _]: [f64; 4]) -> ToolBias {
+    let wrist = Geometry::default().forward(joints);
+    let (sin, cos) = joints.j1.to_radians().sin_cos();
+    let [dx, dy] = [x - wrist.x, y - wrist.y];
+    ToolBias::new(dx * cos + dy * sin, dy * cos - dx * sin, wrist.z - z)
 }
 
 /// What pen and laser have left.
@@ -73,8 +113,10 @@ impl Ink {
     }
 
     fn png<'py>(&self, py: Python<'py>, scale: f64) -> PyResult<Bound<'py, PyBytes>> {
-        let png = py.detach(|| fitting(scale, |scale| self.drawing.to_png(scale)));
-        let png = png.map_err(|error| errors::raise(py, &error))?;
+        let too_large = |error: &_| matches!(error, world::PictureError::Size { .. });
+        let png = py.detach(|| fitting(scale, too_large, |scale| self.drawing.to_png(scale)));
+        let invalid = |error: world::PictureError| Error::invalid(error.to_string());
+        let png = png.map_err(|error| errors::raise(py, &invalid(error)))?;
         Ok(PyBytes::new(py, &png))
     }
 

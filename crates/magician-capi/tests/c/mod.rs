@@ -11,6 +11,37 @@ use std::process::Command;
 use magician_capi::structure::STRUCTURES;
 use magician_capi::{FUNCTIONS, Family, Function, Ids};
 
+/// The tests of a family.
+macro_rules! tests {
+    ($family:ident, $number:literal) => {
+        const SUBJECT: c::Subject = c::Subject {
+            family: magician_capi::Family::$family,
+            number: $number,
+        };
+
+        #[test]
+        fn layouts_are_the_vendors() {
+            SUBJECT.layouts_are_the_vendors();
+        }
+
+        #[test]
+        fn prototypes_are_those_of_the_table() {
+            SUBJECT.prototypes_are_those_of_the_table();
+        }
+
+        #[test]
+        fn a_program_has_its_session() {
+            SUBJECT.a_program_has_its_session();
+        }
+
+        #[test]
+        fn a_program_leaves_its_arm_at_its_end() {
+            SUBJECT.a_program_leaves_its_arm_at_its_end();
+        }
+    };
+}
+pub(crate) use tests;
+
 /// A family under test.
 #[derive(Clone, Copy)]
 pub(crate) struct Subject {

@@ -1,4 +1,5 @@
-// Every function that sends, called as C would; the file is included where `call!` says how a family is called.
+// Every function that sends, called as C would; the file is included where `call!` says how a family is called, and
+// `own_calls` and `circle` what only it has so.
 
 /// A forced or asked-for place in the queue: the index is what the arm answered.
 macro_rules! queued {
@@ -263,4 +264,10 @@ fn common_calls() -> Vec<Call> {
         plain!(SetQueuedCmdForceStopExec()),
         plain!(SetQueuedCmdClear()),
     ]
+}
+
+/// What all families have, what only this one has so, and `more`.
+fn every_call(more: Vec<Call>) -> Vec<Call> {
+    let parts = [beginning(), own_calls(), more, common_calls(), vec![circle()]];
+    parts.into_iter().flatten().collect()
 }

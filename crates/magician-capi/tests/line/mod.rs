@@ -38,7 +38,7 @@ pub struct Line {
 }
 
 impl Line {
-    pub fn open() -> Self {
+    fn open() -> Self {
         let listener = TcpListener::bind(("127.0.0.1", 0)).expect("a port");
         let port = listener.local_addr().expect("an address").port();
         let seen = Arc::<Mutex<Vec<_>>>::default();
@@ -53,9 +53,12 @@ impl Line {
         Self { port, seen }
     }
 
-    /// What `ConnectDobot` takes.
-    pub fn name(&self) -> String {
-        format!("tcp:127.0.0.1:{}", self.port)
+    /// One that the library is connected to. `connect` calls the family's `ConnectDobot` with the name of a port.
+    pub fn connected(connect: impl FnOnce(Text) -> c_int) -> Self {
+        let line = Self::open();
+        let port = format!("tcp:127.0.0.1:{}", line.port);
+        assert_eq!(connect(text(port.as_bytes())), 0);
+        line
     }
 
     /// What has passed since the last look.
@@ -235,7 +238,7 @@ const UNLIKE: [&str; 2] = ["ColorSensor", "InfraredSensor"];
 
 /// Makes every call and holds what it sends to the list of frames, and what C is given to what the arm answered and to
 /// what was set before. Those that must be allowed are refused first, and send nothing.
-pub fn hold_to_golden(line: &Line, family: Family, calls: &[Call], allow: impl Fn(&str) -> c_int) {
+pub fn hold_to_golden(line: &Line, family: Family, calls: &[Call], allow: impl Fn(Text) -> c_int) {
     let golden = golden();
     let mut written = BTreeMap::new();
     for call in calls {
@@ -247,7 +250,7 @@ pub fn hold_to_golden(line: &Line, family: Family, calls: &[Call], allow: impl F
         if kind(family, call.function()) == Kind::Guarded {
             assert_eq!((call.make)().0, 3, "{name} before it was allowed");
             assert!(line.passed().is_empty(), "{name} before it was allowed");
-            assert_eq!(allow(call.function()), 0, "{name}");
+            assert_eq!(allow(text(call.function().as_bytes())), 0, "{name}");
         }
         let (code, given) = (call.make)();
         let passed = line.passed();

@@ -7,19 +7,16 @@ mod line;
 mod nothing;
 
 use dobotdll_v1::exported;
-use line::{Line, text};
+use line::{Line, none};
 use magician_capi::Kind;
 use magician_capi::functions::names::*;
 use nothing::{Argument, Row, hold_to_nothing, hold_to_something, hold_to_zero};
 
 #[test]
 fn null_pointers_are_survived() {
-    let line = Line::open();
-    let port = text(line.name().as_bytes());
-    let [firmware, version] = [line::none(), line::none()];
     // SAFETY: null is allowed.
-    let code = unsafe { exported::ConnectDobot(port, 115_200, firmware, version) };
-    assert_eq!(code, 0);
+    let line =
+        Line::connected(|port| unsafe { exported::ConnectDobot(port, 115_200, none(), none()) });
     let rows = magician_capi::functions!(crate rows_about_an_arm v1);
     hold_to_nothing(&line, &rows);
     hold_to_something(&line, &rows);

@@ -38,19 +38,10 @@ fn circle() -> Call {
 
 #[test]
 fn every_function_sends_its_frame() {
-    let line = Line::open();
-    let port = text(line.name().as_bytes());
     // SAFETY: null is allowed.
-    let code = unsafe { exported::ConnectDobot(port, 115_200, none(), none()) };
-    assert_eq!(code, 0);
-    let calls: Vec<Call> = beginning()
-        .into_iter()
-        .chain(own_calls())
-        .chain(more_calls())
-        .chain(common_calls())
-        .chain([circle()])
-        .collect();
+    let line =
+        Line::connected(|port| unsafe { exported::ConnectDobot(port, 115_200, none(), none()) });
     // SAFETY: the text stays for ever.
-    let allow = |name: &str| unsafe { exported::MagicianAllow(text(name.as_bytes())) };
-    hold_to_golden(&line, Family::V1, &calls, allow);
+    let allow = |name| unsafe { exported::MagicianAllow(name) };
+    hold_to_golden(&line, Family::V1, &every_call(more_calls()), allow);
 }

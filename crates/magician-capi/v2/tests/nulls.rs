@@ -7,20 +7,18 @@ mod line;
 mod nothing;
 
 use dobotdll_v2::exported;
-use line::{Line, Slot, text};
+use line::{Line, Slot, none};
 use magician_capi::Kind;
 use magician_capi::functions::names::*;
 use nothing::{Argument, Row, hold_to_nothing, hold_to_something, hold_to_zero};
 
 #[test]
 fn null_pointers_are_survived() {
-    let line = Line::open();
-    let port = text(line.name().as_bytes());
     let mut id = Slot::new(4);
-    let [firmware, version] = [line::none(), line::none()];
     // SAFETY: null is allowed.
-    let code = unsafe { exported::ConnectDobot(port, 115_200, firmware, version, id.out()) };
-    assert_eq!(code, 0);
+    let line = Line::connected(|port| unsafe {
+        exported::ConnectDobot(port, 115_200, none(), none(), id.out())
+    });
     let rows = magician_capi::functions!(crate rows_about_an_arm v2);
     hold_to_nothing(&line, &rows);
     hold_to_something(&line, &rows);

@@ -7,19 +7,16 @@ mod line;
 mod nothing;
 
 use dobotdll_v3::exported;
-use line::{Line, Slot, text};
+use line::{Line, Slot};
 use magician_capi::Kind;
 use magician_capi::functions::names::*;
 use nothing::{Argument, Row, hold_to_nothing, hold_to_something, hold_to_zero};
 
 #[test]
 fn null_pointers_are_survived() {
-    let line = Line::open();
-    let port = text(line.name().as_bytes());
     let mut info = Slot::new(336);
     // SAFETY: the pointer says what is there.
-    let code = unsafe { exported::ConnectDobot(port, 115_200, info.out()) };
-    assert_eq!(code, 0);
+    let line = Line::connected(|port| unsafe { exported::ConnectDobot(port, 115_200, info.out()) });
     let rows = magician_capi::functions!(crate rows_about_an_arm v3);
     hold_to_nothing(&line, &rows);
     hold_to_something(&line, &rows);

@@ -45,21 +45,11 @@ fn circle() -> Call {
 
 #[test]
 fn every_function_sends_its_frame() {
-    let line = Line::open();
-    let port = text(line.name().as_bytes());
     let mut info = Slot::new(336);
     // SAFETY: the pointer says what is there.
-    let code = unsafe { exported::ConnectDobot(port, 115_200, info.out()) };
+    let line = Line::connected(|port| unsafe { exported::ConnectDobot(port, 115_200, info.out()) });
     assert_eq!(info.bytes()[..4], [0; 4]);
-    assert_eq!(code, 0);
-    let calls: Vec<Call> = beginning()
-        .into_iter()
-        .chain(own_calls())
-        .chain(more_calls())
-        .chain(common_calls())
-        .chain([circle()])
-        .collect();
     // SAFETY: the text stays for ever.
-    let allow = |name: &str| unsafe { exported::MagicianAllow(text(name.as_bytes())) };
-    hold_to_golden(&line, Family::V3, &calls, allow);
+    let allow = |name| unsafe { exported::MagicianAllow(name) };
+    hold_to_golden(&line, Family::V3, &every_call(more_calls()), allow);
 }

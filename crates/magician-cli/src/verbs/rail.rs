@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::args::number;
 use crate::context::Context;
-use crate::debts::{Debts, at_once};
+use crate::debts::Debts;
 use crate::failure::Failure;
 use crate::progress::attended;
 
@@ -94,7 +94,7 @@ impl Rail {
 fn tell(context: &mut Context, on: bool, version: u8) -> Result<Answer, Failure> {
     let command = words::rail(on, RailVersion::from(version.saturating_sub(1)));
     context.with_arm(async |arm, _| {
-        at_once(arm, &command).await?;
+        arm.set_any(&command).await?;
         look(arm).await
     })
 }

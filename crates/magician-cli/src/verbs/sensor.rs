@@ -12,7 +12,6 @@ use tokio::time::{MissedTickBehavior, interval};
 
 use super::pose::rate;
 use crate::context::Context;
-use crate::debts::at_once;
 use crate::failure::Failure;
 
 /// Look what a sensor sees, switching it on first
@@ -125,7 +124,7 @@ impl Sensor {
             Kind::Color => words::color_sensor(port, on, version),
             Kind::Infrared => words::infrared(port, on, version),
         };
-        at_once(arm, &command).await
+        Ok(arm.set_any(&command).await?)
     }
 
     async fn look(&self, arm: &Arm) -> Result<Seen, Failure> {

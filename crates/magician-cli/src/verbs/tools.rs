@@ -5,7 +5,6 @@ use magician::{Set, words};
 use serde::Serialize;
 
 use crate::context::Context;
-use crate::debts::at_once;
 use crate::failure::Failure;
 
 /// Switch the suction cup
@@ -86,7 +85,7 @@ fn switch<T>(context: &mut Context, name: &str, state: T, command: Set) -> Resul
 where
     T: Copy + Serialize + ValueEnum,
 {
-    context.with_arm(async |arm, _| at_once(arm, &command).await)?;
+    context.with_arm(async |arm, _| Ok(arm.set_any(&command).await?))?;
     let word = state.to_possible_value();
     let word = word.as_ref().map_or("", |value| value.get_name());
     context.show(&Answer { state }, |out| {

@@ -54,6 +54,24 @@ impl Format {
         }
     }
 
+    /// What a file of this name is called, without its folder and its ending: a title for what is made of it.
+    ///
+    /// ```
+    /// use magician_program::Format;
+    ///
+    /// assert_eq!(Format::title("work/pick.plan.json"), "pick");
+    /// assert_eq!(Format::title(r"C:\work\house.v2.svg"), "house.v2");
+    /// assert_eq!(Format::title(".svg"), ".svg");
+    /// ```
+    #[must_use]
+    pub fn title(name: &str) -> &str {
+        let name = name.rsplit(['/', '\\']).next().unwrap_or(name);
+        let plain = name
+            .strip_suffix(".plan.json")
+            .or_else(|| name.rsplit_once('.').map(|(plain, _)| plain));
+        plain.filter(|plain| !plain.is_empty()).unwrap_or(name)
+    }
+
     /// What it is.
     #[must_use]
     pub fn description(self) -> &'static str {

@@ -12,7 +12,8 @@ mod points;
 pub(crate) mod svg;
 mod xml;
 
-pub use gcode::{Arcs, Dialect, GcodeOptions, NEEDS_START};
+pub(crate) use gcode::NEEDS_START;
+pub use gcode::{Arcs, Dialect, GcodeOptions};
 
 use crate::plan::file;
 use crate::raster::Raster;

@@ -154,6 +154,20 @@ impl Action {
         }
     }
 
+    /// Whether it may light the laser, or burns with it.
+    pub(crate) fn burns(&self) -> bool {
+        match self {
+            Self::Burn { power, .. } => *power > 0.0,
+            Self::Laser(on) => *on,
+            Self::Command(command) => match &**command {
+                Set::SetEndEffectorLaser(laser) => laser.on.is_on(),
+                Set::CpLeCmd(segment) => segment.velocity_or_power > 0.0,
+                _ => false,
+            },
+            _ => false,
+        }
+    }
+
     /// Where it leads the tool, when it says so itself: x, y, z.
     #[must_use]
     pub fn target(&self) -> Option<[f32; 3]> {

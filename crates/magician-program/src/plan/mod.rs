@@ -3,10 +3,13 @@
 mod action;
 pub(crate) mod file;
 mod from;
+mod join;
 pub(crate) mod json;
 mod pallet;
 mod step;
 mod transform;
+
+use std::collections::BTreeMap;
 
 use magician::words;
 use magician_protocol::Set;
@@ -75,5 +78,77 @@ impl Plan {
     pub fn commands(&self) -> impl Iterator<Item = Set> + Clone + '_ {
         let steps = self.steps.iter().map(|step| step.action.command());
         self.preamble().into_iter().chain(steps)
+    }
+
+    /// One command of each kind: what [`Arm::preflight_for`](magician::Arm::preflight_for) has to read of an arm depends on
+    /// nothing else.
+    #[must_use]
+    pub fn kinds(&self) -> Vec<Set> {
+        let all = self.commands();
+        let kinds: BTreeMap<u8, Set> = all.map(|command| (command.row().id, command)).collect();
+        kinds.into_values().collect()
+    }
+
+    /// Whether anything of it may light the laser.
+    #[must_use]
+    pub fn burns(&self) -> bool {
+        self.steps.iter().any(|step| step.action.burns())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician::commands::CpLeCmd;
+    use magician_protocol::CpMode;
+
+    use super::*;
+
+    fn of(commands: impl IntoIterator<Item = Set>) -> Plan {
+        let mut plan = Plan::new("p");
+        commands
+            .into_iter()
+            .for_each(|command| plan.push(command, Origin::NONE));
+        plan
+    }
+
+    fn burn(cp_mode: CpMode, power: f32) -> Set {
+        CpLeCmd {
+            cp_mode,
+            x: 1.0,
+            y: 0.0,
+            z: 0.0,
+            velocity_or_power: power,
+        }
+        .into()
+    }
+
+    #[test]
+    fn what_lights_the_laser_burns_in_whatever_form() {
+        for lit in [
+            words::laser(true),
+            burn(CpMode::Absolute, 1.0),
+            burn(CpMode::Relative, 1.0),
+        ] {
+            assert!(
+                of([words::path_to(200.0, 0.0, 0.0), lit]).burns(),
+                "{lit:?}"
+            );
+        }
+        let dark = [
+            words::laser(false),
+            burn(CpMode::Absolute, 0.0),
+            burn(CpMode::Relative, 0.0),
+        ];
+        assert!(!of(dark).burns());
+    }
+
+    #[test]
+    fn kinds_are_one_of_each() {
+        let path = |x| words::path_to(x, 0.0, 0.0);
+        let mut plan = of([path(200.0), path(210.0), words::laser(false)]);
+        plan.tool = Some(Tool::Laser);
+        let kinds = plan.kinds();
+        assert_eq!(kinds.len(), 3);
+        assert!(kinds.contains(&words::tool(Tool::Laser.bias())));
     }
 }

@@ -27,8 +27,8 @@ use magician::words::Preflight;
 
 use legend::Legend;
 use panel::{Panel, TICKS};
-pub use png::PictureError;
 pub(crate) use png::options as svg_options;
+pub use png::{PictureError, fitting};
 pub use section::section;
 pub use snapshot::{Snapshot, Standing};
 use svg::Svg;

@@ -7,6 +7,8 @@ use crate::formats::svg::font;
 
 /// As many pixels has the largest picture.
 const MOST_PIXELS: f64 = 64e6;
+/// As often a scale is halved for a picture that would be too large.
+const HALVINGS: usize = 4;
 /// Units of the picture, which are pixels of 96 to the inch, in a millimetre.
 const UNITS: f64 = 96.0 / 25.4;
 
@@ -50,6 +52,25 @@ impl From<PictureError> for magician::Error {
     }
 }
 
+/// A picture at this scale, or at half of it, or half of that (four times at most) where it is refused as `too_large`.
+///
+/// # Errors
+/// What `draw` says of the last scale.
+pub fn fitting<E>(
+    pixels_per_mm: f64,
+    too_large: impl Fn(&E) -> bool,
+    draw: impl Fn(f64) -> Result<Vec<u8>, E>,
+) -> Result<Vec<u8>, E> {
+    let mut scale = pixels_per_mm;
+    for _ in 0..HALVINGS {
+        match draw(scale) {
+            Err(error) if too_large(&error) => scale /= 2.0,
+            made => return made,
+        }
+    }
+    draw(scale)
+}
+
 pub(super) fn drawn(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
     if !(pixels_per_mm > 0.0 && pixels_per_mm.is_finite()) {
         return Err(PictureError::Scale(pixels_per_mm));
@@ -83,5 +104,26 @@ pub(crate) fn options() -> usvg::Options<'static> {
         font_resolver: font::resolver(),
         fontdb: font::database(),
         ..usvg::Options::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_too_large_becomes_smaller() {
+        let most = |most: f64| {
+            move |scale: f64| match scale > most {
+                true => Err("large"),
+                false => Ok(scale.to_string().into_bytes()),
+            }
+        };
+        let large = |error: &&str| *error == "large";
+        assert_eq!(fitting(8.0, large, most(8.0)).unwrap(), b"8");
+        assert_eq!(fitting(8.0, large, most(3.0)).unwrap(), b"2");
+        assert_eq!(fitting(8.0, large, most(0.5)).unwrap(), b"0.5");
+        assert_eq!(fitting(8.0, large, most(0.4)), Err("large"));
+        assert_eq!(fitting(8.0, large, |_| Err("other")), Err("other"));
     }
 }

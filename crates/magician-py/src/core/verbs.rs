@@ -1,7 +1,7 @@
 //! The three verbs, and any frame.
 
+use magician::Set;
 use magician::protocol::{Ctrl, Layout as _, NoArgs, Row};
-use magician::{Arm, Error, FrameBuf, Set};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 
@@ -27,13 +27,6 @@ pub(super) fn commands(commands: &Bound<'_, PyAny>) -> PyResult<Vec<Set>> {
         all.push(values::command(&command?)?);
     }
     Ok(all)
-}
-
-/// Something that the arm is told and that comes to nothing.
-async fn told(arm: Arm, frame: FrameBuf) -> magician::Result<()> {
-    let frame = frame.frame();
-    let sent = arm.raw(frame.id(), frame.ctrl(), frame.params()).await;
-    sent.map(drop)
 }
 
 #[pymethods]
@@ -72,9 +65,8 @@ impl Core {
         let py = command.py();
         let command = values::command(command)?;
         meant(py, command.row(), allow_dangerous)?;
-        let frame = FrameBuf::set(&command, Ctrl::SET);
-        let frame = frame.map_err(|error| errors::raise(py, &Error::from(error)))?;
-        Ok(Call::plain(told(self.arm(py)?, frame)))
+        let arm = self.arm(py)?;
+        Ok(Call::plain(async move { arm.set_any(&command).await }))
     }
 
     /// Puts a command into the arm's queue and tells its index.

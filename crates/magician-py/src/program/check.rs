@@ -1,14 +1,15 @@
 //! What a check has found, as Python has it, and as the error that keeps a run from beginning.
 
+use magician::blocking::Arm;
 use magician::words::Preflight;
-use magician::{Arm, Error, Options};
+use magician::{Error, Options};
 use magician_program::preview::{Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage};
 use magician_program::{Complaint, Plan, Report, check};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use super::{PyPlan, Source, kinds, retold, tool};
+use super::{PyPlan, Source, retold, tool};
 use crate::core::seconds;
 use crate::picture::{Ink, Picture};
 use crate::{errors, values};
@@ -22,19 +23,7 @@ pub(crate) struct Start {
 /// A virtual arm that is ready for a plan, as it says itself how it stands.
 fn staged(plan: &Plan) -> Result<Preflight, Error> {
     let arm = stage(plan, &RehearseOptions::default())?;
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build();
-    let runtime = runtime.map_err(|error| {
-        Error::new(
-            magician::ErrorKind::Port,
-            format!("the system gives no timer or poller: {error}"),
-        )
-    })?;
-    runtime.block_on(async {
-        let arm = Arm::simulated(arm, Options::default()).await?;
-        arm.preflight_for(&kinds(plan)).await
-    })
+    Arm::simulated(arm, Options::default())?.preflight_for(&plan.kinds())
 }
 
 impl PyPlan {

@@ -2,7 +2,7 @@
 
 use magician::Error;
 use magician_program::artwork::Sheet;
-use magician_program::formats::{Dialect, NEEDS_START};
+use magician_program::formats::Dialect;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
     Content, Format, Placing, Plan, Problem, ReadOptions, Reading, Setup, Surface, Work, read,
@@ -10,10 +10,7 @@ use magician_program::{
 use pyo3::prelude::*;
 
 use super::{PyPlan, Source, surface, tool};
-use crate::errors;
-
-/// Height of the table of a virtual arm, where nobody has said another, mm.
-const TABLE: f64 = -60.0;
+use crate::{errors, wording};
 
 /// What is to be said where nobody has said how high the paper lies.
 pub(crate) const SURFACE_ARGUMENT: &str = "nobody has said how high the paper or the wood lies: give load() surface=Z, the z of the arm's pose when its tool \
@@ -64,10 +61,10 @@ impl Wanted {
         setup.sheet = self.sheet.map(|(x, y, rotation, size)| Sheet {
             corner: [x, y],
             rotation,
-            surface: setup.surface.unwrap_or(Surface::level(TABLE)),
+            surface: setup.surface.unwrap_or(Surface::VIRTUAL),
             size,
         });
-        setup.usual_surface = Some(Surface::level(TABLE));
+        setup.usual_surface = Some(Surface::VIRTUAL);
         let mut placing = Placing::default();
         (placing.at, placing.by) = (self.at, self.by);
         (placing.scale, placing.rotate) = (above_zero("scale", self.scale)?, self.rotate);
@@ -180,7 +177,10 @@ impl PyPlan {
         tool(py, wanted.tool.as_deref())?;
         let format = format_of(name, bytes, wanted.format.as_deref()).map_err(refused)?;
         let setup = wanted.setup(format).map_err(refused)?;
-        let title = wanted.title.clone().unwrap_or_else(|| stem(name));
+        let title = wanted
+            .title
+            .clone()
+            .unwrap_or_else(|| Format::title(name).to_owned());
         let options = wanted.options(title).map_err(refused)?;
         let made = py.detach(|| made(format, bytes, &options, &setup));
         let (plan, notes, taught) =
@@ -234,65 +234,11 @@ fn made(
 
 /// A problem with a help that speaks of arguments.
 fn said(mut problem: Problem) -> Problem {
-    let needs_start = problem
-        .help
-        .as_deref()
-        .is_some_and(|help| help.ends_with(NEEDS_START));
-    problem.help = match needs_start {
+    problem.help = match problem.needs_start() {
         true => {
             Some("give start=(x, y, z), where the tool stands when the program begins".to_owned())
         }
-        false => problem.help.as_deref().map(arguments),
+        false => problem.help.as_deref().map(wording::arguments),
     };
     problem
-}
-
-/// A help of the command line in the words of [`load`](PyPlan::load): `--scale 0.5` is `scale=0.5`.
-pub(super) fn arguments(help: &str) -> String {
-    let mut words = help.split(' ').peekable();
-    let mut said: Vec<String> = Vec::new();
-    while let Some(word) = words.next() {
-        let Some(flag) = word.trim_start_matches('`').strip_prefix("--") else {
-            said.push(word.to_owned());
-            continue;
-        };
-        let end = flag.find(|letter: char| !letter.is_ascii_lowercase() && letter != '-');
-        let (flag, rest) = flag.split_at(end.unwrap_or(flag.len()));
-        let is_value = |next: &&str| {
-            next.starts_with(|first: char| first.is_ascii_digit() || first.is_ascii_uppercase())
-        };
-        let value = words.next_if(|next| rest.is_empty() && is_value(next));
-        let rest = rest.trim_start_matches('`');
-        said.push(match (flag, value) {
-            ("fit" | "mirror" | "invert", _) => format!("{flag}=True{rest}"),
-            ("no-order", _) => format!("order=False{rest}"),
-            (flag, None) => format!("{}={rest}", flag.replace('-', "_")),
-            (flag, Some(value)) => {
-                let plain = value.trim_end_matches(['`', ',']);
-                let after = value
-                    .get(plain.len()..)
-                    .unwrap_or_default()
-                    .trim_start_matches('`');
-                let plain = plain.to_ascii_lowercase();
-                let plain = match plain.contains(',') {
-                    true => format!("({})", plain.replace(',', ", ")),
-                    false => plain,
-                };
-                format!("{}={plain}{after}", flag.replace('-', "_"))
-            }
-        });
-    }
-    said.join(" ")
-}
-
-/// The name of a file without its folder and its ending.
-fn stem(name: &str) -> String {
-    let name = name.rsplit(['/', '\\']).next().unwrap_or(name);
-    let plain = name
-        .strip_suffix(".plan.json")
-        .or_else(|| name.rsplit_once('.').map(|(stem, _)| stem));
-    plain
-        .filter(|stem| !stem.is_empty())
-        .unwrap_or(name)
-        .to_owned()
 }

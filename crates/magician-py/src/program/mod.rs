@@ -7,15 +7,15 @@ mod steps;
 
 use std::sync::Arc;
 
-use magician::{Error, Set};
+use magician::Error;
 use magician_program::formats::playback::Playback;
-use magician_program::{Action, Pallet, Plan, Problem, Surface, Tool};
+use magician_program::{Pallet, Plan, Problem, Surface, Tool};
 use pyo3::prelude::*;
 
 pub(crate) use check::{Start, findings, numbers, refusal};
 pub(crate) use load::SURFACE_ARGUMENT;
 
-use crate::{errors, values};
+use crate::{errors, values, wording};
 
 /// A plan, and what is known of where it came from.
 #[pyclass(frozen, name = "Plan", module = "magician._magician")]
@@ -59,16 +59,6 @@ impl PyPlan {
         let plan = py.detach(|| change(&self.plan));
         let plan = plan.map_err(|problem| raise(py, self.source.name.as_deref(), &problem))?;
         Ok(Self::of(plan, self.source.clone()))
-    }
-
-    /// Whether anything of it may light the laser.
-    pub(crate) fn burns(&self) -> bool {
-        let lit = |action: &Action| match action {
-            Action::Burn { power, .. } => *power > 0.0,
-            Action::Laser(on) => *on,
-            _ => false,
-        };
-        self.plan.steps.iter().any(|step| lit(&step.action))
     }
 }
 
@@ -162,7 +152,7 @@ impl PyPlan {
         let notes = self.source.notes.iter();
         let parts = notes.map(|note| {
             let (line, column) = (note.origin.line, note.origin.column);
-            let help = note.help.as_deref().map(load::arguments);
+            let help = note.help.as_deref().map(wording::arguments);
             (
                 line,
                 column,
@@ -216,32 +206,12 @@ impl PyPlan {
 
     /// The steps of another one after these.
     fn joined(&self, other: &Self) -> Self {
-        let mut plan = (*self.plan).clone();
-        if other.plan.tool.is_some() && other.plan.tool != plan.tool {
-            plan.steps
-                .extend(other.plan.preamble().map(|tool| magician_program::Step {
-                    action: tool.into(),
-                    origin: magician_program::Origin::NONE,
-                }));
-        }
-        if plan.surface != other.plan.surface {
-            plan.surface = None;
-        }
-        let names = u32::try_from(plan.names.len()).unwrap_or(u32::MAX);
-        plan.names.extend(other.plan.names.iter().cloned());
-        plan.steps
-            .extend(other.plan.steps.iter().cloned().map(|mut step| {
-                if step.origin.name > 0 {
-                    step.origin.name = step.origin.name.saturating_add(names);
-                }
-                step
-            }));
         let source = Source {
             assumed: self.source.assumed || other.source.assumed,
             rows: self.source.rows && other.source.rows,
             ..Source::default()
         };
-        Self::of(plan, source)
+        Self::of(self.plan.joined(&other.plan), source)
     }
 
     /// From a step on, counted from 1, for an arm that stands so; of a virtual one if there is none.
@@ -273,14 +243,6 @@ impl PyPlan {
     fn __eq__(&self, other: &Self) -> bool {
         self.plan == other.plan
     }
-}
-
-/// One command of each kind: what a check has to read of an arm depends on nothing else.
-pub(crate) fn kinds(plan: &Plan) -> Vec<Set> {
-    let all = plan.commands();
-    let kinds: std::collections::BTreeMap<u8, Set> =
-        all.map(|command| (command.row().id, command)).collect();
-    kinds.into_values().collect()
 }
 
 /// An error whose text is another one; its parts stay.

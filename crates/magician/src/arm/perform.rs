@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use magician_protocol::commands::{DeviceWithL, HomeCmd, Pose, PoseL};
+use magician_protocol::commands::{DeviceWithL, EndEffectorLaser, HomeCmd, Pose, PoseL};
 use magician_protocol::{Alarm, Set};
 
 use super::Arm;
@@ -58,6 +58,21 @@ impl Arm {
             "require_homed",
             why,
         )
+    }
+
+    /// Whether the arm is ready for a program of many steps: as [`check_alarms`](Self::check_alarms), and with the laser dark,
+    /// as every program begins. Whether commands of others wait in its queue, a run of nothing tells.
+    ///
+    /// # Errors
+    /// [`ErrorKind::InvalidInput`] when the laser is on, else as [`check_alarms`](Self::check_alarms).
+    pub async fn check_ready(&self, commands: &[Set], guards: Guards) -> Result<()> {
+        self.check_alarms(commands, guards).await?;
+        if self.get::<EndEffectorLaser>().await?.is_on.is_on() {
+            return Err(Error::invalid(
+                "the laser is on, and a program begins with it dark (`magician laser off`); nothing was sent",
+            ));
+        }
+        Ok(())
     }
 
     /// What commands from here would meet: reads where the arm stands, its tool, and all speeds.

@@ -152,6 +152,14 @@ impl Arm {
         self.block(|arm| async move { arm.set(value).await })
     }
 
+    /// See [`crate::Arm::set_any`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn set_any(&self, command: &Set) -> Result<()> {
+        self.block(|arm| arm.set_any(command))
+    }
+
     /// See [`crate::Arm::enqueue`].
     ///
     /// # Errors

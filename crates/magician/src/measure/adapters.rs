@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::Usb;
+use crate::ports::sysfs;
 
 /// An adapter of a kind that arms have, without a port.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,31 +41,12 @@ fn unbound_below(folder: &Path) -> Vec<Adapter> {
 
 /// The device in a folder, if it is an adapter without a port.
 fn adapter(device: &Path) -> Option<Adapter> {
-    let text = |file: &str| {
-        let text = std::fs::read_to_string(device.join(file)).ok()?;
-        Some(text.trim().to_owned()).filter(|text| !text.is_empty())
-    };
-    let number = |file: &str| u16::from_str_radix(&text(file)?, 16).ok();
-    let (vendor, product) = (number("idVendor")?, number("idProduct")?);
+    let usb = sysfs::device(device)?;
     let known = KNOWN
         .iter()
-        .find(|known| (known.0, known.1) == (vendor, product))?;
+        .find(|known| (known.0, known.1) == (usb.vendor, usb.product))?;
     let (.., chip, module) = *known;
-    if has_port(device) {
-        return None;
-    }
-    Some(Adapter {
-        usb: Usb {
-            vendor,
-            product,
-            name: text("product"),
-            manufacturer: text("manufacturer"),
-            serial: text("serial"),
-            ..Usb::default()
-        },
-        chip,
-        module,
-    })
+    (!has_port(device)).then_some(Adapter { usb, chip, module })
 }
 
 /// Whether an interface of the device (`1-1:1.0` in `1-1`) has made a terminal.

@@ -9,11 +9,10 @@ use std::path::Path;
 
 use crate::{Error, ErrorKind, Result};
 
-#[cfg(target_os = "linux")]
-mod linux;
 #[cfg(any(target_os = "macos", test))]
 mod macos;
 mod same;
+pub(crate) mod sysfs;
 #[cfg(any(windows, test))]
 mod windows;
 
@@ -112,7 +111,7 @@ fn is_double(path: &str) -> bool {
 #[cfg(target_os = "linux")]
 fn described(paths: Vec<String>) -> Vec<Port> {
     let port = |path: String| Port {
-        usb: linux::usb(Path::new("/sys/class/tty"), Path::new(&path)),
+        usb: sysfs::usb(Path::new("/sys/class/tty"), Path::new(&path)),
         path,
     };
     paths.into_iter().map(port).collect()

@@ -24,7 +24,6 @@ use super::jog::{AT_SIGHT, for_a_person};
 use crate::args::number;
 use crate::config::Config;
 use crate::context::Context;
-use crate::debts::at_once;
 use crate::failure::Failure;
 use crate::mounted::{tool_of, usual_tool};
 
@@ -166,7 +165,7 @@ fn find(
     }
     if let (Found::Tip(tip), true) = (&found, tell) {
         let command = words::tool(tip.bias);
-        context.with_arm(async |arm, _| at_once(arm, &command).await)?;
+        context.with_arm(async |arm, _| Ok(arm.set_any(&command).await?))?;
         answer.told = Some(true);
     }
     match context.global.json {
@@ -254,7 +253,7 @@ async fn tool_in_force(
     usual: Option<Tool>,
 ) -> Result<Tool, Failure> {
     if let Some(tool) = mounted.tool {
-        at_once(arm, &words::tool(tool.bias())).await?;
+        arm.set_any(&words::tool(tool.bias())).await?;
     }
     let tool = tool_of(&arm.get::<EndEffectorParams>().await?);
     let draws = usual.unwrap_or(Tool::Pen);

@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use crate::columns::wrap;
 use crate::context::{Context, Sim};
-use crate::debts::{Debts, at_once};
+use crate::debts::Debts;
 use crate::failure::Failure;
 use crate::output::Output;
 use display::Display;
@@ -113,7 +113,7 @@ impl Demo {
         let mut recorder = Recorder::new(&commands);
         owe(arm, debts).await?;
         let ran = recorder.run(arm, &commands, &mut display).await?;
-        at_once(arm, &words::pump_off()).await?;
+        arm.set_any(&words::pump_off()).await?;
         debts.pay(arm).await?;
         display.finish();
         let summary = Summary {

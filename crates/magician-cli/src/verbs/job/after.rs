@@ -1,11 +1,9 @@
 //! What becomes of a run that ended before its end, and where the next one goes on.
 
-use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use magician::commands::{DeviceTime, Pose};
-use magician::words::Guards;
-use magician::{Arm, Error, ErrorKind, Set};
+use magician::{Arm, Error, ErrorKind};
 use magician_program::resume::{Seen, Span, Verdict, settle};
 use tokio::time::{sleep, timeout};
 
@@ -15,8 +13,6 @@ use crate::context::Stood;
 use crate::failure::{Failure, Kind};
 use crate::progress::attended;
 
-/// How far from where it should an arm may stand, mm.
-const NEAR: f64 = 0.5;
 /// How long an arm that failed is asked how it stands.
 const AFTERMATH: Duration = Duration::from_secs(3);
 /// Between two looks at an arm that still has something to do.
@@ -55,7 +51,7 @@ impl Drive<'_> {
         let Some(journal) = &state.journal else {
             return false;
         };
-        let most = state.from + state.tally.finished(stood.index).most;
+        let most = state.from() + state.tally.finished(stood.index).most;
         clock < journal.mark.clock || most < journal.mark.finished
     }
 
@@ -79,7 +75,7 @@ impl Drive<'_> {
 
     /// Steps that have been given to the arm, at most.
     fn handed(&self, state: &State) -> u64 {
-        let steps = state.from + state.pulled;
+        let steps = state.from() + state.pulled;
         steps.min(self.program.steps().unwrap_or(u64::MAX))
     }
 
@@ -104,10 +100,11 @@ impl Drive<'_> {
             Kind::Driver(ErrorKind::Uncertain) => state.tally.certain(stood.index),
             _ => state.tally.finished(stood.index),
         };
-        let from = state.from;
+        let from = state.from();
         let verdict = match span.least == span.most {
             true => settle(from + span.least, |steps| {
-                self.stands_after(&state, steps, &stood.pose, true)
+                let rest = state.rest.as_ref()?;
+                rest.stands_after(steps, &stood.pose, true)
             }),
             false => Verdict::Doubt(Span {
                 least: from + span.least,
@@ -133,37 +130,6 @@ impl Drive<'_> {
         }
     }
 
-    /// Whether the arm stands where so many steps leave it. `stopped`: somebody stopped it, and a wait was cut short then.
-    fn stands_after(&self, state: &State, steps: u64, pose: &Pose, stopped: bool) -> Option<bool> {
-        let done = steps.checked_sub(state.from).filter(|done| *done > 0)?;
-        let start = state.start.clone()?.guards(Guards::NONE);
-        let rest = self
-            .program
-            .rest(state.from, &self.told(&start).ok()?)
-            .ok()?;
-        let count = usize::try_from(done + rest.lead).ok()?;
-        let mut course = start;
-        let mut last = None;
-        for command in self
-            .settings
-            .iter()
-            .copied()
-            .chain(rest.commands())
-            .take(count + self.settings.len())
-        {
-            // What could not be checked was not sent.
-            let _ = course.check(&command);
-            last = Some(command);
-        }
-        if stopped && matches!(last, Some(Set::WaitCmd(_) | Set::TrigCmd(_))) {
-            return Some(false);
-        }
-        let at = course.arm()?.pose;
-        let [x, y, z] = [pose.x, pose.y, pose.z].map(f64::from);
-        let off = [x - at.x, y - at.y, z - at.z];
-        Some(off.iter().all(|off| off.abs() <= NEAR))
-    }
-
     /// The step at which an earlier run of the same goes on.
     pub(super) async fn resumed(&self, arm: &Arm, journal: &Journal) -> Result<u64, Failure> {
         let mark = journal.left()?;
@@ -175,12 +141,10 @@ impl Drive<'_> {
             clock: arm.get::<DeviceTime>().await?.g_systick,
         };
         let pose = arm.get::<Pose>().await?;
-        let state = State {
-            start: Some(arm.preflight_for(&self.kinds()).await?),
-            ..State::default()
-        };
+        let start = arm.preflight_for(&self.program.kinds()).await?;
+        let whole = self.program.rest(0, start).ok();
         let seen = self.lasting.then_some(seen);
-        let verdict = mark.verdict(seen, |steps| self.stands_after(&state, steps, &pose, false));
+        let verdict = mark.verdict(seen, |steps| whole?.stands_after(steps, &pose, false));
         let steps = match verdict {
             Verdict::After(steps) => steps,
             Verdict::Again(steps) => {
@@ -242,8 +206,7 @@ impl Drive<'_> {
 
     fn say(&self, text: &str) {
         if !self.json {
-            // A stderr that nobody reads is no reason to stop.
-            let _ = writeln!(io::stderr(), "{text}");
+            super::say(text);
         }
     }
 

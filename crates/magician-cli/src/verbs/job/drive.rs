@@ -6,15 +6,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use magician::commands::{DeviceSn, DeviceTime, EndEffectorLaser};
-use magician::words::{Guards, Preflight};
-use magician::{Arm, Ran, RunOptions, Set};
-use magician_program::Report;
+use magician::commands::{DeviceSn, DeviceTime};
+use magician::words::Guards;
+use magician::{Arm, Owed, Progress, Ran, RunOptions, Set};
 use magician_program::resume::{Mark, Tally};
+use magician_program::{Program, Report, Rest, Timetable};
 
 use super::journal::Journal;
-use super::owed::owe;
-use super::program::{Program, Rest};
 use super::report;
 use super::tell::Teller;
 use crate::debts::Debts;
@@ -26,12 +24,11 @@ use crate::source::Source;
 /// Readings of a recording for a second of the arm's clock, and the most for one of ours.
 const RATE: f64 = 20.0;
 const MOST: f64 = 500.0;
+
 /// What is to run, and how.
 pub(super) struct Drive<'a> {
     pub(super) source: &'a Source,
     pub(super) program: &'a Program,
-    /// What the arm is told before the first step, besides what the plan says.
-    pub(super) settings: &'a [Set],
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
     /// Where the program was begun, if that has to be said when it goes on.
@@ -54,12 +51,10 @@ pub(super) struct Drive<'a> {
 pub(super) struct State {
     pub(super) journal: Option<Journal>,
     pub(super) tally: Tally,
-    /// The first step, over all loops.
-    pub(super) from: u64,
     /// Commands taken from the program.
     pub(super) pulled: u64,
-    /// Where the run began.
-    pub(super) start: Option<Preflight>,
+    /// What is run.
+    pub(super) rest: Option<Rest>,
 }
 
 /// What a run has come to.
@@ -73,6 +68,29 @@ pub(super) struct Done {
     pub(super) report: Report,
 }
 
+/// What was found before anything moves.
+struct Ahead {
+    rest: Rest,
+    timetable: Timetable,
+    begun: Begun,
+    /// Steps that are, for who keeps the poses.
+    finished: Arc<AtomicU64>,
+}
+
+/// When a run began, by our clock and by the arm's, ms.
+#[derive(Clone, Copy)]
+struct Begun {
+    wall: Instant,
+    clock: u32,
+}
+
+impl State {
+    /// The first step, over all rounds.
+    pub(super) fn from(&self) -> u64 {
+        self.rest.as_ref().map_or(0, Rest::from)
+    }
+}
+
 impl Drive<'_> {
     /// Runs it to its end.
     pub(super) async fn run(
@@ -82,23 +100,9 @@ impl Drive<'_> {
         debts: &Debts,
     ) -> Result<Done, Failure> {
         let guards = Guards::default().require_homed(self.require_homed);
-        let first: Vec<Set> = self.program.plan.commands().take(1).collect();
-        arm.check_alarms(&first, guards).await?;
-        if arm.get::<EndEffectorLaser>().await?.is_on.is_on() {
-            let message = "the laser is on, and a program begins with it dark; nothing was sent";
-            return Err(Failure::invalid(message).hint("`magician laser off` switches it off"));
-        }
-        let serial = arm.get::<DeviceSn>().await;
-        let serial = serial
-            .map(|serial| serial.device_sn.to_string())
-            .unwrap_or_default();
-        let name = match (self.lasting, serial.trim()) {
-            (false, _) => "virtual",
-            (true, "") => arm.name(),
-            (true, serial) => serial,
-        };
-        let mark = Mark::new(&self.program.plan.title, self.program.steps(), self.mixed);
-        let mut journal = Journal::new(&self.program.key(), name, mark, self.lasting);
+        let first: Vec<Set> = self.program.plan().commands().take(1).collect();
+        arm.check_ready(&first, guards).await?;
+        let mut journal = self.journal(arm).await;
         let from = match (self.resume, self.from) {
             (true, _) => self.resumed(arm, &journal).await?,
             (false, from) => from.map_or(0, |step| step - 1),
@@ -107,45 +111,37 @@ impl Drive<'_> {
             // A run of nothing says whether commands of others wait: better than a check from a start that nobody knows.
             arm.run([], |_| {}).await?;
         }
-        journal.mark.finished = from;
-        journal.mark.handed = from;
-        journal.mark.clock = arm.get::<DeviceTime>().await?.g_systick;
-        let begun = (Instant::now(), journal.mark.clock);
-        let start = arm.preflight_for(&self.kinds()).await?;
-        let told = self.told(&start)?;
-        let rest = self.program.rest(from, &told);
+        let begun = Begun::now(arm).await?;
+        journal.begins(from, begun.clock);
+        let start = arm.preflight_for(&self.program.kinds()).await?;
+        let rest = self.program.rest(from, start);
         let rest = rest.map_err(|problem| self.source.failure(&problem))?;
-        let report = self.program.check(&rest, &told);
+        let report = rest.check();
         if !report.is_good() {
             return Err(report::failure(&report, self.source, rest.offset(), false));
         }
-        let finished = Arc::new(AtomicU64::new(from));
+        let ahead = Ahead {
+            timetable: rest.timetable(&report),
+            begun,
+            finished: Arc::new(AtomicU64::new(from)),
+            rest,
+        };
         let recorder = match self.record {
-            Some(path) => Some(self.recorder(arm, path, &finished).await?),
+            Some(path) => Some(self.recorder(arm, path, &ahead.finished).await?),
             None => None,
         };
-        owe(
-            arm,
-            debts,
-            self.settings.iter().chain(self.program.plan.settings()),
-        )
-        .await?;
+        debts.owe_all(Owed::read(arm, ahead.rest.changes()).await?);
         *self.state.borrow_mut() = State {
             journal: Some(journal),
-            tally: Tally::new(self.lead(&rest), self.mixed),
-            from,
+            tally: Tally::new(ahead.rest.lead(), self.mixed),
             pulled: 0,
-            start: Some(start.clone()),
+            rest: Some(ahead.rest.clone()),
         };
         let teller = Teller::new(out, self.json, self.program.steps());
         if from > 0 {
             teller.say(&format!("beginning at step {}{}", from + 1, self.of()));
         }
-        let ran = self
-            .perform(
-                arm, &rest, start, &report, &teller, begun, &finished, recorder,
-            )
-            .await;
+        let ran = self.perform(arm, &ahead, &teller, recorder).await;
         drop(teller);
         let ran = match ran {
             Ok(ran) => ran,
@@ -155,11 +151,10 @@ impl Drive<'_> {
         if let Some(journal) = &self.state.borrow().journal {
             journal.remove();
         }
-        let clock = arm.get::<DeviceTime>().await?.g_systick;
         Ok(Done {
             ran,
             from,
-            seconds: f64::from(clock.wrapping_sub(begun.1)) / 1000.0,
+            seconds: ahead.begun.seconds(arm).await?,
             report,
         })
     }
@@ -172,57 +167,37 @@ impl Drive<'_> {
             .unwrap_or_default()
     }
 
-    /// Commands before the first step.
-    fn lead(&self, rest: &Rest<'_>) -> u64 {
-        self.settings.len() as u64 + rest.lead
+    /// What is kept of it for one that goes on with it.
+    async fn journal(&self, arm: &Arm) -> Journal {
+        let serial = arm.get::<DeviceSn>().await;
+        let serial = serial
+            .map(|serial| serial.device_sn.to_string())
+            .unwrap_or_default();
+        let name = match (self.lasting, serial.trim()) {
+            (false, _) => "virtual",
+            (true, "") => arm.name(),
+            (true, serial) => serial,
+        };
+        let title = &self.program.plan().title;
+        let mark = Mark::new(title, self.program.steps(), self.mixed);
+        Journal::new(&self.program.key(), name, mark, self.lasting)
     }
 
-    pub(super) fn kinds(&self) -> Vec<Set> {
-        self.settings
-            .iter()
-            .copied()
-            .chain(self.program.kinds())
-            .collect()
-    }
-
-    /// The start of the check, when the arm has been told what comes before the program.
-    pub(super) fn told(&self, start: &Preflight) -> Result<Preflight, Failure> {
-        let mut start = start.clone();
-        for setting in self.settings {
-            start.check(setting)?;
-        }
-        Ok(start)
-    }
-
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the parts of one run, named once"
-    )]
     async fn perform(
         &self,
         arm: &Arm,
-        rest: &Rest<'_>,
-        start: Preflight,
-        report: &Report,
+        ahead: &Ahead,
         teller: &Teller<'_>,
-        begun: (Instant, u32),
-        finished: &AtomicU64,
         mut recorder: Option<Recorder>,
     ) -> Result<Ran, Failure> {
-        let times = rest.times(&start, self.settings);
-        let lead = self.lead(rest);
-        let commands = self
-            .settings
-            .iter()
-            .copied()
-            .chain(rest.commands())
-            .inspect(|_| self.pulls(lead));
+        let rest = &ahead.rest;
+        let commands = rest.commands().inspect(|_| self.pulls(rest.lead()));
         let options = RunOptions::default().keep(self.keep);
-        let mut run = arm.begin(commands, options).along(start);
+        let mut run = arm.begin(commands, options).along(rest.start().clone());
         let run = run.finish(|progress| {
-            let done = self.reached(progress.sent, progress.last.0, progress.current.0, begun);
-            finished.store(done, Ordering::Relaxed);
-            let left = times.left(report.time, done - rest.from.min(done));
+            let done = self.reached(&progress, ahead.begun);
+            ahead.finished.store(done, Ordering::Relaxed);
+            let left = ahead.timetable.left(done.saturating_sub(rest.from()));
             teller.at(done, left.and_then(|left| self.of_wall(left)));
         });
         let watch = async {
@@ -271,27 +246,44 @@ impl Drive<'_> {
     fn pulls(&self, lead: u64) {
         let mut state = self.state.borrow_mut();
         state.pulled += 1;
-        let steps = state.from + state.pulled.saturating_sub(lead);
+        let steps = state.from() + state.pulled.saturating_sub(lead);
         if let Some(journal) = &mut state.journal {
             journal.hands(steps);
         }
     }
 
     /// So much has been sent and finished; the steps that are.
-    fn reached(&self, sent: u64, last: u64, current: u64, begun: (Instant, u32)) -> u64 {
+    fn reached(&self, progress: &Progress, begun: Begun) -> u64 {
         let mut state = self.state.borrow_mut();
-        let from = state.from;
-        state.tally.note(sent, last);
-        let finished = from + state.tally.finished(current).least;
-        let index = state
-            .tally
-            .last()
-            .map(|(index, steps)| (index, from + steps));
-        let elapsed = u32::try_from(begun.0.elapsed().as_millis()).unwrap_or(u32::MAX);
+        let from = state.from();
+        state.tally.note(progress.sent, progress.last.0);
+        let finished = from + state.tally.finished(progress.current.0).least;
+        let last = state.tally.last();
+        let index = last.map(|(index, steps)| (index, from + steps));
         if let Some(journal) = &mut state.journal {
-            journal.mark.clock = begun.1.saturating_add(elapsed.saturating_sub(elapsed / 8));
+            journal.mark.clock = begun.clock_at_least();
             journal.reached(finished, index);
         }
         finished
+    }
+}
+
+impl Begun {
+    async fn now(arm: &Arm) -> Result<Self, Failure> {
+        let clock = arm.get::<DeviceTime>().await?.g_systick;
+        let wall = Instant::now();
+        Ok(Self { wall, clock })
+    }
+
+    /// What the arm's clock shows by now, at least: it may be an eighth slower than ours.
+    fn clock_at_least(self) -> u32 {
+        let elapsed = u32::try_from(self.wall.elapsed().as_millis()).unwrap_or(u32::MAX);
+        self.clock.saturating_add(elapsed - elapsed / 8)
+    }
+
+    /// Seconds since then by the arm's clock.
+    async fn seconds(self, arm: &Arm) -> Result<f64, Failure> {
+        let clock = arm.get::<DeviceTime>().await?.g_systick;
+        Ok(f64::from(clock.wrapping_sub(self.clock)) / 1000.0)
     }
 }

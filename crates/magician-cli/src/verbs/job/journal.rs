@@ -55,6 +55,12 @@ impl Journal {
         })
     }
 
+    /// A run begins behind so many steps, when the arm's clock shows this, ms.
+    pub(super) fn begins(&mut self, finished: u64, clock: u32) {
+        (self.mark.finished, self.mark.handed) = (finished, finished);
+        self.mark.clock = clock;
+    }
+
     /// So many steps are about to be given to the arm.
     pub(super) fn hands(&mut self, steps: u64) {
         if steps > self.mark.handed {

@@ -4,8 +4,6 @@ mod after;
 mod drive;
 mod journal;
 pub(crate) mod options;
-mod owed;
-mod program;
 mod reading;
 mod report;
 mod setting;
@@ -17,15 +15,14 @@ use std::io::{self, Write};
 
 use magician::sim::Controller;
 use magician::words::Preflight;
-use magician::{Arm, Options, Set, SimSpeed, Target, VirtualArm};
+use magician::{Options, SimSpeed, Target, VirtualArm, blocking};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
-use magician_program::{Action, Content, Plan, Problem, Setup, Work};
+use magician_program::{Action, Content, Plan, Problem, Program, Setup, Work};
 use miette::Severity;
 
 use self::drive::{Done, Drive, State};
 use self::options::{File, Look, Pen, Place, Way};
-use self::program::Program;
 use self::reading::Read;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
@@ -56,8 +53,6 @@ struct Made {
     source: Source,
     setup: Setup,
     program: Program,
-    /// What the arm is told first, besides what the plan says.
-    settings: Vec<Set>,
     /// Where the tool stood, if it depends on that.
     start: Option<[f64; 3]>,
 }
@@ -85,64 +80,66 @@ impl Job {
         let place = self.place(looks, context)?;
         let read = self.read(opened, &place, context)?;
         let picture = self.picture(&place, context)?;
-        let Made {
-            source,
-            setup,
-            program,
-            settings,
-            start,
-        } = self.made(read, &place, context)?;
-        program.has(self.way.from.map_or(0, |step| step - 1))?;
+        let made = self.made(read, &place, context)?;
+        let from = self.way.from.map_or(0, |step| step - 1);
+        let there = made.program.has(from);
+        there.map_err(|problem| Failure::usage(problem.to_string()))?;
         let look = show::Shown {
-            source: &source,
-            program: &program,
-            settings: &settings,
-            from: self.way.from.map_or(0, |step| step - 1),
+            source: &made.source,
+            program: &made.program,
+            from,
             look: &self.look,
-            sheet: setup.sheet,
+            sheet: made.setup.sheet,
         };
-        let mut options = RehearseOptions::default();
-        options.tool = setup.tool.or(setup.usual_tool);
         match place {
-            Where::Nowhere => {
-                let start = start_nowhere(stage(&program.plan, &options)?, &program, context)?;
-                look.show(&start, context)
-            }
-            Where::Arm(_) if looks => {
-                let start = self.start(&program, context)?;
-                look.show(&start, context)
-            }
-            Where::Stage(speed) => {
-                let stage = stage(&program.plan, &options)?;
-                let (arm, pace) = match speed {
-                    SimSpeed::Times(times) => (VirtualArm::new(stage, speed), times),
-                    SimSpeed::Max => {
-                        let arm = VirtualArm::new(stage, SimSpeed::Times(1.0));
-                        (arm, f64::INFINITY)
-                    }
-                };
-                match speed {
-                    SimSpeed::Times(_) => context.put_up(arm.clone()),
-                    SimSpeed::Max => context.put_up_in_arm_time(arm.clone()),
-                }
-                let mut drive = self.drive(&source, &program, &settings, Some(pace), context);
-                drive.start = start;
-                let outcome = go(&drive, context);
-                let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));
-                let done = outcome?;
-                drawn.transpose()?;
-                self.tell(&done, &program, context)
-            }
-            Where::Arm(target) => {
-                if program.burns() && !matches!(target, Target::Sim(_)) {
-                    permit(&target, context)?;
-                }
-                let mut drive = self.drive(&source, &program, &settings, None, context);
-                drive.start = start;
-                let done = go(&drive, context)?;
-                self.tell(&done, &program, context)
-            }
+            Where::Nowhere => look.show(made.start_on_stage()?, context),
+            Where::Arm(_) if looks => look.show(made.start_here(context)?, context),
+            Where::Stage(speed) => self.run_on_stage(&made, speed, picture, context),
+            Where::Arm(target) => self.run_on_arm(&made, &target, context),
         }
+    }
+
+    /// Runs it on a virtual arm of its own.
+    fn run_on_stage(
+        &self,
+        made: &Made,
+        speed: SimSpeed,
+        picture: Option<Picture>,
+        context: &mut Context,
+    ) -> Result<(), Failure> {
+        let stage = made.stage()?;
+        let (arm, pace) = match speed {
+            SimSpeed::Times(times) => {
+                let arm = VirtualArm::new(stage, speed);
+                context.put_up(arm.clone());
+                (arm, times)
+            }
+            SimSpeed::Max => {
+                let arm = VirtualArm::new(stage, SimSpeed::Times(1.0));
+                context.put_up_in_arm_time(arm.clone());
+                (arm, f64::INFINITY)
+            }
+        };
+        let outcome = go(&self.drive(made, Some(pace), context), context);
+        // What was drawn is there however it ended.
+        let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));
+        let done = outcome?;
+        drawn.transpose()?;
+        self.tell(&done, &made.program, context)
+    }
+
+    /// Runs it on an arm that is there.
+    fn run_on_arm(
+        &self,
+        made: &Made,
+        target: &Target,
+        context: &mut Context,
+    ) -> Result<(), Failure> {
+        if made.program.plan().burns() && !matches!(target, Target::Sim(_)) {
+            permit(target, context)?;
+        }
+        let done = go(&self.drive(made, None, context), context)?;
+        self.tell(&done, &made.program, context)
     }
 
     /// Makes a program of what was in the file.
@@ -173,21 +170,17 @@ impl Job {
         }
         let settings = self.settings(&mut plan, taught);
         let loops = self.way.loops.unwrap_or(1);
-        let program = Program {
-            plan,
-            loops: Some(loops).filter(|loops| *loops > 0),
-        };
-        if program.plan.steps.is_empty() {
+        if plan.steps.is_empty() {
             return Err(Failure::invalid(format!(
                 "{}: there is nothing to do in it",
                 source.name
             )));
         }
+        let program = Program::new(plan, Some(loops).filter(|loops| *loops > 0));
         Ok(Made {
             source,
             setup,
-            program,
-            settings,
+            program: program.with_settings(settings),
             start,
         })
     }
@@ -196,7 +189,7 @@ impl Job {
     pub(crate) fn plan(&self, context: &mut Context) -> Result<(Source, Plan), Failure> {
         let read = self.read(self.opened()?, &Where::Nowhere, context)?;
         let made = self.made(read, &Where::Nowhere, context)?;
-        Ok((made.source, made.program.plan))
+        Ok((made.source, made.program.into_plan()))
     }
 
     /// Where it is tried or run. A port that only the file of settings names is not needed for a look.
@@ -238,30 +231,17 @@ impl Job {
         Ok(Some(picture))
     }
 
-    /// What the arm at the port says of itself, for a look.
-    fn start(&self, program: &Program, context: &mut Context) -> Result<Preflight, Failure> {
-        let commands: Vec<Set> = program.kinds().collect();
-        context.with_arm(async |arm, _| Ok(arm.preflight_for(&commands).await?))
-    }
-
-    fn drive<'a>(
-        &'a self,
-        source: &'a Source,
-        program: &'a Program,
-        settings: &'a [Set],
-        pace: Option<f64>,
-        context: &Context,
-    ) -> Drive<'a> {
+    fn drive<'a>(&'a self, made: &'a Made, pace: Option<f64>, context: &Context) -> Drive<'a> {
         let way = &self.way;
         Drive {
-            source,
-            program,
-            settings,
+            source: &made.source,
+            program: &made.program,
             from: way.from,
             resume: way.resume,
-            start: None,
+            start: made.start,
             keep: way.keep,
-            mixed: program.burns() || context.global.window.is_some_and(|window| window > 1),
+            mixed: made.program.plan().burns()
+                || context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,
             record: way.record.as_deref(),
             json: context.global.json,
@@ -280,18 +260,25 @@ impl Job {
     }
 }
 
-/// What a virtual arm says of itself that is put up only to be asked.
-fn start_nowhere(
-    arm: Controller,
-    program: &Program,
-    context: &mut Context,
-) -> Result<Preflight, Failure> {
-    let commands: Vec<Set> = program.kinds().collect();
-    let runtime = context.runtime()?;
-    runtime.block_on(async {
-        let arm = Arm::simulated(arm, Options::default()).await?;
-        Ok(arm.preflight_for(&commands).await?)
-    })
+impl Made {
+    /// A virtual arm that is ready for it.
+    fn stage(&self) -> Result<Controller, Failure> {
+        let mut options = RehearseOptions::default();
+        options.tool = self.setup.tool.or(self.setup.usual_tool);
+        Ok(stage(self.program.plan(), &options)?)
+    }
+
+    /// What such an arm says of itself.
+    fn start_on_stage(&self) -> Result<Preflight, Failure> {
+        let arm = blocking::Arm::simulated(self.stage()?, Options::default())?;
+        Ok(arm.preflight_for(&self.program.kinds())?)
+    }
+
+    /// What the arm at the port says of itself.
+    fn start_here(&self, context: &mut Context) -> Result<Preflight, Failure> {
+        let kinds = self.program.kinds();
+        context.with_arm(async |arm, _| Ok(arm.preflight_for(&kinds).await?))
+    }
 }
 
 /// Runs it; after a signal, tells how to go on.

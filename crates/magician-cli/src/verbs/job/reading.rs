@@ -1,7 +1,6 @@
 //! What is in the file, read for the place where it is to run.
 
 use magician::words::Preflight;
-use magician_program::formats::NEEDS_START;
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_program::{Content, Format, Origin, Plan, Problem, ReadOptions, Reading, tip};
 
@@ -91,7 +90,7 @@ impl Job {
             return Ok((source.read(Format::Gcode, options)?, None));
         }
         let anywhere = source.read(Format::Gcode, options.clone());
-        if (anywhere.as_ref()).is_ok_and(|read| !read.notes.iter().any(needs_start)) {
+        if (anywhere.as_ref()).is_ok_and(|read| !read.notes.iter().any(Problem::needs_start)) {
             return anywhere.map(|reading| (reading, None));
         }
         let tool = setup.tool.or(setup.usual_tool);
@@ -127,12 +126,6 @@ impl Job {
         from_there.notes.insert(0, note);
         Ok((from_there, start))
     }
-}
-
-/// Whether it is about a start that is not known.
-fn needs_start(problem: &Problem) -> bool {
-    let help = problem.help.as_deref();
-    help.is_some_and(|help| help.ends_with(NEEDS_START))
 }
 
 /// How the virtual arm stands that a plan is run on.

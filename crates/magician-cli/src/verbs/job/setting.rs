@@ -9,8 +9,6 @@ use crate::config::Config;
 use crate::failure::Failure;
 use crate::mounted::usual_tool;
 
-/// Height of the table of a virtual arm, where nobody has said another, mm.
-const TABLE: f64 = -60.0;
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
 const ACCELERATION: f32 = 100.0;
 
@@ -24,10 +22,10 @@ impl Job {
         setup.sheet = config.table("sheet")?;
         setup.surface = asked.surface.map(Surface::level);
         let table = match place {
-            Where::Nowhere | Where::Stage(_) => Some(TABLE),
+            Where::Nowhere | Where::Stage(_) => Some(Surface::VIRTUAL),
             Where::Arm(_) => None,
         };
-        setup.usual_surface = config.number("surface").or(table).map(Surface::level);
+        setup.usual_surface = config.number("surface").map(Surface::level).or(table);
         let mut placing = Placing::default();
         placing.at = asked.at;
         placing.scale = asked.scale.unwrap_or(1.0);

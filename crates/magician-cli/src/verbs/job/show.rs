@@ -3,17 +3,16 @@
 use std::path::Path;
 
 use magician::words::Preflight;
-use magician::{Ctrl, FrameBuf, Set};
-use magician_program::Report;
+use magician::{Ctrl, FrameBuf};
 use magician_program::artwork::Sheet;
-use magician_program::preview::{Preview, PreviewOptions};
+use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
+use magician_program::{Program, Report, Rest};
 use magician_protocol::{Direction, describe};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use super::drive::Done;
 use super::options::Look;
-use super::program::{Program, Rest};
 use super::report::{Estimate, Refusal, failure};
 use super::tell::clock;
 use crate::context::Context;
@@ -23,14 +22,11 @@ use crate::source::Source;
 
 /// Resolution of a PNG: about 200 dots an inch.
 const PIXELS_PER_MM: f64 = 8.0;
-/// As often it is halved for a picture that would be too large.
-const HALVINGS: u32 = 4;
 
 /// A program to be looked at.
 pub(super) struct Shown<'a> {
     pub(super) source: &'a Source,
     pub(super) program: &'a Program,
-    pub(super) settings: &'a [Set],
     /// The first step, from 0.
     pub(super) from: u64,
     pub(super) look: &'a Look,
@@ -63,16 +59,12 @@ struct Order<'a> {
 
 impl Shown<'_> {
     /// Checks it from there, and shows what was asked for.
-    pub(super) fn show(&self, start: &Preflight, context: &mut Context) -> Result<(), Failure> {
-        let mut told = start.clone();
-        for setting in self.settings {
-            told.check(setting)?;
-        }
-        let rest = self.program.rest(self.from, &told);
+    pub(super) fn show(&self, start: Preflight, context: &mut Context) -> Result<(), Failure> {
+        let rest = self.program.rest(self.from, start);
         let rest = rest.map_err(|problem| self.source.failure(&problem))?;
-        let report = self.program.check(&rest, &told);
+        let report = rest.check();
         if let Some(path) = &self.look.preview {
-            self.draw(path, &rest, &report, &told)?;
+            self.draw(path, &rest, &report)?;
         }
         if self.look.dry_run && (context.global.json || context.global.verbose > 0) {
             let json = context.global.json;
@@ -91,7 +83,7 @@ impl Shown<'_> {
         }
     }
 
-    fn answer(&self, rest: &Rest<'_>, report: &Report) -> Answer {
+    fn answer(&self, rest: &Rest, report: &Report) -> Answer {
         let check = self.look.check;
         let refusals = report
             .complaints
@@ -133,32 +125,19 @@ impl Shown<'_> {
         }
     }
 
-    fn draw(
-        &self,
-        path: &Path,
-        rest: &Rest<'_>,
-        report: &Report,
-        start: &Preflight,
-    ) -> Result<(), Failure> {
+    fn draw(&self, path: &Path, rest: &Rest, report: &Report) -> Result<(), Failure> {
         let end = path.extension().map(|end| end.to_ascii_lowercase());
         let mut options = PreviewOptions::default();
         options.sheet = self.sheet.and_then(|sheet| corners(&sheet));
-        let preview = Preview::new(rest.first(), report, start, &options);
+        let preview = Preview::new(rest.first(), report, rest.told(), &options);
         let wrong = |error: &dyn std::fmt::Display| {
             Failure::invalid(format!("{} cannot be written: {error}", path.display()))
         };
         let bytes = match end.as_deref().and_then(|end| end.to_str()) {
             Some("svg") => preview.to_svg().as_bytes().to_vec(),
             Some("png") => {
-                let mut scale = PIXELS_PER_MM;
-                let mut made = preview.to_png(scale);
-                for _ in 0..HALVINGS {
-                    if made.is_ok() {
-                        break;
-                    }
-                    scale /= 2.0;
-                    made = preview.to_png(scale);
-                }
+                let too_large = |error: &_| matches!(error, PictureError::Size(_));
+                let made = fitting(PIXELS_PER_MM, too_large, |scale| preview.to_png(scale));
                 made.map_err(|error| wrong(&error))?
             }
             _ => return Err(Failure::usage("a preview is a .svg or .png file")),
@@ -167,11 +146,10 @@ impl Shown<'_> {
     }
 
     /// Every command that would be sent, up to the end of the first loop.
-    fn commands(&self, rest: &Rest<'_>, json: bool, out: &mut Output) -> Result<(), Failure> {
-        let lead = self.settings.len() as u64 + rest.lead;
-        let first = self.settings.iter().copied().chain(rest.first().commands());
-        for (nth, command) in (0_u64..).zip(first) {
-            let step = nth.checked_sub(lead).map(|nth| rest.from + nth + 1);
+    fn commands(&self, rest: &Rest, json: bool, out: &mut Output) -> Result<(), Failure> {
+        for (nth, command) in (0_u64..).zip(rest.first_commands()) {
+            let step = nth.checked_sub(rest.lead());
+            let step = step.map(|nth| rest.from() + nth + 1);
             let frame = FrameBuf::set(&command, Ctrl::QUEUED).map_err(magician::Error::from)?;
             let meaning = describe(&frame.frame(), Direction::Request);
             let meaning = meaning.map_err(magician::Error::from)?;
@@ -224,10 +202,10 @@ pub(super) fn done(
     let mut put = |name: &str, value: Value| {
         object.insert(name.to_owned(), value);
     };
-    put("title", json!(program.plan.title));
+    put("title", json!(program.plan().title));
     put("steps", json!(steps));
     put("first_step", json!(done.from + 1));
-    put("loops", json!(program.loops));
+    put("loops", json!(program.rounds()));
     put("seconds", json!(done.seconds));
     put("drawn_mm", json!(rounded(done.report.drawn)));
     put("travel_mm", json!(rounded(done.report.travelled)));

@@ -13,7 +13,7 @@ use tokio::time::{Duration, timeout};
 use super::hands::{Hands, Ratios};
 use super::pad::{Pad, Reply, Tone, Tools, plain};
 use crate::context::{STAND_BY, not_confirmed, stop};
-use crate::debts::{Debts, at_once};
+use crate::debts::Debts;
 use crate::failure::{Failure, Kind};
 use crate::terminal::{Polled, Seen, Stage, Told, event_text, take_log};
 
@@ -180,7 +180,7 @@ impl Desk {
                 let lit = self.pad.may_burn();
                 self.hands.finish().await?;
                 match lit {
-                    true => at_once(&self.arm, &words::laser(false)).await,
+                    true => Ok(self.arm.set_any(&words::laser(false)).await?),
                     false => Ok(()),
                 }
             }

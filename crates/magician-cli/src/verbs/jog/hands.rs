@@ -16,7 +16,7 @@ use super::axis::Heading;
 use super::pad::plain;
 use magician_program::Plan;
 
-use crate::debts::{Debts, at_once};
+use crate::debts::Debts;
 use crate::failure::{Failure, Kind};
 
 /// What is to be done.
@@ -165,7 +165,7 @@ impl Hands {
             }
             Order::Tool { what, command } => {
                 let arm = self.arm.clone();
-                let work = async move { at_once(&arm, &command).await.map(|()| None) };
+                let work = async move { Ok(arm.set_any(&command).await.map(|()| None)?) };
                 self.beside(What::Tool(what), work)
             }
             Order::Speed(percent) => self.speed(percent),

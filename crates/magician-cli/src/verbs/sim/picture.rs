@@ -5,6 +5,7 @@ use std::fs::OpenOptions;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use magician_program::preview::fitting;
 use magician_sim::serve::{self, Handle};
 use magician_sim::world::{Drawing, PictureError};
 
@@ -12,8 +13,6 @@ use crate::failure::Failure;
 
 /// Resolution of a PNG: about 200 dots an inch.
 const PIXELS_PER_MM: f64 = 8.0;
-/// As often it is halved for a drawing that would be too large, one along a rail for instance.
-const HALVINGS: u32 = 4;
 
 /// Where the picture goes, and as what.
 #[derive(Clone, Debug)]
@@ -99,14 +98,9 @@ impl Picture {
         let Format::Png = self.format else {
             return Ok(drawing.to_svg().into_bytes());
         };
-        let mut scale = PIXELS_PER_MM;
-        for _ in 0..HALVINGS {
-            match drawing.to_png(scale) {
-                Err(PictureError::Size { .. }) => scale /= 2.0,
-                made => return made,
-            }
-        }
-        drawing.to_png(scale)
+        // One along a rail, for instance.
+        let too_large = |error: &_| matches!(error, PictureError::Size { .. });
+        fitting(PIXELS_PER_MM, too_large, |scale| drawing.to_png(scale))
     }
 }
 

@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use crate::args;
 use crate::context::Context;
-use crate::debts::{Debts, at_once};
+use crate::debts::Debts;
 use crate::failure::Failure;
 use crate::mounted::tool_of;
 use crate::terminal::{Polled, Stage};
@@ -109,7 +109,7 @@ impl Session {
         let wanted = tool.map(|args::Tool(bias)| bias);
         let wanted = wanted.or(known.as_ref().and_then(|plan| plan.tool.map(Tool::bias)));
         if let Some(bias) = wanted {
-            at_once(arm, &words::tool(bias)).await?;
+            arm.set_any(&words::tool(bias)).await?;
         }
         let tool = tool_of(&arm.get::<EndEffectorParams>().await?);
         let named = path.as_deref().unwrap_or(Path::new(UNNAMED));

@@ -41,7 +41,8 @@ use crate::formats::flaw::Flaw;
 use machine::Machine;
 pub(super) use notes::Notes;
 
-pub use options::{Arcs, Dialect, GcodeOptions, NEEDS_START};
+pub(crate) use options::NEEDS_START;
+pub use options::{Arcs, Dialect, GcodeOptions};
 use survey::Survey;
 
 /// No arc is followed more closely than this, mm.

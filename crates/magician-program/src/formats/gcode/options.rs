@@ -1,7 +1,7 @@
 use crate::Surface;
 
 /// What the help of a [`Problem`](crate::Problem) ends with that a known start would solve: [`GcodeOptions::start`].
-pub const NEEDS_START: &str = "say where the arm stands when the program begins";
+pub(crate) const NEEDS_START: &str = "say where the arm stands when the program begins";
 
 /// What draws, as far as a program leaves it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -1,4 +1,4 @@
-//! What sysfs says about the device behind a port. Tested on a folder in its form.
+//! What sysfs says about USB devices, and about the one behind a port. Tested on folders in its form.
 
 use std::path::Path;
 
@@ -6,6 +6,7 @@ use super::Usb;
 
 /// `class` is `/sys/class/tty`: the port's entry there leads through its USB interface
 /// (`1-1.4:1.0`) to its USB device (`1-1.4`).
+#[cfg(target_os = "linux")]
 pub(super) fn usb(class: &Path, port: &Path) -> Option<Usb> {
     // A symbolic link's own name says nothing.
     let port = port.canonicalize().unwrap_or_else(|_| port.to_owned());
@@ -14,21 +15,27 @@ pub(super) fn usb(class: &Path, port: &Path) -> Option<Usb> {
     let usb = device
         .ancestors()
         .find(|dir| dir.join("idVendor").exists())?;
-    let text = |file: &str| text(&usb.join(file));
-    let number = |file: &str| u16::from_str_radix(&text(file)?, 16).ok();
     let interface = device
         .ancestors()
-        .find_map(|dir| self::text(&dir.join("bInterfaceNumber")));
+        .find_map(|dir| text(&dir.join("bInterfaceNumber")));
+    Some(Usb {
+        interface: interface.and_then(|number| u8::from_str_radix(&number, 16).ok()),
+        ..self::device(usb)?
+    })
+}
+
+/// The USB device of a folder, if it is one's.
+pub(crate) fn device(folder: &Path) -> Option<Usb> {
+    let text = |file: &str| text(&folder.join(file));
+    let number = |file: &str| u16::from_str_radix(&text(file)?, 16).ok();
     Some(Usb {
         vendor: number("idVendor")?,
         product: number("idProduct")?,
         name: text("product"),
         manufacturer: text("manufacturer"),
         serial: text("serial"),
-        location: usb
-            .file_name()
-            .map(|name| name.to_string_lossy().into_owned()),
-        interface: interface.and_then(|number| u8::from_str_radix(&number, 16).ok()),
+        location: (folder.file_name()).map(|name| name.to_string_lossy().into_owned()),
+        interface: None,
     })
 }
 
@@ -37,7 +44,7 @@ fn text(file: &Path) -> Option<String> {
     Some(text.trim().to_owned()).filter(|text| !text.is_empty())
 }
 
-#[cfg(test)]
+#[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
     use std::fs::{create_dir_all, write};

@@ -1,0 +1,183 @@
+//! A plan as it is run: how often, from which step on, with what the arm is told before.
+//!
+//! ```text
+//! Program --rest(step, start)--> Rest --check--> Report      what an arm that stands so would make of it
+//!                                     --commands--> Arm::begin
+//!                                     --timetable--> Timetable   how long is left when so many steps are done
+//!                                     --stands_after             whether an arm stands where so many steps leave it
+//! ```
+//!
+//! Steps are counted over all rounds, from 0. Which step an index of the arm's queue belongs to is
+//! [`resume::Tally`](crate::resume::Tally)'s.
+
+mod rest;
+mod timetable;
+
+use std::sync::Arc;
+
+use magician::words::Preflight;
+use magician::{Ctrl, FrameBuf, Set};
+
+pub use rest::Rest;
+pub use timetable::Timetable;
+
+use crate::{Plan, Problem};
+
+/// What is run: a plan, once, several times or for ever.
+///
+/// ```
+/// use magician::{JointAngles, ToolBias, words::Preflight};
+/// use magician_program::{Action, Origin, Plan, Program, Travel};
+///
+/// let mut plan = Plan::new("to and fro");
+/// for y in [0.0, 40.0] {
+///     plan.push(Action::Move { to: [220.0, y, 20.0, 0.0], by: Travel::Line }, Origin::NONE);
+/// }
+/// let program = Program::new(plan, Some(3));
+/// let rest = program.rest(2, Preflight::at(JointAngles::HOME, ToolBias::NONE))?;
+/// assert_eq!(rest.commands().count(), 4);
+/// let report = rest.check();
+/// let left = rest.timetable(&report).left(4);
+/// assert!(report.is_good() && left.is_some_and(|left| left.is_zero()));
+/// # Ok::<(), magician_program::Problem>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Program {
+    plan: Arc<Plan>,
+    settings: Vec<Set>,
+    rounds: Option<u64>,
+}
+
+impl Program {
+    /// A plan, so many times; without a number for ever.
+    #[must_use]
+    pub fn new(plan: impl Into<Arc<Plan>>, rounds: Option<u64>) -> Self {
+        Self {
+            plan: plan.into(),
+            settings: Vec::new(),
+            rounds,
+        }
+    }
+
+    /// Has the arm told this before the first step, besides what the plan says: settings, which take no time.
+    #[must_use]
+    pub fn with_settings(mut self, settings: Vec<Set>) -> Self {
+        self.settings = settings;
+        self
+    }
+
+    /// The plan of one round.
+    #[must_use]
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The plan of one round, without the rest.
+    #[must_use]
+    pub fn into_plan(self) -> Plan {
+        Arc::unwrap_or_clone(self.plan)
+    }
+
+    /// How often it is done; for ever without a number.
+    #[must_use]
+    pub fn rounds(&self) -> Option<u64> {
+        self.rounds
+    }
+
+    /// Steps in all rounds; no number if they go on for ever.
+    #[must_use]
+    pub fn steps(&self) -> Option<u64> {
+        Some(self.rounds?.saturating_mul(self.round()))
+    }
+
+    /// Steps of one round.
+    fn round(&self) -> u64 {
+        self.plan.steps.len() as u64
+    }
+
+    /// Whether there is something to do from a step on. From the first one there always is, if only to tell the arm of its
+    /// tool.
+    ///
+    /// # Errors
+    /// A [`Problem`] that names the last step.
+    pub fn has(&self, step: u64) -> Result<(), Problem> {
+        match self.steps() {
+            Some(steps) if step > 0 && step >= steps => Err(Problem::of_file(format!(
+                "there is no step {}: the last is {steps}",
+                step.saturating_add(1)
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// One command of each kind: what [`Arm::preflight_for`](magician::Arm::preflight_for) has to read of an arm depends on
+    /// nothing else.
+    #[must_use]
+    pub fn kinds(&self) -> Vec<Set> {
+        let mut kinds = self.settings.clone();
+        kinds.extend(self.plan.kinds());
+        kinds
+    }
+
+    /// What is left of it from a step on, for an arm that is as `start` tells.
+    ///
+    /// # Errors
+    /// As [`has`](Self::has), and as [`Plan::from_step`].
+    pub fn rest(&self, from: u64, start: Preflight) -> Result<Rest, Problem> {
+        self.has(from)?;
+        Rest::of(self, from, start)
+    }
+
+    /// A name for it: the same for what does the same, whatever it is called.
+    #[must_use]
+    pub fn key(&self) -> String {
+        // FNV-1a with 128 bits.
+        let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+        let mut take = |bytes: &[u8]| {
+            for byte in bytes {
+                hash = (hash ^ u128::from(*byte)).wrapping_mul(0x0100_0000_0000_0000_0000_013b);
+            }
+        };
+        take(&self.rounds.unwrap_or(0).to_le_bytes());
+        for command in self.plan.commands() {
+            if let Ok(frame) = FrameBuf::set(&command, Ctrl::QUEUED) {
+                take(frame.bytes());
+            }
+        }
+        format!("{hash:032x}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Action, Origin};
+
+    fn program(waits: u32, rounds: Option<u64>) -> Program {
+        let mut plan = Plan::new("waits");
+        (1..=waits).for_each(|each| plan.push(Action::Wait(each), Origin::NONE));
+        Program::new(plan, rounds)
+    }
+
+    #[test]
+    fn steps_are_counted_over_all_rounds() {
+        let program = program(3, Some(2));
+        assert_eq!(program.steps(), Some(6));
+        assert!(program.has(5).is_ok());
+        let problem = program.has(6).expect_err("there are six");
+        assert_eq!(problem.to_string(), "there is no step 7: the last is 6");
+        assert!(super::tests::program(3, None).has(u64::MAX).is_ok());
+        assert!(super::tests::program(0, Some(1)).has(0).is_ok());
+    }
+
+    #[test]
+    fn its_key_is_of_what_it_does() {
+        let same = program(3, Some(2)).key();
+        let mut named = Plan::clone(program(3, Some(2)).plan());
+        "another".clone_into(&mut named.title);
+        assert_eq!(Program::new(named, Some(2)).key(), same);
+        for other in [program(3, Some(1)), program(3, None), program(2, Some(2))] {
+            assert_ne!(other.key(), same);
+        }
+    }
+}

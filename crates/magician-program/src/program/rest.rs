@@ -1,0 +1,342 @@
+use std::iter::{self, repeat_n};
+use std::sync::Arc;
+use std::time::Duration;
+
+use magician::Set;
+use magician::commands::Pose;
+use magician::words::{Guards, Preflight};
+
+use super::{Program, Timetable};
+use crate::{Plan, Problem, Report, check};
+
+/// How far from where it should an arm may stand, mm: what 32 bits and a reading cost.
+const NEAR: f64 = 0.5;
+
+/// What is left of a [`Program`] from one of its steps on, for an arm that stands in a certain way: what comes before the
+/// first step, the rest of the round that it is in, and the rounds after it.
+#[derive(Clone, Debug)]
+pub struct Rest {
+    settings: Vec<Set>,
+    /// The part of the plan that comes first, with what has to be done before it.
+    first: Arc<Plan>,
+    /// Commands that stand among the steps of the first part, before the one that it is from.
+    added: u64,
+    from: u64,
+    whole: Arc<Plan>,
+    /// Rounds that follow; none is for ever.
+    follow: Option<u64>,
+    start: Preflight,
+    /// The start when the arm has been told the settings.
+    told: Preflight,
+}
+
+impl Rest {
+    pub(super) fn of(program: &Program, from: u64, start: Preflight) -> Result<Self, Problem> {
+        let mut told = start.clone();
+        for setting in &program.settings {
+            let taken = told.check(setting);
+            taken.map_err(|error| Problem::of_file(error.to_string()))?;
+        }
+        let round = program.round().max(1);
+        let (done, step) = (from / round, from % round);
+        let first = match usize::try_from(step).unwrap_or(usize::MAX) {
+            0 => Arc::clone(&program.plan),
+            step => Arc::new(program.plan.from_step(step, &told)?.plan),
+        };
+        let added = match step {
+            0 => 0,
+            step => (first.steps.len() as u64).saturating_sub(round.saturating_sub(step)),
+        };
+        Ok(Self {
+            settings: program.settings.clone(),
+            first,
+            added,
+            from,
+            whole: Arc::clone(&program.plan),
+            follow: (program.rounds).map(|rounds| rounds.saturating_sub(done.saturating_add(1))),
+            start,
+            told,
+        })
+    }
+
+    /// The step that it begins with.
+    #[must_use]
+    pub fn from(&self) -> u64 {
+        self.from
+    }
+
+    /// Where the arm stands before all of it, for [`Run::along`](magician::Run::along).
+    #[must_use]
+    pub fn start(&self) -> &Preflight {
+        &self.start
+    }
+
+    /// The same when the arm has been told the settings that come before the plan.
+    #[must_use]
+    pub fn told(&self) -> &Preflight {
+        &self.told
+    }
+
+    /// The first part, as a plan of its own: what comes before the first step, and the rest of its round.
+    #[must_use]
+    pub fn first(&self) -> &Plan {
+        &self.first
+    }
+
+    /// What is added to the place of a step in [`first`](Self::first) to have its number in the program.
+    #[must_use]
+    pub fn offset(&self) -> i64 {
+        self.from
+            .cast_signed()
+            .saturating_sub(self.added.cast_signed())
+    }
+
+    /// Commands before the first step, for [`Tally::new`](crate::resume::Tally::new).
+    #[must_use]
+    pub fn lead(&self) -> u64 {
+        let tool = u64::from(self.first.tool.is_some());
+        self.settings.len() as u64 + tool + self.added
+    }
+
+    /// The commands up to the end of the first part.
+    pub fn first_commands(&self) -> impl Iterator<Item = Set> + Clone + '_ {
+        self.settings.iter().copied().chain(self.first.commands())
+    }
+
+    /// All commands, in order.
+    pub fn commands(&self) -> impl Iterator<Item = Set> + '_ {
+        let times = usize::try_from(self.follow.unwrap_or(u64::MAX)).unwrap_or(usize::MAX);
+        let rounds = repeat_n(&*self.whole, times);
+        let later = rounds.flat_map(|plan| plan.steps.iter().map(|step| step.action.command()));
+        self.first_commands().chain(later)
+    }
+
+    /// The commands that change settings of the arm, for [`Owed::read`](magician::Owed::read).
+    pub fn changes(&self) -> impl Iterator<Item = &Set> {
+        let later = Some(&self.whole).filter(|_| self.follow != Some(0));
+        let plans = iter::once(&self.first).chain(later);
+        self.settings
+            .iter()
+            .chain(plans.flat_map(|plan| plan.settings()))
+    }
+
+    /// Checks what is left: the first part, and the whole plan after it as often as it follows. An arm that stands the same
+    /// way after two rounds does so after every one.
+    #[must_use]
+    pub fn check(&self) -> Report {
+        let mut report = check(&self.first, &self.told);
+        if self.follow == Some(0) || !report.is_good() {
+            report.time = report.time.filter(|_| self.follow.is_some());
+            return report;
+        }
+        let mut course = self.told.clone();
+        for command in self.first.commands() {
+            // It has just passed.
+            let _ = course.check(&command);
+        }
+        let round = Plan {
+            tool: None,
+            ..Plan::clone(&self.whole)
+        };
+        let again = check(&round, &course);
+        let times = self.follow.unwrap_or(0);
+        let count = times as f64;
+        let rounds = |time: Duration| time.checked_mul(u32::try_from(times).unwrap_or(u32::MAX));
+        report.time = self
+            .follow
+            .and_then(|_| report.time?.checked_add(rounds(again.time?)?));
+        report.drawn += count * again.drawn;
+        report.travelled += count * again.travelled;
+        report.refused += again.refused;
+        report.complaints.extend(again.complaints);
+        report
+    }
+
+    /// How long is left of it at each of its steps, when [`check`](Self::check) has found this.
+    #[must_use]
+    pub fn timetable(&self, report: &Report) -> Timetable {
+        let Some(all) = report.time else {
+            return Timetable::default();
+        };
+        let mut course = self.start.clone().guards(Guards::NONE);
+        let first = sums(&mut course, self.first_commands());
+        let round = match self.follow {
+            Some(0) => Vec::new(),
+            _ => {
+                let steps = self.whole.steps.iter();
+                sums(&mut course, steps.map(|step| step.action.command()))
+            }
+        };
+        let lead = usize::try_from(self.lead()).unwrap_or(usize::MAX);
+        Timetable::new(all, lead, first, round)
+    }
+
+    /// Whether an arm that stands there stands where so many finished steps of the program leave it; not known where the
+    /// steps lead nowhere that is known, and before the first one. `stopped`: somebody stopped the arm, and a wait or a
+    /// trigger was cut short then, wherever the arm stands.
+    #[must_use]
+    pub fn stands_after(&self, steps: u64, pose: &Pose, stopped: bool) -> Option<bool> {
+        let done = steps.checked_sub(self.from).filter(|done| *done > 0)?;
+        let count = usize::try_from(done.saturating_add(self.lead())).ok()?;
+        let mut course = self.start.clone().guards(Guards::NONE);
+        let mut last = None;
+        for command in self.commands().take(count) {
+            // What could not be checked was not sent.
+            let _ = course.check(&command);
+            last = Some(command);
+        }
+        if stopped && matches!(last, Some(Set::WaitCmd(_) | Set::TrigCmd(_))) {
+            return Some(false);
+        }
+        let at = course.arm()?.pose;
+        let [x, y, z] = [pose.x, pose.y, pose.z].map(f64::from);
+        let off = [x - at.x, y - at.y, z - at.z];
+        Some(off.iter().all(|off| off.abs() <= NEAR))
+    }
+}
+
+/// How long commands take up to each of them, seconds; what has no end that is known counts nothing.
+fn sums(course: &mut Preflight, commands: impl Iterator<Item = Set>) -> Vec<f64> {
+    let mut sum = 0.0;
+    let sums = commands.map(|command| {
+        let time = course.check(&command).map(|step| step.time);
+        let known = time.ok().filter(|time| *time < Duration::MAX);
+        sum += known.map_or(0.0, |time| time.as_secs_f64());
+        sum
+    });
+    sums.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use magician::{JointAngles, ToolBias, words};
+
+    use super::*;
+    use crate::{Action, Origin, Tool, Travel};
+
+    fn start() -> Preflight {
+        Preflight::at(JointAngles::HOME, ToolBias::NONE)
+    }
+
+    /// Out and back on a line, then a rest of a second.
+    fn plan() -> Plan {
+        let mut plan = Plan::new("out and back");
+        for x in [240.0, 220.0] {
+            let to = [x, 0.0, 60.0, 0.0];
+            let by = Travel::Line;
+            plan.push(Action::Move { to, by }, Origin::NONE);
+        }
+        plan.push(Action::Wait(1000), Origin::NONE);
+        plan
+    }
+
+    fn rest(rounds: Option<u64>, from: u64) -> Rest {
+        let program = Program::new(plan(), rounds);
+        program.rest(from, start()).expect("within reach")
+    }
+
+    #[test]
+    fn all_rounds_are_sent_and_the_tool_is_told_once() {
+        let mut plan = plan();
+        plan.tool = Some(Tool::Pen);
+        let ratio = words::speed(80.0, 80.0);
+        let program = Program::new(plan, Some(3)).with_settings(vec![ratio]);
+        let rest = program.rest(0, start()).expect("within reach");
+        assert_eq!((rest.lead(), rest.offset()), (2, 0));
+        let sent: Vec<Set> = rest.commands().collect();
+        assert_eq!(sent.len(), 2 + 3 * 3);
+        assert_eq!(sent[0], ratio);
+        assert_eq!(sent[1], words::tool(ToolBias::PEN));
+        assert_eq!(sent[2..5], sent[8..11]);
+        assert_eq!(rest.first_commands().count(), 2 + 3);
+    }
+
+    #[test]
+    fn what_is_still_to_be_changed_is_known() {
+        let (slow, fast) = (words::speed(10.0, 10.0), words::speed(90.0, 90.0));
+        let mut plan = plan();
+        plan.push(slow, Origin::NONE);
+        plan.push(Action::Wait(1), Origin::NONE);
+        let changes = |rounds, from, settings| -> Vec<Set> {
+            let program = Program::new(plan.clone(), rounds).with_settings(settings);
+            let rest = program.rest(from, start()).expect("within reach");
+            rest.changes().copied().collect()
+        };
+        assert_eq!(changes(Some(1), 0, vec![fast]), [fast, slow]);
+        // Whoever begins later is told what was set before.
+        assert_eq!(changes(Some(1), 4, vec![]), [slow]);
+        assert_eq!(changes(None, 0, vec![]), [slow, slow]);
+    }
+
+    #[test]
+    fn from_a_step_on_there_is_the_way_to_it_and_what_follows() {
+        let rest = rest(Some(2), 1);
+        let lead = rest.lead();
+        assert!(lead > 0);
+        assert_eq!(rest.offset(), 1 - lead as i64);
+        assert_eq!(rest.commands().count() as u64, lead + 2 + 3);
+        let rest = super::tests::rest(Some(2), 4);
+        assert_eq!(rest.commands().count() as u64, rest.lead() + 2);
+        let error = Program::new(plan(), Some(2)).rest(6, start());
+        assert!(error.is_err());
+        let forever = super::tests::rest(None, 300);
+        assert_eq!(forever.commands().take(1000).count(), 1000);
+    }
+
+    #[test]
+    fn a_check_counts_every_round() {
+        let once = rest(Some(1), 0).check();
+        let thrice = rest(Some(3), 0).check();
+        assert!(thrice.is_good());
+        let [once_s, thrice_s] = [&once, &thrice].map(|report| report.time.unwrap().as_secs_f64());
+        // The first round has the way from home besides.
+        assert!(
+            thrice_s > 2.0 * once_s && thrice_s < 3.0 * once_s,
+            "{once_s} {thrice_s}"
+        );
+        assert!(rest(None, 0).check().time.is_none());
+    }
+
+    #[test]
+    fn what_is_left_falls_to_nothing_step_by_step() {
+        for (rounds, from) in [(1, 0), (3, 0), (3, 1), (3, 5), (2, 3)] {
+            let rest = rest(Some(rounds), from);
+            let report = rest.check();
+            let table = rest.timetable(&report);
+            let steps = 3 * rounds - from;
+            let left: Vec<f64> = (0..=steps)
+                .map(|done| table.left(done).expect("known").as_secs_f64())
+                .collect();
+            let all = report.time.unwrap().as_secs_f64();
+            assert!(left[0] <= all && left[0] > 0.0, "{rounds} {from}");
+            assert!(left.windows(2).all(|pair| pair[0] > pair[1]), "{left:?}");
+            assert!(left[steps as usize] < 1e-6, "{left:?}");
+            // The wait is the last step of every round.
+            let last = left[steps as usize - 1] - left[steps as usize];
+            assert!((last - 1.0).abs() < 1e-3, "{left:?}");
+            assert_eq!(table.left(steps + 10), Some(Duration::ZERO));
+        }
+        let forever = rest(None, 0);
+        assert_eq!(forever.timetable(&forever.check()).left(1), None);
+    }
+
+    #[test]
+    fn where_the_arm_stands_tells_what_it_has_done() {
+        let rest = rest(Some(2), 0);
+        let at = |x: f32| Pose {
+            x,
+            y: 0.0,
+            z: 60.0,
+            r: 0.0,
+            joint_angle: [0.0; 4],
+        };
+        assert_eq!(rest.stands_after(0, &at(240.0), true), None);
+        assert_eq!(rest.stands_after(1, &at(240.0), true), Some(true));
+        assert_eq!(rest.stands_after(1, &at(230.0), true), Some(false));
+        assert_eq!(rest.stands_after(2, &at(220.3), true), Some(true));
+        assert_eq!(rest.stands_after(4, &at(240.0), true), Some(true));
+        // Whoever stops a wait leaves the arm where it was to stand.
+        assert_eq!(rest.stands_after(3, &at(220.0), true), Some(false));
+        assert_eq!(rest.stands_after(3, &at(220.0), false), Some(true));
+    }
+}

@@ -1,0 +1,74 @@
+use std::time::Duration;
+
+/// How long a run takes up to each of its steps, by the arm's clock; made by [`Rest::timetable`](super::Rest::timetable).
+#[derive(Clone, Debug, Default)]
+pub struct Timetable {
+    /// None if nobody knows.
+    all: Option<Duration>,
+    /// Commands before the first step.
+    lead: usize,
+    /// Up to each command of the first part, seconds.
+    first: Vec<f64>,
+    /// Up to each step of a round after it, from its beginning.
+    round: Vec<f64>,
+}
+
+impl Timetable {
+    pub(super) fn new(all: Duration, lead: usize, first: Vec<f64>, round: Vec<f64>) -> Self {
+        Self {
+            all: Some(all),
+            lead,
+            first,
+            round,
+        }
+    }
+
+    /// How long the rest takes when so many steps of the run are finished; `None` if the run has no end that is known.
+    #[must_use]
+    pub fn left(&self, steps: u64) -> Option<Duration> {
+        let left = self.all?.as_secs_f64() - self.spent(steps);
+        Some(Duration::try_from_secs_f64(left.max(0.0)).unwrap_or_default())
+    }
+
+    fn spent(&self, steps: u64) -> f64 {
+        let of_first = self.first.len().saturating_sub(self.lead) as u64;
+        let Some(later) = steps.checked_sub(of_first) else {
+            let commands = self
+                .lead
+                .saturating_add(usize::try_from(steps).unwrap_or(usize::MAX));
+            return up_to(&self.first, commands);
+        };
+        let all = up_to(&self.first, self.first.len());
+        let length = self.round.len().max(1) as u64;
+        let within = usize::try_from(later % length).unwrap_or(usize::MAX);
+        let rounds = (later / length) as f64 * up_to(&self.round, self.round.len());
+        all + rounds + up_to(&self.round, within)
+    }
+}
+
+/// How long the first of them take.
+fn up_to(sums: &[f64], count: usize) -> f64 {
+    let last = count.checked_sub(1).and_then(|last| sums.get(last));
+    last.copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rounds_after_the_first_part_have_a_length_of_their_own() {
+        // A lead of a second, two steps of 2 s, then rounds of three steps of 1 s.
+        let table = Timetable::new(
+            Duration::from_secs(11),
+            1,
+            vec![1.0, 3.0, 5.0],
+            vec![1.0, 2.0, 3.0],
+        );
+        let left: Vec<u64> = (0..=9)
+            .map(|steps| table.left(steps).expect("known").as_secs())
+            .collect();
+        assert_eq!(left, [10, 8, 6, 5, 4, 3, 2, 1, 0, 0]);
+        assert_eq!(Timetable::default().left(1), None);
+    }
+}

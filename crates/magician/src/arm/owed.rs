@@ -1,0 +1,151 @@
+use std::mem::{discriminant, take};
+
+use magician_protocol::Set;
+use magician_protocol::commands::{
+    ArcParams, CpParams, PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpJump2Params,
+    PtpLParams,
+};
+
+use super::Arm;
+use crate::Result;
+
+/// Settings of an arm that a program changes for its own time, as they were before: what the arm gets back however the
+/// program ends.
+///
+/// ```
+/// use magician::commands::PtpCommonParams;
+/// use magician::{Arm, Owed, words};
+///
+/// # #[tokio::main(flavor = "current_thread")]
+/// # async fn main() -> magician::Result<()> {
+/// # let arm = Arm::connect(&"sim".parse()?).await?;
+/// let program = [words::speed(80.0, 80.0), words::line_to(220.0, 0.0, 50.0, 0.0)];
+/// let mut owed = Owed::read(&arm, &program).await?;
+/// let ran = arm.perform(&program).await;
+/// if ran.is_err() {
+///     // What is left of it would come later, with the speeds of before.
+///     arm.stop().await?;
+/// }
+/// owed.give_back(&arm).await?;
+/// assert_eq!(arm.get::<PtpCommonParams>().await?.velocity_ratio, 50.0);
+/// # ran.map(drop)
+/// # }
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Owed(Vec<Set>);
+
+impl Owed {
+    /// Reads what these commands change, as it is now: speeds, and heights of jumps. The tool stays, and so does what is no
+    /// setting of a motion.
+    ///
+    /// # Errors
+    /// As [`Arm::get`].
+    pub async fn read<'s>(arm: &Arm, changes: impl IntoIterator<Item = &'s Set>) -> Result<Self> {
+        let mut owed = Self::default();
+        let mut known = Vec::new();
+        for change in changes {
+            let kind = discriminant(change);
+            if known.contains(&kind) {
+                continue;
+            }
+            known.push(kind);
+            owed.0.extend(before(arm, change).await?);
+        }
+        Ok(owed)
+    }
+
+    /// Owes this setting as well.
+    pub fn owe(&mut self, setting: impl Into<Set>) {
+        self.0.push(setting.into());
+    }
+
+    /// Owes what another owes as well.
+    pub fn append(&mut self, other: Self) {
+        self.0.extend(other.0);
+    }
+
+    /// Whether nothing is owed.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Gives the arm back what is owed. Nothing is owed any more then, however it ends.
+    ///
+    /// # Errors
+    /// As [`Arm::set`], at the first setting that the arm does not take.
+    pub async fn give_back(&mut self, arm: &Arm) -> Result<()> {
+        for setting in take(&mut self.0) {
+            arm.set_any(&setting).await?;
+        }
+        Ok(())
+    }
+}
+
+/// The setting that a command changes, as it is now.
+async fn before(arm: &Arm, change: &Set) -> Result<Option<Set>> {
+    Ok(Some(match change {
+        Set::PtpJointParams(_) => arm.get::<PtpJointParams>().await?.into(),
+        Set::PtpCoordinateParams(_) => arm.get::<PtpCoordinateParams>().await?.into(),
+        Set::PtpCommonParams(_) => arm.get::<PtpCommonParams>().await?.into(),
+        // One height is both heights of the second set.
+        Set::PtpJumpParams(_) | Set::PtpJump2Params(_) => arm.get::<PtpJump2Params>().await?.into(),
+        Set::PtpLParams(_) => arm.get::<PtpLParams>().await?.into(),
+        Set::CpParams(_) => arm.get::<CpParams>().await?.into(),
+        Set::ArcParams(_) => arm.get::<ArcParams>().await?.into(),
+        _ => return Ok(None),
+    }))
+}
+
+#[cfg(all(test, feature = "sim"))]
+mod tests {
+    use magician_protocol::commands::PtpJumpParams;
+    use magician_sim::{Controller, Profile};
+
+    use super::*;
+    use crate::{Options, SimSpeed, VirtualArm, words};
+
+    async fn arm() -> Arm {
+        let arm = VirtualArm::new(Controller::new(Profile::default()), SimSpeed::Max);
+        Arm::simulated(arm, Options::default())
+            .await
+            .expect("a virtual arm")
+    }
+
+    async fn motion(arm: &Arm) -> Vec<Set> {
+        vec![
+            arm.get::<PtpCommonParams>().await.unwrap().into(),
+            arm.get::<PtpJump2Params>().await.unwrap().into(),
+            arm.get::<CpParams>().await.unwrap().into(),
+        ]
+    }
+
+    fn changes() -> Vec<Set> {
+        let jump = PtpJumpParams {
+            jump_height: 33.0,
+            z_limit: 90.0,
+        };
+        vec![
+            words::speed(11.0, 12.0),
+            jump.into(),
+            words::path_speed(13.0, 14.0),
+            words::speed(15.0, 16.0),
+            words::line_to(220.0, 0.0, 50.0, 0.0),
+        ]
+    }
+
+    #[tokio::test]
+    async fn the_arm_gets_back_what_it_had() {
+        let arm = arm().await;
+        let before = motion(&arm).await;
+        let mut owed = Owed::read(&arm, &changes()).await.unwrap();
+        assert_eq!(owed.0, before);
+        for change in &changes()[..4] {
+            arm.set_any(change).await.unwrap();
+        }
+        assert_ne!(motion(&arm).await, before);
+        owed.give_back(&arm).await.unwrap();
+        assert_eq!(motion(&arm).await, before);
+        assert!(owed.is_empty());
+    }
+}
