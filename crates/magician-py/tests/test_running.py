@@ -63,9 +63,9 @@ def test_a_run_goes_on_at_a_step(arm: magician.Arm, virtual_arm: VirtualArm) -> 
     plan = Plan.path([(220, 0, 20), (220, 50, 20), (240, 50, 20)], by="line")
     arm.run(plan, first_step=3)
     assert virtual_arm.position[:3] == pytest.approx((240, 50, 20), abs=1e-3)
-    with pytest.raises(InvalidInputError, match="counted from 1"):
+    with pytest.raises(InvalidInputError, match="first_step is"):
         arm.run(plan, first_step=0)
-    with pytest.raises(InvalidInputError, match="counted from 1"):
+    with pytest.raises(InvalidInputError, match="first_step is"):
         arm.run(plan, first_step=-1)
     with pytest.raises(InvalidInputError, match="no step 4"):
         arm.run(plan, first_step=4)

@@ -38,7 +38,7 @@ def test_a_watch_that_cannot_be(arm: Arm) -> None:
     with pytest.raises(errors.InvalidInputError, match=r"0\.01 to 1000"):
         arm.state(0)
     for address in (-1, 300):
-        with pytest.raises(errors.InvalidInputError, match=f"no pin {address}: .* 1 to 20"):
+        with pytest.raises(errors.InvalidInputError, match=f"analogs.0. is {address}; .* 1 to 20"):
             arm.state(analogs=[address])
     with pytest.raises(errors.InvalidInputError, match="1 to 20"):
         arm.state(10, inputs=[21])

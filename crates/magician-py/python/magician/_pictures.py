@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
 from . import _magician
+from ._arguments import number
 from ._points import to_numpy, to_tuples
 from .errors import InvalidInputError
 
@@ -37,7 +38,7 @@ class Picture:
 
     def png(self, scale: float = SCALE) -> bytes:
         """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large."""
-        return self._native.png(scale)
+        return self._native.png(number("scale", scale, above=0, unit="pixels/mm"))
 
     def save(self, path: str | os.PathLike[str], *, scale: float = SCALE) -> Path:
         """Writes it to a ``.svg`` or ``.png`` file and returns the path.
@@ -116,7 +117,7 @@ class Drawing(Sequence[Stroke]):
 
     def png(self, scale: float = SCALE) -> bytes:
         """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large."""
-        return self._native.png(scale)
+        return self._native.png(number("scale", scale, above=0, unit="pixels/mm"))
 
     def save(self, path: str | os.PathLike[str], *, scale: float = SCALE) -> Path:
         """Writes it to a ``.svg`` or ``.png`` file and returns the path.

@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Any, Literal, TypeVar, overload
 
 from . import commands, events, words
+from ._arguments import addresses, number, seconds, whole
 from ._magician import Core
 from ._magician import Events as NativeEvents
 from ._magician import Jog as NativeJog
@@ -49,6 +50,12 @@ Numbers that are none, speeds that are none and values that the protocol does no
 
 def _hearing(progress: Callable[[Progress], object] | None) -> Callable[[Any], object] | None:
     return None if progress is None else lambda parts: progress(Progress(*parts))
+
+
+def _names(skip: Collection[Check]) -> list[str]:
+    if isinstance(skip, str):
+        raise TypeError(f"skip is {skip!r}; it takes names in a list: [{skip!r}]")
+    return list(skip)
 
 
 # [aio]
@@ -159,8 +166,8 @@ class Arm:
     #     :class:`~magician.errors.ResponseTimeoutError` when nothing answers, :class:`~magician.errors.UnexpectedError`
     #     when something else does.
     #     """
-    #     options = {"timeout": timeout, "window": window, "probe": probe, "reconnect": reconnect, "echo": echo}
-    #     self._core = opened(wait(connecting(port, **options)))
+    #     call = connecting(port, timeout=timeout, window=window, probe=probe, reconnect=reconnect, echo=echo)
+    #     self._core = opened(wait(call))
     # [both]
 
     async def __aenter__(self) -> Arm:
@@ -198,8 +205,8 @@ class Arm:
         return self._core.timeout()
 
     @timeout.setter
-    def timeout(self, seconds: float) -> None:
-        self._core.set_timeout(seconds)
+    def timeout(self, timeout: float) -> None:
+        self._core.set_timeout(seconds("timeout", timeout, above=0))
 
     @property
     def link(self) -> Link:
@@ -310,7 +317,9 @@ class Arm:
 
         Raises :class:`~magician.errors.InvalidInputError` for a rate or an address out of range.
         """
-        return StateWatch(self._core.state(rate, list(inputs), list(outputs), list(analogs)))
+        rate = number("rate", rate, least=0.01, most=1000, unit="Hz")
+        pins = addresses("inputs", inputs), addresses("outputs", outputs), addresses("analogs", analogs)
+        return StateWatch(self._core.state(rate, *pins))
 
     def events(self) -> Events:
         """What happens from now on, for any number of listeners: alarms, commands that finish, a line that breaks.
@@ -380,6 +389,7 @@ class Arm:
         :param params: the parameters, at most 248 bytes: ``bytes(commands.PtpCommonParams(50, 50))``.
         :param allow_dangerous: as for :meth:`set`.
         """
+        id, ctrl = whole("id", id, 0, 255), whole("ctrl", ctrl, 0, 255)
         return await until(self._core.raw(id, ctrl, params, allow_dangerous))
 
     # Programs.
@@ -407,7 +417,7 @@ class Arm:
         :class:`~magician.errors.InvalidInputError` from the check, :class:`~magician.errors.AlarmError` as soon as an
         alarm holds the queue, :class:`~magician.errors.ClosedError` when a stop came, else as :meth:`enqueue`.
         """
-        call = self._core.perform(not_a_file(program), list(skip), require_homed, keep)
+        call = self._core.perform(not_a_file(program), _names(skip), require_homed, keep)
         return Ran(*await until_done(call, self._core, _hearing(progress)))
 
     async def estimate(self, program: Iterable[Queueable], *, skip: Collection[Check] = ()) -> float:
@@ -416,7 +426,7 @@ class Arm:
         To the microsecond what a virtual arm takes; ``math.inf`` if one of them has no end that is known: homing, a
         wait for an input. Raises as the check of :meth:`perform`.
         """
-        return await until(self._core.estimate(not_a_file(program), list(skip)))
+        return await until(self._core.estimate(not_a_file(program), _names(skip)))
 
     def begin(
         self,
@@ -437,7 +447,8 @@ class Arm:
         :param trust_pose: lets an interrupted run go on although nobody knows where its last finished command left the
             arm.
         """
-        return Run(self._core, self._core.begin(program, keep, horizon, laser_horizon, trust_pose))
+        horizons = seconds("horizon", horizon), seconds("laser_horizon", laser_horizon)
+        return Run(self._core, self._core.begin(not_a_file(program), keep, *horizons, trust_pose))
 
     # Motion: each of these goes there and waits until it has.
 
@@ -748,6 +759,7 @@ class Arm:
         Raises :class:`~magician.errors.AlarmError` when an alarm holds the queue, :class:`~magician.errors.ClosedError`
         when a stop came, :class:`~magician.errors.ResponseTimeoutError` when nothing moves for too long.
         """
+        index = whole("index", index, 0, 0xFFFF_FFFF_FFFF_FFFF)
         await until_done(self._core.wait_for(index), self._core, _hearing(progress))
 
     async def wait_still(self) -> None:
@@ -806,7 +818,8 @@ class Arm:
         range.
         """
         command = words.jog(direction) if isinstance(direction, str) else direction
-        return Jog(self._core, command, keep, ratio)
+        keep = seconds("keep", keep, least=0.02, most=2)
+        return Jog(self._core, command, keep, number("ratio", ratio, least=1, most=100, unit="%"))
 
     async def stop_jog(self) -> None:
         """Ends any jog, at once and for sure: repeated until the arm stands."""
@@ -859,7 +872,7 @@ class Arm:
         """
         plan = program if isinstance(program, Plan) else Plan.of(not_a_file(program))
         how = {
-            "first_step": first_step,
+            "first_step": whole("first_step", first_step, 1, max(1, len(plan))),
             "check": check,
             "keep": keep,
             "require_homed": require_homed,

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
 from . import _magician
+from ._arguments import number, numbers, seconds, whole
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
 from ._points import Points, SupportsArray, column, rows, to_numpy, to_tuples
@@ -360,20 +361,19 @@ class Plan:
         data, columns = rows(points)
         count = len(data) // (8 * columns)
         each = b""
-        if power is not None and not isinstance(power, (int, float)):
-            each, power = column(power, count, "power"), None
-        if lift < 0:
-            raise InvalidInputError(f"lift is 0 or more, not {lift} mm", value=lift, limit=0.0, unit="mm")
+        one: Any = power
+        if hasattr(power, "__len__"):
+            each, one = column(one, count, "power"), None
         way = {
             "title": title,
             "tool": _tool(tool),
             "surface": _surface(surface),
             "by": by,
-            "r": r,
-            "lift": lift,
-            "speed": speed,
-            "acceleration": acceleration,
-            "power": power,
+            "r": number("r", r, unit="deg"),
+            "lift": number("lift", lift, least=0, unit="mm"),
+            "speed": number("speed", speed, above=0, unit="mm/s"),
+            "acceleration": number("acceleration", acceleration, above=0, unit="mm/s2"),
+            "power": number("power", one, least=0, most=100, unit="%"),
         }
         return cls(_magician.Plan.of_points(data, columns, each, way))
 
@@ -480,7 +480,11 @@ class Plan:
         :param table: The z at which the tool touches the table, mm; the plan's surface if it has one.
         :param watch: How often to look where the tool is, s; see :attr:`Rehearsal.way`.
         """
-        found = self.native.rehearse(_tool(tool), table, watch)
+        found = self.native.rehearse(
+            _tool(tool),
+            number("table", table, unit="mm"),
+            None if watch is None else seconds("watch", watch, least=1e-6),
+        )
         return Rehearsal(
             ok=found["good"],
             seconds=found["seconds"],
@@ -500,7 +504,7 @@ class Plan:
 
         :raises InvalidInputError: A step cannot be moved: it leads to joint angles, or goes on from where nobody knows.
         """
-        return Plan(self.native.moved((x, y, z)))
+        return Plan(self.native.moved((number("x", x), number("y", y), number("z", z))))
 
     def scaled(self, factor: float, about: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Plan:
         """The same in another size, ``about`` a point that stays where it is (mm). Heights of jumps count as lengths;
@@ -508,7 +512,7 @@ class Plan:
 
         :raises InvalidInputError: As :meth:`moved`; a factor that is not above 0.
         """
-        return Plan(self.native.scaled(factor, about))
+        return Plan(self.native.scaled(number("factor", factor, above=0), _three("about", about)))
 
     def rotated(self, degrees: float, about: tuple[float, float] = (0.0, 0.0)) -> Plan:
         """The same turned to the left, seen from above, about the vertical through ``about`` (mm). The rotation r of
@@ -516,11 +520,11 @@ class Plan:
 
         :raises InvalidInputError: As :meth:`moved`.
         """
-        return Plan(self.native.rotated(degrees, about))
+        return Plan(self.native.rotated(number("degrees", degrees, unit="deg"), _two("about", about)))
 
     def repeated(self, times: int) -> Plan:
         """Its steps so many times over. ``plan * 3`` is the same."""
-        return Plan(self.native.repeated(times))
+        return Plan(self.native.repeated(whole("times", times, 0, _MOST)))
 
     def on_grid(self, rows: int, columns: int, pitch: tuple[float, float]) -> Plan:
         """The plan at each place of a grid, one after the other. As it stands it is for the first.
@@ -529,7 +533,7 @@ class Plan:
         :param columns: Columns, along X.
         :param pitch: From a column to the next in x and from a row to the next in y, mm.
         """
-        return Plan(self.native.on_grid(rows, columns, pitch))
+        return Plan(self.native.on_grid(_count("rows", rows), _count("columns", columns), _two("pitch", pitch)))
 
     def on_pallet(
         self,
@@ -541,7 +545,13 @@ class Plan:
     ) -> Plan:
         """The plan at each place of a pallet as it stands, by three of its places (x, y, z; mm): the first, the last of
         its row, and the first of the last row. The others are in between, on any slope."""
-        return Plan(self.native.on_corners(rows, columns, [first, end_of_row, last_row]))
+        return Plan(
+            self.native.on_corners(
+                _count("rows", rows),
+                _count("columns", columns),
+                [_three("first", first), _three("end_of_row", end_of_row), _three("last_row", last_row)],
+            )
+        )
 
     def from_step(self, step: int) -> Plan:
         """The plan from a step on, counted from 1: it first sets what the steps before would have set, and goes from
@@ -550,7 +560,7 @@ class Plan:
 
         :raises InvalidInputError: There is no such step, or nobody knows where it begins.
         """
-        return Plan(self.native.starting_at(step, None))
+        return Plan(self.native.starting_at(whole("step", step, 1, max(1, len(self))), None))
 
     def __add__(self, other: Plan) -> Plan:
         """The steps of another one after these."""
@@ -687,38 +697,39 @@ def load(
     :raises OSError: The file cannot be opened.
     """
     name, data = _open(file)
-    if isinstance(power, (int, float)):
-        power = (0.0, float(power))
+    given: Any = power
+    if power is not None:
+        given = _two("power", given if hasattr(power, "__len__") else (0.0, given))
     wanted: Mapping[str, Any] = {
         "format": format,
         "title": title,
         "tool": _tool(tool),
         "surface": _surface(surface),
-        "sheet": None if sheet is None else (*sheet.corner, sheet.rotation, sheet.size),
-        "start": start,
-        "at": at,
-        "scale": scale,
-        "rotate": rotate,
+        "sheet": None if sheet is None else _sheet(sheet),
+        "start": None if start is None else _three("start", start),
+        "at": None if at is None else _two("at", at),
+        "scale": number("scale", scale, above=0),
+        "rotate": number("rotate", rotate, unit="deg"),
         "fit": fit,
         "mirror": mirror,
-        "by": move,
-        "speed": speed,
-        "travel_speed": travel_speed,
-        "lift": lift,
+        "by": _three("move", move),
+        "speed": number("speed", speed, above=0, unit="mm/s"),
+        "travel_speed": number("travel_speed", travel_speed, above=0, unit="mm/s"),
+        "lift": number("lift", lift, above=0, unit="mm"),
         "order": order,
-        "tolerance": tolerance,
+        "tolerance": number("tolerance", tolerance, above=0, unit="mm"),
         "dialect": dialect,
         "work": work,
-        "width": width,
-        "height": height,
-        "threshold": threshold,
-        "power": power,
+        "width": number("width", width, above=0, unit="mm"),
+        "height": number("height", height, above=0, unit="mm"),
+        "threshold": None if threshold is None else whole("threshold", threshold, 1, 255),
+        "power": given,
         "tone": tone,
         "invert": invert,
         "both_directions": both_directions,
-        "spacing": spacing,
-        "overscan": overscan,
-        "gamma": gamma,
+        "spacing": number("spacing", spacing, above=0, unit="mm"),
+        "overscan": number("overscan", overscan, above=0, unit="mm"),
+        "gamma": number("gamma", gamma, above=0),
     }
     return Plan(_magician.Plan.load(name, data, wanted))
 
@@ -736,18 +747,39 @@ def _open(file: str | os.PathLike[str] | IO[bytes]) -> tuple[str, bytes]:
 def _tool(tool: Tool | None) -> str | None:
     if tool is None or isinstance(tool, str):
         return tool
-    return ",".join(map(repr, map(float, tool)))
+    return ",".join(map(repr, _three("tool", tool)))
 
 
 def _surface(surface: float | Surface | None) -> tuple[float, tuple[float, float]] | None:
     if surface is None:
         return None
-    if isinstance(surface, (int, float)):
-        return float(surface), (0.0, 0.0)
-    try:
-        return surface.height, surface.slope
-    except AttributeError:
-        raise TypeError(f"a surface is its height in mm, or a Surface, not {surface!r}") from None
+    if isinstance(surface, Surface):
+        return number("surface.height", surface.height, unit="mm"), _two("surface.slope", surface.slope)
+    if isinstance(surface, (str, bytes)) or not hasattr(surface, "__float__"):
+        raise TypeError(f"a surface is its height in mm, or a Surface, not {surface!r}")
+    return number("surface", surface, unit="mm"), (0.0, 0.0)
+
+
+def _sheet(sheet: Sheet) -> tuple[float, float, float, tuple[float, float] | None]:
+    size = None if sheet.size is None else _two("sheet.size", sheet.size)
+    return *_two("sheet.corner", sheet.corner), number("sheet.rotation", sheet.rotation, unit="deg"), size
+
+
+def _two(name: str, values: Iterable[float]) -> tuple[float, float]:
+    a, b = numbers(name, values, 2)
+    return a, b
+
+
+def _three(name: str, values: Iterable[float]) -> tuple[float, float, float]:
+    a, b, c = numbers(name, values, 3)
+    return a, b, c
+
+
+_MOST = 2**32 - 1
+
+
+def _count(name: str, value: int) -> int:
+    return whole(name, value, 1, _MOST)
 
 
 def not_a_file(commands: Iterable[Queueable]) -> Iterable[Queueable]:
@@ -762,8 +794,9 @@ def _corners(sheet: Sheet) -> list[tuple[float, float]] | None:
         return None
     from math import cos, radians, sin
 
-    turn = radians(sheet.rotation)
-    (x, y), (width, height) = sheet.corner, sheet.size
+    x, y, rotation, size = _sheet(sheet)
+    turn = radians(rotation)
+    width, height = size or (0.0, 0.0)
     ends = ((0.0, 0.0), (width, 0.0), (width, height), (0.0, height))
     return [(x + right * cos(turn) - up * sin(turn), y + right * sin(turn) + up * cos(turn)) for right, up in ends]
 
