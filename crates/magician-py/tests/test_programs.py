@@ -196,7 +196,7 @@ def test_a_plan_goes_on_at_a_step() -> None:
     assert rest.targets()[-2:] == plan.targets()[-2:]
     with pytest.raises(InvalidInputError, match=r"step is 0; .* from 1 to"):
         plan.from_step(0)
-    with pytest.raises(InvalidInputError, match="no step 99"):
+    with pytest.raises(InvalidInputError, match="step is 99"):
         plan.from_step(99)
 
 

@@ -67,7 +67,7 @@ def test_a_run_goes_on_at_a_step(arm: magician.Arm, virtual_arm: VirtualArm) -> 
         arm.run(plan, first_step=0)
     with pytest.raises(InvalidInputError, match="first_step is"):
         arm.run(plan, first_step=-1)
-    with pytest.raises(InvalidInputError, match="no step 4"):
+    with pytest.raises(InvalidInputError, match="first_step is 4"):
         arm.run(plan, first_step=4)
 
 
@@ -153,3 +153,10 @@ def test_progress_true_writes_to_stderr(arm: magician.Arm, capsys: pytest.Captur
 def test_a_program_without_a_console(arm: magician.Arm, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stderr", None)
     assert arm.run([words.wait(0)], progress=True).steps == 1
+
+
+def test_a_refusal_names_the_command_once() -> None:
+    with magician.Arm("sim") as arm, pytest.raises(UnreachableError) as caught:
+        arm.run(Plan.path([(210, 0, 20), (500, 0, 20)], by="line"))
+    assert str(caught.value).startswith("SetPTPCmd: row 1, step 2: ")
+    assert str(caught.value).count("SetPTPCmd") == 1 and caught.value.command == "SetPTPCmd"
