@@ -172,3 +172,26 @@ def test_an_alarm_is_written_as_text_or_as_its_number() -> None:
     assert f"{alarm}" == str(alarm)
     assert str(alarm).startswith("0x11 PLAN")
     assert f"0x{alarm:02x}" == "0x11"
+
+
+def test_names_that_are_none_are_told_what_is_meant(arm: magician.Arm) -> None:
+    for name, meant in (("Poses", "Pose"), ("GetPoze", "Pose"), ("devicesno", "DeviceSn"), ("IO-DII", "GetIoDi")):
+        with pytest.raises(errors.InvalidInputError, match=rf"`{name}` to get; did you mean [^?]*\b{meant}\b.*\?"):
+            arm.get(name)
+    with pytest.raises(errors.InvalidInputError, match=r"`PTPCmdd` to set; did you mean PtpCmd"):
+        arm.enqueue("PTPCmdd")
+    with pytest.raises(errors.InvalidInputError, match=r"`PtpComonParams` to set; did you mean PtpCommonParams"):
+        arm.set("PtpComonParams", velocity_ratio=50, acceleration_ratio=50)
+    with pytest.raises(errors.InvalidInputError, match=r"`qqqq` to get$"):
+        arm.get("qqqq")
+
+
+def test_fields_that_are_none_are_told_what_is_meant(arm: magician.Arm) -> None:
+    with pytest.raises(TypeError, match=r"GetIoDi has no field `adress`; did you mean address\?"):
+        arm.get("IODI", adress=19)
+    with pytest.raises(TypeError, match=r"HomeParams has no field `velocity`; it has x, y, z, r"):
+        arm.set("HomeParams", velocity=3)
+    with pytest.raises(TypeError, match=r"PtpCommonParams takes acceleration_ratio as well"):
+        arm.set("PTPCommonParams", velocity_ratio=50)
+    with pytest.raises(TypeError, match=r"Pose is asked for without x"):
+        arm.get("Pose", x=1)

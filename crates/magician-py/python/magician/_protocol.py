@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 from . import _magician
 
@@ -77,17 +77,3 @@ class Queueable(Writable):
     """What may go into the arm's queue as well: ``arm.enqueue(...)``, ``arm.perform([...])``."""
 
     __slots__ = ()
-
-
-def find(name: str, form: str, fields: dict[str, Any]) -> Any:
-    """The class or the object of ``commands`` that a person means by a name and fields; ``form`` is ``"get"`` or
-    ``"set"``.
-    """
-    from . import commands
-
-    cls: type[Any] = getattr(commands, _magician.find(name, form))
-    if form == "set" or not issubclass(cls, Answer):
-        return cls(**fields)
-    if fields:
-        raise TypeError(f"{cls.__name__} is asked for without {', '.join(fields)}")
-    return cls

@@ -18,9 +18,10 @@ from ._magician import Events as NativeEvents
 from ._magician import Jog as NativeJog
 from ._magician import Program as NativeProgram
 from ._magician import StateWatch as NativeStateWatch
+from ._naming import find
 from ._native import Where, connecting, opened, until, until_done, until_stopped
 from ._pictures import Picture
-from ._protocol import Command, Query, Queueable, Readable, Writable, find
+from ._protocol import Command, Query, Queueable, Readable, Writable
 from .alarms import Alarm
 from .commands import IoFunction, Port, Pose, RailVersion, SensorVersion, Stepper
 from .errors import ClosedError, Error, UnexpectedError
