@@ -6,16 +6,12 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import overload
 
 from . import _magician
 from ._arguments import number
-from ._points import to_numpy, to_tuples
+from ._points import Floats, to_numpy, to_tuples
 from .errors import InvalidInputError
-
-if TYPE_CHECKING:
-    from numpy import float64
-    from numpy.typing import NDArray
 
 __all__ = ["Drawing", "Picture", "Stroke"]
 
@@ -70,7 +66,7 @@ class Stroke:
         """Its corners x, y in the frame of the arm's base, mm."""
         return to_tuples(self._data, 2)
 
-    def to_numpy(self) -> NDArray[float64]:
+    def to_numpy(self) -> Floats:
         """Its corners as an array of shape (n, 2), mm. Needs NumPy."""
         return to_numpy(self._data, 2)
 

@@ -15,20 +15,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Literal, NamedTuple, overload
+from typing import IO, Any, Literal, NamedTuple, overload
 
 from . import _magician
 from ._arguments import number, numbers, seconds, whole
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
-from ._points import Points, SupportsArray, column, rows, to_numpy, to_tuples
+from ._points import Floats, Points, SupportsArray, column, rows, to_numpy, to_tuples
 from ._protocol import Queueable
 from .alarms import Alarm
 from .errors import Error, InvalidInputError
-
-if TYPE_CHECKING:
-    from numpy import float64
-    from numpy.typing import NDArray
 
 __all__ = [
     "Complaint",
@@ -284,7 +280,7 @@ class Rehearsal:
         """Where the tool was from look to look, if it was watched: x, y, z, mm."""
         return to_tuples(self._way, 3)
 
-    def way_to_numpy(self) -> NDArray[float64]:
+    def way_to_numpy(self) -> Floats:
         """The same as an array of shape (n, 3), mm. Needs NumPy."""
         return to_numpy(self._way, 3)
 
@@ -440,7 +436,7 @@ class Plan:
         """Where its steps lead: x, y, z in mm for each, NaN for those that lead nowhere by themselves."""
         return to_tuples(self.native.targets(), 3)
 
-    def to_numpy(self) -> NDArray[float64]:
+    def to_numpy(self) -> Floats:
         """:meth:`targets` as an array of shape (n, 3), mm. Needs NumPy."""
         return to_numpy(self.native.targets(), 3)
 
