@@ -13,7 +13,7 @@ from typing import Any
 
 import magician
 import pytest
-from magician import Arm, commands, errors, words
+from magician import Arm, _told, commands, errors, words
 from magician.commands import IoFunction, Port, RailVersion, SensorVersion, Stepper
 
 FOUR = (10.0, 20.0, 30.0, 40.0)
@@ -429,12 +429,12 @@ def test_discovery() -> None:
 def test_errors_travel() -> None:
     import pickle
 
-    error = errors.of_kind("alarm", "text", alarms=[0x11], command="SetPTPCmd")
+    error = _told.error("alarm", "text", alarms=[0x11], command="SetPTPCmd")
     again = pickle.loads(pickle.dumps(error))
     assert type(again) is errors.AlarmError and again.alarms == error.alarms and str(again) == "text"
-    port = errors.of_kind("port", "gone")
+    port = _told.error("port", "gone")
     assert str(pickle.loads(pickle.dumps(port))) == "gone"
-    assert type(errors.of_kind("new", "text")) is magician.Error
+    assert type(_told.error("new", "text")) is magician.Error
 
 
 def test_a_length_that_lies(arm: Arm) -> None:

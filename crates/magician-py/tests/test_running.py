@@ -10,8 +10,8 @@ from pathlib import Path
 import magician
 import pytest
 from magician import Plan, PlanProgress, VirtualArm, commands, words
+from magician._telling import Line
 from magician.errors import InvalidInputError, UnreachableError
-from magician.running import Line
 
 HOUSE = Path(__file__).parents[2] / "magician-program" / "samples" / "house.svg"
 BACK_AND_FORTH = [(220, y, 20) for _ in range(30) for y in (-100, 100)]
@@ -129,7 +129,7 @@ def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monk
             return True
 
     clock = [0.0]
-    monkeypatch.setattr("magician.running.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("magician._telling.time.monotonic", lambda: clock[0])
     for out, wanted in (
         (Terminal(), "\r[======            ] step 1 of 4, 25 %, 0:09 left\x1b[K"),
         (io.StringIO(), "step 1 of 4"),

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import operator
+import os
 from collections.abc import Callable, Iterable
 from typing import Any, SupportsIndex, overload
 
+from ._protocol import Queueable
 from .errors import InvalidInputError
 
-__all__ = ["DAY", "addresses", "checked", "number", "numbers", "seconds", "whole"]
+__all__ = ["DAY", "addresses", "checked", "not_a_file", "number", "numbers", "seconds", "whole"]
 
 DAY = 86_400.0
 """More seconds than this are no time that a program waits."""
@@ -143,3 +145,10 @@ def _range(above: float | None, least: float, most: float) -> str:
             return f"a number, {_figure(most)} or less"
         case _:
             return "a finite number"
+
+
+def not_a_file(commands: Iterable[Queueable]) -> Iterable[Queueable]:
+    """The commands, unless they are the name of a file: people try that."""
+    if isinstance(commands, (str, os.PathLike)):
+        raise TypeError(f"a program is a Plan, or commands: magician.load({os.fspath(commands)!r}) makes one of a file")
+    return commands

@@ -1,6 +1,7 @@
 """The native part: what the public interface stands on."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import GenericAlias
 from typing import Any, Generic, Literal, TypeVar, final, overload
 
 from ._protocol import Command, Query, Queueable, Readable, Writable
@@ -45,6 +46,8 @@ CONVEYOR_FARTHEST: float
 
 @final
 class Call(Generic[_T]):
+    @classmethod
+    def __class_getitem__(cls, key: Any) -> GenericAlias: ...
     def wait(self, listener: Callable[[Any], object] | None = None) -> _T: ...
     def listen(self, listener: Callable[[], object]) -> None: ...
     def report(self) -> Any: ...

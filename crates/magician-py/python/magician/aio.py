@@ -11,8 +11,8 @@ from collections.abc import Callable, Collection, Generator, Iterable
 from types import TracebackType
 from typing import Any, Literal, TypeVar, overload
 
-from . import commands, events, words
-from ._arguments import addresses, number, seconds, whole
+from . import _told, commands, events, words
+from ._arguments import addresses, not_a_file, number, seconds, whole
 from ._magician import Core
 from ._magician import Events as NativeEvents
 from ._magician import Jog as NativeJog
@@ -22,18 +22,20 @@ from ._naming import find
 from ._native import Where, connecting, opened, until, until_done, until_stopped
 from ._pictures import Picture
 from ._protocol import Command, Query, Queueable, Readable, Writable
+from ._reports import report
+from ._telling import Telling
 from .alarms import Alarm
 from .commands import IoFunction, Port, Pose, RailVersion, SensorVersion, Stepper
 from .errors import ClosedError, Error, UnexpectedError
-from .programs import Plan, Report, not_a_file, report_of
+from .programs import Plan, Report
 from .readings import Color, Info, Joints, Link, Progress, Ran, Stats, Status
-from .running import RunResult, Telling, Watcher
+from .running import RunResult, Watcher
 from .words import Direction, Four, Tool
 
 __all__ = ["Arm", "Check", "Connecting", "Events", "Jog", "Run", "StateWatch"]
 
-R = TypeVar("R", bound=Readable)
-A = TypeVar("A", bound=Command)
+_R = TypeVar("_R", bound=Readable)
+_A = TypeVar("_A", bound=Command)
 
 Check = Literal["reach", "unknown_start", "jog", "laser", "alarms"]
 """A check that a program passes before a byte of it is sent:
@@ -214,7 +216,7 @@ class Arm:
         """How the line to the arm stands at present. A line that says nothing is up; the calls over it end by their
         deadlines.
         """
-        return Link.of_parts(self._core.link())
+        return _told.link(self._core.link())
 
     @property
     def moving(self) -> bool:
@@ -334,9 +336,9 @@ class Arm:
     # The three verbs. They send what they are given.
 
     @overload
-    async def get(self, what: type[R]) -> R: ...
+    async def get(self, what: type[_R]) -> _R: ...
     @overload
-    async def get(self, what: Query[A]) -> A: ...
+    async def get(self, what: Query[_A]) -> _A: ...
     @overload
     async def get(self, what: str, **fields: Any) -> Any: ...
     async def get(self, what: type[Readable] | Query[Any] | str, **fields: Any) -> Any:
@@ -831,7 +833,7 @@ class Arm:
     async def check(self, plan: Plan) -> Report:
         """Follows a plan from where this arm stands, with the settings that it has; moves nothing."""
         start = await until(self._core.start_of(plan.native))
-        return report_of(plan.native.check(start))
+        return report(plan.native.check(start))
 
     async def preview(self, plan: Plan) -> Picture:
         """The picture of a plan, from where this arm stands; moves nothing."""
@@ -955,14 +957,14 @@ class StateWatch:
     def latest(self) -> Status | None:
         """The state as it was read last, by this watch or another one; ``None`` before the first whole reading."""
         latest = self._watch.latest()
-        return None if latest is None else Status.of_parts(latest)
+        return None if latest is None else _told.status(latest)
 
     async def changed(self) -> Status:
         """Waits for the next reading, for as long as it takes. A line that is lost or found counts as one.
 
         Raises :class:`~magician.errors.ClosedError` when the connection has ended.
         """
-        return Status.of_parts(await until(self._watch.changed()))
+        return _told.status(await until(self._watch.changed()))
 
     def __aiter__(self) -> StateWatch:
         return self
@@ -987,7 +989,7 @@ class Events:
         parts = await until(self._events.next())
         if parts is None:
             raise StopAsyncIteration
-        return events.of_parts(parts)
+        return _told.event(parts)
 
 
 class Run:

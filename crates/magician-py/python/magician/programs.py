@@ -13,18 +13,18 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from html import escape
 from pathlib import Path
 from typing import IO, Any, Literal, NamedTuple, overload
 
 from . import _magician
-from ._arguments import number, numbers, seconds, whole
+from ._arguments import not_a_file, number, numbers, seconds, whole
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
 from ._points import Floats, Points, SupportsArray, column, rows, to_numpy, to_tuples
 from ._protocol import Queueable
+from ._reports import Complaint, Note, Report, report
 from .alarms import Alarm
-from .errors import Error, InvalidInputError
+from .errors import InvalidInputError
 
 __all__ = [
     "Complaint",
@@ -37,6 +37,7 @@ __all__ = [
     "Step",
     "Steps",
     "Surface",
+    "Tool",
     "ToolName",
     "Travel",
     "load",
@@ -70,129 +71,6 @@ class Sheet:
     """How its lower edge runs, degrees from the arm's X towards its Y."""
     size: tuple[float, float] | None = None
     """Its width and height, where they are known, mm."""
-
-
-@dataclass(frozen=True, slots=True)
-class Note:
-    """What was left out of a file or taken in a certain way; nothing of it is an error."""
-
-    message: str
-    """What."""
-    line: int | None = None
-    """Line of the file, from 1."""
-    column: int | None = None
-    """Column in that line, from 1."""
-    name: str | None = None
-    """The element or point of the file."""
-    help: str | None = None
-    """What to do about it."""
-
-    def __str__(self) -> str:
-        help = f" ({self.help})" if self.help else ""
-        return _placed(self.message, _place(self.line, self.column, None), self.name) + help
-
-
-@dataclass(frozen=True, slots=True)
-class Complaint:
-    """A step that the arm could not do, or that a guard refuses."""
-
-    step: int
-    """Which step, from 1; one more than there are for what is wrong at the end."""
-    error: Error
-    """What a run of it would raise: with the value and its limit, where it is a matter of how much."""
-    line: int | None = None
-    """Line of the file that it comes from, from 1."""
-    column: int | None = None
-    """Column in that line, from 1."""
-    row: int | None = None
-    """Row of the array that it comes from, from 0."""
-    name: str | None = None
-    """The element or point of the file that it belongs to."""
-
-    @property
-    def message(self) -> str:
-        """Why, in a sentence: ``joint 2 would be at 91.3 deg, limit 85.0 deg``."""
-        return str(self.error)
-
-    @property
-    def value(self) -> float | None:
-        """What was too much or too little, in :attr:`unit`."""
-        return self.error.value
-
-    @property
-    def limit(self) -> float | None:
-        """What it may be, in :attr:`unit`."""
-        return self.error.limit
-
-    @property
-    def unit(self) -> str | None:
-        """The unit of both."""
-        return self.error.unit
-
-    def __str__(self) -> str:
-        place = [*_place(self.line, self.column, self.row), f"step {self.step}"]
-        return _placed(self.message, place, self.name)
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """What a check has found. A notebook shows it as a table."""
-
-    refused: int
-    """How many steps the arm could not do."""
-    complaints: list[Complaint]
-    """The first hundred of them, in their order."""
-    steps: int
-    """How many steps the plan has."""
-    counts: dict[str, int]
-    """How many of each kind: ``{"move": 4, "path": 120}``."""
-    seconds: float | None
-    """How long the arm takes, on its own clock; ``None`` if a step has no end that is known: homing, a trigger."""
-    drawn: float
-    """How far the tool draws or burns, mm."""
-    travelled: float
-    """How far it goes besides, mm."""
-    bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None
-    """The least and the greatest x, y, z at which steps end, mm."""
-    longest_way: tuple[int, float] | None
-    """The step with the longest way, from 1, and how long that is, mm."""
-    longest_time: tuple[int, float] | None
-    """The step that takes longest, from 1, and how long, s."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether the arm can do all of it."""
-        return self.refused == 0
-
-    def raise_if_refused(self) -> None:
-        """Raises what the first complaint is about, if there is one."""
-        for complaint in self.complaints:
-            raise complaint.error
-
-    def __str__(self) -> str:
-        lines = [self._line()]
-        lines += map(str, self.complaints[:10])
-        if self.refused > 10:
-            lines.append(f"and {self.refused - 10} more")
-        return "\n".join(lines)
-
-    def _line(self) -> str:
-        time = "its time is not known" if self.seconds is None else f"takes {self.seconds:.1f} s"
-        state = (
-            "the arm can do all of it"
-            if self.ok
-            else f"{self.refused} step{' is' if self.refused == 1 else 's are'} refused"
-        )
-        return f"{self.steps} steps, {self.drawn:.0f} mm drawn, {self.travelled:.0f} mm travelled, {time}: {state}"
-
-    def _repr_html_(self) -> str:
-        found = "".join(
-            f"<tr><td>{each.step}</td><td>{escape(', '.join(_place(each.line, each.column, each.row)))}</td>"
-            f"<td>{escape(each.name or '')}</td><td>{escape(each.message)}</td></tr>"
-            for each in self.complaints[:20]
-        )
-        table = f"<table><tr><th>step</th><th>where</th><th>name</th><th>why</th></tr>{found}</table>" if found else ""
-        return f"<p>{escape(self._line())}</p>{table}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -444,7 +322,7 @@ class Plan:
         """Follows it as an arm would that was just homed and has no other settings than its own: what is out of reach,
         how long it takes, how far the tool goes. ``arm.check(plan)`` begins where that arm stands."""
         if self._report is None:
-            self._report = report_of(self.native.check(None))
+            self._report = report(self.native.check(None))
         return self._report
 
     @property
@@ -778,13 +656,6 @@ def _count(name: str, value: int) -> int:
     return whole(name, value, 1, _MOST)
 
 
-def not_a_file(commands: Iterable[Queueable]) -> Iterable[Queueable]:
-    """The commands, unless they are the name of a file: people try that."""
-    if isinstance(commands, (str, os.PathLike)):
-        raise TypeError(f"a program is a Plan, or commands: magician.load({os.fspath(commands)!r}) makes one of a file")
-    return commands
-
-
 def _corners(sheet: Sheet) -> list[tuple[float, float]] | None:
     if sheet.size is None:
         return None
@@ -810,35 +681,3 @@ def _step(found: dict[str, Any]) -> Step:
         row=found["row"],
         name=found["name"],
     )
-
-
-def report_of(found: dict[str, Any]) -> Report:
-    """The report of what a check has found."""
-    bounds = found["bounds"]
-    return Report(
-        refused=found["refused"],
-        complaints=[Complaint(**each) for each in found["complaints"]],
-        steps=found["steps"],
-        counts=found["counts"],
-        seconds=found["seconds"],
-        drawn=found["drawn"],
-        travelled=found["travelled"],
-        bounds=None if bounds is None else (tuple(bounds[0]), tuple(bounds[1])),
-        longest_way=found["longest_way"],
-        longest_time=found["longest_time"],
-    )
-
-
-def _place(line: int | None, column: int | None, row: int | None) -> list[str]:
-    if row is not None:
-        return [f"row {row}"]
-    if line is None:
-        return []
-    return [f"line {line}"] if column is None else [f"line {line}", f"column {column}"]
-
-
-def _placed(message: str, place: list[str], name: str | None) -> str:
-    where = ", ".join(place)
-    if name:
-        where = f"{where} ({name})" if where else f"({name})"
-    return f"{where}: {message}" if where else message

@@ -12,18 +12,16 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from . import _magician
 from ._arguments import number, numbers, whole
+from ._blocking import Arm
 from ._magician import Call, Core
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
 from .alarms import Alarm
 from .errors import InvalidInputError
-
-if TYPE_CHECKING:
-    from ._blocking import Arm
 
 __all__ = ["Place", "VirtualArm", "WorldObject"]
 
@@ -169,8 +167,6 @@ class VirtualArm:
 
     def arm(self, *, timeout: float = 3.0, window: int = 1) -> Arm:
         """Connects to it, as ``magician.Arm(cell)`` does; ``magician.aio.Arm.connect(cell)`` for asyncio."""
-        from ._blocking import Arm
-
         return Arm(self, timeout=timeout, window=window)
 
     def connect_core(self, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float) -> Call[Core]:

@@ -19,7 +19,7 @@ from .enums.ControlValues import ControlValues
 
 __all__ = ["CommunicationProtocolIDs", "ControlValues", "Dobot", "Message", "PTPMode"]
 
-BLANK = " " * 29
+_BLANK = " " * 29
 
 
 class Dobot(Robot):
@@ -70,7 +70,7 @@ class Dobot(Robot):
         self.x, self.y, self.z, self.r, self.j1, self.j2, self.j3, self.j4 = pose = struct.unpack("<8f", answer.params)
         if self.verbose:
             names = ("x", "y", "z", "r", "j1", "j2", "j3", "j4")
-            self._say(BLANK.join(f"{name}:{value:03.1f}" for name, value in zip(names, pose, strict=False)))
+            self._say(_BLANK.join(f"{name}:{value:03.1f}" for name, value in zip(names, pose, strict=False)))
         return answer
 
     def _set_ptp_cmd(self, x: float, y: float, z: float, r: float, mode: int | Enum, wait: bool) -> Message:

@@ -34,7 +34,7 @@ __all__ = [
     "Position",
 ]
 
-QUEUED_READ = 2
+_QUEUED_READ = 2
 
 
 class CustomPosition:
@@ -95,7 +95,7 @@ class Dobot(_Dobot):
 
     def set_hht_trig_output(self, state: bool) -> None:
         """Sets whether teaching by hand reports points."""
-        self._command(41, QUEUED_READ, bytes((int(state),)))
+        self._command(41, _QUEUED_READ, bytes((int(state),)))
 
     def get_hht_trig_output(self) -> bool:
         """Whether teaching by hand reports points."""
@@ -111,7 +111,7 @@ class Dobot(_Dobot):
 
     def set_ir(self, enable: bool = True, port: int = PORT_GP4) -> int:
         """Switches the infrared sensor."""
-        return self._queued(self._command(138, QUEUED_READ, bytes((int(enable), port))))
+        return self._queued(self._command(138, _QUEUED_READ, bytes((int(enable), port))))
 
     def get_ir(self, port: int = PORT_GP4) -> bool:
         """Whether something is before the infrared sensor."""
