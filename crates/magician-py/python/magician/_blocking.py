@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeVar, overload
 
 from . import _told, commands, events, words
 from ._arguments import addresses, not_a_file, number, seconds, whole
+from ._bound import Bound
 from ._magician import Core
 from ._magician import Events as NativeEvents
 from ._magician import Jog as NativeJog
@@ -56,7 +57,7 @@ def _names(skip: Collection[Check]) -> list[str]:
     return list(skip)
 
 
-class Arm:
+class Arm(Bound):
     """A connected arm.
 
     Lengths are mm, angles degrees, times seconds. Every call ends: with its answer, or with an exception of
@@ -838,7 +839,7 @@ class Arm:
             return None
 
 
-class Jog:
+class Jog(Bound):
     """A jog: see :meth:`Arm.jog`. It begins when its ``with`` block does, and at its end the arm stands."""
 
     def __init__(self, core: Core, command: commands.JogCmd, keep: float, ratio: float | None) -> None:
@@ -874,7 +875,7 @@ class Jog:
         self._jog.keep()
 
 
-class StateWatch:
+class StateWatch(Bound):
     """A look at the arm's state, kept fresh: see :meth:`Arm.state`. It ends with the connection, or when it is
     forgotten.
     """
@@ -905,7 +906,7 @@ class StateWatch:
             raise StopIteration from None
 
 
-class Events:
+class Events(Bound):
     """What happens: see :meth:`Arm.events`. It ends with the connection."""
 
     def __init__(self, native: NativeEvents) -> None:
@@ -921,7 +922,7 @@ class Events:
         return _told.event(parts)
 
 
-class Run:
+class Run(Bound):
     """A program on its way through the arm's queue: see :meth:`Arm.begin`.
 
     :meth:`finish` runs it. When that fails and it :attr:`is_interrupted`, the line broke or an answer left a doubt that

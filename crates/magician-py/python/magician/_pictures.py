@@ -47,6 +47,12 @@ class Picture:
     def _repr_svg_(self) -> str:
         return self.svg
 
+    def __eq__(self, other: object) -> bool:
+        return self._native == other._native if isinstance(other, Picture) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._native)
+
     def __repr__(self) -> str:
         return f"<Picture, {len(self.svg)} bytes of SVG>"
 
@@ -125,6 +131,11 @@ class Drawing(Sequence[Stroke]):
 
     def _repr_svg_(self) -> str:
         return self.svg
+
+    def __eq__(self, other: object) -> bool:
+        return self._native == other._native if isinstance(other, Drawing) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"<Drawing of {len(self)} strokes>"

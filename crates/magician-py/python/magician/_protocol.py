@@ -23,7 +23,8 @@ class OpenEnum(IntEnum):
         unknown = int.__new__(cls, value)
         unknown._name_ = f"UNKNOWN_{int(value)}"
         unknown._value_ = int(value)
-        return unknown
+        # The same number is the same object, here and in what was pickled or copied.
+        return cls._value2member_map_.setdefault(int(value), unknown)  # type: ignore[return-value]
 
 
 class Command:

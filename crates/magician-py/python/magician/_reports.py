@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
 from typing import Any
 
@@ -37,7 +37,7 @@ class Complaint:
 
     step: int
     """Which step, from 1; one more than there are for what is wrong at the end."""
-    error: Error
+    error: Error = field(hash=False)
     """What a run of it would raise: with the value and its limit, where it is a matter of how much."""
     line: int | None = None
     """Line of the file that it comes from, from 1."""
@@ -67,6 +67,10 @@ class Complaint:
     def unit(self) -> str | None:
         """The unit of both."""
         return self.error.unit
+
+    def __eq__(self, other: object) -> bool:
+        # Exceptions are equal to nothing but themselves.
+        return _told(self) == _told(other) if isinstance(other, Complaint) else NotImplemented
 
     def __str__(self) -> str:
         place = [*_place(self.line, self.column, self.row), f"step {self.step}"]
@@ -149,6 +153,12 @@ def report(found: dict[str, Any]) -> Report:
         longest_way=found["longest_way"],
         longest_time=found["longest_time"],
     )
+
+
+def _told(complaint: Complaint) -> tuple[object, ...]:
+    place = complaint.step, complaint.line, complaint.column, complaint.row, complaint.name
+    error = complaint.error
+    return *place, error.kind, str(error), error.value, error.limit, error.unit
 
 
 def clock(seconds: float) -> str:

@@ -127,6 +127,11 @@ class Steps(Sequence[Step]):
         for at in range(len(self)):
             yield _step(self._native.step(at))
 
+    def __eq__(self, other: object) -> bool:
+        return list(self) == list(other) if isinstance(other, Steps) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
     def __repr__(self) -> str:
         return f"<{len(self)} steps>"
 
@@ -484,7 +489,7 @@ class Plan:
         return True
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Plan) and self.native == other.native
+        return self.native == other.native if isinstance(other, Plan) else NotImplemented
 
     __hash__ = None  # type: ignore[assignment]
 

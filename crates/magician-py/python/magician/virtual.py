@@ -17,6 +17,7 @@ from typing import Any, Literal, NamedTuple
 from . import _magician
 from ._arguments import number, numbers, whole
 from ._blocking import Arm
+from ._bound import Bound
 from ._magician import Call, Core
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
@@ -43,7 +44,7 @@ class Place(NamedTuple):
     """Counter-clockwise seen from above, degrees."""
 
 
-class WorldObject:
+class WorldObject(Bound):
     """An object in the world of a virtual arm, as it is at the moment when it is asked."""
 
     __slots__ = ("_look", "_name")
@@ -119,7 +120,7 @@ class WorldObject:
         return f"<{self._name!r} on {now['rest']} at x {x:.1f}, y {y:.1f}, z {z:.1f}>"
 
 
-class VirtualArm:
+class VirtualArm(Bound):
     """A virtual arm and its world. A notebook shows its picture.
 
     Its clock is its own. Whatever the arm does takes no time, and while it has nothing to do its clock stands, however

@@ -79,7 +79,8 @@ fn travel(name: &str) -> Option<Option<Travel>> {
     })
 }
 
-fn floats(bytes: &[u8]) -> Vec<f64> {
+/// Numbers of the bytes that an array has.
+pub(crate) fn floats(bytes: &[u8]) -> Vec<f64> {
     let items = bytes.as_chunks::<8>().0.iter();
     items.map(|item| f64::from_ne_bytes(*item)).collect()
 }
