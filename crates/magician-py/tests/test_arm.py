@@ -474,3 +474,11 @@ def test_every_parameter_has_a_line_of_its_own() -> None:
     described = [inspect.getdoc(page) or "" for page in pages]
     assert sum(":param" in page for page in described) > 10
     assert not [line for page in described for line in page.splitlines() if " :param" in line]
+
+
+def test_a_wait_in_a_stopped_queue_says_what_to_do(arm: Arm) -> None:
+    arm.stop_gentle()
+    index = arm.enqueue(words.wait(3600))
+    with pytest.raises(errors.ResponseTimeoutError, match=r"its queue is stopped: `arm.start_queue\(\)` lets it go on"):
+        arm.wait_for(index)
+    assert arm.left_space() == 31

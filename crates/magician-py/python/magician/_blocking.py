@@ -690,7 +690,9 @@ class Arm(Bound):
         still.
 
         Raises :class:`~magician.errors.AlarmError` when an alarm holds the queue, :class:`~magician.errors.ClosedError`
-        when a stop came, :class:`~magician.errors.ResponseTimeoutError` when nothing moves for too long.
+        when a stop came, :class:`~magician.errors.ResponseTimeoutError` when nothing moves for too long: soon in a
+        queue that this connection has stopped, after five seconds in one that it has not started, as another program
+        may be about to.
         """
         index = whole("index", index, 0, 0xFFFF_FFFF_FFFF_FFFF)
         wait_done(self._core.wait_for(index), self._core, _hearing(progress))
