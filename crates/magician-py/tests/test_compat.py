@@ -472,6 +472,78 @@ def test_the_family_is_told_by_the_file_beside_or_the_calls(tmp_path: Path) -> N
         assert which("", tmp_path) == family
 
 
+# What programs make of the classes.
+
+SENDS = """
+    _send_command _send_message _read_message _set_cp_cmd _set_end_effector_gripper _set_end_effector_suction_cup
+    _set_ptp_joint_params _set_ptp_coordinate_params _set_ptp_jump_params _set_ptp_common_params _set_ptp_cmd
+    _set_queued_cmd_clear _set_queued_cmd_start_exec _set_queued_cmd_stop_exec _get_queued_cmd_current_index
+"""
+NEWER = f"""{SENDS}
+    close get_pose get_alarms clear_alarms wait_for_cmd jog_x jog_y jog_z jog_r set_io move_to go_arc suck set_home home
+    grip laze speed conveyor_belt conveyor_belt_distance engrave _extract_cmd_index _set_end_effector_laser
+    _set_home_cmd _set_arc_cmd _set_home_coordinate _set_jog_coordinate_params _set_jog_command _set_stepper_motor
+    _set_stepper_motor_distance _set_cp_params _set_cple_cmd _lock _ser logger
+"""
+# The names that the libraries' own arms have: facts of pydobot 1.3.2, pydobot2 0.1.0 and pydobotplus 0.1.2.
+NAMES = {
+    pydobot.Dobot: f"""{SENDS}
+        _get_pose _set_wait_cmd _get_eio_level _set_eio_level get_eio set_eio close go move_to suck grip speed wait pose
+        _on lock ser verbose x y z r j1 j2 j3 j4
+    """,
+    pydobot2.Dobot: NEWER,
+    pydobotplus.Dobot: f"""{NEWER}
+        PORT_GP1 PORT_GP2 PORT_GP4 PORT_GP5 set_hht_trig_output get_hht_trig_output set_color get_color set_ir get_ir
+        move_rel
+    """,
+}
+
+
+@pytest.mark.parametrize("kind", NAMES, ids=lambda kind: kind.__module__)
+def test_arms_have_the_names_of_the_libraries_and_no_others(kind: Any) -> None:
+    arm = kind("sim")
+    found = {name for name in dir(arm) if not name.startswith(("__", "_magician_"))}
+    assert found == set(NAMES[kind].split())
+    arm.close()
+
+
+# What programs call what they put into an arm.
+USUAL = """
+    arm line port serial core answer queue lock thread state command exchange open setup fault finish queued jog say ptp
+    index timeout native bench name stop
+"""
+
+
+@pytest.mark.parametrize("kind", NAMES, ids=lambda kind: kind.__module__)
+def test_arms_of_a_program_s_own_have_any_other_names(kind: Any) -> None:
+    names = USUAL.split()
+
+    class Dobot(kind):  # type: ignore[misc]
+        def __init__(self, port: str) -> None:
+            for name in names:
+                for other in (f"_{name}", f"__{name}", f"_Dobot__{name}", f"_Robot__{name}"):
+                    setattr(self, other, "mine")
+            super().__init__(port)
+            for name in names:
+                if f"_{name}" not in NAMES[kind].split():
+                    assert getattr(self, f"_{name}") == "mine"
+                setattr(self, f"_{name}", "mine")
+
+    arm = Dobot("sim")
+    arm.move_to(220, 0, 20, 0, wait=True)
+    arm.suck(True)
+    arm.speed(50, 50)
+    if kind is pydobot.Dobot:
+        arm.ser, port = None, arm.ser
+        assert arm.pose()[:3] == pytest.approx((220, 0, 20), abs=1e-3) and port.is_open
+    else:
+        arm._ser, port = None, arm._ser
+        assert arm.get_pose().position[:3] == pytest.approx((220, 0, 20), abs=1e-3) and port.is_open
+        arm.jog_x(5)
+        arm.jog_x(0)
+    arm.close()
+
+
 # DobotDllType.
 
 
