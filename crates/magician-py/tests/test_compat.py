@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import _thread
 import inspect
+import os
+import signal
 import struct
 import subprocess
 import sys
@@ -470,6 +472,76 @@ def test_the_family_is_told_by_the_file_beside_or_the_calls(tmp_path: Path) -> N
     for text, family in (("def f(api, masterId)", "v3"), ("def f(api, dobotId)", "v2"), ("def f(api)", "v1")):
         (tmp_path / "DobotDllType.py").write_text(text)
         assert which("", tmp_path) == family
+
+
+# Ctrl-C.
+
+PRESSES = """
+import atexit, os, signal, threading, time
+import pydobot
+from magician.compat import _line
+
+def look():
+    state = cell.state()
+    print(state["moving"], state["waiting"], state["index"], *state["pose"][:2], flush=True)
+
+def press():
+    while not (cell.state()["moving"] and cell.state()["waiting"] >= waiting):
+        pass
+    os.kill(os.getpid(), signal.SIGINT)
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+arm = pydobot.Dobot("COM3")
+cell = _line._benches[0].cell
+atexit.register(look)
+arm.speed(5, 5)
+waiting = {waiting}
+threading.Thread(target=press, daemon=True).start()
+{rest}
+"""
+TEN_MOVES = "for y in range(10): arm.move_to(200, 100 - 20 * y, 0, 0)"
+
+
+@pytest.mark.skipif(
+    not hasattr(signal, "SIGINT") or os.name == "nt", reason="the keys of a console are pressed otherwise"
+)
+@pytest.mark.parametrize(
+    ("waiting", "rest", "last"),
+    [
+        (31, "while True: arm.move_to(200, 100, 0, 0); arm.move_to(200, -100, 0, 0)", "arm.move_to"),
+        (0, "arm.move_to(200, 100, 0, 0, wait=True)", "arm.move_to"),
+        (9, f"{TEN_MOVES}\nwhile True: arm.pose()", "arm.pose()"),
+        (9, f"{TEN_MOVES}\nwhile True: pass", "while True: pass"),
+        (9, f"{TEN_MOVES}\ntime.sleep(3600)", "time.sleep(3600)"),
+        (9, f"{TEN_MOVES}\nthreading.Event().wait()", "threading.Event().wait()"),
+    ],
+    ids=["full queue", "waiting", "polling", "busy", "sleeping", "locked"],
+)
+def test_ctrl_c_stops_the_arm_at_once(tmp_path: Path, waiting: int, rest: str, last: str) -> None:
+    done = run(PRESSES.format(waiting=waiting, rest=rest), tmp_path, "--port", "sim:1", "")
+    assert done.returncode == -signal.SIGINT
+    moving, waits, index, x, y = done.stdout.split()
+    # The first move, the seventh command, was under way: 100 mm in twenty seconds.
+    assert (moving, waits, index) == ("False", "0", "7") and 199 < float(x) < 201 and 0 <= float(y) < 50
+    said = done.stderr.splitlines()
+    assert said[0] == "magician.compat: interrupted, so the arm at sim:1 is stopped"
+    assert said[1] == "Traceback (most recent call last):" and said[-1] == "KeyboardInterrupt"
+    assert "script.py" in said[2] and last in said[3], done.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there, the keys of a console are pressed otherwise")
+def test_a_script_that_catches_ctrl_c_goes_on(tmp_path: Path) -> None:
+    rest = """
+try:
+    arm.move_to(200, 100, 0, 0, wait=True)
+except KeyboardInterrupt:
+    arm.speed(100, 100)
+    arm.move_to(210, 0, 0, 0, wait=True)
+"""
+    done = run(PRESSES.format(waiting=0, rest=rest), tmp_path, "--port", "sim:1", "")
+    assert done.returncode == 0, done.stderr
+    moving, waits, index, x, y = done.stdout.split()
+    assert (moving, waits, index) == ("False", "0", "10") and (round(float(x)), round(float(y))) == (210, 0)
 
 
 # What programs make of the classes.
