@@ -75,7 +75,7 @@ REAL: list[tuple[str, Callable[[Arm, Path, Any], object]]] = [
     ("x", lambda arm, sample, bad: arm.move_to(bad, 0, 0, 0)),
     ("dz", lambda arm, sample, bad: arm.move_by(dz=bad)),
     ("j2", lambda arm, sample, bad: arm.move_joints(0, bad, 0)),
-    ("rail|l", lambda arm, sample, bad: arm.rail_to(bad)),
+    ("position", lambda arm, sample, bad: arm.rail_to(bad)),
     (r"via\[2\]", lambda arm, sample, bad: arm.arc_to((0, 0, bad, 0), (1, 1, 1, 1))),
     ("seconds", lambda arm, sample, bad: arm.wait(bad)),
     ("velocity", lambda arm, sample, bad: arm.speed(bad)),

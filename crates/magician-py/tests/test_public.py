@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.metadata
 import inspect
 import pkgutil
 import subprocess
@@ -100,3 +101,75 @@ def test_help() -> None:
     assert done.stderr == ""
     for part in ("Drive a Dobot Magician", "move_to(self, x: ", "class PtpCmd(", "jump_to(x: "):
         assert part in done.stdout
+
+
+def test_the_version_is_that_of_the_distribution() -> None:
+    assert magician.__version__ == importlib.metadata.version("dobot-magician")
+
+
+def test_all_that_is_seen_is_seen_in_short(arm: magician.Arm, virtual_arm: magician.VirtualArm) -> None:
+    plan = magician.Plan.path([(200, 0, 0), (900, 0, 0)], title="far")
+    report = plan.check()
+    jog = arm.jog("x+")
+    shown = {
+        jog: "<Jog>",
+        arm.events(): "<Events of an arm>",
+        arm.begin([]): "<Run, 0 commands done>",
+        magician.aio.Arm.connect("sim"): "<Connecting to 'sim': await it>",
+    }
+    for thing, text in shown.items():
+        assert repr(thing) == text
+    with jog:
+        assert repr(jog) == "<Jog, under way>"
+    watch = arm.state()
+    watch.changed()
+    assert repr(watch) == "<StateWatch, the line is up>"
+    assert repr(report) == f"<Report: {str(report).splitlines()[0]}>" and "are refused" in repr(report)
+    assert repr(report.complaints[0]).startswith("<Complaint: row 1, step ")
+    rehearsal = magician.Plan.path([(200, 0, 0)]).rehearse()
+    assert repr(rehearsal) == "<Rehearsal: 4 steps, done after " + repr(rehearsal).split(" after ")[1]
+    for value in (report, rehearsal, plan, plan.preview(), rehearsal.drawing, arm, virtual_arm, arm.pose(), arm.info()):
+        assert len(repr(value)) < 300
+
+
+def test_values_are_taken_apart(arm: magician.Arm) -> None:
+    match arm.pose():
+        case magician.Pose(x, _, _, r):
+            assert (x, r) == (arm.pose().x, 0)
+        case _:
+            raise AssertionError
+    match magician.events.Missed(3):
+        case magician.events.Missed(count):
+            assert count == 3
+
+
+def test_plans_are_multiplied_from_either_side() -> None:
+    plan = magician.Plan.path([(200, 0, 0)])
+    anything: Any = plan
+    assert 2 * plan == plan * 2 == plan + plan
+    for wrong in (None, 3, "x"):
+        with pytest.raises(TypeError):
+            _ = anything + wrong
+        assert anything != wrong
+
+
+def test_what_is_no_program_is_told_what_one_is(arm: magician.Arm) -> None:
+    plan = magician.Plan.path([(200, 0, 0)])
+    anything: Any = arm
+    for verb in (anything.perform, anything.estimate, anything.begin, anything.run):
+        with pytest.raises(TypeError, match=r"commands in a list: \[HomeCmd\(...\)\]"):
+            verb(magician.words.home())
+        with pytest.raises(TypeError, match=r"commands in a list, not 5 \(int\): magician.words makes them"):
+            verb(5)
+        with pytest.raises(TypeError, match=r"magician.load\('x.svg'\)"):
+            verb("x.svg")
+    for verb in (anything.perform, anything.estimate, anything.begin):
+        with pytest.raises(TypeError, match=r"arm.run\(plan\) runs a Plan"):
+            verb(plan)
+
+
+def test_an_arm_on_asyncio_is_connected_to() -> None:
+    arm: Any = magician.aio.Arm
+    with pytest.raises(TypeError, match=r"await Arm.connect\(...\)"):
+        arm("sim")
+    assert inspect.iscoroutinefunction(magician.aio.discover)

@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Iterable
 from typing import Any, SupportsIndex, overload
 
-from ._protocol import Queueable
+from ._protocol import Command, Queueable
 from .errors import InvalidInputError
 
 __all__ = ["DAY", "addresses", "checked", "not_a_file", "number", "numbers", "seconds", "whole"]
@@ -122,7 +122,7 @@ def _shown(value: object) -> str:
     """A value and what it is, in short."""
     shown = repr(value)
     shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
-    return shown if value is None or isinstance(value, bool) else f"{shown}, a {type(value).__name__}"
+    return shown if value is None or isinstance(value, bool) else f"{shown} ({type(value).__name__})"
 
 
 def _figure(value: float) -> str:
@@ -149,6 +149,11 @@ def _range(above: float | None, least: float, most: float) -> str:
 
 def not_a_file(commands: Iterable[Queueable]) -> Iterable[Queueable]:
     """The commands, unless they are the name of a file: people try that."""
+    if isinstance(commands, Command):
+        raise TypeError(f"a program is commands in a list: [{type(commands).__name__}(...)]")
+    if not hasattr(commands, "__iter__"):
+        run = "arm.run(plan) runs a Plan" if type(commands).__name__ == "Plan" else "magician.words makes them"
+        raise TypeError(f"a program is commands in a list, not {_shown(commands)}: {run}")
     if isinstance(commands, (str, os.PathLike)):
         raise TypeError(f"a program is a Plan, or commands: magician.load({os.fspath(commands)!r}) makes one of a file")
     return commands

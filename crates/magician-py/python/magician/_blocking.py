@@ -509,17 +509,17 @@ class Arm(Bound):
         """Says whether the arm stands on a rail, and of which generation (document 1.3.4, E15)."""
         self.set(words.rail(on, version))
 
-    def move_with_rail(self, x: float, y: float, z: float, r: float, l: float) -> None:
-        """Goes to a pose and to ``l`` mm on the rail (0 to 1000) at the same time."""
-        self.perform([words.move_with_rail(x, y, z, r, l)])
+    def move_with_rail(self, x: float, y: float, z: float, r: float, rail: float) -> None:
+        """Goes to a pose and to ``rail`` mm on the rail (0 to 1000) at the same time."""
+        self.perform([words.move_with_rail(x, y, z, r, rail)])
 
-    def rail_to(self, l: float) -> None:
-        """Moves the carriage alone to ``l`` mm (0 to 1000)."""
-        self.perform([words.rail_to(l, self.pose())])
+    def rail_to(self, position: float) -> None:
+        """Moves the carriage alone to so many mm (0 to 1000)."""
+        self.perform([words.rail_to(position, self.pose())])
 
-    def rail_by(self, dl: float) -> None:
+    def rail_by(self, distance: float) -> None:
         """Moves the carriage alone, by so many mm."""
-        self.perform([words.rail_by(dl)])
+        self.perform([words.rail_by(distance)])
 
     # How fast, and how high: from the next motion on.
 
@@ -849,6 +849,9 @@ class Jog(Bound):
         self._how = (command, keep, ratio)
         self._jog: NativeJog | None = None
 
+    def __repr__(self) -> str:
+        return "<Jog>" if self._jog is None else "<Jog, under way>"
+
     def __enter__(self) -> Jog:
         self._jog = wait(self._core.jog(*self._how))
         return self
@@ -873,7 +876,7 @@ class Jog(Bound):
         another jog came.
         """
         if self._jog is None:
-            raise ClosedError("the jog has not begun, or was ended")
+            raise ClosedError("the jog has not begun, or was ended: it goes on inside of `with arm.jog(...) as jog`")
         self._jog.keep()
 
 
@@ -884,6 +887,10 @@ class StateWatch(Bound):
 
     def __init__(self, watch: NativeStateWatch) -> None:
         self._watch = watch
+
+    def __repr__(self) -> str:
+        latest = self.latest
+        return f"<StateWatch, {'nothing read yet' if latest is None else f'the line is {latest.link.state}'}>"
 
     @property
     def latest(self) -> Status | None:
@@ -913,6 +920,9 @@ class Events(Bound):
 
     def __init__(self, native: NativeEvents) -> None:
         self._events = native
+
+    def __repr__(self) -> str:
+        return "<Events of an arm>"
 
     def __iter__(self) -> Events:
         return self
@@ -946,6 +956,9 @@ class Run(Bound):
         self._core = core
         self._run = native
         self._ran = Ran(0, None, None)
+
+    def __repr__(self) -> str:
+        return f"<Run, {self.ran.commands} commands done{', interrupted' if self.is_interrupted else ''}>"
 
     def finish(self, *, progress: Callable[[Progress], object] | None = None) -> Ran:
         """Runs what has not been run, to its end.

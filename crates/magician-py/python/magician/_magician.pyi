@@ -27,6 +27,7 @@ __all__ = [
     "Program",
     "Start",
     "StateWatch",
+    "__version__",
     "command",
     "command_id",
     "decode",
@@ -40,6 +41,7 @@ __all__ = [
     "tools",
 ]
 
+__version__: str
 CONVEYOR_PULSES_PER_MM: float
 CONVEYOR_FASTEST: float
 CONVEYOR_FARTHEST: float

@@ -14,6 +14,8 @@ from ._arguments import seconds, whole
 from ._magician import Call, Core
 from .errors import Error
 
+__version__ = _magician.__version__
+
 T = TypeVar("T")
 Listener = Callable[[Any], object]
 
@@ -45,7 +47,7 @@ def connecting(port: Where, *, timeout: float, window: int, probe: bool, reconne
     except TypeError:
         path = port
     if path is not None and not isinstance(path, str):
-        raise TypeError(f"port is {port!r}, a {type(port).__name__}; it takes a name, a path or a virtual arm")
+        raise TypeError(f"port is {port!r} ({type(port).__name__}); it takes a name, a path or a virtual arm")
     return Core.connect(path, **options)
 
 

@@ -99,7 +99,7 @@ def _array(items: list[Any], what: str, columns: int = 1) -> bytes:
             try:
                 array("d", (item,))
             except (TypeError, OverflowError):
-                message = f"{what}: row {nth // columns} has {item!r}, a {type(item).__name__}: {error}"
+                message = f"{what}: row {nth // columns} has {item!r} ({type(item).__name__}): {error}"
                 raise type(error)(message) if isinstance(error, TypeError) else InvalidInputError(message) from None
         raise
 

@@ -72,6 +72,9 @@ class Complaint:
         # Exceptions are equal to nothing but themselves.
         return _told(self) == _told(other) if isinstance(other, Complaint) else NotImplemented
 
+    def __repr__(self) -> str:
+        return f"<Complaint: {self}>"
+
     def __str__(self) -> str:
         place = [*_place(self.line, self.column, self.row), f"step {self.step}"]
         return _placed(self.message, place, self.name)
@@ -118,6 +121,9 @@ class Report:
         if self.refused > 10:
             lines.append(f"and {self.refused - 10} more")
         return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"<Report: {self._line()}>"
 
     def _line(self) -> str:
         time = "its time is not known" if self.seconds is None else f"takes {self.seconds:.1f} s"

@@ -33,8 +33,12 @@ from .readings import Color, Info, Joints, Link, Progress, Ran, Stats, Status
 from .running import RunResult, Watcher
 from .words import Direction, Four, Tool
 
-__all__ = ["Arm", "Check", "Connecting", "Events", "Jog", "Run", "StateWatch"]
+__all__ = ["Arm", "Check", "Connecting", "Events", "Jog", "Run", "StateWatch", "discover"]
 
+# [aio]
+from ._ports import discover_async as discover
+
+# [both]
 _R = TypeVar("_R", bound=Readable)
 _A = TypeVar("_A", bound=Command)
 
@@ -74,6 +78,9 @@ class Connecting(Bound):
     def __await__(self) -> Generator[Any, Any, Arm]:
         return self._connected().__await__()
 
+    def __repr__(self) -> str:
+        return f"<Connecting to {self._port!r}: await it>"
+
     async def _connected(self) -> Arm:
         return Arm(await until(connecting(self._port, **self._options)))
 
@@ -106,6 +113,8 @@ class Arm(Bound):
 
     # [aio]
     def __init__(self, core: Core) -> None:
+        if not isinstance(core, Core):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError("an arm on asyncio is connected to: await Arm.connect(...), or async with Arm.connect(...)")
         self._core = opened(core)
 
     @classmethod
@@ -580,17 +589,17 @@ class Arm(Bound):
         """Says whether the arm stands on a rail, and of which generation (document 1.3.4, E15)."""
         await self.set(words.rail(on, version))
 
-    async def move_with_rail(self, x: float, y: float, z: float, r: float, l: float) -> None:
-        """Goes to a pose and to ``l`` mm on the rail (0 to 1000) at the same time."""
-        await self.perform([words.move_with_rail(x, y, z, r, l)])
+    async def move_with_rail(self, x: float, y: float, z: float, r: float, rail: float) -> None:
+        """Goes to a pose and to ``rail`` mm on the rail (0 to 1000) at the same time."""
+        await self.perform([words.move_with_rail(x, y, z, r, rail)])
 
-    async def rail_to(self, l: float) -> None:
-        """Moves the carriage alone to ``l`` mm (0 to 1000)."""
-        await self.perform([words.rail_to(l, await self.pose())])
+    async def rail_to(self, position: float) -> None:
+        """Moves the carriage alone to so many mm (0 to 1000)."""
+        await self.perform([words.rail_to(position, await self.pose())])
 
-    async def rail_by(self, dl: float) -> None:
+    async def rail_by(self, distance: float) -> None:
         """Moves the carriage alone, by so many mm."""
-        await self.perform([words.rail_by(dl)])
+        await self.perform([words.rail_by(distance)])
 
     # How fast, and how high: from the next motion on.
 
@@ -920,6 +929,9 @@ class Jog(Bound):
         self._how = (command, keep, ratio)
         self._jog: NativeJog | None = None
 
+    def __repr__(self) -> str:
+        return "<Jog>" if self._jog is None else "<Jog, under way>"
+
     async def __aenter__(self) -> Jog:
         self._jog = await until(self._core.jog(*self._how))
         return self
@@ -944,7 +956,7 @@ class Jog(Bound):
         another jog came.
         """
         if self._jog is None:
-            raise ClosedError("the jog has not begun, or was ended")
+            raise ClosedError("the jog has not begun, or was ended: it goes on inside of `with arm.jog(...) as jog`")
         self._jog.keep()
 
 
@@ -955,6 +967,10 @@ class StateWatch(Bound):
 
     def __init__(self, watch: NativeStateWatch) -> None:
         self._watch = watch
+
+    def __repr__(self) -> str:
+        latest = self.latest
+        return f"<StateWatch, {'nothing read yet' if latest is None else f'the line is {latest.link.state}'}>"
 
     @property
     def latest(self) -> Status | None:
@@ -984,6 +1000,9 @@ class Events(Bound):
 
     def __init__(self, native: NativeEvents) -> None:
         self._events = native
+
+    def __repr__(self) -> str:
+        return "<Events of an arm>"
 
     def __aiter__(self) -> Events:
         return self
@@ -1017,6 +1036,9 @@ class Run(Bound):
         self._core = core
         self._run = native
         self._ran = Ran(0, None, None)
+
+    def __repr__(self) -> str:
+        return f"<Run, {self.ran.commands} commands done{', interrupted' if self.is_interrupted else ''}>"
 
     async def finish(self, *, progress: Callable[[Progress], object] | None = None) -> Ran:
         """Runs what has not been run, to its end.

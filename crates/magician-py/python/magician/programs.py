@@ -167,6 +167,12 @@ class Rehearsal:
         """The same as an array of shape (n, 3), mm. Needs NumPy."""
         return to_numpy(self._way, 3)
 
+    def __repr__(self) -> str:
+        x, y, z, r = self.position
+        ended = "done" if self.ok else "stopped by an alarm"
+        at = f"x {x:.1f}, y {y:.1f}, z {z:.1f}, r {r:.1f}"
+        return f"<Rehearsal: {self.steps} steps, {ended} after {self.seconds:.1f} s at {at}>"
+
     def _repr_svg_(self) -> str:
         return self.drawing.svg
 
@@ -443,10 +449,14 @@ class Plan:
 
     def __add__(self, other: Plan) -> Plan:
         """The steps of another one after these."""
+        if not isinstance(other, Plan):  # pyright: ignore[reportUnnecessaryIsInstance]
+            return NotImplemented
         return Plan(self.native.joined(other.native))
 
     def __mul__(self, times: int) -> Plan:
         return self.repeated(times)
+
+    __rmul__ = __mul__
 
     # Keeping it.
 

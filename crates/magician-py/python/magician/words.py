@@ -556,40 +556,40 @@ def rail(on: bool, version: RailVersion) -> commands.SetDeviceWithL:
     return commands.SetDeviceWithL(on, version)
 
 
-def move_with_rail(x: float, y: float, z: float, r: float, l: float) -> commands.PtpWithLCmd:
-    """Goes to a pose and to ``l`` mm on the rail (0 to 1000) at the same time, as :func:`move_to` does (document
+def move_with_rail(x: float, y: float, z: float, r: float, rail: float) -> commands.PtpWithLCmd:
+    """Goes to a pose and to ``rail`` mm on the rail (0 to 1000) at the same time, as :func:`move_to` does (document
     1.10.7).
     """
-    return commands.PtpWithLCmd(PtpMode.MOVJ_XYZ, *checked(x=x, y=y, z=z, r=r, l=l))
+    return commands.PtpWithLCmd(PtpMode.MOVJ_XYZ, *checked(x=x, y=y, z=z, r=r, rail=rail))
 
 
-def with_rail(move: Move, l: float) -> commands.PtpWithLCmd | commands.PtpPoWithLCmd:
-    """Lets any point-to-point move take the rail along, to ``l`` mm (0 to 1000), or by so much if the move is by an
+def with_rail(move: Move, rail: float) -> commands.PtpWithLCmd | commands.PtpPoWithLCmd:
+    """Lets any point-to-point move take the rail along, to ``rail`` mm (0 to 1000), or by so much if the move is by an
     increment.
 
     Arm and rail start and end together. Outputs that the move switches stay, at most 56 (document 1.10.7 and 1.10.10).
 
     >>> over_there = with_rail(jump_to(220, 0, -20, 0), 600)
     """
-    l = number("l", l, unit="mm")
+    rail = number("rail", rail, unit="mm")
     if isinstance(move, (commands.PtpPoCmd, commands.PtpPoWithLCmd)):
         if len(move.po) > 56:
             raise InvalidInputError("a move with the rail switches at most 56 outputs")
-        return commands.PtpPoWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, l, move.po)
-    return commands.PtpWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, l)
+        return commands.PtpPoWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, rail, move.po)
+    return commands.PtpWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, rail)
 
 
-def rail_to(l: float, pose: commands.Pose) -> commands.PtpWithLCmd:
-    """Moves the carriage alone to ``l`` mm (0 to 1000): the arm keeps the joints of the pose that it reported last.
+def rail_to(position: float, pose: commands.Pose) -> commands.PtpWithLCmd:
+    """Moves the carriage alone to so many mm (0 to 1000): the arm keeps the joints of the pose that it reported last.
 
     :func:`rail_by` needs no pose.
     """
-    return commands.PtpWithLCmd(PtpMode.MOVJ_ANGLE, *pose.joint_angle, number("l", l, unit="mm"))
+    return commands.PtpWithLCmd(PtpMode.MOVJ_ANGLE, *pose.joint_angle, number("position", position, unit="mm"))
 
 
-def rail_by(dl: float) -> commands.PtpWithLCmd:
+def rail_by(distance: float) -> commands.PtpWithLCmd:
     """Moves the carriage alone, by so many mm; the arm keeps its joints."""
-    return commands.PtpWithLCmd(PtpMode.MOVJ_ANGLE_INC, 0, 0, 0, 0, number("dl", dl, unit="mm"))
+    return commands.PtpWithLCmd(PtpMode.MOVJ_ANGLE_INC, 0, 0, 0, 0, number("distance", distance, unit="mm"))
 
 
 def rail_speed(velocity: float, acceleration: float) -> commands.PtpLParams:

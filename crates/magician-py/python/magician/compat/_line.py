@@ -11,8 +11,8 @@ from typing import TypeVar
 from .._magician import Call, Cell, Core
 from .._native import opened as remembered
 from .._native import wait, wait_done, wait_stopped
+from .._ports import ports
 from ..errors import Error, PortError
-from ..ports import ports
 
 __all__ = ["Line", "find", "opened", "send_elsewhere"]
 

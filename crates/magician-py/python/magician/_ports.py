@@ -75,7 +75,7 @@ def discover(hosts: Iterable[str] = (), *, within: float = 1.0) -> list[Found]:
 
 
 async def discover_async(hosts: Iterable[str] = (), *, within: float = 1.0) -> list[Found]:
-    """As :func:`discover`, for programs on asyncio."""
+    """As :func:`magician.discover`, for programs on asyncio."""
     return [Found(*parts) for parts in await until(_asking(hosts, within))]
 
 
