@@ -175,3 +175,54 @@ def test_fields_of_commands_are_named(arm: Arm) -> None:
             arm.enqueue(command)
     with pytest.raises(InvalidInputError, match="3 values, not 4"):
         arm.set(commands.PtpJointParams((1, 2, 3), (1, 2, 3, 4)))  # type: ignore[arg-type]
+
+
+def test_truth_values_texts_and_functions(arm: Arm, sample: Path) -> None:
+    numpy = pytest.importorskip("numpy")
+    anything: Any = arm
+    plan, load = Plan.path(ROWS), magician.load
+    path: Any = Plan.path
+    calls: list[tuple[str, Callable[[Any], object]]] = [
+        ("probe", lambda bad: Arm("sim", probe=bad)),
+        ("reconnect", lambda bad: Arm("sim", reconnect=bad)),
+        ("keep", lambda bad: arm.perform([], keep=bad)),
+        ("trust_pose", lambda bad: arm.begin([], trust_pose=bad)),
+        ("allow_laser", lambda bad: arm.run(plan, allow_laser=bad)),
+        ("allow_dangerous", lambda bad: arm.raw(10, allow_dangerous=bad)),
+        ("on", arm.suction),
+        ("high", lambda bad: arm.output(1, bad)),
+        ("fit", lambda bad: load(sample, fit=bad)),
+        ("level", lambda bad: VirtualArm().set_input(1, bad)),
+        ("side", lambda bad: plan.preview(side=bad)),
+    ]
+    none: list[Any] = ["yes", 2, 0.5, [], numpy.array([1, 0])]
+    for name, call in calls:
+        for bad in none:
+            with pytest.raises(TypeError, match=rf"{name} is .*; it takes True or False"):
+                call(bad)
+    arm.suction(numpy.True_)
+    from_json: Any = Plan.from_json
+    calls = [
+        ("by", lambda bad: path(ROWS, by=bad)),
+        ("title", lambda bad: Plan.of([], title=bad)),
+        ("work", lambda bad: load(sample, work=bad)),
+        ("json", from_json),
+    ]
+    for name, call in calls:
+        with pytest.raises(TypeError, match=f"{name} is 3 .*; it takes a text"):
+            call(3)
+    for verb in (anything.run, anything.perform):
+        with pytest.raises(TypeError, match=r"progress is 'x' \(str\); it takes a function"):
+            verb([words.wait(0)], progress="x")
+    for wrong in (3, [words.wait(0)]):
+        with pytest.raises(TypeError, match="a Plan is checked and drawn, not"):
+            anything.check(wrong)
+    with pytest.raises(TypeError, match=r"sheet is \(1, 2\); it takes a Sheet"):
+        load(sample, sheet=(1, 2))  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="params are bytes, not 'x'"):
+        anything.raw(10, 0, "x")
+    assert arm.raw(10, params=memoryview(b"")) == arm.raw(10)
+    with pytest.raises(TypeError, match="is no point-to-point move"):
+        words.with_rail(words.home(), 5)  # type: ignore[arg-type]
+    with pytest.raises(InvalidInputError, match=r"asked with values: GetIoDi\(...\)"):
+        anything.get(commands.GetIoDi)

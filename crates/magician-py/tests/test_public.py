@@ -59,7 +59,7 @@ OBJECTS = dict(objects())
 def test_there_are_many() -> None:
     for name in ("magician.Arm.move_to", "magician.aio.Arm.connect", "magician.Plan.path", "magician.Plan.estimate"):
         assert name in OBJECTS
-    assert len(MODULES) > 15 and len(OBJECTS) > 800
+    assert len(MODULES) > 15 and len(OBJECTS) > 700
 
 
 @pytest.mark.parametrize("module", MODULES, ids=[module.__name__ for module in MODULES])
@@ -99,7 +99,7 @@ def test_help() -> None:
     program = "import magician; help(magician); help(magician.Arm); help(magician.commands); help(magician.words)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60)
     assert done.stderr == ""
-    for part in ("Drive a Dobot Magician", "move_to(self, x: ", "class PtpCmd(", "jump_to(x: "):
+    for part in ("Drive a Dobot Magician", "move_to(", "class PtpCmd(", "jump_to("):
         assert part in done.stdout
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import operator
 import os
@@ -11,7 +12,20 @@ from typing import Any, SupportsIndex, overload
 from ._protocol import Command, Queueable
 from .errors import InvalidInputError
 
-__all__ = ["DAY", "addresses", "checked", "not_a_file", "number", "numbers", "seconds", "whole"]
+__all__ = [
+    "DAY",
+    "addresses",
+    "checked",
+    "flag",
+    "flags",
+    "hearing",
+    "not_a_file",
+    "number",
+    "numbers",
+    "seconds",
+    "text",
+    "whole",
+]
 
 DAY = 86_400.0
 """More seconds than this are no time that a program waits."""
@@ -99,6 +113,33 @@ def numbers(name: str, values: Iterable[float], count: int, *, unit: str | None 
     if len(found) != count:
         raise InvalidInputError(f"{name} has {len(found)} numbers; it takes {count}", value=len(found), limit=count)
     return tuple(number(f"{name}[{nth}]", each, unit=unit) for nth, each in enumerate(found))
+
+
+def flag(name: str, value: Any) -> bool:
+    """True or False, 1 or 0, and NumPy's."""
+    if isinstance(value, int) or type(value).__module__ == "numpy":
+        with contextlib.suppress(ValueError):
+            if value == 0 or value == 1:
+                return bool(value)
+    raise TypeError(f"{name} is {_shown(value)}; it takes True or False")
+
+
+def flags(**values: bool) -> dict[str, bool]:
+    """The same, each under its own name."""
+    return {name: flag(name, value) for name, value in values.items()}
+
+
+def text(name: str, value: Any) -> Any:
+    """A text, or ``None`` for what is left out."""
+    if value is None or isinstance(value, str):
+        return value
+    raise TypeError(f"{name} is {_shown(value)}; it takes a text")
+
+
+def hearing(value: Any) -> None:
+    """Refuses what cannot be told of progress."""
+    if value is not None and not isinstance(value, bool) and not callable(value):
+        raise TypeError(f"progress is {_shown(value)}; it takes a function")
 
 
 def addresses(name: str, values: Iterable[int]) -> list[int]:

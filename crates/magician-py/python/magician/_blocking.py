@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any, Literal, TypeVar, overload
 
 from . import _told, commands, events, words
-from ._arguments import addresses, not_a_file, number, seconds, whole
+from ._arguments import addresses, flag, flags, hearing, not_a_file, number, seconds, whole
 from ._bound import Bound
 from ._magician import Core
 from ._magician import Events as NativeEvents
@@ -48,7 +48,14 @@ Numbers that are none, speeds that are none and values that the protocol does no
 
 
 def _hearing(progress: Callable[[Progress], object] | None) -> Callable[[Any], object] | None:
+    hearing(progress)
     return None if progress is None else lambda parts: progress(Progress(*parts))
+
+
+def _plan(plan: Any) -> Plan:
+    if not isinstance(plan, Plan):
+        raise TypeError(f"a Plan is checked and drawn, not {plan!r}: magician.load and Plan.of make them")
+    return plan
 
 
 def _names(skip: Collection[Check]) -> list[str]:
@@ -298,7 +305,7 @@ class Arm(Bound):
         not answered.
         """
         told: Writable = find(command, "set", fields) if isinstance(command, str) else command
-        wait(self._core.set(told, allow_dangerous))
+        wait(self._core.set(told, flag("allow_dangerous", allow_dangerous)))
 
     @overload
     def enqueue(self, command: Queueable) -> int: ...
@@ -314,7 +321,14 @@ class Arm(Bound):
         told: Queueable = find(command, "set", fields) if isinstance(command, str) else command
         return wait(self._core.enqueue(told))
 
-    def raw(self, id: int, ctrl: int = 0, params: bytes = b"", *, allow_dangerous: bool = False) -> bytes:
+    def raw(
+        self,
+        id: int,
+        ctrl: int = 0,
+        params: bytes | bytearray | memoryview = b"",
+        *,
+        allow_dangerous: bool = False,
+    ) -> bytes:
         """Sends any frame and returns the parameters of the one that answers it.
 
         :param id: id of the command, 0 to 255.
@@ -323,7 +337,9 @@ class Arm(Bound):
         :param allow_dangerous: as for :meth:`set`.
         """
         id, ctrl = whole("id", id, 0, 255), whole("ctrl", ctrl, 0, 255)
-        return wait(self._core.raw(id, ctrl, params, allow_dangerous))
+        if isinstance(params, (str, int)):  # of those, bytes makes something else
+            raise TypeError(f"params are bytes, not {params!r}")
+        return wait(self._core.raw(id, ctrl, bytes(params), flag("allow_dangerous", allow_dangerous)))
 
     # Programs.
 
@@ -350,7 +366,8 @@ class Arm(Bound):
         :class:`~magician.errors.InvalidInputError` from the check, :class:`~magician.errors.AlarmError` as soon as an
         alarm holds the queue, :class:`~magician.errors.ClosedError` when a stop came, else as :meth:`enqueue`.
         """
-        call = self._core.perform(not_a_file(program), _names(skip), require_homed, keep)
+        asked = flags(require_homed=require_homed, keep=keep)
+        call = self._core.perform(not_a_file(program), _names(skip), **asked)
         return Ran(*wait_done(call, self._core, _hearing(progress)))
 
     def estimate(self, program: Iterable[Queueable], *, skip: Collection[Check] = ()) -> float:
@@ -381,7 +398,8 @@ class Arm(Bound):
             arm.
         """
         horizons = seconds("horizon", horizon), seconds("laser_horizon", laser_horizon)
-        return Run(self._core, self._core.begin(not_a_file(program), keep, *horizons, trust_pose))
+        asked = flag("keep", keep), *horizons, flag("trust_pose", trust_pose)
+        return Run(self._core, self._core.begin(not_a_file(program), *asked))
 
     # Motion: each of these goes there and waits until it has.
 
@@ -764,12 +782,12 @@ class Arm(Bound):
 
     def check(self, plan: Plan) -> Report:
         """Follows a plan from where this arm stands, with the settings that it has; moves nothing."""
-        start = wait(self._core.start_of(plan.native))
+        start = wait(self._core.start_of(_plan(plan).native))
         return report(plan.native.check(start))
 
     def preview(self, plan: Plan) -> Picture:
         """The picture of a plan, from where this arm stands; moves nothing."""
-        start = wait(self._core.start_of(plan.native))
+        start = wait(self._core.start_of(_plan(plan).native))
         return Picture(plan.native.preview(start, None, None))
 
     def run(
@@ -805,14 +823,11 @@ class Arm(Bound):
         :raises AlarmError: An alarm holds the queue.
         :raises ClosedError: A stop came first.
         """
+        hearing(progress)
         plan = program if isinstance(program, Plan) else Plan.of(not_a_file(program))
         how = {
             "first_step": whole("first_step", first_step, 1, max(1, len(plan))),
-            "check": check,
-            "keep": keep,
-            "require_homed": require_homed,
-            "allow_laser": allow_laser,
-            "restore": restore,
+            **flags(check=check, keep=keep, require_homed=require_homed, allow_laser=allow_laser, restore=restore),
             "watched": progress is not False,
         }
         telling = Telling(len(plan), progress)

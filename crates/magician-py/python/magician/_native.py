@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from . import _magician
-from ._arguments import seconds, whole
+from ._arguments import flags, seconds, whole
 from ._magician import Call, Core
 from .errors import Error
 
@@ -38,8 +38,12 @@ def connecting(port: Where, *, timeout: float, window: int, probe: bool, reconne
     timeout = seconds("timeout", timeout, above=0)
     window = whole("window", window, 1, 8)
     echo = seconds("echo", echo)
-    how = {"timeout": timeout, "window": window, "probe": probe, "reconnect": reconnect, "echo": echo}
-    options: dict[str, Any] = how
+    options: dict[str, Any] = {
+        "timeout": timeout,
+        "window": window,
+        "echo": echo,
+        **flags(probe=probe, reconnect=reconnect),
+    }
     if isinstance(port, Connectable):
         return port.connect_core(**options)
     try:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import IO, Any, Literal, NamedTuple, overload
 
 from . import _magician
-from ._arguments import not_a_file, number, numbers, seconds, whole
+from ._arguments import flag, flags, not_a_file, number, numbers, seconds, text, whole
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
 from ._points import Floats, Points, SupportsArray, column, rows, to_numpy, to_tuples
@@ -210,7 +210,9 @@ class Plan:
 
         :raises InvalidInputError: A command cannot be queued.
         """
-        return cls(_magician.Plan.of_commands(title, not_a_file(commands), _tool(tool), _surface(surface)))
+        return cls(
+            _magician.Plan.of_commands(text("title", title), not_a_file(commands), _tool(tool), _surface(surface))
+        )
 
     @classmethod
     def path(
@@ -250,10 +252,10 @@ class Plan:
         if hasattr(power, "__len__"):
             each, one = column(one, count, "power"), None
         way = {
-            "title": title,
+            "title": text("title", title),
             "tool": _tool(tool),
             "surface": _surface(surface),
-            "by": by,
+            "by": text("by", by),
             "r": number("r", r, unit="deg"),
             "lift": number("lift", lift, least=0, unit="mm"),
             "speed": number("speed", speed, above=0, unit="mm/s"),
@@ -263,12 +265,12 @@ class Plan:
         return cls(_magician.Plan.of_points(data, columns, each, way))
 
     @classmethod
-    def from_json(cls, text: str) -> Plan:
+    def from_json(cls, json: str) -> Plan:
         """The plan in the text of a plan file.
 
         :raises InvalidInputError: It is none; line, column, and what would be right.
         """
-        return cls(_magician.Plan.of_json(text))
+        return cls(_magician.Plan.of_json(text("json", json)))
 
     # Looking at it.
 
@@ -351,7 +353,7 @@ class Plan:
         :param sheet: A sheet of known size to show.
         """
         corners = None if sheet is None else _corners(sheet)
-        picture = Picture(self.native.preview(None, side, corners))
+        picture = Picture(self.native.preview(None, None if side is None else flag("side", side), corners))
         if path is not None:
             picture.save(path)
         return picture
@@ -485,8 +487,8 @@ class Plan:
             to.write_text(self.to_json(), encoding="utf-8", newline="\n")
             return []
         if end in (".playback", ".xml"):
-            text, lost = self.to_playback()
-            to.write_text(text, encoding="utf-8", newline="")
+            playback, lost = self.to_playback()
+            to.write_text(playback, encoding="utf-8", newline="")
             return lost
         raise InvalidInputError(f"{to}: a plan is kept as .plan.json or .playback; preview() makes pictures")
 
@@ -590,8 +592,8 @@ def load(
     if power is not None:
         given = _two("power", given if hasattr(power, "__len__") else (0.0, given))
     wanted: Mapping[str, Any] = {
-        "format": format,
-        "title": title,
+        "format": text("format", format),
+        "title": text("title", title),
         "tool": _tool(tool),
         "surface": _surface(surface),
         "sheet": None if sheet is None else _sheet(sheet),
@@ -599,23 +601,19 @@ def load(
         "at": None if at is None else _two("at", at),
         "scale": number("scale", scale, above=0),
         "rotate": number("rotate", rotate, unit="deg"),
-        "fit": fit,
-        "mirror": mirror,
+        **flags(fit=fit, mirror=mirror, order=order, invert=invert, both_directions=both_directions),
         "by": _three("move", move),
         "speed": number("speed", speed, above=0, unit="mm/s"),
         "travel_speed": number("travel_speed", travel_speed, above=0, unit="mm/s"),
         "lift": number("lift", lift, above=0, unit="mm"),
-        "order": order,
         "tolerance": number("tolerance", tolerance, above=0, unit="mm"),
-        "dialect": dialect,
-        "work": work,
+        "dialect": text("dialect", dialect),
+        "work": text("work", work),
         "width": number("width", width, above=0, unit="mm"),
         "height": number("height", height, above=0, unit="mm"),
         "threshold": None if threshold is None else whole("threshold", threshold, 1, 255),
         "power": given,
-        "tone": tone,
-        "invert": invert,
-        "both_directions": both_directions,
+        "tone": text("tone", tone),
         "spacing": number("spacing", spacing, above=0, unit="mm"),
         "overscan": number("overscan", overscan, above=0, unit="mm"),
         "gamma": number("gamma", gamma, above=0),
@@ -650,6 +648,8 @@ def _surface(surface: float | Surface | None) -> tuple[float, tuple[float, float
 
 
 def _sheet(sheet: Sheet) -> tuple[float, float, float, tuple[float, float] | None]:
+    if not isinstance(sheet, Sheet):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise TypeError(f"sheet is {sheet!r}; it takes a Sheet")
     size = None if sheet.size is None else _two("sheet.size", sheet.size)
     return *_two("sheet.corner", sheet.corner), number("sheet.rotation", sheet.rotation, unit="deg"), size
 
@@ -672,13 +672,13 @@ def _count(name: str, value: int) -> int:
 
 
 def _corners(sheet: Sheet) -> list[tuple[float, float]] | None:
-    if sheet.size is None:
-        return None
     from math import cos, radians, sin
 
     x, y, rotation, size = _sheet(sheet)
     turn = radians(rotation)
-    width, height = size or (0.0, 0.0)
+    if size is None:
+        return None
+    width, height = size
     ends = ((0.0, 0.0), (width, 0.0), (width, height), (0.0, height))
     return [(x + right * cos(turn) - up * sin(turn), y + right * sin(turn) + up * cos(turn)) for right, up in ends]
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from . import _magician
-from ._arguments import number, numbers, whole
+from ._arguments import flag, number, numbers, whole
 from ._blocking import Arm
 from ._bound import Bound
 from ._magician import Call, Core
@@ -302,7 +302,7 @@ class VirtualArm(Bound):
 
     def set_input(self, address: int, level: bool) -> None:
         """Puts a level on a digital input, EIO address 1 to 20: somebody presses a button."""
-        self._native.set_input(whole("address", address, 1, 20), bool(level))
+        self._native.set_input(whole("address", address, 1, 20), flag("level", level))
 
     def set_analog(self, address: int, value: int) -> None:
         """Puts a voltage on an analog input, EIO address 1 to 20: 0 to 4095 for 0 to 3.3 V."""
@@ -310,7 +310,7 @@ class VirtualArm(Bound):
 
     def press_key(self, *, long: bool = False) -> None:
         """Presses the key at the base: short runs the stored program or stops it, long homes the arm."""
-        self._native.press_key(long)
+        self._native.press_key(flag("long", long))
 
     def guide(self, joints: Sequence[float]) -> None:
         """Moves the arm by hand: holds the unlock key, brings J1 to J4 to these degrees, lets go of the key."""
@@ -321,7 +321,7 @@ class VirtualArm(Bound):
 
     def hold_unlock_key(self, held: bool) -> None:
         """Holds or releases the unlock key on the forearm."""
-        self._native.unlock(held)
+        self._native.unlock(flag("held", held))
 
     def slip(self, joint: int, degrees: float) -> None:
         """Lets a joint, 1 to 4, slip: it stands elsewhere than the controller believes."""

@@ -29,7 +29,7 @@ from collections.abc import Iterable, Sequence
 from typing import Literal
 
 from . import _magician, commands
-from ._arguments import checked, number, numbers, whole
+from ._arguments import checked, flag, number, numbers, whole
 from .commands import (
     IoFunction,
     JogCommand,
@@ -165,6 +165,11 @@ Four = Sequence[float]
 def _four(name: str, values: Four) -> tuple[float, float, float, float]:
     a, b, c, d = numbers(name, values, 4)
     return a, b, c, d
+
+
+def _move(move: object) -> None:
+    if not isinstance(move, Move):
+        raise TypeError(f"{move!r} is no point-to-point move: move_to, jump_to and their like make them")
 
 
 def _power(power: float) -> float:
@@ -420,7 +425,7 @@ def tool(name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) 
     if name is None:
         return commands.EndEffectorParams(*checked(x=x, y=y, z=z))
     if name not in _TOOLS:
-        raise InvalidInputError(f"there is no tool `{name}`; there are {', '.join(_TOOLS)}")
+        raise InvalidInputError(f"there is no tool {name!r}; there are {', '.join(_TOOLS)}")
     if (x, y, z) != (0, 0, 0):
         raise InvalidInputError("a tool has a name, or x, y, z")
     return commands.EndEffectorParams(*_TOOLS[name])
@@ -431,7 +436,7 @@ def suction(on: bool) -> commands.SetEndEffectorSuctionCup:
 
     Suction cup and gripper share one pump, so the later command has the air.
     """
-    return commands.SetEndEffectorSuctionCup(True, on)
+    return commands.SetEndEffectorSuctionCup(True, flag("on", on))
 
 
 def grip() -> commands.SetEndEffectorGripper:
@@ -454,6 +459,7 @@ def laser(on: bool) -> commands.SetEndEffectorLaser:
 
     A program that leaves it on, or stands or travels with it, is refused by the check ``laser``.
     """
+    on = flag("on", on)
     return commands.SetEndEffectorLaser(on, on)
 
 
@@ -469,7 +475,7 @@ def wait_for_level(address: int, high: bool) -> commands.TrigCmd:
     """Makes the queue wait until a digital input (EIO address 1 to 20) has this level, for ever if need be (document
     1.14.1).
     """
-    return commands.TrigCmd(_pin(address), TriggerMode.LEVEL, TriggerCondition.EQUAL_OR_BELOW, int(high))
+    return commands.TrigCmd(_pin(address), TriggerMode.LEVEL, TriggerCondition.EQUAL_OR_BELOW, int(flag("high", high)))
 
 
 def wait_below(address: int, threshold: int) -> commands.TrigCmd:
@@ -504,7 +510,7 @@ def multiplex(address: int, function: IoFunction) -> commands.IoMultiplexing:
 
 def output(address: int, high: bool) -> commands.IoDo:
     """Sets the level of a digital output (EIO address 1 to 20; document 1.15.2)."""
-    return commands.IoDo(_pin(address), high)
+    return commands.IoDo(_pin(address), flag("high", high))
 
 
 def pwm(address: int, frequency: float, duty_cycle: float) -> commands.IoPwm:
@@ -536,6 +542,7 @@ def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | c
     >>> from magician.commands import Output
     >>> jump = with_outputs(jump_to(220, 0, 20, 0), [Output(percent=50, address=17, high=True)])
     """
+    _move(move)
     po = tuple(outputs)
     most = 56 if isinstance(move, (commands.PtpWithLCmd, commands.PtpPoWithLCmd)) else 57
     if len(po) > most:
@@ -553,7 +560,7 @@ def rail(on: bool, version: RailVersion) -> commands.SetDeviceWithL:
 
     An arm that was not told moves without its rail, and says nothing.
     """
-    return commands.SetDeviceWithL(on, version)
+    return commands.SetDeviceWithL(flag("on", on), version)
 
 
 def move_with_rail(x: float, y: float, z: float, r: float, rail: float) -> commands.PtpWithLCmd:
@@ -571,6 +578,7 @@ def with_rail(move: Move, rail: float) -> commands.PtpWithLCmd | commands.PtpPoW
 
     >>> over_there = with_rail(jump_to(220, 0, -20, 0), 600)
     """
+    _move(move)
     rail = number("rail", rail, unit="mm")
     if isinstance(move, (commands.PtpPoCmd, commands.PtpPoWithLCmd)):
         if len(move.po) > 56:
@@ -660,12 +668,12 @@ def _pulse_rate(mm_per_s: float) -> int:
 
 def color_sensor(port: Port, on: bool, version: SensorVersion) -> commands.SetColorSensor:
     """Switches the colour sensor on a port (document 1.15.7, E42). ``arm.color_at(port)`` tells what it sees."""
-    return commands.SetColorSensor(on, port, version)
+    return commands.SetColorSensor(flag("on", on), port, version)
 
 
 def infrared(port: Port, on: bool, version: SensorVersion) -> commands.SetIrSwitch:
     """Switches the infrared sensor on a port (document 1.15.8, E43). ``arm.infrared_at(port)`` tells what it sees."""
-    return commands.SetIrSwitch(on, port, version)
+    return commands.SetIrSwitch(flag("on", on), port, version)
 
 
 def color_at(port: Port) -> commands.GetColorSensor:
