@@ -16,6 +16,18 @@ A_co = TypeVar("A_co", bound="Command", covariant=True)
 class OpenEnum(IntEnum):
     """Named values of a byte. A value without a name passes through, under the name ``UNKNOWN_n``."""
 
+    def __repr__(self) -> str:
+        # What can be typed in again.
+        named = self.name in type(self).__members__
+        return f"{type(self).__name__}.{self.name}" if named else f"{type(self).__name__}({int(self)})"
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, spec: str) -> str:
+        # Python 3.10 and later ones differ in what they make of these.
+        return format(int(self), spec) if spec else str(self)
+
     @classmethod
     def _missing_(cls, value: object) -> OpenEnum | None:
         if not isinstance(value, int) or not 0 <= value <= 0xFF:
