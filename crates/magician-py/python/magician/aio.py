@@ -976,28 +976,45 @@ class Jog(Bound):
 
 
 class StateWatch(Bound):
-    """A look at the arm's state, kept fresh: see :meth:`Arm.state`. It ends with the connection, or when it is
-    forgotten.
+    """A look at the arm's state, kept fresh: see :meth:`Arm.state`. It ends with the connection, with its ``with``
+    block, or when it is forgotten.
     """
 
     def __init__(self, watch: NativeStateWatch) -> None:
-        self._watch = watch
+        self._watch: NativeStateWatch | None = watch
+
+    def close(self) -> None:
+        """Ends it. Whoever waits for what comes next gets that, and then the end."""
+        self._watch = None
+
+    def __enter__(self) -> StateWatch:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
     def __repr__(self) -> str:
+        if self._watch is None:
+            return "<StateWatch, closed>"
         latest = self.latest
         return f"<StateWatch, {'nothing read yet' if latest is None else f'the line is {latest.link.state}'}>"
 
     @property
     def latest(self) -> Status | None:
-        """The state as it was read last, by this watch or another one; ``None`` before the first whole reading."""
-        latest = self._watch.latest()
+        """The state as it was read last, by this watch or another one; ``None`` before the first whole reading,
+        and when the watch was closed."""
+        latest = None if self._watch is None else self._watch.latest()
         return None if latest is None else _told.status(latest)
 
     async def changed(self) -> Status:
         """Waits for the next reading, for as long as it takes. A line that is lost or found counts as one.
 
-        Raises :class:`~magician.errors.ClosedError` when the connection has ended.
+        Raises :class:`~magician.errors.ClosedError` when the connection has ended, or the watch was closed.
         """
+        if self._watch is None:
+            raise ClosedError("the watch was closed: arm.state() begins another one")
         return _told.status(await until(self._watch.changed()))
 
     def __aiter__(self) -> StateWatch:
@@ -1011,10 +1028,24 @@ class StateWatch(Bound):
 
 
 class Events(Bound):
-    """What happens: see :meth:`Arm.events`. It ends with the connection."""
+    """What happens: see :meth:`Arm.events`. It ends with the connection, with its ``with`` block, or when it is
+    forgotten.
+    """
 
     def __init__(self, native: NativeEvents) -> None:
-        self._events = native
+        self._events: NativeEvents | None = native
+
+    def close(self) -> None:
+        """Ends it. Whoever waits for what comes next gets that, and then the end."""
+        self._events = None
+
+    def __enter__(self) -> Events:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
     def __repr__(self) -> str:
         return "<Events of an arm>"
@@ -1023,7 +1054,7 @@ class Events(Bound):
         return self
 
     async def __anext__(self) -> events.Event:
-        parts = await until(self._events.next())
+        parts = None if self._events is None else await until(self._events.next())
         if parts is None:
             raise StopAsyncIteration
         return _told.event(parts)
