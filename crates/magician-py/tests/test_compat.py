@@ -486,7 +486,8 @@ def look():
     print(state["moving"], state["waiting"], state["index"], *state["pose"][:2], flush=True)
 
 def press():
-    while not (cell.state()["moving"] and cell.state()["waiting"] >= waiting):
+    # On its way for long enough that the script waits, or does whatever it does.
+    while cell.state()["pose"][1] < 0.005 or cell.state()["waiting"] < waiting:
         pass
     os.kill(os.getpid(), signal.SIGINT)
 

@@ -112,8 +112,10 @@ class Line:
             return wait_done(call, self._core)
         except Error:
             raise
-        except BaseException:
-            # It was an interrupt, and has stopped the queue with the arm.
+        except BaseException as interruption:
+            # Whoever waits for a motion has had it stopped; one that was just put into the queue goes on.
+            if call.taken():
+                self.stop(interruption)
             self._stopped = True
             raise
 
