@@ -18,7 +18,7 @@ const LOOK: Duration = Duration::from_millis(30);
 type Made = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
 
 /// Something under way at an arm.
-#[pyclass(frozen, module = "magician._magician")]
+#[pyclass(frozen, generic, module = "magician._magician")]
 pub(crate) struct Call {
     inner: Local<Inner>,
 }

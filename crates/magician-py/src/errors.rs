@@ -23,9 +23,9 @@ fn made(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         .alarms()
         .map(|alarms| alarms.codes().map(u32::from).collect());
     parts.set_item("alarms", codes)?;
-    let of_kind = py.import("magician.errors")?.getattr("of_kind")?;
+    let told = py.import("magician._told")?.getattr("error")?;
     let message = wording::for_python(&error.to_string());
-    let exception = of_kind.call((error.kind().name(), message), Some(&parts))?;
+    let exception = told.call((error.kind().name(), message), Some(&parts))?;
     Ok(PyErr::from_value(exception))
 }
 

@@ -55,6 +55,7 @@ mod _magician {
 
         crate::runtime::first_interpreter(module.py())?;
         crate::logging::begin();
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("CONVEYOR_PULSES_PER_MM", CONVEYOR_PULSES_PER_MM)?;
         module.add("CONVEYOR_FASTEST", CONVEYOR_FASTEST)?;
         module.add("CONVEYOR_FARTHEST", CONVEYOR_FARTHEST)

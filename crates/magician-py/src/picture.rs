@@ -1,17 +1,19 @@
 //! Pictures, of plans and of arms, and what pen and laser have left.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 use magician::commands::{EndEffectorParams, Pose};
-use magician::sim::world::{self, Drawing, StrokeKind};
+use magician::sim::world::{self, Drawing, Stroke, StrokeKind};
 use magician::{Error, Geometry, JointAngles, ToolBias};
 use magician_program::preview::{PictureError, Snapshot, Standing, fitting, to_png};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::call::Call;
 use crate::core::Core;
 use crate::errors;
-use crate::program::numbers;
+use crate::program::{floats, numbers};
 
 /// A picture.
 #[pyclass(frozen, module = "magician._magician")]
@@ -27,6 +29,33 @@ impl Picture {
 
 #[pymethods]
 impl Picture {
+    #[new]
+    fn of(svg: String) -> Self {
+        Self::new(svg)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (String,)) {
+        (slf.get_type().into_any(), (slf.get().svg.clone(),))
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyDict>) -> Py<Self> {
+        slf
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.svg == other.svg
+    }
+
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.svg.hash(&mut hasher);
+        hasher.finish()
+    }
+
     #[getter]
     fn svg(&self) -> &str {
         &self.svg
@@ -106,8 +135,50 @@ impl Ink {
     }
 }
 
+/// A stroke: whether it is burnt, its power, its points as bytes.
+type StrokeParts<'py> = (bool, f64, Bound<'py, PyBytes>);
+
+impl Ink {
+    fn parts<'py>(py: Python<'py>, stroke: &Stroke) -> StrokeParts<'py> {
+        let points = numbers(py, stroke.points.as_flattened());
+        (stroke.kind == StrokeKind::Burn, stroke.power, points)
+    }
+}
+
 #[pymethods]
 impl Ink {
+    /// A drawing of these strokes.
+    #[new]
+    fn of(strokes: Vec<(bool, f64, Vec<u8>)>) -> Self {
+        let strokes = strokes.into_iter().map(|(burnt, power, points)| Stroke {
+            kind: match burnt {
+                true => StrokeKind::Burn,
+                false => StrokeKind::Ink,
+            },
+            power,
+            points: floats(&points).as_chunks::<2>().0.to_vec(),
+        });
+        Self::new(Drawing::from(strokes.collect::<Vec<_>>()))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (Vec<StrokeParts<'py>>,)) {
+        let strokes = slf.get().drawing.strokes().iter();
+        let strokes = strokes.map(|stroke| Self::parts(slf.py(), stroke));
+        (slf.get_type().into_any(), (strokes.collect(),))
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyDict>) -> Py<Self> {
+        slf
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.drawing.strokes() == other.drawing.strokes()
+    }
+
     fn svg(&self, py: Python<'_>) -> String {
         py.detach(|| self.drawing.to_svg())
     }
@@ -128,15 +199,10 @@ impl Ink {
         self.drawing.strokes().len()
     }
 
-    /// A stroke: whether it is burnt, its power, its points as bytes.
-    fn stroke<'py>(
-        &self,
-        py: Python<'py>,
-        at: usize,
-    ) -> PyResult<(bool, f64, Bound<'py, PyBytes>)> {
+    /// One of its strokes.
+    fn stroke<'py>(&self, py: Python<'py>, at: usize) -> PyResult<StrokeParts<'py>> {
         let stroke = self.drawing.strokes().get(at);
         let stroke = stroke.ok_or_else(|| PyIndexError::new_err("there is no such stroke"))?;
-        let points = numbers(py, stroke.points.as_flattened());
-        Ok((stroke.kind == StrokeKind::Burn, stroke.power, points))
+        Ok(Self::parts(py, stroke))
     }
 }

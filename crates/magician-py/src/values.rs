@@ -13,7 +13,7 @@ use magician_protocol::{
 use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyBytes, PyModule, PyTuple};
+use pyo3::types::{PyBool, PyBytes, PyModule, PyTuple};
 
 use crate::errors;
 
@@ -178,6 +178,10 @@ fn outputs(value: &Bound<'_, PyAny>) -> PyResult<PoList> {
 }
 
 fn scalar(kind: Scalar, value: &Bound<'_, PyAny>, writer: &mut Writer<'_>) -> PyResult<()> {
+    if value.is_instance_of::<PyBool>() {
+        let message = format!("a number, not {}", value.repr()?);
+        return Err(PyTypeError::new_err(message));
+    }
     match kind {
         Scalar::U8 => writer.put(&[whole(value, 0, u8::MAX.into())? as u8]),
         Scalar::U16 => writer.put(&(whole(value, 0, u16::MAX.into())? as u16).to_le_bytes()),

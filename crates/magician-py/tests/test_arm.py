@@ -13,7 +13,7 @@ from typing import Any
 
 import magician
 import pytest
-from magician import Arm, commands, errors, words
+from magician import Arm, _told, commands, errors, words
 from magician.commands import IoFunction, Port, RailVersion, SensorVersion, Stepper
 
 FOUR = (10.0, 20.0, 30.0, 40.0)
@@ -402,7 +402,7 @@ def test_ports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(errors.InvalidInputError, match="window"):
         Arm("udp:127.0.0.1", window=4)
     for wrong in (-1, math.nan):
-        with pytest.raises(errors.InvalidInputError, match="seconds"):
+        with pytest.raises(errors.InvalidInputError, match=r"timeout is .* a number above 0"):
             Arm("sim", timeout=wrong)
 
 
@@ -422,19 +422,19 @@ def test_discovery() -> None:
     assert magician.discover(["127.0.0.1:9"], within=0.01) == []
     with pytest.raises(errors.InvalidInputError, match="HOST"):
         magician.discover(["arm:x"])
-    with pytest.raises(errors.InvalidInputError, match="seconds"):
+    with pytest.raises(errors.InvalidInputError, match="within is -1 s"):
         magician.discover(within=-1)
 
 
 def test_errors_travel() -> None:
     import pickle
 
-    error = errors.of_kind("alarm", "text", alarms=[0x11], command="SetPTPCmd")
+    error = _told.error("alarm", "text", alarms=[0x11], command="SetPTPCmd")
     again = pickle.loads(pickle.dumps(error))
     assert type(again) is errors.AlarmError and again.alarms == error.alarms and str(again) == "text"
-    port = errors.of_kind("port", "gone")
+    port = _told.error("port", "gone")
     assert str(pickle.loads(pickle.dumps(port))) == "gone"
-    assert type(errors.of_kind("new", "text")) is magician.Error
+    assert type(_told.error("new", "text")) is magician.Error
 
 
 def test_a_length_that_lies(arm: Arm) -> None:
@@ -474,3 +474,11 @@ def test_every_parameter_has_a_line_of_its_own() -> None:
     described = [inspect.getdoc(page) or "" for page in pages]
     assert sum(":param" in page for page in described) > 10
     assert not [line for page in described for line in page.splitlines() if " :param" in line]
+
+
+def test_a_wait_in_a_stopped_queue_says_what_to_do(arm: Arm) -> None:
+    arm.stop_gentle()
+    index = arm.enqueue(words.wait(3600))
+    with pytest.raises(errors.ResponseTimeoutError, match=r"its queue is stopped: `arm.start_queue\(\)` lets it go on"):
+        arm.wait_for(index)
+    assert arm.left_space() == 31

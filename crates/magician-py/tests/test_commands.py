@@ -102,7 +102,7 @@ def test_what_was_set_is_what_is_read(arm: magician.Arm) -> None:
 
 def test_unknown_values_pass() -> None:
     mode = commands.PtpMode(77)
-    assert (mode, mode.name, repr(mode)) == (77, "UNKNOWN_77", "<PtpMode.UNKNOWN_77: 77>")
+    assert (mode, mode.name, repr(mode)) == (77, "UNKNOWN_77", "PtpMode(77)")
     command = commands.PtpCmd(mode, 1, 2, 3, 4)
     assert commands.PtpCmd.from_bytes(bytes(command)) == command
     assert hash(mode) == hash(commands.PtpMode(77))
@@ -172,3 +172,42 @@ def test_an_alarm_is_written_as_text_or_as_its_number() -> None:
     assert f"{alarm}" == str(alarm)
     assert str(alarm).startswith("0x11 PLAN")
     assert f"0x{alarm:02x}" == "0x11"
+
+
+def test_names_that_are_none_are_told_what_is_meant(arm: magician.Arm) -> None:
+    for name, meant in (("Poses", "Pose"), ("GetPoze", "Pose"), ("devicesno", "DeviceSn"), ("IO-DII", "GetIoDi")):
+        with pytest.raises(errors.InvalidInputError, match=rf"`{name}` to get; did you mean [^?]*\b{meant}\b.*\?"):
+            arm.get(name)
+    with pytest.raises(errors.InvalidInputError, match=r"`PTPCmdd` to set; did you mean PtpCmd"):
+        arm.enqueue("PTPCmdd")
+    with pytest.raises(errors.InvalidInputError, match=r"`PtpComonParams` to set; did you mean PtpCommonParams"):
+        arm.set("PtpComonParams", velocity_ratio=50, acceleration_ratio=50)
+    with pytest.raises(errors.InvalidInputError, match=r"`qqqq` to get$"):
+        arm.get("qqqq")
+
+
+def test_fields_that_are_none_are_told_what_is_meant(arm: magician.Arm) -> None:
+    with pytest.raises(TypeError, match=r"GetIoDi has no field `adress`; did you mean address\?"):
+        arm.get("IODI", adress=19)
+    with pytest.raises(TypeError, match=r"HomeParams has no field `velocity`; it has x, y, z, r"):
+        arm.set("HomeParams", velocity=3)
+    with pytest.raises(TypeError, match=r"PtpCommonParams takes acceleration_ratio as well"):
+        arm.set("PTPCommonParams", velocity_ratio=50)
+    with pytest.raises(TypeError, match=r"Pose is asked for without x"):
+        arm.get("Pose", x=1)
+
+
+def test_enums_are_shown_as_they_are_typed() -> None:
+    mode = commands.PtpMode.MOVJ_XYZ
+    assert (repr(mode), str(mode), f"{mode}", f"{mode:d}", f"{mode:02x}") == (
+        "PtpMode.MOVJ_XYZ", "MOVJ_XYZ", "MOVJ_XYZ", "1", "01",
+    )  # fmt: skip
+    unknown = commands.PtpMode(200)
+    assert (repr(unknown), str(unknown), f"{unknown}") == ("PtpMode(200)", "UNKNOWN_200", "UNKNOWN_200")
+    command = magician.words.move_to(1, 2.5, 3, 4)
+    assert repr(command) == "PtpCmd(ptp_mode=PtpMode.MOVJ_XYZ, x=1.0, y=2.5, z=3.0, r=4.0)"
+    assert eval(repr(command), dict(vars(commands))) == command
+    alarm = magician.Alarm(0x12)
+    assert (
+        repr(alarm) == f"Alarm.{alarm.name}" and str(alarm).startswith(f"0x12 {alarm.name}: ") and f"{alarm:x}" == "12"
+    )

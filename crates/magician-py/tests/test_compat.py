@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import _thread
 import inspect
+import os
+import signal
 import struct
 import subprocess
 import sys
@@ -470,6 +472,149 @@ def test_the_family_is_told_by_the_file_beside_or_the_calls(tmp_path: Path) -> N
     for text, family in (("def f(api, masterId)", "v3"), ("def f(api, dobotId)", "v2"), ("def f(api)", "v1")):
         (tmp_path / "DobotDllType.py").write_text(text)
         assert which("", tmp_path) == family
+
+
+# Ctrl-C.
+
+PRESSES = """
+import atexit, os, signal, threading, time
+import pydobot
+from magician.compat import _line
+
+def look():
+    state = cell.state()
+    print(state["moving"], state["waiting"], state["index"], *state["pose"][:2], flush=True)
+
+def press():
+    # On its way for long enough that the script waits, or does whatever it does.
+    while cell.state()["pose"][1] < 0.005 or cell.state()["waiting"] < waiting:
+        pass
+    os.kill(os.getpid(), signal.SIGINT)
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+arm = pydobot.Dobot("COM3")
+cell = _line._benches[0].cell
+atexit.register(look)
+arm.speed(5, 5)
+waiting = {waiting}
+threading.Thread(target=press, daemon=True).start()
+{rest}
+"""
+TEN_MOVES = "for y in range(10): arm.move_to(200, 100 - 20 * y, 0, 0)"
+
+
+@pytest.mark.skipif(
+    not hasattr(signal, "SIGINT") or os.name == "nt", reason="the keys of a console are pressed otherwise"
+)
+@pytest.mark.parametrize(
+    ("waiting", "rest", "last"),
+    [
+        (31, "while True: arm.move_to(200, 100, 0, 0); arm.move_to(200, -100, 0, 0)", "arm.move_to"),
+        (0, "arm.move_to(200, 100, 0, 0, wait=True)", "arm.move_to"),
+        (9, f"{TEN_MOVES}\nwhile True: arm.pose()", "arm.pose()"),
+        (9, f"{TEN_MOVES}\nwhile True: pass", "while True: pass"),
+        (9, f"{TEN_MOVES}\ntime.sleep(3600)", "time.sleep(3600)"),
+        (9, f"{TEN_MOVES}\nthreading.Event().wait()", "threading.Event().wait()"),
+    ],
+    ids=["full queue", "waiting", "polling", "busy", "sleeping", "locked"],
+)
+def test_ctrl_c_stops_the_arm_at_once(tmp_path: Path, waiting: int, rest: str, last: str) -> None:
+    done = run(PRESSES.format(waiting=waiting, rest=rest), tmp_path, "--port", "sim:1", "")
+    assert done.returncode == -signal.SIGINT
+    moving, waits, index, x, y = done.stdout.split()
+    # The first move, the seventh command, was under way: 100 mm in twenty seconds.
+    assert (moving, waits, index) == ("False", "0", "7") and 199 < float(x) < 201 and 0 <= float(y) < 50
+    said = done.stderr.splitlines()
+    assert said[0] == "magician.compat: interrupted, so the arm at sim:1 is stopped"
+    assert said[1] == "Traceback (most recent call last):" and said[-1] == "KeyboardInterrupt"
+    assert "script.py" in said[2] and last in said[3], done.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there, the keys of a console are pressed otherwise")
+def test_a_script_that_catches_ctrl_c_goes_on(tmp_path: Path) -> None:
+    rest = """
+try:
+    arm.move_to(200, 100, 0, 0, wait=True)
+except KeyboardInterrupt:
+    arm.speed(100, 100)
+    arm.move_to(210, 0, 0, 0, wait=True)
+"""
+    done = run(PRESSES.format(waiting=0, rest=rest), tmp_path, "--port", "sim:1", "")
+    assert done.returncode == 0, done.stderr
+    moving, waits, index, x, y = done.stdout.split()
+    assert (moving, waits, index) == ("False", "0", "10") and (round(float(x)), round(float(y))) == (210, 0)
+
+
+# What programs make of the classes.
+
+SENDS = """
+    _send_command _send_message _read_message _set_cp_cmd _set_end_effector_gripper _set_end_effector_suction_cup
+    _set_ptp_joint_params _set_ptp_coordinate_params _set_ptp_jump_params _set_ptp_common_params _set_ptp_cmd
+    _set_queued_cmd_clear _set_queued_cmd_start_exec _set_queued_cmd_stop_exec _get_queued_cmd_current_index
+"""
+NEWER = f"""{SENDS}
+    close get_pose get_alarms clear_alarms wait_for_cmd jog_x jog_y jog_z jog_r set_io move_to go_arc suck set_home home
+    grip laze speed conveyor_belt conveyor_belt_distance engrave _extract_cmd_index _set_end_effector_laser
+    _set_home_cmd _set_arc_cmd _set_home_coordinate _set_jog_coordinate_params _set_jog_command _set_stepper_motor
+    _set_stepper_motor_distance _set_cp_params _set_cple_cmd _lock _ser logger
+"""
+# The names that the libraries' own arms have: facts of pydobot 1.3.2, pydobot2 0.1.0 and pydobotplus 0.1.2.
+NAMES = {
+    pydobot.Dobot: f"""{SENDS}
+        _get_pose _set_wait_cmd _get_eio_level _set_eio_level get_eio set_eio close go move_to suck grip speed wait pose
+        _on lock ser verbose x y z r j1 j2 j3 j4
+    """,
+    pydobot2.Dobot: NEWER,
+    pydobotplus.Dobot: f"""{NEWER}
+        PORT_GP1 PORT_GP2 PORT_GP4 PORT_GP5 set_hht_trig_output get_hht_trig_output set_color get_color set_ir get_ir
+        move_rel
+    """,
+}
+
+
+@pytest.mark.parametrize("kind", NAMES, ids=lambda kind: kind.__module__)
+def test_arms_have_the_names_of_the_libraries_and_no_others(kind: Any) -> None:
+    arm = kind("sim")
+    found = {name for name in dir(arm) if not name.startswith(("__", "_magician_"))}
+    assert found == set(NAMES[kind].split())
+    arm.close()
+
+
+# What programs call what they put into an arm.
+USUAL = """
+    arm line port serial core answer queue lock thread state command exchange open setup fault finish queued jog say ptp
+    index timeout native bench name stop
+"""
+
+
+@pytest.mark.parametrize("kind", NAMES, ids=lambda kind: kind.__module__)
+def test_arms_of_a_program_s_own_have_any_other_names(kind: Any) -> None:
+    names = USUAL.split()
+
+    class Dobot(kind):  # type: ignore[misc]
+        def __init__(self, port: str) -> None:
+            for name in names:
+                for other in (f"_{name}", f"__{name}", f"_Dobot__{name}", f"_Robot__{name}"):
+                    setattr(self, other, "mine")
+            super().__init__(port)
+            for name in names:
+                if f"_{name}" not in NAMES[kind].split():
+                    assert getattr(self, f"_{name}") == "mine"
+                setattr(self, f"_{name}", "mine")
+
+    arm = Dobot("sim")
+    arm.move_to(220, 0, 20, 0, wait=True)
+    arm.suck(True)
+    arm.speed(50, 50)
+    if kind is pydobot.Dobot:
+        arm.ser, port = None, arm.ser
+        assert arm.pose()[:3] == pytest.approx((220, 0, 20), abs=1e-3) and port.is_open
+    else:
+        arm._ser, port = None, arm._ser
+        assert arm.get_pose().position[:3] == pytest.approx((220, 0, 20), abs=1e-3) and port.is_open
+        arm.jog_x(5)
+        arm.jog_x(0)
+    arm.close()
 
 
 # DobotDllType.

@@ -115,3 +115,82 @@ def test_a_hundred_thousand_points_go_in_at_once() -> None:
     assert report.ok and report.counts["path"] == 99_999
     assert report.drawn == pytest.approx(float(numpy.hypot(*numpy.diff(points[:, :2], axis=0).T).sum()), rel=1e-5)
     numpy.testing.assert_allclose(plan.to_numpy()[3:-1], points[1:], atol=2e-5)
+
+
+def test_arrays_of_other_things_are_refused() -> None:
+    numpy = pytest.importorskip("numpy")
+    table = numpy.array(ROWS)
+    for wrong in (complex, object, str, bool, "S8", "M8[s]"):
+        values = numpy.zeros((3, 3), dtype=wrong)
+        with pytest.raises(TypeError, match=r"points are real numbers; an array of .* is none: astype\(float\)"):
+            Plan.path(values)
+        with pytest.raises(TypeError, match=r"power are real numbers"):
+            Plan.path(table, power=values[0])
+
+
+def test_masks_are_not_overlooked() -> None:
+    numpy = pytest.importorskip("numpy")
+    table = numpy.ma.array(ROWS, mask=[[0, 0, 0], [0, 1, 0], [0, 0, 0]])
+    with pytest.raises(InvalidInputError, match="points are masked, row 1"):
+        Plan.path(table)
+    with pytest.raises(InvalidInputError, match="power are masked, row 2"):
+        Plan.path(ROWS, power=numpy.ma.array([1.0, 2.0, 3.0], mask=[0, 0, 1]))
+    assert Plan.path(numpy.ma.array(ROWS)) == Plan.path(ROWS)
+    assert Plan.path(numpy.ma.array(ROWS, mask=numpy.zeros((3, 3)))) == Plan.path(ROWS)
+    assert Plan.path(table.filled(0.0)).steps[3].values == (220, 0, 0)
+
+
+def test_arrays_of_every_layout() -> None:
+    numpy = pytest.importorskip("numpy")
+    table = numpy.array(ROWS)
+    plan = Plan.path(ROWS)
+    for kind in ("f2", "f4", "f8", "g", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", ">f4", ">i4"):
+        few = numpy.array([(100, 0, 0), (120, 10, 0)])
+        assert Plan.path(few.astype(kind)) == Plan.path(few.tolist()), kind
+    layouts: list[Any] = [numpy.asfortranarray(table), table.T.copy().T, table[::-1][::-1], table.view(), list(table)]
+    layouts += [tuple(tuple(row) for row in ROWS), numpy.broadcast_to(table, (3, 3)), iter(ROWS), memoryview(table)]
+    for same in layouts:
+        assert Plan.path(same) == plan
+    table.flags.writeable = False
+    assert Plan.path(table) == plan
+    assert Plan.path(table[::2]) == Plan.path(ROWS[::2])
+    assert Plan.path(numpy.broadcast_to(table[:1], (2, 3))) == Plan.path([ROWS[0]] * 2)
+
+
+def test_arrays_of_other_shapes() -> None:
+    numpy = pytest.importorskip("numpy")
+    nothing: list[Any] = [numpy.empty((0, 3)), numpy.empty((0, 4), dtype="f4"), [], ()]
+    for none in nothing:
+        assert Plan.path(none, speed=None).commands() == []
+    for shape in ((), (3,), (0,), (3, 0), (3, 2), (3, 5), (2, 3, 3), (0, 2)):
+        for kind in ("f8", "f4"):
+            with pytest.raises(InvalidInputError, match=r"the shape \(n, 3\) or \(n, 4\).*these have \(") as caught:
+                Plan.path(numpy.full(shape, 200.0, dtype=kind))
+            assert str(caught.value).endswith(f"these have {shape}")
+    with pytest.raises(InvalidInputError, match=r"power has the shape \(3,\).*this has \(3, 1\)"):
+        Plan.path(ROWS, power=numpy.ones((3, 1)))
+
+
+def test_rows_of_other_things_are_refused() -> None:
+    none: list[Any] = ["200", None, 1j, [1], {}]
+    for wrong in none:
+        with pytest.raises(TypeError, match="points: row 1 has"):
+            Plan.path([ROWS[0], (200, 0, wrong)])
+    with pytest.raises(InvalidInputError, match="points: row 1 has"):
+        Plan.path([ROWS[0], (200, 0, 10**400)])
+    none = ["abc", b"abc", {1: 2}, 5, None]
+    for wrong in none:
+        with pytest.raises(TypeError):
+            Plan.path(wrong)
+
+
+def test_powers_are_percent_and_for_paths() -> None:
+    for bad in (NAN, math.inf, -1, 101):
+        with pytest.raises(InvalidInputError, match=r"row 1: power is .* %; it is a number from 0 to 100"):
+            Plan.path(ROWS, power=[10, bad, 10])
+        with pytest.raises(InvalidInputError, match=r"power is .*; it takes a number from 0 to 100"):
+            Plan.path(ROWS, power=bad)
+    gap = Plan.path([*ROWS, (NAN, NAN, NAN), *ROWS], power=[1, 2, 3, NAN, 4, 5, 6])
+    assert [step.values[3] for step in gap.steps if step.action == "burn"] == [2, 3, 5, 6]
+    with pytest.raises(InvalidInputError, match=r'power is for by="path"'):
+        Plan.path(ROWS, by="line", power=10)

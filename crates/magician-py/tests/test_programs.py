@@ -90,7 +90,7 @@ def test_an_unreadable_file_is_refused_with_its_place() -> None:
 
 def test_arguments_of_load_that_make_no_sense_are_told(samples: Path) -> None:
     house = samples / "house.svg"
-    with pytest.raises(InvalidInputError, match="scale is a number above 0, not -1"):
+    with pytest.raises(InvalidInputError, match="scale is -1; it takes a number above 0"):
         magician.load(house, scale=-1)
     with pytest.raises(InvalidInputError, match="one of none, suction"):
         magician.load(house, tool="hammer")  # type: ignore[arg-type]
@@ -145,7 +145,7 @@ def test_transformations_give_new_plans() -> None:
     assert len(plan * 3) == 3 * len(plan) == len(plan + plan + plan)
     with pytest.raises(InvalidInputError, match="above 0"):
         plan.scaled(0)
-    with pytest.raises(InvalidInputError, match="turn"):
+    with pytest.raises(InvalidInputError, match="degrees is nan"):
         plan.rotated(math.nan)
 
 
@@ -162,7 +162,7 @@ def test_pallets_repeat_a_plan_at_each_place() -> None:
     ]
     pallet = drop.on_pallet(2, 3, (200, 0, -20), (250, 0, -20), (200, 30, -10))
     assert pallet.targets()[-1] == (250, 30, -10)
-    with pytest.raises(InvalidInputError, match="no places"):
+    with pytest.raises(InvalidInputError, match="rows is 0"):
         drop.on_grid(0, 3, (25, 30))
 
 
@@ -194,9 +194,9 @@ def test_a_plan_goes_on_at_a_step() -> None:
     rest = plan.from_step(5)
     assert rest.check().ok
     assert rest.targets()[-2:] == plan.targets()[-2:]
-    with pytest.raises(InvalidInputError, match="counted from 1"):
+    with pytest.raises(InvalidInputError, match=r"step is 0; .* from 1 to"):
         plan.from_step(0)
-    with pytest.raises(InvalidInputError, match="no step 99"):
+    with pytest.raises(InvalidInputError, match="step is 99"):
         plan.from_step(99)
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import magician
 import pytest
 from magician import Plan, PlanProgress, VirtualArm, commands, words
+from magician._telling import Line
 from magician.errors import InvalidInputError, UnreachableError
-from magician.running import Line
 
 HOUSE = Path(__file__).parents[2] / "magician-program" / "samples" / "house.svg"
 BACK_AND_FORTH = [(220, y, 20) for _ in range(30) for y in (-100, 100)]
@@ -63,11 +63,11 @@ def test_a_run_goes_on_at_a_step(arm: magician.Arm, virtual_arm: VirtualArm) -> 
     plan = Plan.path([(220, 0, 20), (220, 50, 20), (240, 50, 20)], by="line")
     arm.run(plan, first_step=3)
     assert virtual_arm.position[:3] == pytest.approx((240, 50, 20), abs=1e-3)
-    with pytest.raises(InvalidInputError, match="counted from 1"):
+    with pytest.raises(InvalidInputError, match="first_step is"):
         arm.run(plan, first_step=0)
-    with pytest.raises(InvalidInputError, match="counted from 1"):
+    with pytest.raises(InvalidInputError, match="first_step is"):
         arm.run(plan, first_step=-1)
-    with pytest.raises(InvalidInputError, match="no step 4"):
+    with pytest.raises(InvalidInputError, match="first_step is 4"):
         arm.run(plan, first_step=4)
 
 
@@ -129,7 +129,7 @@ def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monk
             return True
 
     clock = [0.0]
-    monkeypatch.setattr("magician.running.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("magician._telling.time.monotonic", lambda: clock[0])
     for out, wanted in (
         (Terminal(), "\r[======            ] step 1 of 4, 25 %, 0:09 left\x1b[K"),
         (io.StringIO(), "step 1 of 4"),
@@ -153,3 +153,10 @@ def test_progress_true_writes_to_stderr(arm: magician.Arm, capsys: pytest.Captur
 def test_a_program_without_a_console(arm: magician.Arm, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stderr", None)
     assert arm.run([words.wait(0)], progress=True).steps == 1
+
+
+def test_a_refusal_names_the_command_once() -> None:
+    with magician.Arm("sim") as arm, pytest.raises(UnreachableError) as caught:
+        arm.run(Plan.path([(210, 0, 20), (500, 0, 20)], by="line"))
+    assert str(caught.value).startswith("SetPTPCmd: row 1, step 2: ")
+    assert str(caught.value).count("SetPTPCmd") == 1 and caught.value.command == "SetPTPCmd"

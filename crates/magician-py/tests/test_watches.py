@@ -38,7 +38,7 @@ def test_a_watch_that_cannot_be(arm: Arm) -> None:
     with pytest.raises(errors.InvalidInputError, match=r"0\.01 to 1000"):
         arm.state(0)
     for address in (-1, 300):
-        with pytest.raises(errors.InvalidInputError, match=f"no pin {address}: .* 1 to 20"):
+        with pytest.raises(errors.InvalidInputError, match=f"analogs.0. is {address}; .* 1 to 20"):
             arm.state(analogs=[address])
     with pytest.raises(errors.InvalidInputError, match="1 to 20"):
         arm.state(10, inputs=[21])
@@ -154,3 +154,15 @@ def test_a_stranger(meanwhile: Callable[[Callable[[], object]], object]) -> None
 
     with bridge(meanwhile, talk) as port, pytest.raises(errors.Error, match=r"not this arm's|another device"):
         Arm(port, timeout=0.3, reconnect=False)
+
+
+def test_watches_end_with_their_blocks(arm: Arm) -> None:
+    with arm.state(100) as watch:
+        assert watch.changed().link and watch.latest is not None
+    assert watch.latest is None and repr(watch) == "<StateWatch, closed>" and list(watch) == []
+    with pytest.raises(errors.ClosedError, match="the watch was closed"):
+        watch.changed()
+    with pytest.raises(KeyError), arm.events() as happened:
+        raise KeyError
+    assert list(happened) == []
+    assert arm.link

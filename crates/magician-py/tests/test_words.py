@@ -18,7 +18,7 @@ def test_moves() -> None:
     assert words.move_by(dz=5) == commands.PtpCmd(PtpMode.MOVJ_XYZ_INC, 0, 0, 5, 0)
     assert words.arc_to([1, 2, 3, 4], (5, 6, 7, 8)) == commands.ArcCmd((1, 2, 3, 4), (5, 6, 7, 8))
     assert words.circle((1, 2, 3, 4), (5, 6, 7, 8)).count == 1
-    with pytest.raises(errors.InvalidInputError, match="3 numbers, it takes 4"):
+    with pytest.raises(errors.InvalidInputError, match="3 numbers; it takes 4"):
         words.arc_to((1, 2, 3), (5, 6, 7, 8))
 
 

@@ -23,6 +23,7 @@ NAMES = {
     "__anext__": "__next__",
     "StopAsyncIteration": "StopIteration",
     '"Connecting", ': "",
+    ', "discover"': "",
     "Generator, ": "",
 }
 

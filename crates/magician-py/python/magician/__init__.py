@@ -23,11 +23,12 @@ from __future__ import annotations
 
 from . import aio, alarms, commands, errors, events, readings, words
 from ._blocking import Arm, Check, Events, Jog, Run, StateWatch
+from ._native import __version__
 from ._pictures import Drawing, Picture, Stroke
+from ._ports import Found, SerialPort, discover, ports
 from .alarms import Alarm
 from .commands import Pose
 from .errors import Error
-from .ports import Found, SerialPort, discover, ports
 from .programs import Complaint, Plan, Rehearsal, Report, Sheet, Step, Surface, load
 from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult
@@ -69,6 +70,7 @@ __all__ = [
     "Surface",
     "VirtualArm",
     "WorldObject",
+    "__version__",
     "aio",
     "alarms",
     "commands",

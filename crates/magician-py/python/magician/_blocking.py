@@ -6,27 +6,32 @@ from collections.abc import Callable, Collection, Iterable
 from types import TracebackType
 from typing import Any, Literal, TypeVar, overload
 
-from . import commands, events, words
+from . import _told, commands, events, words
+from ._arguments import addresses, flag, flags, hearing, not_a_file, number, seconds, whole
+from ._bound import Bound
 from ._magician import Core
 from ._magician import Events as NativeEvents
 from ._magician import Jog as NativeJog
 from ._magician import Program as NativeProgram
 from ._magician import StateWatch as NativeStateWatch
+from ._naming import find
 from ._native import Where, connecting, opened, wait, wait_done, wait_stopped
 from ._pictures import Picture
-from ._protocol import Command, Query, Queueable, Readable, Writable, find
+from ._protocol import Command, Query, Queueable, Readable, Writable
+from ._reports import report
+from ._telling import Telling
 from .alarms import Alarm
 from .commands import IoFunction, Port, Pose, RailVersion, SensorVersion, Stepper
 from .errors import ClosedError, Error, UnexpectedError
-from .programs import Plan, Report, not_a_file, report_of
+from .programs import Plan, Report
 from .readings import Color, Info, Joints, Link, Progress, Ran, Stats, Status
-from .running import RunResult, Telling, Watcher
+from .running import RunResult, Watcher
 from .words import Direction, Four, Tool
 
 __all__ = ["Arm", "Check", "Events", "Jog", "Run", "StateWatch"]
 
-R = TypeVar("R", bound=Readable)
-A = TypeVar("A", bound=Command)
+_R = TypeVar("_R", bound=Readable)
+_A = TypeVar("_A", bound=Command)
 
 Check = Literal["reach", "unknown_start", "jog", "laser", "alarms"]
 """A check that a program passes before a byte of it is sent:
@@ -43,10 +48,23 @@ Numbers that are none, speeds that are none and values that the protocol does no
 
 
 def _hearing(progress: Callable[[Progress], object] | None) -> Callable[[Any], object] | None:
+    hearing(progress)
     return None if progress is None else lambda parts: progress(Progress(*parts))
 
 
-class Arm:
+def _plan(plan: Any) -> Plan:
+    if not isinstance(plan, Plan):
+        raise TypeError(f"a Plan is checked and drawn, not {plan!r}: magician.load and Plan.of make them")
+    return plan
+
+
+def _names(skip: Collection[Check]) -> list[str]:
+    if isinstance(skip, str):
+        raise TypeError(f"skip is {skip!r}; it takes names in a list: [{skip!r}]")
+    return list(skip)
+
+
+class Arm(Bound):
     """A connected arm.
 
     Lengths are mm, angles degrees, times seconds. Every call ends: with its answer, or with an exception of
@@ -89,8 +107,8 @@ class Arm:
         :class:`~magician.errors.ResponseTimeoutError` when nothing answers, :class:`~magician.errors.UnexpectedError`
         when something else does.
         """
-        options = {"timeout": timeout, "window": window, "probe": probe, "reconnect": reconnect, "echo": echo}
-        self._core = opened(wait(connecting(port, **options)))
+        call = connecting(port, timeout=timeout, window=window, probe=probe, reconnect=reconnect, echo=echo)
+        self._core = opened(wait(call))
 
     def __enter__(self) -> Arm:
         return self
@@ -127,15 +145,15 @@ class Arm:
         return self._core.timeout()
 
     @timeout.setter
-    def timeout(self, seconds: float) -> None:
-        self._core.set_timeout(seconds)
+    def timeout(self, timeout: float) -> None:
+        self._core.set_timeout(seconds("timeout", timeout, above=0))
 
     @property
     def link(self) -> Link:
         """How the line to the arm stands at present. A line that says nothing is up; the calls over it end by their
         deadlines.
         """
-        return Link.of_parts(self._core.link())
+        return _told.link(self._core.link())
 
     @property
     def moving(self) -> bool:
@@ -239,7 +257,9 @@ class Arm:
 
         Raises :class:`~magician.errors.InvalidInputError` for a rate or an address out of range.
         """
-        return StateWatch(self._core.state(rate, list(inputs), list(outputs), list(analogs)))
+        rate = number("rate", rate, least=0.01, most=1000, unit="Hz")
+        pins = addresses("inputs", inputs), addresses("outputs", outputs), addresses("analogs", analogs)
+        return StateWatch(self._core.state(rate, *pins))
 
     def events(self) -> Events:
         """What happens from now on, for any number of listeners: alarms, commands that finish, a line that breaks.
@@ -253,9 +273,9 @@ class Arm:
     # The three verbs. They send what they are given.
 
     @overload
-    def get(self, what: type[R]) -> R: ...
+    def get(self, what: type[_R]) -> _R: ...
     @overload
-    def get(self, what: Query[A]) -> A: ...
+    def get(self, what: Query[_A]) -> _A: ...
     @overload
     def get(self, what: str, **fields: Any) -> Any: ...
     def get(self, what: type[Readable] | Query[Any] | str, **fields: Any) -> Any:
@@ -285,7 +305,7 @@ class Arm:
         not answered.
         """
         told: Writable = find(command, "set", fields) if isinstance(command, str) else command
-        wait(self._core.set(told, allow_dangerous))
+        wait(self._core.set(told, flag("allow_dangerous", allow_dangerous)))
 
     @overload
     def enqueue(self, command: Queueable) -> int: ...
@@ -301,7 +321,14 @@ class Arm:
         told: Queueable = find(command, "set", fields) if isinstance(command, str) else command
         return wait(self._core.enqueue(told))
 
-    def raw(self, id: int, ctrl: int = 0, params: bytes = b"", *, allow_dangerous: bool = False) -> bytes:
+    def raw(
+        self,
+        id: int,
+        ctrl: int = 0,
+        params: bytes | bytearray | memoryview = b"",
+        *,
+        allow_dangerous: bool = False,
+    ) -> bytes:
         """Sends any frame and returns the parameters of the one that answers it.
 
         :param id: id of the command, 0 to 255.
@@ -309,7 +336,10 @@ class Arm:
         :param params: the parameters, at most 248 bytes: ``bytes(commands.PtpCommonParams(50, 50))``.
         :param allow_dangerous: as for :meth:`set`.
         """
-        return wait(self._core.raw(id, ctrl, params, allow_dangerous))
+        id, ctrl = whole("id", id, 0, 255), whole("ctrl", ctrl, 0, 255)
+        if isinstance(params, (str, int)):  # of those, bytes makes something else
+            raise TypeError(f"params are bytes, not {params!r}")
+        return wait(self._core.raw(id, ctrl, bytes(params), flag("allow_dangerous", allow_dangerous)))
 
     # Programs.
 
@@ -336,7 +366,8 @@ class Arm:
         :class:`~magician.errors.InvalidInputError` from the check, :class:`~magician.errors.AlarmError` as soon as an
         alarm holds the queue, :class:`~magician.errors.ClosedError` when a stop came, else as :meth:`enqueue`.
         """
-        call = self._core.perform(not_a_file(program), list(skip), require_homed, keep)
+        asked = flags(require_homed=require_homed, keep=keep)
+        call = self._core.perform(not_a_file(program), _names(skip), **asked)
         return Ran(*wait_done(call, self._core, _hearing(progress)))
 
     def estimate(self, program: Iterable[Queueable], *, skip: Collection[Check] = ()) -> float:
@@ -345,7 +376,7 @@ class Arm:
         To the microsecond what a virtual arm takes; ``math.inf`` if one of them has no end that is known: homing, a
         wait for an input. Raises as the check of :meth:`perform`.
         """
-        return wait(self._core.estimate(not_a_file(program), list(skip)))
+        return wait(self._core.estimate(not_a_file(program), _names(skip)))
 
     def begin(
         self,
@@ -366,7 +397,9 @@ class Arm:
         :param trust_pose: lets an interrupted run go on although nobody knows where its last finished command left the
             arm.
         """
-        return Run(self._core, self._core.begin(program, keep, horizon, laser_horizon, trust_pose))
+        horizons = seconds("horizon", horizon), seconds("laser_horizon", laser_horizon)
+        asked = flag("keep", keep), *horizons, flag("trust_pose", trust_pose)
+        return Run(self._core, self._core.begin(not_a_file(program), *asked))
 
     # Motion: each of these goes there and waits until it has.
 
@@ -494,17 +527,17 @@ class Arm:
         """Says whether the arm stands on a rail, and of which generation (document 1.3.4, E15)."""
         self.set(words.rail(on, version))
 
-    def move_with_rail(self, x: float, y: float, z: float, r: float, l: float) -> None:
-        """Goes to a pose and to ``l`` mm on the rail (0 to 1000) at the same time."""
-        self.perform([words.move_with_rail(x, y, z, r, l)])
+    def move_with_rail(self, x: float, y: float, z: float, r: float, rail: float) -> None:
+        """Goes to a pose and to ``rail`` mm on the rail (0 to 1000) at the same time."""
+        self.perform([words.move_with_rail(x, y, z, r, rail)])
 
-    def rail_to(self, l: float) -> None:
-        """Moves the carriage alone to ``l`` mm (0 to 1000)."""
-        self.perform([words.rail_to(l, self.pose())])
+    def rail_to(self, position: float) -> None:
+        """Moves the carriage alone to so many mm (0 to 1000)."""
+        self.perform([words.rail_to(position, self.pose())])
 
-    def rail_by(self, dl: float) -> None:
+    def rail_by(self, distance: float) -> None:
         """Moves the carriage alone, by so many mm."""
-        self.perform([words.rail_by(dl)])
+        self.perform([words.rail_by(distance)])
 
     # How fast, and how high: from the next motion on.
 
@@ -675,8 +708,11 @@ class Arm:
         still.
 
         Raises :class:`~magician.errors.AlarmError` when an alarm holds the queue, :class:`~magician.errors.ClosedError`
-        when a stop came, :class:`~magician.errors.ResponseTimeoutError` when nothing moves for too long.
+        when a stop came, :class:`~magician.errors.ResponseTimeoutError` when nothing moves for too long: soon in a
+        queue that this connection has stopped, after five seconds in one that it has not started, as another program
+        may be about to.
         """
+        index = whole("index", index, 0, 0xFFFF_FFFF_FFFF_FFFF)
         wait_done(self._core.wait_for(index), self._core, _hearing(progress))
 
     def wait_still(self) -> None:
@@ -735,7 +771,8 @@ class Arm:
         range.
         """
         command = words.jog(direction) if isinstance(direction, str) else direction
-        return Jog(self._core, command, keep, ratio)
+        keep = seconds("keep", keep, least=0.02, most=2)
+        return Jog(self._core, command, keep, number("ratio", ratio, least=1, most=100, unit="%"))
 
     def stop_jog(self) -> None:
         """Ends any jog, at once and for sure: repeated until the arm stands."""
@@ -745,12 +782,12 @@ class Arm:
 
     def check(self, plan: Plan) -> Report:
         """Follows a plan from where this arm stands, with the settings that it has; moves nothing."""
-        start = wait(self._core.start_of(plan.native))
-        return report_of(plan.native.check(start))
+        start = wait(self._core.start_of(_plan(plan).native))
+        return report(plan.native.check(start))
 
     def preview(self, plan: Plan) -> Picture:
         """The picture of a plan, from where this arm stands; moves nothing."""
-        start = wait(self._core.start_of(plan.native))
+        start = wait(self._core.start_of(_plan(plan).native))
         return Picture(plan.native.preview(start, None, None))
 
     def run(
@@ -786,14 +823,11 @@ class Arm:
         :raises AlarmError: An alarm holds the queue.
         :raises ClosedError: A stop came first.
         """
+        hearing(progress)
         plan = program if isinstance(program, Plan) else Plan.of(not_a_file(program))
         how = {
-            "first_step": first_step,
-            "check": check,
-            "keep": keep,
-            "require_homed": require_homed,
-            "allow_laser": allow_laser,
-            "restore": restore,
+            "first_step": whole("first_step", first_step, 1, max(1, len(plan))),
+            **flags(check=check, keep=keep, require_homed=require_homed, allow_laser=allow_laser, restore=restore),
             "watched": progress is not False,
         }
         telling = Telling(len(plan), progress)
@@ -822,13 +856,16 @@ class Arm:
             return None
 
 
-class Jog:
+class Jog(Bound):
     """A jog: see :meth:`Arm.jog`. It begins when its ``with`` block does, and at its end the arm stands."""
 
     def __init__(self, core: Core, command: commands.JogCmd, keep: float, ratio: float | None) -> None:
         self._core = core
         self._how = (command, keep, ratio)
         self._jog: NativeJog | None = None
+
+    def __repr__(self) -> str:
+        return "<Jog>" if self._jog is None else "<Jog, under way>"
 
     def __enter__(self) -> Jog:
         self._jog = wait(self._core.jog(*self._how))
@@ -854,30 +891,51 @@ class Jog:
         another jog came.
         """
         if self._jog is None:
-            raise ClosedError("the jog has not begun, or was ended")
+            raise ClosedError("the jog has not begun, or was ended: it goes on inside of `with arm.jog(...) as jog`")
         self._jog.keep()
 
 
-class StateWatch:
-    """A look at the arm's state, kept fresh: see :meth:`Arm.state`. It ends with the connection, or when it is
-    forgotten.
+class StateWatch(Bound):
+    """A look at the arm's state, kept fresh: see :meth:`Arm.state`. It ends with the connection, with its ``with``
+    block, or when it is forgotten.
     """
 
     def __init__(self, watch: NativeStateWatch) -> None:
-        self._watch = watch
+        self._watch: NativeStateWatch | None = watch
+
+    def close(self) -> None:
+        """Ends it. Whoever waits for what comes next gets that, and then the end."""
+        self._watch = None
+
+    def __enter__(self) -> StateWatch:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        if self._watch is None:
+            return "<StateWatch, closed>"
+        latest = self.latest
+        return f"<StateWatch, {'nothing read yet' if latest is None else f'the line is {latest.link.state}'}>"
 
     @property
     def latest(self) -> Status | None:
-        """The state as it was read last, by this watch or another one; ``None`` before the first whole reading."""
-        latest = self._watch.latest()
-        return None if latest is None else Status.of_parts(latest)
+        """The state as it was read last, by this watch or another one; ``None`` before the first whole reading,
+        and when the watch was closed."""
+        latest = None if self._watch is None else self._watch.latest()
+        return None if latest is None else _told.status(latest)
 
     def changed(self) -> Status:
         """Waits for the next reading, for as long as it takes. A line that is lost or found counts as one.
 
-        Raises :class:`~magician.errors.ClosedError` when the connection has ended.
+        Raises :class:`~magician.errors.ClosedError` when the connection has ended, or the watch was closed.
         """
-        return Status.of_parts(wait(self._watch.changed()))
+        if self._watch is None:
+            raise ClosedError("the watch was closed: arm.state() begins another one")
+        return _told.status(wait(self._watch.changed()))
 
     def __iter__(self) -> StateWatch:
         return self
@@ -889,23 +947,40 @@ class StateWatch:
             raise StopIteration from None
 
 
-class Events:
-    """What happens: see :meth:`Arm.events`. It ends with the connection."""
+class Events(Bound):
+    """What happens: see :meth:`Arm.events`. It ends with the connection, with its ``with`` block, or when it is
+    forgotten.
+    """
 
     def __init__(self, native: NativeEvents) -> None:
-        self._events = native
+        self._events: NativeEvents | None = native
+
+    def close(self) -> None:
+        """Ends it. Whoever waits for what comes next gets that, and then the end."""
+        self._events = None
+
+    def __enter__(self) -> Events:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return "<Events of an arm>"
 
     def __iter__(self) -> Events:
         return self
 
     def __next__(self) -> events.Event:
-        parts = wait(self._events.next())
+        parts = None if self._events is None else wait(self._events.next())
         if parts is None:
             raise StopIteration
-        return events.of_parts(parts)
+        return _told.event(parts)
 
 
-class Run:
+class Run(Bound):
     """A program on its way through the arm's queue: see :meth:`Arm.begin`.
 
     :meth:`finish` runs it. When that fails and it :attr:`is_interrupted`, the line broke or an answer left a doubt that
@@ -927,6 +1002,9 @@ class Run:
         self._core = core
         self._run = native
         self._ran = Ran(0, None, None)
+
+    def __repr__(self) -> str:
+        return f"<Run, {self.ran.commands} commands done{', interrupted' if self.is_interrupted else ''}>"
 
     def finish(self, *, progress: Callable[[Progress], object] | None = None) -> Ran:
         """Runs what has not been run, to its end.

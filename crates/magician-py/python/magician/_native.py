@@ -10,8 +10,11 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from . import _magician
+from ._arguments import flags, seconds, whole
 from ._magician import Call, Core
 from .errors import Error
+
+__version__ = _magician.__version__
 
 T = TypeVar("T")
 Listener = Callable[[Any], object]
@@ -30,11 +33,26 @@ Where = str | os.PathLike[str] | Connectable | None
 """What an arm can be connected to."""
 
 
-def connecting(port: Where, **options: Any) -> Call[Core]:
+def connecting(port: Where, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float) -> Call[Core]:
     """Begins to connect, to a port or to a virtual arm."""
+    timeout = seconds("timeout", timeout, above=0)
+    window = whole("window", window, 1, 8)
+    echo = seconds("echo", echo)
+    options: dict[str, Any] = {
+        "timeout": timeout,
+        "window": window,
+        "echo": echo,
+        **flags(probe=probe, reconnect=reconnect),
+    }
     if isinstance(port, Connectable):
         return port.connect_core(**options)
-    return Core.connect(None if port is None else os.fspath(port), **options)
+    try:
+        path: object = None if port is None else os.fspath(port)
+    except TypeError:
+        path = port
+    if path is not None and not isinstance(path, str):
+        raise TypeError(f"port is {port!r} ({type(port).__name__}); it takes a name, a path or a virtual arm")
+    return Core.connect(path, **options)
 
 
 def wait(call: Call[T]) -> T:

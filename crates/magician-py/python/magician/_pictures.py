@@ -6,15 +6,12 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import overload
 
 from . import _magician
-from ._points import to_numpy, to_tuples
+from ._arguments import number
+from ._points import Floats, to_numpy, to_tuples
 from .errors import InvalidInputError
-
-if TYPE_CHECKING:
-    from numpy import float64
-    from numpy.typing import NDArray
 
 __all__ = ["Drawing", "Picture", "Stroke"]
 
@@ -37,7 +34,7 @@ class Picture:
 
     def png(self, scale: float = SCALE) -> bytes:
         """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large."""
-        return self._native.png(scale)
+        return self._native.png(number("scale", scale, above=0, unit="pixels/mm"))
 
     def save(self, path: str | os.PathLike[str], *, scale: float = SCALE) -> Path:
         """Writes it to a ``.svg`` or ``.png`` file and returns the path.
@@ -49,6 +46,12 @@ class Picture:
 
     def _repr_svg_(self) -> str:
         return self.svg
+
+    def __eq__(self, other: object) -> bool:
+        return self._native == other._native if isinstance(other, Picture) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._native)
 
     def __repr__(self) -> str:
         return f"<Picture, {len(self.svg)} bytes of SVG>"
@@ -69,7 +72,7 @@ class Stroke:
         """Its corners x, y in the frame of the arm's base, mm."""
         return to_tuples(self._data, 2)
 
-    def to_numpy(self) -> NDArray[float64]:
+    def to_numpy(self) -> Floats:
         """Its corners as an array of shape (n, 2), mm. Needs NumPy."""
         return to_numpy(self._data, 2)
 
@@ -116,7 +119,7 @@ class Drawing(Sequence[Stroke]):
 
     def png(self, scale: float = SCALE) -> bytes:
         """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large."""
-        return self._native.png(scale)
+        return self._native.png(number("scale", scale, above=0, unit="pixels/mm"))
 
     def save(self, path: str | os.PathLike[str], *, scale: float = SCALE) -> Path:
         """Writes it to a ``.svg`` or ``.png`` file and returns the path.
@@ -128,6 +131,11 @@ class Drawing(Sequence[Stroke]):
 
     def _repr_svg_(self) -> str:
         return self.svg
+
+    def __eq__(self, other: object) -> bool:
+        return self._native == other._native if isinstance(other, Drawing) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"<Drawing of {len(self)} strokes>"

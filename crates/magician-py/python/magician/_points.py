@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -13,6 +13,11 @@ from .errors import InvalidInputError
 if TYPE_CHECKING:
     from numpy import float64
     from numpy.typing import NDArray
+
+    Floats = NDArray[float64]
+else:
+    # Hints can be read without NumPy.
+    Floats = Any
 
 
 class SupportsArray(Protocol):
@@ -28,7 +33,7 @@ Points = Sequence[Sequence[float]] | SupportsArray
 
 def rows(points: Points | Iterable[Sequence[float]]) -> tuple[bytes, int]:
     """The numbers of points as bytes, and how many there are in a row: 3 or 4."""
-    data, shape = _numbers(points)
+    data, shape = _numbers(points, "points")
     if len(shape) != 2 or shape[1] not in (3, 4):
         raise InvalidInputError(
             f"points have the shape (n, 3) or (n, 4), x, y, z in mm and r in degrees; these have {shape}"
@@ -38,36 +43,68 @@ def rows(points: Points | Iterable[Sequence[float]]) -> tuple[bytes, int]:
 
 def column(values: Sequence[float] | SupportsArray, count: int, what: str) -> bytes:
     """One number for each of ``count`` rows, as bytes."""
-    data, shape = _numbers(values)
+    data, shape = _numbers(values, what)
     if shape != (count,):
         raise InvalidInputError(f"{what} has the shape ({count},), one for each point; this has {shape}")
     return data
 
 
-def _numbers(values: Any) -> tuple[bytes, tuple[int, ...]]:
+def _numbers(values: Any, what: str) -> tuple[bytes, tuple[int, ...]]:
+    if isinstance(values, (str, bytes, bytearray, Mapping)):
+        raise TypeError(f"{what} are rows of numbers, not {values!r:.60}")
+    _permit(values, what)
     try:
         view = memoryview(values)
-    except TypeError:
+    except (TypeError, ValueError, BufferError):
         view = None
     if view is not None and view.format in ("d", "=d", "@d"):
         return view.tobytes(), tuple(view.shape or ())
     if hasattr(values, "__array__"):
         import numpy
 
-        made = numpy.asarray(values, dtype=numpy.float64)
+        made: Any = numpy.asarray(values)
+        _permit(made, what)
+        made = made.astype(numpy.float64)
         return made.tobytes(), tuple(made.shape)
     items: list[Any] = view.tolist() if view is not None else list(values)
     if not items:
         return b"", (0, 3)
-    if isinstance(items[0], (int, float)):
-        return array("d", items).tobytes(), (len(items),)
-    lengths = set(map(len, items))
+    if not hasattr(items[0], "__len__"):
+        return _array(items, what), (len(items),)
+    lengths = {len(item) if hasattr(item, "__len__") else 1 for item in items}
     if len(lengths) != 1:
         raise InvalidInputError(f"all points have as many numbers; these have {' or '.join(map(str, sorted(lengths)))}")
-    return array("d", chain.from_iterable(items)).tobytes(), (len(items), lengths.pop())
+    return _array(list(chain.from_iterable(items)), what, len(items[0])), (len(items), lengths.pop())
 
 
-def to_numpy(data: bytes, columns: int) -> NDArray[float64]:
+def _permit(values: Any, what: str) -> None:
+    """Refuses arrays whose numbers would not be what they are: masked, complex, texts, objects, truth values."""
+    kind = getattr(getattr(values, "dtype", None), "kind", None)
+    if isinstance(kind, str) and kind not in "fiu":
+        raise TypeError(f"{what} are real numbers; an array of {values.dtype} is none: astype(float) makes one of it")
+    mask: Any = getattr(values, "mask", None)
+    if kind is not None and mask is not None and hasattr(mask, "nonzero") and mask.any():
+        where = mask.nonzero()[0]
+        row = f"row {where[0]} of them" if len(where) else "all of them"
+        raise InvalidInputError(
+            f"{what} are masked, {row} first: drop the rows, or lift the tool there with rows of NaN, filled(nan)"
+        )
+
+
+def _array(items: list[Any], what: str, columns: int = 1) -> bytes:
+    try:
+        return array("d", items).tobytes()
+    except (TypeError, OverflowError) as error:
+        for nth, item in enumerate(items):
+            try:
+                array("d", (item,))
+            except (TypeError, OverflowError):
+                message = f"{what}: row {nth // columns} has {item!r} ({type(item).__name__}): {error}"
+                raise type(error)(message) if isinstance(error, TypeError) else InvalidInputError(message) from None
+        raise
+
+
+def to_numpy(data: bytes, columns: int) -> Floats:
     """Rows of so many numbers, as an array of its own."""
     try:
         import numpy

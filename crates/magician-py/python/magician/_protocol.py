@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 from . import _magician
 
@@ -16,6 +16,18 @@ A_co = TypeVar("A_co", bound="Command", covariant=True)
 class OpenEnum(IntEnum):
     """Named values of a byte. A value without a name passes through, under the name ``UNKNOWN_n``."""
 
+    def __repr__(self) -> str:
+        # What can be typed in again.
+        named = self.name in type(self).__members__
+        return f"{type(self).__name__}.{self.name}" if named else f"{type(self).__name__}({int(self)})"
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, spec: str) -> str:
+        # Python 3.10 and later ones differ in what they make of these.
+        return format(int(self), spec) if spec else str(self)
+
     @classmethod
     def _missing_(cls, value: object) -> OpenEnum | None:
         if not isinstance(value, int) or not 0 <= value <= 0xFF:
@@ -23,7 +35,8 @@ class OpenEnum(IntEnum):
         unknown = int.__new__(cls, value)
         unknown._name_ = f"UNKNOWN_{int(value)}"
         unknown._value_ = int(value)
-        return unknown
+        # The same number is the same object, here and in what was pickled or copied.
+        return cls._value2member_map_.setdefault(int(value), unknown)  # type: ignore[return-value]
 
 
 class Command:
@@ -77,17 +90,3 @@ class Queueable(Writable):
     """What may go into the arm's queue as well: ``arm.enqueue(...)``, ``arm.perform([...])``."""
 
     __slots__ = ()
-
-
-def find(name: str, form: str, fields: dict[str, Any]) -> Any:
-    """The class or the object of ``commands`` that a person means by a name and fields; ``form`` is ``"get"`` or
-    ``"set"``.
-    """
-    from . import commands
-
-    cls: type[Any] = getattr(commands, _magician.find(name, form))
-    if form == "set" or not issubclass(cls, Answer):
-        return cls(**fields)
-    if fields:
-        raise TypeError(f"{cls.__name__} is asked for without {', '.join(fields)}")
-    return cls

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from .alarms import Alarm
 
@@ -92,17 +91,3 @@ class Missed:
 
 Event = AlarmRaised | AlarmCleared | CommandFinished | LinkLost | LinkFound | Reset | Unaccounted | Missed
 """Anything that happens."""
-
-_KINDS: dict[str, type[Event]] = {
-    each.__name__: each
-    for each in (AlarmRaised, AlarmCleared, CommandFinished, LinkLost, LinkFound, Reset, Unaccounted, Missed)
-}
-
-
-def of_parts(parts: tuple[str, tuple[Any, ...]]) -> Event:
-    """The event that the native part tells of."""
-    name, fields = parts
-    event = _KINDS[name]
-    if event is AlarmRaised or event is AlarmCleared:
-        return event(Alarm(fields[0]))
-    return event(*fields)

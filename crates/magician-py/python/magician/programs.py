@@ -13,21 +13,18 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from html import escape
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Literal, NamedTuple, overload
+from typing import IO, Any, Literal, NamedTuple, overload
 
 from . import _magician
+from ._arguments import flag, flags, not_a_file, number, numbers, seconds, text, whole
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
-from ._points import Points, SupportsArray, column, rows, to_numpy, to_tuples
+from ._points import Floats, Points, SupportsArray, column, rows, to_numpy, to_tuples
 from ._protocol import Queueable
+from ._reports import Complaint, Note, Report, report
 from .alarms import Alarm
-from .errors import Error, InvalidInputError
-
-if TYPE_CHECKING:
-    from numpy import float64
-    from numpy.typing import NDArray
+from .errors import InvalidInputError
 
 __all__ = [
     "Complaint",
@@ -40,6 +37,7 @@ __all__ = [
     "Step",
     "Steps",
     "Surface",
+    "Tool",
     "ToolName",
     "Travel",
     "load",
@@ -73,129 +71,6 @@ class Sheet:
     """How its lower edge runs, degrees from the arm's X towards its Y."""
     size: tuple[float, float] | None = None
     """Its width and height, where they are known, mm."""
-
-
-@dataclass(frozen=True, slots=True)
-class Note:
-    """What was left out of a file or taken in a certain way; nothing of it is an error."""
-
-    message: str
-    """What."""
-    line: int | None = None
-    """Line of the file, from 1."""
-    column: int | None = None
-    """Column in that line, from 1."""
-    name: str | None = None
-    """The element or point of the file."""
-    help: str | None = None
-    """What to do about it."""
-
-    def __str__(self) -> str:
-        help = f" ({self.help})" if self.help else ""
-        return _placed(self.message, _place(self.line, self.column, None), self.name) + help
-
-
-@dataclass(frozen=True, slots=True)
-class Complaint:
-    """A step that the arm could not do, or that a guard refuses."""
-
-    step: int
-    """Which step, from 1; one more than there are for what is wrong at the end."""
-    error: Error
-    """What a run of it would raise: with the value and its limit, where it is a matter of how much."""
-    line: int | None = None
-    """Line of the file that it comes from, from 1."""
-    column: int | None = None
-    """Column in that line, from 1."""
-    row: int | None = None
-    """Row of the array that it comes from, from 0."""
-    name: str | None = None
-    """The element or point of the file that it belongs to."""
-
-    @property
-    def message(self) -> str:
-        """Why, in a sentence: ``joint 2 would be at 91.3 deg, limit 85.0 deg``."""
-        return str(self.error)
-
-    @property
-    def value(self) -> float | None:
-        """What was too much or too little, in :attr:`unit`."""
-        return self.error.value
-
-    @property
-    def limit(self) -> float | None:
-        """What it may be, in :attr:`unit`."""
-        return self.error.limit
-
-    @property
-    def unit(self) -> str | None:
-        """The unit of both."""
-        return self.error.unit
-
-    def __str__(self) -> str:
-        place = [*_place(self.line, self.column, self.row), f"step {self.step}"]
-        return _placed(self.message, place, self.name)
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """What a check has found. A notebook shows it as a table."""
-
-    refused: int
-    """How many steps the arm could not do."""
-    complaints: list[Complaint]
-    """The first hundred of them, in their order."""
-    steps: int
-    """How many steps the plan has."""
-    counts: dict[str, int]
-    """How many of each kind: ``{"move": 4, "path": 120}``."""
-    seconds: float | None
-    """How long the arm takes, on its own clock; ``None`` if a step has no end that is known: homing, a trigger."""
-    drawn: float
-    """How far the tool draws or burns, mm."""
-    travelled: float
-    """How far it goes besides, mm."""
-    bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None
-    """The least and the greatest x, y, z at which steps end, mm."""
-    longest_way: tuple[int, float] | None
-    """The step with the longest way, from 1, and how long that is, mm."""
-    longest_time: tuple[int, float] | None
-    """The step that takes longest, from 1, and how long, s."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether the arm can do all of it."""
-        return self.refused == 0
-
-    def raise_if_refused(self) -> None:
-        """Raises what the first complaint is about, if there is one."""
-        for complaint in self.complaints:
-            raise complaint.error
-
-    def __str__(self) -> str:
-        lines = [self._line()]
-        lines += map(str, self.complaints[:10])
-        if self.refused > 10:
-            lines.append(f"and {self.refused - 10} more")
-        return "\n".join(lines)
-
-    def _line(self) -> str:
-        time = "its time is not known" if self.seconds is None else f"takes {self.seconds:.1f} s"
-        state = (
-            "the arm can do all of it"
-            if self.ok
-            else f"{self.refused} step{' is' if self.refused == 1 else 's are'} refused"
-        )
-        return f"{self.steps} steps, {self.drawn:.0f} mm drawn, {self.travelled:.0f} mm travelled, {time}: {state}"
-
-    def _repr_html_(self) -> str:
-        found = "".join(
-            f"<tr><td>{each.step}</td><td>{escape(', '.join(_place(each.line, each.column, each.row)))}</td>"
-            f"<td>{escape(each.name or '')}</td><td>{escape(each.message)}</td></tr>"
-            for each in self.complaints[:20]
-        )
-        table = f"<table><tr><th>step</th><th>where</th><th>name</th><th>why</th></tr>{found}</table>" if found else ""
-        return f"<p>{escape(self._line())}</p>{table}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,6 +127,11 @@ class Steps(Sequence[Step]):
         for at in range(len(self)):
             yield _step(self._native.step(at))
 
+    def __eq__(self, other: object) -> bool:
+        return list(self) == list(other) if isinstance(other, Steps) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
     def __repr__(self) -> str:
         return f"<{len(self)} steps>"
 
@@ -283,9 +163,15 @@ class Rehearsal:
         """Where the tool was from look to look, if it was watched: x, y, z, mm."""
         return to_tuples(self._way, 3)
 
-    def way_to_numpy(self) -> NDArray[float64]:
+    def way_to_numpy(self) -> Floats:
         """The same as an array of shape (n, 3), mm. Needs NumPy."""
         return to_numpy(self._way, 3)
+
+    def __repr__(self) -> str:
+        x, y, z, r = self.position
+        ended = "done" if self.ok else "stopped by an alarm"
+        at = f"x {x:.1f}, y {y:.1f}, z {z:.1f}, r {r:.1f}"
+        return f"<Rehearsal: {self.steps} steps, {ended} after {self.seconds:.1f} s at {at}>"
 
     def _repr_svg_(self) -> str:
         return self.drawing.svg
@@ -324,7 +210,9 @@ class Plan:
 
         :raises InvalidInputError: A command cannot be queued.
         """
-        return cls(_magician.Plan.of_commands(title, not_a_file(commands), _tool(tool), _surface(surface)))
+        return cls(
+            _magician.Plan.of_commands(text("title", title), not_a_file(commands), _tool(tool), _surface(surface))
+        )
 
     @classmethod
     def path(
@@ -360,30 +248,29 @@ class Plan:
         data, columns = rows(points)
         count = len(data) // (8 * columns)
         each = b""
-        if power is not None and not isinstance(power, (int, float)):
-            each, power = column(power, count, "power"), None
-        if lift < 0:
-            raise InvalidInputError(f"lift is 0 or more, not {lift} mm", value=lift, limit=0.0, unit="mm")
+        one: Any = power
+        if hasattr(power, "__len__"):
+            each, one = column(one, count, "power"), None
         way = {
-            "title": title,
+            "title": text("title", title),
             "tool": _tool(tool),
             "surface": _surface(surface),
-            "by": by,
-            "r": r,
-            "lift": lift,
-            "speed": speed,
-            "acceleration": acceleration,
-            "power": power,
+            "by": text("by", by),
+            "r": number("r", r, unit="deg"),
+            "lift": number("lift", lift, least=0, unit="mm"),
+            "speed": number("speed", speed, above=0, unit="mm/s"),
+            "acceleration": number("acceleration", acceleration, above=0, unit="mm/s2"),
+            "power": number("power", one, least=0, most=100, unit="%"),
         }
         return cls(_magician.Plan.of_points(data, columns, each, way))
 
     @classmethod
-    def from_json(cls, text: str) -> Plan:
+    def from_json(cls, json: str) -> Plan:
         """The plan in the text of a plan file.
 
         :raises InvalidInputError: It is none; line, column, and what would be right.
         """
-        return cls(_magician.Plan.of_json(text))
+        return cls(_magician.Plan.of_json(text("json", json)))
 
     # Looking at it.
 
@@ -440,7 +327,7 @@ class Plan:
         """Where its steps lead: x, y, z in mm for each, NaN for those that lead nowhere by themselves."""
         return to_tuples(self.native.targets(), 3)
 
-    def to_numpy(self) -> NDArray[float64]:
+    def to_numpy(self) -> Floats:
         """:meth:`targets` as an array of shape (n, 3), mm. Needs NumPy."""
         return to_numpy(self.native.targets(), 3)
 
@@ -448,7 +335,7 @@ class Plan:
         """Follows it as an arm would that was just homed and has no other settings than its own: what is out of reach,
         how long it takes, how far the tool goes. ``arm.check(plan)`` begins where that arm stands."""
         if self._report is None:
-            self._report = report_of(self.native.check(None))
+            self._report = report(self.native.check(None))
         return self._report
 
     @property
@@ -466,7 +353,7 @@ class Plan:
         :param sheet: A sheet of known size to show.
         """
         corners = None if sheet is None else _corners(sheet)
-        picture = Picture(self.native.preview(None, side, corners))
+        picture = Picture(self.native.preview(None, None if side is None else flag("side", side), corners))
         if path is not None:
             picture.save(path)
         return picture
@@ -480,7 +367,11 @@ class Plan:
         :param table: The z at which the tool touches the table, mm; the plan's surface if it has one.
         :param watch: How often to look where the tool is, s; see :attr:`Rehearsal.way`.
         """
-        found = self.native.rehearse(_tool(tool), table, watch)
+        found = self.native.rehearse(
+            _tool(tool),
+            number("table", table, unit="mm"),
+            None if watch is None else seconds("watch", watch, least=1e-6),
+        )
         return Rehearsal(
             ok=found["good"],
             seconds=found["seconds"],
@@ -500,7 +391,7 @@ class Plan:
 
         :raises InvalidInputError: A step cannot be moved: it leads to joint angles, or goes on from where nobody knows.
         """
-        return Plan(self.native.moved((x, y, z)))
+        return Plan(self.native.moved((number("x", x), number("y", y), number("z", z))))
 
     def scaled(self, factor: float, about: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Plan:
         """The same in another size, ``about`` a point that stays where it is (mm). Heights of jumps count as lengths;
@@ -508,7 +399,7 @@ class Plan:
 
         :raises InvalidInputError: As :meth:`moved`; a factor that is not above 0.
         """
-        return Plan(self.native.scaled(factor, about))
+        return Plan(self.native.scaled(number("factor", factor, above=0), _three("about", about)))
 
     def rotated(self, degrees: float, about: tuple[float, float] = (0.0, 0.0)) -> Plan:
         """The same turned to the left, seen from above, about the vertical through ``about`` (mm). The rotation r of
@@ -516,11 +407,11 @@ class Plan:
 
         :raises InvalidInputError: As :meth:`moved`.
         """
-        return Plan(self.native.rotated(degrees, about))
+        return Plan(self.native.rotated(number("degrees", degrees, unit="deg"), _two("about", about)))
 
     def repeated(self, times: int) -> Plan:
         """Its steps so many times over. ``plan * 3`` is the same."""
-        return Plan(self.native.repeated(times))
+        return Plan(self.native.repeated(whole("times", times, 0, _MOST)))
 
     def on_grid(self, rows: int, columns: int, pitch: tuple[float, float]) -> Plan:
         """The plan at each place of a grid, one after the other. As it stands it is for the first.
@@ -529,7 +420,7 @@ class Plan:
         :param columns: Columns, along X.
         :param pitch: From a column to the next in x and from a row to the next in y, mm.
         """
-        return Plan(self.native.on_grid(rows, columns, pitch))
+        return Plan(self.native.on_grid(_count("rows", rows), _count("columns", columns), _two("pitch", pitch)))
 
     def on_pallet(
         self,
@@ -541,7 +432,13 @@ class Plan:
     ) -> Plan:
         """The plan at each place of a pallet as it stands, by three of its places (x, y, z; mm): the first, the last of
         its row, and the first of the last row. The others are in between, on any slope."""
-        return Plan(self.native.on_corners(rows, columns, [first, end_of_row, last_row]))
+        return Plan(
+            self.native.on_corners(
+                _count("rows", rows),
+                _count("columns", columns),
+                [_three("first", first), _three("end_of_row", end_of_row), _three("last_row", last_row)],
+            )
+        )
 
     def from_step(self, step: int) -> Plan:
         """The plan from a step on, counted from 1: it first sets what the steps before would have set, and goes from
@@ -550,14 +447,18 @@ class Plan:
 
         :raises InvalidInputError: There is no such step, or nobody knows where it begins.
         """
-        return Plan(self.native.starting_at(step, None))
+        return Plan(self.native.starting_at(whole("step", step, 1, max(1, len(self))), None))
 
     def __add__(self, other: Plan) -> Plan:
         """The steps of another one after these."""
+        if not isinstance(other, Plan):  # pyright: ignore[reportUnnecessaryIsInstance]
+            return NotImplemented
         return Plan(self.native.joined(other.native))
 
     def __mul__(self, times: int) -> Plan:
         return self.repeated(times)
+
+    __rmul__ = __mul__
 
     # Keeping it.
 
@@ -586,8 +487,8 @@ class Plan:
             to.write_text(self.to_json(), encoding="utf-8", newline="\n")
             return []
         if end in (".playback", ".xml"):
-            text, lost = self.to_playback()
-            to.write_text(text, encoding="utf-8", newline="")
+            playback, lost = self.to_playback()
+            to.write_text(playback, encoding="utf-8", newline="")
             return lost
         raise InvalidInputError(f"{to}: a plan is kept as .plan.json or .playback; preview() makes pictures")
 
@@ -600,7 +501,7 @@ class Plan:
         return True
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Plan) and self.native == other.native
+        return self.native == other.native if isinstance(other, Plan) else NotImplemented
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -687,38 +588,35 @@ def load(
     :raises OSError: The file cannot be opened.
     """
     name, data = _open(file)
-    if isinstance(power, (int, float)):
-        power = (0.0, float(power))
+    given: Any = power
+    if power is not None:
+        given = _two("power", given if hasattr(power, "__len__") else (0.0, given))
     wanted: Mapping[str, Any] = {
-        "format": format,
-        "title": title,
+        "format": text("format", format),
+        "title": text("title", title),
         "tool": _tool(tool),
         "surface": _surface(surface),
-        "sheet": None if sheet is None else (*sheet.corner, sheet.rotation, sheet.size),
-        "start": start,
-        "at": at,
-        "scale": scale,
-        "rotate": rotate,
-        "fit": fit,
-        "mirror": mirror,
-        "by": move,
-        "speed": speed,
-        "travel_speed": travel_speed,
-        "lift": lift,
-        "order": order,
-        "tolerance": tolerance,
-        "dialect": dialect,
-        "work": work,
-        "width": width,
-        "height": height,
-        "threshold": threshold,
-        "power": power,
-        "tone": tone,
-        "invert": invert,
-        "both_directions": both_directions,
-        "spacing": spacing,
-        "overscan": overscan,
-        "gamma": gamma,
+        "sheet": None if sheet is None else _sheet(sheet),
+        "start": None if start is None else _three("start", start),
+        "at": None if at is None else _two("at", at),
+        "scale": number("scale", scale, above=0),
+        "rotate": number("rotate", rotate, unit="deg"),
+        **flags(fit=fit, mirror=mirror, order=order, invert=invert, both_directions=both_directions),
+        "by": _three("move", move),
+        "speed": number("speed", speed, above=0, unit="mm/s"),
+        "travel_speed": number("travel_speed", travel_speed, above=0, unit="mm/s"),
+        "lift": number("lift", lift, above=0, unit="mm"),
+        "tolerance": number("tolerance", tolerance, above=0, unit="mm"),
+        "dialect": text("dialect", dialect),
+        "work": text("work", work),
+        "width": number("width", width, above=0, unit="mm"),
+        "height": number("height", height, above=0, unit="mm"),
+        "threshold": None if threshold is None else whole("threshold", threshold, 1, 255),
+        "power": given,
+        "tone": text("tone", tone),
+        "spacing": number("spacing", spacing, above=0, unit="mm"),
+        "overscan": number("overscan", overscan, above=0, unit="mm"),
+        "gamma": number("gamma", gamma, above=0),
     }
     return Plan(_magician.Plan.load(name, data, wanted))
 
@@ -736,34 +634,51 @@ def _open(file: str | os.PathLike[str] | IO[bytes]) -> tuple[str, bytes]:
 def _tool(tool: Tool | None) -> str | None:
     if tool is None or isinstance(tool, str):
         return tool
-    return ",".join(map(repr, map(float, tool)))
+    return ",".join(map(repr, _three("tool", tool)))
 
 
 def _surface(surface: float | Surface | None) -> tuple[float, tuple[float, float]] | None:
     if surface is None:
         return None
-    if isinstance(surface, (int, float)):
-        return float(surface), (0.0, 0.0)
-    try:
-        return surface.height, surface.slope
-    except AttributeError:
-        raise TypeError(f"a surface is its height in mm, or a Surface, not {surface!r}") from None
+    if isinstance(surface, Surface):
+        return number("surface.height", surface.height, unit="mm"), _two("surface.slope", surface.slope)
+    if isinstance(surface, (str, bytes)) or not hasattr(surface, "__float__"):
+        raise TypeError(f"a surface is its height in mm, or a Surface, not {surface!r}")
+    return number("surface", surface, unit="mm"), (0.0, 0.0)
 
 
-def not_a_file(commands: Iterable[Queueable]) -> Iterable[Queueable]:
-    """The commands, unless they are the name of a file: people try that."""
-    if isinstance(commands, (str, os.PathLike)):
-        raise TypeError(f"a program is a Plan, or commands: magician.load({os.fspath(commands)!r}) makes one of a file")
-    return commands
+def _sheet(sheet: Sheet) -> tuple[float, float, float, tuple[float, float] | None]:
+    if not isinstance(sheet, Sheet):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise TypeError(f"sheet is {sheet!r}; it takes a Sheet")
+    size = None if sheet.size is None else _two("sheet.size", sheet.size)
+    return *_two("sheet.corner", sheet.corner), number("sheet.rotation", sheet.rotation, unit="deg"), size
+
+
+def _two(name: str, values: Iterable[float]) -> tuple[float, float]:
+    a, b = numbers(name, values, 2)
+    return a, b
+
+
+def _three(name: str, values: Iterable[float]) -> tuple[float, float, float]:
+    a, b, c = numbers(name, values, 3)
+    return a, b, c
+
+
+_MOST = 2**32 - 1
+
+
+def _count(name: str, value: int) -> int:
+    return whole(name, value, 1, _MOST)
 
 
 def _corners(sheet: Sheet) -> list[tuple[float, float]] | None:
-    if sheet.size is None:
-        return None
     from math import cos, radians, sin
 
-    turn = radians(sheet.rotation)
-    (x, y), (width, height) = sheet.corner, sheet.size
+    x, y, rotation, size = _sheet(sheet)
+    turn = radians(rotation)
+    if size is None:
+        return None
+    width, height = size
     ends = ((0.0, 0.0), (width, 0.0), (width, height), (0.0, height))
     return [(x + right * cos(turn) - up * sin(turn), y + right * sin(turn) + up * cos(turn)) for right, up in ends]
 
@@ -781,35 +696,3 @@ def _step(found: dict[str, Any]) -> Step:
         row=found["row"],
         name=found["name"],
     )
-
-
-def report_of(found: dict[str, Any]) -> Report:
-    """The report of what a check has found."""
-    bounds = found["bounds"]
-    return Report(
-        refused=found["refused"],
-        complaints=[Complaint(**each) for each in found["complaints"]],
-        steps=found["steps"],
-        counts=found["counts"],
-        seconds=found["seconds"],
-        drawn=found["drawn"],
-        travelled=found["travelled"],
-        bounds=None if bounds is None else (tuple(bounds[0]), tuple(bounds[1])),
-        longest_way=found["longest_way"],
-        longest_time=found["longest_time"],
-    )
-
-
-def _place(line: int | None, column: int | None, row: int | None) -> list[str]:
-    if row is not None:
-        return [f"row {row}"]
-    if line is None:
-        return []
-    return [f"line {line}"] if column is None else [f"line {line}", f"column {column}"]
-
-
-def _placed(message: str, place: list[str], name: str | None) -> str:
-    where = ", ".join(place)
-    if name:
-        where = f"{where} ({name})" if where else f"({name})"
-    return f"{where}: {message}" if where else message

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from ._magician import draw_arm
 from ._meaning import Color, Joints, Position
@@ -31,12 +30,6 @@ class Link:
         """Whether it is up."""
         return self.state == "up"
 
-    @classmethod
-    def of_parts(cls, parts: tuple[Any, ...]) -> Link:
-        """The link that the native part tells of."""
-        state, why, sought, ago = parts
-        return cls(state, why, sought, time.monotonic() - ago if state == "lost" else None)
-
 
 @dataclass(frozen=True, slots=True)
 class Status:
@@ -60,22 +53,6 @@ class Status:
     """Levels of the digital outputs that somebody watches, by EIO address."""
     analogs: dict[int, int]
     """Counts (0 to 4095, 4095 at 3.3 V) of the analog inputs that somebody watches, by EIO address."""
-
-    @classmethod
-    def of_parts(cls, parts: tuple[Any, ...]) -> Status:
-        """The status that the native part tells of."""
-        pose, current, space, alarms, link, ago, inputs, outputs, analogs = parts
-        return cls(
-            pose,
-            current,
-            space,
-            alarms,
-            Link.of_parts(link),
-            time.monotonic() - ago,
-            {address: level != 0 for address, level in inputs},
-            {address: level != 0 for address, level in outputs},
-            dict(analogs),
-        )
 
     def _repr_svg_(self) -> str:
         facts = [f"queue index {self.current_index} finished", f"{self.left_space} places free"]

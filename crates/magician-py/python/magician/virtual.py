@@ -12,19 +12,23 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from . import _magician
+from ._arguments import flag, number, numbers, whole
+from ._blocking import Arm
+from ._bound import Bound
 from ._magician import Call, Core
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
 from .alarms import Alarm
 from .errors import InvalidInputError
 
-if TYPE_CHECKING:
-    from ._blocking import Arm
-
 __all__ = ["Place", "VirtualArm", "WorldObject"]
+
+
+_LONGEST = 1e10
+"""Some 300 years, s: more than the arm's clock, of microseconds, is ever let run at once."""
 
 
 class Place(NamedTuple):
@@ -40,7 +44,7 @@ class Place(NamedTuple):
     """Counter-clockwise seen from above, degrees."""
 
 
-class WorldObject:
+class WorldObject(Bound):
     """An object in the world of a virtual arm, as it is at the moment when it is asked."""
 
     __slots__ = ("_look", "_name")
@@ -116,7 +120,7 @@ class WorldObject:
         return f"<{self._name!r} on {now['rest']} at x {x:.1f}, y {y:.1f}, z {z:.1f}>"
 
 
-class VirtualArm:
+class VirtualArm(Bound):
     """A virtual arm and its world. A notebook shows its picture.
 
     Its clock is its own. Whatever the arm does takes no time, and while it has nothing to do its clock stands, however
@@ -155,16 +159,15 @@ class VirtualArm:
         :raises InvalidInputError: The scenario is none, with line and column, or the speed is not above 0.
         :raises OSError: The file cannot be read.
         """
-        if speed is not None and speed != "max" and not speed > 0:
-            raise InvalidInputError(f'a speed is a number above 0 (1 is real time) or "max", not {speed}')
-        self._native = _magician.Cell(_text(scenario), 0.0 if speed == "max" else speed)
+        if isinstance(speed, str) and speed != "max":
+            raise InvalidInputError(f'speed is {speed!r}; it takes a number above 0 (1 is real time) or "max"')
+        times = 0.0 if speed == "max" else number("speed", speed, above=0)
+        self._native = _magician.Cell(_text(scenario), times)
 
     # Talking to it.
 
     def arm(self, *, timeout: float = 3.0, window: int = 1) -> Arm:
         """Connects to it, as ``magician.Arm(cell)`` does; ``magician.aio.Arm.connect(cell)`` for asyncio."""
-        from ._blocking import Arm
-
         return Arm(self, timeout=timeout, window=window)
 
     def connect_core(self, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float) -> Call[Core]:
@@ -224,7 +227,7 @@ class VirtualArm:
     def advance(self, seconds: float) -> None:
         """Lets so much time pass at once: belts, jogs and scenarios go on. With a ``speed`` given as a number it is
         time of the wall's clock."""
-        self._native.advance(seconds)
+        self._native.advance(number("seconds", seconds, least=0, most=_LONGEST, unit="s"))
 
     # The arm itself, seen from outside.
 
@@ -299,38 +302,34 @@ class VirtualArm:
 
     def set_input(self, address: int, level: bool) -> None:
         """Puts a level on a digital input, EIO address 1 to 20: somebody presses a button."""
-        if not self._native.set_input(address, level):
-            raise InvalidInputError(f"there is no input {address}: EIO addresses are 1 to 20")
+        self._native.set_input(whole("address", address, 1, 20), flag("level", level))
 
     def set_analog(self, address: int, value: int) -> None:
         """Puts a voltage on an analog input, EIO address 1 to 20: 0 to 4095 for 0 to 3.3 V."""
-        if not 0 <= value <= 4095:
-            raise InvalidInputError(f"an analog input reads 0 to 4095, not {value}")
-        if not self._native.set_analog(address, value):
-            raise InvalidInputError(f"there is no input {address}: EIO addresses are 1 to 20")
+        self._native.set_analog(whole("address", address, 1, 20), whole("value", value, 0, 4095))
 
     def press_key(self, *, long: bool = False) -> None:
         """Presses the key at the base: short runs the stored program or stops it, long homes the arm."""
-        self._native.press_key(long)
+        self._native.press_key(flag("long", long))
 
     def guide(self, joints: Sequence[float]) -> None:
         """Moves the arm by hand: holds the unlock key, brings J1 to J4 to these degrees, lets go of the key."""
-        j1, j2, j3, j4 = joints
+        j1, j2, j3, j4 = numbers("joints", joints, 4, unit="deg")
         self._native.unlock(True)
         self._native.guide((j1, j2, j3, j4))
         self._native.unlock(False)
 
     def hold_unlock_key(self, held: bool) -> None:
         """Holds or releases the unlock key on the forearm."""
-        self._native.unlock(held)
+        self._native.unlock(flag("held", held))
 
     def slip(self, joint: int, degrees: float) -> None:
         """Lets a joint, 1 to 4, slip: it stands elsewhere than the controller believes."""
-        self._native.slip(joint, degrees)
+        self._native.slip(whole("joint", joint, 1, 4), number("degrees", degrees, unit="deg"))
 
     def raise_alarm(self, code: int) -> None:
         """Raises an alarm by its code."""
-        self._native.raise_alarm(code)
+        self._native.raise_alarm(whole("code", code, 0, 255))
 
     def unplug(self) -> None:
         """Pulls the cable."""
@@ -342,7 +341,7 @@ class VirtualArm:
 
     def delay_answers(self, seconds: float) -> None:
         """Lets every answer come so much later; 0 is as before."""
-        self._native.delay(seconds)
+        self._native.delay(number("seconds", seconds, least=0, most=_LONGEST, unit="s"))
 
     def reset(self) -> None:
         """Resets the controller: what was queued and set is gone."""

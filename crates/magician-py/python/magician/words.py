@@ -29,6 +29,7 @@ from collections.abc import Iterable, Sequence
 from typing import Literal
 
 from . import _magician, commands
+from ._arguments import checked, flag, number, numbers, whole
 from .commands import (
     IoFunction,
     JogCommand,
@@ -48,6 +49,7 @@ __all__ = [
     "CONVEYOR_FASTEST",
     "CONVEYOR_PULSES_PER_MM",
     "Direction",
+    "Four",
     "Move",
     "Tool",
     "analog_at",
@@ -160,11 +162,35 @@ Four = Sequence[float]
 """Four numbers."""
 
 
-def _four(what: str, numbers: Four) -> tuple[float, float, float, float]:
-    if len(numbers) != 4:
-        raise InvalidInputError(f"{what} are {len(numbers)} numbers, it takes 4")
-    a, b, c, d = numbers
+def _four(name: str, values: Four) -> tuple[float, float, float, float]:
+    a, b, c, d = numbers(name, values, 4)
     return a, b, c, d
+
+
+def _move(move: object) -> None:
+    if not isinstance(move, Move):
+        raise TypeError(f"{move!r} is no point-to-point move: move_to, jump_to and their like make them")
+
+
+def _power(power: float) -> float:
+    return number("power", power, least=0, most=100, unit="%")
+
+
+def _speed(velocity: float, acceleration: float) -> tuple[float, float]:
+    return number("velocity", velocity, above=0), number("acceleration", acceleration, above=0)
+
+
+def _ratios(velocity: float, acceleration: float | None) -> tuple[float, float]:
+    velocity = number("velocity", velocity, above=0, unit="%")
+    return velocity, velocity if acceleration is None else number("acceleration", acceleration, above=0, unit="%")
+
+
+def _counts(threshold: int) -> int:
+    return whole("threshold", threshold, 0, 4095)
+
+
+def _pin(address: int) -> int:
+    return whole("address", address, 1, 20)
 
 
 # Where the arm goes, and which way.
@@ -172,12 +198,12 @@ def _four(what: str, numbers: Four) -> tuple[float, float, float, float]:
 
 def move_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
     """Goes to a pose, all joints together; the tool's way is a curve (document 1.10.5, MOVJ)."""
-    return commands.PtpCmd(PtpMode.MOVJ_XYZ, x, y, z, r)
+    return commands.PtpCmd(PtpMode.MOVJ_XYZ, *checked(x=x, y=y, z=z, r=r))
 
 
 def line_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
     """Goes to a pose on a straight line (MOVL)."""
-    return commands.PtpCmd(PtpMode.MOVL_XYZ, x, y, z, r)
+    return commands.PtpCmd(PtpMode.MOVL_XYZ, *checked(x=x, y=y, z=z, r=r))
 
 
 def jump_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
@@ -185,42 +211,42 @@ def jump_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
 
     :func:`jump_height` says how high.
     """
-    return commands.PtpCmd(PtpMode.JUMP_XYZ, x, y, z, r)
+    return commands.PtpCmd(PtpMode.JUMP_XYZ, *checked(x=x, y=y, z=z, r=r))
 
 
 def jump_line_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
     """As :func:`jump_to`, across on a straight line (E28: seen to do nothing on some firmware)."""
-    return commands.PtpCmd(PtpMode.JUMP_MOVL_XYZ, x, y, z, r)
+    return commands.PtpCmd(PtpMode.JUMP_MOVL_XYZ, *checked(x=x, y=y, z=z, r=r))
 
 
 def move_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd:
     """Goes to joint angles, degrees."""
-    return commands.PtpCmd(PtpMode.MOVJ_ANGLE, j1, j2, j3, j4)
+    return commands.PtpCmd(PtpMode.MOVJ_ANGLE, *checked(j1=j1, j2=j2, j3=j3, j4=j4))
 
 
 def line_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd:
     """Goes to joint angles with the tool on a straight line."""
-    return commands.PtpCmd(PtpMode.MOVL_ANGLE, j1, j2, j3, j4)
+    return commands.PtpCmd(PtpMode.MOVL_ANGLE, *checked(j1=j1, j2=j2, j3=j3, j4=j4))
 
 
 def jump_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd:
     """Goes to joint angles over obstacles."""
-    return commands.PtpCmd(PtpMode.JUMP_ANGLE, j1, j2, j3, j4)
+    return commands.PtpCmd(PtpMode.JUMP_ANGLE, *checked(j1=j1, j2=j2, j3=j3, j4=j4))
 
 
 def move_by(dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> commands.PtpCmd:
     """Moves by so much (mm, degrees) from where the arm then is, all joints together."""
-    return commands.PtpCmd(PtpMode.MOVJ_XYZ_INC, dx, dy, dz, dr)
+    return commands.PtpCmd(PtpMode.MOVJ_XYZ_INC, *checked(dx=dx, dy=dy, dz=dz, dr=dr))
 
 
 def line_by(dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> commands.PtpCmd:
     """Moves by so much (mm, degrees) from where the arm then is, on a straight line."""
-    return commands.PtpCmd(PtpMode.MOVL_XYZ_INC, dx, dy, dz, dr)
+    return commands.PtpCmd(PtpMode.MOVL_XYZ_INC, *checked(dx=dx, dy=dy, dz=dz, dr=dr))
 
 
 def move_joints_by(d1: float = 0, d2: float = 0, d3: float = 0, d4: float = 0) -> commands.PtpCmd:
     """Turns the joints by so many degrees from where they then are."""
-    return commands.PtpCmd(PtpMode.MOVJ_ANGLE_INC, d1, d2, d3, d4)
+    return commands.PtpCmd(PtpMode.MOVJ_ANGLE_INC, *checked(d1=d1, d2=d2, d3=d3, d4=d4))
 
 
 def arc_to(via: Four, to: Four) -> commands.ArcCmd:
@@ -238,7 +264,7 @@ def circle(via: Four, over: Four, turns: int = 1) -> commands.CircleCmd:
 
     Both are x, y, z, r; r stays what it is. Not in the vendor's document (E33).
     """
-    return commands.CircleCmd(_four("via", via), _four("over", over), turns)
+    return commands.CircleCmd(_four("via", via), _four("over", over), whole("turns", turns, 1, 0xFFFF_FFFF))
 
 
 def path_to(x: float, y: float, z: float) -> commands.CpCmd:
@@ -247,12 +273,12 @@ def path_to(x: float, y: float, z: float) -> commands.CpCmd:
     The tool does not stop between segments that follow each other, and J4 does not turn. :func:`path_speed` says how
     fast.
     """
-    return commands.CpCmd(commands.CpMode.ABSOLUTE, x, y, z, 0)
+    return commands.CpCmd(commands.CpMode.ABSOLUTE, number("x", x), number("y", y), number("z", z), 0)
 
 
 def path_by(dx: float = 0, dy: float = 0, dz: float = 0) -> commands.CpCmd:
     """Adds a segment to a continuous path, by so much from the end of the one before."""
-    return commands.CpCmd(commands.CpMode.RELATIVE, dx, dy, dz, 0)
+    return commands.CpCmd(commands.CpMode.RELATIVE, number("dx", dx), number("dy", dy), number("dz", dz), 0)
 
 
 def engrave_to(x: float, y: float, z: float, power: float) -> commands.CpLeCmd:
@@ -260,12 +286,14 @@ def engrave_to(x: float, y: float, z: float, power: float) -> commands.CpLeCmd:
 
     End the path with ``laser(False)`` or a segment of power 0.
     """
-    return commands.CpLeCmd(commands.CpMode.ABSOLUTE, x, y, z, power)
+    point = number("x", x), number("y", y), number("z", z)
+    return commands.CpLeCmd(commands.CpMode.ABSOLUTE, *point, _power(power))
 
 
 def engrave_by(dx: float, dy: float, dz: float, power: float) -> commands.CpLeCmd:
     """As :func:`engrave_to`, by so much from the end of the segment before."""
-    return commands.CpLeCmd(commands.CpMode.RELATIVE, dx, dy, dz, power)
+    way = number("dx", dx), number("dy", dy), number("dz", dz)
+    return commands.CpLeCmd(commands.CpMode.RELATIVE, *way, _power(power))
 
 
 def home() -> commands.HomeCmd:
@@ -278,7 +306,7 @@ def home() -> commands.HomeCmd:
 
 def home_at(x: float, y: float, z: float, r: float) -> commands.HomeParams:
     """Sets the home point, where :func:`home` ends from now on (document 1.6.1)."""
-    return commands.HomeParams(x, y, z, r)
+    return commands.HomeParams(*checked(x=x, y=y, z=z, r=r))
 
 
 _AXES: dict[str, tuple[bool, JogCommand]] = {
@@ -311,7 +339,7 @@ def lost_step_threshold(degrees: float) -> commands.LostStepParams:
 
     It cannot be queued: ``arm.set`` sets it at once.
     """
-    return commands.LostStepParams(degrees)
+    return commands.LostStepParams(number("degrees", degrees, above=0, unit="deg"))
 
 
 # How fast, and how high.
@@ -322,7 +350,7 @@ def speed(velocity: float, acceleration: float | None = None) -> commands.PtpCom
 
     Above 0; more than 100 counts as 100. The acceleration is as the velocity unless it is given.
     """
-    return commands.PtpCommonParams(velocity, velocity if acceleration is None else acceleration)
+    return commands.PtpCommonParams(*_ratios(velocity, acceleration))
 
 
 def joint_speed(velocity: Four, acceleration: Four) -> commands.PtpJointParams:
@@ -330,7 +358,7 @@ def joint_speed(velocity: Four, acceleration: Four) -> commands.PtpJointParams:
 
     The arm goes no faster than 320 deg/s, J4 480, and 300 deg/s2.
     """
-    return commands.PtpJointParams(_four("velocities", velocity), _four("accelerations", acceleration))
+    return commands.PtpJointParams(_four("velocity", velocity), _four("acceleration", acceleration))
 
 
 def line_speed(velocity: float, acceleration: float) -> commands.PtpCoordinateParams:
@@ -338,6 +366,7 @@ def line_speed(velocity: float, acceleration: float) -> commands.PtpCoordinatePa
 
     Its rotation has half of each in degrees, as at power-up. At most 300 mm/s and 400 mm/s2 count.
     """
+    velocity, acceleration = _speed(velocity, acceleration)
     return commands.PtpCoordinateParams(velocity, velocity / 2, acceleration, acceleration / 2)
 
 
@@ -346,22 +375,24 @@ def path_speed(velocity: float, acceleration: float) -> commands.CpParams:
 
     The arm slows down at corners by itself.
     """
+    velocity, acceleration = _speed(velocity, acceleration)
     return commands.CpParams(acceleration, velocity, acceleration, False)
 
 
 def arc_speed(velocity: float, acceleration: float) -> commands.ArcParams:
     """Speed (mm/s) and acceleration (mm/s2) on arcs and circles, and of the rotation in degrees (document 1.12.1)."""
+    velocity, acceleration = _speed(velocity, acceleration)
     return commands.ArcParams(velocity, velocity, acceleration, acceleration)
 
 
 def jump_height(height: float, z_limit: float) -> commands.PtpJumpParams:
     """How far a jump lifts above the higher of its ends, and the z it stays below, mm (document 1.10.3, E30)."""
-    return commands.PtpJumpParams(height, z_limit)
+    return commands.PtpJumpParams(*checked(height=height, z_limit=z_limit))
 
 
 def jump_heights(start: float, end: float, z_limit: float) -> commands.PtpJump2Params:
     """How far a jump lifts above its start and above its end, and the z it stays below, mm (document 1.10.8, E27)."""
-    return commands.PtpJump2Params(start, end, z_limit)
+    return commands.PtpJump2Params(*checked(start=start, end=end, z_limit=z_limit))
 
 
 def jog_speed(velocity: float, acceleration: float | None = None) -> commands.JogCommonParams:
@@ -369,17 +400,17 @@ def jog_speed(velocity: float, acceleration: float | None = None) -> commands.Jo
 
     The acceleration of jogs is not scaled.
     """
-    return commands.JogCommonParams(velocity, velocity if acceleration is None else acceleration)
+    return commands.JogCommonParams(*_ratios(velocity, acceleration))
 
 
 def jog_joint_speed(velocity: Four, acceleration: Four) -> commands.JogJointParams:
     """Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in jogs of joints (document 1.9.1)."""
-    return commands.JogJointParams(_four("velocities", velocity), _four("accelerations", acceleration))
+    return commands.JogJointParams(_four("velocity", velocity), _four("acceleration", acceleration))
 
 
 def jog_axis_speed(velocity: Four, acceleration: Four) -> commands.JogCoordinateParams:
     """Speeds (mm/s; deg/s for r) and accelerations (mm/s2; deg/s2) of x, y, z and r in jogs (document 1.9.2)."""
-    return commands.JogCoordinateParams(_four("velocities", velocity), _four("accelerations", acceleration))
+    return commands.JogCoordinateParams(_four("velocity", velocity), _four("acceleration", acceleration))
 
 
 # The tool at the end of the arm.
@@ -392,9 +423,9 @@ def tool(name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) 
     59.7
     """
     if name is None:
-        return commands.EndEffectorParams(x, y, z)
+        return commands.EndEffectorParams(*checked(x=x, y=y, z=z))
     if name not in _TOOLS:
-        raise InvalidInputError(f"there is no tool `{name}`; there are {', '.join(_TOOLS)}")
+        raise InvalidInputError(f"there is no tool {name!r}; there are {', '.join(_TOOLS)}")
     if (x, y, z) != (0, 0, 0):
         raise InvalidInputError("a tool has a name, or x, y, z")
     return commands.EndEffectorParams(*_TOOLS[name])
@@ -405,7 +436,7 @@ def suction(on: bool) -> commands.SetEndEffectorSuctionCup:
 
     Suction cup and gripper share one pump, so the later command has the air.
     """
-    return commands.SetEndEffectorSuctionCup(True, on)
+    return commands.SetEndEffectorSuctionCup(True, flag("on", on))
 
 
 def grip() -> commands.SetEndEffectorGripper:
@@ -428,6 +459,7 @@ def laser(on: bool) -> commands.SetEndEffectorLaser:
 
     A program that leaves it on, or stands or travels with it, is refused by the check ``laser``.
     """
+    on = flag("on", on)
     return commands.SetEndEffectorLaser(on, on)
 
 
@@ -436,16 +468,14 @@ def laser(on: bool) -> commands.SetEndEffectorLaser:
 
 def wait(seconds: float) -> commands.WaitCmd:
     """Makes the queue wait, to the millisecond and for at most 49 days (document 1.13.1, E34)."""
-    if not 0 <= seconds <= 0xFFFF_FFFF / 1000:
-        raise InvalidInputError(f"a wait of {seconds} s; it must be 0 to {0xFFFF_FFFF / 1000} s")
-    return commands.WaitCmd(round(seconds * 1000))
+    return commands.WaitCmd(round(number("seconds", seconds, least=0, most=0xFFFF_FFFF / 1000, unit="s") * 1000))
 
 
 def wait_for_level(address: int, high: bool) -> commands.TrigCmd:
     """Makes the queue wait until a digital input (EIO address 1 to 20) has this level, for ever if need be (document
     1.14.1).
     """
-    return commands.TrigCmd(address, TriggerMode.LEVEL, TriggerCondition.EQUAL_OR_BELOW, int(high))
+    return commands.TrigCmd(_pin(address), TriggerMode.LEVEL, TriggerCondition.EQUAL_OR_BELOW, int(flag("high", high)))
 
 
 def wait_below(address: int, threshold: int) -> commands.TrigCmd:
@@ -453,32 +483,34 @@ def wait_below(address: int, threshold: int) -> commands.TrigCmd:
 
     The threshold is 0 to 4095 counts, 4095 at 3.3 V (document 1.14.1, E35).
     """
-    return commands.TrigCmd(address, TriggerMode.ANALOG, TriggerCondition.EQUAL_OR_BELOW, threshold)
+    return commands.TrigCmd(_pin(address), TriggerMode.ANALOG, TriggerCondition.EQUAL_OR_BELOW, _counts(threshold))
 
 
 def wait_at_most(address: int, threshold: int) -> commands.TrigCmd:
     """As :func:`wait_below`, until the input is at most the threshold."""
-    return commands.TrigCmd(address, TriggerMode.ANALOG, TriggerCondition.DIFFERENT_OR_AT_MOST, threshold)
+    return commands.TrigCmd(
+        _pin(address), TriggerMode.ANALOG, TriggerCondition.DIFFERENT_OR_AT_MOST, _counts(threshold)
+    )
 
 
 def wait_at_least(address: int, threshold: int) -> commands.TrigCmd:
     """As :func:`wait_below`, until the input is at least the threshold."""
-    return commands.TrigCmd(address, TriggerMode.ANALOG, TriggerCondition.AT_LEAST, threshold)
+    return commands.TrigCmd(_pin(address), TriggerMode.ANALOG, TriggerCondition.AT_LEAST, _counts(threshold))
 
 
 def wait_above(address: int, threshold: int) -> commands.TrigCmd:
     """As :func:`wait_below`, until the input is above the threshold."""
-    return commands.TrigCmd(address, TriggerMode.ANALOG, TriggerCondition.ABOVE, threshold)
+    return commands.TrigCmd(_pin(address), TriggerMode.ANALOG, TriggerCondition.ABOVE, _counts(threshold))
 
 
 def multiplex(address: int, function: IoFunction) -> commands.IoMultiplexing:
     """Says what an EIO pin (1 to 20) does; a pin must be told before it is used (document 1.15.1, E40)."""
-    return commands.IoMultiplexing(address, function)
+    return commands.IoMultiplexing(_pin(address), function)
 
 
 def output(address: int, high: bool) -> commands.IoDo:
     """Sets the level of a digital output (EIO address 1 to 20; document 1.15.2)."""
-    return commands.IoDo(address, high)
+    return commands.IoDo(_pin(address), flag("high", high))
 
 
 def pwm(address: int, frequency: float, duty_cycle: float) -> commands.IoPwm:
@@ -486,7 +518,11 @@ def pwm(address: int, frequency: float, duty_cycle: float) -> commands.IoPwm:
 
     Document 1.15.3.
     """
-    return commands.IoPwm(address, frequency, duty_cycle)
+    return commands.IoPwm(
+        _pin(address),
+        number("frequency", frequency, least=10, most=1_000_000, unit="Hz"),
+        number("duty_cycle", duty_cycle, least=0, most=100, unit="%"),
+    )
 
 
 def servo(address: int, pulse_ms: float) -> commands.IoPwm:
@@ -495,7 +531,7 @@ def servo(address: int, pulse_ms: float) -> commands.IoPwm:
     1.5 ms is the middle of most, 1 to 2 ms what all of them take, 0.5 to 2.5 ms what many do; 0 lets go, 20 ms is the
     most. Multiplex the pin to ``IoFunction.PWM`` first (EIO 8, 6 and 4 have driven servos).
     """
-    return pwm(address, 50, 100 * pulse_ms / 20)
+    return pwm(address, 50, 100 * number("pulse_ms", pulse_ms, least=0, most=20, unit="ms") / 20)
 
 
 def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | commands.PtpPoWithLCmd:
@@ -506,6 +542,7 @@ def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | c
     >>> from magician.commands import Output
     >>> jump = with_outputs(jump_to(220, 0, 20, 0), [Output(percent=50, address=17, high=True)])
     """
+    _move(move)
     po = tuple(outputs)
     most = 56 if isinstance(move, (commands.PtpWithLCmd, commands.PtpPoWithLCmd)) else 57
     if len(po) > most:
@@ -523,42 +560,44 @@ def rail(on: bool, version: RailVersion) -> commands.SetDeviceWithL:
 
     An arm that was not told moves without its rail, and says nothing.
     """
-    return commands.SetDeviceWithL(on, version)
+    return commands.SetDeviceWithL(flag("on", on), version)
 
 
-def move_with_rail(x: float, y: float, z: float, r: float, l: float) -> commands.PtpWithLCmd:
-    """Goes to a pose and to ``l`` mm on the rail (0 to 1000) at the same time, as :func:`move_to` does (document
+def move_with_rail(x: float, y: float, z: float, r: float, rail: float) -> commands.PtpWithLCmd:
+    """Goes to a pose and to ``rail`` mm on the rail (0 to 1000) at the same time, as :func:`move_to` does (document
     1.10.7).
     """
-    return commands.PtpWithLCmd(PtpMode.MOVJ_XYZ, x, y, z, r, l)
+    return commands.PtpWithLCmd(PtpMode.MOVJ_XYZ, *checked(x=x, y=y, z=z, r=r, rail=rail))
 
 
-def with_rail(move: Move, l: float) -> commands.PtpWithLCmd | commands.PtpPoWithLCmd:
-    """Lets any point-to-point move take the rail along, to ``l`` mm (0 to 1000), or by so much if the move is by an
+def with_rail(move: Move, rail: float) -> commands.PtpWithLCmd | commands.PtpPoWithLCmd:
+    """Lets any point-to-point move take the rail along, to ``rail`` mm (0 to 1000), or by so much if the move is by an
     increment.
 
     Arm and rail start and end together. Outputs that the move switches stay, at most 56 (document 1.10.7 and 1.10.10).
 
     >>> over_there = with_rail(jump_to(220, 0, -20, 0), 600)
     """
+    _move(move)
+    rail = number("rail", rail, unit="mm")
     if isinstance(move, (commands.PtpPoCmd, commands.PtpPoWithLCmd)):
         if len(move.po) > 56:
             raise InvalidInputError("a move with the rail switches at most 56 outputs")
-        return commands.PtpPoWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, l, move.po)
-    return commands.PtpWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, l)
+        return commands.PtpPoWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, rail, move.po)
+    return commands.PtpWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, rail)
 
 
-def rail_to(l: float, pose: commands.Pose) -> commands.PtpWithLCmd:
-    """Moves the carriage alone to ``l`` mm (0 to 1000): the arm keeps the joints of the pose that it reported last.
+def rail_to(position: float, pose: commands.Pose) -> commands.PtpWithLCmd:
+    """Moves the carriage alone to so many mm (0 to 1000): the arm keeps the joints of the pose that it reported last.
 
     :func:`rail_by` needs no pose.
     """
-    return commands.PtpWithLCmd(PtpMode.MOVJ_ANGLE, *pose.joint_angle, l)
+    return commands.PtpWithLCmd(PtpMode.MOVJ_ANGLE, *pose.joint_angle, number("position", position, unit="mm"))
 
 
-def rail_by(dl: float) -> commands.PtpWithLCmd:
+def rail_by(distance: float) -> commands.PtpWithLCmd:
     """Moves the carriage alone, by so many mm; the arm keeps its joints."""
-    return commands.PtpWithLCmd(PtpMode.MOVJ_ANGLE_INC, 0, 0, 0, 0, dl)
+    return commands.PtpWithLCmd(PtpMode.MOVJ_ANGLE_INC, 0, 0, 0, 0, number("distance", distance, unit="mm"))
 
 
 def rail_speed(velocity: float, acceleration: float) -> commands.PtpLParams:
@@ -566,14 +605,14 @@ def rail_speed(velocity: float, acceleration: float) -> commands.PtpLParams:
 
     The ratios of :func:`speed` scale them.
     """
-    return commands.PtpLParams(velocity, acceleration)
+    return commands.PtpLParams(*_speed(velocity, acceleration))
 
 
 def jog_rail_speed(velocity: float, acceleration: float) -> commands.JogLParams:
     """Speed (mm/s) and acceleration (mm/s2) of jogs on the rail; :func:`jog_speed` scales the speed (document 1.9.5,
     E25).
     """
-    return commands.JogLParams(velocity, acceleration)
+    return commands.JogLParams(*_speed(velocity, acceleration))
 
 
 # Motors beside the arm, and the conveyor belt that one of them drives.
@@ -584,6 +623,7 @@ def motor(index: Stepper, speed: int) -> commands.EMotor:
 
     The sign is the direction. The queue goes on at once.
     """
+    speed = whole("speed", speed, -(2**31), 2**31 - 1)
     return commands.EMotor(index, speed != 0, speed)
 
 
@@ -592,7 +632,8 @@ def motor_by(index: Stepper, speed: int, distance: int) -> commands.EMotorS:
 
     In the queue it has finished when the motor has. Not in the vendor's document.
     """
-    return commands.EMotorS(index, True, speed, distance)
+    speed = whole("speed", speed, -(2**31), 2**31 - 1)
+    return commands.EMotorS(index, True, speed, whole("distance", distance, 0, 2**32 - 1))
 
 
 def conveyor(index: Stepper, mm_per_s: float) -> commands.EMotor:
@@ -612,16 +653,14 @@ def conveyor_by(index: Stepper, mm: float, mm_per_s: float) -> commands.EMotorS:
     The sign of the way is the direction. In the queue it has finished when the belt stands again. The arm counts whole
     pulses: the way is exact to 0.0034 mm, and at most 28 km.
     """
-    if not abs(mm) <= CONVEYOR_FARTHEST:
-        raise InvalidInputError(f"a belt by {mm} mm; it must be at most {CONVEYOR_FARTHEST:.0f} mm either way")
-    speed = _pulse_rate(math.copysign(mm_per_s, mm))
+    mm = number("mm", mm, least=-CONVEYOR_FARTHEST, most=CONVEYOR_FARTHEST, unit="mm")
+    speed = _pulse_rate(math.copysign(number("mm_per_s", mm_per_s), mm))
     return motor_by(index, speed, round(abs(mm) * CONVEYOR_PULSES_PER_MM))
 
 
 def _pulse_rate(mm_per_s: float) -> int:
-    if not abs(mm_per_s) <= CONVEYOR_FASTEST:
-        raise InvalidInputError(f"a belt at {mm_per_s} mm/s; it must be at most {CONVEYOR_FASTEST:.0f} mm/s either way")
-    return round(mm_per_s * CONVEYOR_PULSES_PER_MM)
+    fast = number("mm_per_s", mm_per_s, least=-CONVEYOR_FASTEST, most=CONVEYOR_FASTEST, unit="mm/s")
+    return round(fast * CONVEYOR_PULSES_PER_MM)
 
 
 # Sensors beside the arm.
@@ -629,12 +668,12 @@ def _pulse_rate(mm_per_s: float) -> int:
 
 def color_sensor(port: Port, on: bool, version: SensorVersion) -> commands.SetColorSensor:
     """Switches the colour sensor on a port (document 1.15.7, E42). ``arm.color_at(port)`` tells what it sees."""
-    return commands.SetColorSensor(on, port, version)
+    return commands.SetColorSensor(flag("on", on), port, version)
 
 
 def infrared(port: Port, on: bool, version: SensorVersion) -> commands.SetIrSwitch:
     """Switches the infrared sensor on a port (document 1.15.8, E43). ``arm.infrared_at(port)`` tells what it sees."""
-    return commands.SetIrSwitch(on, port, version)
+    return commands.SetIrSwitch(flag("on", on), port, version)
 
 
 def color_at(port: Port) -> commands.GetColorSensor:
@@ -649,9 +688,9 @@ def infrared_at(port: Port) -> commands.GetIrSwitch:
 
 def level_at(address: int) -> commands.GetIoDi:
     """What to ask a digital input by (EIO address 1 to 20): ``arm.get(words.level_at(19)).level``."""
-    return commands.GetIoDi(address)
+    return commands.GetIoDi(_pin(address))
 
 
 def analog_at(address: int) -> commands.GetIoAdc:
     """What to ask an analog input by (EIO address 1 to 20): ``arm.get(words.analog_at(12)).volts``."""
-    return commands.GetIoAdc(address)
+    return commands.GetIoAdc(_pin(address))

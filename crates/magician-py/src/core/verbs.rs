@@ -46,6 +46,9 @@ impl Core {
                 return Err(errors::invalid(py, layout.name, why));
             }
             (what.clone(), Vec::new())
+        } else if layout == asks && what.is_instance_of::<PyType>() {
+            let why = format!("it is asked with values: {}(...)", asks.name);
+            return Err(errors::invalid(py, layout.name, why));
         } else if layout == asks {
             let class = py.import("magician.commands")?.getattr(answer.name)?;
             (class, values::encode(row, asks, what)?)

@@ -182,9 +182,11 @@ pub(crate) fn refusal(report: &Report, source: &Source) -> Option<Error> {
         many => format!("{many} steps are refused"),
     };
     let place = place.join(", ");
-    let text = format!(
-        "{file}{place}{name}: {}; {count}, nothing was sent",
-        first.error
-    );
+    let mut why = first.error.to_string();
+    if let Some(command) = first.error.command() {
+        // It is named once, before all of it.
+        why = why.replacen(&format!("{command}: "), "", 1);
+    }
+    let text = format!("{file}{place}{name}: {why}; {count}, nothing was sent");
     Some(retold(&first.error, text))
 }

@@ -9,11 +9,13 @@ use std::sync::Arc;
 
 use magician::Error;
 use magician_program::formats::playback::Playback;
-use magician_program::{Pallet, Plan, Problem, Surface, Tool};
+use magician_program::{Origin, Pallet, Plan, Problem, Surface, Tool};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 pub(crate) use check::{Start, findings, numbers, refusal};
 pub(crate) use load::SURFACE_ARGUMENT;
+pub(crate) use points::floats;
 
 use crate::{errors, values, wording};
 
@@ -41,6 +43,51 @@ pub(crate) struct Source {
 
 /// Line, column, name, what, and what to do about it.
 type NoteParts<'a> = (u32, u32, Option<&'a str>, &'a str, Option<String>);
+
+/// A note as it is kept: line, column, length, name, what, and what to do about it.
+type KeptNote = (u32, u32, u32, Option<String>, String, Option<String>);
+
+/// Where a plan came from, as it is kept: file, format, notes, whether its lines are rows, whether its surface is assumed.
+type KeptSource = (Option<String>, Option<String>, Vec<KeptNote>, bool, bool);
+
+impl Source {
+    fn kept(&self) -> KeptSource {
+        let note = |note: &Problem| {
+            let Origin {
+                line,
+                column,
+                length,
+                ..
+            } = note.origin;
+            let (name, help) = (note.name.clone(), note.help.clone());
+            (line, column, length, name, note.message.clone(), help)
+        };
+        let notes = self.notes.iter().map(note).collect();
+        let (name, format) = (self.name.clone(), self.format.clone());
+        (name, format, notes, self.rows, self.assumed)
+    }
+
+    fn of_kept((name, format, notes, rows, assumed): KeptSource) -> Self {
+        let note = |(line, column, length, name, message, help): KeptNote| Problem {
+            origin: Origin {
+                line,
+                column,
+                length,
+                name: 0,
+            },
+            name,
+            message,
+            help,
+        };
+        Self {
+            name,
+            format,
+            notes: notes.into_iter().map(note).collect(),
+            rows,
+            assumed,
+        }
+    }
+}
 
 impl PyPlan {
     fn of(plan: Plan, source: Source) -> Self {
@@ -88,6 +135,27 @@ fn surface(given: Option<(f64, [f64; 2])>) -> Option<Surface> {
 
 #[pymethods]
 impl PyPlan {
+    /// A plan that was kept: the text of its file, and where it came from.
+    #[new]
+    fn of_kept(py: Python<'_>, json: &str, source: KeptSource) -> PyResult<Self> {
+        let plan = py.detach(|| Plan::from_json(json.as_bytes()));
+        let plan = plan.map_err(|problem| raise(py, None, &problem))?;
+        Ok(Self::of(plan, Source::of_kept(source)))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, (String, KeptSource)) {
+        let kept = (slf.get().to_json(slf.py()), slf.get().source.kept());
+        (slf.get_type().into_any(), kept)
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyDict>) -> Py<Self> {
+        slf
+    }
+
     /// A plan of commands.
     #[staticmethod]
     #[pyo3(name = "of_commands")]

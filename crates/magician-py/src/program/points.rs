@@ -51,6 +51,7 @@ impl PyPlan {
         let plan = py.detach(|| {
             let rows = rows(points, columns, &way)?;
             let powers = floats(powers);
+            lit(&rows, &powers, &way)?;
             let mut plan = Plan::new(way.title.clone());
             (plan.tool, plan.surface) = (tool, surface(way.surface));
             match by {
@@ -78,7 +79,8 @@ fn travel(name: &str) -> Option<Option<Travel>> {
     })
 }
 
-fn floats(bytes: &[u8]) -> Vec<f64> {
+/// Numbers of the bytes that an array has.
+pub(crate) fn floats(bytes: &[u8]) -> Vec<f64> {
     let items = bytes.as_chunks::<8>().0.iter();
     items.map(|item| f64::from_ne_bytes(*item)).collect()
 }
@@ -117,6 +119,22 @@ fn origin(nth: usize) -> Origin {
     Origin {
         line: u32::try_from(nth.saturating_add(1)).unwrap_or(u32::MAX),
         ..Origin::NONE
+    }
+}
+
+/// Powers are percent, and for paths.
+fn lit(rows: &[Option<[f32; 4]>], powers: &[f64], way: &Way) -> Result<(), Problem> {
+    if way.by != "path" && (way.power.is_some() || !powers.is_empty()) {
+        let text = format!("power is for by=\"path\", not for by=\"{}\"", way.by);
+        return Err(Problem::of_file(text));
+    }
+    let is_none = |power: &f64| !(0.0..=100.0).contains(power);
+    let mut powers = rows.iter().zip(powers).enumerate();
+    match powers.find(|(_, (row, power))| row.is_some() && is_none(power)) {
+        None => Ok(()),
+        Some((nth, (_, power))) => Err(Problem::of_file(format!(
+            "row {nth}: power is {power} %; it is a number from 0 to 100"
+        ))),
     }
 }
 

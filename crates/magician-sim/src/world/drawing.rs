@@ -31,6 +31,18 @@ pub struct Drawing {
     dropped: u64,
 }
 
+/// A drawing of these strokes: what was kept of one, put together again.
+impl From<Vec<Stroke>> for Drawing {
+    fn from(strokes: Vec<Stroke>) -> Self {
+        let points = strokes.iter().map(|stroke| stroke.points.len()).sum();
+        Self {
+            strokes,
+            points,
+            dropped: 0,
+        }
+    }
+}
+
 impl Drawing {
     /// As many points are kept; more are counted.
     pub const MOST_POINTS: usize = 10_000_000;

@@ -140,6 +140,11 @@ impl Exposure {
         self.started
     }
 
+    /// Whether this handle stopped the queue, and nothing of it is about to start it.
+    pub(super) fn stopped(&self) -> bool {
+        self.started == Some(false) && !self.program
+    }
+
     /// Whether motion of this handle may be under way.
     pub(super) fn moving(&self) -> bool {
         let unfinished = self.last.is_some_and(|last| last > self.current);

@@ -20,6 +20,9 @@ const PAUSE: Duration = Duration::from_millis(50);
 pub(super) const STANDING: Duration = Duration::from_millis(1500);
 /// Nothing but homing, waits and triggers takes longer than this without a movement.
 const STUCK: Duration = Duration::from_secs(15);
+/// So long may a queue stand that this program has not started: another one may be about to. Whoever waits longer asks
+/// anew.
+const GRACE: Duration = Duration::from_secs(5);
 /// Longest homing, and longest command of another program's (model section 11: 25 s).
 const LONG: Duration = Duration::from_secs(60);
 /// Own commands remembered: more than any queue holds.
@@ -50,6 +53,8 @@ enum Pace {
     Home,
     /// Waits so long.
     Pause(Duration),
+    /// Runs a motor beside the arm for so long.
+    Motor(Duration),
     /// Waits for an input, for ever if need be.
     Trigger,
     /// Takes effect at once.
@@ -60,6 +65,10 @@ impl Pace {
     fn of(command: &Set) -> Self {
         match command {
             Set::WaitCmd(wait) => Self::Pause(Duration::from_millis(wait.timeout.into())),
+            Set::EMotorS(motor) => {
+                let seconds = f64::from(motor.distance) / f64::from(motor.speed).abs();
+                Self::Motor(Duration::try_from_secs_f64(seconds).unwrap_or_default())
+            }
             other => match other.row().id {
                 id if id == HomeCmd::ROW.id => Self::Home,
                 id if id == TrigCmd::ROW.id => Self::Trigger,
@@ -210,7 +219,9 @@ impl Arm {
     /// # Errors
     /// [`ErrorKind::Alarm`] as soon as an alarm holds the queue, or when the hold of an alarm that
     /// has gone by itself keeps the arm from moving; [`ErrorKind::Timeout`] when nothing happens for
-    /// longer than the commands explain (a trigger explains any time); else as [`get`](Self::get).
+    /// longer than the commands explain (a trigger explains any time): after 1.5 s in a queue that this handle has
+    /// stopped and nothing of it starts again, after 5 s in one that it found as it was, where another program may be
+    /// about to start it; else as [`get`](Self::get).
     pub async fn wait(&self, index: QueueIndex) -> Result<()> {
         self.wait_with(index, |_| {}).await
     }
@@ -295,23 +306,39 @@ impl Arm {
             }
             return Ok(());
         }
-        let started = self.exposure().started() == Some(true);
+        let (started, stopped) = {
+            let exposure = self.exposure();
+            (exposure.started() == Some(true), exposure.stopped())
+        };
+        // What a stream puts into a queue that stands is started by it.
+        let grace = if started || watch.counted {
+            STUCK
+        } else {
+            GRACE
+        };
         let patience = match pace {
+            Some(Pace::Home) => LONG,
+            Some(Pace::Motor(time)) if stopped => time,
+            // Waits and triggers are cut short by a stop.
+            _ if stopped => STANDING,
             Some(Pace::Trigger) => return Ok(()),
             Some(Pace::Motion | Pace::Rail) if started => return self.confirm_hold(watch).await,
-            Some(Pace::Motion | Pace::Rail | Pace::Moment) => STUCK,
-            Some(Pace::Pause(time)) => time + STUCK,
-            Some(Pace::Home) | None => LONG,
+            Some(Pace::Motion | Pace::Rail | Pace::Moment) => grace,
+            Some(Pace::Pause(time) | Pace::Motor(time)) => time.saturating_add(grace),
+            None => LONG,
         };
         if watch.changed.elapsed() < patience {
             return Ok(());
         }
-        let hint = match started {
-            true => "the arm stands still",
-            false => "the arm stands still; its queue may be stopped (`magician queue start`)",
+        let hint = match (stopped, started) {
+            (true, _) => ", and its queue is stopped: `magician queue start` lets it go on",
+            (_, true) => " and the arm stands still",
+            _ => {
+                " and the arm stands still; its queue was not started, or is stopped: `magician queue start` lets it go on"
+            }
         };
         let message = format!(
-            "waiting for queue index {}: it stays at {} and {hint}",
+            "waiting for queue index {}: it stays at {}{hint}",
             watch.progress.last.0, watch.progress.current.0
         );
         Err(Error::new(ErrorKind::Timeout, message))

@@ -126,3 +126,78 @@ async fn a_wait_of_another_program_before_ours_is_no_hold() {
         .await
         .unwrap();
 }
+
+/// How a wait for the next command ends in a queue that does not run, and after how long.
+async fn given_up(arm: &Arm, command: impl Into<Set>) -> (Duration, magician::Error) {
+    let index = arm.enqueue_set(&command.into()).await.unwrap();
+    let begun = Instant::now();
+    let error = arm.wait(index).await.unwrap_err();
+    (begun.elapsed(), error)
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_wait_in_a_queue_that_this_handle_stopped_ends_soon() {
+    let arm = real_time().await;
+    arm.start_queue().await.unwrap();
+    arm.stop_gentle().await.unwrap();
+    for command in [
+        words::wait(Duration::from_secs(3600)),
+        words::move_by(0.0, 5.0, 0.0, 0.0),
+    ] {
+        let (after, error) = given_up(&arm, command).await;
+        assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
+        assert!(after < Duration::from_secs(2), "{after:?}");
+        let said = error.to_string();
+        assert!(said.contains("its queue is stopped: `magician queue start`"));
+    }
+    arm.start_queue().await.unwrap();
+    arm.stop().await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_queue_that_nobody_of_this_program_started_is_given_time() {
+    let arm = real_time().await;
+    let (after, error) = given_up(&arm, words::move_by(0.0, 5.0, 0.0, 0.0)).await;
+    assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
+    let secs = after.as_secs_f64();
+    assert!((5.0..5.5).contains(&secs), "{secs}");
+    assert!(
+        error
+            .to_string()
+            .contains("not started, or is stopped: `magician queue start`")
+    );
+    // It is not dropped.
+    arm.start_queue().await.unwrap();
+    let last = arm.enqueue(&WaitCmd { timeout: 0 }).await.unwrap();
+    arm.wait(last).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn another_program_that_starts_the_queue_soon_is_waited_for() {
+    let desk = crate::desk::Desk::new();
+    let arm = desk.connect(Options::default()).await;
+    let index = arm.enqueue(&WaitCmd { timeout: 100 }).await.unwrap();
+    let (waited, ()) = tokio::join!(arm.wait(index), async {
+        tokio::time::sleep(Duration::from_secs(4)).await;
+        let start = FrameBuf::new(240, Ctrl::SET, &[]).unwrap();
+        desk.with(|controller| controller.receive(magician::sim::LinkId(7), start.bytes()));
+    });
+    waited.unwrap();
+    // And one that this program starts in another task.
+    arm.stop_gentle().await.unwrap();
+    let index = arm.enqueue(&WaitCmd { timeout: 100 }).await.unwrap();
+    let (waited, started) = tokio::join!(arm.wait(index), async {
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        arm.start_queue().await
+    });
+    waited.and(started).unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_motor_that_runs_for_long_is_no_hold() {
+    let arm = real_time().await;
+    let begun = Instant::now();
+    let belt = words::conveyor_by(magician::protocol::Stepper::Stepper1, 800.0, 20.0);
+    arm.run([belt], |_| {}).await.unwrap();
+    assert!(begun.elapsed() > Duration::from_secs(39));
+}

@@ -6,14 +6,17 @@ import os
 import re
 import threading
 import weakref
+from typing import TypeVar
 
 from .._magician import Call, Cell, Core
 from .._native import opened as remembered
 from .._native import wait, wait_done, wait_stopped
-from ..errors import PortError
-from ..ports import ports
+from .._ports import ports
+from ..errors import Error, PortError
 
 __all__ = ["Line", "find", "opened", "send_elsewhere"]
+
+T = TypeVar("T")
 
 GET, SET, QUEUED = 0, 1, 3
 START, STOP, FORCE_STOP = 240, 241, 242
@@ -63,7 +66,7 @@ class Line:
     """An open connection. Its calls end: with the answer, or with an exception of :mod:`magician.errors`.
 
     The arm is left as it is when the connection ends, as these libraries leave it; an interrupt while it is waited
-    for stops it.
+    for stops it. A program that catches the interrupt and goes on finds the queue empty, and running if it ran.
     """
 
     def __init__(self, port: str | None, *, timeout: float = 3.0) -> None:
@@ -73,6 +76,7 @@ class Line:
         """Whether the connection has been ended."""
         self.running = True
         """Whether the queue runs, as far as this connection has said so."""
+        self._stopped = False
         self._bench = _bench(self.name)
         self.is_new = self._bench is not None and not self._bench.used
         """Whether it is a virtual arm that has just been switched on."""
@@ -91,15 +95,29 @@ class Line:
         brick, unlearn or unlock something is sent if ``allow`` or ``MAGICIAN_ALLOW`` names it.
         """
         allow = f"{allow},{os.environ.get('MAGICIAN_ALLOW', '')}"
-        call = self._core.exchange(id, ctrl, params, patient and self.running, allow)
-        answer = wait_done(call, self._core)
+        if self._stopped and self.running and ctrl & QUEUED == QUEUED:
+            self._stopped = False
+            self._wait(self._core.exchange(START, SET, b"", False, ""))
+        answer = self._wait(self._core.exchange(id, ctrl, params, patient and self.running, allow))
         if id in (START, STOP, FORCE_STOP) and ctrl & SET:
             self.running = id == START
         return answer
 
     def finish(self, index: int, motion: bool = False) -> None:
         """Waits until a queued command has finished; of a motion, also whether it was refused."""
-        wait_done(self._core.finished(index, motion), self._core)
+        self._wait(self._core.finished(index, motion))
+
+    def _wait(self, call: Call[T]) -> T:
+        try:
+            return wait_done(call, self._core)
+        except Error:
+            raise
+        except BaseException as interruption:
+            # Whoever waits for a motion has had it stopped; one that was just put into the queue goes on.
+            if call.taken():
+                self.stop(interruption)
+            self._stopped = True
+            raise
 
     def set_timeout(self, timeout: float) -> None:
         """How long (s) every call may take from now on."""

@@ -92,65 +92,67 @@ class Dobot(Robot):
         self.logger = logging.Logger(__name__)
         """Hears of frames, at debug."""
         self._lock = threading.RLock()
-        self._open(port)
-        self.logger.debug("%s open", self._line.name)
-        self._setup()
+        self._magician_open(port)
+        self._ser: Port = self._magician_port
+        self.logger.debug("%s open", self._magician_line.name)
+        self._magician_setup()
         if alarms := self.get_alarms():
             self.logger.warning("clearing alarms: %s", ", ".join(alarm.name for alarm in alarms))
             self.clear_alarms()
 
-    @property
-    def _ser(self) -> Port:
-        return self._serial
-
-    def _fault(self, error: Error) -> Exception:
+    def _magician_fault(self, error: Error) -> Exception:
         return DobotException(str(error))
 
-    def _exchange(self, msg: Message) -> Message:
+    def _magician_exchange(self, msg: Message) -> Message:
         self.logger.debug(">> %s", msg)
-        answer = super()._exchange(msg)
+        answer = super()._magician_exchange(msg)
         self.logger.debug("<< %s", answer)
         return answer
 
     def close(self) -> None:
         """Ends the connection. The arm finishes what it was told."""
-        self._line.close()
-        self.logger.debug("%s closed", self._line.name)
+        self._magician_line.close()
+        self.logger.debug("%s closed", self._magician_line.name)
 
     def get_pose(self) -> Pose:
         """Where the arm is."""
-        values = struct.unpack("<8f", self._command(10, GET).params)
+        values = struct.unpack("<8f", self._magician_command(10, GET).params)
         return Pose(Position(*values[:4]), Joints(*values[4:]))
 
     def get_alarms(self) -> set[Alarm]:
         """The alarms that stand."""
-        bits = int.from_bytes(self._command(20, GET).params, "little")
+        bits = int.from_bytes(self._magician_command(20, GET).params, "little")
         return {Alarm(code) for code in range(bits.bit_length()) if bits >> code & 1}
 
     def clear_alarms(self) -> None:
         """Clears the alarms."""
-        self._command(20, SET)
+        self._magician_command(20, SET)
 
-    def _queued(self, answer: Message) -> int:
-        return self._extract_cmd_index(answer)
+    def _magician_queued(self, answer: Message) -> int:
+        return self._magician_index(answer)
+
+    @staticmethod
+    def _extract_cmd_index(response: Message) -> int:
+        """The queue index in the answer to a queued command."""
+        return Robot._magician_index(response)
 
     def wait_for_cmd(self, cmd_id: int) -> None:
         """Waits until the queued command with this index has finished."""
-        self._finish(cmd_id)
+        self._magician_finish(cmd_id)
 
     def _set_end_effector_laser(self, power: int = 255, enable: bool = False) -> Message:
-        return self._command(61, QUEUED, bytes((enable is True, power)))
+        return self._magician_command(61, QUEUED, bytes((enable is True, power)))
 
     def _set_home_cmd(self) -> Message:
-        return self._command(31, QUEUED)
+        return self._magician_command(31, QUEUED)
 
     def _set_arc_cmd(
         self, x: float, y: float, z: float, r: float, cir_x: float, cir_y: float, cir_z: float, cir_r: float
     ) -> Message:
-        return self._command(101, QUEUED, floats(cir_x, cir_y, cir_z, cir_r, x, y, z, r))
+        return self._magician_command(101, QUEUED, floats(cir_x, cir_y, cir_z, cir_r, x, y, z, r))
 
     def _set_home_coordinate(self, x: float, y: float, z: float, r: float) -> Message:
-        return self._command(30, QUEUED, floats(x, y, z, r))
+        return self._magician_command(30, QUEUED, floats(x, y, z, r))
 
     def _set_jog_coordinate_params(
         self,
@@ -163,49 +165,49 @@ class Dobot(Robot):
         az: float = 100,
         ar: float = 100,
     ) -> Message:
-        return self._command(71, QUEUED, floats(vx, vy, vz, vr, ax, ay, az, ar))
+        return self._magician_command(71, QUEUED, floats(vx, vy, vz, vr, ax, ay, az, ar))
 
     def _set_jog_command(self, cmd: int) -> Message:
-        return self._command(73, QUEUED, bytes((0, cmd)))
+        return self._magician_command(73, QUEUED, bytes((0, cmd)))
 
-    def _jog(self, axis: int, v: float) -> None:
+    def _magician_jog(self, axis: int, v: float) -> None:
         speeds = [0.0] * 4
         speeds[axis] = abs(v)
         self._set_jog_coordinate_params(*speeds)
         key = 0 if v == 0 else 2 * axis + (1 if v > 0 else 2)
-        self.wait_for_cmd(self._extract_cmd_index(self._set_jog_command(key)))
+        self.wait_for_cmd(self._magician_index(self._set_jog_command(key)))
 
     def jog_x(self, v: float) -> None:
         """Moves along x (mm/s) until 0 is said."""
-        self._jog(0, v)
+        self._magician_jog(0, v)
 
     def jog_y(self, v: float) -> None:
         """Moves along y (mm/s) until 0 is said."""
-        self._jog(1, v)
+        self._magician_jog(1, v)
 
     def jog_z(self, v: float) -> None:
         """Moves along z (mm/s) until 0 is said."""
-        self._jog(2, v)
+        self._magician_jog(2, v)
 
     def jog_r(self, v: float) -> None:
         """Turns the tool (degrees/s) until 0 is said."""
-        self._jog(3, v)
+        self._magician_jog(3, v)
 
     def set_io(self, address: int, state: bool) -> None:
         """Sets an output (1 to 22), and waits until it is set."""
         if not 1 <= address <= 22:
             raise DobotException(f"there is no output {address}: they are 1 to 22")
-        self.wait_for_cmd(self._queued(self._command(131, QUEUED, bytes((address, int(state))))))
+        self.wait_for_cmd(self._magician_queued(self._magician_command(131, QUEUED, bytes((address, int(state))))))
 
     def go_arc(
         self, x: float, y: float, z: float, r: float, cir_x: float, cir_y: float, cir_z: float, cir_r: float
     ) -> int:
         """Goes along an arc through the second pose to the first."""
-        return self._queued(self._set_arc_cmd(x, y, z, r, cir_x, cir_y, cir_z, cir_r))
+        return self._magician_queued(self._set_arc_cmd(x, y, z, r, cir_x, cir_y, cir_z, cir_r))
 
     def suck(self, enable: bool) -> int:
         """Switches the suction cup."""
-        return self._queued(self._set_end_effector_suction_cup(enable))
+        return self._magician_queued(self._set_end_effector_suction_cup(enable))
 
     def set_home(self, x: float, y: float, z: float, r: float = 0.0) -> None:
         """Sets where homing ends."""
@@ -213,20 +215,20 @@ class Dobot(Robot):
 
     def home(self) -> int:
         """Homes the arm."""
-        return self._queued(self._set_home_cmd())
+        return self._magician_queued(self._set_home_cmd())
 
     def grip(self, enable: bool) -> int:
         """Closes or opens the gripper."""
-        return self._queued(self._set_end_effector_gripper(enable))
+        return self._magician_queued(self._set_end_effector_gripper(enable))
 
     def laze(self, power: int = 0, enable: bool = False) -> int:
         """Switches the laser."""
-        return self._queued(self._set_end_effector_laser(power, enable))
+        return self._magician_queued(self._set_end_effector_laser(power, enable))
 
     def speed(self, velocity: float = 100.0, acceleration: float = 100.0) -> None:
         """Sets ratios (%) and the tool's speed (mm/s) and acceleration (mm/s^2), and waits until they are set."""
-        self.wait_for_cmd(self._queued(self._set_ptp_common_params(velocity, acceleration)))
-        self.wait_for_cmd(self._queued(self._set_ptp_coordinate_params(velocity, acceleration)))
+        self.wait_for_cmd(self._magician_queued(self._set_ptp_common_params(velocity, acceleration)))
+        self.wait_for_cmd(self._magician_queued(self._set_ptp_coordinate_params(velocity, acceleration)))
 
     def conveyor_belt(self, speed: float, direction: int = 1, interface: int = 0) -> None:
         """Lets the belt run: a share (0 to 1) of 50 mm/s, forward (1) or back (-1)."""
@@ -236,21 +238,21 @@ class Dobot(Robot):
 
     def _set_stepper_motor(self, speed: int, interface: int = 0, motor_control: bool = True) -> Message:
         head = (interface == 1, motor_control is True)
-        return self._command(135, QUEUED, struct.pack("<BBi", *head, int(speed)))
+        return self._magician_command(135, QUEUED, struct.pack("<BBi", *head, int(speed)))
 
     def _set_stepper_motor_distance(
         self, speed: float, distance: float, interface: int = 0, motor_control: bool = True
     ) -> Message:
         head = (interface == 1, motor_control is True)
-        return self._command(136, QUEUED, struct.pack("<BBiI", *head, int(speed), int(distance)))
+        return self._magician_command(136, QUEUED, struct.pack("<BBiI", *head, int(speed), int(distance)))
 
     def _set_cp_params(self, velocity: float, acceleration: float, period: float) -> Message:
-        return self._command(90, QUEUED, floats(acceleration, velocity, period) + b"\0")
+        return self._magician_command(90, QUEUED, floats(acceleration, velocity, period) + b"\0")
 
     def _set_cple_cmd(self, x: float, y: float, z: float, power: float, absolute: bool = False) -> Message:
         if not 0 <= power <= 100:
             raise AssertionError(f"the laser's power is 0 to 100, not {power}")
-        return self._command(92, QUEUED, struct.pack("<B4f", int(absolute), x, y, z, power))
+        return self._magician_command(92, QUEUED, struct.pack("<B4f", int(absolute), x, y, z, power))
 
     def engrave(
         self,
@@ -272,7 +274,7 @@ class Dobot(Robot):
         x, y, z = self.get_pose().position[:3]
         self.wait_for_cmd(self.laze(0, False))
         self._set_queued_cmd_clear()
-        self.wait_for_cmd(self._queued(self._set_cp_params(velocity, acceleration, actual_acceleration)))
+        self.wait_for_cmd(self._magician_queued(self._set_cp_params(velocity, acceleration, actual_acceleration)))
         self._set_queued_cmd_stop_exec()
         sent = 0
         for number, row in enumerate(rows):

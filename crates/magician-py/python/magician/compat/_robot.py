@@ -27,20 +27,24 @@ def switch(enable: object, name: str) -> bytes:
 
 
 class Robot:
-    """A connected arm. Every method sends one frame and returns the one that answers it."""
+    """A connected arm. Every method sends one frame and returns the one that answers it.
 
-    _line: Line
-    _serial: Port
+    Programs make classes of their own of the libraries' arms, and put into them what they like: what those libraries do
+    not have themselves is called ``_magician_…`` here.
+    """
 
-    def _open(self, port: str | None) -> None:
+    _magician_line: Line
+    _magician_port: Port
+
+    def _magician_open(self, port: str | None) -> None:
         try:
-            self._line = Line(port)
+            self._magician_line = Line(port)
         except Error as error:
-            raise self._fault(error) from error
-        self._serial = Port(self._line)
-        self._answer: Message | None = None
+            raise self._magician_fault(error) from error
+        self._magician_port = Port(self._magician_line)
+        self._magician_answer: Message | None = None
 
-    def _setup(self) -> None:
+    def _magician_setup(self) -> None:
         """What the libraries send to every arm that they connect to."""
         self._set_queued_cmd_start_exec()
         self._set_queued_cmd_clear()
@@ -49,87 +53,87 @@ class Robot:
         self._set_ptp_jump_params(10, 200)
         self._set_ptp_common_params(velocity=100, acceleration=100)
 
-    def _fault(self, error: Error) -> Exception:
+    def _magician_fault(self, error: Error) -> Exception:
         """The exception that a program for this library expects."""
         return error
 
-    def _exchange(self, msg: Message) -> Message:
+    def _magician_exchange(self, msg: Message) -> Message:
         msg.refresh()
         id, ctrl = msg.id, msg.ctrl
         assert isinstance(id, int) and isinstance(ctrl, int)
         try:
-            ctrl, params = self._line.exchange(id, ctrl, bytes(msg.params))
+            ctrl, params = self._magician_line.exchange(id, ctrl, bytes(msg.params))
         except Error as error:
-            raise self._fault(error) from error
+            raise self._magician_fault(error) from error
         return Message.answer(id, ctrl, params)
 
-    def _finish(self, index: int, motion: bool = False) -> None:
+    def _magician_finish(self, index: int, motion: bool = False) -> None:
         try:
-            self._line.finish(index, motion)
+            self._magician_line.finish(index, motion)
         except Error as error:
-            raise self._fault(error) from error
+            raise self._magician_fault(error) from error
 
     def _send_message(self, msg: Message) -> None:
         """Sends a frame; :meth:`_read_message` has its answer."""
-        self._answer = self._exchange(msg)
+        self._magician_answer = self._magician_exchange(msg)
 
     def _read_message(self) -> Message | None:
         """The answer to the frame that was sent last, once."""
-        answer, self._answer = self._answer, None
+        answer, self._magician_answer = self._magician_answer, None
         return answer
 
     def _send_command(self, msg: Message, wait: bool = False) -> Message:
         """Sends a frame and returns its answer; with ``wait``, when the queued command has finished."""
-        answer = self._exchange(msg)
+        answer = self._magician_exchange(msg)
         if wait:
-            self._finish(self._extract_cmd_index(answer), motion=True)
+            self._magician_finish(self._magician_index(answer), motion=True)
         return answer
 
-    def _command(self, id: int, ctrl: int, params: bytes = b"", wait: bool = False) -> Message:
+    def _magician_command(self, id: int, ctrl: int, params: bytes = b"", wait: bool = False) -> Message:
         msg = Message()
         msg.id, msg.ctrl, msg.params = id, ctrl, bytearray(params)
         return self._send_command(msg, wait) if wait else self._send_command(msg)
 
     @staticmethod
-    def _extract_cmd_index(response: Message) -> int:
+    def _magician_index(response: Message) -> int:
         """The queue index in the answer to a queued command."""
         return int.from_bytes(response.params[:8], "little")
 
     def _get_queued_cmd_current_index(self) -> int:
-        return self._extract_cmd_index(self._command(246, GET))
+        return self._magician_index(self._magician_command(246, GET))
 
     def _set_queued_cmd_start_exec(self) -> Message:
-        return self._command(240, SET)
+        return self._magician_command(240, SET)
 
     def _set_queued_cmd_stop_exec(self) -> Message:
-        return self._command(241, SET)
+        return self._magician_command(241, SET)
 
     def _set_queued_cmd_clear(self) -> Message:
-        return self._command(245, SET)
+        return self._magician_command(245, SET)
 
     def _set_ptp_joint_params(
         self, v_x: float, v_y: float, v_z: float, v_r: float, a_x: float, a_y: float, a_z: float, a_r: float
     ) -> Message:
-        return self._command(80, QUEUED, floats(v_x, v_y, v_z, v_r, a_x, a_y, a_z, a_r))
+        return self._magician_command(80, QUEUED, floats(v_x, v_y, v_z, v_r, a_x, a_y, a_z, a_r))
 
     def _set_ptp_coordinate_params(self, velocity: float, acceleration: float) -> Message:
-        return self._command(81, QUEUED, floats(velocity, velocity, acceleration, acceleration))
+        return self._magician_command(81, QUEUED, floats(velocity, velocity, acceleration, acceleration))
 
     def _set_ptp_jump_params(self, jump: float, limit: float) -> Message:
-        return self._command(82, QUEUED, floats(jump, limit))
+        return self._magician_command(82, QUEUED, floats(jump, limit))
 
     def _set_ptp_common_params(self, velocity: float, acceleration: float) -> Message:
-        return self._command(83, QUEUED, floats(velocity, acceleration))
+        return self._magician_command(83, QUEUED, floats(velocity, acceleration))
 
-    def _ptp(self, mode: int | Enum, x: float, y: float, z: float, r: float, wait: bool) -> Message:
+    def _magician_ptp(self, mode: int | Enum, x: float, y: float, z: float, r: float, wait: bool) -> Message:
         number = int(mode.value) if isinstance(mode, Enum) else int(mode)
-        return self._command(84, QUEUED, struct.pack("<B4f", number, x, y, z, r), wait)
+        return self._magician_command(84, QUEUED, struct.pack("<B4f", number, x, y, z, r), wait)
 
     def _set_cp_cmd(self, x: float, y: float, z: float) -> Message:
-        return self._command(91, QUEUED, struct.pack("<B3fB", 1, x, y, z, 0))
+        return self._magician_command(91, QUEUED, struct.pack("<B3fB", 1, x, y, z, 0))
 
     def _set_end_effector_suction_cup(self, enable: bool = False) -> Message:
-        return self._command(62, QUEUED, switch(enable, "suck"))
+        return self._magician_command(62, QUEUED, switch(enable, "suck"))
 
     def _set_end_effector_gripper(self, enable: bool = False) -> Message:
-        return self._command(63, QUEUED, switch(enable, "grip"))
+        return self._magician_command(63, QUEUED, switch(enable, "grip"))

@@ -9,7 +9,7 @@ import types
 from collections.abc import Iterator
 from typing import Any
 
-from ..ports import SerialPort, ports
+from .._ports import SerialPort, ports
 from ._line import Line, elsewhere
 
 __all__ = ["Port", "PortInfo", "comports", "grep", "install"]

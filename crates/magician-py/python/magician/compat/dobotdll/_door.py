@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import Any
 
 from ..._magician import command_id
+from ..._ports import ports
 from ...errors import (
     Error,
     InvalidInputError,
@@ -22,7 +23,6 @@ from ...errors import (
     UnreachableError,
     UnsupportedError,
 )
-from ...ports import ports
 from .._line import GET, QUEUED, SET, START, Line, elsewhere
 
 __all__ = ["Door"]

@@ -19,7 +19,7 @@ from .enums.ControlValues import ControlValues
 
 __all__ = ["CommunicationProtocolIDs", "ControlValues", "Dobot", "Message", "PTPMode"]
 
-BLANK = " " * 29
+_BLANK = " " * 29
 
 
 class Dobot(Robot):
@@ -34,56 +34,53 @@ class Dobot(Robot):
         """Whether every frame is printed."""
         self.lock = threading.Lock()
         """Not needed: calls may come from any thread."""
-        self._open(port)
-        self._say(f"{self.ser.name} open")
-        self._setup()
+        self._magician_open(port)
+        self.ser: Port = self._magician_port
+        """The port, as far as programs use it beside the library."""
+        self._magician_say(f"{self._magician_port.name} open")
+        self._magician_setup()
         self._get_pose()
 
-    @property
-    def ser(self) -> Port:
-        """The port, as far as programs use it beside the library."""
-        return self._serial
-
-    def _say(self, what: str) -> None:
+    def _magician_say(self, what: str) -> None:
         if self.verbose:
             print("pydobot:", what)
 
-    def _fault(self, error: Error) -> Exception:
+    def _magician_fault(self, error: Error) -> Exception:
         return _port_fault(error) if isinstance(error, PortError) else error
 
-    def _exchange(self, msg: Message) -> Message:
+    def _magician_exchange(self, msg: Message) -> Message:
         if self.verbose:
-            self._say(f">> {msg}")
-        answer = super()._exchange(msg)
+            self._magician_say(f">> {msg}")
+        answer = super()._magician_exchange(msg)
         if self.verbose:
-            self._say(f"<< {answer}")
+            self._magician_say(f"<< {answer}")
         return answer
 
-    def _finish(self, index: int, motion: bool = False) -> None:
-        self._say(f"waiting for command {index}")
-        super()._finish(index, motion)
-        self._say(f"command {index} executed")
+    def _magician_finish(self, index: int, motion: bool = False) -> None:
+        self._magician_say(f"waiting for command {index}")
+        super()._magician_finish(index, motion)
+        self._magician_say(f"command {index} executed")
 
     def _get_pose(self) -> Message:
         """Reads the pose into ``x``, ``y``, ``z``, ``r`` (mm, degrees) and ``j1`` to ``j4`` (degrees)."""
-        answer = self._command(10, GET)
+        answer = self._magician_command(10, GET)
         self.x, self.y, self.z, self.r, self.j1, self.j2, self.j3, self.j4 = pose = struct.unpack("<8f", answer.params)
         if self.verbose:
             names = ("x", "y", "z", "r", "j1", "j2", "j3", "j4")
-            self._say(BLANK.join(f"{name}:{value:03.1f}" for name, value in zip(names, pose, strict=False)))
+            self._magician_say(_BLANK.join(f"{name}:{value:03.1f}" for name, value in zip(names, pose, strict=False)))
         return answer
 
     def _set_ptp_cmd(self, x: float, y: float, z: float, r: float, mode: int | Enum, wait: bool) -> Message:
-        return self._ptp(mode, x, y, z, r, wait)
+        return self._magician_ptp(mode, x, y, z, r, wait)
 
     def _set_wait_cmd(self, ms: int) -> Message:
-        return self._command(110, QUEUED, struct.pack("<I", ms))
+        return self._magician_command(110, QUEUED, struct.pack("<I", ms))
 
     def _get_eio_level(self, address: int) -> Message:
-        return self._command(131, GET, bytes((address,)))
+        return self._magician_command(131, GET, bytes((address,)))
 
     def _set_eio_level(self, address: int, level: int) -> Message:
-        return self._command(131, SET, bytes((address, level)))
+        return self._magician_command(131, SET, bytes((address, level)))
 
     def get_eio(self, addr: int) -> Message:
         """Asks for the level of an output; the second parameter of the answer is it."""
@@ -96,8 +93,8 @@ class Dobot(Robot):
     def close(self) -> None:
         """Ends the connection. The arm finishes what it was told."""
         self._on = False
-        self._line.close()
-        self._say(f"{self._serial.name} closed")
+        self._magician_line.close()
+        self._magician_say(f"{self._magician_port.name} closed")
 
     def go(self, x: float, y: float, z: float, r: float = 0.0) -> None:
         """The old name of :meth:`move_to`."""

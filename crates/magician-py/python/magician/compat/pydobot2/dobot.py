@@ -35,7 +35,7 @@ class Dobot(_Dobot):
     """A connected arm, with the interface of pydobot2."""
 
     def _set_ptp_cmd(self, x: float, y: float, z: float, r: float, mode: int, wait: bool = False) -> Message:
-        return self._ptp(mode, x, y, z, r, wait)
+        return self._magician_ptp(mode, x, y, z, r, wait)
 
     def move_to(
         self, x: float, y: float, z: float, r: float = 0.0, mode: int = MODE_PTP.MOVJ_XYZ, wait: bool = False
@@ -44,7 +44,7 @@ class Dobot(_Dobot):
 
         ``wait`` is what pydobot2's own example passes: with it, this returns when the arm is there.
         """
-        return self._queued(self._set_ptp_cmd(x, y, z, r, mode, wait))
+        return self._magician_queued(self._set_ptp_cmd(x, y, z, r, mode, wait))
 
     def conveyor_belt_distance(self, speed: float, distance: int, direction: int = 1, interface: int = 0) -> None:
         """Moves the belt by a number of motor steps at a speed (mm/s, up to 100)."""

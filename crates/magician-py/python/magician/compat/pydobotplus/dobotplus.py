@@ -34,7 +34,7 @@ __all__ = [
     "Position",
 ]
 
-QUEUED_READ = 2
+_QUEUED_READ = 2
 
 
 class CustomPosition:
@@ -55,7 +55,7 @@ class Dobot(_Dobot):
     PORT_GP5 = 3
 
     def _set_ptp_cmd(self, x: float, y: float, z: float, r: float, mode: int, wait: bool) -> Message:
-        return self._ptp(mode, x, y, z, r, wait)
+        return self._magician_ptp(mode, x, y, z, r, wait)
 
     def move_to(
         self,
@@ -76,7 +76,7 @@ class Dobot(_Dobot):
             here = self.get_pose().position
             x, y, z, r = (now if wanted is None else wanted for now, wanted in zip(here, (x, y, z, r), strict=False))
         mode = MODE_PTP.MOVJ_XYZ if mode is None else mode
-        return self._queued(self._set_ptp_cmd(x, y, z, r, mode, wait=wait))
+        return self._magician_queued(self._set_ptp_cmd(x, y, z, r, mode, wait=wait))
 
     def move_rel(self, x: float = 0, y: float = 0, z: float = 0, r: float = 0, wait: bool = True) -> None:
         """Goes by so much from where the arm is."""
@@ -91,28 +91,28 @@ class Dobot(_Dobot):
             raise DobotException(f"the belt's speed is up to 100 mm/s, not {speed_mm_per_sec}")
         steps = 360.0 / 1.8 * 10.0 * 16.0 / 2.0 / (34 * math.pi)
         speed = int(speed_mm_per_sec * steps * direction)
-        return self._queued(self._set_stepper_motor_distance(speed, int(distance_mm * steps), interface))
+        return self._magician_queued(self._set_stepper_motor_distance(speed, int(distance_mm * steps), interface))
 
     def set_hht_trig_output(self, state: bool) -> None:
         """Sets whether teaching by hand reports points."""
-        self._command(41, QUEUED_READ, bytes((int(state),)))
+        self._magician_command(41, _QUEUED_READ, bytes((int(state),)))
 
     def get_hht_trig_output(self) -> bool:
         """Whether teaching by hand reports points."""
-        return bool(self._command(41, GET).params[0])
+        return bool(self._magician_command(41, GET).params[0])
 
     def set_color(self, enable: bool = True, port: int = PORT_GP2, version: int = 1) -> int:
         """Switches the colour sensor; version 0 is the older one."""
-        return self._queued(self._command(137, QUEUED, bytes((int(enable), port, version))))
+        return self._magician_queued(self._magician_command(137, QUEUED, bytes((int(enable), port, version))))
 
     def get_color(self, port: int = PORT_GP2, version: int = 1) -> list[bool]:
         """Whether red, green, blue stands out."""
-        return [bool(value) for value in self._command(137, GET, bytes((port, 1, version))).params[:3]]
+        return [bool(value) for value in self._magician_command(137, GET, bytes((port, 1, version))).params[:3]]
 
     def set_ir(self, enable: bool = True, port: int = PORT_GP4) -> int:
         """Switches the infrared sensor."""
-        return self._queued(self._command(138, QUEUED_READ, bytes((int(enable), port))))
+        return self._magician_queued(self._magician_command(138, _QUEUED_READ, bytes((int(enable), port))))
 
     def get_ir(self, port: int = PORT_GP4) -> bool:
         """Whether something is before the infrared sensor."""
-        return bool(self._command(138, GET, bytes((port,))).params[0])
+        return bool(self._magician_command(138, GET, bytes((port,))).params[0])

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from . import _magician
+from ._arguments import seconds
+from ._magician import Call
 from ._native import until, wait
 
 __all__ = ["Found", "SerialPort", "discover", "discover_async", "ports"]
@@ -68,9 +71,15 @@ def discover(hosts: Iterable[str] = (), *, within: float = 1.0) -> list[Found]:
     That nobody answers is no error. Raises :class:`~magician.errors.InvalidInputError` for what is no host,
     :class:`~magician.errors.PortError` when a host's name is not known or this computer has no network.
     """
-    return [Found(*parts) for parts in wait(_magician.discover(list(hosts), within))]
+    return [Found(*parts) for parts in wait(_asking(hosts, within))]
 
 
 async def discover_async(hosts: Iterable[str] = (), *, within: float = 1.0) -> list[Found]:
-    """As :func:`discover`, for programs on asyncio."""
-    return [Found(*parts) for parts in await until(_magician.discover(list(hosts), within))]
+    """As :func:`magician.discover`, for programs on asyncio."""
+    return [Found(*parts) for parts in await until(_asking(hosts, within))]
+
+
+def _asking(hosts: Iterable[str], within: float) -> Call[Any]:
+    if isinstance(hosts, str):
+        raise TypeError(f"hosts is {hosts!r}; it takes names in a list: [{hosts!r}]")
+    return _magician.discover(list(hosts), seconds("within", within, most=60))

@@ -1,0 +1,19 @@
+"""What belongs to a connection, and with it to one process."""
+
+from __future__ import annotations
+
+from typing import NoReturn
+
+__all__ = ["Bound"]
+
+
+class Bound:
+    """It is neither copied nor pickled."""
+
+    __slots__ = ()
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            f"{type(self).__name__} is bound to its connection and to this process, and is neither copied nor pickled: "
+            "connect anew where it is needed, and hand over the port, plans or readings"
+        )

@@ -1,0 +1,54 @@
+"""Commands by the names that people know them by."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from . import _magician, commands
+from ._protocol import Answer, Command, Query, Writable
+from .errors import InvalidInputError
+
+
+def find(name: str, form: str, fields: dict[str, Any]) -> Any:
+    """The class or the object of ``commands`` that a person means by a name and fields; ``form`` is ``"get"`` or
+    ``"set"``.
+    """
+    try:
+        cls: type[Any] = getattr(commands, _magician.find(name, form))
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{error}{_meant(name, _named(form))}") from None
+    if form == "get" and issubclass(cls, Answer):
+        if fields:
+            raise TypeError(f"{cls.__name__} is asked for without {', '.join(fields)}")
+        return cls
+    known = {each.name: each for each in dataclasses.fields(cls)}
+    for field in fields:
+        if field not in known:
+            there = f"; it has {', '.join(known)}" if known else "; it has none"
+            raise TypeError(f"{cls.__name__} has no field `{field}`{_meant(field, known) or there}")
+    missing = [name for name, each in known.items() if each.default is dataclasses.MISSING and name not in fields]
+    if missing:
+        raise TypeError(f"{cls.__name__} takes {', '.join(missing)} as well")
+    return cls(**fields)
+
+
+def _named(form: str) -> list[str]:
+    """The names of all that can be asked for, or set."""
+    kinds: tuple[type[Command], ...] = (Answer, Query) if form == "get" else (Writable,)
+    everything: Mapping[str, Any] = vars(commands)
+    return [name for name, each in everything.items() if hasattr(each, "LAYOUT") and issubclass(each, kinds)]
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    """Which of these somebody may have meant."""
+    plain = {_plain(each): each for each in known}
+    near = difflib.get_close_matches(_plain(name), plain, 3, 0.6)
+    return f"; did you mean {' or '.join(plain[each] for each in near)}?" if near else ""
+
+
+def _plain(name: str) -> str:
+    """A name as it is compared: without case, lines, and the vendor's verbs."""
+    return name.lower().replace("_", "").replace("-", "").removeprefix("get").removeprefix("set")

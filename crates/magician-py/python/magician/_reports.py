@@ -1,0 +1,189 @@
+"""What is told of a program before it runs: notes on its file, and what a check has found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from html import escape
+from typing import Any
+
+from .errors import Error
+
+__all__ = ["Complaint", "Note", "Report", "clock", "report"]
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What was left out of a file or taken in a certain way; nothing of it is an error."""
+
+    message: str
+    """What."""
+    line: int | None = None
+    """Line of the file, from 1."""
+    column: int | None = None
+    """Column in that line, from 1."""
+    name: str | None = None
+    """The element or point of the file."""
+    help: str | None = None
+    """What to do about it."""
+
+    def __str__(self) -> str:
+        help = f" ({self.help})" if self.help else ""
+        return _placed(self.message, _place(self.line, self.column, None), self.name) + help
+
+
+@dataclass(frozen=True, slots=True)
+class Complaint:
+    """A step that the arm could not do, or that a guard refuses."""
+
+    step: int
+    """Which step, from 1; one more than there are for what is wrong at the end."""
+    error: Error = field(hash=False)
+    """What a run of it would raise: with the value and its limit, where it is a matter of how much."""
+    line: int | None = None
+    """Line of the file that it comes from, from 1."""
+    column: int | None = None
+    """Column in that line, from 1."""
+    row: int | None = None
+    """Row of the array that it comes from, from 0."""
+    name: str | None = None
+    """The element or point of the file that it belongs to."""
+
+    @property
+    def message(self) -> str:
+        """Why, in a sentence: ``joint 2 would be at 91.3 deg, limit 85.0 deg``."""
+        return str(self.error)
+
+    @property
+    def value(self) -> float | None:
+        """What was too much or too little, in :attr:`unit`."""
+        return self.error.value
+
+    @property
+    def limit(self) -> float | None:
+        """What it may be, in :attr:`unit`."""
+        return self.error.limit
+
+    @property
+    def unit(self) -> str | None:
+        """The unit of both."""
+        return self.error.unit
+
+    def __eq__(self, other: object) -> bool:
+        # Exceptions are equal to nothing but themselves.
+        return _told(self) == _told(other) if isinstance(other, Complaint) else NotImplemented
+
+    def __repr__(self) -> str:
+        return f"<Complaint: {self}>"
+
+    def __str__(self) -> str:
+        place = [*_place(self.line, self.column, self.row), f"step {self.step}"]
+        return _placed(self.message, place, self.name)
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a check has found. A notebook shows it as a table."""
+
+    refused: int
+    """How many steps the arm could not do."""
+    complaints: list[Complaint]
+    """The first hundred of them, in their order."""
+    steps: int
+    """How many steps the plan has."""
+    counts: dict[str, int]
+    """How many of each kind: ``{"move": 4, "path": 120}``."""
+    seconds: float | None
+    """How long the arm takes, on its own clock; ``None`` if a step has no end that is known: homing, a trigger."""
+    drawn: float
+    """How far the tool draws or burns, mm."""
+    travelled: float
+    """How far it goes besides, mm."""
+    bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None
+    """The least and the greatest x, y, z at which steps end, mm."""
+    longest_way: tuple[int, float] | None
+    """The step with the longest way, from 1, and how long that is, mm."""
+    longest_time: tuple[int, float] | None
+    """The step that takes longest, from 1, and how long, s."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the arm can do all of it."""
+        return self.refused == 0
+
+    def raise_if_refused(self) -> None:
+        """Raises what the first complaint is about, if there is one."""
+        for complaint in self.complaints:
+            raise complaint.error
+
+    def __str__(self) -> str:
+        lines = [self._line()]
+        lines += map(str, self.complaints[:10])
+        if self.refused > 10:
+            lines.append(f"and {self.refused - 10} more")
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"<Report: {self._line()}>"
+
+    def _line(self) -> str:
+        time = "its time is not known" if self.seconds is None else f"takes {self.seconds:.1f} s"
+        state = (
+            "the arm can do all of it"
+            if self.ok
+            else f"{self.refused} step{' is' if self.refused == 1 else 's are'} refused"
+        )
+        return f"{self.steps} steps, {self.drawn:.0f} mm drawn, {self.travelled:.0f} mm travelled, {time}: {state}"
+
+    def _repr_html_(self) -> str:
+        found = "".join(
+            f"<tr><td>{each.step}</td><td>{escape(', '.join(_place(each.line, each.column, each.row)))}</td>"
+            f"<td>{escape(each.name or '')}</td><td>{escape(each.message)}</td></tr>"
+            for each in self.complaints[:20]
+        )
+        table = f"<table><tr><th>step</th><th>where</th><th>name</th><th>why</th></tr>{found}</table>" if found else ""
+        return f"<p>{escape(self._line())}</p>{table}"
+
+
+def report(found: dict[str, Any]) -> Report:
+    """The report of what the native part has found."""
+    bounds = found["bounds"]
+    return Report(
+        refused=found["refused"],
+        complaints=[Complaint(**each) for each in found["complaints"]],
+        steps=found["steps"],
+        counts=found["counts"],
+        seconds=found["seconds"],
+        drawn=found["drawn"],
+        travelled=found["travelled"],
+        bounds=None if bounds is None else (tuple(bounds[0]), tuple(bounds[1])),
+        longest_way=found["longest_way"],
+        longest_time=found["longest_time"],
+    )
+
+
+def _told(complaint: Complaint) -> tuple[object, ...]:
+    place = complaint.step, complaint.line, complaint.column, complaint.row, complaint.name
+    error = complaint.error
+    return *place, error.kind, str(error), error.value, error.limit, error.unit
+
+
+def clock(seconds: float) -> str:
+    """A time as clocks have it."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def _place(line: int | None, column: int | None, row: int | None) -> list[str]:
+    if row is not None:
+        return [f"row {row}"]
+    if line is None:
+        return []
+    return [f"line {line}"] if column is None else [f"line {line}", f"column {column}"]
+
+
+def _placed(message: str, place: list[str], name: str | None) -> str:
+    where = ", ".join(place)
+    if name:
+        where = f"{where} ({name})" if where else f"({name})"
+    return f"{where}: {message}" if where else message

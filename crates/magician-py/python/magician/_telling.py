@@ -1,0 +1,101 @@
+"""How a run is told of: to whom, on which line, and when it breaks."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from typing import Any, TextIO
+
+from ._reports import clock, report
+from .running import PlanProgress, RunResult, Watcher
+
+__all__ = ["Line", "Telling"]
+
+PATIENCE = 0.3
+"""A run that is over sooner needs no line, s."""
+LINES = 3.0
+"""Between two lines where none can be written over, s."""
+
+
+class Telling:
+    """Tells somebody how far a run is."""
+
+    def __init__(self, steps: int, watcher: Watcher) -> None:
+        # A program without a console has no stderr.
+        out: TextIO | None = sys.stderr
+        self._line = Line(out) if watcher is True and out is not None else None
+        self._tell = watcher if callable(watcher) else self._line
+        self._now = PlanProgress(0, steps, None)
+
+    def __call__(self, reported: tuple[int, float | None]) -> None:
+        """Hears what the native part reports."""
+        now = PlanProgress(reported[0], self._now.steps, reported[1])
+        if now != self._now:
+            self._now = now
+            if self._tell is not None:
+                self._tell(now)
+
+    def ended(self, found: dict[str, Any]) -> RunResult:
+        """The run has ended well."""
+        if self._line is not None:
+            self._line.end(self._now)
+        return RunResult(
+            steps=found["steps"],
+            commands=found["commands"],
+            seconds=found["seconds"],
+            first_index=found["first_index"],
+            last_index=found["last_index"],
+            report=report(found["report"]),
+        )
+
+    def broken(self, error: BaseException) -> None:
+        """It has not: the exception is told how far it came."""
+        if self._line is not None:
+            self._line.clear()
+        if 0 < self._now.done < self._now.steps:
+            done, steps = self._now.done, self._now.steps
+            _note(error, f"at least {done} of {steps} steps are done; first_step={done + 1} goes on")
+
+
+class Line:
+    """A line on a terminal that is written over, or one every few seconds elsewhere."""
+
+    def __init__(self, out: TextIO) -> None:
+        self._out = out
+        self._over = out.isatty()
+        self._begun = self._last = time.monotonic()
+        self._shown = False
+
+    def __call__(self, progress: PlanProgress) -> None:
+        now = time.monotonic()
+        if now - self._last < (PATIENCE if self._over and not self._shown else 0 if self._over else LINES):
+            return
+        self._last, self._shown = now, True
+        if self._over:
+            filled = int(24 * progress.share)
+            self._write(f"\r[{'=' * filled}{' ' * (24 - filled)}] {progress}\x1b[K")
+        else:
+            self._write(f"{progress}\n")
+
+    def clear(self) -> None:
+        if self._over and self._shown:
+            self._write("\r\x1b[K")
+
+    def end(self, progress: PlanProgress) -> None:
+        self.clear()
+        self._write(f"{progress.done} of {progress.steps} steps done in {clock(time.monotonic() - self._begun)}\n")
+
+    def _write(self, text: str) -> None:
+        # Nobody who reads is no reason to stop an arm.
+        with contextlib.suppress(OSError, ValueError):
+            self._out.write(text)
+            self._out.flush()
+
+
+def _note(error: BaseException, text: str) -> None:
+    """Adds a line to what an exception says of itself."""
+    if sys.version_info >= (3, 11):
+        error.add_note(text)
+    else:
+        error.__notes__ = [*getattr(error, "__notes__", []), text]  # type: ignore[attr-defined]

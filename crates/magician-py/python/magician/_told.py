@@ -1,0 +1,112 @@
+"""What the native part tells of, as values and exceptions of this package."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from .alarms import Alarm
+from .errors import (
+    AlarmError,
+    ClosedError,
+    Error,
+    InvalidInputError,
+    PortError,
+    QueueFullError,
+    ResponseTimeoutError,
+    UncertainError,
+    UnexpectedError,
+    UnreachableError,
+    UnsupportedError,
+)
+from .events import (
+    AlarmCleared,
+    AlarmRaised,
+    CommandFinished,
+    Event,
+    LinkFound,
+    LinkLost,
+    Missed,
+    Reset,
+    Unaccounted,
+)
+from .readings import Link, Status
+
+_ERRORS: dict[str, type[Error]] = {
+    each.kind: each
+    for each in (
+        InvalidInputError,
+        UnreachableError,
+        PortError,
+        ResponseTimeoutError,
+        UnexpectedError,
+        UnsupportedError,
+        QueueFullError,
+        AlarmError,
+        UncertainError,
+        ClosedError,
+    )
+}
+
+
+def error(
+    kind: str,
+    message: str,
+    *,
+    command: str | None = None,
+    value: float | None = None,
+    limit: float | None = None,
+    unit: str | None = None,
+    from_index: int | None = None,
+    to_index: int | None = None,
+    alarms: Sequence[int] | None = None,
+) -> Error:
+    """The exception of a kind."""
+    return _ERRORS.get(kind, Error)(
+        message,
+        command=command,
+        value=value,
+        limit=limit,
+        unit=unit,
+        from_index=from_index,
+        to_index=to_index,
+        alarms=alarms,
+    )
+
+
+_EVENTS: dict[str, type[Event]] = {
+    each.__name__: each
+    for each in (AlarmRaised, AlarmCleared, CommandFinished, LinkLost, LinkFound, Reset, Unaccounted, Missed)
+}
+
+
+def event(parts: tuple[str, tuple[Any, ...]]) -> Event:
+    """The event that the native part tells of."""
+    name, fields = parts
+    kind = _EVENTS[name]
+    if kind is AlarmRaised or kind is AlarmCleared:
+        return kind(Alarm(fields[0]))
+    return kind(*fields)
+
+
+def link(parts: tuple[Any, ...]) -> Link:
+    """How the line stands."""
+    state, why, sought, ago = parts
+    return Link(state, why, sought, time.monotonic() - ago if state == "lost" else None)
+
+
+def status(parts: tuple[Any, ...]) -> Status:
+    """A reading of the arm's state."""
+    pose, current, space, alarms, line, ago, inputs, outputs, analogs = parts
+    return Status(
+        pose,
+        current,
+        space,
+        alarms,
+        link(line),
+        time.monotonic() - ago,
+        {address: level != 0 for address, level in inputs},
+        {address: level != 0 for address, level in outputs},
+        dict(analogs),
+    )
