@@ -64,5 +64,7 @@ class Debian:
                 raise RuntimeError(f"apt-get {words[0]}: {done.stdout}")
         for package in sorted((work / "archives").glob("*.deb")):
             subprocess.run(["dpkg-deb", "-x", package, work / "root"], check=True)
+        if not (work / "root" / "lib").exists():
+            (work / "root" / "lib").symlink_to("usr/lib")
         (work / "root").rename(self.home)
         shutil.rmtree(work)
