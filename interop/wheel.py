@@ -5,8 +5,8 @@ another system or processor: it needs nothing but that package and checks.py.
 """
 
 import asyncio
+import os
 import pathlib
-import platform
 import sys
 import tempfile
 
@@ -76,7 +76,9 @@ def looks(checks):
 
 def main():
     checks = Checks()
-    print(f"  Python {platform.python_version()}, {platform.system()} {platform.machine()}")
+    # The module platform asks Windows what Wine does not know.
+    machine = os.uname().machine if hasattr(os, "uname") else ""
+    print(f"  Python {sys.version.split()[0]}, {sys.platform} {machine}".rstrip())
     checks.section(drives)
     checks.section(rehearses, sys.argv[1])
     checks.section(both_ways)
