@@ -5,10 +5,12 @@ another system or processor: it needs nothing but that package and checks.py.
 """
 
 import asyncio
+import contextlib
 import os
 import pathlib
 import sys
 import tempfile
+import threading
 
 import magician
 from magician import aio, commands, words
@@ -74,6 +76,19 @@ def looks(checks):
         checks.ok("a port that is not there", True, error)
 
 
+def leaves_a_thread():
+    """A thread that is in a call when the interpreter ends: its stack is unwound, through ours."""
+    arm = magician.Arm("sim:1")
+    arm.clear_alarms()
+
+    def for_ever():
+        while True:
+            with contextlib.suppress(magician.errors.ClosedError):
+                arm.pose()
+
+    threading.Thread(target=for_ever, daemon=True).start()
+
+
 def main():
     checks = Checks()
     # The module platform asks Windows what Wine does not know.
@@ -83,6 +98,7 @@ def main():
     checks.section(rehearses, sys.argv[1])
     checks.section(both_ways)
     checks.section(looks)
+    leaves_a_thread()
     checks.finish()
 
 
