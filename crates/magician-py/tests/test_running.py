@@ -131,7 +131,7 @@ def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monk
     clock = [0.0]
     monkeypatch.setattr("magician._telling.time.monotonic", lambda: clock[0])
     for out, wanted in (
-        (Terminal(), "\r[======            ] step 1 of 4, 25 %, 0:09 left\x1b[K"),
+        (Terminal(), "\r[======            ] step 1 of 4, 25 %, 0:09 left"),
         (io.StringIO(), "step 1 of 4"),
     ):
         clock[0] = 0.0
@@ -141,6 +141,12 @@ def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monk
         clock[0] = 3.1
         line(PlanProgress(1, 4, 9.0))
         assert wanted.replace("      ", "") in out.getvalue().replace("      ", "")
+        if out.isatty():
+            clock[0] = 3.2
+            line(PlanProgress(2, 4, None))
+            written = out.getvalue().split("\r")
+            assert written[-1].rstrip() == "[============            ] step 2 of 4, 50 %"
+            assert len(written[-1]) == len(written[-2]), "nothing of the longer line is left"
         line.end(PlanProgress(4, 4, 0.0))
         assert out.getvalue().endswith("4 of 4 steps done in 0:03\n")
 

@@ -65,22 +65,26 @@ class Line:
         self._out = out
         self._over = out.isatty()
         self._begun = self._last = time.monotonic()
-        self._shown = False
+        # How much of the line is written on. Blanks go over it: a console of Windows need not obey escape sequences.
+        self._width = 0
 
     def __call__(self, progress: PlanProgress) -> None:
         now = time.monotonic()
-        if now - self._last < (PATIENCE if self._over and not self._shown else 0 if self._over else LINES):
+        if now - self._last < (PATIENCE if self._over and not self._width else 0 if self._over else LINES):
             return
-        self._last, self._shown = now, True
+        self._last = now
         if self._over:
             filled = int(24 * progress.share)
-            self._write(f"\r[{'=' * filled}{' ' * (24 - filled)}] {progress}\x1b[K")
+            bar = f"[{'=' * filled}{' ' * (24 - filled)}] {progress}"
+            self._write("\r" + bar.ljust(self._width))
+            self._width = len(bar)
         else:
             self._write(f"{progress}\n")
 
     def clear(self) -> None:
-        if self._over and self._shown:
-            self._write("\r\x1b[K")
+        if self._width:
+            self._write("\r" + " " * self._width + "\r")
+            self._width = 0
 
     def end(self, progress: PlanProgress) -> None:
         self.clear()

@@ -1,0 +1,70 @@
+"""A Python of Debian's for another processor, in a folder, with nothing installed: apt-get with lists of its own."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+
+KEYS = pathlib.Path("/usr/share/keyrings/debian-archive-keyring.gpg")
+# The release: the minor version of its Python, and the names of some libraries there.
+SUITES = {"bookworm": (11, ("libssl3", "libffi8")), "trixie": (13, ("libssl3t64", "libffi8"))}
+LIBRARIES = ("libc6", "libgcc-s1", "libexpat1", "zlib1g", "libbz2-1.0", "liblzma5", "libuuid1")
+QEMU = {"arm64": "qemu-aarch64-static", "armhf": "qemu-arm-static"}
+
+CONFIGURATION = """\
+APT::Architecture "{arch}";
+APT::Architectures {{ "{arch}"; }};
+APT::Sandbox::User "";
+Acquire::Languages "none";
+Acquire::Retries "5";
+Debug::NoLocking "true";
+Dir::Cache "{work}";
+Dir::State::Lists "{work}/lists";
+Dir::State::status "{work}/status";
+Dir::Etc::SourceList "/dev/null";
+Dir::Etc::SourceParts "{work}/sources";
+"""
+SOURCES = "Types: deb\nURIs: http://deb.debian.org/debian\nSuites: {suite}\nComponents: main\nSigned-By: {keys}\n"
+
+
+class Debian:
+    """The Python of a release of Debian for a processor, in a folder of a home."""
+
+    def __init__(self, arch, suite, home):
+        self.arch, self.suite = arch, suite
+        self.minor, self._own = SUITES[suite]
+        self.home = home / f"debian-{suite}-{arch}"
+        self.python = [QEMU[arch], "-L", self.home, self.home / "usr" / "bin" / f"python3.{self.minor}"]
+
+    def missing(self):
+        """What this computer lacks for it; nothing if it lacks nothing."""
+        lacking = [name for name in (QEMU[self.arch], "apt-get", "dpkg-deb") if not shutil.which(name)]
+        if not KEYS.exists():
+            lacking.append(str(KEYS))
+        return f"this computer has no {', '.join(lacking)}" if lacking else ""
+
+    def unpack(self):
+        """Fetches it, once."""
+        if self.home.exists():
+            return
+        work = self.home.with_name(self.home.name + "-fetched")
+        shutil.rmtree(work, ignore_errors=True)
+        for folder in ("lists/partial", "archives/partial", "sources", "root"):
+            (work / folder).mkdir(parents=True)
+        (work / "status").touch()
+        (work / "apt.conf").write_text(CONFIGURATION.format(arch=self.arch, work=work))
+        (work / "sources" / "debian.sources").write_text(SOURCES.format(suite=self.suite, keys=KEYS))
+        python = f"python3.{self.minor}"
+        names = [f"{python}-minimal", f"lib{python}-minimal", f"lib{python}-stdlib", *LIBRARIES, *self._own]
+        for words in (["update"], ["download", *names]):
+            done = subprocess.run(["apt-get", "-qq", *words], cwd=work / "archives", text=True, stdin=subprocess.DEVNULL,
+                                  env={**os.environ, "APT_CONFIG": str(work / "apt.conf")}, timeout=300,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            if done.returncode:
+                raise RuntimeError(f"apt-get {words[0]}: {done.stdout}")
+        for package in sorted((work / "archives").glob("*.deb")):
+            subprocess.run(["dpkg-deb", "-x", package, work / "root"], check=True)
+        if not (work / "root" / "lib").exists():
+            (work / "root" / "lib").symlink_to("usr/lib")
+        (work / "root").rename(self.home)
+        shutil.rmtree(work)
