@@ -142,6 +142,18 @@ impl ArmClock {
         }
     }
 
+    pub(crate) fn speed(&self) -> Speed {
+        self.speed
+    }
+
+    /// The same clock at another speed from the instant on at which it shows `arm` and the wall clock `wall`.
+    pub(crate) fn at_speed(self, speed: Speed, arm: Micros, wall: Micros) -> Self {
+        Self {
+            wall,
+            ..Self::new(speed, arm)
+        }
+    }
+
     /// Lets the arm's time pass until the wall clock shows `wall`. If that shows the observer more than can be shown in
     /// one go, the arm's clock stays behind and goes on from there.
     pub(crate) fn pass<O: Observer>(

@@ -7,6 +7,8 @@ use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
 
 /// Shortest time between two looks.
 pub(super) const SOON: Micros = 10_000;
+/// The same where a look takes no time.
+const LEAST: Micros = 1000;
 /// Longest time between two looks while something is under way.
 const LATE: Micros = 200_000;
 /// Time between two looks while commands flow and there is room for many more: a look costs as much of the line as a
@@ -32,6 +34,8 @@ pub(super) struct Reader {
     rest: [Option<Reading>; 3],
     /// When the next look begins.
     due: Option<Micros>,
+    /// When it is worth one, if the clock leaps: as `due`, but not brought forward or put off for the sake of the line.
+    worth: Option<Micros>,
     wants_left: bool,
     wants_pose: bool,
     /// The look that is planned is in no hurry.
@@ -60,6 +64,7 @@ impl Reader {
             flight: None,
             rest: [None; 3],
             due: None,
+            worth: None,
             wants_left: false,
             wants_pose: false,
             seldom: false,
@@ -91,6 +96,19 @@ impl Reader {
         self.due.filter(|_| !self.is_busy())
     }
 
+    /// As [`poll_timeout`](Self::poll_timeout), for a clock that leaps.
+    pub(super) fn poll_leap(&self) -> Option<Micros> {
+        self.worth.or(self.due).filter(|_| !self.is_busy())
+    }
+
+    /// The clock has leapt to `now`. Nobody has to be waited for once the arm rests.
+    pub(super) fn leapt(&mut self, now: Micros, rests: bool) {
+        let due = rests || self.worth.is_some_and(|at| at <= now);
+        if due && self.due.is_some() {
+            self.look(now);
+        }
+    }
+
     fn is_busy(&self) -> bool {
         self.flight.is_some() || self.rest.iter().any(Option::is_some)
     }
@@ -112,7 +130,9 @@ impl Reader {
 
     /// The next look is to begin then at the latest.
     pub(super) fn look(&mut self, at: Micros) {
-        self.due = Some(self.due.map_or(at, |due| due.min(at)));
+        if self.due.is_none_or(|due| at <= due) {
+            (self.due, self.worth) = (Some(at), None);
+        }
     }
 
     /// The next look is at everything a stopped arm shows.
@@ -153,7 +173,8 @@ impl Stream {
                 reader.wants_pose.then_some(Reading::Pose),
             ];
             reader.compares = left;
-            (reader.due, reader.wants_left, reader.wants_pose) = (None, false, false);
+            (reader.due, reader.worth) = (None, None);
+            (reader.wants_left, reader.wants_pose) = (false, false);
         }
         if reader.flight.is_some() {
             return;
@@ -165,7 +186,7 @@ impl Stream {
             self.reader.accepted = self.last;
         }
         if let Some(request) = request(reading) {
-            let ticket = self.submit(now, request, Priority::Poll, to);
+            let ticket = self.submit(request, Priority::Poll, to);
             self.reader.flight = Some((reading, ticket));
         }
     }
@@ -200,6 +221,7 @@ impl Stream {
     /// An answer to somebody else's question that passes: a current index saves the stream a look of its own. Call
     /// [`advance`](Self::advance) afterwards.
     pub fn overhear(&mut self, now: Micros, frame: &FrameBuf) {
+        let now = self.clock.at(now);
         let view = frame.frame();
         let read = match view.ctrl().write() || view.ctrl().queued() {
             true => return,
@@ -343,5 +365,8 @@ impl Stream {
             wait => wait,
         };
         self.reader.look(now.saturating_add(wait.clamp(SOON, LATE)));
+        if time != Micros::MAX {
+            self.reader.worth = Some(now.saturating_add(wait.max(LEAST)));
+        }
     }
 }
