@@ -256,6 +256,12 @@ impl Stream {
         found.map(|entry| &entry.item)
     }
 
+    /// Whether commands wait that would go out if the arm had finished some.
+    #[must_use]
+    pub fn wants_room(&self) -> bool {
+        self.flows() && self.next().is_some()
+    }
+
     /// Whether it would send more if there was more.
     #[must_use]
     pub fn starves(&self) -> bool {
@@ -343,11 +349,11 @@ impl Stream {
         self.fail(StreamFailure::Reset { before, now: None });
     }
 
-    /// An arm in virtual time: so much of its time has passed at once, and no more passes until the next call; `rests`: it has come
-    /// to the end of what it had. Call [`advance`](Self::advance) afterwards.
-    pub fn leapt(&mut self, now: Micros, time: Micros, rests: bool) {
+    /// An arm in virtual time: so much of its time has passed at once, and no more passes until the next call. `news`: it has finished
+    /// something, and is to be looked at. Call [`advance`](Self::advance) afterwards.
+    pub fn leapt(&mut self, now: Micros, time: Micros, news: bool) {
         let arm = self.clock.leap(now, time);
-        self.reader.leapt(arm, rests);
+        self.reader.leapt(arm, news);
     }
 
     /// From now on time passes again as by the connection's clock, as long as it does not leap.

@@ -101,9 +101,9 @@ impl Reader {
         self.worth.or(self.due).filter(|_| !self.is_busy())
     }
 
-    /// The clock has leapt to `now`. Nobody has to be waited for once the arm rests.
-    pub(super) fn leapt(&mut self, now: Micros, rests: bool) {
-        let due = rests || self.worth.is_some_and(|at| at <= now);
+    /// The clock has leapt to `now`; `news`: a look will show that the arm has finished something.
+    pub(super) fn leapt(&mut self, now: Micros, news: bool) {
+        let due = news || self.worth.is_some_and(|at| at <= now);
         if due && self.due.is_some() {
             self.look(now);
         }

@@ -249,13 +249,13 @@ impl Transport for Faulty {
     }
 
     /// What is held up on the line is so by the wall's clock, and the arm waits for it.
-    fn leap(&mut self, most: Micros) -> Option<Leap> {
+    fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
         let held_up = {
             let state = self.spoiler.lock();
             let next = [state.to_arm.poll_timeout(), state.to_host.poll_timeout()];
             next.iter().any(Option::is_some)
         };
         let free = !held_up && self.out.is_empty() && self.come.is_empty();
-        free.then(|| self.inner.leap(most))?
+        free.then(|| self.inner.leap(most, ends))?
     }
 }

@@ -48,9 +48,10 @@ pub(crate) trait Transport: Send {
         false
     }
 
-    /// Lets so much of the arm's time pass at once, less if something comes or the arm comes to rest before. `None`:
-    /// nothing passes, because it rests already or bytes are under way in wall time.
-    fn leap(&mut self, _most: Micros) -> Option<Leap> {
+    /// Lets so much of the arm's time pass at once, less if something comes or the arm comes to rest before, or to the end of a
+    /// queued command if that is of interest. `None`: nothing passes, because it rests already or bytes are under way in
+    /// wall time.
+    fn leap(&mut self, _most: Micros, _ends: bool) -> Option<Leap> {
         None
     }
 }
@@ -59,8 +60,8 @@ pub(crate) trait Transport: Send {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Leap {
     pub(crate) time: Micros,
-    /// The arm has nothing to do any more.
-    pub(crate) rests: bool,
+    /// It ends with what was of interest, or the arm has nothing to do any more.
+    pub(crate) news: bool,
 }
 
 /// An open line and how to treat it.

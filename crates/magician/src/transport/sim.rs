@@ -75,7 +75,7 @@ impl Transport for Sim {
         self.arm.lock().lead(self.link, leads)
     }
 
-    fn leap(&mut self, most: Micros) -> Option<Leap> {
-        self.arm.lock().leap(self.link, most)
+    fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+        self.arm.lock().leap(self.link, most, ends)
     }
 }

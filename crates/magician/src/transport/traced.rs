@@ -131,8 +131,8 @@ impl Transport for Traced {
         self.inner.lead(leads)
     }
 
-    fn leap(&mut self, most: Micros) -> Option<Leap> {
-        self.inner.leap(most)
+    fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+        self.inner.leap(most, ends)
     }
 }
 

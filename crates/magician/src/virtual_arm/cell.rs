@@ -146,27 +146,30 @@ impl Cell {
         leads
     }
 
-    /// Lets so much time pass at once, less if something comes over this line or the arm comes to rest before.
-    pub(crate) fn leap(&mut self, link: LinkId, most: Micros) -> Option<Leap> {
+    /// Lets so much time pass at once, less if something comes over this line or the arm comes to rest before, or to the end of
+    /// a queued command if that is of interest.
+    pub(crate) fn leap(&mut self, link: LinkId, most: Micros, ends: bool) -> Option<Leap> {
         if !self.is_led() || !self.runner.busy() {
             return None;
         }
-        let from = self.ahead;
+        let (from, before) = (self.ahead, self.runner.controller().current_index());
         let end = from.saturating_add(most.max(1));
+        let mut news = false;
         for _ in 0..EVENTS {
             let next = self.runner.poll_timeout().unwrap_or(end);
             self.ahead = next.max(self.ahead.saturating_add(1)).min(end);
             self.runner.handle_timeout(self.ahead);
+            let ended = ends && self.runner.controller().current_index() != before;
+            news = ended || !self.runner.busy();
             let heard = self.runner.next_reply(link);
-            let heard = heard.is_some_and(|at| at <= self.ahead);
-            if heard || self.ahead >= end || !self.runner.busy() {
+            if news || self.ahead >= end || heard.is_some_and(|at| at <= self.ahead) {
                 break;
             }
         }
         self.wake();
         Some(Leap {
             time: self.ahead.saturating_sub(from),
-            rests: !self.runner.busy(),
+            news,
         })
     }
 }

@@ -45,11 +45,11 @@ impl Driver {
         }
         let now = self.now();
         let leap = match self.far(now) {
-            Some(most) => self.line.wire().and_then(|wire| wire.leap(most)),
+            Some((most, ends)) => (self.line.wire()).and_then(|wire| wire.leap(most, ends)),
             None => None,
         };
         match (leap, &mut self.program) {
-            (Some(leap), Some(program)) => program.stream.leapt(now, leap.time, leap.rests),
+            (Some(leap), Some(program)) => program.stream.leapt(now, leap.time, leap.news),
             (None, Some(program)) => program.stream.runs(now),
             (_, None) => {
                 self.leading = Leading::default();
@@ -59,16 +59,17 @@ impl Driver {
         leap.is_some()
     }
 
-    /// How much of the arm's time may pass now, if any may.
-    fn far(&mut self, now: Micros) -> Option<Micros> {
+    /// How much of the arm's time may pass now, if any may, and whether the program is to hear of each command that ends.
+    fn far(&mut self, now: Micros) -> Option<(Micros, bool)> {
         let program = self.program.as_ref().filter(|_| !self.leaving)?;
         let slow = program.stream.starves();
         if slow || !self.connection.is_idle() {
             let patience = if slow { PATIENCE } else { STEP };
-            return self.steps(now, patience).then_some(STEP);
+            return self.steps(now, patience).then_some((STEP, false));
         }
         self.leading.step = None;
-        Some(program.stream.patience(now).unwrap_or(Micros::MAX))
+        let most = program.stream.patience(now).unwrap_or(Micros::MAX);
+        Some((most, program.stream.wants_room()))
     }
 
     /// Whether the arm goes a step by the wall now; the first one only after some patience.

@@ -78,8 +78,8 @@ impl Wire {
     }
 
     /// As [`Transport::leap`].
-    pub(super) fn leap(&mut self, most: Micros) -> Option<Leap> {
-        self.transport.leap(most)
+    pub(super) fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+        self.transport.leap(most, ends)
     }
 
     /// Writes what goes out without waiting, for want of anybody who would wait: the rest of the frame under way, then
