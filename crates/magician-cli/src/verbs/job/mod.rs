@@ -116,15 +116,9 @@ impl Job {
                 let stage = stage(&program.plan, &options)?;
                 let (arm, pace) = match speed {
                     SimSpeed::Times(times) => (VirtualArm::new(stage, speed), times),
-                    SimSpeed::Max => {
-                        let arm = VirtualArm::new(stage, SimSpeed::Times(1.0));
-                        (arm, f64::INFINITY)
-                    }
+                    SimSpeed::Max => (VirtualArm::from(stage).in_virtual_time(), f64::INFINITY),
                 };
-                match speed {
-                    SimSpeed::Times(_) => context.put_up(arm.clone()),
-                    SimSpeed::Max => context.put_up_in_arm_time(arm.clone()),
-                }
+                context.put_up(arm.clone());
                 let mut drive = self.drive(&source, &program, &settings, Some(pace), context);
                 drive.start = start;
                 let outcome = go(&drive, context);
