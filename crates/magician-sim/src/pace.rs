@@ -214,7 +214,7 @@ impl ArmClock {
     }
 
     /// The next event, if it is the end of something that has one.
-    fn jump_to(controller: &Controller) -> Option<Micros> {
+    pub(crate) fn jump_to(controller: &Controller) -> Option<Micros> {
         let event = controller.poll_timeout()?;
         let endless = event.saturating_sub(controller.now()) > ENDLESS;
         (!endless && controller.busy()).then_some(event)

@@ -101,10 +101,11 @@ impl Runner {
         self.clock = self.clock.at_speed(speed, self.controller.now(), self.wall);
     }
 
-    /// Whether the arm is [busy](Controller::busy), or bytes are on their way on any line.
+    /// Whether the arm is [busy](Controller::busy) with what has an end within 100 days, or bytes are on their way on any line.
     #[must_use]
     pub fn busy(&self) -> bool {
-        self.controller.busy() || self.links.values().any(|link| link.under_way() > 0)
+        ArmClock::jump_to(&self.controller).is_some()
+            || self.links.values().any(|link| link.under_way() > 0)
     }
 
     /// The controller, as it stood at the last instant given.

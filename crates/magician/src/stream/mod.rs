@@ -353,7 +353,9 @@ impl Stream {
     /// something, and is to be looked at. Call [`advance`](Self::advance) afterwards.
     pub fn leapt(&mut self, now: Micros, time: Micros, news: bool) {
         let arm = self.clock.leap(now, time);
-        self.reader.leapt(arm, news);
+        if news {
+            self.reader.hear(arm);
+        }
     }
 
     /// From now on time passes again as by the connection's clock, as long as it does not leap.
@@ -373,7 +375,8 @@ impl Stream {
         self.clock.comes(self.due(self.reader.poll_timeout())?)
     }
 
-    /// How much time may pass at once ([`leapt`](Self::leapt)) before the arm has to be looked at, if that can be told.
+    /// How much time may pass at once ([`leapt`](Self::leapt)) before something is due, if anything is; but not beyond the
+    /// end of what the arm has, nor, if the stream [wants room](Self::wants_room), beyond that of a command.
     #[must_use]
     pub fn patience(&self, now: Micros) -> Option<Micros> {
         let due = self.due(self.reader.poll_leap())?;

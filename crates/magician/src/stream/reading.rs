@@ -7,8 +7,6 @@ use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
 
 /// Shortest time between two looks.
 pub(super) const SOON: Micros = 10_000;
-/// The same where a look takes no time.
-const LEAST: Micros = 1000;
 /// Longest time between two looks while something is under way.
 const LATE: Micros = 200_000;
 /// Time between two looks while commands flow and there is room for many more: a look costs as much of the line as a
@@ -34,8 +32,8 @@ pub(super) struct Reader {
     rest: [Option<Reading>; 3],
     /// When the next look begins.
     due: Option<Micros>,
-    /// When it is worth one, if the clock leaps: as `due`, but not brought forward or put off for the sake of the line.
-    worth: Option<Micros>,
+    /// It is planned only because nobody says when the arm has finished something.
+    awaits_news: bool,
     wants_left: bool,
     wants_pose: bool,
     /// The look that is planned is in no hurry.
@@ -64,7 +62,7 @@ impl Reader {
             flight: None,
             rest: [None; 3],
             due: None,
-            worth: None,
+            awaits_news: false,
             wants_left: false,
             wants_pose: false,
             seldom: false,
@@ -96,15 +94,14 @@ impl Reader {
         self.due.filter(|_| !self.is_busy())
     }
 
-    /// As [`poll_timeout`](Self::poll_timeout), for a clock that leaps.
+    /// As [`poll_timeout`](Self::poll_timeout), for a clock that leaps from one end of a command to the next.
     pub(super) fn poll_leap(&self) -> Option<Micros> {
-        self.worth.or(self.due).filter(|_| !self.is_busy())
+        self.poll_timeout().filter(|_| !self.awaits_news)
     }
 
-    /// The clock has leapt to `now`; `news`: a look will show that the arm has finished something.
-    pub(super) fn leapt(&mut self, now: Micros, news: bool) {
-        let due = news || self.worth.is_some_and(|at| at <= now);
-        if due && self.due.is_some() {
+    /// A look will show that the arm has finished something.
+    pub(super) fn hear(&mut self, now: Micros) {
+        if self.due.is_some() {
             self.look(now);
         }
     }
@@ -131,7 +128,7 @@ impl Reader {
     /// The next look is to begin then at the latest.
     pub(super) fn look(&mut self, at: Micros) {
         if self.due.is_none_or(|due| at <= due) {
-            (self.due, self.worth) = (Some(at), None);
+            (self.due, self.awaits_news) = (Some(at), false);
         }
     }
 
@@ -173,7 +170,7 @@ impl Stream {
                 reader.wants_pose.then_some(Reading::Pose),
             ];
             reader.compares = left;
-            (reader.due, reader.worth) = (None, None);
+            (reader.due, reader.awaits_news) = (None, false);
             (reader.wants_left, reader.wants_pose) = (false, false);
         }
         if reader.flight.is_some() {
@@ -365,8 +362,6 @@ impl Stream {
             wait => wait,
         };
         self.reader.look(now.saturating_add(wait.clamp(SOON, LATE)));
-        if time != Micros::MAX {
-            self.reader.worth = Some(now.saturating_add(wait.max(LEAST)));
-        }
+        self.reader.awaits_news = self.flows();
     }
 }
