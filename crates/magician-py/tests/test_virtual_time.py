@@ -1,4 +1,4 @@
-"""Virtual time: a run takes an arm the time that its check says, whatever the host does meanwhile, and nothing hangs."""
+"""Virtual time: a run takes an arm the time of its check, whatever the host does meanwhile, and nothing hangs."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_whoever_looks_on_costs_the_arm_no_time(meanwhile: Meanwhile) -> None:
     def look(other: Arm) -> Callable[[], None]:
         def looking() -> None:
             while not over.is_set():
-                assert other.pose().joint_angle[3] == 0
+                assert 190 < other.pose().x < 260
                 assert other.current_index() <= cell.queue_index
 
         return looking
@@ -177,7 +177,8 @@ def test_a_run_goes_on_while_its_listener_is_held() -> None:
     arm = cell.arm()
     plan = curve(20_000)
     wanted = arm.check(plan).seconds
-    before, held = cell.time, []
+    before = cell.time
+    held: list[float] = []
 
     def hold(_: magician.PlanProgress) -> None:
         if not held:
