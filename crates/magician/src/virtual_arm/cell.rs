@@ -64,6 +64,11 @@ impl Cell {
         (!self.stands).then(|| self.begun.checked_add(left))?
     }
 
+    /// Whether the clock stands, and only goes on when somebody says so.
+    pub(crate) fn stands(&self) -> bool {
+        self.stands
+    }
+
     /// From now on the clock stands.
     pub(super) fn stand(&mut self) {
         let begun = self.runner.controller().now() > 0;

@@ -5,7 +5,7 @@ use std::future::Future;
 use std::time::Duration;
 
 use magician::protocol::Set;
-use magician::protocol::commands::Pose;
+use magician::protocol::commands::{DeviceTime, Pose};
 use magician::sim::{Happening, State};
 use magician::{Arm, ErrorKind, Options, VirtualArm, blocking, words};
 use tokio::task::yield_now;
@@ -103,6 +103,24 @@ async fn what_no_run_waits_for_is_done_at_once() {
     let index = arm.enqueue(&wait).await.unwrap();
     assert_eq!(arm.current_index().await.unwrap(), index);
     assert_eq!(clock(&cell), Duration::from_secs(5));
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_whose_clock_stands_was_not_reset() {
+    let (cell, arm) = arm(1).await;
+    let program = curve(100);
+    for _ in 0..3 {
+        arm.get::<DeviceTime>().await.unwrap();
+        arm.perform(&program).await.unwrap();
+        arm.get::<DeviceTime>().await.unwrap();
+        tokio::time::sleep(Duration::from_secs(3600)).await;
+    }
+    cell.with(|arm| arm.inject(Happening::Reset));
+    arm.get::<DeviceTime>().await.unwrap();
+    assert_eq!(
+        arm.perform(&program).await.unwrap_err().kind(),
+        ErrorKind::Uncertain
+    );
 }
 
 #[tokio::test(start_paused = true)]
