@@ -123,10 +123,10 @@ class VirtualArm:
     long the program takes: belts run on and scenarios go on when :meth:`advance` says so, and every run is the same
     run. With a ``speed`` the clock follows the wall's.
 
-    A run (``run``, ``perform``, ``move_to``, whatever waits for the arm) takes the arm the time that its check says, however
-    slow the host is: the clock goes on only when the queue has what it takes of the next commands. It goes on while
-    your program does something else meanwhile, or is held in a debugger; a process that is held as a whole holds the arm
-    too. What is put into the queue without a run is done before the next command comes.
+    A run (``run``, ``perform``, ``move_to``, whatever waits for the arm) takes the arm the time that its check says,
+    however slow the host is: the clock goes on only when the queue has what it takes of the next commands. It goes on
+    while your program does something else meanwhile, or is held in a debugger; a process that is held as a whole holds
+    the arm too. What is put into the queue without a run is done before the next command comes.
 
     Example:
         >>> cell = VirtualArm('''
