@@ -32,6 +32,8 @@ pub(crate) struct Context {
     trace: Option<(PathBuf, Tracer)>,
     /// A virtual arm of the verb's own making, to be connected to where the arm is a virtual one in this process.
     stage: Option<VirtualArm>,
+    /// Whether time is the arm's: it passes as fast as there is nothing to do, and nothing runs dry for want of it.
+    in_arm_time: bool,
     /// How the arm stood when a signal had stopped it.
     stood: Option<Stood>,
     /// Settings that the verb under way owes the arm.
@@ -45,6 +47,22 @@ pub(crate) struct Context {
     /// Whether a verb has set something going that the connection cannot know of: what earlier programs queued, a
     /// laser, a move that is only planned yet. What it knows of, [`Arm::moving`] tells.
     going: bool,
+}
+
+/// While it lasts, time passes as fast as there is nothing left to do.
+struct ArmTime;
+
+impl ArmTime {
+    fn begin() -> Self {
+        tokio::time::pause();
+        Self
+    }
+}
+
+impl Drop for ArmTime {
+    fn drop(&mut self) {
+        tokio::time::resume();
+    }
 }
 
 /// How long a stop may take before this program ends without knowing.
@@ -92,6 +110,7 @@ impl Context {
             config: None,
             trace: None,
             stage: None,
+            in_arm_time: false,
             stood: None,
             debts: Debts::default(),
             in_shell: false,
@@ -181,6 +200,13 @@ impl Context {
         self.stage = Some(arm);
     }
 
+    /// As [`put_up`](Self::put_up), an arm at its own speed, whose time is everybody's while the verb works with it: what it
+    /// does takes as long by its clock as on a real one, and next to nothing by ours.
+    pub(crate) fn put_up_in_arm_time(&mut self, arm: VirtualArm) {
+        self.put_up(arm);
+        self.in_arm_time = true;
+    }
+
     /// Whether a connection is open already: a shell's.
     pub(crate) fn is_connected(&self) -> bool {
         self.arm.is_some()
@@ -219,8 +245,10 @@ impl Context {
     ) -> Result<T, Failure> {
         self.settle()?;
         let runtime = self.runtime()?;
+        let in_arm_time = std::mem::take(&mut self.in_arm_time);
         runtime.block_on(async {
             let mut signals = Signals::listen()?;
+            let _time = in_arm_time.then(ArmTime::begin);
             if self
                 .arm
                 .as_ref()

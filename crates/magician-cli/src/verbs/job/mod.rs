@@ -116,9 +116,19 @@ impl Job {
                 let stage = stage(&program.plan, &options)?;
                 let (arm, pace) = match speed {
                     SimSpeed::Times(times) => (VirtualArm::new(stage, speed), times),
+                    // Who takes readings needs time to pass for itself too, not for the arm alone.
+                    SimSpeed::Max if self.way.record.is_some() => {
+                        let arm = VirtualArm::new(stage, SimSpeed::Times(1.0));
+                        (arm, f64::INFINITY)
+                    }
                     SimSpeed::Max => (VirtualArm::from(stage).in_virtual_time(), f64::INFINITY),
                 };
-                context.put_up(arm.clone());
+                match speed {
+                    SimSpeed::Max if self.way.record.is_some() => {
+                        context.put_up_in_arm_time(arm.clone());
+                    }
+                    _ => context.put_up(arm.clone()),
+                }
                 let mut drive = self.drive(&source, &program, &settings, Some(pace), context);
                 drive.start = start;
                 let outcome = go(&drive, context);
