@@ -191,11 +191,12 @@ impl Inner {
             state.over
         };
         if let (Work::Going(task), false) = (&*self.work(), over) {
-            task.abort();
+            // The stop goes first: what is let go of leaves a virtual arm to do at once what it has. Without a connection
+            // there is nothing to stop.
             if let Some(stopper) = &self.stopper {
-                // Without a connection there is nothing to stop.
                 let _ = stopper.request_stop();
             }
+            task.abort();
         }
     }
 }

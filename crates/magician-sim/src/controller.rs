@@ -108,6 +108,12 @@ impl Controller {
         State::of(&self.core)
     }
 
+    /// The index of the queued command that was finished last.
+    #[must_use]
+    pub fn current_index(&self) -> u64 {
+        self.core.hosts().current
+    }
+
     /// Whether a motion without an end of its own runs: a jog.
     #[must_use]
     pub fn jogging(&self) -> bool {

@@ -142,6 +142,18 @@ impl ArmClock {
         }
     }
 
+    pub(crate) fn speed(&self) -> Speed {
+        self.speed
+    }
+
+    /// The same clock at another speed from the instant on at which it shows `arm` and the wall clock `wall`.
+    pub(crate) fn at_speed(self, speed: Speed, arm: Micros, wall: Micros) -> Self {
+        Self {
+            wall,
+            ..Self::new(speed, arm)
+        }
+    }
+
     /// Lets the arm's time pass until the wall clock shows `wall`. If that shows the observer more than can be shown in
     /// one go, the arm's clock stays behind and goes on from there.
     pub(crate) fn pass<O: Observer>(
@@ -202,7 +214,7 @@ impl ArmClock {
     }
 
     /// The next event, if it is the end of something that has one.
-    fn jump_to(controller: &Controller) -> Option<Micros> {
+    pub(crate) fn jump_to(controller: &Controller) -> Option<Micros> {
         let event = controller.poll_timeout()?;
         let endless = event.saturating_sub(controller.now()) > ENDLESS;
         (!endless && controller.busy()).then_some(event)

@@ -89,6 +89,25 @@ impl Runner {
         self.observer = None;
     }
 
+    /// How fast the arm's clock runs.
+    #[must_use]
+    pub fn speed(&self) -> Speed {
+        self.clock.speed()
+    }
+
+    /// From now on the arm's clock runs so fast. What an arm at full speed is busy with is done with the next call.
+    pub fn set_speed(&mut self, now: Micros, speed: Speed) {
+        self.handle_timeout(now);
+        self.clock = self.clock.at_speed(speed, self.controller.now(), self.wall);
+    }
+
+    /// Whether the arm is [busy](Controller::busy) with what has an end within 100 days, or bytes are on their way on any line.
+    #[must_use]
+    pub fn busy(&self) -> bool {
+        ArmClock::jump_to(&self.controller).is_some()
+            || self.links.values().any(|link| link.under_way() > 0)
+    }
+
     /// The controller, as it stood at the last instant given.
     #[must_use]
     pub fn controller(&self) -> &Controller {
@@ -223,6 +242,12 @@ impl Runner {
     /// The next reply whose last byte has passed the link's line, whole.
     pub fn poll_transmit(&mut self, now: Micros, link: LinkId) -> Option<FrameBuf> {
         self.links.get_mut(&link)?.replies.pop(now)
+    }
+
+    /// When the last byte of the next reply to a link has passed its line.
+    #[must_use]
+    pub fn next_reply(&self, link: LinkId) -> Option<Micros> {
+        self.links.get(&link)?.replies.due()
     }
 
     /// The first arrival or silence on any link. Links of the same instant go by their number.

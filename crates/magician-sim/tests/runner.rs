@@ -678,3 +678,35 @@ fn an_observer_is_shown_the_arm_in_good_time() {
     let (runner, _) = watched(Speed::Times(0.0));
     assert_eq!(runner.poll_timeout(), None);
 }
+
+/// The arm's clock goes on from where it is, at either speed, and what an arm is busy with waits for its time or does not.
+#[test]
+fn the_speed_may_change_on_the_way() {
+    let mut runner = runner(Speed::Times(1.0), Line::default());
+    runner.receive(0, USB, &[start(), wait(1000), wait(2000)].concat());
+    runner.handle_timeout(400_000);
+    let at = |runner: &Runner| {
+        (
+            runner.controller().now(),
+            runner.controller().current_index(),
+        )
+    };
+    assert_eq!((at(&runner), runner.busy()), ((400_000, 0), true));
+    runner.set_speed(500_000, Speed::Times(10.0));
+    runner.handle_timeout(600_000);
+    assert_eq!(at(&runner), (1_500_000, 1));
+    runner.set_speed(600_000, Speed::Max);
+    assert_eq!(runner.speed(), Speed::Max);
+    runner.handle_timeout(600_000);
+    while runner.next_reply(USB).is_some() {
+        assert!(runner.busy());
+        runner.poll_transmit(600_000, USB);
+    }
+    assert_eq!((at(&runner), runner.busy()), ((3_000_000, 2), false));
+    runner.set_speed(700_000, Speed::Times(1.0));
+    runner.receive(700_000, USB, &wait(100));
+    runner.handle_timeout(700_000);
+    assert_eq!(at(&runner), (3_100_000, 2));
+    runner.handle_timeout(800_000);
+    assert_eq!(at(&runner), (3_200_000, 3));
+}

@@ -2,13 +2,15 @@
 
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::task::Waker;
 use std::time::Duration;
 
 use magician_sim::{Controller, Line, Micros, Profile, Runner, Scenario, Speed, State, World};
-use tokio::time::Instant;
 
 use crate::SimSpeed;
+
+mod cell;
+
+pub(crate) use cell::Cell;
 
 /// A virtual arm in this process, for tests and simulations: [`Arm::simulated`](crate::Arm::simulated) connects to it,
 /// and this handle shows what the connection cannot: where the arm really is, what it holds, what its world looks like.
@@ -45,35 +47,6 @@ pub struct VirtualArm {
     cell: Arc<Mutex<Cell>>,
 }
 
-/// The arm, and who waits for it.
-pub(crate) struct Cell {
-    pub(crate) runner: Runner,
-    begun: Instant,
-    /// Whether the wall clock that the arm knows stands.
-    stands: bool,
-    /// By how much that clock was put forward.
-    ahead: Micros,
-    /// The connection, which must hear when the arm has been touched from outside.
-    pub(crate) waker: Option<Waker>,
-}
-
-impl Cell {
-    /// The wall clock that the arm knows, in microseconds since it was made.
-    pub(crate) fn now(&self) -> Micros {
-        let passed = match self.stands {
-            true => 0,
-            false => Micros::try_from(self.begun.elapsed().as_micros()).unwrap_or(Micros::MAX),
-        };
-        passed.saturating_add(self.ahead)
-    }
-
-    /// When that clock will show an instant by itself, if ever.
-    pub(crate) fn comes(&self, at: Micros) -> Option<Instant> {
-        let left = Duration::from_micros(at.saturating_sub(self.ahead));
-        (!self.stands).then(|| self.begun.checked_add(left))?
-    }
-}
-
 impl Default for VirtualArm {
     /// An arm that has just been switched on, in an empty world, at full speed.
     fn default() -> Self {
@@ -83,15 +56,8 @@ impl Default for VirtualArm {
 
 impl From<Runner> for VirtualArm {
     fn from(runner: Runner) -> Self {
-        let cell = Cell {
-            runner,
-            begun: Instant::now(),
-            stands: false,
-            ahead: 0,
-            waker: None,
-        };
         Self {
-            cell: Arc::new(Mutex::new(cell)),
+            cell: Arc::new(Mutex::new(Cell::new(runner))),
         }
     }
 }
@@ -136,6 +102,13 @@ impl VirtualArm {
     /// when [`advance`](Self::advance) says so. While the arm has nothing to do nothing happens in its world, however
     /// long the program takes: every run is the same run.
     ///
+    /// What a program runs (`run`, `perform`, `move_to` and all that waits for the arm's queue) takes the time that it takes on
+    /// a real arm whose host is never late: the clock goes on only when the next commands are in the queue, as far as
+    /// it takes them, and all answers are there, so a path does not stop for want of its next segment. It waits so for a
+    /// second of the wall's clock; while a program thinks about its next command for longer, or the arm owes it an answer
+    /// (a cable that was pulled), time passes as on the wall. What is queued without a run is done before the next request is
+    /// read, as at full speed.
+    ///
     /// ```
     /// use std::time::Duration;
     /// use magician::{VirtualArm, sim::Scenario};
@@ -146,11 +119,7 @@ impl VirtualArm {
     /// ```
     #[must_use]
     pub fn in_virtual_time(self) -> Self {
-        {
-            let mut cell = self.lock();
-            let begun = cell.runner.controller().now() > 0;
-            (cell.ahead, cell.stands) = (if begun { cell.now() } else { 0 }, true);
-        }
+        self.lock().stand();
         self
     }
 
@@ -158,10 +127,7 @@ impl VirtualArm {
     /// At full speed and in virtual time it is time of the arm's clock, else time of the wall's.
     pub fn advance(&self, time: Duration) {
         let time = Micros::try_from(time.as_micros()).unwrap_or(Micros::MAX);
-        {
-            let mut cell = self.lock();
-            cell.ahead = cell.ahead.saturating_add(time);
-        }
+        self.lock().put_forward(time);
         self.with(|_| ());
     }
 
@@ -177,9 +143,7 @@ impl VirtualArm {
         cell.runner.handle_timeout(now);
         let outcome = act(cell.runner.controller_mut());
         cell.runner.handle_timeout(now);
-        if let Some(waker) = cell.waker.take() {
-            waker.wake();
-        }
+        cell.wake();
         outcome
     }
 

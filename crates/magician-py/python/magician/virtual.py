@@ -127,9 +127,10 @@ class VirtualArm(Bound):
     long the program takes: belts run on and scenarios go on when :meth:`advance` says so, and every run is the same
     run. With a ``speed`` the clock follows the wall's.
 
-    As whatever the arm does takes no time, a queued command has ended before the next one comes: a continuous path that
-    is longer than the arm's queue comes to rest between its segments, and takes longer than it would.
-    :meth:`magician.Plan.rehearse` has its true time, and is far faster for long ones; so has a ``speed`` of 1.
+    A run (``run``, ``perform``, ``move_to``, whatever waits for the arm) takes the arm the time that its check says,
+    however slow the host is: the clock goes on only when the queue has what it takes of the next commands. It goes on
+    while your program does something else meanwhile, or is held in a debugger; a process that is held as a whole holds
+    the arm too. What is put into the queue without a run is done before the next command comes.
 
     Example:
         >>> cell = VirtualArm('''

@@ -219,7 +219,7 @@ impl Connection {
             estimator: Estimator::new(&settings),
             ledger: Ledger::new(settings.capacity),
             witness: Witness::default(),
-            uptime: Uptime::default(),
+            uptime: Uptime::new(settings.free_clock),
             pace: Pace::new(settings.baud),
             link: Link::Up,
             outstanding: Outstanding::new(settings.ordered),

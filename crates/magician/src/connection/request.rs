@@ -211,6 +211,9 @@ pub struct Settings {
     /// Bits a second of a serial line (10 to the byte). Frames are then handed out so late that no more than 1 ms of
     /// earlier ones has still to pass, and a stop waits for at most that and the frame under way. `None`: as they come.
     pub baud: Option<u32>,
+    /// The controller's clock does not keep step with the one here: an arm in virtual time. It shows a reset only by going
+    /// back, not by falling behind.
+    pub free_clock: bool,
 }
 
 impl Settings {
@@ -225,6 +228,7 @@ impl Settings {
         floor: 100_000,
         ceiling: 2_000_000,
         baud: None,
+        free_clock: false,
     };
 
     /// For UDP: datagrams may be lost, doubled and overtake each other, for up to two seconds.

@@ -18,6 +18,8 @@ pub(super) struct Uptime {
     rate: Option<u64>,
     /// One reading behind was seen, and not believed yet.
     suspect: bool,
+    /// It owes nothing to the time that passes here.
+    free: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +30,14 @@ struct Reading {
 }
 
 impl Uptime {
+    /// `free`: the clock does not keep step with ours.
+    pub(super) fn new(free: bool) -> Self {
+        Self {
+            free,
+            ..Self::default()
+        }
+    }
+
     /// A reading that was asked for at `asked` and came at `heard`; true when it shows a reset. On an unordered link one
     /// alone may have been held up and proves nothing.
     pub(super) fn read(&mut self, value: u32, asked: Micros, heard: Micros, ordered: bool) -> bool {
@@ -70,8 +80,8 @@ impl Uptime {
             return false;
         }
         let passed = new.value.wrapping_sub(before.value);
-        if passed > u32::MAX / 2 {
-            return true;
+        if passed > u32::MAX / 2 || self.free {
+            return passed > u32::MAX / 2;
         }
         let owed = (least / 1000).saturating_mul(self.rate.unwrap_or(SLOWEST)) * DRIFT / 1000;
         u64::from(passed) * 1000 + SLACK < owed
@@ -129,6 +139,17 @@ mod tests {
                 .collect();
             assert!(!after(&readings, true).contains(&true), "{per_mille}");
         }
+    }
+
+    #[test]
+    fn a_clock_of_its_own_shows_a_reset_only_by_going_back() {
+        let mut uptime = Uptime::new(true);
+        let mut reads = |at, value| uptime.read(value, at, at, true);
+        assert!(!reads(0, 1_000));
+        assert!(!reads(DAY, 1_000));
+        assert!(!reads(DAY, 900_000));
+        assert!(!reads(2 * DAY, 900_001));
+        assert!(reads(2 * DAY, 10));
     }
 
     #[test]

@@ -16,6 +16,7 @@ impl Stream {
         result: &Result<FrameBuf, Failure>,
         connection: &mut Connection,
     ) -> bool {
+        let now = self.clock.at(now);
         let flying = |entry: &Entry| entry.fate == Fate::Flying(ticket);
         if let Some(at) = self.entries.iter().position(flying) {
             self.command_answered(now, at, result);

@@ -42,6 +42,8 @@ pub(super) enum Phase {
 impl Stream {
     /// Submits what is due.
     pub fn advance(&mut self, now: Micros, connection: &mut Connection) {
+        self.now = now;
+        let now = self.clock.at(now);
         if self.credit.places == 0 {
             self.credit.places = connection.capacity();
         }
@@ -65,9 +67,9 @@ impl Stream {
         match self.phase {
             Phase::Begin => self.begin(now),
             Phase::Choose => self.choose(now),
-            Phase::Stop | Phase::Halt => self.control(now, Request::set(&QueuedCmdStopExec {}), to),
-            Phase::Clear => self.control(now, Request::set(&QueuedCmdClear {}), to),
-            Phase::Start => self.control(now, Request::set(&QueuedCmdStartExec {}), to),
+            Phase::Stop | Phase::Halt => self.control(Request::set(&QueuedCmdStopExec {}), to),
+            Phase::Clear => self.control(Request::set(&QueuedCmdClear {}), to),
+            Phase::Start => self.control(Request::set(&QueuedCmdStartExec {}), to),
             Phase::Load => self.load(now, to),
             Phase::Run => self.run(now, to),
             Phase::Settle => self.settle(now),
@@ -168,9 +170,9 @@ impl Stream {
         gathered.then_some(None)
     }
 
-    fn control(&mut self, now: Micros, request: Result<Request, EncodeError>, to: &mut Connection) {
+    fn control(&mut self, request: Result<Request, EncodeError>, to: &mut Connection) {
         if let (None, None, Ok(request)) = (self.control, self.retry_at, request) {
-            self.control = Some(self.submit(now, request, Priority::Stream, to));
+            self.control = Some(self.submit(request, Priority::Stream, to));
         }
     }
 
@@ -246,7 +248,7 @@ impl Stream {
                 true => Request::of(frame).repeatable(),
                 false => Request::of(frame),
             };
-            let ticket = self.submit(now, request, Priority::Stream, to);
+            let ticket = self.submit(request, Priority::Stream, to);
             if let Some(entry) = self.entries.get_mut(next) {
                 entry.fate = Fate::Flying(ticket);
             }

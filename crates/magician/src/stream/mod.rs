@@ -36,6 +36,11 @@
 //! nor is one stopped for a single command. Whether a program is a batch is known when it is finished or more than a batch
 //! is offered; a caller who does neither is waited for 20 ms.
 //!
+//! # Whose time
+//!
+//! The times of commands are the arm's. Its clock is taken to be the connection's, until [`leapt`](Stream::leapt) says that the
+//! arm is one in virtual time.
+//!
 //! # The laser
 //!
 //! There are two lights. The laser of a path (`CPLECmd`) goes out when the path comes to rest (model section 8): such
@@ -68,6 +73,7 @@
 //! before it sends anything; what does not add up is a [`StreamFailure`] with both values.
 
 mod answer;
+mod clock;
 mod credit;
 mod drive;
 mod event;
@@ -84,6 +90,7 @@ use std::collections::VecDeque;
 use magician_protocol::{Ctrl, FrameBuf};
 
 use crate::connection::{Connection, Micros, Priority, Request, Ticket};
+use clock::Clock;
 use credit::Credit;
 use drive::Phase;
 use event::Events;
@@ -167,6 +174,9 @@ pub struct Stream {
     found: usize,
     starved: u64,
     dry: bool,
+    clock: Clock,
+    /// What the connection's clock showed last.
+    now: Micros,
 }
 
 /// Look.
@@ -207,6 +217,8 @@ impl Stream {
             found: 0,
             starved: 0,
             dry: false,
+            clock: Clock::default(),
+            now: 0,
         }
     }
 
@@ -242,6 +254,18 @@ impl Stream {
     pub fn item_at(&self, index: u64) -> Option<&Item> {
         let found = (self.entries.iter()).find(|entry| entry.index() == Some(index));
         found.map(|entry| &entry.item)
+    }
+
+    /// Whether commands wait that would go out if the arm had finished some.
+    #[must_use]
+    pub fn wants_room(&self) -> bool {
+        self.flows() && self.next().is_some()
+    }
+
+    /// Whether it would send more if there was more.
+    #[must_use]
+    pub fn starves(&self) -> bool {
+        !self.ended && !self.is_over() && self.next().is_none()
     }
 
     fn waiting(&self) -> impl Iterator<Item = &Entry> {
@@ -325,20 +349,47 @@ impl Stream {
         self.fail(StreamFailure::Reset { before, now: None });
     }
 
+    /// An arm in virtual time: so much of its time has passed at once, and no more passes until the next call. `news`: it has finished
+    /// something, and is to be looked at. Call [`advance`](Self::advance) afterwards.
+    pub fn leapt(&mut self, now: Micros, time: Micros, news: bool) {
+        let arm = self.clock.leap(now, time);
+        if news {
+            self.reader.hear(arm);
+        }
+    }
+
+    /// From now on time passes again as by the connection's clock, as long as it does not leap.
+    pub fn runs(&mut self, now: Micros) {
+        self.clock.run(now);
+    }
+
     /// The next thing to tell.
     pub fn poll_event(&mut self) -> Option<StreamEvent> {
         self.events.pop()
     }
 
-    /// The instant at which [`advance`](Self::advance) is to be called, if any.
+    /// The instant at which [`advance`](Self::advance) is to be called, if any. There is none while its clock
+    /// [leaps](Self::leapt).
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Micros> {
+        self.clock.comes(self.due(self.reader.poll_timeout())?)
+    }
+
+    /// How much time may pass at once ([`leapt`](Self::leapt)) before something is due, if anything is; but not beyond the
+    /// end of what the arm has, nor, if the stream [wants room](Self::wants_room), beyond that of a command.
+    #[must_use]
+    pub fn patience(&self, now: Micros) -> Option<Micros> {
+        let due = self.due(self.reader.poll_leap())?;
+        Some(due.saturating_sub(self.clock.at(now)))
+    }
+
+    /// The first of the instants at which something is due, by the arm's time.
+    fn due(&self, look: Option<Micros>) -> Option<Micros> {
         if self.is_over() {
             return None;
         }
         let gathered = self.gathers.map(|at| at.saturating_add(drive::GATHER));
-        let all = [self.reader.poll_timeout(), self.retry_at, gathered];
-        all.into_iter().flatten().min()
+        [look, self.retry_at, gathered].into_iter().flatten().min()
     }
 
     fn fail(&mut self, failure: StreamFailure) {
@@ -350,14 +401,8 @@ impl Stream {
     }
 
     /// Puts a request into the connection; the answer has to come within the stream's patience.
-    fn submit(
-        &self,
-        now: Micros,
-        request: Request,
-        priority: Priority,
-        to: &mut Connection,
-    ) -> Ticket {
-        let deadline = now.saturating_add(self.settings.patience);
+    fn submit(&self, request: Request, priority: Priority, to: &mut Connection) -> Ticket {
+        let deadline = self.now.saturating_add(self.settings.patience);
         to.submit(request.priority(priority).deadline(deadline))
     }
 }

@@ -32,6 +32,8 @@ pub(super) struct Reader {
     rest: [Option<Reading>; 3],
     /// When the next look begins.
     due: Option<Micros>,
+    /// It is planned only because nobody says when the arm has finished something.
+    awaits_news: bool,
     wants_left: bool,
     wants_pose: bool,
     /// The look that is planned is in no hurry.
@@ -60,6 +62,7 @@ impl Reader {
             flight: None,
             rest: [None; 3],
             due: None,
+            awaits_news: false,
             wants_left: false,
             wants_pose: false,
             seldom: false,
@@ -91,6 +94,18 @@ impl Reader {
         self.due.filter(|_| !self.is_busy())
     }
 
+    /// As [`poll_timeout`](Self::poll_timeout), for a clock that leaps from one end of a command to the next.
+    pub(super) fn poll_leap(&self) -> Option<Micros> {
+        self.poll_timeout().filter(|_| !self.awaits_news)
+    }
+
+    /// A look will show that the arm has finished something.
+    pub(super) fn hear(&mut self, now: Micros) {
+        if self.due.is_some() {
+            self.look(now);
+        }
+    }
+
     fn is_busy(&self) -> bool {
         self.flight.is_some() || self.rest.iter().any(Option::is_some)
     }
@@ -112,7 +127,9 @@ impl Reader {
 
     /// The next look is to begin then at the latest.
     pub(super) fn look(&mut self, at: Micros) {
-        self.due = Some(self.due.map_or(at, |due| due.min(at)));
+        if self.due.is_none_or(|due| at <= due) {
+            (self.due, self.awaits_news) = (Some(at), false);
+        }
     }
 
     /// The next look is at everything a stopped arm shows.
@@ -153,7 +170,8 @@ impl Stream {
                 reader.wants_pose.then_some(Reading::Pose),
             ];
             reader.compares = left;
-            (reader.due, reader.wants_left, reader.wants_pose) = (None, false, false);
+            (reader.due, reader.awaits_news) = (None, false);
+            (reader.wants_left, reader.wants_pose) = (false, false);
         }
         if reader.flight.is_some() {
             return;
@@ -165,7 +183,7 @@ impl Stream {
             self.reader.accepted = self.last;
         }
         if let Some(request) = request(reading) {
-            let ticket = self.submit(now, request, Priority::Poll, to);
+            let ticket = self.submit(request, Priority::Poll, to);
             self.reader.flight = Some((reading, ticket));
         }
     }
@@ -200,6 +218,7 @@ impl Stream {
     /// An answer to somebody else's question that passes: a current index saves the stream a look of its own. Call
     /// [`advance`](Self::advance) afterwards.
     pub fn overhear(&mut self, now: Micros, frame: &FrameBuf) {
+        let now = self.clock.at(now);
         let view = frame.frame();
         let read = match view.ctrl().write() || view.ctrl().queued() {
             true => return,
@@ -343,5 +362,6 @@ impl Stream {
             wait => wait,
         };
         self.reader.look(now.saturating_add(wait.clamp(SOON, LATE)));
+        self.reader.awaits_news = self.flows();
     }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use tokio::time::{Instant, Sleep, sleep_until};
 
-use super::Transport;
+use super::{Leap, Transport};
 use crate::connection::Micros;
 use crate::faults::{Faults, Injector, Passed, Side};
 use crate::{Error, ErrorKind, Result};
@@ -242,5 +242,20 @@ impl Transport for Faulty {
         self.spoiler.lock().to_arm.push(now, bytes);
         self.forward(cx)?;
         Poll::Ready(Ok(bytes.len()))
+    }
+
+    fn lead(&mut self, leads: bool) -> bool {
+        self.inner.lead(leads)
+    }
+
+    /// What is held up on the line is so by the wall's clock, and the arm waits for it.
+    fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+        let held_up = {
+            let state = self.spoiler.lock();
+            let next = [state.to_arm.poll_timeout(), state.to_host.poll_timeout()];
+            next.iter().any(Option::is_some)
+        };
+        let free = !held_up && self.out.is_empty() && self.come.is_empty();
+        free.then(|| self.inner.leap(most, ends))?
     }
 }

@@ -21,7 +21,7 @@ use std::io;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use crate::connection::Settings;
+use crate::connection::{Micros, Settings};
 use crate::{Error, ErrorKind};
 
 #[cfg(feature = "sim")]
@@ -41,6 +41,27 @@ pub(crate) trait Transport: Send {
 
     /// Takes bytes from the front of one frame.
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>>;
+
+    /// Has the arm's clock pass from now on only as [`leap`](Self::leap) says, or has it its own way again; whether it obeys.
+    /// Only an arm in virtual time does.
+    fn lead(&mut self, _leads: bool) -> bool {
+        false
+    }
+
+    /// Lets so much of the arm's time pass at once, less if something comes or the arm comes to rest before, or to the end of a
+    /// queued command if that is of interest. `None`: nothing passes, because it rests already or bytes are under way in
+    /// wall time.
+    fn leap(&mut self, _most: Micros, _ends: bool) -> Option<Leap> {
+        None
+    }
+}
+
+/// Time of an arm in virtual time that has passed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Leap {
+    pub(crate) time: Micros,
+    /// It ends with what was of interest, or the arm has nothing to do any more.
+    pub(crate) news: bool,
 }
 
 /// An open line and how to treat it.

@@ -6,21 +6,23 @@ use std::task::{Context, Poll};
 use magician_sim::LinkId;
 use tokio::time::{Instant, Sleep, sleep_until};
 
-use super::Transport;
+use super::{Leap, Transport};
 use crate::VirtualArm;
-
-const LINK: LinkId = LinkId(0);
+use crate::connection::Micros;
 
 /// The line to a virtual arm in this process.
 pub(crate) struct Sim {
     arm: VirtualArm,
+    link: LinkId,
     alarm: Pin<Box<Sleep>>,
 }
 
 impl Sim {
     pub(crate) fn new(arm: VirtualArm) -> Self {
+        let link = arm.lock().open();
         Self {
             arm,
+            link,
             alarm: Box::pin(sleep_until(Instant::now())),
         }
     }
@@ -29,18 +31,18 @@ impl Sim {
 impl Drop for Sim {
     /// What the arm still had to say to this connection is not for the next one.
     fn drop(&mut self) {
-        self.arm.lock().runner.close(LINK);
+        self.arm.lock().close(self.link);
     }
 }
 
 impl Transport for Sim {
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
         let mut cell = self.arm.lock();
-        cell.waker = Some(cx.waker().clone());
+        cell.listen(self.link, cx.waker());
         loop {
             let now = cell.now();
             cell.runner.handle_timeout(now);
-            if let Some(frame) = cell.runner.poll_transmit(now, LINK) {
+            if let Some(frame) = cell.runner.poll_transmit(now, self.link) {
                 let frame = frame.bytes();
                 let count = frame.len().min(bytes.len());
                 bytes[..count].copy_from_slice(&frame[..count]);
@@ -65,9 +67,15 @@ impl Transport for Sim {
     }
 
     fn poll_write(&mut self, _: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
-        let mut cell = self.arm.lock();
-        let now = cell.now();
-        cell.runner.receive(now, LINK, bytes);
+        self.arm.lock().receive(self.link, bytes);
         Poll::Ready(Ok(bytes.len()))
+    }
+
+    fn lead(&mut self, leads: bool) -> bool {
+        self.arm.lock().lead(self.link, leads)
+    }
+
+    fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+        self.arm.lock().leap(self.link, most, ends)
     }
 }

@@ -6,7 +6,8 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use magician_protocol::Direction;
 use magician_sim::trace::{TraceLink, TraceWriter};
 
-use super::Transport;
+use super::{Leap, Transport};
+use crate::connection::Micros;
 
 /// A trace file under way: everything that passes on a line, as a pcapng file of link type USER0
 /// that Wireshark opens. Clones write to the same file.
@@ -124,6 +125,14 @@ impl Transport for Traced {
         let count = self.inner.poll_write(cx, bytes);
         self.record(Direction::Request, bytes, &count);
         count
+    }
+
+    fn lead(&mut self, leads: bool) -> bool {
+        self.inner.lead(leads)
+    }
+
+    fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+        self.inner.leap(most, ends)
     }
 }
 

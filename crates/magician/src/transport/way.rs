@@ -114,7 +114,11 @@ impl Way {
             Target::Sim(speed) => {
                 let powered_up = || VirtualArm::powered_up(*speed);
                 let arm = lock(&self.arm).get_or_insert_with(powered_up).clone();
-                Ok((Box::new(Sim::new(arm)), Settings::ORDERED, "a virtual arm"))
+                let settings = Settings {
+                    free_clock: arm.lock().stands(),
+                    ..Settings::ORDERED
+                };
+                Ok((Box::new(Sim::new(arm)), settings, "a virtual arm"))
             }
             #[cfg(not(feature = "sim"))]
             Target::Sim(_) => Err(Error::new(

@@ -16,3 +16,4 @@ mod over;
 mod reconnecting;
 mod runs;
 mod verbs;
+mod virtual_time;

@@ -114,9 +114,15 @@ impl Job {
                 context.put_up(arm.clone());
                 (arm, times)
             }
-            SimSpeed::Max => {
+            // Who takes readings needs time to pass for itself too, not for the arm alone.
+            SimSpeed::Max if self.way.record.is_some() => {
                 let arm = VirtualArm::new(stage, SimSpeed::Times(1.0));
                 context.put_up_in_arm_time(arm.clone());
+                (arm, f64::INFINITY)
+            }
+            SimSpeed::Max => {
+                let arm = VirtualArm::from(stage).in_virtual_time();
+                context.put_up(arm.clone());
                 (arm, f64::INFINITY)
             }
         };

@@ -10,6 +10,7 @@ mod farewell;
 mod greeting;
 mod halt;
 mod jog;
+mod lead;
 mod line;
 mod messages;
 mod polls;
@@ -41,6 +42,7 @@ pub(crate) use farewell::FAREWELL;
 use halt::Halting;
 pub(super) use jog::JogStart;
 use jog::Jogging;
+use lead::Leading;
 pub(super) use line::Opener;
 use line::State;
 pub(super) use messages::Message;
@@ -112,6 +114,7 @@ pub(super) struct Driver {
     leaving: bool,
     polls: Polls,
     jogging: Jogging,
+    leading: Leading,
     sight: Sight,
     events: broadcast::Sender<Event>,
     /// When the task was served last.
@@ -153,6 +156,7 @@ impl Driver {
             leaving: false,
             polls: Polls::default(),
             jogging: Jogging::default(),
+            leading: Leading::default(),
             sight: Sight::default(),
             events,
             served: 0,
@@ -199,7 +203,8 @@ impl Driver {
             if self.leaving && (self.waiting.is_empty() || !self.link_is_up()) {
                 return Poll::Ready(Ended::Farewell);
             }
-            if !read && !wrote && !told && !fed && self.sleep(cx).is_pending() {
+            let busy = read || wrote || told || fed;
+            if !busy && !self.go_on_in_time() && self.sleep(cx).is_pending() {
                 self.looked = false;
                 return Poll::Pending;
             }
@@ -256,6 +261,7 @@ impl Driver {
             program,
             self.polls.poll_timeout().filter(|_| up),
             self.jogging.poll_timeout().filter(|_| open),
+            self.leading.poll_timeout().filter(|_| up),
         ];
         due.into_iter().flatten().min()
     }

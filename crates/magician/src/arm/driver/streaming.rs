@@ -65,6 +65,7 @@ impl Driver {
             None => {
                 self.exposure().runs(true);
                 self.program = Some(*program);
+                self.lead();
             }
         }
     }

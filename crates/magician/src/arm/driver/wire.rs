@@ -4,7 +4,7 @@ use std::task::{Context, Poll, Waker};
 use magician_protocol::FrameBuf;
 
 use crate::connection::{Connection, Micros};
-use crate::transport::Transport;
+use crate::transport::{Leap, Transport};
 
 /// An open line with the frame that is being written to it.
 pub(super) struct Wire {
@@ -70,6 +70,16 @@ impl Wire {
                 Ok(true)
             }
         }
+    }
+
+    /// As [`Transport::lead`].
+    pub(super) fn lead(&mut self, leads: bool) -> bool {
+        self.transport.lead(leads)
+    }
+
+    /// As [`Transport::leap`].
+    pub(super) fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+        self.transport.leap(most, ends)
     }
 
     /// Writes what goes out without waiting, for want of anybody who would wait: the rest of the frame under way, then

@@ -1,0 +1,46 @@
+use crate::connection::Micros;
+
+/// The arm's time, as far as the stream is concerned, beside the connection's clock.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Clock {
+    /// It passes as there: it showed the first when that one showed the second.
+    Runs(Micros, Micros),
+    /// It stands until it leaps: what the host does takes none of it.
+    Stands(Micros),
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self::Runs(0, 0)
+    }
+}
+
+impl Clock {
+    /// What it shows when the connection's shows `now`.
+    pub(super) fn at(&self, now: Micros) -> Micros {
+        match *self {
+            Self::Runs(arm, then) => arm.saturating_add(now.saturating_sub(then)),
+            Self::Stands(arm) => arm,
+        }
+    }
+
+    /// What the connection's will show when this one shows `arm`, if that comes by itself.
+    pub(super) fn comes(&self, arm: Micros) -> Option<Micros> {
+        match *self {
+            Self::Runs(began, then) => Some(then.saturating_add(arm.saturating_sub(began))),
+            Self::Stands(_) => None,
+        }
+    }
+
+    pub(super) fn leap(&mut self, now: Micros, time: Micros) -> Micros {
+        let arm = self.at(now).saturating_add(time);
+        *self = Self::Stands(arm);
+        arm
+    }
+
+    pub(super) fn run(&mut self, now: Micros) {
+        if let Self::Stands(arm) = *self {
+            *self = Self::Runs(arm, now);
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! The arm behind the handles, the lines to it, and what its clock shows.
+//!
+//! In virtual time the clock stands, and somebody has to say that it goes on. At full speed the arm itself does: whatever it
+//! is told it does at once. That is too early for a run, whose next commands are still on their way, so the connections
+//! with a run lead the clock: as long as there is one the arm has its own speed, and time passes in their leaps.
+
+use std::collections::BTreeMap;
+use std::task::Waker;
+use std::time::Duration;
+
+use magician_sim::{LinkId, Micros, Runner, Speed};
+use tokio::time::Instant;
+
+use crate::transport::Leap;
+
+/// Events in one leap, before others get at the arm.
+const EVENTS: usize = 1000;
+
+/// The arm, and who waits for it.
+pub(crate) struct Cell {
+    pub(crate) runner: Runner,
+    begun: Instant,
+    /// Whether the wall clock that the arm knows stands.
+    stands: bool,
+    /// By how much that clock was put forward.
+    ahead: Micros,
+    lines: BTreeMap<LinkId, End>,
+    /// How fast the arm is while nobody leads it.
+    free: Speed,
+}
+
+/// The host's end of a line.
+#[derive(Default)]
+struct End {
+    /// The connection, which must hear when the arm has been touched from elsewhere.
+    waker: Option<Waker>,
+    leads: bool,
+}
+
+impl Cell {
+    pub(super) fn new(runner: Runner) -> Self {
+        Self {
+            begun: Instant::now(),
+            stands: false,
+            ahead: 0,
+            lines: BTreeMap::new(),
+            free: runner.speed(),
+            runner,
+        }
+    }
+
+    /// The wall clock that the arm knows, in microseconds since it was made.
+    pub(crate) fn now(&self) -> Micros {
+        let passed = match self.stands {
+            true => 0,
+            false => Micros::try_from(self.begun.elapsed().as_micros()).unwrap_or(Micros::MAX),
+        };
+        passed.saturating_add(self.ahead)
+    }
+
+    /// When that clock will show an instant by itself, if ever.
+    pub(crate) fn comes(&self, at: Micros) -> Option<Instant> {
+        let left = Duration::from_micros(at.saturating_sub(self.ahead));
+        (!self.stands).then(|| self.begun.checked_add(left))?
+    }
+
+    /// Whether the clock stands, and only goes on when somebody says so.
+    pub(crate) fn stands(&self) -> bool {
+        self.stands
+    }
+
+    /// From now on the clock stands.
+    pub(super) fn stand(&mut self) {
+        let begun = self.runner.controller().now() > 0;
+        (self.ahead, self.stands) = (if begun { self.now() } else { 0 }, true);
+    }
+
+    pub(super) fn put_forward(&mut self, time: Micros) {
+        self.ahead = self.ahead.saturating_add(time);
+    }
+
+    /// Has all connections look what is new.
+    pub(super) fn wake(&mut self) {
+        let wakers = self.lines.values_mut().filter_map(|end| end.waker.take());
+        wakers.for_each(Waker::wake);
+    }
+}
+
+/// Lines.
+impl Cell {
+    /// A line of its own for a connection.
+    pub(crate) fn open(&mut self) -> LinkId {
+        let mut link = LinkId(0);
+        while self.lines.contains_key(&link) {
+            link.0 += 1;
+        }
+        self.lines.insert(link, End::default());
+        link
+    }
+
+    /// What the arm still had to say over this line is for nobody.
+    pub(crate) fn close(&mut self, link: LinkId) {
+        self.runner.close(link);
+        self.lead(link, false);
+        self.lines.remove(&link);
+    }
+
+    pub(crate) fn listen(&mut self, link: LinkId, waker: &Waker) {
+        if let Some(end) = self.lines.get_mut(&link) {
+            end.waker = Some(waker.clone());
+        }
+    }
+
+    pub(crate) fn receive(&mut self, link: LinkId, bytes: &[u8]) {
+        let now = self.now();
+        self.runner.receive(now, link, bytes);
+        // Who leads the arm may be waiting for it to be set going again.
+        if (self.lines.iter()).any(|(other, end)| end.leads && *other != link) {
+            self.wake();
+        }
+    }
+}
+
+/// Virtual time.
+impl Cell {
+    fn is_led(&self) -> bool {
+        self.lines.values().any(|end| end.leads)
+    }
+
+    /// Whether this line's connection says from now on when time passes; whether that is so then.
+    pub(crate) fn lead(&mut self, link: LinkId, leads: bool) -> bool {
+        if !self.stands {
+            return false;
+        }
+        let (now, was_led) = (self.now(), self.is_led());
+        if let Some(end) = self.lines.get_mut(&link) {
+            end.leads = leads;
+        }
+        match (was_led, self.is_led()) {
+            (false, true) => {
+                self.free = self.runner.speed();
+                self.runner.set_speed(now, Speed::Times(1.0));
+            }
+            (true, false) => {
+                self.runner.set_speed(now, self.free);
+                self.runner.handle_timeout(now);
+                self.wake();
+            }
+            _ => {}
+        }
+        leads
+    }
+
+    /// Lets so much time pass at once, less if something comes over this line or the arm comes to rest before, or to the end of
+    /// a queued command if that is of interest.
+    pub(crate) fn leap(&mut self, link: LinkId, most: Micros, ends: bool) -> Option<Leap> {
+        if !self.is_led() || !self.runner.busy() {
+            return None;
+        }
+        let (from, before) = (self.ahead, self.runner.controller().current_index());
+        let end = from.saturating_add(most.max(1));
+        let mut news = false;
+        for _ in 0..EVENTS {
+            let next = self.runner.poll_timeout().unwrap_or(end);
+            self.ahead = next.max(self.ahead.saturating_add(1)).min(end);
+            self.runner.handle_timeout(self.ahead);
+            let ended = ends && self.runner.controller().current_index() != before;
+            news = ended || !self.runner.busy();
+            let heard = self.runner.next_reply(link);
+            if news || self.ahead >= end || heard.is_some_and(|at| at <= self.ahead) {
+                break;
+            }
+        }
+        self.wake();
+        Some(Leap {
+            time: self.ahead.saturating_sub(from),
+            news,
+        })
+    }
+}

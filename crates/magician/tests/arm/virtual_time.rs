@@ -1,0 +1,274 @@
+//! Arms in virtual time: runs take the arm's time and none of the wall's, whose clock stands in these tests while anybody has
+//! something to do.
+
+use std::future::Future;
+use std::time::Duration;
+
+use magician::protocol::Set;
+use magician::protocol::commands::{DeviceTime, Pose};
+use magician::sim::{Happening, State};
+use magician::{Arm, ErrorKind, Options, VirtualArm, blocking, words};
+use tokio::task::yield_now;
+use tokio::time::Instant;
+
+/// How long an answer is waited for.
+const TIMEOUT: Duration = Duration::from_secs(1);
+
+async fn arm(window: usize) -> (VirtualArm, Arm) {
+    let cell = VirtualArm::default().in_virtual_time();
+    let arm = another(&cell, window).await;
+    arm.clear_alarms().await.unwrap();
+    (cell, arm)
+}
+
+async fn another(cell: &VirtualArm, window: usize) -> Arm {
+    let options = Options::default().window(window).timeout(TIMEOUT);
+    Arm::simulated(cell.clone(), options).await.unwrap()
+}
+
+/// A curve in pieces so short that the arm has to know all that its queue can hold to keep its speed.
+fn curve(pieces: u16) -> Vec<Set> {
+    let mut program = vec![
+        words::path_speed(100.0, 100.0),
+        words::move_to(255.0, 0.0, 20.0, 0.0),
+    ];
+    program.extend((1..=pieces).map(|nth| {
+        let (sin, cos) = (f32::from(nth) * 0.01).sin_cos();
+        words::path_to(225.0 + 30.0 * cos, 30.0 * sin, 20.0)
+    }));
+    program
+}
+
+/// The arm's clock.
+fn clock(cell: &VirtualArm) -> Duration {
+    Duration::from_micros(cell.state().now)
+}
+
+/// The arm at the first of the moments at which this is so, in a run that goes on meanwhile.
+async fn once(cell: &VirtualArm, so: impl Fn(&State) -> bool) -> State {
+    loop {
+        let state = cell.state();
+        if so(&state) {
+            return state;
+        }
+        yield_now().await;
+    }
+}
+
+async fn takes<T>(cell: &VirtualArm, work: impl Future<Output = T>) -> (T, Duration, Duration) {
+    let (before, begun) = (clock(cell), Instant::now());
+    let outcome = work.await;
+    (outcome, clock(cell) - before, begun.elapsed())
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_path_takes_the_time_that_its_estimate_says() {
+    for (window, pieces) in [(1, 1500), (4, 1500), (1, 1), (1, 31), (4, 33)] {
+        let (cell, arm) = arm(window).await;
+        let program = curve(pieces);
+        let check = arm.preflight_for(&program).await.unwrap();
+        let estimate = check.estimate(&program).unwrap();
+        let (ran, arms, walls) = takes(&cell, arm.perform(&program)).await;
+        assert_eq!(ran.unwrap().commands, program.len() as u64);
+        assert_eq!(arms, estimate, "{pieces} pieces, window {window}");
+        assert_eq!(walls, Duration::ZERO);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn waits_and_moves_take_their_time_and_none_of_the_walls() {
+    let (cell, arm) = arm(1).await;
+    let day = words::wait(Duration::from_secs(24 * 3600));
+    for program in [vec![day], vec![day, day, day]] {
+        let (ran, arms, walls) = takes(&cell, arm.run(program.clone(), |_| {})).await;
+        ran.unwrap();
+        let days = u32::try_from(program.len()).unwrap();
+        assert_eq!(arms, days * Duration::from_secs(24 * 3600));
+        assert_eq!(walls, Duration::ZERO);
+    }
+    let there = [words::line_to(220.0, 40.0, 20.0, 0.0)];
+    let estimate = arm.preflight().await.unwrap().estimate(&there).unwrap();
+    let (ran, arms, walls) = takes(&cell, arm.perform(&there)).await;
+    assert_eq!(
+        (ran.unwrap().commands, arms, walls),
+        (1, estimate, Duration::ZERO)
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_no_run_waits_for_is_done_at_once() {
+    let (cell, arm) = arm(1).await;
+    arm.start_queue().await.unwrap();
+    let wait = magician::commands::WaitCmd { timeout: 5000 };
+    let index = arm.enqueue(&wait).await.unwrap();
+    assert_eq!(arm.current_index().await.unwrap(), index);
+    assert_eq!(clock(&cell), Duration::from_secs(5));
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_whose_clock_stands_was_not_reset() {
+    let (cell, arm) = arm(1).await;
+    let program = curve(100);
+    for _ in 0..3 {
+        arm.get::<DeviceTime>().await.unwrap();
+        arm.perform(&program).await.unwrap();
+        arm.get::<DeviceTime>().await.unwrap();
+        tokio::time::sleep(Duration::from_secs(3600)).await;
+    }
+    cell.with(|arm| arm.inject(Happening::Reset));
+    arm.get::<DeviceTime>().await.unwrap();
+    assert_eq!(
+        arm.perform(&program).await.unwrap_err().kind(),
+        ErrorKind::Uncertain
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn everybody_hears_his_own_answers() {
+    let (cell, arm) = arm(1).await;
+    let (left, right) = (another(&cell, 1).await, another(&cell, 1).await);
+    let program = curve(2000);
+    let estimate = arm.preflight_for(&program).await.unwrap();
+    let estimate = estimate.estimate(&program).unwrap();
+    let watch = async |other: &Arm| {
+        let mut poses: Vec<Pose> = Vec::new();
+        while cell.state().queue.current_index < 2000 {
+            poses.push(other.get().await.unwrap());
+            assert!(other.current_index().await.unwrap().0 <= 2002);
+            yield_now().await;
+        }
+        poses.dedup();
+        poses.len()
+    };
+    let (ran, arms, _) = takes(&cell, async {
+        tokio::join!(arm.perform(&program), watch(&left), watch(&right))
+    })
+    .await;
+    ran.0.unwrap();
+    assert!(ran.1 > 10 && ran.2 > 10, "{} {}", ran.1, ran.2);
+    assert_eq!(arms, estimate);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_finds_the_arm_under_way() {
+    let (cell, arm) = arm(1).await;
+    let program = curve(2000);
+    let stop = async {
+        let found = once(&cell, |state| state.queue.current_index > 100).await;
+        arm.stop().await.unwrap();
+        found
+    };
+    let (ran, found) = tokio::join!(arm.perform(&program), stop);
+    assert_eq!(ran.unwrap_err().kind(), ErrorKind::Closed);
+    let stood = cell.state();
+    assert!(!stood.moving && stood.queue.waiting == 0);
+    // It braked where it was: what waited in its queue was not done first.
+    assert!(stood.now - found.now < 1_000_000, "{found:?} {stood:?}");
+    // And the next run finds everything as it should be.
+    let home = [words::move_to(200.0, 0.0, 20.0, 0.0)];
+    let estimate = arm.preflight().await.unwrap().estimate(&home).unwrap();
+    let (ran, arms, _) = takes(&cell, arm.perform(&home)).await;
+    assert_eq!((ran.unwrap().commands, arms), (1, estimate));
+}
+
+#[tokio::test(start_paused = true)]
+async fn whoever_lets_go_of_a_run_leaves_the_clock_to_the_arm() {
+    let (cell, arm) = arm(1).await;
+    let program = curve(2000);
+    tokio::select! {
+        biased;
+        _ = once(&cell, |state| state.queue.current_index > 100) => {}
+        ran = arm.perform(&program) => panic!("{ran:?}"),
+    }
+    // What it left in the queue is done as by an arm at full speed, until somebody stops it.
+    once(&cell, |state| !state.moving && state.queue.waiting == 0).await;
+    let left = cell.state().queue.current_index;
+    assert!((101..200).contains(&left), "{left}");
+    arm.stop().await.unwrap();
+    arm.perform(&[words::move_to(200.0, 0.0, 20.0, 0.0)])
+        .await
+        .unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_alarm_ends_a_run() {
+    let (cell, arm) = arm(1).await;
+    let program = curve(2000);
+    let raise = async {
+        once(&cell, |state| state.queue.current_index > 100).await;
+        cell.with(|arm| arm.inject(Happening::Alarm(0x20)));
+    };
+    let (ran, ()) = tokio::join!(arm.perform(&program), raise);
+    assert_eq!(ran.unwrap_err().kind(), ErrorKind::Alarm);
+    assert!(!cell.state().moving);
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_that_answers_late_goes_on_by_the_wall() {
+    let (cell, arm) = arm(1).await;
+    cell.with(|arm| arm.inject(Happening::Delay(30_000)));
+    let wait = words::wait(Duration::from_millis(100));
+    let late = async {
+        cell.advance(Duration::from_millis(30));
+        yield_now().await;
+    };
+    let run = arm.run(vec![wait; 40], |_| {});
+    let run = async {
+        let mut run = std::pin::pin!(run);
+        // Before there is a run nobody lets the late answers come.
+        loop {
+            tokio::select! {
+                biased;
+                ran = &mut run => return ran,
+                () = tokio::time::sleep(Duration::from_millis(30)) => cell.advance(Duration::from_millis(30)),
+            }
+        }
+    };
+    late.await;
+    let (ran, arms, walls) = takes(&cell, run).await;
+    assert_eq!(ran.unwrap().commands, 40);
+    assert!(
+        arms >= Duration::from_secs(4) && walls > Duration::ZERO,
+        "{arms:?} {walls:?}"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_pulled_cable_ends_a_run_and_the_arm_goes_on_by_the_wall_meanwhile() {
+    let (cell, arm) = arm(1).await;
+    let program = curve(2000);
+    let pull = async {
+        once(&cell, |state| state.queue.current_index > 100).await;
+        cell.with(|arm| arm.inject(Happening::Cable { plugged: false }));
+        clock(&cell)
+    };
+    let begun = Instant::now();
+    let (ran, pulled) = tokio::join!(arm.perform(&program), pull);
+    let error = ran.unwrap_err();
+    assert!(
+        matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Uncertain),
+        "{error}"
+    );
+    assert!(begun.elapsed() >= TIMEOUT);
+    // It did what it had.
+    let passed = clock(&cell) - pulled;
+    assert!(passed <= begun.elapsed(), "{passed:?}");
+    assert!(!cell.state().moving);
+}
+
+/// A program that looks at the arm before it says what comes next: it hears that the arm has done what it was told.
+#[test]
+fn a_program_may_wait_for_the_arm() {
+    let cell = VirtualArm::default().in_virtual_time();
+    let arm = blocking::Arm::simulated(cell.clone(), Options::default()).unwrap();
+    let wait = words::wait(Duration::from_millis(10));
+    let commands = (0..40).map(|nth| {
+        while nth == 39 && cell.state().queue.current_index < 39 {
+            std::thread::yield_now();
+        }
+        wait
+    });
+    let ran = arm.run(commands, |_| {}).unwrap();
+    assert_eq!(ran.commands, 40);
+    assert!(cell.state().now >= 400_000);
+}
