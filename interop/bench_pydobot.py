@@ -90,12 +90,12 @@ def draw(magician, client_on, turnaround, segments):
     with tempfile.TemporaryDirectory(prefix="magician-") as home:
         path = f"{home}/arm"
         pace = [FAST] if turnaround is None else ["1", "--baud", "115200", "--turnaround", str(turnaround)]
-        arm = Sim(magician, path, *pace, stderr=subprocess.DEVNULL)
+        arm = Sim(magician, path, *pace, quiet=True)
         try:
             observer = [magician, "--port", f"udp:127.0.0.1:{arm.udp}", "--json"]
-            subprocess.run([*observer, "set", "CPParams", *SPEEDS], check=True, capture_output=True, timeout=20)
+            subprocess.run([*observer, "set", "CPParams", *SPEEDS], check=True, capture_output=True, timeout=60)
             done = subprocess.run(client_on(path), check=True, stdout=subprocess.PIPE, timeout=600, text=True)
-            pose = json.loads(subprocess.run([*observer, "pose"], check=True, capture_output=True, timeout=20).stdout)
+            pose = json.loads(subprocess.run([*observer, "pose"], check=True, capture_output=True, timeout=60).stdout)
         finally:
             arm.stop()
     off = math.dist((pose["x"], pose["y"], pose["z"]), point(segments))

@@ -5,6 +5,10 @@ import struct
 import sys
 import traceback
 
+# How long something may take that takes no time, on a machine that does much else, in seconds: what is awaited ends at once
+# when it comes, and what never comes fails after this.
+PATIENCE = 60
+
 VERDICT = re.compile(r"(\d+) passed, (\d+) failed\n")
 
 

@@ -29,7 +29,7 @@ import termios
 import time
 
 import arm as model
-from checks import Checks
+from checks import PATIENCE, Checks
 from wire import ALARMS, GET, INDEX, POSE, QUEUED, SET, TIME, Observer, Pty, Tcp, Udp
 from wire import check_durations, floats, frame, open_eventually, split
 
@@ -54,7 +54,7 @@ def go(link, *target, mode=model.MOVJ_XYZ):
     return link.pose()
 
 
-def rest(link, timeout=30):
+def rest(link, timeout=PATIENCE):
     """Wait until two poses in a row are equal."""
     end, last, pose = time.monotonic() + timeout, None, link.pose()
     while pose != last:
@@ -126,9 +126,8 @@ def one_reply(checks, link):
     got = link.replies(5)
     checks.equal("five requests in one write: five replies in order", [g[0] for g in got], [POSE, TIME, ALARMS, 83, INDEX])
     checks.equal("their lengths", [len(g[2]) for g in got], [32, 4, 16, 8, 8])
-    for byte in frame(83):
-        link.send(bytes([byte]))
-        time.sleep(0.002)
+    while not link.send_apart([bytes([byte]) for byte in frame(83)]):
+        link.quiet(0.2)
     checks.equal("a request sent byte by byte", link.replies(1), [(83, 0, struct.pack("<2f", 50, 50))])
     for ctrl in (0x00, 0x10, 0x40):
         checks.equal(f"Ctrl {ctrl:#04x} is echoed", len(link.ask(POSE, ctrl)), 32)
@@ -188,11 +187,11 @@ def resynchronisation(checks, link):
     before = link.index()
     for name, noise in cases:
         link.send(noise + good)
-        checks.equal(name, link.replies(1, timeout=2), want)
+        checks.equal(name, link.replies(1), want)
     link.send(command[:10])
     time.sleep(0.3)
     link.send(good)
-    checks.equal("a frame cut off, then a pause", link.replies(1, timeout=2), want)
+    checks.equal("a frame cut off, then a pause", link.replies(1), want)
     checks.equal("nothing late", link.quiet(0.3), b"")
     checks.equal("none of it was taken for a command", link.index(), before)
 
@@ -428,7 +427,7 @@ def immediate_motion(checks, link):
     checks.near("and moves", rest(link)[:3], (235, 10, 10))
     checks.equal("home is answered empty", link.ask(HOME, SET), b"")
     time.sleep(0.3)
-    end = time.monotonic() + 30
+    end = time.monotonic() + PATIENCE
     while math.dist(link.pose()[:3], (199.40411, 0, -8.48528)) > 1e-2 and time.monotonic() < end:
         time.sleep(0.05)
     checks.near("and homes", rest(link), (199.40411, 0, -8.48528, 0, 0, 45, 45, 0), 1e-2)
@@ -442,8 +441,8 @@ def jog(checks, link):
     link.ask(71, SET, struct.pack("<8f", 4, 4, 4, 4, 100, 100, 100, 100))
     link.ask(70, SET, struct.pack("<8f", 1, 1, 1, 1, 50, 50, 50, 50))
     index = link.queue(JOG, b"\0\2")
-    checks.equal("its index is finished at once", link.wait(index, 2), index)
-    end = time.monotonic() + 5
+    checks.equal("its index is finished at once", link.wait(index), index)
+    end = time.monotonic() + PATIENCE
     while link.pose()[0] > 195 and time.monotonic() < end:
         time.sleep(0.01)
     first, second = link.pose(), (time.sleep(0.1), link.pose())[1]
@@ -452,7 +451,7 @@ def jog(checks, link):
     stopped = rest(link)
     checks.near("it stops on command 0, on its line", stopped[1:4], (0, 30, 0), 0.01)
     link.queue(JOG, b"\1\1")
-    end = time.monotonic() + 5
+    end = time.monotonic() + PATIENCE
     while link.pose()[4] < 2 and time.monotonic() < end:
         time.sleep(0.01)
     link.ask(JOG, SET, b"\1\0")
@@ -579,8 +578,8 @@ def several_links(checks, link, udp, tcp):
     third.send(frame(POSE) + frame(TIME))
     checks.equal("two frames in a datagram", [g[0] for g in third.replies(2)], [POSE, TIME])
     whole = frame(83)
-    third.send(whole[:4])
-    third.send(whole[4:])
+    while not third.send_apart([whole[:4], whole[4:]]):
+        third.quiet(0.2)
     checks.equal("a frame in two datagrams", [g[0] for g in third.replies(1)], [83])
     third.send(b"\xaa\xaa\x13\x54")
     checks.equal("half a frame from one does not disturb another", len(second.ask(POSE)), 32)

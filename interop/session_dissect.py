@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 
-from checks import Checks
+from checks import PATIENCE, Checks
 from sim import Sim
 from wire import GET, QUEUED, SET, Tcp, frame, split
 
@@ -141,7 +141,7 @@ def fields(tree, into):
 def dissected(path, *more):
     """Every frame and every foreign thing in a file, as the fields that tshark gives it."""
     command = ["tshark", "-n", "-X", f"lua_script:{SCRIPT}", *more, "-r", path, "-T", "json", "-x", "-J", "magician"]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=170, env=SURROUNDINGS)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=10 * PATIENCE, env=SURROUNDINGS)
     # Told about in the same stream: a superuser who ought not to be one.
     wrong = [line for line in run.stderr.splitlines() if "Lua" in line or "rror" in line]
     packets = json.loads(run.stdout, object_pairs_hook=pairs)
@@ -153,7 +153,7 @@ def dissected(path, *more):
 
 
 def decoded(magician, path):
-    run = subprocess.run([magician, "decode", "--json", path], capture_output=True, timeout=60)
+    run = subprocess.run([magician, "decode", "--json", path], capture_output=True, timeout=5 * PATIENCE)
     return [json.loads(line) for line in run.stdout.splitlines()]
 
 
@@ -304,7 +304,7 @@ def over_networks(checks, magician, home, trace):
             pathlib.Path(home, "bytes").write_bytes(both[reply])
             side_of = "arm" if reply else "host"
             run = [magician, "decode", "--json", "--from", side_of, os.path.join(home, "bytes")]
-            lines = [json.loads(line) for line in subprocess.run(run, capture_output=True, timeout=60).stdout.splitlines()]
+            lines = [json.loads(line) for line in subprocess.run(run, capture_output=True, timeout=5 * PATIENCE).stdout.splitlines()]
             trees, wrong = dissected(path)
             checks.equal(f"{what} {side}: tshark has nothing to complain of", wrong, [])
             compare(checks, f"{what} {side}, {len(pieces)} packets", trees, lines)
@@ -324,7 +324,7 @@ def main():
     checks = Checks()
     with tempfile.TemporaryDirectory(prefix="magician-") as home:
         trace = os.path.join(home, "session.pcapng")
-        sim = Sim(magician, os.path.join(home, "arm"), "max", "--trace", trace, stderr=subprocess.DEVNULL)
+        sim = Sim(magician, os.path.join(home, "arm"), "max", "--trace", trace, quiet=True)
         link = Tcp(sim.tcp)
         sent = drive(link, magician)
         damage(link)

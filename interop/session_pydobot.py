@@ -8,12 +8,13 @@ import struct
 import sys
 import time
 
+import patient  # noqa: F401  before the library has its ports
 from pydobot import Dobot
 from pydobot.enums import PTPMode
 from pydobot.message import Message
 
 import arm as model
-from checks import Checks
+from checks import PATIENCE, Checks
 from wire import Observer, check_durations
 
 HOME, WAIT, GRIPPER, SUCTION, MULTIPLEX = 31, 110, 63, 62, 130
@@ -41,7 +42,7 @@ def read_floats(dobot, ident):
 
 def until(dobot, index):
     """The library's way of waiting, for commands it does not wait for."""
-    end = time.monotonic() + 60
+    end = time.monotonic() + 2 * PATIENCE
     while (now := dobot._get_queued_cmd_current_index()) != index:
         if time.monotonic() > end:
             raise AssertionError(f"waited for index {index}, stands at {now}")

@@ -19,7 +19,7 @@ from mcap.records import Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 
 import arm as model
-from checks import Checks
+from checks import PATIENCE, Checks
 from sim import Sim
 from wire import ALARMS, SET, Tcp, floats, split
 
@@ -210,8 +210,7 @@ def killed(checks, magician, home, speed):
     clock = link.time()
     # Four seconds of the arm's clock: what is a second old is in the file.
     time.sleep(4 / float(speed))
-    sim.process.kill()
-    sim.process.communicate()
+    sim.end(signal.SIGKILL)
     link.close()
 
     records, broke_off = [], None
@@ -238,23 +237,20 @@ def killed(checks, magician, home, speed):
 def errors(checks, magician, home):
     print("a file that cannot be written")
     command = [magician, "sim", "--tcp", "127.0.0.1:0", "--record", os.path.join(home, "no", "such.mcap")]
-    refused = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=10)
+    refused = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE)
     checks.equal("no such directory: exit status and stdout", (refused.returncode, refused.stdout), (3, ""))
     checks.ok("with a word about it", "such.mcap" in refused.stderr, refused.stderr.strip())
 
     path = os.path.join(home, "arm")
-    sim = Sim(magician, path, "20", "--record", "/dev/full", stderr=subprocess.PIPE)
-    said = b""
-    while b"recording ends" not in said and (line := sim.process.stderr.readline()):
-        said = line
-    checks.ok("a full disk is told at once", b"recording ends here" in said, said.decode().strip())
+    sim = Sim(magician, path, "20", "--record", "/dev/full", quiet=True)
+    said = sim.says(rb".*recording ends here.*")[0]
+    checks.ok("a full disk is told at once", sim.process.poll() is None, said.decode().strip())
     link = Tcp(sim.tcp)
     checks.equal("and the arm goes on", len(link.pose()), 8)
     link.close()
-    sim.process.send_signal(signal.SIGTERM)
-    _, rest = sim.process.communicate(timeout=5)
-    checks.equal("exit status", sim.process.returncode, 4)
-    checks.ok("which says why", b"incomplete" in rest, rest.decode().strip())
+    ended, _ = sim.end()
+    checks.equal("exit status", (ended, sim.process.returncode), (True, 4))
+    checks.ok("which says why", b"incomplete" in sim.said[-1], sim.said[-1].decode().strip())
 
 
 def main():

@@ -16,14 +16,16 @@ import tempfile
 import time
 
 import arm as model
-from checks import Checks
+from checks import PATIENCE, Checks
 from sim import Sim
-from venvs import python_for
+from venvs import HERE, python_for
 from wire import Pty
 
 # Runs a program with a list of ports that has the arm at each of the first places.
 UNDER_THE_LIBRARY = """
 import sys
+sys.path.insert(0, sys.argv[2])
+import patient
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 list_ports.comports = lambda *_: [ListPortInfo(sys.argv[1])] * 4
@@ -71,11 +73,11 @@ class Ended:
             script = os.path.join(home, "example.py")
             with open(script, "w") as file:
                 file.write(program)
-            sim = Sim(magician, os.path.join(home, "arm"), speed, stderr=subprocess.DEVNULL)
+            sim = Sim(magician, os.path.join(home, "arm"), speed, quiet=True)
             try:
                 begun = time.monotonic()
                 self.run = subprocess.run(
-                    command(sim.path, script), input=program, capture_output=True, text=True, timeout=60
+                    command(sim.path, script), input=program, capture_output=True, text=True, timeout=5 * PATIENCE
                 )
                 self.seconds = time.monotonic() - begun
                 self.pose, self.index = standing(sim.path)
@@ -124,7 +126,7 @@ def main():
         checks.ok("through magician.compat it ends well", found.is_good())
         checks.near("ends at", found.pose[:4], pose)
         checks.equal("at index", found.index, index)
-        other = Ended(magician, lambda path, _: [theirs, "-B", "-c", UNDER_THE_LIBRARY, path], own)
+        other = Ended(magician, lambda path, _: [theirs, "-B", "-c", UNDER_THE_LIBRARY, path, HERE], own)
         checks.ok("under its own library it ends well", other.is_good())
         checks.near("both end at", found.pose, other.pose)
         checks.equal("both at index", found.index, other.index)

@@ -1,43 +1,68 @@
 """A `magician sim` to talk to."""
 
 import os
+import re
 import signal
-import socket
 import subprocess
+import sys
+import threading
 
-
-def free_port(kind):
-    """A port nobody uses at the moment."""
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+from checks import PATIENCE
 
 
 class Sim:
-    """A `magician sim` of its own, from `ready` to a clean end."""
+    """A `magician sim` of its own, from `ready` to a clean end. It takes its ports itself, so that no neighbour has them."""
 
-    def __init__(self, magician, path, speed, *more, stderr=None):
-        self.path = path
-        self.udp, self.tcp = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_STREAM)
-        command = [magician, "sim", "--pty", path, "--udp", f"127.0.0.1:{self.udp}"]
-        command += ["--tcp", f"127.0.0.1:{self.tcp}", "--speed", speed, *more]
-        self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=stderr)
+    def __init__(self, magician, path, speed, *more, quiet=False):
+        self.path, self.quiet = path, quiet
+        command = [magician, "sim", "--pty", path, "--udp", "127.0.0.1:0", "--tcp", "127.0.0.1:0", "--speed", speed, *more]
+        pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        self.process = subprocess.Popen(command, **pipes)
         line = self.process.stdout.readline()
         if line != b"ready\n":
             self.process.kill()
-            raise AssertionError(f"the simulator said {line!r} instead of ready")
+            raise AssertionError(f"the simulator said {line!r} instead of ready: {self.process.stderr.read().decode()}")
+        self.said, self.more = [], threading.Condition()
+        self.listener = threading.Thread(target=self._listen, daemon=True)
+        self.listener.start()
+        self.udp, self.tcp = (self._port(kind) for kind in (b"udp", b"tcp"))
+
+    def _listen(self):
+        for line in self.process.stderr:
+            with self.more:
+                self.said.append(line)
+                self.more.notify_all()
+            if not self.quiet:
+                print(line.decode(errors="replace"), end="", file=sys.stderr, flush=True)
+
+    def says(self, what):
+        """Wait until it has said a line in which a pattern is found; the match."""
+        with self.more:
+            found = lambda: next(filter(None, (re.search(what, line) for line in self.said)), None)
+            if match := self.more.wait_for(found, PATIENCE):
+                return match
+        raise AssertionError(f"the simulator did not say {what!r}: {self.said}")
+
+    def _port(self, kind):
+        return int(self.says(rb"serving %b:.*:(\d+)" % kind)[1])
+
+    def end(self, sign=signal.SIGTERM):
+        """End it; whether it does, and what was left on its stdout."""
+        self.process.send_signal(sign)
+        try:
+            self.process.wait(timeout=PATIENCE)
+            ended = True
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            ended = False
+        self.listener.join(PATIENCE)
+        return ended, self.process.stdout.read()
 
     def stop(self, sign=signal.SIGTERM):
         """End it; a list of (what was promised, whether it was kept)."""
         alive = self.process.poll() is None
-        self.process.send_signal(sign)
-        try:
-            rest, _ = self.process.communicate(timeout=5)
-            ended = True
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            rest, _ = self.process.communicate()
-            ended = False
+        ended, rest = self.end(sign)
         return [
             ("the simulator lived until the end", alive),
             (f"it ends on {sign.name}", ended),

@@ -10,6 +10,8 @@ import threading
 import time
 import tty
 
+from checks import PATIENCE
+
 GET, SET, QUEUED = 0, 1, 3
 
 POSE, ALARMS, TIME = 10, 20, 4
@@ -48,7 +50,7 @@ class Link:
         """What one read gives, or nothing when the time is up."""
         raise NotImplementedError
 
-    def replies(self, count, timeout=3.0):
+    def replies(self, count, timeout=PATIENCE):
         """The next replies; fewer if the time is up first."""
         frames, data, end = [], b"", time.monotonic() + timeout
         while len(frames) < count and (left := end - time.monotonic()) > 0:
@@ -59,7 +61,7 @@ class Link:
             raise AssertionError(f"bytes after the last reply: {data.hex(' ')}")
         return frames
 
-    def ask(self, ident, ctrl=GET, params=b"", timeout=3.0):
+    def ask(self, ident, ctrl=GET, params=b"", timeout=PATIENCE):
         """The reply to one request; id and Ctrl must be its own."""
         self.send(frame(ident, ctrl, params))
         found = self.replies(1, timeout)
@@ -68,6 +70,15 @@ class Link:
         if len(found) != 1 or found[0][:2] != (ident, ctrl):
             raise AssertionError(f"asked id {ident}, ctrl {ctrl}; got {found}")
         return found[0][2]
+
+    def send_apart(self, pieces):
+        """Send pieces of a frame one by one; False if this machine took so long over it that the arm, which gives up a
+        beginning after 50 ms, may have done so."""
+        begin = time.monotonic()
+        for piece in pieces:
+            self.send(piece)
+            time.sleep(0.002)
+        return time.monotonic() - begin < 0.04
 
     def quiet(self, seconds):
         """Whatever comes unasked within this time."""
@@ -91,7 +102,7 @@ class Link:
         """Put one command into the queue; its index."""
         return struct.unpack("<Q", self.ask(ident, ctrl, params))[0]
 
-    def wait(self, index, timeout=60.0):
+    def wait(self, index, timeout=2 * PATIENCE):
         """Until the command with this index has finished."""
         end = time.monotonic() + timeout
         while (now := self.index()) < index:
@@ -151,7 +162,7 @@ class Tcp(Link):
     """A stream socket."""
 
     def __init__(self, port):
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=5)
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
 
     def send(self, data):
         self.socket.sendall(data)
@@ -198,7 +209,7 @@ class Observer:
 
     def reached(self, index):
         """Clock readings (ms) surely before and surely after the command finished."""
-        end = time.monotonic() + 1
+        end = time.monotonic() + PATIENCE
         # A library that does not sleep may know it before the observer does.
         while (found := self._bracket(index)) is None:
             if self.error or time.monotonic() > end:
@@ -247,7 +258,7 @@ def check_durations(checks, observer, timed):
     )
 
 
-def open_eventually(path, seconds=1.0):
+def open_eventually(path, seconds=PATIENCE):
     """Open a terminal; a port that is still busy is tried again for a while."""
     end = time.monotonic() + seconds
     while True:

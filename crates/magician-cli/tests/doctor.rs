@@ -116,10 +116,10 @@ fn a_port_that_is_held_or_not_there_is_told() {
     let run = doctor(&held.path, &[]);
     assert_eq!(run.status, 4, "{run:?}");
     assert!(says(finding(&run.object(), "line"), "in use by"));
-    for (port, text) in [
-        ("/dev/no-such-arm", "no port"),
-        ("/dev/null", "no serial port"),
-    ] {
+    // A file of our own: what everybody can lock may be locked by somebody.
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    let file = file.path().to_str().expect("UTF-8");
+    for (port, text) in [("/dev/no-such-arm", "no port"), (file, "no serial port")] {
         let run = doctor(port, &[]);
         assert_eq!((run.status, &run.error()["kind"]), (4, &json!("port")));
         assert!(says(finding(&run.object(), "line"), text), "{run:?}");

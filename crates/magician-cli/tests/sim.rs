@@ -146,7 +146,7 @@ fn a_door_that_cannot_open_is_an_error_and_nothing_is_left() {
 /// Asks as a program does that looks for an arm.
 fn discovered(address: &str) -> String {
     let socket = UdpSocket::bind("127.0.0.1:0").expect("socket");
-    let deadline = Some(Duration::from_secs(20));
+    let deadline = Some(Duration::from_secs(120));
     socket.set_read_timeout(deadline).expect("deadline");
     socket.send_to(b"Who is Dobot?", address).expect("sent");
     let mut answer = [0; 128];

@@ -186,7 +186,7 @@ pub fn hold_to_nothing(line: &Line, rows: &[Row]) {
         let (name, needs) = (row.name, row.needed().next().is_some());
         line.passed();
         let code = (row.call)(&mut Given::but(Missing::All));
-        let passed = line.passed();
+        let passed = line.called();
         let expected = match row.kind {
             // It was not allowed.
             Kind::Guarded => 3,
@@ -207,7 +207,7 @@ pub fn hold_to_something(line: &Line, rows: &[Row]) {
             let mut given = Given::but(Missing::One(missing));
             line.passed();
             assert_eq!((row.call)(&mut given), 3, "{name} without {argument}");
-            assert!(line.passed().is_empty(), "{name} without {argument}");
+            assert!(line.called().is_empty(), "{name} without {argument}");
             assert!(
                 given.slots.iter().all(Slot::is_untouched),
                 "{name} without {argument}"
@@ -222,7 +222,7 @@ pub fn hold_to_zero(line: &Line, rows: &[Row]) {
         let mut given = Given::but(Missing::None);
         line.passed();
         assert_eq!((row.call)(&mut given), 0, "{}", row.name);
-        assert!(line.passed().is_empty(), "{}", row.name);
+        assert!(line.called().is_empty(), "{}", row.name);
         let zero = |slot: &Slot| slot.bytes().iter().all(|byte| *byte == 0);
         assert!(given.slots.iter().all(zero), "{}", row.name);
     }

@@ -11,7 +11,7 @@ use magician_capi::structure::{ConnectInfo, HOMECmd, Pose};
 use magician_capi::{Family, Outcome, call};
 
 /// Far beyond what anything here takes.
-pub(crate) const DEADLINE: Duration = Duration::from_secs(20);
+pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
 
 /// What no result looks like.
 pub(crate) const UNTOUCHED: u8 = 0x5A;

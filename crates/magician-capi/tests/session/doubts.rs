@@ -31,6 +31,11 @@ enum Loses {
     Everything,
 }
 
+/// How long a call waits for an answer, ms: one that comes, however busy the machine is, and one that does not. Even
+/// then what is asked has to reach the arm.
+const LONG: u32 = 120_000;
+const SHORT: u32 = 1_500;
+
 /// A virtual arm behind a bridge to TCP. Its queue is stopped.
 struct Bridge {
     arm: VirtualArm,
@@ -80,14 +85,24 @@ impl Bridge {
         self.loses.store(what as u8, Ordering::SeqCst);
     }
 
-    /// Connected to it, with a short patience: answers that come, come at once.
+    /// From now on; calls wait no longer than they must for what will not come, and as long as it takes for what will.
+    fn goes_on(&self, registry: &Registry, what: Loses) {
+        self.loses(what);
+        let patience = match what {
+            Loses::Nothing | Loses::One => LONG,
+            Loses::All | Loses::Everything => SHORT,
+        };
+        registry.set_timeout(0, patience);
+    }
+
+    /// Connected to it.
     fn registry(&self) -> Registry {
         let registry = registry();
         assert_eq!(
             connect_v1(&registry, &format!("tcp:{}", self.address)).code,
             0
         );
-        registry.set_timeout(0, 400);
+        registry.set_timeout(0, LONG);
         registry
     }
 
@@ -146,10 +161,9 @@ fn stop(registry: &Registry) -> i32 {
 fn a_lost_answer_is_made_up_for() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    registry.set_timeout(0, 20_000);
     assert_eq!(home(&registry), (0, 1));
     for index in 2..6 {
-        bridge.loses(Loses::One);
+        bridge.goes_on(&registry, Loses::One);
         assert_eq!(home(&registry), (0, index));
     }
     assert_eq!(bridge.queued(), 5, "each was taken once");
@@ -159,8 +173,7 @@ fn a_lost_answer_is_made_up_for() {
 fn the_first_command_of_all_has_no_index_to_be_told_by() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    registry.set_timeout(0, 20_000);
-    bridge.loses(Loses::One);
+    bridge.goes_on(&registry, Loses::One);
     assert_eq!(home(&registry), (2, 0));
     assert_eq!(home(&registry), (2, 0));
     assert_eq!(bridge.queued(), 1);
@@ -171,11 +184,11 @@ fn what_is_in_doubt_is_never_sent_again() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
     assert_eq!(home(&registry), (0, 1));
-    bridge.loses(Loses::All);
+    bridge.goes_on(&registry, Loses::All);
     assert_eq!(home(&registry), (2, 0));
     let first = fault();
     assert!(first.contains("look at the arm"), "{first}");
-    bridge.loses(Loses::Nothing);
+    bridge.goes_on(&registry, Loses::Nothing);
     // As a stock wrapper does.
     for _ in 0..20 {
         assert_eq!(home(&registry), (2, 0));
@@ -190,7 +203,6 @@ fn what_is_in_doubt_is_never_sent_again() {
         2,
         "it had been taken, and none of the others"
     );
-    registry.set_timeout(0, 20_000);
     assert_eq!(pose(&registry).0, 0, "looking is free");
     assert_eq!(stop(&registry), 0);
     let halt = |arm: &magician_capi::session::Session| call::set(arm, &QueuedCmdForceStopExec {});
@@ -209,9 +221,9 @@ fn what_is_in_doubt_is_never_sent_again() {
 fn a_new_connection_begins_without_doubt() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.loses(Loses::All);
+    bridge.goes_on(&registry, Loses::All);
     assert_eq!(home(&registry).0, 2);
-    bridge.loses(Loses::Nothing);
+    bridge.goes_on(&registry, Loses::Nothing);
     assert_eq!(home(&registry).0, 2);
     assert_eq!(
         connect_v1(&registry, &format!("tcp:{}", bridge.address)).code,
@@ -235,17 +247,14 @@ fn a_jog_may_begin_again_and_can_always_end() {
             )
         })
     };
-    bridge.loses(Loses::Everything);
+    bridge.goes_on(&registry, Loses::Everything);
     assert_eq!(jog(1), 2);
-    bridge.loses(Loses::Nothing);
-    registry.set_timeout(0, 20_000);
+    bridge.goes_on(&registry, Loses::Nothing);
     assert_eq!(jog(0), 0);
     assert_eq!(home(&registry).0, 0);
-    bridge.loses(Loses::All);
-    registry.set_timeout(0, 400);
+    bridge.goes_on(&registry, Loses::All);
     assert_eq!(home(&registry).0, 2);
-    bridge.loses(Loses::Nothing);
-    registry.set_timeout(0, 20_000);
+    bridge.goes_on(&registry, Loses::Nothing);
     assert_eq!(jog(0), 0, "it ends whatever is in doubt");
 }
 
@@ -262,9 +271,9 @@ fn an_order_that_must_not_be_repeated_leaves_a_doubt_too() {
             call::set(arm, &start)
         })
     };
-    bridge.loses(Loses::Everything);
+    bridge.goes_on(&registry, Loses::Everything);
     assert_eq!(download(), 2);
-    bridge.loses(Loses::Nothing);
+    bridge.goes_on(&registry, Loses::Nothing);
     assert_eq!(download(), 2);
     assert!(fault().contains("not sent"), "{}", fault());
 }
@@ -273,9 +282,9 @@ fn an_order_that_must_not_be_repeated_leaves_a_doubt_too() {
 fn raw_frames_know_the_doubt() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.loses(Loses::All);
+    bridge.goes_on(&registry, Loses::All);
     assert_eq!(home(&registry).0, 2);
-    bridge.loses(Loses::Nothing);
+    bridge.goes_on(&registry, Loses::Nothing);
     let arm = registry.find(magician_capi::Family::V1, 0).unwrap();
     let frame: Result<FrameBuf, _> = arm.raw(31, Ctrl::QUEUED, &[0; 4]);
     assert_eq!(frame.unwrap_err().code as i32, 2);
@@ -286,7 +295,7 @@ fn raw_frames_know_the_doubt() {
 fn a_call_without_an_answer_ends_and_touches_nothing() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.loses(Loses::Everything);
+    bridge.goes_on(&registry, Loses::Everything);
     let (code, bytes) = pose(&registry);
     assert_eq!(code, 2);
     assert!(bytes.iter().all(|byte| *byte == crate::bench::UNTOUCHED));
@@ -297,13 +306,13 @@ fn a_call_without_an_answer_ends_and_touches_nothing() {
 fn a_command_that_waited_for_its_turn_does_not_follow_one_in_doubt() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.loses(Loses::All);
+    bridge.goes_on(&registry, Loses::All);
     std::thread::scope(|scope| {
         let first = scope.spawn(|| home(&registry).0);
         while bridge.queued() == 0 {
             std::thread::yield_now();
         }
-        registry.set_timeout(0, 3000);
+        registry.set_timeout(0, 2 * SHORT);
         let second = scope.spawn(|| (home(&registry).0, fault()));
         assert_eq!(first.join().unwrap(), 2);
         let (code, fault) = second.join().unwrap();
@@ -317,7 +326,7 @@ fn a_command_that_waited_for_its_turn_does_not_follow_one_in_doubt() {
 fn too_many_callers_are_told_to_try_again() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.loses(Loses::Everything);
+    bridge.goes_on(&registry, Loses::Everything);
     let codes: Vec<i32> = std::thread::scope(|scope| {
         let callers: Vec<_> = (0..150)
             .map(|_| scope.spawn(|| pose(&registry).0))
@@ -339,20 +348,23 @@ fn a_forced_stop_waits_for_no_answer() {
         )
     };
     start().unwrap();
-    bridge.loses(Loses::All);
-    registry.set_timeout(0, 3000);
+    bridge.goes_on(&registry, Loses::All);
+    registry.set_timeout(0, 4 * SHORT);
     std::thread::scope(|scope| {
         let first = scope.spawn(|| (home(&registry).0, fault()));
         while bridge.loses.load(Ordering::SeqCst) != Loses::Everything as u8 {
             std::thread::yield_now();
         }
-        registry.set_timeout(0, 200);
+        registry.set_timeout(0, SHORT);
         assert!(bridge.arm.state().queue.started);
         let stop = run(&registry, "SetQueuedCmdForceStopExec", 0, |arm| {
             call::set(arm, &QueuedCmdForceStopExec {})
         });
         assert_eq!(stop, 2, "its answer is lost too");
-        assert!(!bridge.arm.state().queue.started);
+        while bridge.arm.state().queue.started {
+            assert!(!first.is_finished(), "it waited for the first");
+            std::thread::yield_now();
+        }
         let (code, fault) = first.join().unwrap();
         assert_eq!(code, 2);
         assert!(fault.contains("cannot be told"), "{fault}");

@@ -15,8 +15,11 @@ use nothing::{Argument, Row, hold_to_nothing, hold_to_something, hold_to_zero};
 #[test]
 fn null_pointers_are_survived() {
     // SAFETY: null is allowed.
-    let line =
-        Line::connected(|port| unsafe { exported::ConnectDobot(port, 115_200, none(), none()) });
+    let line = Line::connected(
+        |port| unsafe { exported::ConnectDobot(port, 115_200, none(), none()) },
+        // SAFETY: a slot of two bytes is there.
+        |pin| unsafe { exported::GetIODO(pin.out()) },
+    );
     let rows = magician_capi::functions!(crate rows_about_an_arm v1);
     hold_to_nothing(&line, &rows);
     hold_to_something(&line, &rows);

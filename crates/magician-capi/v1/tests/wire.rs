@@ -39,8 +39,11 @@ fn circle() -> Call {
 #[test]
 fn every_function_sends_its_frame() {
     // SAFETY: null is allowed.
-    let line =
-        Line::connected(|port| unsafe { exported::ConnectDobot(port, 115_200, none(), none()) });
+    let line = Line::connected(
+        |port| unsafe { exported::ConnectDobot(port, 115_200, none(), none()) },
+        // SAFETY: a slot of two bytes is there.
+        |pin| unsafe { exported::GetIODO(pin.out()) },
+    );
     // SAFETY: the text stays for ever.
     let allow = |name| unsafe { exported::MagicianAllow(name) };
     hold_to_golden(&line, Family::V1, &every_call(more_calls()), allow);

@@ -16,9 +16,11 @@ use nothing::{Argument, Row, hold_to_nothing, hold_to_something, hold_to_zero};
 fn null_pointers_are_survived() {
     let mut id = Slot::new(4);
     // SAFETY: null is allowed.
-    let line = Line::connected(|port| unsafe {
-        exported::ConnectDobot(port, 115_200, none(), none(), id.out())
-    });
+    let line = Line::connected(
+        |port| unsafe { exported::ConnectDobot(port, 115_200, none(), none(), id.out()) },
+        // SAFETY: a slot of two bytes is there.
+        |pin| unsafe { exported::GetIODO(0, pin.out()) },
+    );
     let rows = magician_capi::functions!(crate rows_about_an_arm v2);
     hold_to_nothing(&line, &rows);
     hold_to_something(&line, &rows);

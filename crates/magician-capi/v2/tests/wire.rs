@@ -39,9 +39,11 @@ fn circle() -> Call {
 fn every_function_sends_its_frame() {
     let mut id = Slot::new(4);
     // SAFETY: null is allowed.
-    let line = Line::connected(|port| unsafe {
-        exported::ConnectDobot(port, 115_200, none(), none(), id.out())
-    });
+    let line = Line::connected(
+        |port| unsafe { exported::ConnectDobot(port, 115_200, none(), none(), id.out()) },
+        // SAFETY: a slot of two bytes is there.
+        |pin| unsafe { exported::GetIODO(0, pin.out()) },
+    );
     assert_eq!(id.bytes(), [0; 4]);
     // SAFETY: the text stays for ever.
     let allow = |name| unsafe { exported::MagicianAllow(name) };

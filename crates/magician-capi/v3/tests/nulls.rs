@@ -16,7 +16,11 @@ use nothing::{Argument, Row, hold_to_nothing, hold_to_something, hold_to_zero};
 fn null_pointers_are_survived() {
     let mut info = Slot::new(336);
     // SAFETY: the pointer says what is there.
-    let line = Line::connected(|port| unsafe { exported::ConnectDobot(port, 115_200, info.out()) });
+    let line = Line::connected(
+        |port| unsafe { exported::ConnectDobot(port, 115_200, info.out()) },
+        // SAFETY: a slot of two bytes is there.
+        |pin| unsafe { exported::GetIODO(0, 0, pin.out()) },
+    );
     let rows = magician_capi::functions!(crate rows_about_an_arm v3);
     hold_to_nothing(&line, &rows);
     hold_to_something(&line, &rows);

@@ -47,7 +47,11 @@ fn circle() -> Call {
 fn every_function_sends_its_frame() {
     let mut info = Slot::new(336);
     // SAFETY: the pointer says what is there.
-    let line = Line::connected(|port| unsafe { exported::ConnectDobot(port, 115_200, info.out()) });
+    let line = Line::connected(
+        |port| unsafe { exported::ConnectDobot(port, 115_200, info.out()) },
+        // SAFETY: a slot of two bytes is there.
+        |pin| unsafe { exported::GetIODO(0, 0, pin.out()) },
+    );
     assert_eq!(info.bytes()[..4], [0; 4]);
     // SAFETY: the text stays for ever.
     let allow = |name| unsafe { exported::MagicianAllow(name) };

@@ -92,7 +92,7 @@ impl Served {
     /// Waits until it says this; the line.
     pub(crate) fn until(&mut self, what: impl Fn(&str) -> bool) -> String {
         // A test that waits for what never comes should fail, not hang.
-        let deadline = Instant::now() + Duration::from_secs(20);
+        let deadline = Instant::now() + Duration::from_secs(120);
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             let line = self.log.recv_timeout(left);

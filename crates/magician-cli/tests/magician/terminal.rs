@@ -9,6 +9,9 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 
+/// How a screen begins that is drawn anew.
+const CLEARED: &str = "\x1b[2J";
+
 /// A program on a terminal of its own.
 pub(crate) struct Terminal {
     pub(crate) child: Child,
@@ -78,20 +81,23 @@ impl Terminal {
     /// Has everything drawn anew, with Ctrl-L, until this is seen: for what changes by itself, where only the difference is
     /// drawn.
     pub(crate) fn until_drawn(&mut self, text: &str) {
-        let deadline = Instant::now() + Duration::from_secs(20);
-        loop {
-            self.seen.clear();
+        let deadline = Instant::now() + Duration::from_secs(120);
+        self.seen.clear();
+        while Instant::now() < deadline {
             self.types("\x0c");
-            // A frame or two.
+            // A frame or two; one that takes longer is read on with the next.
             let frames = Instant::now() + Duration::from_millis(150);
             while let Some(left) = frames.checked_duration_since(Instant::now()) {
                 self.read(left);
+                if plain(&self.seen).contains(text) {
+                    return;
+                }
             }
-            if plain(&self.seen).contains(text) {
-                return;
+            if let Some(anew) = self.seen.rfind(CLEARED) {
+                self.seen.drain(..anew);
             }
-            assert!(Instant::now() < deadline, "no {text:?} in {:?}", self.seen);
         }
+        panic!("no {text:?} in {:?}", self.seen);
     }
 
     /// Reads what comes next, if it comes in time.
@@ -110,7 +116,7 @@ impl Terminal {
 
     fn read_until(&mut self, text: &str, end: impl Fn(&str) -> Option<usize>) {
         // A test that waits for what never comes should fail, not hang.
-        let deadline = Instant::now() + Duration::from_secs(20);
+        let deadline = Instant::now() + Duration::from_secs(120);
         loop {
             if let Some(end) = end(&self.seen) {
                 self.seen.drain(..end);

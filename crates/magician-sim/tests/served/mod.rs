@@ -13,7 +13,7 @@ use magician_sim::serve::{Endpoint, Handle, Notice, ServeError, Server, serve_al
 use magician_sim::{Controller, Profile, Speed};
 use tokio::sync::oneshot;
 
-pub(crate) const DEADLINE: Duration = Duration::from_secs(20);
+pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
 
 pub(crate) struct Served {
     pub(crate) endpoints: Vec<Endpoint>,

@@ -37,12 +37,32 @@ pub(super) struct Flight {
     pub(super) frame: FrameBuf,
     /// Who is to have the answer, and for which of its requests; the first one asked.
     pub(super) takers: Vec<(Client, Ticket)>,
-    /// How often something that may have changed the arm had gone out by then.
-    pub(super) epoch: u64,
+    pub(super) when: Moment,
     /// Its number among all that went out.
     pub(super) serial: u64,
-    since: Micros,
     timer: Micros,
+}
+
+/// When a frame went out.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moment {
+    pub(super) now: Micros,
+    /// How often something that may have changed the arm had gone out by then.
+    pub(super) epoch: u64,
+    /// The latest ticket: whoever asked the same after that waits for another answer.
+    pub(super) latest: Ticket,
+}
+
+impl Flight {
+    /// Whether its answer could pass for the answer to this request.
+    pub(super) fn is_like(&self, frame: &FrameBuf) -> bool {
+        Key::of(&self.frame.frame()) == Key::of(&frame.frame())
+    }
+
+    /// Whether it has not taken longer than answers take.
+    pub(super) fn is_in_time(&self, now: Micros) -> bool {
+        now < self.timer
+    }
 }
 
 /// What an answer of the arm comes to.
@@ -61,8 +81,11 @@ pub(super) struct ArmLine {
     outstanding: Outstanding,
     estimator: Estimator,
     flights: Vec<Flight>,
+    /// Those that nothing waits for but the client that asked.
+    late: Vec<Flight>,
     ordered: bool,
     lifetime: Micros,
+    patience: Micros,
     next_fence: usize,
     sent: u64,
 }
@@ -74,8 +97,10 @@ impl ArmLine {
             outstanding: Outstanding::new(settings.line.ordered),
             estimator: Estimator::new(&settings.line),
             flights: Vec::new(),
+            late: Vec::new(),
             ordered: settings.line.ordered,
             lifetime: settings.line.lifetime,
+            patience: settings.line.ceiling,
             next_fence: 0,
             sent: 0,
         }
@@ -118,7 +143,9 @@ impl ArmLine {
     /// The flight that asks this, among those that went out in an epoch.
     pub(super) fn asking(&mut self, frame: &FrameBuf, epoch: u64) -> Option<&mut Flight> {
         let same = |flight: &&mut Flight| {
-            flight.purpose == Purpose::Request && flight.epoch == epoch && flight.frame == *frame
+            flight.purpose == Purpose::Request
+                && flight.when.epoch == epoch
+                && flight.frame == *frame
         };
         self.flights.iter_mut().find(same)
     }
@@ -126,18 +153,17 @@ impl ArmLine {
     /// A frame goes out; its serial number.
     pub(super) fn send(
         &mut self,
-        now: Micros,
+        when: Moment,
         ticket: Ticket,
         purpose: Purpose,
         frame: FrameBuf,
         taker: Option<Client>,
-        epoch: u64,
     ) -> u64 {
         self.sent = self.sent.saturating_add(1);
         self.outstanding.sent(Copy {
             key: Key::of(&frame.frame()),
             ticket,
-            at: now,
+            at: when.now,
             // One at a time: nothing is counted by it here.
             order: 0,
         });
@@ -146,10 +172,9 @@ impl ArmLine {
             purpose,
             frame,
             takers: taker.map(|client| (client, ticket)).into_iter().collect(),
-            epoch,
+            when,
             serial: self.sent,
-            since: now,
-            timer: now.saturating_add(self.estimator.timeout()),
+            timer: when.now.saturating_add(self.estimator.timeout()),
         });
         self.sent
     }
@@ -157,23 +182,46 @@ impl ArmLine {
     /// A frame came; `None` when nothing that was sent can be meant.
     pub(super) fn claim(&mut self, now: Micros, frame: &FrameBuf) -> Option<Claim> {
         let copy = self.outstanding.answered(Key::of(&frame.frame()))?;
-        let at = (self.flights.iter()).position(|flight| flight.ticket == copy.ticket);
-        let answered = at.map(|at| self.flights.remove(at));
+        let Self { flights, late, .. } = self;
+        let meant = |flight: &mut Flight| flight.ticket == copy.ticket;
+        let in_time = flights.extract_if(.., meant).next();
+        let answered = in_time.or_else(|| late.extract_if(.., meant).next());
         if let Some(flight) = &answered {
-            self.estimator.sample(now.saturating_sub(flight.since));
+            self.estimator.sample(now.saturating_sub(flight.when.now));
         }
         let Self {
             flights,
+            late,
             outstanding,
             ordered,
             ..
         } = self;
         let gone = |flight: &mut Flight| *ordered && !outstanding.awaits(flight.ticket);
-        let lost = flights.extract_if(.., gone).collect();
+        let lost = late
+            .extract_if(.., gone)
+            .chain(flights.extract_if(.., gone))
+            .collect();
         Some(Claim { answered, lost })
     }
 
-    /// What has been waited for too long.
+    /// Nothing waits for this answer any more but who asked first.
+    pub(super) fn let_come_late(&mut self, mut flight: Flight) {
+        flight.takers.truncate(1);
+        self.late.push(flight);
+    }
+
+    /// Those that come late and are not waited for after all.
+    pub(super) fn give_up_late(&mut self, mut which: impl FnMut(&Flight) -> bool) -> Vec<Flight> {
+        (self.late.extract_if(.., |flight| which(flight))).collect()
+    }
+
+    /// Those that come so late that nobody waits for them.
+    pub(super) fn too_late(&mut self, now: Micros) -> Vec<Flight> {
+        let patience = self.patience;
+        self.give_up_late(|flight| flight.when.now.saturating_add(patience) <= now)
+    }
+
+    /// What the line has been kept free for too long.
     pub(super) fn overdue(&mut self, now: Micros) -> Vec<Flight> {
         self.outstanding.expire(now, self.lifetime);
         let overdue: Vec<Flight> = (self.flights)
@@ -188,12 +236,16 @@ impl ArmLine {
     /// The line is gone: nothing in flight is waited for. What went out stays outstanding, for the
     /// arm may answer it on the next line.
     pub(super) fn lost(&mut self) -> Vec<Flight> {
-        std::mem::take(&mut self.flights)
+        let mut lost = std::mem::take(&mut self.late);
+        lost.append(&mut self.flights);
+        lost
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Micros> {
         let timers = self.flights.iter().map(|flight| flight.timer);
         let expiry = self.outstanding.next_expiry(self.lifetime);
-        timers.chain(expiry).chain(self.cutter.poll_timeout()).min()
+        let late = (self.late.iter()).map(|flight| flight.when.now.saturating_add(self.patience));
+        let others = expiry.into_iter().chain(self.cutter.poll_timeout());
+        timers.chain(late).chain(others).min()
     }
 }

@@ -2,6 +2,7 @@ use std::collections::VecDeque;
 
 use magician_protocol::FrameBuf;
 
+use super::arm::Flight;
 use super::cut::Cutter;
 use super::event::Chunk;
 use crate::connection::Ticket;
@@ -78,6 +79,22 @@ impl Member {
     pub(super) fn remove(&mut self, ticket: Ticket) -> Option<Slot> {
         let at = self.slots.iter().position(|slot| slot.ticket == ticket)?;
         self.slots.remove(at)
+    }
+
+    /// Whether it has asked the same again after a flight went out.
+    pub(super) fn asks_again(&self, flight: &Flight) -> bool {
+        self.slots.iter().any(|slot| match &slot.what {
+            What::Request { frame, .. } => {
+                slot.ticket > flight.when.latest && flight.is_like(frame)
+            }
+            What::Foreign(_) => false,
+        })
+    }
+
+    /// The latest of its requests that is answered.
+    pub(super) fn answered_last(&self) -> Option<Ticket> {
+        let answered = |slot: &&Slot| matches!(slot.state, State::Answered { .. });
+        self.slots.iter().rfind(answered).map(|slot| slot.ticket)
     }
 
     pub(super) fn has_reply(&self) -> bool {

@@ -18,9 +18,12 @@
 //!   it can gets as many readings as without the others.
 //!   [`Row::only_looks`](magician_protocol::Row::only_looks) says what can be shared.
 //! * **Nothing is sent twice.** An answer that does not come is not given, as the arm would not
-//!   give it; whether to ask again is for the client to decide. An answer that comes too late is
-//!   given to nobody: a *fence* goes out before another request with the same id and Ctrl, by the
-//!   rules of [`connection`].
+//!   give it; whether to ask again is for the client to decide. The line is not kept for an answer
+//!   that takes longer than usual, but who asked still gets it, up to the
+//!   [ceiling](connection::Settings::ceiling) of the line, unless the same client has asked the same
+//!   again or was answered something later meanwhile. An answer that comes later than that is given
+//!   to nobody: a *fence* goes out before another request with the same id and Ctrl, by the rules of
+//!   [`connection`].
 //! * **Whole frames.** Bytes that are no frame are shown and, unless
 //!   [`transparent`](Settings::transparent), go no further: they would disturb the others. Frames
 //!   with unknown ids pass.
@@ -158,6 +161,7 @@ impl Proxy {
 
     /// A client goes.
     pub fn close(&mut self, client: Client) {
+        self.give_up_late(client, |_| true);
         let Some(member) = self.members.remove(&client) else {
             return;
         };
@@ -229,23 +233,50 @@ impl Proxy {
         for client in silent {
             self.listen(client, |cutter, hear| cutter.handle_timeout(now, hear));
         }
+        for flight in self.arm.too_late(now) {
+            self.unanswered(&flight);
+        }
         for flight in self.arm.overdue(now) {
-            self.give_up(&flight);
+            self.go_on_without(flight);
         }
     }
 
-    /// The answer does not come. Whose request it was is not answered; who only joined is asked for
-    /// himself, which nobody has done yet.
+    /// The answer has not come in the time that answers take: the line is free for others. Whose
+    /// request it was may still get it.
+    fn go_on_without(&mut self, flight: Flight) {
+        let taker = flight.takers.first();
+        let member = taker.and_then(|(client, _)| self.members.get(client));
+        if member.is_none_or(|member| member.asks_again(&flight)) {
+            return self.give_up(&flight);
+        }
+        self.ask_for_joined(&flight);
+        self.arm.let_come_late(flight);
+    }
+
+    /// A client does not wait for these late answers any more.
+    fn give_up_late(&mut self, client: Client, which: impl Fn(&Flight) -> bool) {
+        let of_client = |flight: &Flight| flight.takers.iter().any(|(taker, _)| *taker == client);
+        for flight in (self.arm).give_up_late(|flight| of_client(flight) && which(flight)) {
+            self.unanswered(&flight);
+        }
+    }
+
+    /// The answer does not come. Whose request it was is not answered.
     fn give_up(&mut self, flight: &Flight) {
         self.try_again(flight);
+        self.ask_for_joined(flight);
+        if let Some((client, ticket)) = flight.takers.first() {
+            self.end_unanswered(*client, *ticket, flight.frame);
+        }
+    }
+
+    /// Who only joined is asked for himself, which nobody has done yet.
+    fn ask_for_joined(&mut self, flight: &Flight) {
         for (client, ticket) in flight.takers.iter().skip(1) {
             let member = self.members.get_mut(client);
             if let Some(slot) = member.and_then(|member| member.slot(*ticket)) {
                 slot.state = State::Waiting;
             }
-        }
-        if let Some((client, ticket)) = flight.takers.first() {
-            self.end_unanswered(*client, *ticket, flight.frame);
         }
     }
 
@@ -256,7 +287,7 @@ impl Proxy {
         }
     }
 
-    /// The line is gone: none of those who wait is answered.
+    /// None of those who wait is answered.
     fn unanswered(&mut self, flight: &Flight) {
         for (client, ticket) in &flight.takers {
             self.end_unanswered(*client, *ticket, flight.frame);

@@ -1,6 +1,6 @@
 use magician_protocol::FrameBuf;
 
-use super::arm::Purpose;
+use super::arm::{Moment, Purpose};
 use super::event::{Chunk, Client, Event};
 use super::member::{Slot, State, What};
 use super::{Jog, Proxy, kind};
@@ -10,6 +10,9 @@ use crate::connection::{Micros, Ticket};
 impl Proxy {
     /// The next answer to a client, `None` when there is none at present.
     pub fn poll_transmit(&mut self, client: Client) -> Option<FrameBuf> {
+        if let Some(answered) = self.members.get(&client)?.answered_last() {
+            self.give_up_late(client, |flight| flight.ticket < answered);
+        }
         let (frame, shared) = self.members.get_mut(&client)?.reply()?;
         self.tell(Event::Reply {
             client,
@@ -174,7 +177,12 @@ impl Proxy {
         if kind::changes(&frame.frame()) {
             self.changed();
         }
-        let serial = (self.arm).send(now, ticket, purpose, frame, client, self.epoch);
+        let when = Moment {
+            now,
+            epoch: self.epoch,
+            latest: Ticket(self.tickets),
+        };
+        let serial = (self.arm).send(when, ticket, purpose, frame, client);
         if let (Some(client), Some(end)) = (client, kind::end_of_jog(&frame.frame())) {
             self.jog = Some(Jog {
                 client,

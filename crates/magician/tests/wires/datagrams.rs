@@ -14,7 +14,7 @@ use crate::replug::answers;
 use crate::{Served, serve};
 
 /// Far beyond what anything here takes.
-const DEADLINE: Duration = Duration::from_secs(20);
+const DEADLINE: Duration = Duration::from_secs(120);
 
 fn target(address: SocketAddr) -> Target {
     format!("udp:{address}").parse().unwrap()

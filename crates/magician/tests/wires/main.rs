@@ -41,7 +41,7 @@ fn serve(build: impl FnOnce(Server) -> Server) -> Served {
             let _ = stopped.await;
         }))
     });
-    let endpoints = is_ready.recv_timeout(Duration::from_secs(20)).unwrap();
+    let endpoints = is_ready.recv_timeout(Duration::from_secs(120)).unwrap();
     Served {
         endpoints,
         handle,

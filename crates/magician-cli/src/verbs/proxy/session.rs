@@ -66,11 +66,12 @@ impl Session {
 
     fn rounds(&mut self, cx: &mut Context<'_>) -> Result<(), Failure> {
         for _ in 0..ROUNDS {
-            self.hall.tick();
+            // What has come comes first: it may be what a timeout is about to give up.
             let came = self.wire.read(cx, &mut self.hall);
             if let Some(doors) = &mut self.doors {
                 doors.turn(cx, &mut self.hall)?;
             }
+            self.hall.tick();
             let went = self.wire.write(cx, &mut self.hall);
             let idle = !came && !went && !self.hall.proxy.is_answering();
             if idle && self.sleeps(cx) {

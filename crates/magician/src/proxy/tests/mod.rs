@@ -297,21 +297,114 @@ fn a_stop_whose_first_answer_was_lost_is_answered_the_second_time() {
     assert_eq!(bench.ids_sent(), [242, 246, 242], "with a fence before it");
 }
 
-#[test]
-fn a_late_answer_goes_nowhere() {
+/// A bench whose client 0 asks for a pin, and whose answer comes so late.
+fn answering_after(late: Micros) -> Bench {
     let mut bench = Bench::with_clients(2);
     bench.ask(0, &get::<Pose>());
-    bench.faults.late = (1_000, 1);
     bench.say(0, &get_output(1));
-    // The answer is under way for longer than anybody waits.
     bench.run_for(MS);
     let (at, _) = bench.from_arm.front_mut().expect("an answer under way");
-    *at += 1_500 * MS;
-    bench.faults.late = (0, 0);
+    *at += late;
+    bench
+}
+
+fn count(bench: &Bench, what: impl Fn(&Event) -> bool) -> usize {
+    bench.events.iter().filter(|event| what(event)).count()
+}
+
+fn unanswered(event: &Event) -> bool {
+    matches!(event, Event::Unanswered { .. })
+}
+
+/// Of a pin: a fence's answer may be late as well.
+fn unclaimed(event: &Event) -> bool {
+    let pin = <IoDo as Readable>::ROW.id;
+    matches!(event, Event::Unclaimed { frame } if frame.frame().id() == pin)
+}
+
+#[test]
+fn a_late_answer_goes_to_who_asked_and_holds_nobody_up() {
+    let mut bench = answering_after(1_500 * MS);
     bench.run_for(1_000 * MS);
     assert!(bench.received(0).is_empty());
-    let given_up = |event: &&Event| matches!(event, Event::Unanswered { .. });
-    assert_eq!(bench.events.iter().filter(given_up).count(), 1);
+    let before = bench.sent.len();
+    bench.say(1, &get::<Pose>());
+    assert_eq!(bench.ids_sent()[before..], [10], "the line is free");
+    bench.run_for(1_000 * MS);
+    let answers = bench.received(0);
+    assert_eq!(answers.len(), 1);
+    assert_eq!(answers[0].frame().params()[0], 1);
+    assert_eq!(bench.received(1).len(), 1);
+    assert_eq!(count(&bench, unanswered) + count(&bench, unclaimed), 0);
+}
+
+#[test]
+fn who_has_asked_again_is_not_given_the_late_answer_as_well() {
+    let mut bench = answering_after(1_500 * MS);
+    bench.run_for(1_000 * MS);
+    bench.say(0, &get_output(2));
+    assert_eq!(count(&bench, unanswered), 1, "the first");
+    bench.run_for(2_000 * MS);
+    let answers = bench.received(0);
+    assert_eq!(answers.len(), 1);
+    assert_eq!(answers[0].frame().params()[0], 2);
+    assert_eq!(count(&bench, unclaimed), 1);
+    // Before it was late, too.
+    let mut bench = answering_after(1_500 * MS);
+    bench.say(0, &get_output(2));
+    bench.run_for(3_000 * MS);
+    let answers = bench.received(0);
+    assert_eq!(answers.len(), 1);
+    assert_eq!(answers[0].frame().params()[0], 2);
+}
+
+#[test]
+fn what_was_asked_ahead_is_answered_in_full_by_a_slow_arm() {
+    let mut bench = Bench::with_clients(1);
+    bench.ask(0, &get::<Pose>());
+    let asked: Vec<FrameBuf> = (1..=3).map(get_output).collect();
+    let bytes: Vec<u8> = asked
+        .iter()
+        .flat_map(|frame| frame.bytes().to_vec())
+        .collect();
+    bench.proxy.receive(bench.now, Client(0), &bytes);
+    bench.exchange();
+    bench.run_for(MS);
+    let (at, _) = bench.from_arm.front_mut().expect("an answer under way");
+    *at += 300 * MS;
+    bench.run_for(1_000 * MS);
+    let pins: Vec<u8> = (bench.received(0).iter())
+        .map(|answer| answer.frame().params()[0])
+        .collect();
+    assert_eq!(pins, [1, 2, 3]);
+    assert_eq!(count(&bench, unanswered), 0);
+}
+
+#[test]
+fn a_later_answer_of_the_same_client_ends_the_wait_for_a_late_one() {
+    let settings = Settings {
+        fresh: 10_000 * MS,
+        ..Settings::default()
+    };
+    let mut bench = Bench::new(settings, NONE, 1);
+    (0..2).for_each(|number| bench.open(number));
+    bench.ask(1, &get::<Pose>());
+    bench.faults.lose = 1_000;
+    bench.say(0, &get_output(1));
+    bench.run_for(500 * MS);
+    assert_eq!(count(&bench, unanswered), 0);
+    // Not over the line, where it would prove the first one lost.
+    let sent = bench.sent.len();
+    bench.ask(0, &get::<Pose>());
+    assert_eq!((bench.sent.len(), count(&bench, unanswered)), (sent, 1));
+}
+
+#[test]
+fn an_answer_that_comes_too_late_goes_nowhere() {
+    let mut bench = answering_after(2_500 * MS);
+    bench.run_for(2_000 * MS);
+    assert!(bench.received(0).is_empty());
+    assert_eq!(count(&bench, unanswered), 1);
     bench.say(1, &get_output(2));
     bench.run_for(2_000 * MS);
     let answers = bench.received(1);
@@ -321,12 +414,7 @@ fn a_late_answer_goes_nowhere() {
         bench.received(0).is_empty(),
         "nobody is told what comes too late"
     );
-    assert!(
-        bench
-            .events
-            .iter()
-            .any(|event| matches!(event, Event::Unclaimed { .. }))
-    );
+    assert_eq!(count(&bench, unclaimed), 1);
 }
 
 #[test]
