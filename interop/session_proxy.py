@@ -114,7 +114,7 @@ def drive(checks, proxy, watcher, udp):
     tools(checks, dobot)
     final = dobot.pose()
     print("what the other terminal saw")
-    checks.ok("the watcher lives", watcher.process.poll() is None)
+    checks.ok("the watcher lives", watcher.process.poll() is None, "".join(watcher.complaints).strip())
     watcher.stop()
     poses = watcher.poses
     checks.ok("it saw many poses", len(poses) > 500, len(poses))
