@@ -72,7 +72,6 @@ pub(super) struct ArmLine {
     late: Vec<Flight>,
     ordered: bool,
     lifetime: Micros,
-    patience: Micros,
     next_fence: usize,
     sent: u64,
 }
@@ -87,7 +86,6 @@ impl ArmLine {
             late: Vec::new(),
             ordered: settings.line.ordered,
             lifetime: settings.line.lifetime,
-            patience: settings.line.ceiling,
             next_fence: 0,
             sent: 0,
         }
@@ -210,8 +208,8 @@ impl ArmLine {
 
     /// Those that come so late that nobody waits for them.
     pub(super) fn too_late(&mut self, now: Micros) -> Vec<Flight> {
-        let patience = self.patience;
-        self.give_up_late(|flight| flight.since.saturating_add(patience) <= now)
+        let lifetime = self.lifetime;
+        self.give_up_late(|flight| flight.since.saturating_add(lifetime) <= now)
     }
 
     /// What the line has been kept free for too long.
@@ -237,7 +235,7 @@ impl ArmLine {
     pub(super) fn poll_timeout(&self) -> Option<Micros> {
         let timers = self.flights.iter().map(|flight| flight.timer);
         let expiry = self.outstanding.next_expiry(self.lifetime);
-        let late = (self.late.iter()).map(|flight| flight.since.saturating_add(self.patience));
+        let late = (self.late.iter()).map(|flight| flight.since.saturating_add(self.lifetime));
         let others = expiry.into_iter().chain(self.cutter.poll_timeout());
         timers.chain(late).chain(others).min()
     }
