@@ -19,7 +19,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGES = ("README.md", "docs/VENDOR-LIBRARY.md", "docs/recipes/vendor-programs.md")
 MARK = "=== block at line "
-TIME_LIMIT = 120
+TIME_LIMIT = 600
 
 
 def blocks(page):

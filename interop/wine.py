@@ -10,7 +10,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 COMPILER = "x86_64-w64-mingw32-gcc"
-TIME_LIMIT = 60
+TIME_LIMIT = 300
 
 
 def tool(*names):
@@ -40,7 +40,7 @@ class Windows:
         # In the foreground and with no output: in Debian's build it lists on stderr all that it held when it ends.
         command = [self.server, "-f", "-p"]
         self.process = subprocess.Popen(command, env=self.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        subprocess.run([self.wine, "wineboot"], env=self.environment, check=True, timeout=120,
+        subprocess.run([self.wine, "wineboot"], env=self.environment, check=True, timeout=300,
                        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def stop(self):
@@ -55,7 +55,7 @@ class Windows:
     def register(self, key, name, text):
         """Put a text into the registry."""
         command = [self.wine, "reg", "add", key, "/v", name, "/d", text, "/f"]
-        subprocess.run(command, env=self.environment, check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, timeout=60)
+        subprocess.run(command, env=self.environment, check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, timeout=300)
 
     def bring(self, file, name):
         """A copy of a file beside the stand-in, which programs and libraries look for where they are."""

@@ -19,7 +19,7 @@ static void check(const char *what, bool kept) {
 /* Whether the arm comes to have ended the command of that index. */
 static bool ended(library from, int who, uint64_t index) {
     (void)who;
-    for (int tries = 0; tries < 3000; tries++) {
+    for (int tries = 0; tries < 12000; tries++) {
         uint64_t current = 0;
         if (OF(from, GetQueuedCmdCurrentIndex)(ARM(who) &current) != 0) {
             return false;

@@ -16,7 +16,7 @@ fn doctor(port: &str, more: &[&str]) -> Run {
         port,
         "--json",
         "--timeout",
-        "0.2",
+        "2",
         "doctor",
         "--count",
         "5",
@@ -64,8 +64,15 @@ fn the_queue_is_tried_when_asked_and_left_empty() {
     let report = doctor(path, &[]).object();
     assert_eq!(finding(&report, "queue")["value"], 0);
     let asked = doctor(path, &["--yes"]);
-    assert_eq!(asked.status, 0, "{asked:?}");
     let report = asked.object();
+    // How soon and how evenly it answers is this machine's affair.
+    let checks = report["checks"].as_array().expect("checks");
+    let wrong = checks.iter().filter(|finding| finding["ok"] == false);
+    let wrong: Vec<&Value> = wrong.map(|finding| &finding["check"]).collect();
+    let timely = |check: &&Value| **check == "turnaround" || **check == "jitter";
+    assert!(wrong.iter().all(timely), "{asked:?}");
+    let expected = if wrong.is_empty() { 0 } else { 10 };
+    assert_eq!(asked.status, expected, "{asked:?}");
     assert_eq!(finding(&report, "index_law")["value"], 15);
     assert_eq!(finding(&report, "left_space")["ok"], true);
     assert_eq!(finding(&report, "window")["value"], 8);

@@ -70,5 +70,5 @@ def meanwhile() -> Iterator[Callable[[Callable[[], object]], threading.Thread]]:
 
     yield start
     for thread in threads:
-        thread.join(30)
+        thread.join(120)
         assert not thread.is_alive()

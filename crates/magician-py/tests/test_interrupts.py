@@ -236,7 +236,7 @@ def python(program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
         [sys.executable, "-X", "faulthandler", *arguments, "-c", textwrap.dedent(program)],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
     )
 
 

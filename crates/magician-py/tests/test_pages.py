@@ -52,7 +52,7 @@ def test_block(name: str, program: str, said: str | None, samples: Path, tmp_pat
         how = ["-m", "magician.compat"]
     environment = {**os.environ, "MAGICIAN_PORT": "sim"}
     command = [sys.executable, "-B", *how, str(script)]
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, f"{name}\n{done.stdout}\n{done.stderr}"
     if said is not None:
         pattern = ".*".join(re.escape(part) for part in said.split("…"))

@@ -153,7 +153,7 @@ def test_a_stranger(meanwhile: Callable[[Callable[[], object]], object]) -> None
                 connection.sendall(b"hello\n")
 
     with bridge(meanwhile, talk) as port, pytest.raises(errors.Error, match=r"not this arm's|another device"):
-        Arm(port, timeout=0.3, reconnect=False)
+        Arm(port, timeout=3, reconnect=False)
 
 
 def test_watches_end_with_their_blocks(arm: Arm) -> None:

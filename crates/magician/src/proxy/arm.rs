@@ -37,28 +37,15 @@ pub(super) struct Flight {
     pub(super) frame: FrameBuf,
     /// Who is to have the answer, and for which of its requests; the first one asked.
     pub(super) takers: Vec<(Client, Ticket)>,
-    pub(super) when: Moment,
+    /// How often something that may have changed the arm had gone out by then.
+    pub(super) epoch: u64,
     /// Its number among all that went out.
     pub(super) serial: u64,
+    since: Micros,
     timer: Micros,
 }
 
-/// When a frame went out.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Moment {
-    pub(super) now: Micros,
-    /// How often something that may have changed the arm had gone out by then.
-    pub(super) epoch: u64,
-    /// The latest ticket: whoever asked the same after that waits for another answer.
-    pub(super) latest: Ticket,
-}
-
 impl Flight {
-    /// Whether its answer could pass for the answer to this request.
-    pub(super) fn is_like(&self, frame: &FrameBuf) -> bool {
-        Key::of(&self.frame.frame()) == Key::of(&frame.frame())
-    }
-
     /// Whether it has not taken longer than answers take.
     pub(super) fn is_in_time(&self, now: Micros) -> bool {
         now < self.timer
@@ -85,7 +72,6 @@ pub(super) struct ArmLine {
     late: Vec<Flight>,
     ordered: bool,
     lifetime: Micros,
-    patience: Micros,
     next_fence: usize,
     sent: u64,
 }
@@ -100,7 +86,6 @@ impl ArmLine {
             late: Vec::new(),
             ordered: settings.line.ordered,
             lifetime: settings.line.lifetime,
-            patience: settings.line.ceiling,
             next_fence: 0,
             sent: 0,
         }
@@ -143,9 +128,7 @@ impl ArmLine {
     /// The flight that asks this, among those that went out in an epoch.
     pub(super) fn asking(&mut self, frame: &FrameBuf, epoch: u64) -> Option<&mut Flight> {
         let same = |flight: &&mut Flight| {
-            flight.purpose == Purpose::Request
-                && flight.when.epoch == epoch
-                && flight.frame == *frame
+            flight.purpose == Purpose::Request && flight.epoch == epoch && flight.frame == *frame
         };
         self.flights.iter_mut().find(same)
     }
@@ -153,17 +136,18 @@ impl ArmLine {
     /// A frame goes out; its serial number.
     pub(super) fn send(
         &mut self,
-        when: Moment,
+        now: Micros,
         ticket: Ticket,
         purpose: Purpose,
         frame: FrameBuf,
         taker: Option<Client>,
+        epoch: u64,
     ) -> u64 {
         self.sent = self.sent.saturating_add(1);
         self.outstanding.sent(Copy {
             key: Key::of(&frame.frame()),
             ticket,
-            at: when.now,
+            at: now,
             // One at a time: nothing is counted by it here.
             order: 0,
         });
@@ -172,9 +156,10 @@ impl ArmLine {
             purpose,
             frame,
             takers: taker.map(|client| (client, ticket)).into_iter().collect(),
-            when,
+            epoch,
             serial: self.sent,
-            timer: when.now.saturating_add(self.estimator.timeout()),
+            since: now,
+            timer: now.saturating_add(self.estimator.timeout()),
         });
         self.sent
     }
@@ -187,7 +172,7 @@ impl ArmLine {
         let in_time = flights.extract_if(.., meant).next();
         let answered = in_time.or_else(|| late.extract_if(.., meant).next());
         if let Some(flight) = &answered {
-            self.estimator.sample(now.saturating_sub(flight.when.now));
+            self.estimator.sample(now.saturating_sub(flight.since));
         }
         let Self {
             flights,
@@ -210,6 +195,12 @@ impl ArmLine {
         self.late.push(flight);
     }
 
+    /// Whether a client waits for an answer that comes late.
+    pub(super) fn is_late_for(&self, client: Client) -> bool {
+        let takers = self.late.iter().flat_map(|flight| &flight.takers);
+        takers.into_iter().any(|(taker, _)| *taker == client)
+    }
+
     /// Those that come late and are not waited for after all.
     pub(super) fn give_up_late(&mut self, mut which: impl FnMut(&Flight) -> bool) -> Vec<Flight> {
         (self.late.extract_if(.., |flight| which(flight))).collect()
@@ -217,8 +208,8 @@ impl ArmLine {
 
     /// Those that come so late that nobody waits for them.
     pub(super) fn too_late(&mut self, now: Micros) -> Vec<Flight> {
-        let patience = self.patience;
-        self.give_up_late(|flight| flight.when.now.saturating_add(patience) <= now)
+        let lifetime = self.lifetime;
+        self.give_up_late(|flight| flight.since.saturating_add(lifetime) <= now)
     }
 
     /// What the line has been kept free for too long.
@@ -244,7 +235,7 @@ impl ArmLine {
     pub(super) fn poll_timeout(&self) -> Option<Micros> {
         let timers = self.flights.iter().map(|flight| flight.timer);
         let expiry = self.outstanding.next_expiry(self.lifetime);
-        let late = (self.late.iter()).map(|flight| flight.when.now.saturating_add(self.patience));
+        let late = (self.late.iter()).map(|flight| flight.since.saturating_add(self.lifetime));
         let others = expiry.into_iter().chain(self.cutter.poll_timeout());
         timers.chain(late).chain(others).min()
     }

@@ -63,7 +63,6 @@ impl Proxy {
         if !self.online {
             return self.dropped(client, frame, Reason::NoLine);
         }
-        self.give_up_late(client, |flight| flight.is_like(&frame));
         let stop = kind::stops(&frame.frame());
         if stop {
             let overtaken = |slot: &Slot| match &slot.what {
@@ -156,7 +155,7 @@ impl Proxy {
         if kind::ends_jog(&view) && self.jog.is_some_and(|jog| jog.serial < flight.serial) {
             self.jog = None;
         }
-        let as_it_is = flight.when.epoch == self.epoch && flight.is_in_time(now);
+        let as_it_is = flight.epoch == self.epoch && flight.is_in_time(now);
         let good = as_it_is && !frame.frame().ctrl().error();
         if good && flight.purpose == Purpose::Request && kind::can_be_shared(&view) {
             let had = flight.takers.iter().map(|(client, _)| *client).collect();

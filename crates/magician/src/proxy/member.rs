@@ -2,7 +2,6 @@ use std::collections::VecDeque;
 
 use magician_protocol::FrameBuf;
 
-use super::arm::Flight;
 use super::cut::Cutter;
 use super::event::Chunk;
 use crate::connection::Ticket;
@@ -79,16 +78,6 @@ impl Member {
     pub(super) fn remove(&mut self, ticket: Ticket) -> Option<Slot> {
         let at = self.slots.iter().position(|slot| slot.ticket == ticket)?;
         self.slots.remove(at)
-    }
-
-    /// Whether it has asked the same again after a flight went out.
-    pub(super) fn asks_again(&self, flight: &Flight) -> bool {
-        self.slots.iter().any(|slot| match &slot.what {
-            What::Request { frame, .. } => {
-                slot.ticket > flight.when.latest && flight.is_like(frame)
-            }
-            What::Foreign(_) => false,
-        })
     }
 
     /// The latest of its requests that is answered.

@@ -19,11 +19,10 @@
 //!   [`Row::only_looks`](magician_protocol::Row::only_looks) says what can be shared.
 //! * **Nothing is sent twice.** An answer that does not come is not given, as the arm would not
 //!   give it; whether to ask again is for the client to decide. The line is not kept for an answer
-//!   that takes longer than usual, but who asked still gets it, up to the
-//!   [ceiling](connection::Settings::ceiling) of the line, unless the same client has asked the same
-//!   again or was answered something later meanwhile. An answer that comes later than that is given
-//!   to nobody: a *fence* goes out before another request with the same id and Ctrl, by the rules of
-//!   [`connection`].
+//!   that takes longer than usual, but who asked still gets it: until
+//!   something later is answered, which shows that it was lost, and for the
+//!   [lifetime](connection::Settings::lifetime) of a frame at most. A *fence* goes out before another
+//!   request with the same id and Ctrl, by the rules of [`connection`].
 //! * **Whole frames.** Bytes that are no frame are shown and, unless
 //!   [`transparent`](Settings::transparent), go no further: they would disturb the others. Frames
 //!   with unknown ids pass.
@@ -245,8 +244,7 @@ impl Proxy {
     /// request it was may still get it.
     fn go_on_without(&mut self, flight: Flight) {
         let taker = flight.takers.first();
-        let member = taker.and_then(|(client, _)| self.members.get(client));
-        if member.is_none_or(|member| member.asks_again(&flight)) {
+        if !taker.is_some_and(|(client, _)| self.members.contains_key(client)) {
             return self.give_up(&flight);
         }
         self.ask_for_joined(&flight);

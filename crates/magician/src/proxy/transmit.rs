@@ -1,6 +1,6 @@
 use magician_protocol::FrameBuf;
 
-use super::arm::{Moment, Purpose};
+use super::arm::Purpose;
 use super::event::{Chunk, Client, Event};
 use super::member::{Slot, State, What};
 use super::{Jog, Proxy, kind};
@@ -91,6 +91,10 @@ impl Proxy {
             return;
         }
         for (client, member) in &mut self.members {
+            // What is asked on the line after a late answer shows whether that one still comes.
+            if self.arm.is_late_for(*client) {
+                continue;
+            }
             // In the client's order: what comes after a request that waits, waits too.
             while let Some(slot) = member.slots.iter_mut().find(|slot| slot.waits()) {
                 let What::Request { frame, stop: false } = &slot.what else {
@@ -177,12 +181,7 @@ impl Proxy {
         if kind::changes(&frame.frame()) {
             self.changed();
         }
-        let when = Moment {
-            now,
-            epoch: self.epoch,
-            latest: Ticket(self.tickets),
-        };
-        let serial = (self.arm).send(when, ticket, purpose, frame, client);
+        let serial = (self.arm).send(now, ticket, purpose, frame, client, self.epoch);
         if let (Some(client), Some(end)) = (client, kind::end_of_jog(&frame.frame())) {
             self.jog = Some(Jog {
                 client,
