@@ -2,8 +2,8 @@
 
 A block marked ``python`` is a program of its own, in a folder that holds the sample files; one with a test in it is run
 by pytest, one that imports another library by ``python -m magician.compat``. A block marked ``text`` right after it is
-what it prints, ``…`` standing for anything; a picture right after it is what a notebook shows of its last line. There is
-a virtual arm wherever a port is left out.
+what it prints, ``…`` standing for anything; a picture there is what a notebook shows of its last line. There is a
+virtual arm wherever a port is left out.
 """
 
 from __future__ import annotations
