@@ -491,7 +491,6 @@ def press():
         pass
     os.kill(os.getpid(), signal.SIGINT)
 
-signal.signal(signal.SIGINT, signal.default_int_handler)
 arm = pydobot.Dobot("COM3")
 cell = _line._benches[0].cell
 atexit.register(look)
@@ -543,6 +542,27 @@ except KeyboardInterrupt:
     assert done.returncode == 0, done.stderr
     moving, waits, index, x, y = done.stdout.split()
     assert (moving, waits, index) == ("False", "0", "10") and (round(float(x)), round(float(y))) == (210, 0)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there, the keys of a console are pressed otherwise")
+@pytest.mark.parametrize("doing", ["time.sleep(3600)", "threading.Event().wait()", "while True: arm.pose()"])
+@pytest.mark.parametrize("last", ["arm.close()", "pass"])
+def test_a_script_that_catches_ctrl_c_and_ends_well_leaves_an_arm_that_stands(
+    tmp_path: Path, doing: str, last: str
+) -> None:
+    rest = f"""
+{TEN_MOVES}
+try:
+    {doing}
+except KeyboardInterrupt:
+    {last}
+while cell.state()["moving"] or cell.state()["waiting"]:
+    pass
+"""
+    done = run(PRESSES.format(waiting=9, rest=rest), tmp_path, "--port", "sim:1", "")
+    assert done.returncode == 0, done.stderr
+    moving, waits, index, _, y = done.stdout.split()
+    assert (moving, waits, index) == ("False", "0", "7") and float(y) < 50
 
 
 # What programs make of the classes.

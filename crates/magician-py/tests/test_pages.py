@@ -2,7 +2,8 @@
 
 A block marked ``python`` is a program of its own, in a folder that holds the sample files; one with a test in it is run
 by pytest, one that imports another library by ``python -m magician.compat``. A block marked ``text`` right after it is
-what it prints, ``…`` standing for anything. There is a virtual arm wherever a port is left out.
+what it prints, ``…`` standing for anything; a picture there is what a notebook shows of its last line. There is a
+virtual arm wherever a port is left out.
 """
 
 from __future__ import annotations
@@ -18,31 +19,38 @@ import pytest
 
 ROOT = Path(__file__).parents[3]
 PAGES = [ROOT / "crates" / "magician-py" / "README.md", ROOT / "docs" / "PYTHON.md"]
-BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
+BLOCK = re.compile(
+    r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n|\n!\[[^\]]*\]\((\S+)\)\n)?", re.DOTALL | re.MULTILINE
+)
 OTHERS = re.compile(r"^(import|from) (pydobot|DobotDllType)", re.MULTILINE)
 
 
-def blocks() -> list[tuple[str, str, str | None]]:
-    """Where it stands, what it is, what it prints."""
-    found: list[tuple[str, str, str | None]] = []
+def blocks() -> list[tuple[str, str, str | None, Path | None]]:
+    """Where it stands, what it is, what it prints, what it shows."""
+    found: list[tuple[str, str, str | None, Path | None]] = []
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         for match in BLOCK.finditer(text):
             line = text.count("\n", 0, match.start()) + 1
-            found.append((f"{page.name}:{line}", match[1], match[2]))
+            picture = page.parent / match[3] if match[3] else None
+            found.append((f"{page.name}:{line}", match[1], match[2], picture))
     return found
 
 
 def test_there_are_blocks() -> None:
-    assert len([name for name, _, _ in blocks() if name.startswith("README")]) >= 3
-    assert len([name for name, _, _ in blocks() if name.startswith("PYTHON")]) >= 10
+    assert len([name for name, *_ in blocks() if name.startswith("README")]) >= 3
+    assert len([name for name, *_ in blocks() if name.startswith("PYTHON")]) >= 10
 
 
-@pytest.mark.parametrize(("name", "program", "said"), [pytest.param(*each, id=each[0]) for each in blocks()])
-def test_block(name: str, program: str, said: str | None, samples: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("name", "program", "said", "picture"), [pytest.param(*each, id=each[0]) for each in blocks()])
+def test_block(name: str, program: str, said: str | None, picture: Path | None, samples: Path, tmp_path: Path) -> None:
     for sample in samples.iterdir():
         if sample.is_file():
             shutil.copy(sample, tmp_path)
+    shown = tmp_path / "shown.svg"
+    if picture is not None:
+        program, last = program.rstrip().rsplit("\n", 1)
+        program += f"\nopen({str(shown)!r}, 'w', encoding='utf-8').write({last}._repr_svg_())\n"
     script = tmp_path / ("test_block.py" if "def test_" in program else "block.py")
     script.write_text(program, encoding="utf-8")
     how: list[str] = []
@@ -57,3 +65,5 @@ def test_block(name: str, program: str, said: str | None, samples: Path, tmp_pat
     if said is not None:
         pattern = ".*".join(re.escape(part) for part in said.split("…"))
         assert re.fullmatch(pattern, done.stdout), f"{name} prints\n{done.stdout}"
+    if picture is not None:
+        assert shown.read_text(encoding="utf-8") == picture.read_text(encoding="utf-8"), f"{name} shows another picture"

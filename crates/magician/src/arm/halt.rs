@@ -44,6 +44,11 @@ impl Waiter {
 }
 
 impl Shared {
+    /// Whether a stop was asked for since the last look.
+    pub(super) fn is_halt_asked(&self) -> bool {
+        held(&self.halts).asked
+    }
+
     /// Those who wait for a stop that was asked for since the last look, if one was.
     pub(super) fn take_halt(&self) -> Option<Vec<Waiter>> {
         let mut halts = held(&self.halts);

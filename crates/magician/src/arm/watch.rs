@@ -124,6 +124,12 @@ impl Own {
             .count() as u64
     }
 
+    /// Whether this one homes the arm.
+    pub(super) fn homes(&self, command: QueueIndex) -> bool {
+        let mut latest = self.commands.iter().rev();
+        latest.any(|(index, pace, _)| *index == command.0 && *pace == Pace::Home)
+    }
+
     /// They were dropped.
     pub(super) fn clear(&mut self) {
         *self = Self::default();

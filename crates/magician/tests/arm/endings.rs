@@ -60,6 +60,26 @@ async fn a_detached_handle_and_one_that_is_done_leave_the_arm_alone() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_stop_that_was_asked_for_is_said_to_its_end_also_by_a_detached_handle() {
+    for passed in [0, 1, 2, 5, 10, 20] {
+        let desk = Desk::new();
+        let arm = desk.connect(Options::default()).await;
+        arm.start_queue().await.unwrap();
+        for _ in 0..10 {
+            arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
+        }
+        arm.detach();
+        arm.stopper().request_stop().unwrap();
+        tokio::time::sleep(Duration::from_millis(passed)).await;
+        arm.close().await;
+        desk.with(|arm| {
+            let queue = arm.state().queue;
+            assert!(!queue.started && queue.waiting == 0, "{passed} ms: {queue:?}");
+        });
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_handle_that_goes_while_its_program_fills_the_queue_leaves_nothing_in_it() {
     let mut filled = 0;
     for patience in (10..80).step_by(2) {

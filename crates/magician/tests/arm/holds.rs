@@ -37,6 +37,20 @@ async fn fails_on_the_first_blocking_alarm_and_names_the_cure() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_run_whose_last_motion_is_refused_has_failed() {
+    let arm = real_time().await;
+    let near = words::move_to(220.0, 0.0, 0.0, 0.0);
+    let far = words::move_to(900.0, 0.0, 0.0, 0.0);
+    for program in [vec![far], vec![near, far]] {
+        let error = arm.run(program, |_| {}).await.unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Alarm);
+        assert!(error.alarms().unwrap().contains(0x11), "{error}");
+        arm.clear_alarms().await.unwrap();
+    }
+    arm.run([near], |_| {}).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_hold_without_an_alarm_is_found_out() {
     let arm = real_time().await;
     arm.start_queue().await.unwrap();

@@ -14,7 +14,8 @@ options, before the script:
   --dobotdll FAMILY    the family of DobotDllType: v1, v2 or v3
                        (otherwise that of the file beside the script, or what its calls look like)
 
-Ctrl-C, and an exception that ends the script, stop the arm. A script that ends well leaves it as it is.
+Ctrl-C, also where the script catches it, and an exception that ends the script stop the arm. A script that ends well
+leaves it as it is.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import importlib.util
 import io
 import os
 import runpy
+import signal
 import sys
 import types
 from collections.abc import Sequence
@@ -89,6 +91,8 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
         given.get("--dobotdll") or _script.which_dobotdll(source, folder),
     )
     sys.argv[:] = arguments
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupted)
     try:
         if module:
             runpy.run_module(arguments[0], run_name="__main__", alter_sys=True)
@@ -147,7 +151,20 @@ def _alone(error: BaseException) -> tuple[BaseException, types.TracebackType | N
         if os.path.dirname(os.path.abspath(name)) != here and "runpy" not in name:
             break
         trace = trace.tb_next
+    at = trace
+    while at is not None and at.tb_next is not None:
+        if at.tb_next.tb_frame.f_code is _interrupted.__code__:
+            at.tb_next = None
+        else:
+            at = at.tb_next
     return error.with_traceback(trace), trace
+
+
+def _interrupted(number: int, frame: types.FrameType | None) -> None:
+    """Ctrl-C: the arms stop, also when the script catches it wherever it is, and says no more to them."""
+    for line in _line.opened():
+        line.interrupted()
+    signal.default_int_handler(number, frame)
 
 
 def _stop_all(why: str, because: BaseException) -> None:

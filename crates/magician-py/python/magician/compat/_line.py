@@ -66,7 +66,8 @@ class Line:
     """An open connection. Its calls end: with the answer, or with an exception of :mod:`magician.errors`.
 
     The arm is left as it is when the connection ends, as these libraries leave it; an interrupt while it is waited
-    for stops it. A program that catches the interrupt and goes on finds the queue empty, and running if it ran.
+    for stops it, and one at any time that :meth:`interrupted` is told of. A program that catches the interrupt and goes
+    on finds the queue empty, and running if it ran.
     """
 
     def __init__(self, port: str | None, *, timeout: float = 3.0) -> None:
@@ -118,6 +119,12 @@ class Line:
                 self.stop(interruption)
             self._stopped = True
             raise
+
+    def interrupted(self) -> None:
+        """Somebody pressed Ctrl-C, whatever the program makes of it: has the arm stopped, and returns at once."""
+        if not self.closed:
+            self._stopped = True
+            self._core.request_stop()
 
     def set_timeout(self, timeout: float) -> None:
         """How long (s) every call may take from now on."""

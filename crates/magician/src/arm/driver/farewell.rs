@@ -19,7 +19,10 @@ impl Driver {
         self.leaving = true;
         self.messages.close();
         let deadline = Instant::now() + FAREWELL;
-        let requests = self.last_requests();
+        let requests = match self.is_to_halt() {
+            true => Request::halt().map_or_else(|_| Vec::new(), Vec::from),
+            false => self.last_requests(),
+        };
         self.end_program(Err(Error::closed()));
         self.leave_unanswered();
         self.jogging.close();
@@ -31,6 +34,16 @@ impl Driver {
             self.submit(request, deadline, To::Nobody);
         }
         !self.waiting.is_empty()
+    }
+
+    /// Whether a stop was asked for that has not been confirmed. It is said to its end, also by those who had let the arm go
+    /// before.
+    fn is_to_halt(&mut self) -> bool {
+        let asked = self.shared.is_halt_asked() || self.owes_halt || !self.halting.is_empty();
+        if asked {
+            self.shared.detached.store(false, Ordering::SeqCst);
+        }
+        asked
     }
 
     /// Nobody waits for these answers any more; of a command that may be in the queue that is said.

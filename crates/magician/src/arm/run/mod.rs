@@ -129,6 +129,19 @@ impl Arm {
         }
     }
 
+    /// A motion that the arm refuses, or breaks off, counts as finished: of the last one only the alarm tells. Homing may
+    /// end under one.
+    async fn refused_none(&self, last: Option<QueuedCmdIndex>) -> Result<()> {
+        if last.is_some_and(|last| self.own().homes(last)) {
+            return Ok(());
+        }
+        let alarms = self.alarms().await?;
+        match alarms.blocking() {
+            true => Err(Error::alarm(alarms)),
+            false => Ok(()),
+        }
+    }
+
     /// Commands that others put into the queue and nobody has run are not run by accident.
     async fn refuse_strangers(&self, room: u32) -> Result<()> {
         let (_, capacity) = self.stats().await?;
@@ -219,6 +232,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         }
         watch.sent(self.ran.commands, self.ran.last);
         progress(watch.at_its_end());
+        arm.refused_none(self.ran.last).await?;
         Ok(self.ran)
     }
 
