@@ -93,7 +93,7 @@ impl Report {
         }
     }
 
-    fn reach(&mut self, at: [f64; 3]) {
+    pub(crate) fn reach(&mut self, at: [f64; 3]) {
         let [least, most] = self.bounds.get_or_insert([at, at]);
         for ((least, most), at) in least.iter_mut().zip(most).zip(at) {
             *least = least.min(at);
