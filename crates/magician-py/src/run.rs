@@ -186,19 +186,11 @@ impl Drive {
 
 impl Found {
     fn of(rest: Rest, watched: bool) -> Self {
-        let mut report = rest.check();
+        let report = rest.check();
         let timetable = match watched {
             true => rest.timetable(&report),
             false => Timetable::default(),
         };
-        // A check counts the steps of what is left, and people those of the whole.
-        let offset = isize::try_from(rest.offset()).unwrap_or_default();
-        let whole = |step: usize| step.saturating_add_signed(offset);
-        for complaint in &mut report.complaints {
-            complaint.step = whole(complaint.step);
-        }
-        report.longest_way = report.longest_way.map(|(step, way)| (whole(step), way));
-        report.longest_time = (report.longest_time).map(|(step, time)| (whole(step), time));
         Self {
             rest,
             report,

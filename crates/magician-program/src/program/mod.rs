@@ -11,6 +11,7 @@
 //! [`resume::Tally`](crate::resume::Tally)'s.
 
 mod rest;
+mod rounds;
 mod timetable;
 
 use std::sync::Arc;

@@ -7,12 +7,10 @@ use magician::commands::Pose;
 use magician::words::{Guards, Preflight};
 
 use super::{Program, Timetable};
-use crate::{Complaint, Plan, Problem, Report, check};
+use crate::{Plan, Problem, Report};
 
 /// How far from where it should an arm may stand, mm: what 32 bits and a reading cost.
 const NEAR: f64 = 0.5;
-/// As many rounds are checked that each lead somewhere else.
-const MOST_ROUNDS: usize = 100;
 
 /// What is left of a [`Program`] from one of its steps on, for an arm that stands in a certain way: what comes before the
 /// first step, the rest of the round that it is in, and the rounds after it.
@@ -20,16 +18,16 @@ const MOST_ROUNDS: usize = 100;
 pub struct Rest {
     settings: Vec<Set>,
     /// The part of the plan that comes first, with what has to be done before it.
-    first: Arc<Plan>,
+    pub(super) first: Arc<Plan>,
     /// Commands that stand among the steps of the first part, before the one that it is from.
     added: u64,
     from: u64,
-    whole: Arc<Plan>,
+    pub(super) whole: Arc<Plan>,
     /// Rounds that follow; none is for ever.
-    follow: Option<u64>,
+    pub(super) follow: Option<u64>,
     start: Preflight,
     /// The start when the arm has been told the settings.
-    told: Preflight,
+    pub(super) told: Preflight,
 }
 
 impl Rest {
@@ -86,8 +84,7 @@ impl Rest {
     }
 
     /// What is added to the place of a step in [`first`](Self::first) to have its number in the program.
-    #[must_use]
-    pub fn offset(&self) -> i64 {
+    pub(super) fn offset(&self) -> i64 {
         self.from
             .cast_signed()
             .saturating_sub(self.added.cast_signed())
@@ -120,43 +117,6 @@ impl Rest {
         self.settings
             .iter()
             .chain(plans.flat_map(|plan| plan.settings()))
-    }
-
-    /// Checks what is left: the first part, and the rounds after it until one leaves the arm as it found it, for then all do; no
-    /// more than a hundred. Steps of a complaint are counted on from those of the [first](Self::first) part.
-    #[must_use]
-    pub fn check(&self) -> Report {
-        let mut report = check(&self.first, &self.told);
-        if self.follow != Some(0) && report.is_good() {
-            self.check_rounds(&mut report);
-        }
-        report.time = report.time.filter(|_| self.follow.is_some());
-        report
-    }
-
-    /// Adds the rounds after the first part.
-    fn check_rounds(&self, report: &mut Report) {
-        let mut course = self.told.clone();
-        follow(&mut course, &self.first);
-        let round = Plan {
-            tool: None,
-            ..Plan::clone(&self.whole)
-        };
-        let mut left = self.follow;
-        let mut steps = self.first.steps.len();
-        for nth in 1..=MOST_ROUNDS {
-            let again = check(&round, &course);
-            let before = course.arm().copied();
-            follow(&mut course, &round);
-            let settled = course.arm().copied() == before || nth == MOST_ROUNDS;
-            let times = left.map_or(0, |left| if settled { left } else { 1 });
-            add(report, again, times, steps);
-            steps = steps.saturating_add(round.steps.len());
-            left = left.map(|left| left.saturating_sub(times));
-            if settled || left == Some(0) || !report.is_good() {
-                return;
-            }
-        }
     }
 
     /// How long is left of it at each of its steps, when [`check`](Self::check) has found this.
@@ -202,32 +162,6 @@ impl Rest {
     }
 }
 
-/// Leads an arm through a plan that has been checked from there.
-fn follow(course: &mut Preflight, plan: &Plan) {
-    for command in plan.commands() {
-        let _ = course.check(&command);
-    }
-}
-
-/// Adds what was found in a round that comes so often, behind so many steps.
-fn add(report: &mut Report, round: Report, times: u64, steps: usize) {
-    let count = u32::try_from(times).unwrap_or(u32::MAX);
-    let time = round.time.and_then(|time| time.checked_mul(count));
-    report.time = (report.time.zip(time)).and_then(|(all, time)| all.checked_add(time));
-    report.drawn += times as f64 * round.drawn;
-    report.travelled += times as f64 * round.travelled;
-    report.refused += round.refused;
-    let complaints = round.complaints.into_iter().map(|complaint| Complaint {
-        step: complaint.step.saturating_add(steps),
-        ..complaint
-    });
-    report.complaints.extend(complaints);
-    if let Some([least, most]) = round.bounds {
-        report.reach(least);
-        report.reach(most);
-    }
-}
-
 /// How long commands take up to each of them, seconds; what has no end that is known counts nothing.
 fn sums(course: &mut Preflight, commands: impl Iterator<Item = Set>) -> Vec<f64> {
     let mut sum = 0.0;
@@ -241,20 +175,18 @@ fn sums(course: &mut Preflight, commands: impl Iterator<Item = Set>) -> Vec<f64>
 }
 
 #[cfg(test)]
-mod tests {
-    use magician::commands::PtpCmd;
+pub(super) mod tests {
     use magician::{JointAngles, ToolBias, words};
-    use magician_protocol::PtpMode;
 
     use super::*;
     use crate::{Action, Origin, Tool, Travel};
 
-    fn start() -> Preflight {
+    pub(in crate::program) fn start() -> Preflight {
         Preflight::at(JointAngles::HOME, ToolBias::NONE)
     }
 
     /// Out and back on a line, then a rest of a second.
-    fn plan() -> Plan {
+    pub(in crate::program) fn plan() -> Plan {
         let mut plan = Plan::new("out and back");
         for x in [240.0, 220.0] {
             let to = [x, 0.0, 60.0, 0.0];
@@ -265,7 +197,7 @@ mod tests {
         plan
     }
 
-    fn rest(rounds: Option<u64>, from: u64) -> Rest {
+    pub(in crate::program) fn rest(rounds: Option<u64>, from: u64) -> Rest {
         let program = Program::new(plan(), rounds);
         program.rest(from, start()).expect("within reach")
     }
@@ -316,56 +248,6 @@ mod tests {
         assert!(error.is_err());
         let forever = super::tests::rest(None, 300);
         assert_eq!(forever.commands().take(1000).count(), 1000);
-    }
-
-    #[test]
-    fn a_check_counts_every_round() {
-        let once = rest(Some(1), 0).check();
-        let thrice = rest(Some(3), 0).check();
-        assert!(thrice.is_good());
-        let [once_s, thrice_s] = [&once, &thrice].map(|report| report.time.unwrap().as_secs_f64());
-        // The first round has the way from home besides.
-        assert!(
-            thrice_s > 2.0 * once_s && thrice_s < 3.0 * once_s,
-            "{once_s} {thrice_s}"
-        );
-        assert!(rest(None, 0).check().time.is_none());
-    }
-
-    /// Each round leads 30 mm further out.
-    #[test]
-    fn rounds_that_lead_ever_further_are_checked_until_one_is_refused() {
-        let mut plan = plan();
-        let further = PtpCmd {
-            ptp_mode: PtpMode::MovlXyzInc,
-            x: 30.0,
-            y: 0.0,
-            z: 0.0,
-            r: 0.0,
-        };
-        plan.push(Set::from(further), Origin::NONE);
-        plan.steps.drain(..2);
-        let check = |rounds, from| {
-            let program = Program::new(plan.clone(), rounds);
-            let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
-            let rest = program.rest(from, start).expect("within reach");
-            let report = rest.check();
-            let steps = (report.complaints.iter()).map(|complaint| complaint.step as i64);
-            let steps: Vec<i64> = steps.map(|step| step + rest.offset()).collect();
-            (report, steps)
-        };
-        let (twice, _) = check(Some(2), 0);
-        assert!(twice.is_good());
-        assert!((twice.travelled - 60.0).abs() < 1e-6);
-        assert!(twice.bounds.is_some_and(|[_, most]| most[0] > 250.0));
-        // 200 mm and four rounds are more than the arm reaches.
-        for (rounds, from) in [(Some(9), 0), (None, 0), (Some(9), 3)] {
-            let (report, steps) = check(rounds, from);
-            let last = i64::try_from(from).unwrap() + 2 * 5;
-            assert!(!report.is_good());
-            assert!(steps.len() == 1 && steps[0] % 2 == 1, "{steps:?}");
-            assert!((3..=last).contains(&steps[0]), "{steps:?}");
-        }
     }
 
     #[test]
