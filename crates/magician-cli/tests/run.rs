@@ -341,14 +341,12 @@ fn a_program_begins_at_any_of_its_steps() {
         (&whole["first_step"], &whole["steps"]),
         (&json!(1), &json!(6))
     );
-    assert_eq!(
-        run(&["--port", "sim", "run", &file, "--from", "7"]).status,
-        2
-    );
-    assert_eq!(
-        run(&["--port", "sim", "run", &file, "--from", "0"]).status,
-        2
-    );
+    let beyond = i64::MAX.unsigned_abs() + 1;
+    for (from, loops) in [("7", "1"), ("0", "1"), (&*beyond.to_string(), "0")] {
+        let way = ["--from", from, "--loops", loops];
+        let refused = run(&[&["--port", "sim", "run", &file][..], &way].concat());
+        assert_eq!(refused.status, 2, "{way:?} {refused:?}");
+    }
     let second = run(&[
         "--port", "sim", "play", &file, "--loops", "2", "--from", "9", "--json",
     ]);

@@ -19,7 +19,7 @@ const MOST_COMPLAINTS: usize = 100;
 /// A step that the arm could not do, or that a guard refuses.
 #[derive(Debug)]
 pub struct Complaint {
-    /// Which step, from 0; the steps' number for what is wrong at the end.
+    /// The place of the step, from 0; the steps' number for what is wrong at the end. [`Report::number`] is what people say.
     pub step: usize,
     /// Where it came from.
     pub origin: Origin,
@@ -68,6 +68,8 @@ pub struct Report {
     /// The step that takes longest, from 0, and how long; segments of continuous paths aside, and what has no end that is
     /// known.
     pub longest_time: Option<(usize, Duration)>,
+    /// What is added to the place of a step to have its number in the program that it is of, from 0.
+    pub(crate) offset: i64,
 }
 
 impl Report {
@@ -75,6 +77,15 @@ impl Report {
     #[must_use]
     pub fn is_good(&self) -> bool {
         self.refused == 0
+    }
+
+    /// The number of the step at a place, as people count them: from 1, and where the check was of what is
+    /// [left](crate::Rest::check) of a program, over all of that.
+    #[must_use]
+    pub fn number(&self, place: usize) -> u64 {
+        let place = i64::try_from(place).unwrap_or(i64::MAX);
+        let step = u64::try_from(place.saturating_add(self.offset));
+        step.unwrap_or(0).saturating_add(1)
     }
 
     fn complain(&mut self, plan: &Plan, step: usize, error: Error) {
@@ -93,7 +104,7 @@ impl Report {
         }
     }
 
-    fn reach(&mut self, at: [f64; 3]) {
+    pub(crate) fn reach(&mut self, at: [f64; 3]) {
         let [least, most] = self.bounds.get_or_insert([at, at]);
         for ((least, most), at) in least.iter_mut().zip(most).zip(at) {
             *least = least.min(at);

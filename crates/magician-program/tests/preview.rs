@@ -6,7 +6,7 @@ use magician::words;
 use magician_program::compare::compare;
 use magician_program::preview::{PictureError, Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
-use magician_program::{Action, Origin, Plan, Surface, Tool, Travel, check};
+use magician_program::{Action, Origin, Plan, Program, Surface, Tool, Travel, check};
 
 const PAPER: f32 = -60.0;
 
@@ -177,4 +177,24 @@ fn a_png_is_as_large_as_it_is_to_be_or_refused() {
     }
     let refused = preview.to_png(1e6).unwrap_err();
     assert!(matches!(refused, PictureError::Size(_)), "{refused}");
+}
+
+/// The way to the step that a run begins with has no number, in the picture either.
+#[test]
+fn complaints_have_the_numbers_of_the_whole_program() {
+    let mut plan = drawing(12);
+    go(&mut plan, [600.0, 0.0, 0.0], Travel::Line);
+    let last = plan.steps.len();
+    let start = start_of(&stage(&plan, &RehearseOptions::default()).unwrap());
+    for from in [0, 5] {
+        let program = Program::new(plan.clone(), Some(1));
+        let rest = program.rest(from, start.clone()).unwrap();
+        let report = rest.check();
+        assert_eq!(report.refused, 1);
+        assert_eq!(report.number(report.complaints[0].step), last as u64);
+        let options = PreviewOptions::default();
+        let picture = Preview::new(rest.first(), &report, rest.told(), &options);
+        let named = picture.to_svg().matches(&format!(">step {last}")).count();
+        assert_eq!(named, 2, "{from}");
+    }
 }

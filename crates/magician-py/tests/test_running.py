@@ -71,6 +71,14 @@ def test_a_run_goes_on_at_a_step(arm: magician.Arm, virtual_arm: VirtualArm) -> 
         arm.run(plan, first_step=4)
 
 
+def test_a_step_that_is_refused_has_its_number_in_the_whole(arm: magician.Arm, virtual_arm: VirtualArm) -> None:
+    plan = Plan.path([(220, 0, 20), (220, 50, 20), (240, 50, 20), (500, 50, 20)], by="line")
+    for first in (1, 3):
+        with pytest.raises(UnreachableError, match="step 4"):
+            arm.run(plan, first_step=first)
+    assert virtual_arm.waiting == 0
+
+
 def test_ctrl_c_stops_the_arm() -> None:
     cell = VirtualArm(speed=5.0)
     arm = cell.arm()

@@ -105,7 +105,8 @@ impl Runner {
     #[must_use]
     pub fn busy(&self) -> bool {
         ArmClock::jump_to(&self.controller).is_some()
-            || self.links.values().any(|link| link.under_way() > 0)
+            || (self.links.values()).any(|link| !link.bytes.is_empty())
+            || self.next_arrival().is_some()
     }
 
     /// The controller, as it stood at the last instant given.
@@ -227,15 +228,32 @@ impl Runner {
     /// has something to do next; `None`: not before bytes are received. It may be in the past.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Micros> {
-        let input = self.next_input().map(|(at, _)| at);
         let output = self.links.values().filter_map(|link| link.replies.due());
+        self.next_step().into_iter().chain(output).min()
+    }
+
+    /// As [`poll_timeout`](Self::poll_timeout), but for replies that have come: a peer that does not take his is nothing to
+    /// wait for.
+    #[must_use]
+    pub fn poll_change(&self) -> Option<Micros> {
+        let changes = [self.next_step(), self.next_arrival()];
+        changes.into_iter().flatten().min()
+    }
+
+    /// When [`handle_timeout`](Self::handle_timeout) has something to do next.
+    fn next_step(&self) -> Option<Micros> {
+        let input = self.next_input().map(|(at, _)| at);
         let event = self.clock.next(&self.controller, self.wall);
         let look = self.observer.next_look();
         let look = look.and_then(|look| self.clock.next_look(look, self.wall));
-        [input, event, look]
-            .into_iter()
-            .flatten()
-            .chain(output)
+        [input, event, look].into_iter().flatten().min()
+    }
+
+    /// When the next of the replies that are still on their way has come.
+    fn next_arrival(&self) -> Option<Micros> {
+        let links = self.links.values();
+        links
+            .filter_map(|link| link.replies.due_after(self.wall))
             .min()
     }
 

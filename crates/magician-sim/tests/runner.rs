@@ -698,10 +698,6 @@ fn the_speed_may_change_on_the_way() {
     runner.set_speed(600_000, Speed::Max);
     assert_eq!(runner.speed(), Speed::Max);
     runner.handle_timeout(600_000);
-    while runner.next_reply(USB).is_some() {
-        assert!(runner.busy());
-        runner.poll_transmit(600_000, USB);
-    }
     assert_eq!((at(&runner), runner.busy()), ((3_000_000, 2), false));
     runner.set_speed(700_000, Speed::Times(1.0));
     runner.receive(700_000, USB, &wait(100));
@@ -709,4 +705,22 @@ fn the_speed_may_change_on_the_way() {
     assert_eq!(at(&runner), (3_100_000, 2));
     runner.handle_timeout(800_000);
     assert_eq!(at(&runner), (3_200_000, 3));
+}
+
+/// Replies that a peer does not take are there for him, and nothing that is still to happen.
+#[test]
+fn what_has_come_and_is_not_taken_is_no_change() {
+    let line = Line {
+        baud: None,
+        turnaround: 500,
+    };
+    let mut runner = runner(Speed::Times(1.0), line);
+    runner.receive(0, USB, &get_pose());
+    assert!(runner.busy());
+    assert_eq!(runner.poll_change(), Some(500));
+    runner.handle_timeout(500);
+    assert!(!runner.busy());
+    assert_eq!(runner.poll_timeout(), Some(500));
+    assert!(runner.poll_change().is_none_or(|at| at > 500));
+    assert!(runner.poll_transmit(500, USB).is_some());
 }

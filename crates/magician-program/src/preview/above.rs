@@ -6,6 +6,7 @@ use super::svg::{Number, Svg, path};
 use super::symbols;
 use super::trip::{Layer, Leaves, Trip};
 use super::{BASE, FAINT, INK, PreviewOptions, REACH, REACH_EDGE, layers};
+use crate::Report;
 
 /// The base is 158 mm square.
 const HALF_BASE: f64 = 79.0;
@@ -29,6 +30,7 @@ pub(super) fn draw(
     svg: &mut Svg,
     panel: &Panel,
     trip: &Trip,
+    report: &Report,
     options: &PreviewOptions,
     within_reach: &[Vec<[f64; 2]>],
 ) {
@@ -52,7 +54,7 @@ pub(super) fn draw(
     }
     for (step, at) in &trip.complaints {
         if let Some([x, y, _]) = at {
-            symbols::complaint(svg, panel, [*x, *y], step + 1);
+            symbols::complaint(svg, panel, [*x, *y], report.number(*step));
         }
     }
     panel.end(svg);

@@ -185,8 +185,8 @@ fn complaints(report: &Report, width: f64) -> Vec<String> {
     let first = report.complaints.iter().take(MOST_COMPLAINTS);
     let more = report.refused.saturating_sub(first.len());
     let told = first.flat_map(|complaint| {
-        let problem = Problem::from(complaint);
-        wrapped(&format!("step {}: {problem}", complaint.step + 1), width)
+        let (step, problem) = (report.number(complaint.step), Problem::from(complaint));
+        wrapped(&format!("step {step}: {problem}"), width)
     });
     let more = (more > 0).then(|| format!("and {more} more"));
     told.chain(more).collect()

@@ -160,7 +160,7 @@ fn draw(
     let surface = trip.work.surface();
     let reach = surface.map(|surface| Reach::new(arm.tool, surface, 0.0).outline());
     let reach = reach.unwrap_or_default();
-    above::draw(&mut svg, &page.above, trip, options, &reach);
+    above::draw(&mut svg, &page.above, trip, report, options, &reach);
     locator::draw(&mut svg, [page.locator, top], &page.above, trip, &reach);
     if let Some(side) = &page.side {
         side::draw(&mut svg, side, trip, arm);

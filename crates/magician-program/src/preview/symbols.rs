@@ -87,7 +87,7 @@ pub(super) fn sign(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkKind) {
 }
 
 /// A ring round what is wrong, with the number of its step; at the frame's edge if it is outside.
-pub(super) fn complaint(svg: &mut Svg, panel: &Panel, at: [f64; 2], step: usize) {
+pub(super) fn complaint(svg: &mut Svg, panel: &Panel, at: [f64; 2], step: u64) {
     let [low, high] = panel.part;
     let inside = [0, 1].map(|axis| at[axis].clamp(low[axis] + 3.0, high[axis] - 3.0));
     let [x, y] = panel.at(inside);

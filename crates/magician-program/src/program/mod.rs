@@ -11,6 +11,7 @@
 //! [`resume::Tally`](crate::resume::Tally)'s.
 
 mod rest;
+mod rounds;
 mod timetable;
 
 use std::sync::Arc;
@@ -22,6 +23,9 @@ pub use rest::Rest;
 pub use timetable::Timetable;
 
 use crate::{Plan, Problem};
+
+/// No program is begun behind so many steps: what counts on from there never comes to the end of 64 bits.
+const MOST_STEPS: u64 = i64::MAX.unsigned_abs();
 
 /// What is run: a plan, once, several times or for ever.
 ///
@@ -96,18 +100,18 @@ impl Program {
     }
 
     /// Whether there is something to do from a step on. From the first one there always is, if only to tell the arm of its
-    /// tool.
+    /// tool; a program without end is begun far enough from where numbers end.
     ///
     /// # Errors
     /// A [`Problem`] that names the last step.
     pub fn has(&self, step: u64) -> Result<(), Problem> {
-        match self.steps() {
-            Some(steps) if step > 0 && step >= steps => Err(Problem::of_file(format!(
-                "there is no step {}: the last is {steps}",
-                step.saturating_add(1)
-            ))),
-            _ => Ok(()),
+        let steps = self.steps().unwrap_or(u64::MAX).min(MOST_STEPS);
+        if step == 0 || step < steps {
+            return Ok(());
         }
+        let step = step.saturating_add(1);
+        let message = format!("there is no step {step}: the last is {steps}");
+        Err(Problem::of_file(message))
     }
 
     /// One command of each kind: what [`Arm::preflight_for`](magician::Arm::preflight_for) has to read of an arm depends on
@@ -166,7 +170,9 @@ mod tests {
         assert!(program.has(5).is_ok());
         let problem = program.has(6).expect_err("there are six");
         assert_eq!(problem.to_string(), "there is no step 7: the last is 6");
-        assert!(super::tests::program(3, None).has(u64::MAX).is_ok());
+        let endless = super::tests::program(3, None);
+        assert!(endless.has(1 << 62).is_ok());
+        assert!(endless.has(u64::MAX).is_err() && endless.has(1 << 63).is_err());
         assert!(super::tests::program(0, Some(1)).has(0).is_ok());
     }
 

@@ -7,7 +7,7 @@ use magician::commands::Pose;
 use magician::words::{Guards, Preflight};
 
 use super::{Program, Timetable};
-use crate::{Plan, Problem, Report, check};
+use crate::{Plan, Problem, Report};
 
 /// How far from where it should an arm may stand, mm: what 32 bits and a reading cost.
 const NEAR: f64 = 0.5;
@@ -18,16 +18,16 @@ const NEAR: f64 = 0.5;
 pub struct Rest {
     settings: Vec<Set>,
     /// The part of the plan that comes first, with what has to be done before it.
-    first: Arc<Plan>,
+    pub(super) first: Arc<Plan>,
     /// Commands that stand among the steps of the first part, before the one that it is from.
     added: u64,
     from: u64,
-    whole: Arc<Plan>,
+    pub(super) whole: Arc<Plan>,
     /// Rounds that follow; none is for ever.
-    follow: Option<u64>,
+    pub(super) follow: Option<u64>,
     start: Preflight,
     /// The start when the arm has been told the settings.
-    told: Preflight,
+    pub(super) told: Preflight,
 }
 
 impl Rest {
@@ -84,8 +84,7 @@ impl Rest {
     }
 
     /// What is added to the place of a step in [`first`](Self::first) to have its number in the program.
-    #[must_use]
-    pub fn offset(&self) -> i64 {
+    pub(super) fn offset(&self) -> i64 {
         self.from
             .cast_signed()
             .saturating_sub(self.added.cast_signed())
@@ -118,38 +117,6 @@ impl Rest {
         self.settings
             .iter()
             .chain(plans.flat_map(|plan| plan.settings()))
-    }
-
-    /// Checks what is left: the first part, and the whole plan after it as often as it follows. An arm that stands the same
-    /// way after two rounds does so after every one.
-    #[must_use]
-    pub fn check(&self) -> Report {
-        let mut report = check(&self.first, &self.told);
-        if self.follow == Some(0) || !report.is_good() {
-            report.time = report.time.filter(|_| self.follow.is_some());
-            return report;
-        }
-        let mut course = self.told.clone();
-        for command in self.first.commands() {
-            // It has just passed.
-            let _ = course.check(&command);
-        }
-        let round = Plan {
-            tool: None,
-            ..Plan::clone(&self.whole)
-        };
-        let again = check(&round, &course);
-        let times = self.follow.unwrap_or(0);
-        let count = times as f64;
-        let rounds = |time: Duration| time.checked_mul(u32::try_from(times).unwrap_or(u32::MAX));
-        report.time = self
-            .follow
-            .and_then(|_| report.time?.checked_add(rounds(again.time?)?));
-        report.drawn += count * again.drawn;
-        report.travelled += count * again.travelled;
-        report.refused += again.refused;
-        report.complaints.extend(again.complaints);
-        report
     }
 
     /// How long is left of it at each of its steps, when [`check`](Self::check) has found this.
@@ -208,18 +175,18 @@ fn sums(course: &mut Preflight, commands: impl Iterator<Item = Set>) -> Vec<f64>
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use magician::{JointAngles, ToolBias, words};
 
     use super::*;
     use crate::{Action, Origin, Tool, Travel};
 
-    fn start() -> Preflight {
+    pub(in crate::program) fn start() -> Preflight {
         Preflight::at(JointAngles::HOME, ToolBias::NONE)
     }
 
     /// Out and back on a line, then a rest of a second.
-    fn plan() -> Plan {
+    pub(in crate::program) fn plan() -> Plan {
         let mut plan = Plan::new("out and back");
         for x in [240.0, 220.0] {
             let to = [x, 0.0, 60.0, 0.0];
@@ -230,7 +197,7 @@ mod tests {
         plan
     }
 
-    fn rest(rounds: Option<u64>, from: u64) -> Rest {
+    pub(in crate::program) fn rest(rounds: Option<u64>, from: u64) -> Rest {
         let program = Program::new(plan(), rounds);
         program.rest(from, start()).expect("within reach")
     }
@@ -281,20 +248,6 @@ mod tests {
         assert!(error.is_err());
         let forever = super::tests::rest(None, 300);
         assert_eq!(forever.commands().take(1000).count(), 1000);
-    }
-
-    #[test]
-    fn a_check_counts_every_round() {
-        let once = rest(Some(1), 0).check();
-        let thrice = rest(Some(3), 0).check();
-        assert!(thrice.is_good());
-        let [once_s, thrice_s] = [&once, &thrice].map(|report| report.time.unwrap().as_secs_f64());
-        // The first round has the way from home besides.
-        assert!(
-            thrice_s > 2.0 * once_s && thrice_s < 3.0 * once_s,
-            "{once_s} {thrice_s}"
-        );
-        assert!(rest(None, 0).check().time.is_none());
     }
 
     #[test]

@@ -124,14 +124,16 @@ pub(crate) fn findings<'py>(
     parts.set_item("drawn", report.drawn)?;
     parts.set_item("travelled", report.travelled)?;
     parts.set_item("bounds", report.bounds)?;
-    let longest = report.longest_way.map(|(step, way)| (step + 1, way));
+    let longest = report
+        .longest_way
+        .map(|(step, way)| (report.number(step), way));
     parts.set_item("longest_way", longest)?;
     let longest = report
         .longest_time
-        .map(|(step, time)| (step + 1, time.as_secs_f64()));
+        .map(|(step, time)| (report.number(step), time.as_secs_f64()));
     parts.set_item("longest_time", longest)?;
     let complaints = report.complaints.iter();
-    let complaints = complaints.map(|complaint| objection(py, complaint, source));
+    let complaints = complaints.map(|complaint| objection(py, report, complaint, source));
     parts.set_item("complaints", complaints.collect::<PyResult<Vec<_>>>()?)?;
     Ok(parts)
 }
@@ -139,6 +141,7 @@ pub(crate) fn findings<'py>(
 /// A complaint: step, line, column, name, row, and the exception that it would be.
 fn objection<'py>(
     py: Python<'py>,
+    report: &Report,
     complaint: &Complaint,
     source: &Source,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -146,7 +149,7 @@ fn objection<'py>(
     let known = |value: u32| Some(value).filter(|value| *value > 0 && !source.rows);
     let row = place.line.checked_sub(1).filter(|_| source.rows);
     let parts = PyDict::new(py);
-    parts.set_item("step", complaint.step + 1)?;
+    parts.set_item("step", report.number(complaint.step))?;
     parts.set_item("line", known(place.line))?;
     parts.set_item("column", known(place.column))?;
     parts.set_item("row", row)?;
@@ -166,7 +169,7 @@ pub(crate) fn refusal(report: &Report, source: &Source) -> Option<Error> {
         (false, line, 0) => place.push(format!("line {line}")),
         (false, line, column) => place.push(format!("line {line}, column {column}")),
     }
-    place.push(format!("step {}", first.step + 1));
+    place.push(format!("step {}", report.number(first.step)));
     let name = first
         .name
         .as_ref()

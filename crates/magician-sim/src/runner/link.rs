@@ -121,6 +121,12 @@ impl Replies {
         self.queue.front().map(|(at, _)| *at)
     }
 
+    /// The first that has not come by then.
+    pub(super) fn due_after(&self, now: Micros) -> Option<Micros> {
+        let come = self.queue.partition_point(|(at, _)| *at <= now);
+        self.queue.get(come).map(|(at, _)| *at)
+    }
+
     pub(super) fn pop(&mut self, now: Micros) -> Option<FrameBuf> {
         let due = self.due().is_some_and(|at| at <= now);
         let (_, frame) = due.then(|| self.queue.pop_front())??;

@@ -51,9 +51,7 @@ impl Arm {
     /// As [`set`](Self::set).
     pub async fn set_any(&self, command: &Set) -> Result<()> {
         let order = FrameBuf::set(command, Ctrl::SET)?;
-        let order = order.frame();
-        let request = Request::raw(order.id(), order.ctrl(), order.params())?;
-        self.ask(request).await.map(drop)
+        self.ask(Request::of(order)).await.map(drop)
     }
 
     /// Puts a command into the arm's queue and tells its index. It does not start the queue.

@@ -48,7 +48,7 @@ impl Transport for Sim {
                 bytes[..count].copy_from_slice(&frame[..count]);
                 return Poll::Ready(Ok(count));
             }
-            let Some(at) = cell.runner.poll_timeout() else {
+            let Some(at) = cell.runner.poll_change() else {
                 return Poll::Pending;
             };
             // Timers may fire a little early; an instant that has come is waited for a moment.

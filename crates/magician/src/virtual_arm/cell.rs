@@ -161,7 +161,7 @@ impl Cell {
         let end = from.saturating_add(most.max(1));
         let mut news = false;
         for _ in 0..EVENTS {
-            let next = self.runner.poll_timeout().unwrap_or(end);
+            let next = self.runner.poll_change().unwrap_or(end);
             self.ahead = next.max(self.ahead.saturating_add(1)).min(end);
             self.runner.handle_timeout(self.ahead);
             let ended = ends && self.runner.controller().current_index() != before;
@@ -176,5 +176,37 @@ impl Cell {
             time: self.ahead.saturating_sub(from),
             news,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_protocol::commands::{Pose, QueuedCmdStartExec, WaitCmd};
+    use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable};
+    use magician_sim::Controller;
+
+    use super::*;
+
+    #[test]
+    fn an_answer_that_nobody_takes_holds_no_time_up() {
+        let mut cell = Cell::new(Runner::new(
+            Controller::default(),
+            Speed::Max,
+            magician_sim::Line::default(),
+        ));
+        cell.stand();
+        let (leader, other) = (cell.open(), cell.open());
+        let ask = FrameBuf::get(&NoArgs, Pose::ROW).unwrap();
+        cell.receive(other, ask.bytes());
+        assert!(cell.lead(leader, true));
+        let start = FrameBuf::set(&QueuedCmdStartExec {}.into(), Ctrl::SET).unwrap();
+        let wait = FrameBuf::set(&WaitCmd { timeout: 5000 }.into(), Ctrl::QUEUED).unwrap();
+        for frame in [start, wait] {
+            cell.receive(leader, frame.bytes());
+            while cell.runner.poll_transmit(0, leader).is_some() {}
+        }
+        let leap = cell.leap(leader, Micros::MAX, false).expect("it waits");
+        assert_eq!((leap.time, leap.news), (5_000_000, true));
+        assert!(cell.leap(leader, Micros::MAX, false).is_none());
     }
 }

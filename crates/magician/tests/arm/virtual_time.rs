@@ -4,10 +4,11 @@
 use std::future::Future;
 use std::time::Duration;
 
+use magician::faults::Faults;
 use magician::protocol::Set;
 use magician::protocol::commands::{DeviceTime, Pose};
 use magician::sim::{Happening, State};
-use magician::{Arm, ErrorKind, Options, VirtualArm, blocking, words};
+use magician::{Arm, ErrorKind, Options, RunOptions, VirtualArm, blocking, words};
 use tokio::task::yield_now;
 use tokio::time::Instant;
 
@@ -271,4 +272,82 @@ fn a_program_may_wait_for_the_arm() {
     let ran = arm.run(commands, |_| {}).unwrap();
     assert_eq!(ran.commands, 40);
     assert!(cell.state().now >= 400_000);
+}
+
+/// Programs that push in between each other cannot count on their indices, and say so; none of them waits for ever.
+#[tokio::test(start_paused = true)]
+async fn of_two_programs_at_once_none_waits_for_the_other() {
+    let (cell, arm) = arm(1).await;
+    let other = another(&cell, 1).await;
+    let wait = words::wait(Duration::from_millis(500));
+    let keep = RunOptions::default().keep(true);
+    for count in [1, 3, 60] {
+        let begun = Instant::now();
+        let (ours, theirs) = tokio::join!(
+            arm.run_with(vec![wait; count], keep, |_| {}),
+            other.run_with(vec![wait; count], keep, |_| {}),
+        );
+        for ran in [ours, theirs] {
+            match ran {
+                Ok(ran) => assert_eq!(ran.commands, count as u64),
+                Err(error) => assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}"),
+            }
+        }
+        once(&cell, |state| state.queue.waiting == 0).await;
+        assert_eq!(begun.elapsed(), Duration::ZERO);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn on_a_line_that_loses_answers_every_command_is_done_once() {
+    let mut whole = 0;
+    for seed in 0..20 {
+        let cell = VirtualArm::default().in_virtual_time();
+        let faults = Faults {
+            drop_chunk: 0.05,
+            seed,
+            ..Faults::default()
+        };
+        let options = Options::default()
+            .timeout(Duration::from_secs(10))
+            .faults(faults);
+        let arm = Arm::simulated(cell.clone(), options).await.unwrap();
+        arm.clear_alarms().await.unwrap();
+        let wait = words::wait(Duration::from_millis(50));
+        match arm.run(vec![wait; 60], |_| {}).await {
+            Ok(ran) => {
+                assert_eq!(ran.commands, 60);
+                whole += 1;
+            }
+            // The first one, before which nothing was counted.
+            Err(error) => assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}"),
+        }
+        assert!(
+            [0, 60].contains(&cell.state().queue.current_index),
+            "{seed}"
+        );
+    }
+    assert!(whole > 10, "{whole}");
+}
+
+/// Who goes while its program runs stops the arm before it would do the rest at once.
+#[tokio::test(start_paused = true)]
+async fn who_goes_in_the_middle_of_a_program_stops_the_arm() {
+    let (cell, arm) = arm(1).await;
+    let other = another(&cell, 1).await;
+    let run = tokio::spawn(async move { arm.run(curve(2000), |_| {}).await.map(drop) });
+    let found = once(&cell, |state| state.queue.current_index > 100).await;
+    run.abort();
+    let _ = run.await;
+    once(&cell, |state| !state.moving).await;
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    let state = cell.state();
+    assert_eq!(state.queue.waiting, 0, "{state:?}");
+    assert!(
+        state.now - found.now < 1_000_000,
+        "{} {}",
+        found.now,
+        state.now
+    );
+    other.get::<Pose>().await.unwrap();
 }

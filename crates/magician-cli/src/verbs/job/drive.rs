@@ -118,7 +118,7 @@ impl Drive<'_> {
         let rest = rest.map_err(|problem| self.source.failure(&problem))?;
         let report = rest.check();
         if !report.is_good() {
-            return Err(report::failure(&report, self.source, rest.offset(), false));
+            return Err(report::failure(&report, self.source, false));
         }
         let ahead = Ahead {
             timetable: rest.timetable(&report),

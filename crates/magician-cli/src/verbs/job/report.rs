@@ -111,13 +111,12 @@ fn length(mm: f64) -> String {
 }
 
 impl Refusal {
-    /// `offset` is what is added to a step of the report to have its number, from 0.
-    pub(super) fn of(complaint: &Complaint, offset: i64) -> Self {
+    pub(super) fn of(report: &Report, complaint: &Complaint) -> Self {
         let place = complaint.origin;
         let known = |value: u32| Some(value).filter(|value| *value > 0);
         let error = &complaint.error;
         Self {
-            step: number(complaint, offset),
+            step: report.number(complaint.step),
             line: known(place.line),
             column: known(place.column),
             name: complaint.name.clone(),
@@ -138,19 +137,13 @@ fn figures(error: &magician::Error) -> Figures {
     }
 }
 
-/// Steps as people count them.
-fn number(complaint: &Complaint, offset: i64) -> u64 {
-    let step = (complaint.step as i64).saturating_add(offset);
-    u64::try_from(step).unwrap_or(0).saturating_add(1)
-}
-
 /// The complaints as a failure: drawn for people, the first of them for programs. Of kind `check` if only a check was
 /// asked for.
-pub(super) fn failure(report: &Report, source: &Source, offset: i64, check: bool) -> Failure {
+pub(super) fn failure(report: &Report, source: &Source, check: bool) -> Failure {
     let shown = report.complaints.iter().take(SHOWN);
     let drawn = shown.map(|complaint| {
         let mut problem = Problem::from(complaint);
-        problem.message = sentence(complaint, offset);
+        problem.message = sentence(report, complaint);
         source.draw(&problem, Severity::Error)
     });
     let mut drawn: Vec<String> = drawn.collect();
@@ -168,7 +161,7 @@ pub(super) fn failure(report: &Report, source: &Source, offset: i64, check: bool
     let message = match first_of_all {
         Some(complaint) => {
             let problem = Problem {
-                message: sentence(complaint, offset),
+                message: sentence(report, complaint),
                 ..Problem::from(complaint)
             };
             format!("{}: {problem}; {count}", source.name)
@@ -188,7 +181,7 @@ pub(super) fn failure(report: &Report, source: &Source, offset: i64, check: bool
 }
 
 /// What is wrong, with the step and by how much.
-fn sentence(complaint: &Complaint, offset: i64) -> String {
+fn sentence(report: &Report, complaint: &Complaint) -> String {
     let error = &complaint.error;
     let over = match (error.value(), error.limit(), error.unit()) {
         (Some(value), Some(limit), Some(unit)) => {
@@ -197,5 +190,5 @@ fn sentence(complaint: &Complaint, offset: i64) -> String {
         }
         _ => String::new(),
     };
-    format!("step {}: {error}{over}", number(complaint, offset))
+    format!("step {}: {error}{over}", report.number(complaint.step))
 }

@@ -70,25 +70,20 @@ impl Shown<'_> {
             let json = context.global.json;
             self.commands(&rest, json, &mut context.out)?;
         }
-        let answer = self.answer(&rest, &report);
+        let answer = self.answer(&report);
         context.show(&answer, |out| self.lines(&answer, out))?;
         match report.is_good() {
             true => Ok(()),
-            false => Err(failure(
-                &report,
-                self.source,
-                rest.offset(),
-                self.look.check,
-            )),
+            false => Err(failure(&report, self.source, self.look.check)),
         }
     }
 
-    fn answer(&self, rest: &Rest, report: &Report) -> Answer {
+    fn answer(&self, report: &Report) -> Answer {
         let check = self.look.check;
         let refusals = report
             .complaints
             .iter()
-            .map(|complaint| Refusal::of(complaint, rest.offset()));
+            .map(|complaint| Refusal::of(report, complaint));
         Answer {
             ok: check.then_some(report.is_good()),
             estimate: Estimate::new(

@@ -1,0 +1,134 @@
+//! What a check makes of all rounds of a program.
+
+use magician::words::Preflight;
+
+use super::Rest;
+use crate::{Complaint, Plan, Report, check};
+
+/// As many rounds are checked that each lead somewhere else.
+const MOST_ROUNDS: usize = 100;
+
+impl Rest {
+    /// Checks what is left: the first part, and the rounds after it until one leaves the arm as it found it, for then all do; no
+    /// more than a hundred. Places of complaints are counted on from those of the [first](Self::first) part.
+    #[must_use]
+    pub fn check(&self) -> Report {
+        let mut report = check(&self.first, &self.told);
+        if self.follow != Some(0) && report.is_good() {
+            self.check_rounds(&mut report);
+        }
+        report.time = report.time.filter(|_| self.follow.is_some());
+        report.offset = self.offset();
+        report
+    }
+
+    /// Adds the rounds after the first part.
+    fn check_rounds(&self, report: &mut Report) {
+        let mut course = self.told.clone();
+        follow(&mut course, &self.first);
+        let round = Plan {
+            tool: None,
+            ..Plan::clone(&self.whole)
+        };
+        let mut left = self.follow;
+        let mut steps = self.first.steps.len();
+        for nth in 1..=MOST_ROUNDS {
+            let again = check(&round, &course);
+            let before = course.arm().copied();
+            follow(&mut course, &round);
+            let settled = course.arm().copied() == before || nth == MOST_ROUNDS;
+            let times = left.map_or(0, |left| if settled { left } else { 1 });
+            add(report, again, times, steps);
+            steps = steps.saturating_add(round.steps.len());
+            left = left.map(|left| left.saturating_sub(times));
+            if settled || left == Some(0) || !report.is_good() {
+                return;
+            }
+        }
+    }
+}
+
+/// Leads an arm through a plan that has been checked from there.
+fn follow(course: &mut Preflight, plan: &Plan) {
+    for command in plan.commands() {
+        let _ = course.check(&command);
+    }
+}
+
+/// Adds what was found in a round that comes so often, behind so many steps.
+fn add(report: &mut Report, round: Report, times: u64, steps: usize) {
+    let count = u32::try_from(times).unwrap_or(u32::MAX);
+    let time = round.time.and_then(|time| time.checked_mul(count));
+    report.time = (report.time.zip(time)).and_then(|(all, time)| all.checked_add(time));
+    report.drawn += times as f64 * round.drawn;
+    report.travelled += times as f64 * round.travelled;
+    report.refused += round.refused;
+    let complaints = round.complaints.into_iter().map(|complaint| Complaint {
+        step: complaint.step.saturating_add(steps),
+        ..complaint
+    });
+    report.complaints.extend(complaints);
+    if let Some([least, most]) = round.bounds {
+        report.reach(least);
+        report.reach(most);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician::Set;
+    use magician::commands::PtpCmd;
+    use magician_protocol::PtpMode;
+
+    use super::super::Program;
+    use super::super::rest::tests::{plan, rest, start};
+    use crate::Origin;
+
+    #[test]
+    fn a_check_counts_every_round() {
+        let once = rest(Some(1), 0).check();
+        let thrice = rest(Some(3), 0).check();
+        assert!(thrice.is_good());
+        let [once_s, thrice_s] = [&once, &thrice].map(|report| report.time.unwrap().as_secs_f64());
+        // The first round has the way from home besides.
+        assert!(
+            thrice_s > 2.0 * once_s && thrice_s < 3.0 * once_s,
+            "{once_s} {thrice_s}"
+        );
+        assert!(rest(None, 0).check().time.is_none());
+    }
+
+    /// Each round leads 30 mm further out.
+    #[test]
+    fn rounds_that_lead_ever_further_are_checked_until_one_is_refused() {
+        let mut plan = plan();
+        let further = PtpCmd {
+            ptp_mode: PtpMode::MovlXyzInc,
+            x: 30.0,
+            y: 0.0,
+            z: 0.0,
+            r: 0.0,
+        };
+        plan.push(Set::from(further), Origin::NONE);
+        plan.steps.drain(..2);
+        let check = |rounds, from| {
+            let program = Program::new(plan.clone(), rounds);
+            let rest = program.rest(from, start()).expect("within reach");
+            let report = rest.check();
+            let steps = report.complaints.iter();
+            let steps: Vec<u64> = steps.map(|one| report.number(one.step)).collect();
+            (report, steps)
+        };
+        let (twice, _) = check(Some(2), 0);
+        assert!(twice.is_good());
+        assert!((twice.travelled - 60.0).abs() < 1e-6);
+        assert!(twice.bounds.is_some_and(|[_, most]| most[0] > 250.0));
+        // 200 mm and four rounds are more than the arm reaches.
+        for (rounds, from) in [(Some(9), 0), (None, 0), (Some(9), 3)] {
+            let (report, steps) = check(rounds, from);
+            assert!(!report.is_good());
+            assert!(steps.len() == 1 && steps[0] % 2 == 0, "{steps:?}");
+            assert!((4..=from + 10).contains(&steps[0]), "{steps:?}");
+        }
+    }
+}
