@@ -160,9 +160,12 @@ def test_a_narrow_terminal_has_a_short_line(monkeypatch: pytest.MonkeyPatch) -> 
         def fileno(self) -> int:
             return 2
 
+    def size(_: int) -> os.terminal_size:
+        return os.terminal_size((columns[0], 24))
+
     columns = [44]
     monkeypatch.setattr("magician._telling.time.monotonic", iter(range(9)).__next__)
-    monkeypatch.setattr("magician._telling.os.get_terminal_size", lambda _: os.terminal_size((columns[0], 24)))
+    monkeypatch.setattr("magician._telling.os.get_terminal_size", size)
     out = Terminal()
     line = Line(out)
     for columns[0], wanted in (
