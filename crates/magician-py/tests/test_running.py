@@ -5,6 +5,7 @@ from __future__ import annotations
 import _thread
 import asyncio
 import io
+import os
 from pathlib import Path
 
 import magician
@@ -157,6 +158,31 @@ def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monk
             assert len(written[-1]) == len(written[-2]), "nothing of the longer line is left"
         line.end(PlanProgress(4, 4, 0.0))
         assert out.getvalue().endswith("4 of 4 steps done in 0:03\n")
+
+
+def test_a_narrow_terminal_has_a_short_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+        def fileno(self) -> int:
+            return 2
+
+    def size(_: int) -> os.terminal_size:
+        return os.terminal_size((columns[0], 24))
+
+    columns = [44]
+    monkeypatch.setattr("magician._telling.time.monotonic", iter(range(9)).__next__)
+    monkeypatch.setattr("magician._telling.os.get_terminal_size", size)
+    out = Terminal()
+    line = Line(out)
+    for columns[0], wanted in (
+        (44, "step 1 of 4, 25 %, 0:09 left"),
+        (20, "step 1 of 4, 25 %, "),
+        (0, "[======                  ] step 1 of 4, 25 %, 0:09 left"),
+    ):
+        line(PlanProgress(1, 4, 9.0))
+        assert out.getvalue().split("\r")[-1] == wanted
 
 
 def test_progress_true_writes_to_stderr(arm: magician.Arm, capsys: pytest.CaptureFixture[str]) -> None:

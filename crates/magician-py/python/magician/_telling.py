@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 import time
 from typing import Any, TextIO
@@ -14,6 +15,8 @@ __all__ = ["Line", "Telling"]
 
 PATIENCE = 0.3
 """A run that is over sooner needs no line, s."""
+USUAL = 80
+"""Columns of a terminal that does not tell."""
 LINES = 3.0
 """Between two lines where none can be written over, s."""
 
@@ -76,10 +79,18 @@ class Line:
         if self._over:
             filled = int(24 * progress.share)
             bar = f"[{'=' * filled}{' ' * (24 - filled)}] {progress}"
-            self._write("\r" + bar.ljust(self._width))
+            # What goes beyond the last column cannot be written over.
+            room = self._columns() - 1
+            bar = bar if len(bar) <= room else str(progress)[:room]
+            self._write("\r" + bar.ljust(min(self._width, room)))
             self._width = len(bar)
         else:
             self._write(f"{progress}\n")
+
+    def _columns(self) -> int:
+        with contextlib.suppress(OSError, ValueError):
+            return os.get_terminal_size(self._out.fileno()).columns or USUAL
+        return USUAL
 
     def clear(self) -> None:
         if self._width:

@@ -624,7 +624,7 @@ def motor(index: Stepper, speed: int) -> commands.EMotor:
     The sign is the direction. The queue goes on at once.
     """
     speed = whole("speed", speed, -(2**31), 2**31 - 1)
-    return commands.EMotor(index, speed != 0, speed)
+    return commands.EMotor(_output(index), speed != 0, speed)
 
 
 def motor_by(index: Stepper, speed: int, distance: int) -> commands.EMotorS:
@@ -633,7 +633,12 @@ def motor_by(index: Stepper, speed: int, distance: int) -> commands.EMotorS:
     In the queue it has finished when the motor has. Not in the vendor's document.
     """
     speed = whole("speed", speed, -(2**31), 2**31 - 1)
-    return commands.EMotorS(index, True, speed, whole("distance", distance, 0, 2**32 - 1))
+    return commands.EMotorS(_output(index), True, speed, whole("distance", distance, 0, 2**32 - 1))
+
+
+def _output(index: Stepper) -> Stepper:
+    """A motor output that there is."""
+    return Stepper(whole("index", index, 0, len(Stepper) - 1))
 
 
 def conveyor(index: Stepper, mm_per_s: float) -> commands.EMotor:

@@ -74,7 +74,10 @@ async fn a_stop_that_was_asked_for_is_said_to_its_end_also_by_a_detached_handle(
         arm.close().await;
         desk.with(|arm| {
             let queue = arm.state().queue;
-            assert!(!queue.started && queue.waiting == 0, "{passed} ms: {queue:?}");
+            assert!(
+                !queue.started && queue.waiting == 0,
+                "{passed} ms: {queue:?}"
+            );
         });
     }
 }
