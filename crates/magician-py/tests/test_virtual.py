@@ -123,6 +123,12 @@ def test_scenarios_that_are_none_are_refused_with_their_place(tmp_path: Path) ->
         VirtualArm(speed=0)
 
 
+def test_what_could_not_be_made_can_be_shown() -> None:
+    """As a debugger does, with what stands in a traceback."""
+    assert repr(VirtualArm.__new__(VirtualArm)) == "<VirtualArm, not made>"
+    assert repr(magician.Arm.__new__(magician.Arm)) == "<Arm, not connected>"
+
+
 def test_a_pen_leaves_its_drawing(scenarios: Path, samples: Path, tmp_path: Path) -> None:
     cell = VirtualArm(scenarios / "drawing.toml")
     plan = magician.load(samples / "house.svg", surface=-60, move=(0, 0, -0.5))

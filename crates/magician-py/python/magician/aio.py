@@ -208,6 +208,9 @@ class Arm(Bound):
             await self.close()
 
     def __repr__(self) -> str:
+        if not hasattr(self, "_core"):
+            # A traceback of its constructor shows it.
+            return "<Arm, not connected>"
         if not self._core.is_here():
             return "<Arm of another process>"
         return f"<Arm at {self.name}, {self.link.state}>"

@@ -360,6 +360,9 @@ class VirtualArm(Bound):
         raise KeyError(f"there is no object {name!r}; there are {names}")
 
     def __repr__(self) -> str:
+        if not hasattr(self, "_native"):
+            # A traceback of its constructor shows it.
+            return "<VirtualArm, not made>"
         x, y, z, r = self.position
         title = f"{self.title} " if self.title else ""
         return f"<VirtualArm {title}at x {x:.1f}, y {y:.1f}, z {z:.1f}, r {r:.1f}, {self.time:.3f} s>"
