@@ -37,7 +37,8 @@ impl Core {
             Some(Busy::Triggered(trigger)) => self.world.will_change(trigger.address),
             _ => false,
         };
-        !self.motion.is_jogging() && (waits || self.own_event().is_some())
+        let jogs = self.motion.is_jogging() && !self.motion.ends_jog();
+        !jogs && (waits || self.own_event().is_some())
     }
 
     /// When the arm itself next comes to an end of what it does.

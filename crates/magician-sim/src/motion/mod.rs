@@ -134,6 +134,12 @@ impl Motion {
         )
     }
 
+    /// Whether it brakes at the end of a jog.
+    pub(crate) fn ends_jog(&self) -> bool {
+        let purpose = self.under_way.as_ref().map(|motion| motion.purpose);
+        matches!(purpose, Some(Purpose::JogStop { .. }))
+    }
+
     /// Gives what is under way another purpose.
     fn repurpose(&mut self, purpose: Purpose) {
         if let Some(motion) = &mut self.under_way {

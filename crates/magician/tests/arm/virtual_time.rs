@@ -5,8 +5,8 @@ use std::future::Future;
 use std::time::Duration;
 
 use magician::faults::Faults;
-use magician::protocol::Set;
 use magician::protocol::commands::{DeviceTime, Pose};
+use magician::protocol::{JogCommand, Set};
 use magician::sim::{Happening, State};
 use magician::{Arm, ErrorKind, Options, RunOptions, VirtualArm, blocking, words};
 use tokio::task::yield_now;
@@ -350,4 +350,32 @@ async fn who_goes_in_the_middle_of_a_program_stops_the_arm() {
         state.now
     );
     other.get::<Pose>().await.unwrap();
+}
+
+/// A program that comes while a jog is being ended begins when the arm really stands, and has nothing to wait for.
+#[tokio::test(start_paused = true)]
+async fn a_jog_that_is_being_ended_brakes_before_a_program_begins() {
+    let (cell, arm) = arm(1).await;
+    let jog = arm
+        .jog(words::jog_joint(JogCommand::Axis1Plus))
+        .await
+        .unwrap();
+    cell.advance(Duration::from_millis(400));
+    assert!(cell.state().moving);
+    let begun = Instant::now();
+    drop(jog);
+    let wait = words::wait(Duration::from_millis(100));
+    let (ran, ()) = tokio::join!(arm.run([wait], |_| {}), async {
+        while !cell.state().queue.started {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+        let state = cell.state();
+        assert!(!state.moving || state.queue.running.is_some(), "{state:?}");
+    });
+    ran.unwrap();
+    assert!(
+        begun.elapsed() < Duration::from_millis(200),
+        "{:?}",
+        begun.elapsed()
+    );
 }
