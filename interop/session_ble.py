@@ -16,7 +16,7 @@ import threading
 import time
 
 from checks import PATIENCE, Checks
-from wire import INDEX, Tcp
+from wire import Tcp
 
 HERE = pathlib.Path(__file__).resolve().parent
 ARM = {"address": "C0:FF:EE:00:00:01", "name": "Magician", "arm": True}
