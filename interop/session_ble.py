@@ -141,7 +141,7 @@ def stops(checks, desk):
     desk.air.do("set", around=AROUND, interval=15)
     desk.run("move", "220", "60", "40", "0")
     begun = desk.pose()[:3]
-    moving = desk.air.start([desk.magician, "--port", "ble:Magician", "move", "220", "-60", "40", "0", "--linear", "--speed-ratio", "0.2"])
+    moving = desk.air.start([desk.magician, "--port", "ble:Magician", "move", "220", "-60", "40", "0", "--linear", "--speed-ratio", "1"])
     while desk.pose()[:3] == begun and moving.poll() is None:
         time.sleep(0.002)
     moving.send_signal(signal.SIGINT)
