@@ -6,18 +6,19 @@ machine that says nothing about the arm. Here a look lasts until there is a whol
 
 import time
 
-from checks import PATIENCE
-
 try:
     import serial
 except ImportError:
     # Ours in its place needs none.
     serial = None
 
+# Some of pydobot's commands get no answer, for their checksum is wrong: they are waited for as long, s.
+LONGEST = 5
+
 
 def read_all(port):
     """What is there, from a whole frame on."""
-    data, end = b"", time.monotonic() + PATIENCE
+    data, end = b"", time.monotonic() + LONGEST
     while len(data) < 3 or len(data) < data[2] + 4:
         if time.monotonic() > end:
             break
