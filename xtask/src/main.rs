@@ -35,7 +35,7 @@ Usage: cargo xtask CHORE
   licences [--check | PACKAGE [--features LIST] [--target TRIPLE]]
              write whose work is in the Python wheel: crates/magician-py/THIRD-PARTY-LICENSES.txt; see whether it is right;
              print the same of another package
-  dist       build the release archive: target/dist/*.tar.gz
+  dist       build the release archive: target/archive/*.tar.gz
   bench [WHAT...] [--json]
              measure what the virtual arm costs
   soak [NAME [--cases N] [--seed S]] [--json]

@@ -18,6 +18,9 @@ use crate::library;
 pub(crate) use licences::{Build, page as licences_of, run as licences};
 pub(crate) use metadata::Metadata;
 
+/// Cargo's profile of what is shipped; its folder in `target` has the same name.
+pub(crate) const PROFILE: &str = "dist";
+
 /// Shells that completions are made for, with the name of the file that each looks for.
 const SHELLS: [(&str, &str); 5] = [
     ("bash", "magician.bash"),
@@ -27,22 +30,23 @@ const SHELLS: [(&str, &str); 5] = [
     ("powershell", "_magician.ps1"),
 ];
 
-/// Builds the command and writes `target/dist/magician-VERSION-TRIPLE.tar.gz`, and its checksum beside it.
+/// Builds the command and writes `target/archive/magician-VERSION-TRIPLE.tar.gz`, and its checksum beside it.
 pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
     let cargo = cargo();
     run(Command::new(&cargo).current_dir(root).args([
         "build",
         "--locked",
-        "--release",
+        "--profile",
+        PROFILE,
         "--package",
         "magician-cli",
     ]))?;
     let metadata = Metadata::read(&cargo, root)?;
-    let magician = (metadata.target_directory.join("release"))
+    let magician = (metadata.target_directory.join(PROFILE))
         .join(format!("magician{}", std::env::consts::EXE_SUFFIX));
     let name = format!("magician-{}-{}", metadata.version, metadata.host);
-    let dist = metadata.target_directory.join("dist");
-    let folder = dist.join(&name);
+    let archives = metadata.target_directory.join("archive");
+    let folder = archives.join(&name);
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
     }
@@ -81,14 +85,14 @@ pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
         })?,
     )?;
     library::stage(root, None, Some(&folder.join("dobotdll")))?;
-    let archive = pack(&dist, &name)?;
+    let archive = pack(&archives, &name)?;
     println!("{}", archive.display());
     Ok(())
 }
 
 /// Packs a folder, the same bytes for the same files.
-fn pack(dist: &Path, name: &str) -> Result<PathBuf, Box<dyn Error>> {
-    let archive = dist.join(format!("{name}.tar.gz"));
+fn pack(archives: &Path, name: &str) -> Result<PathBuf, Box<dyn Error>> {
+    let archive = archives.join(format!("{name}.tar.gz"));
     let mut builder = tar::Builder::new(GzEncoder::new(
         fs::File::create(&archive)?,
         Compression::best(),
@@ -98,7 +102,7 @@ fn pack(dist: &Path, name: &str) -> Result<PathBuf, Box<dyn Error>> {
     let mut folders = vec![PathBuf::from(name)];
     while let Some(folder) = folders.pop() {
         let mut entries: Vec<_> =
-            fs::read_dir(dist.join(&folder))?.collect::<Result<Vec<_>, _>>()?;
+            fs::read_dir(archives.join(&folder))?.collect::<Result<Vec<_>, _>>()?;
         entries.sort_by_key(fs::DirEntry::file_name);
         for entry in entries {
             let path = folder.join(entry.file_name());

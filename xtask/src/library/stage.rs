@@ -37,7 +37,7 @@ pub(crate) fn stage(
     let mut build = Command::new(&cargo);
     build
         .current_dir(root)
-        .args(["build", "--locked", "--release"]);
+        .args(["build", "--locked", "--profile", dist::PROFILE]);
     let packages = FAMILIES.map(|(family, _)| format!("magician-capi-{family}"));
     build.args(packages.iter().flat_map(|name| ["--package", name]));
     let mut built = metadata.target_directory.clone();
@@ -46,7 +46,7 @@ pub(crate) fn stage(
         built.push(target);
     }
     dist::run(&mut build)?;
-    built.push("release");
+    built.push(dist::PROFILE);
     let target = target.unwrap_or(&metadata.host);
     let folder = folder.map_or_else(
         || {
