@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::Once;
 
+use magician::protocol::visible_lines;
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::filter::LevelFilter;
@@ -72,8 +73,10 @@ where
             _ => "",
         };
         write!(writer, "DobotDll: {level}")?;
-        context.format_fields(writer.by_ref(), event)?;
-        writeln!(writer)
+        // What an arm says of itself may be among them.
+        let mut fields = String::new();
+        context.format_fields(Writer::new(&mut fields), event)?;
+        writeln!(writer, "{}", visible_lines(fields))
     }
 }
 

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use magician::protocol::visible_lines;
 use tracing::Level;
 
 use crate::code::{Code, Fault, Outcome};
@@ -159,11 +160,19 @@ pub(crate) fn recall(sentence: String) {
     let _ = LAST.try_with(|last| last.replace(sentence));
 }
 
-/// The message with the function's name before it, which the driver may have put there: most commands bear it.
+/// The message with the function's name before it, which the driver may have put there: most commands bear it. It may
+/// quote what a program or an arm said; programs print it.
 fn named(function: &str, message: &str) -> String {
-    match message.strip_prefix(function) {
-        Some(rest) if rest.starts_with(": ") => message.to_owned(),
-        _ => format!("{function}: {message}"),
+    let message = visible_lines(message);
+    match message.to_string() {
+        message
+            if message
+                .strip_prefix(function)
+                .is_some_and(|rest| rest.starts_with(": ")) =>
+        {
+            message
+        }
+        message => format!("{function}: {message}"),
     }
 }
 
@@ -197,5 +206,11 @@ mod tests {
             "GetPose: GetPoseL: gone"
         );
         assert_eq!(named("GetPose", "gone"), "GetPose: gone");
+    }
+
+    #[test]
+    fn what_an_arm_said_is_quoted_harmlessly() {
+        let quoted = named("GetPose", "the arm \x1b]0;x\x07 is gone");
+        assert_eq!(quoted, r"GetPose: the arm \u{1b}]0;x\u{7} is gone");
     }
 }

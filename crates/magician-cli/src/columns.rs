@@ -2,6 +2,8 @@
 
 use std::fmt::Display;
 
+use magician_protocol::visible;
+
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -24,10 +26,10 @@ impl Columns {
         }
     }
 
-    /// Adds a line.
+    /// Adds a line. What would break it, or a terminal obey, is made visible before it is measured.
     pub(crate) fn row<C: Display>(&mut self, cells: impl IntoIterator<Item = C>) {
-        self.rows
-            .push(cells.into_iter().map(|cell| cell.to_string()).collect());
+        let cells = cells.into_iter().map(|cell| visible(cell).to_string());
+        self.rows.push(cells.collect());
     }
 
     /// Width of a column that is not the last of its row.

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use magician_program::{Origin, Problem};
+use magician_protocol::{is_deceptive, visible, visible_lines};
 use miette::{
     Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError,
     MietteSpanContents, Severity, SourceCode, SourceSpan, SpanContents,
@@ -37,11 +38,15 @@ fn draw_with(
         Some(_) => problem.message.clone(),
         None => format!("{file}: {problem}"),
     };
+    // The library colours the drawing, so that what it is given has to be harmless before.
     let figure = Figure {
-        message,
+        message: visible_lines(message).to_string(),
         severity,
-        help: problem.help.clone(),
-        label: problem.name.clone(),
+        help: problem
+            .help
+            .as_ref()
+            .map(|help| visible_lines(help).to_string()),
+        label: problem.name.as_ref().map(|name| visible(name).to_string()),
         excerpt,
     };
     let mut drawn = String::new();
@@ -158,7 +163,7 @@ impl Excerpt {
             span = (text.len() - 1, text.len());
         }
         Some(Self {
-            file: file.to_owned(),
+            file: visible(file).to_string(),
             line: origin.line as usize,
             column: origin.column as usize,
             text,
@@ -167,11 +172,11 @@ impl Excerpt {
     }
 }
 
-/// What a terminal would obey is not shown to it.
+/// What a terminal would obey is not shown to it. One sign stays one, so that the columns are those of the file.
 fn plain(sign: char) -> char {
     match sign {
         '\t' => ' ',
-        sign if sign.is_control() => char::REPLACEMENT_CHARACTER,
+        sign if is_deceptive(sign) => char::REPLACEMENT_CHARACTER,
         sign => sign,
     }
 }

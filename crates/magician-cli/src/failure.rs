@@ -8,7 +8,7 @@ use magician::ErrorKind;
 use magician_motion::MotionError;
 use serde::Serialize;
 
-use crate::output::Paint;
+use crate::output::{Paint, write_json};
 
 /// Whose problem it is. The exit status and the name in JSON follow from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -180,18 +180,19 @@ impl Failure {
                 figures: self.figures.as_deref(),
             },
         };
-        serde_json::to_writer(&mut *to, &report)?;
+        write_json(&mut *to, &report)?;
         writeln!(to)
     }
 
     fn write_text(&self, to: &mut impl Write, paint: Paint) -> io::Result<()> {
+        let message = paint.harmless(&self.message);
         match &self.drawn {
             Some(picture) => writeln!(to, "{}", picture.trim_end())?,
-            None if self.kind == Kind::Interrupted => writeln!(to, "{}", self.message)?,
-            None => writeln!(to, "{} {}", paint.error("error:"), self.message)?,
+            None if self.kind == Kind::Interrupted => writeln!(to, "{message}")?,
+            None => writeln!(to, "{} {message}", paint.error("error:"))?,
         }
         match &self.hint {
-            Some(hint) => writeln!(to, "{} {hint}", paint.dim("hint:")),
+            Some(hint) => writeln!(to, "{} {}", paint.dim("hint:"), paint.harmless(hint)),
             None => Ok(()),
         }
     }

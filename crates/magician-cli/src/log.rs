@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use magician_protocol::visible_lines;
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::filter::LevelFilter;
 use tracing_subscriber::fmt::format::Writer;
@@ -52,7 +53,8 @@ where
             Level::WARN => write!(writer, "{} ", paint.note("warning:"))?,
             _ => write!(writer, "{} ", paint.dim("log:"))?,
         }
-        context.format_fields(writer.by_ref(), event)?;
-        writeln!(writer)
+        let mut fields = String::new();
+        context.format_fields(Writer::new(&mut fields), event)?;
+        writeln!(writer, "{}", visible_lines(fields))
     }
 }

@@ -4,7 +4,9 @@ use std::fmt::{self, Display};
 use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
 
 use clap::builder::StyledStr;
+use magician_protocol::{is_deceptive, visible_lines};
 use serde::Serialize;
+use serde_json::ser::{CompactFormatter, Formatter};
 
 use crate::failure::Failure;
 
@@ -42,6 +44,16 @@ pub(crate) fn draws_on_stderr() -> bool {
     obeys(&io::stderr()) && utf8 && !dumb
 }
 
+/// The colours that there are.
+const ERROR: &str = "1;31";
+const GOOD: &str = "32";
+const NAME: &str = "1";
+const DIM: &str = "2";
+const NOTE: &str = "33";
+const HEADING: &str = "1;4";
+/// All that this program says to a terminal in a line of text.
+const SEQUENCES: [&str; 7] = [ERROR, GOOD, NAME, DIM, NOTE, HEADING, "0"];
+
 /// A text in a colour.
 struct Painted<T> {
     text: T,
@@ -70,6 +82,27 @@ impl Paint {
         }
     }
 
+    /// The text as a terminal may be given it: it obeys our own colours and nothing else, whatever an arm is called and
+    /// whatever stands in a file. Every line for people goes through here.
+    pub(crate) fn harmless(self, text: impl Display) -> String {
+        let text = text.to_string();
+        if !text.contains(is_deceptive) {
+            return text;
+        }
+        let mut pieces = text.split('\x1b');
+        let mut to = visible_lines(pieces.next().unwrap_or_default()).to_string();
+        for piece in pieces {
+            let ours = piece
+                .strip_prefix('[')
+                .and_then(|code| code.split_once('m'));
+            match ours.filter(|(code, _)| self.on && SEQUENCES.contains(code)) {
+                Some((code, rest)) => to += &format!("\x1b[{code}m{}", visible_lines(rest)),
+                None => to += &format!("{}{}", visible_lines('\x1b'), visible_lines(piece)),
+            }
+        }
+        to
+    }
+
     /// Whether there are colours.
     pub(crate) fn is_on(self) -> bool {
         self.on
@@ -88,32 +121,73 @@ impl Paint {
 
     /// What an error begins with, and what is wrong in a list.
     pub(crate) fn error(self, text: impl Display) -> impl Display {
-        self.with("1;31", text)
+        self.with(ERROR, text)
     }
 
     /// What is as it should be.
     pub(crate) fn good(self, text: impl Display) -> impl Display {
-        self.with("32", text)
+        self.with(GOOD, text)
     }
 
     /// What a list is about.
     pub(crate) fn name(self, text: impl Display) -> impl Display {
-        self.with("1", text)
+        self.with(NAME, text)
     }
 
     /// What only accompanies.
     pub(crate) fn dim(self, text: impl Display) -> impl Display {
-        self.with("2", text)
+        self.with(DIM, text)
     }
 
     /// What deserves a look.
     pub(crate) fn note(self, text: impl Display) -> impl Display {
-        self.with("33", text)
+        self.with(NOTE, text)
     }
 
     /// A heading.
     pub(crate) fn heading(self, text: impl Display) -> impl Display {
-        self.with("1;4", text)
+        self.with(HEADING, text)
+    }
+}
+
+/// Writes a line for people to stderr. A stderr that cannot be written to is no reason to stop.
+pub(crate) fn tell(text: impl Display) {
+    let text = Paint::for_stderr().harmless(text);
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
+/// Writes a value as JSON that a terminal obeys nothing of: JSON itself escapes C0 alone.
+pub(crate) fn write_json(to: impl Write, value: &impl Serialize) -> serde_json::Result<()> {
+    value.serialize(&mut serde_json::Serializer::with_formatter(to, Harmless))
+}
+
+/// The same as text.
+pub(crate) fn json(value: &impl Serialize) -> String {
+    let mut bytes = Vec::new();
+    // Neither a string nor a number of ours has no form in JSON.
+    let _ = write_json(&mut bytes, value);
+    String::from_utf8(bytes).unwrap_or_default()
+}
+
+struct Harmless;
+
+impl Formatter for Harmless {
+    fn write_string_fragment<W: Write + ?Sized>(
+        &mut self,
+        to: &mut W,
+        text: &str,
+    ) -> io::Result<()> {
+        let mut rest = text;
+        while let Some(at) = rest.find(is_deceptive) {
+            let (plain, from) = rest.split_at(at);
+            CompactFormatter.write_string_fragment(to, plain)?;
+            let mut signs = from.chars();
+            for unit in signs.next().unwrap_or_default().encode_utf16(&mut [0; 2]) {
+                write!(to, "\\u{unit:04x}")?;
+            }
+            rest = signs.as_str();
+        }
+        CompactFormatter.write_string_fragment(to, rest)
     }
 }
 
@@ -160,12 +234,13 @@ impl Output {
 
     /// Writes a line.
     pub(crate) fn line(&mut self, text: impl Display) -> Result<(), Failure> {
+        let text = self.paint.harmless(text);
         Ok(writeln!(self.to, "{text}")?)
     }
 
     /// Writes one object on a line.
     pub(crate) fn json(&mut self, value: &impl Serialize) -> Result<(), Failure> {
-        serde_json::to_writer(&mut self.to, value)?;
+        write_json(&mut self.to, value)?;
         self.line("")
     }
 
@@ -191,5 +266,38 @@ impl Write for Output {
 
     fn flush(&mut self) -> io::Result<()> {
         self.to.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOSTILE: &str = "\x1b]0;mine\x07 \x1b[31mred \u{9b}2J \x7f \u{202e}gnp.exe\r";
+
+    #[test]
+    fn a_terminal_obeys_no_more_than_our_own_colours() {
+        let shown =
+            |paint: Paint| paint.harmless(format_args!("{} is {HOSTILE}", paint.name("arm")));
+        let escaped = r"\u{1b}]0;mine\u{7} \u{1b}[31mred \u{9b}2J \u{7f} \u{202e}gnp.exe\u{d}";
+        assert_eq!(shown(Paint { on: false }), format!("arm is {escaped}"));
+        assert_eq!(
+            shown(Paint { on: true }),
+            format!("\x1b[1marm\x1b[0m is {escaped}")
+        );
+        // Without colours not even ours are obeyed: nobody has sent them.
+        let ours = Paint { on: false }.harmless("\x1b[1mbold");
+        assert_eq!(ours, r"\u{1b}[1mbold");
+    }
+
+    #[test]
+    fn json_escapes_what_a_terminal_obeys_and_reads_back_the_same() {
+        let value = serde_json::json!({"name": HOSTILE, "tag": "\u{e0041}\n\"ä\\"});
+        let text = json(&value);
+        assert!(!text.contains(is_deceptive), "{text:?}");
+        assert_eq!(
+            serde_json::from_str::<serde_json::Value>(&text).unwrap(),
+            value
+        );
     }
 }

@@ -1,5 +1,7 @@
 use std::fmt;
 
+use magician_protocol::{visible, visible_lines};
+
 use crate::Origin;
 use crate::formats::NEEDS_START;
 
@@ -57,7 +59,7 @@ impl Problem {
     }
 }
 
-/// `line 3, column 5 (outline): what`.
+/// `line 3, column 5 (outline): what`. A terminal obeys nothing of what is quoted from the file.
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Origin { line, column, .. } = self.origin;
@@ -68,12 +70,12 @@ impl fmt::Display for Problem {
         }
         if let Some(name) = &self.name {
             let space = if self.origin.is_known() { " " } else { "" };
-            write!(f, "{space}({name})")?;
+            write!(f, "{space}({})", visible(name))?;
         }
         if self.origin.is_known() || self.name.is_some() {
             f.write_str(": ")?;
         }
-        f.write_str(&self.message)
+        visible_lines(&self.message).fmt(f)
     }
 }
 

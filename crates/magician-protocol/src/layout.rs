@@ -2,7 +2,8 @@ use core::fmt;
 
 use crate::alarm::AlarmSet;
 use crate::list::PoList;
-use crate::text::until_nul;
+use crate::text::{Lossy, until_nul};
+use crate::visible::visible;
 use crate::wire::{EnumInfo, FieldType, Reader, Scalar, Wire};
 use crate::{DecodeError, Writer};
 
@@ -310,7 +311,7 @@ impl<'a> FieldValue<'a> {
 
 impl fmt::Display for FieldValue<'_> {
     /// As the command line takes it: arrays with commas, outputs as `50:4:1,75:5:0`; a named
-    /// value of an enum is followed by its name.
+    /// value of an enum is followed by its name. Text is [`visible`].
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unsigned(number) => number.fmt(f),
@@ -327,15 +328,7 @@ impl fmt::Display for FieldValue<'_> {
                 }
                 Ok(())
             }
-            Self::Text(bytes) => {
-                for chunk in bytes.utf8_chunks() {
-                    f.write_str(chunk.valid())?;
-                    if !chunk.invalid().is_empty() {
-                        f.write_str("\u{FFFD}")?;
-                    }
-                }
-                Ok(())
-            }
+            Self::Text(bytes) => visible(Lossy(bytes)).fmt(f),
             Self::Bytes(bytes) => {
                 for byte in *bytes {
                     write!(f, "{byte:02X}")?;

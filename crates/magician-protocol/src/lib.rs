@@ -58,6 +58,7 @@ mod serialize;
 #[macro_use]
 mod table;
 mod text;
+mod visible;
 mod wire;
 
 pub mod commands;
@@ -81,5 +82,6 @@ pub use message::{QueuedCmdIndex, Request};
 pub use parse::{ParseError, encode_text};
 pub use row::{Chapter, Confidence, NameError, Row, Source};
 pub use text::{Bytes, Text};
+pub use visible::{Visible, is_deceptive, visible, visible_lines};
 pub use wire::{EnumInfo, FieldType, Layout, NoArgs, Reader, Scalar, Variant, Wire, Writer};
 pub use wire::{Queueable, Readable, Writable};

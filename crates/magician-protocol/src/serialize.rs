@@ -1,6 +1,7 @@
 use serde::ser::{Serialize, SerializeMap, SerializeSeq, Serializer};
 
 use crate::layout::{FieldValue, Fields};
+use crate::text::Lossy;
 use crate::{DecodeError, Description, Layout, MAX_PARAMS, Writer};
 
 impl Serialize for FieldValue<'_> {
@@ -14,7 +15,8 @@ impl Serialize for FieldValue<'_> {
             Self::Float(number) => serializer.collect_str(number),
             Self::Flag(byte) | Self::Enum(_, byte) => serializer.serialize_u8(*byte),
             Self::Array(..) => serializer.collect_seq(self.items()),
-            Self::Text(_) | Self::Bytes(_) => serializer.collect_str(self),
+            Self::Text(bytes) => serializer.collect_str(&Lossy(bytes)),
+            Self::Bytes(_) => serializer.collect_str(self),
             Self::Alarms(alarms) => serializer.collect_seq(alarms.as_bytes()),
             Self::Outputs(list) => {
                 let mut entries = serializer.serialize_seq(Some(list.as_slice().len()))?;

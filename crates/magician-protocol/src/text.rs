@@ -45,11 +45,33 @@ impl Text {
         core::str::from_utf8(self.as_bytes())
     }
 
+    /// The text as it came, with U+FFFD for what is not UTF-8: for programs. People are shown the text itself, whose
+    /// `Display` escapes what a terminal would obey.
+    #[must_use]
+    pub fn lossy(&self) -> impl fmt::Display + '_ {
+        Lossy(self.as_bytes())
+    }
+
     /// The text cut to `max` bytes.
     #[must_use]
     pub fn truncated(&self, max: usize) -> Self {
         let bytes = self.as_bytes();
         Self::cut(bytes.get(..max).unwrap_or(bytes))
+    }
+}
+
+/// Bytes as text, with U+FFFD for what is not UTF-8.
+pub(crate) struct Lossy<'a>(pub(crate) &'a [u8]);
+
+impl fmt::Display for Lossy<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for chunk in self.0.utf8_chunks() {
+            f.write_str(chunk.valid())?;
+            if !chunk.invalid().is_empty() {
+                f.write_str("\u{FFFD}")?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -82,6 +104,7 @@ impl Default for Text {
     }
 }
 
+/// For people: what a terminal would obey is [`visible`](crate::visible).
 impl fmt::Display for Text {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         crate::FieldValue::Text(self.as_bytes()).fmt(f)

@@ -2,7 +2,7 @@ use std::fmt;
 use std::io;
 
 use magician_motion::{MotionError, Unreachable};
-use magician_protocol::{Alarm, AlarmSet, DecodeError, EncodeError};
+use magician_protocol::{Alarm, AlarmSet, DecodeError, EncodeError, visible_lines};
 
 /// What the driver returns.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -307,13 +307,14 @@ fn span(from: u64, to: u64) -> String {
 /// What a `main` that returns the error prints: the sentence, not the parts.
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ({})", self.0.message, self.kind())
+        write!(f, "{self} ({})", self.kind())
     }
 }
 
+/// A sentence may quote an arm, a file or a port; a terminal obeys nothing of that.
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0.message)
+        visible_lines(&self.0.message).fmt(f)
     }
 }
 
@@ -370,6 +371,14 @@ mod tests {
         );
         assert!(message.contains("magician alarms --clear"));
         assert!(error.alarms().is_some_and(|alarms| alarms.contains(0x12)));
+    }
+
+    #[test]
+    fn a_terminal_obeys_nothing_that_a_message_quotes() {
+        let error = Error::invalid("no arm `\x1b[2J\u{202e}`").with_command("Get\x07");
+        let message = r"Get\u{7}: no arm `\u{1b}[2J\u{202e}`";
+        assert_eq!(error.to_string(), message);
+        assert_eq!(format!("{error:?}"), format!("{message} (invalid-input)"));
     }
 
     #[test]

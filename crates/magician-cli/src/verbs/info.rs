@@ -63,8 +63,13 @@ async fn read(arm: &Arm) -> Result<Answer, Failure> {
     ];
     Ok(Answer {
         port: arm.name().to_owned(),
-        device_name: arm.get::<DeviceName>().await?.device_name.to_string(),
-        device_sn: arm.get::<DeviceSn>().await?.device_sn.to_string(),
+        device_name: arm
+            .get::<DeviceName>()
+            .await?
+            .device_name
+            .lossy()
+            .to_string(),
+        device_sn: arm.get::<DeviceSn>().await?.device_sn.lossy().to_string(),
         firmware: numbers.map(|number| number.to_string()).join("."),
         device_id: device_id(arm).await?,
         uptime_ms: arm.get::<DeviceTime>().await?.g_systick,

@@ -14,7 +14,7 @@ use super::pose::rate;
 use crate::args::{number, seconds};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::output::{obeys, width_of_stderr};
+use crate::output::{obeys, tell, width_of_stderr};
 use crate::recording::{Format, Options, Recorder, Summary, Tally};
 
 /// Between two looks at how far it is.
@@ -147,11 +147,11 @@ struct Live {
 
 impl Live {
     fn begin(json: bool, file: &std::path::Path, timed: bool) -> Self {
-        let mut stderr = io::stderr().lock();
+        let stderr = io::stderr();
         let on = !json && stderr.is_terminal() && obeys(&stderr);
         if !json {
             let end = if timed { "" } else { "; Ctrl-C ends it" };
-            let _ = writeln!(stderr, "recording {}{end}", file.display());
+            tell(format_args!("recording {}{end}", file.display()));
         }
         Self {
             on,

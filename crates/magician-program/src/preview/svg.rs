@@ -2,6 +2,8 @@
 
 use std::fmt::{Display, Write};
 
+use magician_protocol::visible;
+
 use super::track::Track;
 
 /// A picture as it is written.
@@ -155,15 +157,14 @@ impl Svg {
     }
 }
 
+/// What XML has no place for, and what would turn the text around, is [`visible`].
 fn escape(text: &str, to: &mut String) {
-    for letter in text.chars() {
+    for letter in visible(text).to_string().chars() {
         match letter {
             '&' => to.push_str("&amp;"),
             '<' => to.push_str("&lt;"),
             '>' => to.push_str("&gt;"),
             '"' => to.push_str("&quot;"),
-            // What XML has no place for.
-            letter if letter.is_control() => to.push(' '),
             letter => to.push(letter),
         }
     }

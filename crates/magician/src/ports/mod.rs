@@ -7,6 +7,8 @@
 use std::fmt;
 use std::path::Path;
 
+use magician_protocol::visible;
+
 use crate::{Error, ErrorKind, Result};
 
 #[cfg(any(target_os = "macos", test))]
@@ -72,10 +74,10 @@ impl fmt::Display for Port {
         let Some(usb) = &self.usb else { return Ok(()) };
         write!(f, " (USB {:04x}:{:04x}", usb.vendor, usb.product)?;
         if let Some(serial) = &usb.serial {
-            write!(f, ":{serial}")?;
+            write!(f, ":{}", visible(serial))?;
         }
         if let Some(name) = &usb.name {
-            write!(f, " {name}")?;
+            write!(f, " {}", visible(name))?;
         }
         f.write_str(if self.likely_arm() {
             ", likely an arm)"

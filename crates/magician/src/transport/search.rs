@@ -4,7 +4,7 @@ use std::future::poll_fn;
 use std::time::Duration;
 
 use magician_protocol::commands::DeviceSn;
-use magician_protocol::{Deframer, Event, FrameBuf, NoArgs, Readable};
+use magician_protocol::{Deframer, Event, FrameBuf, NoArgs, Readable, visible};
 use tokio::time::timeout;
 
 use super::Transport;
@@ -63,7 +63,7 @@ pub(super) async fn arm(wanted: &str, candidates: &[Port]) -> Result<(String, Se
         };
         match serial_number(&mut port).await {
             Some(serial) if serial.eq_ignore_ascii_case(wanted) => return Ok((path.clone(), port)),
-            Some(serial) => seen.push(format!("on {path} is the arm {}", printable(&serial))),
+            Some(serial) => seen.push(format!("on {path} is the arm {}", visible(&serial))),
             None => seen.push(format!("{path} does not answer")),
         }
     }
@@ -113,16 +113,10 @@ async fn exchange(
                 && frame.id() == DeviceSn::ROW.id
                 && let Ok(answer) = frame.read::<DeviceSn>()
             {
-                let serial = String::from_utf8_lossy(answer.device_sn.as_bytes());
-                return Some(serial.into_owned());
+                return Some(answer.device_sn.lossy().to_string());
             }
         }
     }
-}
-
-/// What a stranger says, without what a terminal would obey.
-fn printable(text: &str) -> String {
-    text.chars().filter(|char| !char.is_control()).collect()
 }
 
 #[cfg(all(test, unix, feature = "sim"))]

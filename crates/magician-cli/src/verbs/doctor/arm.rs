@@ -56,12 +56,14 @@ async fn identity(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<()
         version.revision,
     ];
     let firmware = firmware.map(|number| number.to_string()).join(".");
-    let name = arm.get::<DeviceName>().await?.device_name.to_string();
-    let number = arm.get::<DeviceSn>().await?.device_sn.to_string();
+    let name = arm.get::<DeviceName>().await?.device_name;
+    let number = arm.get::<DeviceSn>().await?.device_sn;
     let seconds = arm.get::<DeviceTime>().await?.g_systick / 1000;
     let text = format!("{name}, serial number {number}, firmware {firmware}, on for {seconds} s");
-    let value =
-        json!({"name": name, "serial_number": number, "firmware": firmware, "uptime_s": seconds});
+    let value = json!({
+        "name": name.lossy().to_string(), "serial_number": number.lossy().to_string(),
+        "firmware": firmware, "uptime_s": seconds,
+    });
     report.add(Finding::good("identity", text).value(value), out)
 }
 

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
-use crate::output::{Output, draws_on_stderr, obeys};
+use crate::output::{Output, draws_on_stderr, obeys, tell};
 
 /// Between two lines where there is no bar.
 const LINES: Duration = Duration::from_secs(3);
@@ -99,12 +99,8 @@ impl<'o> Teller<'o> {
             return;
         }
         match &self.bar {
-            Some(bar) => bar.suspend(|| {
-                let _ = writeln!(io::stderr(), "{text}");
-            }),
-            None => {
-                let _ = writeln!(io::stderr(), "{text}");
-            }
+            Some(bar) => bar.suspend(|| tell(text)),
+            None => tell(text),
         }
     }
 }

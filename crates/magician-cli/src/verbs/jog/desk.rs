@@ -251,7 +251,6 @@ pub(crate) async fn tools(arm: &Arm) -> Result<Tools, Failure> {
 pub(crate) async fn title(arm: &Arm) -> Result<String, Failure> {
     let name = known(arm.get::<DeviceName>().await)?.map(|name| name.device_name.to_string());
     let name = name.unwrap_or_default();
-    let name: String = name.chars().filter(|sign| !sign.is_control()).collect();
     Ok(match name.is_empty() {
         true => arm.name().to_owned(),
         false => format!("{} | {name}", arm.name()),

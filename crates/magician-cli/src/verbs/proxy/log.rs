@@ -10,7 +10,7 @@ use magician_sim::serve::{Endpoint, Notice};
 use serde_json::{Map, Value, json};
 
 use super::tape::wall_clock;
-use crate::output::Paint;
+use crate::output::{self, Paint, tell};
 use crate::serving::serving;
 use crate::verbs::decode::{hex, word};
 
@@ -116,10 +116,10 @@ impl Log {
 
     fn say(&self, object: Value, text: impl FnOnce() -> String) {
         let line = match self.style.json {
-            true => object.to_string(),
+            true => output::json(&object),
             false => text(),
         };
-        let _ = writeln!(io::stderr().lock(), "{line}");
+        tell(line);
     }
 
     /// Shows something that passed, or did not.
@@ -224,7 +224,7 @@ impl Log {
     }
 
     fn object(&mut self, object: Value) {
-        self.text += &object.to_string();
+        self.text += &output::json(&object);
         self.text.push('\n');
     }
 
@@ -235,7 +235,9 @@ impl Log {
         let time = format!("{seconds:>5}.{micros:06}");
         let time = self.paint.dim(time).to_string();
         let width = self.width;
-        self.text += &format!("{time}  {who:<width$}  {rest}\n");
+        let line = format_args!("{time}  {who:<width$}  {rest}");
+        self.text += &self.paint.harmless(line);
+        self.text.push('\n');
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a replay came to, for people and as JSON.
 
-use magician_protocol::FieldValue;
+use magician_protocol::{FieldValue, visible};
 use magician_sim::replay::{Difference, Report, What};
 use serde::Serialize;
 
@@ -56,7 +56,7 @@ impl<'o> Teller<'o> {
             return self.out.json(&Found::of(found));
         }
         let (seconds, micros) = (found.time / 1_000_000, found.time % 1_000_000);
-        let link = found.link.escape_debug();
+        let link = visible(&found.link);
         let place = self
             .out
             .paint

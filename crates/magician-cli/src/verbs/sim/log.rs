@@ -1,12 +1,13 @@
 //! What the virtual arm does, in lines on stderr or in the picture.
 
-use std::io::{self, Write};
 use std::sync::Arc;
 
+use magician_protocol::visible;
 use magician_sim::serve::{Endpoint, Notice};
 use magician_sim::{Event, Identity, Scenario, Speed};
 
 use super::tui::Feed;
+use crate::output::tell;
 use crate::serving::serving;
 
 /// What kind of arm is served.
@@ -104,8 +105,8 @@ impl Log {
     /// A stderr that cannot be written to is no reason to stop serving.
     fn say(&self, line: &str) {
         match &self.feed {
-            Some(feed) => feed.say(line.to_owned()),
-            None => drop(writeln!(io::stderr().lock(), "{}{line}", self.arm)),
+            Some(feed) => feed.say(visible(line).to_string()),
+            None => tell(format_args!("{}{line}", self.arm)),
         }
     }
 

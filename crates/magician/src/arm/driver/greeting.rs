@@ -97,7 +97,7 @@ impl Greeting {
 
 /// A serial number that can tell one arm from another.
 pub(super) fn serial_number(params: &[u8]) -> Option<String> {
-    let said = DeviceSn::decode(params).ok()?.device_sn.to_string();
+    let said = DeviceSn::decode(params).ok()?.device_sn.lossy().to_string();
     let said = said.trim();
     (!said.is_empty()).then(|| said.to_owned())
 }

@@ -1,0 +1,140 @@
+use core::fmt::{self, Display, Write};
+
+/// Whether a terminal obeys this character, or shows the text around it otherwise than it is: control characters (C0, DEL, C1),
+/// marks that turn the direction of writing, and characters that take no place. The two joiners, which words and emoji
+/// are spelt with, are none of them.
+///
+/// ```
+/// use magician_protocol::is_deceptive;
+///
+/// assert!(is_deceptive('\u{1b}') && is_deceptive('\u{202e}'));
+/// assert!(!is_deceptive('ä') && !is_deceptive('中'));
+/// ```
+#[must_use]
+pub const fn is_deceptive(sign: char) -> bool {
+    matches!(
+        sign,
+        '\0'..='\u{1f}'
+            | '\u{7f}'..='\u{9f}'
+            | '\u{ad}'
+            | '\u{61c}'
+            | '\u{180e}'
+            | '\u{200b}'
+            | '\u{200e}'..='\u{200f}'
+            | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}'
+            | '\u{feff}'
+            | '\u{fff9}'..='\u{fffb}'
+            | '\u{e0000}'..='\u{e007f}'
+    )
+}
+
+/// Text from outside (an arm, a file, a network) as a person may be shown it: what [`is_deceptive`] comes out as `\u{1b}`.
+/// Everything that shows such text goes through this.
+#[derive(Clone, Copy, Debug)]
+pub struct Visible<T> {
+    text: T,
+    lines: bool,
+}
+
+/// The text on one line: line feeds and tabs are escaped as well.
+///
+/// ```
+/// use magician_protocol::visible;
+///
+/// assert_eq!(visible("arm\x1b]0;mine\x07\n").to_string(), r"arm\u{1b}]0;mine\u{7}\u{a}");
+/// ```
+pub const fn visible<T: Display>(text: T) -> Visible<T> {
+    Visible { text, lines: false }
+}
+
+/// The text with the lines that it has: line feeds and tabs stay.
+pub const fn visible_lines<T: Display>(text: T) -> Visible<T> {
+    Visible { text, lines: true }
+}
+
+impl<T: Display> Display for Visible<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            Filter {
+                to: f,
+                lines: self.lines
+            },
+            "{}",
+            self.text
+        )
+    }
+}
+
+struct Filter<'a, 'f> {
+    to: &'a mut fmt::Formatter<'f>,
+    lines: bool,
+}
+
+impl Write for Filter<'_, '_> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        let lines = self.lines;
+        let stays = |sign| !is_deceptive(sign) || lines && matches!(sign, '\n' | '\t');
+        let mut rest = text;
+        while let Some(at) = rest.find(|sign| !stays(sign)) {
+            let (plain, from) = rest.split_at(at);
+            self.to.write_str(plain)?;
+            let mut signs = from.chars();
+            if let Some(sign) = signs.next() {
+                write!(self.to, "{}", sign.escape_unicode())?;
+            }
+            rest = signs.as_str();
+        }
+        self.to.write_str(rest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn no_control_character_of_any_kind_comes_through() {
+        for code in (0..0x20).chain(0x7f..0xa0) {
+            let sign = char::from(code);
+            let shown = visible(sign).to_string();
+            assert_eq!(shown, std::format!("\\u{{{code:x}}}"));
+        }
+        for sign in [
+            '\u{202e}',
+            '\u{2066}',
+            '\u{200f}',
+            '\u{2028}',
+            '\u{e0041}',
+            '\u{feff}',
+        ] {
+            assert!(visible(sign).to_string().starts_with("\\u{"), "{sign:?}");
+        }
+    }
+
+    #[test]
+    fn a_field_of_a_frame_is_visible_and_its_text_is_as_it_came() {
+        let name = crate::Text::new("a\x1b[2Jb").unwrap();
+        assert_eq!(name.to_string(), r"a\u{1b}[2Jb");
+        assert_eq!(name.lossy().to_string(), "a\x1b[2Jb");
+        let value = crate::FieldValue::Text(b"a\x1b\xff");
+        assert_eq!(value.to_string(), "a\\u{1b}\u{fffd}");
+    }
+
+    #[test]
+    fn what_people_write_stays_as_it_is() {
+        for text in [
+            "",
+            "Dobot Magician",
+            r"C:\arm.svg",
+            "Größe 中文 العربية",
+            "👩\u{200d}🔧",
+        ] {
+            assert_eq!(visible(text).to_string(), text);
+        }
+        assert_eq!(visible_lines("a\tb\nc\rd").to_string(), "a\tb\nc\\u{d}d");
+        assert_eq!(visible("a\tb\nc").to_string(), r"a\u{9}b\u{a}c");
+    }
+}
