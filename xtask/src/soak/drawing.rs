@@ -16,13 +16,15 @@ mod datagrams;
 #[path = "../../../crates/magician-program/tests/lossy/ink.rs"]
 mod ink;
 #[path = "../../../crates/magician-program/tests/lossy/programs.rs"]
-mod programs;
+pub(super) mod programs;
 #[path = "../../../crates/magician-program/tests/lossy/rig.rs"]
-mod rig;
+pub(super) mod rig;
+#[path = "../../../crates/magician-program/tests/lossy/sheet.rs"]
+pub(super) mod sheet;
 #[path = "../../../crates/magician-program/tests/lossy/troubles.rs"]
 mod troubles;
 #[path = "../../../crates/magician-program/tests/lossy/verdict.rs"]
-mod verdict;
+pub(super) mod verdict;
 
 use ink::{Ink, TRUE};
 use rig::{Trouble, draw, on_a_jumping_clock};

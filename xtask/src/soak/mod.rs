@@ -7,6 +7,7 @@ mod books;
 mod drawing;
 mod heap;
 mod hostile;
+mod lines;
 mod poses;
 mod program;
 mod resync;
@@ -42,7 +43,7 @@ struct Soak {
     run: fn(Scope) -> Result<Found, Box<dyn Error>>,
 }
 
-const SOAKS: [Soak; 12] = [
+const SOAKS: [Soak; 13] = [
     Soak {
         name: "r1",
         says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
@@ -114,6 +115,12 @@ const SOAKS: [Soak; 12] = [
         says: "programs that are drawn over lines of every kind of trouble",
         cases: 5_000,
         run: drawing::drawings,
+    },
+    Soak {
+        name: "lines",
+        says: "so many drawings over each kind of line, compared by length and holes: a table",
+        cases: 12,
+        run: lines::lines,
     },
 ];
 
@@ -199,7 +206,7 @@ mod tests {
     use super::*;
 
     /// Cases of each in a debug build.
-    const SHORT: [(&str, u64); 12] = [
+    const SHORT: [(&str, u64); 13] = [
         ("r1", 20_000),
         ("r1-stream", 10_000),
         ("r1-poses", 5_000),
@@ -212,6 +219,7 @@ mod tests {
         ("r6-host", 100_000),
         ("r7", 86_400),
         ("drawing", 25),
+        ("lines", 1),
     ];
 
     fn find(name: &str, cases: u64, seed: u64) -> Found {

@@ -1,5 +1,7 @@
 //! Drawings as what they are: ink along lines, in its order.
 
+use std::collections::HashMap;
+
 use magician::sim::world::{Drawing, StrokeKind};
 
 /// As far as a line that was followed in other steps may be from itself, mm: a drawing's corners are that true.
@@ -8,6 +10,11 @@ pub(crate) const TRUE: f64 = 0.02;
 const SAME: f64 = 1e-6;
 /// Between two looks along a line, mm.
 const LOOKS: f64 = 0.1;
+
+/// Width of the cells in which the nearest piece is looked for, mm.
+const CELL: f64 = 1.0;
+/// What is farther from everything than this is as far as anything can be, mm.
+const FARTHEST: f64 = 8.0;
 
 /// A straight piece of ink.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +93,27 @@ impl Ink {
             })
     }
 
+    /// What of this ink the other one lacks: length of what is farther from it than `within`, and how far its farthest
+    /// place is, mm.
+    pub(crate) fn beyond(&self, other: &Self, within: f64) -> (f64, f64) {
+        let cells = Cells::of(other);
+        let (mut length, mut worst) = (0.0, 0.0_f64);
+        for piece in self.pieces.iter().filter(|piece| piece.length() > SAME) {
+            let looks = (piece.length() / LOOKS).ceil();
+            for nth in 0..looks as u64 {
+                let share = (nth as f64 + 0.5) / looks;
+                let off = cells.distance(piece.at(share));
+                worst = worst.max(off);
+                length += if off > within {
+                    piece.length() / looks
+                } else {
+                    0.0
+                };
+            }
+        }
+        (length, worst)
+    }
+
     /// With the pieces of a straight line made one.
     fn joined(&self) -> Vec<Piece> {
         let mut joined: Vec<Piece> = Vec::new();
@@ -116,7 +144,65 @@ impl Ink {
     }
 }
 
+/// Pieces by where they are.
+struct Cells<'i> {
+    ink: &'i Ink,
+    cells: HashMap<[i64; 2], Vec<usize>>,
+}
+
+fn cell(at: [f64; 2]) -> [i64; 2] {
+    at.map(|at| (at / CELL).floor() as i64)
+}
+
+impl<'i> Cells<'i> {
+    fn of(ink: &'i Ink) -> Self {
+        let mut cells: HashMap<_, Vec<_>> = HashMap::new();
+        for (nth, piece) in ink.pieces.iter().enumerate() {
+            let (from, to) = (cell(piece.from), cell(piece.to));
+            for x in from[0].min(to[0])..=from[0].max(to[0]) {
+                for y in from[1].min(to[1])..=from[1].max(to[1]) {
+                    cells.entry([x, y]).or_default().push(nth);
+                }
+            }
+        }
+        Self { ink, cells }
+    }
+
+    /// How far a place is from the nearest piece, at most [`FARTHEST`].
+    fn distance(&self, at: [f64; 2]) -> f64 {
+        let [x, y] = cell(at);
+        let mut nearest = FARTHEST;
+        let mut ring = 0_i64;
+        // What is beyond so many rings of cells is farther away than that.
+        while (ring as f64 - 1.0) * CELL < nearest {
+            for dx in -ring..=ring {
+                for dy in -ring..=ring {
+                    if dx.abs().max(dy.abs()) < ring {
+                        continue;
+                    }
+                    let here = self.cells.get(&[x + dx, y + dy]).into_iter().flatten();
+                    let here = here.filter_map(|nth| self.ink.pieces.get(*nth));
+                    nearest = here.map(|piece| piece.distance(at)).fold(nearest, f64::min);
+                }
+            }
+            ring += 1;
+        }
+        nearest
+    }
+}
+
 impl Piece {
+    fn at(&self, share: f64) -> [f64; 2] {
+        [0, 1].map(|axis| self.from[axis] + share * (self.to[axis] - self.from[axis]))
+    }
+
+    fn distance(&self, at: [f64; 2]) -> f64 {
+        let way = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
+        let along = (at[0] - self.from[0]) * way[0] + (at[1] - self.from[1]) * way[1];
+        let share = along / self.length().powi(2).max(SAME * SAME);
+        apart(at, self.at(share.clamp(0.0, 1.0)))
+    }
+
     fn goes_on_with(&self, next: &Self) -> bool {
         let way = self.length() + next.length();
         self.kind == next.kind

@@ -6,6 +6,7 @@ mod datagrams;
 mod ink;
 mod programs;
 mod rig;
+mod sheet;
 mod troubles;
 mod verdict;
 

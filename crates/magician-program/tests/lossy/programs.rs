@@ -25,13 +25,37 @@ pub(crate) fn plan(samples: &Path, name: &str) -> Result<Plan, Problem> {
     let bytes = std::fs::read(&path)
         .map_err(|error| Problem::of_file(format!("{}: {error}", path.display())))?;
     let format = Format::of(name, &bytes).ok_or_else(|| Problem::of_file("of no format"))?;
-    let content = read(format, &bytes, &ReadOptions::default())?.content;
+    laid_out(name, format, &bytes)
+}
+
+/// What is hard to draw right over a bad line: long strokes with sharp corners, short segments along curves, and the pen
+/// lifted between them. `points` of it are on a curve.
+pub(crate) fn hard(points: u32) -> Result<Plan, Problem> {
+    let mut curve = String::new();
+    for point in 0..=points {
+        let turn = std::f64::consts::TAU * f64::from(point) / f64::from(points);
+        let radius = 22.0 + 8.0 * (5.0 * turn).cos();
+        let (x, y) = (40.0 + radius * turn.cos(), 35.0 + radius * turn.sin());
+        curve += &format!("{x:.3},{y:.3} ");
+    }
+    let svg = format!(
+        "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='70mm' viewBox='0 0 80 70'>\
+         <g fill='none' stroke='black'><polyline points='2,2 8,2 8,8 2,8 5,14 14,2'/>\
+         <polyline points='{curve}'/>\
+         <polyline points='66,2 78,2 70,8 78,14 66,14'/><polyline points='2,68 8,62 14,68 20,62 26,68'/></g></svg>"
+    );
+    laid_out("hard.svg", Format::Svg, svg.as_bytes())
+}
+
+fn laid_out(name: &str, format: Format, bytes: &[u8]) -> Result<Plan, Problem> {
+    let content = read(format, bytes, &ReadOptions::default())?.content;
     let mut setup = Setup::default();
     setup.usual_surface = Some(Surface::level(SURFACE));
     if let Content::Image(_) = content {
         setup.size = Size::Width(WIDTH);
     }
     let mut plan = setup.plan(format, content)?.content;
+    plan.title = name.to_owned();
     // An arm that restarts forgets which tool it has: it is told by the plan.
     plan.tool = Some(tool_of(&plan, &RehearseOptions::default()));
     Ok(plan)

@@ -15,7 +15,7 @@ use magician::{Arm, Error, ErrorKind, Options, Ran, Run, RunOptions, Set, Virtua
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_program::resume::{Mark, Seen, Span, Tally, Verdict};
 use magician_program::{Action, Plan, Step};
-use tokio::time::sleep;
+use tokio::time::{Instant, sleep};
 
 /// What a serial line is like: its speed, and how long the arm takes to answer, us.
 const SERIAL: Line = Line {
@@ -51,6 +51,8 @@ pub(crate) struct Outcome {
     pub(crate) steps: Option<Span>,
     /// Its drawing when it was gone on with from there, and the step, if that could be told.
     pub(crate) rest: Option<(usize, Drawing)>,
+    /// How long the run took, until it ended.
+    pub(crate) took: Duration,
     /// Requests sent, and sent again.
     pub(crate) requests: [u64; 2],
 }
@@ -64,10 +66,10 @@ pub(crate) fn on_a_jumping_clock<T>(work: impl Future<Output = T>) -> T {
     runtime.expect("a runtime has no needs").block_on(work)
 }
 
-/// The arm for a plan, at its own pace at the end of a serial line.
-fn cell(plan: &Plan) -> Result<VirtualArm, Error> {
+/// The arm for a plan, at so many times its own pace at the end of a serial line.
+fn cell(plan: &Plan, pace: f64) -> Result<VirtualArm, Error> {
     let arm = stage(plan, &RehearseOptions::default())?;
-    Ok(Runner::new(arm, Speed::Times(1.0), SERIAL).into())
+    Ok(Runner::new(arm, Speed::Times(pace), SERIAL).into())
 }
 
 fn drawn(cell: &VirtualArm) -> Drawing {
@@ -77,7 +79,12 @@ fn drawn(cell: &VirtualArm) -> Drawing {
 /// Runs a plan through trouble. What was interrupted goes on; what is over is gone on with from a step, if it can be told
 /// which, over a line that is good again.
 pub(crate) async fn draw(plan: &Plan, trouble: Trouble) -> Result<Outcome, Error> {
-    let cell = cell(plan)?;
+    draw_at(plan, trouble, 1.0).await
+}
+
+/// As [`draw`], with an arm that is so many times as fast as the host thinks: its queue runs dry early.
+pub(crate) async fn draw_at(plan: &Plan, trouble: Trouble, pace: f64) -> Result<Outcome, Error> {
+    let cell = cell(plan, pace)?;
     let options = (Options::default())
         .window(trouble.window)
         .faults(trouble.faults);
@@ -88,7 +95,9 @@ pub(crate) async fn draw(plan: &Plan, trouble: Trouble) -> Result<Outcome, Error
     let commands = (plan.commands()).inspect(move |_| pulled.set(pulled.get() + 1));
     let mut run = arm.begin(commands, RunOptions::default()).along(start);
     let mut between = Vec::new();
+    let begun = Instant::now();
     let end = ride.finish(&arm, &mut run, &cell, &mut between).await;
+    let took = begun.elapsed();
     let (stats, _) = arm.stats().await.unwrap_or_default();
     drop(run);
     let drawing = drawn(&cell);
@@ -98,6 +107,7 @@ pub(crate) async fn draw(plan: &Plan, trouble: Trouble) -> Result<Outcome, Error
         end,
         steps: None,
         rest: None,
+        took,
         requests: [stats.sent, stats.resent],
     };
     if outcome.end.is_err() {

@@ -230,10 +230,14 @@ impl Injector {
         let mut at = now;
         if self.strikes(self.faults.stall) {
             self.tally.stalls += 1;
-            at = now.saturating_add(
-                self.chunk_dice
-                    .below(self.faults.stall_for.saturating_add(1)),
-            );
+            let Faults {
+                stall_least,
+                stall_for,
+                ..
+            } = self.faults;
+            let more = stall_for.saturating_sub(stall_least);
+            let more = self.chunk_dice.below(more.saturating_add(1));
+            at = now.saturating_add(stall_least).saturating_add(more);
         }
         if wait {
             self.tally.swapped_chunks += 1;

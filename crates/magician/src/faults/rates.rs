@@ -22,7 +22,7 @@ use crate::{Error, Result};
 /// | `duplicate-chunk` | a chunk comes twice |
 /// | `swap-chunk` | a chunk lets the next one pass, for which it waits at most `hold-ms` (50): reordered, or late |
 /// | `late-chunk` | a chunk is late by up to `late-ms` (500), and others pass it meanwhile: datagrams |
-/// | `stall` | the line stands still at a chunk for up to `stall-ms` (100) |
+/// | `stall` | the line stands still at a chunk for `stall-min-ms` (0) to `stall-ms` (100) |
 /// | `rechunk` | a chunk comes in up to four pieces at different times, or in one with the next |
 /// | `unplug` | the plug is pulled at a chunk, for `unplug-ms` (200); it and what is under way are lost |
 /// | `reset` | the controller restarts at a chunk, which is lost |
@@ -73,6 +73,8 @@ pub struct Faults {
     pub hold_for: Micros,
     /// The longest delay of a chunk that is late by itself, us.
     pub late_for: Micros,
+    /// The shortest stall, us.
+    pub stall_least: Micros,
     /// The longest stall, us.
     pub stall_for: Micros,
     /// How long the plug stays out, us.
@@ -111,6 +113,7 @@ impl Faults {
         reset: 0.0,
         hold_for: 50_000,
         late_for: 500_000,
+        stall_least: 0,
         stall_for: 100_000,
         unplug_for: 200_000,
         only: None,
@@ -146,9 +149,10 @@ const RATES: [(&str, Field<f64>); 14] = [
 ];
 
 /// The keys of times.
-const TIMES: [(&str, Field<Micros>); 4] = [
+const TIMES: [(&str, Field<Micros>); 5] = [
     ("hold-ms", |faults| &mut faults.hold_for),
     ("late-ms", |faults| &mut faults.late_for),
+    ("stall-min-ms", |faults| &mut faults.stall_least),
     ("stall-ms", |faults| &mut faults.stall_for),
     ("unplug-ms", |faults| &mut faults.unplug_for),
 ];
@@ -201,6 +205,13 @@ impl Faults {
             return Err(Error::invalid(format!(
                 "the rates of bytes (replace, flip, drop, insert, duplicate, swap) are {bytes} \
                  together: at most 1"
+            )));
+        }
+        if self.stall_least > self.stall_for {
+            return Err(Error::invalid(format!(
+                "`stall-min-ms={}` is more than `stall-ms={}`",
+                self.stall_least / 1000,
+                self.stall_for / 1000
             )));
         }
         Ok(())
@@ -323,6 +334,7 @@ mod tests {
             ("flip=0.6,drop=0.6", "at most 1"),
             ("flip=0.1,flip=0.2", "twice"),
             ("stall-ms=1e3", "milliseconds"),
+            ("stall-min-ms=101", "more than `stall-ms=100`"),
             ("stall-ms=18446744073709551615", "60000"),
             ("only=both", "requests or replies"),
             ("seed=-1", "whole number"),

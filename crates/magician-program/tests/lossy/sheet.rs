@@ -1,0 +1,91 @@
+//! What came of many drawings over lines of one kind, measured on paper: one row of a table. Also used by
+//! `cargo xtask soak lines`.
+
+use std::time::Duration;
+
+use magician::sim::world::Drawing;
+
+use super::ink::Ink;
+
+/// As far off as nobody sees, mm: half the arm's repeatability.
+pub(crate) const NEAR: f64 = 0.1;
+
+/// How one drawing went.
+pub(crate) struct Passage<'d> {
+    /// What it should be, and what there is.
+    pub(crate) right: &'d Drawing,
+    pub(crate) drawn: &'d Drawing,
+    /// It said that it was done, without anybody's help.
+    pub(crate) done: bool,
+    /// How long it took, and how long it takes on a good line.
+    pub(crate) took: Duration,
+    pub(crate) usual: Duration,
+}
+
+/// Drawings over lines of one kind.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Row {
+    pub(crate) name: String,
+    pub(crate) runs: u64,
+    /// These said that they were done, without anybody's help.
+    pub(crate) done: u64,
+    /// These said so and are another drawing: something is missing, too much, or drawn twice.
+    pub(crate) wrong: u64,
+    /// Of the ones that were done: most that is missing and most that is too much, by length, and how far off their
+    /// farthest places are; how much longer or shorter all ink is at most; mm.
+    pub(crate) missing: f64,
+    pub(crate) extra: f64,
+    pub(crate) off: f64,
+    pub(crate) longer: f64,
+    /// The longest time, as a multiple of the usual one.
+    pub(crate) slowest: f64,
+}
+
+impl Row {
+    pub(crate) const HEAD: &'static str = "| line | runs | done | done and wrong | missing, mm | too much, mm | off, mm | \
+         length, mm | slowest |\n|---|---|---|---|---|---|---|---|---|";
+
+    pub(crate) fn new(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds a drawing; what is wrong with it if it says that it is done.
+    pub(crate) fn add(&mut self, passage: &Passage<'_>) -> Option<String> {
+        self.runs += 1;
+        if !passage.done {
+            return None;
+        }
+        self.done += 1;
+        let (right, drawn) = (Ink::of(passage.right), Ink::of(passage.drawn));
+        let (missing, hole) = right.beyond(&drawn, NEAR);
+        let (extra, stray) = drawn.beyond(&right, NEAR);
+        let longer = drawn.length() - right.length();
+        let slow = passage.took.as_secs_f64() / passage.usual.as_secs_f64().max(1e-3);
+        self.missing = self.missing.max(missing);
+        self.extra = self.extra.max(extra);
+        self.off = self.off.max(hole).max(stray);
+        self.longer = self.longer.max(longer.abs());
+        self.slowest = self.slowest.max(slow);
+        let wrong = missing > 0.0 || extra > 0.0 || longer.abs() > NEAR;
+        self.wrong += u64::from(wrong);
+        wrong.then(|| {
+            format!(
+                "{missing:.2} mm missing, {extra:.2} too much, {:.2} off, {longer:+.2} in all",
+                hole.max(stray)
+            )
+        })
+    }
+
+    pub(crate) fn line(&self) -> String {
+        let Self {
+            name, runs, done, ..
+        } = self;
+        format!(
+            "| {name} | {runs} | {done} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.1} |",
+            self.wrong, self.missing, self.extra, self.off, self.longer, self.slowest
+        )
+    }
+}
