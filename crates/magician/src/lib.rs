@@ -55,7 +55,7 @@ pub use arm::{
     RunOptions, StateOptions, StateWatch, Status, Stopper,
 };
 pub use error::{Error, ErrorKind, Result};
-pub use magician_motion::{ArmState, Geometry, JointAngles, Limits, ToolBias, Trajectory};
+pub use magician_motion::{ArmState, Geometry, JointAngles, Law, Limits, ToolBias, Trajectory};
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
 };

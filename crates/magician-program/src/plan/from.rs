@@ -250,7 +250,7 @@ impl<'p> Lead<'p> {
         let origin = Origin::NONE;
         self.steps = steps
             .into_iter()
-            .map(|action| Step { action, origin })
+            .map(|action| Step::new(action, origin))
             .collect();
         Ok(())
     }

@@ -10,10 +10,7 @@ impl Plan {
     pub fn joined(&self, other: &Self) -> Self {
         let mut plan = self.clone();
         if other.tool.is_some() && other.tool != plan.tool {
-            let told = other.preamble().map(|tool| Step {
-                action: tool.into(),
-                origin: Origin::NONE,
-            });
+            let told = other.preamble().map(|tool| Step::new(tool, Origin::NONE));
             plan.steps.extend(told);
         }
         if plan.surface != other.surface {

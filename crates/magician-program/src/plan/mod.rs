@@ -6,6 +6,7 @@ mod from;
 mod join;
 pub(crate) mod json;
 mod pallet;
+mod power;
 mod step;
 mod transform;
 
@@ -52,8 +53,7 @@ impl Plan {
 
     /// Adds a step.
     pub fn push(&mut self, action: impl Into<Action>, origin: Origin) {
-        let action = action.into();
-        self.steps.push(Step { action, origin });
+        self.steps.push(Step::new(action, origin));
     }
 
     /// Adds a name and tells its index, for [`Origin::named`].

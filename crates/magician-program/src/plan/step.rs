@@ -13,6 +13,21 @@ pub struct Step {
     pub action: Action,
     /// Where it came from.
     pub origin: Origin,
+    /// Of a burn whose power is to be in proportion to speed (M4): the speed at which it has the power that it says, mm/s.
+    /// [`Plan::powered_by_speed`](super::Plan::powered_by_speed) makes the proportion, and leaves none.
+    pub feed: Option<f32>,
+}
+
+impl Step {
+    /// A step of its own power, if it burns.
+    #[must_use]
+    pub fn new(action: impl Into<Action>, origin: Origin) -> Self {
+        Self {
+            action: action.into(),
+            origin,
+            feed: None,
+        }
+    }
 }
 
 /// A tool, and how it sits on the arm.

@@ -147,7 +147,7 @@ pub(crate) fn plan() -> impl Strategy<Value = Plan> {
             surface,
             steps: steps
                 .into_iter()
-                .map(|(action, origin)| Step { action, origin })
+                .map(|(action, origin)| Step::new(action, origin))
                 .collect(),
             names,
         },

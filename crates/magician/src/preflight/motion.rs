@@ -23,6 +23,17 @@ pub(super) struct Ptp {
     rail: Option<f32>,
 }
 
+impl Ptp {
+    /// The pose that it leads to, where it says one.
+    pub(super) fn pose(&self) -> Option<[f32; 4]> {
+        let says = matches!(
+            self.mode,
+            PtpMode::JumpXyz | PtpMode::MovjXyz | PtpMode::MovlXyz | PtpMode::JumpMovlXyz
+        );
+        says.then_some(self.numbers)
+    }
+}
+
 /// The move that a command asks for.
 pub(super) fn ptp_of(command: &Set) -> Option<Ptp> {
     macro_rules! ptp {

@@ -30,6 +30,8 @@ pub(super) struct Path {
     told: u64,
     /// Nothing is told before it is settled.
     lazy: bool,
+    /// The law of every segment that is settled, for those who ask for it.
+    laws: Option<Vec<Law>>,
 }
 
 impl Path {
@@ -39,6 +41,19 @@ impl Path {
             lazy: true,
             ..Self::default()
         }
+    }
+
+    /// One that keeps the law of each segment, once it is settled.
+    pub(super) fn keeping_laws() -> Self {
+        Self {
+            laws: Some(Vec::new()),
+            ..Self::lazy()
+        }
+    }
+
+    /// The laws that were settled since, in the order of their segments.
+    pub(super) fn take_laws(&mut self) -> Vec<Law> {
+        self.laws.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// Adds a segment; by how much the path takes longer now, us.
@@ -54,6 +69,10 @@ impl Path {
     /// The path ends here; what has not been told of it yet, us.
     pub(super) fn end(&mut self) -> u64 {
         let rest = self.tell(false);
+        if self.laws.is_some() {
+            let open: Vec<Law> = self.open_laws().collect();
+            self.laws.get_or_insert_default().extend(open);
+        }
         self.open.clear();
         (self.entry, self.settled, self.told) = (0.0, 0, 0);
         rest
@@ -73,21 +92,29 @@ impl Path {
         };
         let law = next_law(look_ahead, self.entry, &first, self.open.iter());
         self.entry = law.exit();
+        if let Some(laws) = &mut self.laws {
+            laws.push(law);
+        }
         self.settled = self.settled.saturating_add(microseconds(law.duration()));
     }
 
     /// How long the open segments take if the last of them ends at rest.
     fn to_rest(&self) -> u64 {
-        let Some(look_ahead) = &self.look_ahead else {
-            return 0;
-        };
-        let mut entry = self.entry;
-        let times = self.open.iter().enumerate().map(|(at, segment)| {
-            let law = next_law(look_ahead, entry, segment, self.open.range(at + 1..));
-            entry = law.exit();
-            microseconds(law.duration())
-        });
+        let times = self.open_laws().map(|law| microseconds(law.duration()));
         times.fold(0, u64::saturating_add)
+    }
+
+    /// The laws of the open segments if the last of them ends at rest.
+    fn open_laws(&self) -> impl Iterator<Item = Law> {
+        let mut entry = self.entry;
+        let ahead = self.look_ahead.iter();
+        ahead
+            .flat_map(|ahead| self.open.iter().enumerate().map(move |each| (ahead, each)))
+            .map(move |(ahead, (at, segment))| {
+                let law = next_law(ahead, entry, segment, self.open.range(at + 1..));
+                entry = law.exit();
+                law
+            })
     }
 }
 

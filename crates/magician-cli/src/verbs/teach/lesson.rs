@@ -130,7 +130,7 @@ impl Lesson {
                 true => Origin::NONE,
                 false => Origin::NONE.named(plan.name(row.name.clone())),
             };
-            let steps = row.actions().map(|action| Step { action, origin });
+            let steps = row.actions().map(|action| Step::new(action, origin));
             plan.steps.extend(steps);
         }
         plan

@@ -172,7 +172,7 @@ impl Block {
     /// Whether all of the line belongs to an M code that is not known here: its letters are not what they seem.
     pub(super) fn is_foreign(&self) -> bool {
         let foreign = |code: &Code| {
-            let known = WITHOUT_S.iter().chain(&[106, 107, 300]);
+            let known = WITHOUT_S.iter().chain(&[106, 107, 280, 300]);
             !known.clone().any(|number| code.is(b'M', *number))
         };
         !self.has_g() && self.codes.iter().any(foreign)

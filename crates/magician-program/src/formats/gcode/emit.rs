@@ -5,7 +5,7 @@ use magician_protocol::Set;
 
 use super::arc::Arc;
 use super::options::{Arcs, GcodeOptions};
-use crate::{Action, Origin, Plan, Travel};
+use crate::{Action, Origin, Plan, Step, Travel};
 
 /// The rotation of all poses: a pen or a laser has none.
 const ROTATION: f32 = 0.0;
@@ -17,6 +17,8 @@ pub(super) struct Work {
     pub(super) feed: Option<f64>,
     /// Power of the laser, percent.
     pub(super) power: f64,
+    /// The speed at which it has that power, if it is in proportion to speed, mm/s.
+    pub(super) follows: Option<f64>,
 }
 
 #[derive(Debug)]
@@ -62,7 +64,7 @@ impl<'o> Emitter<'o> {
     pub(super) fn travel(&mut self, to: [f64; 3], origin: Origin) {
         self.start = None;
         if self.burning {
-            self.burn(to, 0.0, origin);
+            self.burn(to, 0.0, None, origin);
             return;
         }
         if !self.travel_is_set {
@@ -88,24 +90,26 @@ impl<'o> Emitter<'o> {
     pub(super) fn line(&mut self, to: [f64; 3], work: Work, origin: Origin) {
         self.begin(origin);
         self.path_speed(work.feed, origin);
-        self.segment(to, work.power, origin);
+        self.segment(to, work, origin);
     }
 
-    fn segment(&mut self, to: [f64; 3], power: f64, origin: Origin) {
+    fn segment(&mut self, to: [f64; 3], work: Work, origin: Origin) {
         if self.laser {
-            self.burn(to, power, origin);
+            self.burn(to, work.power, work.follows, origin);
         } else {
             let to = to.map(|number| number as f32);
             self.plan.push(Action::Path { to }, origin);
         }
     }
 
-    fn burn(&mut self, to: [f64; 3], power: f64, origin: Origin) {
+    fn burn(&mut self, to: [f64; 3], power: f64, follows: Option<f64>, origin: Origin) {
         let to = to.map(|number| number as f32);
         let power = power as f32;
         self.burning = true;
         self.lit = power > 0.0;
-        self.plan.push(Action::Burn { to, power }, origin);
+        let mut step = Step::new(Action::Burn { to, power }, origin);
+        step.feed = follows.map(|feed| feed as f32);
+        self.plan.steps.push(step);
     }
 
     /// An arc of the tool.
@@ -116,7 +120,7 @@ impl<'o> Emitter<'o> {
         if lines || arc.height() <= self.tolerance {
             self.path_speed(work.feed, origin);
             for corner in arc.corners(self.tolerance)? {
-                self.segment(corner, work.power, origin);
+                self.segment(corner, work, origin);
             }
             return Ok(());
         }

@@ -4,13 +4,11 @@ use super::block::{Block, Code};
 use super::emit::Emitter;
 use super::notes::Notes;
 use super::options::{GcodeOptions, NEEDS_START};
-use super::survey::{HIGHEST_SERVO, Survey};
+use super::servo::Servo;
+use super::survey::{Kind, Survey};
 use super::{Line, is_left_out};
 use crate::formats::flaw::Flaw;
 use crate::{Origin, Plan, Problem};
-
-/// Below this angle the servo of `M300` has the pen down (30 is down, 50 is up).
-const SERVO_DOWN: f64 = 40.0;
 
 /// The motion that a line without a code of its own repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,15 +35,20 @@ pub(super) struct Machine<'o> {
     pub(super) relative: bool,
     pub(super) absolute_centres: bool,
     pub(super) plane: u32,
-    /// mm/s.
+    /// F as the program says it, mm/s.
     pub(super) feed: Option<f64>,
     /// Whether M3, M4 or M106 has switched the laser on.
     on: bool,
+    /// M4 has: the power is in proportion to speed.
+    pub(super) follows_speed: bool,
     /// S as it stands, and at how much of it the laser has full power.
     power: f64,
     range: f64,
     pub(super) laser: bool,
-    /// Whether the pen of M300 is down.
+    /// A servo lifts the pen: where it stands, which of its angles are down, and whether it is.
+    pub(super) lifts: bool,
+    servo: Servo,
+    down: Vec<f64>,
     pub(super) pen_is_down: bool,
     /// Where the tool is in the arm's coordinates, as far as that is known.
     pub(super) at: [Option<f64>; 3],
@@ -65,32 +68,34 @@ impl<'o> Machine<'o> {
         tolerance: f64,
         survey: Survey,
     ) -> Result<Self, Problem> {
-        let laser = survey.is_laser(options);
-        let greatest = survey.greatest;
-        let range = options.laser_range;
-        let range = range.unwrap_or(if greatest > Some(255.0) {
-            1000.0
-        } else {
-            255.0
-        });
-        if !(range.is_finite() && range > 0.0) {
-            let message = format!("the laser's range is {range}, it must be above 0");
-            return Err(Problem::of_file(message));
+        let kind = survey.kind(options);
+        let (laser, lifts) = (kind == Kind::Laser, kind == Kind::Servo);
+        let mut notes = Notes::default();
+        let never = survey.powers.greatest.is_none();
+        let mut range = 1.0;
+        if laser {
+            let full = survey.powers.full(options.s_max, survey.fan_lights())?;
+            full.note(&mut notes);
+            range = full.s;
+            if never && !survey.fan_lights() {
+                let message = "the program never says S: it burns with full power";
+                notes.add_with_help(Origin::NONE, message, "--power P makes full power P percent");
+            }
         }
-        if let Some(greatest) = greatest.filter(|most| laser && *most > range) {
-            let message = format!("the power goes up to S{greatest}, the laser's range to {range}");
-            let help = "say which S is full power, or that it is a pen's program";
-            return Err(Problem::of_file(message).help(help));
+        if let Some((sign, origin)) = survey.mill.sign().filter(|_| kind == Kind::Mill) {
+            let message = format!("this is taken for a mill's program ({sign}): its S is a spindle's, and nothing burns");
+            notes.add_with_help(origin, &message, "--dialect laser burns with it");
         }
+        let down = if lifts { survey.angles.down()? } else { Vec::new() };
         let out = Emitter::new(title, options, tolerance, laser);
         Ok(Self {
             // A program that never says S switches only, and one that switches nothing only says S.
-            power: if greatest.is_none() { range } else { 0.0 },
+            power: if never { range } else { 0.0 },
             on: !survey.switches && !survey.fan_lights(),
             options,
             tolerance,
             out,
-            notes: Notes::default(),
+            notes,
             block: Block::default(),
             mode: Mode::Travel,
             unit: 1.0,
@@ -98,8 +103,12 @@ impl<'o> Machine<'o> {
             absolute_centres: false,
             plane: 17,
             feed: None,
+            follows_speed: false,
             range,
             laser,
+            lifts,
+            servo: Servo::new(options.dialect == super::Dialect::Servo),
+            down,
             survey,
             pen_is_down: false,
             at: options.start.map_or([None; 3], |start| start.map(Some)),
@@ -177,32 +186,53 @@ impl<'o> Machine<'o> {
         let fan = block.has(b'M', 106) && self.survey.fan_lights();
         let power = block.power().or(block.number(b'S').filter(|_| fan));
         if let Some(power) = power.or(fan.then_some(self.range)) {
-            if self.laser && power < 0.0 {
-                let message = format!("the power is S{power}, it must not be negative");
-                return Err(Flaw::new(block.range_of(b'S'), message));
+            if self.laser {
+                self.check_power(power, block)?;
             }
             self.power = power;
         }
+        let angle = if self.lifts {
+            self.servo.follow(block)
+        } else {
+            None
+        };
         for code in block.codes.iter().filter(|code| code.letter == b'M') {
             match code.tenths / 10 {
                 0 | 1 | 2 | 30 => {}
-                3 | 4 if self.laser => self.light(code, origin),
-                106 if self.laser && self.survey.fan_lights() => self.light(code, origin),
+                3 | 4 if self.laser => self.light(code),
+                106 if self.laser && self.survey.fan_lights() => self.light(code),
                 5 if self.laser => self.darken(origin),
                 107 if self.laser && self.survey.fan_lights() => self.darken(origin),
-                300 => self.servo(block, origin)?,
+                3..=5 | 280 | 300 if angle.is_some() => {}
+                300 => {
+                    let message = "M300 (a tone, a servo that is switched off) is left out";
+                    self.notes.add(origin, message);
+                }
                 _ => self.notes.add(origin, &format!("{code} is left out")),
             }
+        }
+        match angle {
+            Some(angle) => self.turn_servo(angle, block, origin),
+            None => Ok(()),
+        }
+    }
+
+    fn check_power(&self, power: f64, block: &Block) -> Result<(), Flaw> {
+        let range = block.range_of(b'S');
+        if power < 0.0 {
+            let message = format!("the power is S{power}, it must not be negative");
+            return Err(Flaw::new(range, message));
+        }
+        if power > self.range {
+            let message = format!("S{power} is above full power, which is S{}", self.range);
+            return Err(Flaw::new(range, message).help("--s-max N says which S is full power"));
         }
         Ok(())
     }
 
-    fn light(&mut self, code: &Code, origin: Origin) {
+    fn light(&mut self, code: &Code) {
         self.on = true;
-        if code.is(b'M', 4) {
-            let message = "M4 is done as M3: the power does not follow the speed";
-            self.notes.add(origin, message);
-        }
+        self.follows_speed = code.is(b'M', 4);
     }
 
     fn darken(&mut self, origin: Origin) {
@@ -210,23 +240,15 @@ impl<'o> Machine<'o> {
         self.out.laser_off(origin);
     }
 
-    /// The servo of a pen, or a tone.
-    fn servo(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
-        match block.number(b'S') {
-            Some(angle) if angle < HIGHEST_SERVO => {
-                if self.options.surface.is_none() {
-                    let message = "M300 moves a pen, and it is not known how high the surface is";
-                    let help = "say how high the surface is, as z of the arm";
-                    return Err(Flaw::new(block.range.clone(), message).help(help));
-                }
-                self.pen_is_down = angle < SERVO_DOWN;
-                self.move_pen(origin);
-            }
-            _ => self.notes.add(
-                origin,
-                "M300 (a tone, a servo that is switched off) is left out",
-            ),
+    /// The servo of a pen.
+    fn turn_servo(&mut self, angle: f64, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        if self.options.surface.is_none() {
+            let message = "a servo moves the pen, and it is not known how high the surface is";
+            let help = "say how high the surface is, as z of the arm";
+            return Err(Flaw::new(block.range.clone(), message).help(help));
         }
+        self.pen_is_down = self.down.contains(&angle);
+        self.move_pen(origin);
         Ok(())
     }
 

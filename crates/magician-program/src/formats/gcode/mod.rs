@@ -12,8 +12,9 @@
 //! | G4 P (ms) or S (s) | a wait, with the laser dark |
 //! | G17, G20, G21, G90, G91, G90.1, G91.1, G92, G92.1, G53, G80, G94 | as everywhere |
 //! | G28 | left out (`home` in the options homes) |
-//! | M3, M4, M5, S; M106, M107 without extruding | the laser's power |
-//! | M300 S30, S50 | pen down and up, at the heights of the options |
+//! | M3, M5, S; M106, M107 without extruding | the laser's power |
+//! | M4 | that, in proportion to speed: [`Step::feed`](crate::Step::feed) |
+//! | M300 S30, S50; M280 S | a servo's pen down and up, at the heights of the options |
 //! | F | the speed along lines and arcs, mm/min |
 //! | M0, M1 | noted: the arm does not wait for anybody |
 //! | M2, M30 | the end |
@@ -25,9 +26,12 @@ mod block;
 mod emit;
 mod lexer;
 mod machine;
+mod mill;
 mod motion;
 mod notes;
 mod options;
+mod power;
+mod servo;
 mod settings;
 mod survey;
 
@@ -50,7 +54,9 @@ const FINEST: f64 = 1e-4;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
     let text = text_of(bytes);
-    let survey = Survey::of(text.lines().filter(|line| !is_left_out(line)));
+    let lines = || (1..).zip(text.lines());
+    let lines = || lines().map(|(number, text)| Line { number, text });
+    let survey = Survey::of(lines(), &options.gcode);
     let tolerance = options.tolerance;
     let tolerance = if tolerance > FINEST {
         tolerance
@@ -59,12 +65,11 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
     };
     let mut machine = Machine::new(&options.title, &options.gcode, tolerance, survey)?;
     let mut left = 0_u32;
-    for (number, line) in (1..).zip(text.lines()) {
+    for line in lines() {
         if machine.has_ended() {
-            left += u32::from(!line.trim().is_empty());
+            left += u32::from(!line.text.trim().is_empty());
             continue;
         }
-        let line = Line { number, text: line };
         machine.take(&line)?;
     }
     let (plan, mut notes) = machine.finish()?;

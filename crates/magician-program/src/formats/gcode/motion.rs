@@ -5,6 +5,7 @@ use super::block::Block;
 use super::emit::Work;
 use super::machine::{Machine, Mode};
 use super::options::NEEDS_START;
+use super::settings::FASTEST;
 use crate::Origin;
 use crate::formats::flaw::Flaw;
 
@@ -130,7 +131,7 @@ impl Machine<'_> {
         let [Some(x), Some(y), z] = to else {
             return None;
         };
-        if self.survey.lifts {
+        if self.lifts {
             return Some([x, y, self.pen_height([x, y])]);
         }
         let z = z.unwrap_or_else(|| {
@@ -159,7 +160,7 @@ impl Machine<'_> {
         };
         match self.mode {
             Mode::Line => {
-                let work = self.work();
+                let work = self.work(origin);
                 if work.power > 0.0 && !self.placed {
                     return Err(unknown_start(block));
                 }
@@ -177,10 +178,13 @@ impl Machine<'_> {
         self.waiting = None;
     }
 
-    fn work(&self) -> Work {
+    fn work(&mut self, origin: Origin) -> Work {
+        let power = self.percent();
+        let feed = self.feed_of_work(origin);
         Work {
-            feed: self.feed,
-            power: self.percent(),
+            feed: feed.map(|feed| feed.min(FASTEST)),
+            power,
+            follows: feed.filter(|_| self.follows_speed && power > 0.0),
         }
     }
 
@@ -206,7 +210,7 @@ impl Machine<'_> {
         };
         let turns = turns(block)?;
         let arc = Arc::new(&ends, round, turns, self.tolerance.min(ROUNDED)).map_err(refused)?;
-        let work = self.work();
+        let work = self.work(origin);
         self.out.arc(&arc, work, origin).map_err(refused)?;
         self.arrive(to);
         Ok(())
@@ -237,7 +241,7 @@ impl Machine<'_> {
         ]))
     }
 
-    /// Where the pen of M300 is over a point.
+    /// Where the pen of a servo is over a point.
     fn pen_height(&self, point: [f64; 2]) -> f64 {
         let surface = self
             .options
@@ -251,7 +255,7 @@ impl Machine<'_> {
             }
     }
 
-    /// The pen of M300 goes up or down.
+    /// The pen of a servo goes up or down.
     pub(super) fn move_pen(&mut self, origin: Origin) {
         if !self.placed {
             return;
@@ -263,8 +267,8 @@ impl Machine<'_> {
     }
 
     fn note_z(&mut self, block: &Block, origin: Origin) {
-        if self.survey.lifts && block.number(b'Z').is_some() {
-            let message = "Z is left out: M300 lifts the pen, to the heights of the surface";
+        if self.lifts && block.number(b'Z').is_some() {
+            let message = "Z is left out: a servo lifts the pen, to the heights of the surface";
             self.notes.add(origin, message);
         }
     }

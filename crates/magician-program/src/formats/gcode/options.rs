@@ -6,14 +6,18 @@ pub(crate) const NEEDS_START: &str = "say where the arm stands when the program 
 /// What draws, as far as a program leaves it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Dialect {
-    /// A laser if the program switches a spindle or a laser (M3, M4), a fan without extruding (M106), or gives a power S;
-    /// a pen otherwise.
+    /// A pen that a servo lifts, if the program moves one (M280, M300); a laser if it switches a spindle or a laser (M3, M4), a
+    /// fan without extruding (M106), or gives a power S, and is not a mill's: one that cuts in depth (Z below 0 while X or Y
+    /// feeds), changes tools or switches coolant, without the header of a laser's program. A pen otherwise.
     #[default]
     Detect,
     /// A pen: M3 to M5, M106, M107 and S are left out.
     Pen,
     /// A laser.
     Laser,
+    /// A pen that a servo lifts (M3 or M280 with angles, M300): the angle in force while X or Y feeds is down, any other up.
+    /// Z words do not count.
+    Servo,
 }
 
 /// How arcs (G2, G3) of a pen are done. A laser's are lines always: the arm has no power on an arc.
@@ -36,11 +40,14 @@ pub struct GcodeOptions {
     /// needed earlier is the first one of the program (0 if it has none), and what depends on the start is refused: relative
     /// moves, a laser that burns at once.
     pub start: Option<[f64; 3]>,
-    /// The S at which the laser has full power. Without it 255, or 1000 for a program with greater ones.
-    pub laser_range: Option<f64>,
-    /// The surface that the pen of `M300 S30` goes down to; Z words then do not count.
+    /// The S at which the laser has full power. Without it: `$30` of the program, before the laser is switched on; what
+    /// LightBurn's comments tell; 255 where M106 is the laser; 1000 if no S is above that.
+    pub s_max: Option<f64>,
+    /// Speed of a laser that burns before the program has said F, mm/s.
+    pub laser_speed: f64,
+    /// The surface that a pen goes down to which a servo lifts; Z words then do not count.
     pub surface: Option<Surface>,
-    /// How far above the surface the pen of `M300 S50` is, mm.
+    /// How far above the surface that pen is when it is up, mm.
     pub lift: f64,
     /// Speed of moves without drawing (G0), mm/s, before the ratio that is in force on the arm.
     pub travel_speed: f64,
@@ -59,7 +66,8 @@ impl Default for GcodeOptions {
         Self {
             dialect: Dialect::Detect,
             start: None,
-            laser_range: None,
+            s_max: None,
+            laser_speed: 20.0,
             surface: None,
             lift: 10.0,
             travel_speed: 200.0,

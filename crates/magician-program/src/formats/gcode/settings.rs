@@ -6,7 +6,7 @@ use crate::Origin;
 use crate::formats::flaw::Flaw;
 
 /// The arm's fastest speed along a line, mm/s (model section 6).
-const FASTEST: f64 = 300.0;
+pub(super) const FASTEST: f64 = 300.0;
 /// mm of an inch.
 const INCH: f64 = 25.4;
 
@@ -113,7 +113,18 @@ impl Machine<'_> {
                 "speeds above 300 mm/s (F18000) are taken as that: the arm goes no faster";
             self.notes.add(origin, message);
         }
-        self.feed = Some(speed.min(FASTEST));
+        self.feed = Some(speed);
         Ok(())
+    }
+
+    /// F as it stands; a laser has one always, because its speed is how dark it burns.
+    pub(super) fn feed_of_work(&mut self, origin: Origin) -> Option<f64> {
+        if self.laser && self.feed.is_none() {
+            let speed = self.options.laser_speed;
+            let message = format!("the program burns before it says F: it begins at {speed} mm/s");
+            self.notes.add_with_help(origin, &message, "--speed MM/S says another speed");
+            self.feed = Some(speed);
+        }
+        self.feed
     }
 }

@@ -1,41 +1,75 @@
 //! What a program turns out to be when all of it has been looked at.
 
 use super::block::Block;
+use super::mill::Mill;
 use super::options::{Dialect, GcodeOptions};
+use super::power::Powers;
+use super::servo::Angles;
+use super::{Line, is_left_out};
+
+/// What a program is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Pen,
+    Laser,
+    /// A pen that a servo lifts.
+    Servo,
+    /// A mill: drawn as a pen's.
+    Mill,
+}
 
 /// What the whole program tells about each of its lines.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Survey {
     /// M3, M4 or M5 switches something.
     pub(super) switches: bool,
     lights: bool,
     fan: bool,
-    /// The greatest power S.
-    pub(super) greatest: Option<f64>,
+    pub(super) powers: Powers,
+    pub(super) mill: Mill,
+    pub(super) angles: Angles,
     /// E words: a program of a printer, whose fan is a fan.
-    pub(super) extrudes: bool,
-    /// M300 lifts a pen.
-    pub(super) lifts: bool,
+    extrudes: bool,
+    /// M300 or M280 moves a servo.
+    m300: bool,
+    m280: bool,
     /// The first height that it goes to, mm.
     pub(super) first_z: Option<f64>,
-    /// Units and distances as the program has set them by then.
+    /// Units and distances as the program has set them by then, and whether motions feed.
     inches: bool,
     relative: bool,
+    feeds: bool,
 }
-
-/// The servo of a pen stands at 30 or 50 degrees; higher numbers are a tone's.
-pub(super) const HIGHEST_SERVO: f64 = 100.0;
 
 impl Survey {
     /// Looks at all lines up to the end of the program. What is wrong with them is found later.
-    pub(super) fn of<'t>(lines: impl Iterator<Item = &'t str>) -> Self {
-        let mut survey = Self::default();
+    pub(super) fn of<'t>(lines: impl Iterator<Item = Line<'t>>, options: &GcodeOptions) -> Self {
+        let mut survey = Self {
+            switches: false,
+            lights: false,
+            fan: false,
+            powers: Powers::default(),
+            mill: Mill::default(),
+            angles: Angles::new(options.dialect == Dialect::Servo),
+            extrudes: false,
+            m300: false,
+            m280: false,
+            first_z: None,
+            inches: false,
+            relative: false,
+            feeds: false,
+        };
         let mut block = Block::default();
         for line in lines {
-            if block.fill(line).is_err() {
+            survey.powers.read(&line);
+            survey.mill.read(line.text);
+            if is_left_out(line.text) {
+                continue;
+            }
+            if block.fill(line.text).is_err() {
                 break;
             }
-            survey.look(&block);
+            survey.look(&block, &line);
             if block.has(b'M', 2) || block.has(b'M', 30) {
                 break;
             }
@@ -43,25 +77,31 @@ impl Survey {
         survey
     }
 
-    fn look(&mut self, block: &Block) {
+    fn look(&mut self, block: &Block, line: &Line<'_>) {
         if block.is_foreign() || block.is_empty() {
             return;
         }
         self.lights |= block.has(b'M', 3) || block.has(b'M', 4);
         self.switches |= self.lights || block.has(b'M', 5);
         self.fan |= block.has(b'M', 106);
-        self.lifts |= block.has(b'M', 300)
-            && block
-                .number(b'S')
-                .is_some_and(|angle| angle < HIGHEST_SERVO);
         self.extrudes |= block.number(b'E').is_some();
-        let fan = block.number(b'S').filter(|_| block.has(b'M', 106));
-        if let Some(power) = block.power().or(fan) {
-            self.greatest = Some(self.greatest.map_or(power, |most| most.max(power)));
-        }
+        self.powers.look(block, line);
         self.inches = (self.inches || block.has(b'G', 20)) && !block.has(b'G', 21);
         self.relative = (self.relative || block.has(b'G', 91)) && !block.has(b'G', 90);
-        let moves = !(self.relative || block.has(b'G', 92) || block.has(b'G', 28));
+        for code in block.codes.iter().filter(|code| code.letter == b'G') {
+            match code.tenths {
+                0 | 800 => self.feeds = false,
+                10 | 20 | 30 => self.feeds = true,
+                _ => {}
+            }
+        }
+        let places = block.has(b'G', 92) || block.has(b'G', 28);
+        let marks = self.feeds && !places && block.has_any(b"XYIJ");
+        self.mill.look(block, line, self.relative, marks);
+        self.angles.look(block, marks, line);
+        self.m300 |= block.has(b'M', 300) && block.number(b'S').is_some_and(|s| s < 100.0);
+        self.m280 |= block.has(b'M', 280) && block.number(b'S').is_some();
+        let moves = !(self.relative || places);
         if let Some(z) = block
             .number(b'Z')
             .filter(|_| moves && self.first_z.is_none())
@@ -70,20 +110,28 @@ impl Survey {
         }
     }
 
-    /// Whether a laser draws.
-    pub(super) fn is_laser(&self, options: &GcodeOptions) -> bool {
+    /// What it is for.
+    pub(super) fn kind(&self, options: &GcodeOptions) -> Kind {
+        // A printer moves the probe of its bed by M280.
+        let m280 = self.m280 && self.first_z.is_none() && !self.extrudes && !self.mill.has_laser();
         match options.dialect {
-            Dialect::Pen => false,
-            Dialect::Laser => true,
+            Dialect::Laser => Kind::Laser,
+            Dialect::Servo => Kind::Servo,
+            _ if self.m300 || m280 => Kind::Servo,
+            Dialect::Pen => Kind::Pen,
             Dialect::Detect => {
-                let power = self.greatest.is_some() && !self.extrudes;
-                !self.lifts && (self.lights || self.fan_lights() || power)
+                let power = self.powers.greatest.is_some() && !self.extrudes;
+                match self.lights || self.fan_lights() || power {
+                    true if self.mill.sign().is_some() => Kind::Mill,
+                    true => Kind::Laser,
+                    false => Kind::Pen,
+                }
             }
         }
     }
 
-    /// Whether M106 is the laser.
+    /// Whether M106 is the laser: not beside M3 or M4, where it blows air.
     pub(super) fn fan_lights(&self) -> bool {
-        self.fan && !self.extrudes
+        self.fan && !self.extrudes && !self.lights
     }
 }

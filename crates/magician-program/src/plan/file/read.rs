@@ -209,7 +209,7 @@ impl<'t> StepReader<'_, 't> {
             origin.name = self.name(name)?;
         }
         let action = self.action(value, members)?;
-        self.plan.steps.push(Step { action, origin });
+        self.plan.steps.push(Step::new(action, origin));
         Ok(())
     }
 

@@ -1,0 +1,218 @@
+//! Which S is a laser's full power. A guess errs on the dark side: the greater it is, the weaker an S burns.
+
+use super::Line;
+use super::block::Block;
+use super::notes::Notes;
+use crate::{Origin, Problem};
+
+/// Full power where nothing else is known.
+const USUAL: f64 = 1000.0;
+/// Full power of a fan, as printers have it.
+const FAN: f64 = 255.0;
+
+/// What a program tells of its powers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Powers {
+    /// `$30` before the laser is switched on for the first time, and where.
+    setting: Option<(f64, Origin)>,
+    /// The cut of LightBurn's that tells the greatest full power.
+    cut: Option<Cut>,
+    /// Cuts that wait for their first S: the smallest percentage of them, and where.
+    waiting: Option<(f64, Origin)>,
+    /// The greatest S.
+    pub(super) greatest: Option<f64>,
+    /// The first S above 1000, and where.
+    beyond: Option<(f64, Origin)>,
+    /// M3, M4 or M106 was there.
+    switched: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Cut {
+    full: f64,
+    percent: f64,
+    s: f64,
+    origin: Origin,
+}
+
+/// Which S is full power, and how that is known.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Full {
+    pub(super) s: f64,
+    rule: Rule,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Rule {
+    Said,
+    Setting(Origin),
+    Cut(Cut),
+    Fan,
+    Usual,
+}
+
+impl Powers {
+    /// Reads what a line says in its text, comments and settings of the controller included.
+    pub(super) fn read(&mut self, line: &Line<'_>) {
+        let origin = || line.origin(&(0..line.text.trim_end().len()));
+        if !self.switched
+            && let Some(full) = setting(line.text, "$30").filter(|full| *full > 0.0)
+        {
+            self.setting = Some((full, origin()));
+        }
+        if let Some(percent) = cut(line.text).filter(|percent| *percent > 0.0)
+            && self.waiting.is_none_or(|(least, _)| percent < least)
+        {
+            self.waiting = Some((percent, origin()));
+        }
+    }
+
+    /// Looks at the words of a line.
+    pub(super) fn look(&mut self, block: &Block, line: &Line<'_>) {
+        self.switched |= [3, 4, 106].iter().any(|number| block.has(b'M', *number));
+        let fan = block.number(b'S').filter(|_| block.has(b'M', 106));
+        let Some(s) = block.power().or(fan) else {
+            return;
+        };
+        self.greatest = Some(self.greatest.map_or(s, |most| most.max(s)));
+        if s > USUAL && self.beyond.is_none() {
+            self.beyond = Some((s, line.origin(&block.range_of(b'S'))));
+        }
+        if s > 0.0
+            && let Some((percent, origin)) = self.waiting.take()
+        {
+            let full = s * 100.0 / percent;
+            if self.cut.is_none_or(|cut| full > cut.full) {
+                self.cut = Some(Cut {
+                    full,
+                    percent,
+                    s,
+                    origin,
+                });
+            }
+        }
+    }
+
+    /// The first of the rules that holds.
+    pub(super) fn full(&self, said: Option<f64>, fan: bool) -> Result<Full, Problem> {
+        let of = |s, rule| Ok(Full { s, rule });
+        if let Some(s) = said {
+            return match s.is_finite() && s > 0.0 {
+                true => of(s, Rule::Said),
+                false => {
+                    let message = format!("full power is said to be S{s}, it must be above 0");
+                    Err(Problem::of_file(message).help("--s-max N says which S is full power"))
+                }
+            };
+        }
+        if let Some((s, origin)) = self.setting {
+            return of(s, Rule::Setting(origin));
+        }
+        if let Some(cut) = self.cut {
+            let greatest = self.greatest.unwrap_or(0.0);
+            return of(cut.full.max(USUAL).max(greatest), Rule::Cut(cut));
+        }
+        if fan {
+            return of(FAN, Rule::Fan);
+        }
+        match self.beyond {
+            None => of(USUAL, Rule::Usual),
+            Some((s, origin)) => {
+                let message = format!("S{s} is above 1000, and nothing says which S is full power");
+                let help = "--s-max N says it: the S at which the laser is at its strongest ($30 of its controller)";
+                Err(Problem::new(origin, message).help(help))
+            }
+        }
+    }
+}
+
+impl Full {
+    /// Tells which rule was used.
+    pub(super) fn note(&self, notes: &mut Notes) {
+        let Self { s, rule } = *self;
+        match rule {
+            Rule::Said => notes.add(Origin::NONE, &format!("full power is S{s}, as it was said")),
+            Rule::Setting(origin) => {
+                notes.add(origin, &format!("full power is S{s}, as $30 says"));
+            }
+            Rule::Cut(cut) => {
+                let Cut {
+                    percent,
+                    s: at,
+                    origin,
+                    ..
+                } = cut;
+                let message = format!("full power is S{s}, by LightBurn's comments: {percent} % is S{at}");
+                notes.add_with_help(origin, &message, SAY);
+            }
+            Rule::Fan => {
+                let message = format!("full power is S{s}, that of a fan: M106 switches the laser");
+                notes.add_with_help(Origin::NONE, &message, SAY);
+            }
+            Rule::Usual => {
+                let message = format!("full power is taken to be S{s}: the file does not say it, and no S is above that");
+                notes.add_with_help(Origin::NONE, &message, SAY);
+            }
+        }
+    }
+}
+
+const SAY: &str = "--s-max N says which S is full power";
+
+/// The number of a setting of the controller, anywhere in a line.
+pub(super) fn setting(text: &str, name: &str) -> Option<f64> {
+    let found = text.match_indices(name).filter_map(|(at, _)| {
+        let rest = text.get(at + name.len()..)?.trim_start();
+        number(rest.strip_prefix('=')?.trim_start())
+    });
+    found.last()
+}
+
+/// The percentage of a comment as LightBurn writes it: `; Cut @ 600 mm/min, 20% power`.
+fn cut(text: &str) -> Option<f64> {
+    let comment = text.get(text.find([';', '('])?..)?.to_ascii_lowercase();
+    let (_, rest) = comment.split_once('@')?;
+    let (speed, rest) = rest.split_once("mm/")?;
+    number(speed.trim())?;
+    let (_, rest) = rest.split_once(',')?;
+    let (percent, rest) = rest.split_once('%')?;
+    let is_power = rest.trim_start().starts_with("power");
+    number(percent.trim()).filter(|_| is_power)
+}
+
+/// The number that a text begins with.
+fn number(text: &str) -> Option<f64> {
+    let end = text.find(|sign: char| !(sign.is_ascii_digit() || sign == '.'));
+    text.get(..end.unwrap_or(text.len()))?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_and_cuts_are_found_in_comments() {
+        for (text, full) in [
+            ("$30=1000", Some(1000.0)),
+            ("; grbl: $30 = 255.0, $32=1", Some(255.0)),
+            ("(max spindle: $30=12000)", Some(12000.0)),
+            ("; $30 is not given", None),
+            ("; $30=255 $30=1000", Some(1000.0)),
+            ("; $300=7", None),
+        ] {
+            assert_eq!(setting(text, "$30"), full, "{text}");
+        }
+        for (text, percent) in [
+            ("; Cut @ 600 mm/min, 20% power", Some(20.0)),
+            ("; Scan @ 100 mm/sec, 7.5 % Power", Some(7.5)),
+            ("(Cut @ 600 mm/min, 20% power)", Some(20.0)),
+            ("; Cut @ 600 mm/min", None),
+            ("; Cut @ fast mm/min, 20% power", None),
+            ("; mail@home mm/min, 20% power", None),
+            ("G1 X20 F600", None),
+            ("; @ü mm/, % power", None),
+        ] {
+            assert_eq!(cut(text), percent, "{text}");
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! The servo that lifts a pen: which of its angles is down.
+
+use super::Line;
+use super::block::Block;
+use crate::{Origin, Problem};
+
+/// A servo of M300 stands at 30 or 50 degrees; higher numbers are a tone's.
+const HIGHEST_M300: f64 = 100.0;
+/// Where both angles of M300 feed, what is below this is down: 30 is down and 50 is up.
+const M300_DOWN: f64 = 40.0;
+
+/// Where a servo stands, line by line.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Servo {
+    /// M3, M4, M5 and S move it as well.
+    spindle: bool,
+    /// S of M3 as it stands, and whether M3 has switched it on.
+    s: f64,
+    on: bool,
+    angle: Option<f64>,
+}
+
+/// Angles that a program uses.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Angles {
+    servo: Servo,
+    /// Each, whether X or Y feeds while it is in force, and where it was first set.
+    used: Vec<(f64, bool, Origin)>,
+    /// Only M300 sets them.
+    other: bool,
+}
+
+impl Servo {
+    pub(super) fn new(spindle: bool) -> Self {
+        Self {
+            spindle,
+            ..Self::default()
+        }
+    }
+
+    /// Follows a line; its angle, if the line moves the servo.
+    pub(super) fn follow(&mut self, block: &Block) -> Option<f64> {
+        let m = |number| block.has(b'M', number);
+        let s = block.number(b'S');
+        let said = if m(300) {
+            s.filter(|angle| *angle < HIGHEST_M300)
+        } else if m(280) {
+            s
+        } else if self.spindle {
+            self.turn(block)
+        } else {
+            None
+        };
+        if said.is_some() {
+            self.angle = said;
+        }
+        said
+    }
+
+    /// A servo on the pin of the spindle: M5 is S0.
+    fn turn(&mut self, block: &Block) -> Option<f64> {
+        let m = |number| block.has(b'M', number);
+        let s = block.power();
+        self.s = s.unwrap_or(self.s);
+        let switched = m(3) || m(4) || m(5);
+        if switched {
+            self.on = !m(5);
+        }
+        let moves = switched || (self.on && s.is_some());
+        moves.then_some(if self.on { self.s } else { 0.0 })
+    }
+}
+
+impl Angles {
+    pub(super) fn new(spindle: bool) -> Self {
+        Self {
+            servo: Servo::new(spindle),
+            ..Self::default()
+        }
+    }
+
+    /// Looks at a line; `feeds` is whether X or Y is fed on it.
+    pub(super) fn look(&mut self, block: &Block, feeds: bool, line: &Line<'_>) {
+        if let Some(angle) = self.servo.follow(block) {
+            self.other |= !block.has(b'M', 300);
+            if !self.used.iter().any(|(known, ..)| *known == angle) {
+                self.used.push((angle, false, line.origin(&block.range)));
+            }
+        }
+        if let Some(angle) = self.servo.angle.filter(|_| feeds) {
+            let mut used = self.used.iter_mut();
+            if let Some(used) = used.find(|(known, ..)| *known == angle) {
+                used.1 = true;
+            }
+        }
+    }
+
+    /// The angles that are down: those in force while X or Y feeds.
+    pub(super) fn down(&self) -> Result<Vec<f64>, Problem> {
+        let all = |(_, feeds, _): &(f64, bool, Origin)| *feeds;
+        let angles = self.used.iter().map(|(angle, ..)| *angle);
+        match &self.used[..] {
+            [_, _, ..] if !self.used.iter().all(all) => {
+                let down = self.used.iter().filter(|used| all(used));
+                Ok(down.map(|(angle, ..)| *angle).collect())
+            }
+            [_, (other, _, origin), ..] if self.other => {
+                let (first, ..) = self.used[0];
+                let message = format!(
+                    "X and Y are fed with the servo at S{first} and at S{other}: nothing tells which of them is down"
+                );
+                let help = "write ways between lines as G0 from the program that made the file";
+                Err(Problem::new(*origin, message).help(help))
+            }
+            [_, _, ..] => Ok(angles.filter(|angle| *angle < M300_DOWN).collect()),
+            one => Ok(one
+                .iter()
+                .filter(|used| all(used))
+                .map(|(angle, ..)| *angle)
+                .collect()),
+        }
+    }
+}

@@ -1,0 +1,367 @@
+//! The powers of a plan's burns: in proportion to speed (M4), and as a person wants them.
+
+use magician::words::PathLaws;
+use magician::{Law, Set};
+
+use super::{Action, Plan, Step};
+use crate::{Power, Problem, Reading};
+
+/// No piece begins or ends more than this share of the feed from its mean speed: a tenth, less what numbers round.
+const OFF: f64 = 0.099;
+/// A line gets no more pieces than this besides its first.
+const MOST_PIECES: usize = 20;
+/// No line is cut into pieces shorter than this, mm: a beam is 0.2 mm wide.
+const SHORTEST: f64 = 0.005;
+/// So often pieces are cut again, because more of them may be slower.
+const ROUNDS: usize = 3;
+/// What comes as near to its feed as this has reached it.
+const REACHED: f64 = 0.99;
+
+impl Plan {
+    /// With the power of every burn that has a [feed](Step::feed) in proportion to the speed at which the arm really goes: times
+    /// its mean speed by the feed, and never more than it says. Lines on which the speed changes are cut, into at most 20
+    /// pieces more, so that each is right within a tenth of its power. A note tells where the feed is never reached.
+    ///
+    /// To be done when all is placed: the arm is faster on longer lines.
+    #[must_use]
+    pub fn powered_by_speed(mut self) -> Reading<Self> {
+        let follows = |step: &Step| step.feed.is_some();
+        if !self.steps.iter().any(follows) {
+            return Reading {
+                content: self,
+                notes: Vec::new(),
+            };
+        }
+        // How many pieces more each step may become.
+        let mut room = vec![MOST_PIECES; self.steps.len()];
+        let mut laws = self.path_laws();
+        for _ in 0..ROUNDS {
+            let before = self.steps.len();
+            (self.steps, room) = cut(&self.steps, &room, &laws);
+            if self.steps.len() == before {
+                break;
+            }
+            laws = self.path_laws();
+        }
+        let notes = unreached(&self.steps, &laws).into_iter().collect();
+        for (step, law) in self.steps.iter_mut().zip(&laws) {
+            if let (Some(feed), Action::Burn { power, .. }) = (step.feed.take(), &mut step.action) {
+                // What has no way burns nothing.
+                let speed = law.map_or(0.0, |law| law.length() / law.duration());
+                *power = (f64::from(*power) * (speed / f64::from(feed)).min(1.0)) as f32;
+            }
+        }
+        Reading {
+            content: self,
+            notes,
+        }
+    }
+
+    fn path_laws(&self) -> Vec<Option<Law>> {
+        let commands: Vec<Set> = self
+            .steps
+            .iter()
+            .map(|step| step.action.command())
+            .collect();
+        PathLaws::of(&commands)
+    }
+
+    /// With all power as a person wants it.
+    ///
+    /// # Errors
+    /// A step that switches the laser on, which is full power always.
+    pub fn at_power(mut self, power: &Power) -> Result<Self, Problem> {
+        let of = |percent: f32| power.of(percent.into()) as f32;
+        let names = self.names.clone();
+        for (at, step) in self.steps.iter_mut().enumerate() {
+            let lit = match &mut step.action {
+                Action::Burn { power, .. } => {
+                    *power = of(*power);
+                    false
+                }
+                Action::Laser(on) => *on,
+                Action::Command(command) => match &mut **command {
+                    Set::CpLeCmd(segment) => {
+                        segment.velocity_or_power = of(segment.velocity_or_power);
+                        false
+                    }
+                    Set::SetEndEffectorLaser(laser) => {
+                        laser.enable_ctrl.is_on() && laser.on.is_on()
+                    }
+                    _ => false,
+                },
+                _ => false,
+            };
+            if lit && power.range() != Power::FULL.range() {
+                let message = format!(
+                    "step {} switches the laser on, which is full power: it cannot burn with {power} %",
+                    at + 1
+                );
+                let problem = Problem::new(step.origin, message).help("--power 100 runs it as it is");
+                let name = step.origin.name_index().and_then(|at| names.get(at));
+                return Err(match name {
+                    Some(name) => problem.named(name),
+                    None => problem,
+                });
+            }
+        }
+        Ok(self)
+    }
+}
+
+/// Cuts the steps that follow their speed where it changes; with how many pieces each may still become.
+fn cut(steps: &[Step], room: &[usize], laws: &[Option<Law>]) -> (Vec<Step>, Vec<usize>) {
+    let mut pieces = Vec::with_capacity(steps.len());
+    let mut left = Vec::with_capacity(steps.len());
+    let mut from = None;
+    for ((step, room), law) in steps.iter().zip(room).zip(laws) {
+        let lit = matches!(step.action, Action::Burn { power, .. } if power > 0.0);
+        let ways = match (law, step.feed.filter(|_| lit)) {
+            (Some(law), Some(feed)) => cuts(law, feed.into()),
+            _ => Vec::new(),
+        };
+        let fits = !ways.is_empty() && ways.len() <= *room;
+        if let (true, Some(law), Some(from), Some(to)) = (fits, law, from, step.action.target()) {
+            // What is left to cut is shared by the pieces.
+            let each = (room - ways.len()) / (ways.len() + 1);
+            for way in &ways {
+                let mut piece = step.clone();
+                if let Action::Burn { to: end, .. } = &mut piece.action {
+                    *end = between(from, to, way / law.length());
+                }
+                pieces.push(piece);
+                left.push(each);
+            }
+            left.push(each);
+        } else {
+            left.push(*room);
+        }
+        pieces.push(step.clone());
+        if let Some(to) = step.action.target() {
+            from = Some(to);
+        }
+    }
+    (pieces, left)
+}
+
+fn between(from: [f32; 3], to: [f32; 3], share: f64) -> [f32; 3] {
+    let at = |(from, to): (f32, f32)| {
+        let (from, to) = (f64::from(from), f64::from(to));
+        (from + (to - from) * share) as f32
+    };
+    let [x, y, z] = from;
+    let [to_x, to_y, to_z] = to;
+    [at((x, to_x)), at((y, to_y)), at((z, to_z))]
+}
+
+/// After how many mm a segment is to be cut, so that no piece of it is off its mean speed by more than a tenth of the feed.
+/// Faster than the feed counts as the feed.
+fn cuts(law: &Law, feed: f64) -> Vec<f64> {
+    let [ramp_in, cruise] = law.corners();
+    let end = law.duration();
+    let speed = |time: f64| law.velocity(time).min(feed);
+    let peak = speed(ramp_in);
+    let mut times = Vec::new();
+    // The middle piece takes what is within a tenth of the peak.
+    let mut ramp = |slow: f64, from: f64, to: f64| {
+        let rise = peak - OFF * feed - slow;
+        if rise > 0.0 {
+            let count = (rise / (2.0 * OFF * feed)).ceil();
+            let level = |nth: f64| slow + rise * nth / count;
+            times.extend((1..=count as u32).map(|nth| when(law, level(nth.into()), from, to)));
+        }
+    };
+    ramp(speed(0.0), 0.0, ramp_in);
+    ramp(speed(end), end, cruise);
+    let mut ways: Vec<f64> = times.into_iter().map(|time| law.position(time)).collect();
+    ways.sort_by(f64::total_cmp);
+    let mut last = 0.0;
+    ways.retain(|way| {
+        let fits = way - last >= SHORTEST && law.length() - way >= SHORTEST;
+        if fits {
+            last = *way;
+        }
+        fits
+    });
+    ways
+}
+
+/// When a ramp between two times passes a speed.
+fn when(law: &Law, speed: f64, from: f64, to: f64) -> f64 {
+    let (slow, fast) = (law.velocity(from), law.velocity(to));
+    match fast > slow {
+        true => from + (to - from) * ((speed - slow) / (fast - slow)).clamp(0.0, 1.0),
+        false => from,
+    }
+}
+
+/// A note about the strokes that never come to their feed.
+fn unreached(steps: &[Step], laws: &[Option<Law>]) -> Option<Problem> {
+    let (mut strokes, mut weak) = (0_u32, 0_u32);
+    // The first that is weak, its feed, and the best speed of them all.
+    let mut told: Option<(usize, f64, f64)> = None;
+    // Of the stroke under way: its beginning, and the speed that comes nearest to its feed.
+    let mut stroke: Option<(usize, f64, f64)> = None;
+    let end = std::iter::once((steps.len(), None));
+    let each = steps.iter().zip(laws).enumerate();
+    let each = each.map(|(at, (step, law))| {
+        let lit = matches!(step.action, Action::Burn { power, .. } if power > 0.0);
+        (at, step.feed.filter(|_| lit).zip(*law))
+    });
+    for (at, lit) in each.chain(end) {
+        if let Some((feed, law)) = lit {
+            let feed = f64::from(feed);
+            let [peak, _] = law.corners();
+            let speed = law.velocity(peak).max(law.velocity(0.0));
+            let best = stroke.get_or_insert((at, feed, speed));
+            if speed / feed > best.2 / best.1 {
+                (best.1, best.2) = (feed, speed);
+            }
+        } else if let Some((first, feed, speed)) = stroke.take() {
+            strokes += 1;
+            if speed < REACHED * feed {
+                weak += 1;
+                let told = told.get_or_insert((first, feed, speed));
+                if speed / feed > told.2 / told.1 {
+                    (told.1, told.2) = (feed, speed);
+                }
+            }
+        }
+    }
+    let (first, feed, speed) = told?;
+    let which = match (weak, strokes) {
+        (weak, strokes) if weak == strokes => "the arm".to_owned(),
+        _ => format!("in {weak} of {strokes} strokes the arm"),
+    };
+    let message = format!(
+        "M4: {which} never comes to F{:.0} ({feed:.1} mm/s), {speed:.1} mm/s at most: it burns weaker all along, with {:.0} % at most \
+         of what S says",
+        feed * 60.0,
+        100.0 * speed / feed
+    );
+    let origin = steps.get(first).map(|step| step.origin).unwrap_or_default();
+    Some(Problem::new(origin, message).help(
+        "M3 burns with the power that S says at any speed; a lower F in the program is reached on shorter lines",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use magician::words;
+
+    use super::*;
+    use crate::Origin;
+
+    /// Lines of 60 % through these points, at a speed that is a share of the feed.
+    fn plan(points: &[[f32; 2]], speed: f32, feed: f32) -> Plan {
+        let mut plan = Plan::new("M4");
+        plan.push(words::path_speed(speed, 100.0), Origin::NONE);
+        let mut points = points.iter().map(|[x, y]| [*x, *y, 0.0]);
+        let [x, y, z] = points.next().expect("a point");
+        plan.push(words::line_to(x, y, z, 0.0), Origin::NONE);
+        for to in points {
+            plan.push(Action::Burn { to, power: 60.0 }, Origin::NONE);
+        }
+        plan.steps.iter_mut().skip(2).for_each(|step| step.feed = Some(feed));
+        plan.push(Action::Laser(false), Origin::NONE);
+        plan
+    }
+
+    /// Every piece has the power of its mean speed, and is right within a tenth all along.
+    fn is_right(reading: &Reading<Plan>, feed: f64) {
+        let plan = &reading.content;
+        let laws = plan.path_laws();
+        for (step, law) in plan.steps.iter().zip(&laws) {
+            assert!(step.feed.is_none());
+            let (Action::Burn { power, .. }, Some(law)) = (&step.action, law) else {
+                continue;
+            };
+            let mean = (law.length() / law.duration()).min(feed);
+            assert!((f64::from(*power) - 60.0 * mean / feed).abs() < 1e-3);
+            if law.length() < 4.0 * SHORTEST {
+                continue;
+            }
+            for nth in 0..=20 {
+                let speed = law.velocity(law.duration() * f64::from(nth) / 20.0);
+                let exact = 60.0 * speed.min(feed) / feed;
+                let off = (f64::from(*power) - exact).abs();
+                assert!(off <= 6.0, "{power} for {exact} on {:.3} mm", law.length());
+            }
+        }
+    }
+
+    #[test]
+    fn every_piece_is_right_within_a_tenth() {
+        let zigzag: Vec<[f32; 2]> = (0..12_u8)
+            .map(|nth| [200.0 + f32::from(nth), 40.0 * f32::from(nth % 2)])
+            .collect();
+        let curve: Vec<[f32; 2]> = (0..=200_u8)
+            .map(|nth| (f32::from(nth) / 20.0).sin_cos())
+            .map(|(sin, cos)| [230.0 + 15.0 * cos, 15.0 * sin])
+            .collect();
+        for (points, lines) in [
+            (&[[200.0, 0.0], [240.0, 0.0]][..], 1),
+            (&[[200.0, 0.0], [240.0, 0.0], [240.0, 40.0]], 2),
+            (&zigzag, 11),
+            (&curve, 200),
+        ] {
+            for (speed, feed) in [(20.0, 20.0), (60.0, 60.0), (5.0, 5.0), (40.0, 20.0), (10.0, 30.0)] {
+                let made = plan(points, speed, feed).powered_by_speed();
+                is_right(&made, feed.into());
+                let steps = made.content.steps.len() - 3;
+                assert!(steps > lines || lines == 200, "{steps}");
+                assert!(steps <= lines * (1 + MOST_PIECES), "{steps} of {lines}");
+                let laws = made.content.path_laws();
+                let speeds = laws.iter().flatten().map(|law| law.velocity(law.corners()[0]));
+                let reached = speeds.fold(0.0, f64::max) > 0.99 * f64::from(feed);
+                assert_eq!(made.notes.is_empty(), reached, "{:?}", made.notes);
+                assert!(reached || lines == 200 || speed < feed);
+            }
+        }
+    }
+
+    #[test]
+    fn one_line_gets_at_most_twenty_pieces_more_and_ends_where_it_did() {
+        for feed in [5.0, 20.0, 100.0] {
+            let made = plan(&[[180.0, -100.0], [260.0, 100.0]], feed, feed).powered_by_speed();
+            let steps = &made.content.steps;
+            assert!((2 + 1 + 1..=2 + 21 + 1).contains(&steps.len()), "{}", steps.len());
+            assert_eq!(steps[steps.len() - 2].action.target(), Some([260.0, 100.0, 0.0]));
+            is_right(&made, feed.into());
+        }
+    }
+
+    #[test]
+    fn what_never_reaches_its_feed_is_told() {
+        // 4 mm at 100 mm/s2 lead to 20 mm/s and back.
+        let made = plan(&[[200.0, 0.0], [204.0, 0.0]], 100.0, 100.0).powered_by_speed();
+        let [note] = &made.notes[..] else {
+            panic!("{:?}", made.notes)
+        };
+        assert!(note.message.contains("never comes to F6000 (100.0 mm/s), 20.0 mm/s"), "{note}");
+        let most = made.content.steps.iter().filter_map(|step| match step.action {
+            Action::Burn { power, .. } => Some(power),
+            _ => None,
+        });
+        assert!(most.fold(0.0, f32::max) < 13.0);
+    }
+
+    #[test]
+    fn power_is_as_a_person_wants_it() {
+        let mut plan = plan(&[[200.0, 0.0], [204.0, 0.0], [208.0, 0.0]], 20.0, 20.0);
+        plan.steps.iter_mut().for_each(|step| step.feed = None);
+        if let Action::Burn { power, .. } = &mut plan.steps[3].action {
+            *power = 0.0;
+        }
+        let half = plan.clone().at_power(&"10..50".parse().unwrap()).unwrap();
+        let powers: Vec<f32> = half.steps.iter().filter_map(|step| match step.action {
+            Action::Burn { power, .. } => Some(power),
+            _ => None,
+        }).collect();
+        assert_eq!(powers, [34.0, 0.0]);
+        plan.push(Action::Laser(true), Origin::NONE);
+        assert!(plan.clone().at_power(&Power::FULL).is_ok());
+        let refused = plan.at_power(&"50".parse().unwrap()).expect_err("it is full power");
+        assert!(refused.message.contains("full power"), "{refused}");
+    }
+}

@@ -1,0 +1,143 @@
+//! How fast the tool is on each segment of continuous paths.
+
+use magician_motion::{CpSegment, Law, LookAhead};
+use magician_protocol::{CpMode, Set};
+
+use super::Readings;
+use super::motion::ptp_of;
+use super::path::Path;
+
+/// How fast the tool is on each segment of continuous paths: the same look-ahead by which a
+/// [`Preflight`](super::Preflight) tells their times, without a check of what can be reached.
+///
+/// ```
+/// use magician::words::{self, PathLaws};
+///
+/// let commands = [
+///     words::path_speed(20.0, 100.0),
+///     words::line_to(220.0, 0.0, 0.0, 0.0),
+///     words::engrave_to(240.0, 0.0, 0.0, 50.0),
+///     words::engrave_to(260.0, 0.0, 0.0, 50.0),
+///     words::laser(false),
+/// ];
+/// let laws = PathLaws::of(&commands);
+/// let speeds: Vec<_> = laws.iter().map(|law| law.map(|law| law.length() / law.duration())).collect();
+/// // 2 mm are for getting to 20 mm/s from rest, the other 18 mm go at that.
+/// assert!(speeds[2].is_some_and(|mean| (mean - 20.0 / 1.1).abs() < 1e-9));
+/// assert_eq!([speeds[0], speeds[1], speeds[4]], [None; 3]);
+/// ```
+#[derive(Clone, Debug)]
+pub struct PathLaws {
+    settings: Readings,
+    /// Where the tool is, as far as the commands have said.
+    at: Option<[f64; 3]>,
+    path: Path,
+}
+
+impl PathLaws {
+    /// The speed law of each of these commands, all of them being known to the arm as early as its queue lets it; nothing for
+    /// what is no segment of a path, for one without a length, and for one that begins where no command has led.
+    #[must_use]
+    pub fn of(commands: &[Set]) -> Vec<Option<Law>> {
+        let mut course = Self {
+            settings: Readings::default(),
+            at: None,
+            path: Path::keeping_laws(),
+        };
+        let are_segments: Vec<bool> = commands.iter().map(|one| course.follow(one)).collect();
+        course.path.end();
+        let mut laws = course.path.take_laws().into_iter();
+        let each = are_segments.into_iter();
+        each.map(|is_segment| is_segment.then(|| laws.next()).flatten())
+            .collect()
+    }
+
+    /// Follows a command; whether it was a segment.
+    fn follow(&mut self, command: &Set) -> bool {
+        let (mode, point) = match command {
+            Set::CpCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
+            Set::CpLeCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
+            _ => {
+                self.path.end();
+                self.settings.note(command);
+                self.lead(command);
+                return false;
+            }
+        };
+        let [x, y, z] = point.map(f64::from);
+        let from = self.at;
+        self.at = match (mode, from) {
+            (CpMode::Relative, Some([a, b, c])) => Some([a + x, b + y, c + z]),
+            (CpMode::Relative, None) => None,
+            _ => Some([x, y, z]),
+        };
+        let Some((from, to)) = from.zip(self.at) else {
+            return false;
+        };
+        let way = CpSegment::between(from, to);
+        match LookAhead::new(&self.settings.cp_speeds()) {
+            Ok(look_ahead) if !way.is_empty() => {
+                self.path.add(look_ahead, way);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Where a command leads that is no segment.
+    fn lead(&mut self, command: &Set) {
+        let point = |[x, y, z, _]: [f32; 4]| Some([x, y, z].map(f64::from));
+        self.at = match command {
+            Set::ArcCmd(arc) => point(arc.to_point),
+            Set::CircleCmd(_) => self.at,
+            Set::HomeCmd(_) | Set::ResetPose(_) | Set::EndEffectorParams(_) | Set::JogCmd(_) => {
+                None
+            }
+            _ => match ptp_of(command) {
+                Some(ptp) => ptp.pose().and_then(point),
+                None => self.at,
+            },
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_motion::{JointAngles, ToolBias};
+
+    use super::super::Preflight;
+    use super::super::path::microseconds;
+    use super::*;
+    use crate::words;
+
+    #[test]
+    fn laws_take_the_time_that_a_preflight_tells() {
+        let mut commands = vec![
+            words::path_speed(80.0, 100.0),
+            words::line_to(220.0, 0.0, 20.0, 0.0),
+        ];
+        // A spiral of short segments, more than the queue holds, with corners and a point that comes twice.
+        for nth in 0..150_u8 {
+            let (sin, cos) = (f32::from(nth) * 0.3).sin_cos();
+            let far = 5.0 + f32::from(nth) * 0.2;
+            let power = f32::from(nth % 7);
+            commands.push(words::engrave_to(220.0 + far * cos, far * sin, 20.0, power));
+            if nth == 90 {
+                commands.push(words::engrave_to(220.0 + far * cos, far * sin, 20.0, power));
+            }
+        }
+        commands.push(words::laser(false));
+        let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+        let [all, first] =
+            [&commands[..], &commands[..2]].map(|some| check.estimate(some).expect("within reach"));
+        let laws = PathLaws::of(&commands);
+        assert_eq!(laws.len(), commands.len());
+        assert_eq!(laws.iter().flatten().count(), 150);
+        let sum: u64 = laws
+            .iter()
+            .flatten()
+            .map(|law| microseconds(law.duration()))
+            .sum();
+        assert_eq!(u128::from(sum), (all - first).as_micros());
+    }
+}
