@@ -293,7 +293,7 @@ fn a_look_leaves_a_preview_and_a_run_a_picture() {
 #[test]
 fn a_pen_that_is_lifted_by_m3_is_no_laser_where_somebody_says_so() {
     let place = Place::new();
-    let file = place.write("servo.gcode", "G0 X220 Y0 Z-50\nM3 S90\nG1 X240\nM5\n");
+    let file = place.write("servo.gcode", "G0 X220 Y0 Z0\nM3 S90\nG1 X240\nM5\n");
     let names = |arguments: &[&str]| {
         let mut all = vec!["run", file.as_str(), "--dry-run", "--json"];
         all.extend(arguments);
@@ -302,6 +302,11 @@ fn a_pen_that_is_lifted_by_m3_is_no_laser_where_somebody_says_so() {
     assert!(names(&[]).contains("SetCPLECmd"));
     let pen = names(&["--dialect", "pen"]);
     assert!(pen.contains("SetCPCmd") && !pen.contains("Laser"), "{pen}");
+    let servo = names(&["--dialect", "servo", "--surface", "-50"]);
+    assert!(
+        servo.contains("SetCPCmd") && servo.contains("-50"),
+        "{servo}"
+    );
     assert_eq!(run(&["run", &file, "--dialect", "axe"]).status, 2);
 }
 

@@ -61,6 +61,8 @@ pub struct Report {
     /// How long its other ways are, mm. Lines, paths, arcs and circles have their true length, ways of joints and jumps that
     /// of the straight line between their ends.
     pub travelled: f64,
+    /// The weakest and the strongest power that is burnt, percent; none if nothing is.
+    pub power: Option<[f64; 2]>,
     /// The least and the greatest x, y, z at which steps end.
     pub bounds: Option<[[f64; 3]; 2]>,
     /// The step with the longest way, from 0, and how long that is, mm.
@@ -109,6 +111,13 @@ impl Report {
         for ((least, most), at) in least.iter_mut().zip(most).zip(at) {
             *least = least.min(at);
             *most = most.max(at);
+        }
+    }
+
+    pub(crate) fn burn(&mut self, percent: f64) {
+        if percent > 0.0 {
+            let [least, most] = self.power.unwrap_or([percent; 2]);
+            self.power = Some([least.min(percent), most.max(percent)]);
         }
     }
 
@@ -188,6 +197,14 @@ impl Course {
             self.report.take(step, done.time.saturating_sub(done.path));
         }
         self.pen.note(command);
+        match command {
+            // A segment without a length lights nothing.
+            Set::CpLeCmd(segment) if done.end != before => {
+                self.report.burn(segment.velocity_or_power.into());
+            }
+            Set::SetEndEffectorLaser(_) if self.pen.is_lit() => self.report.burn(100.0),
+            _ => {}
+        }
         if let (Some(from), Some(to)) = (before, done.end) {
             let way = length(command, &from, &to);
             if way > 0.0 {

@@ -97,7 +97,9 @@ mod tests {
             assert_eq!(power.range(), range, "{text}");
             assert_eq!(power.to_string().parse(), Ok(power));
         }
-        for wrong in ["", "101", "70..5", "a..b", "-5..20", "nan", "nan..80", "5..", "inf"] {
+        for wrong in [
+            "", "101", "70..5", "a..b", "-5..20", "nan", "nan..80", "5..", "inf",
+        ] {
             assert!(wrong.parse::<Power>().is_err(), "{wrong}");
         }
     }

@@ -6,7 +6,8 @@ use magician_motion::ToolBias;
 use crate::artwork::{Layout, Marking, Order, Sheet};
 use crate::raster::{Engrave, Grid, Size, Trace};
 use crate::{
-    Artwork, Content, Fit, Format, Placement, Plan, Problem, Raster, Reach, Reading, Surface, Tool,
+    Artwork, Content, Fit, Format, Placement, Plan, Power, Problem, Raster, Reach, Reading,
+    Surface, Tool,
 };
 
 /// An image that is larger than its sheet by no more than this is not, mm.
@@ -38,6 +39,12 @@ pub struct Setup {
     pub size: Size,
     /// Speed of the tool at work, mm/s, instead of what the file or the way of working says.
     pub speed: Option<f32>,
+    /// Speed of the laser on drawings and images if nobody asks for another, mm/s.
+    pub laser_speed: Option<f64>,
+    /// The full power that was asked for, whatever burns.
+    pub power: Option<Power>,
+    /// Full power, if nobody asks for another.
+    pub usual_power: Option<Power>,
 }
 
 /// Where the tip of a tool is when an arm stands so; of the tool that the arm knows of, if none is named.
@@ -108,6 +115,9 @@ impl Default for Setup {
             work: Work::Usual,
             size: Size::Natural,
             speed: None,
+            laser_speed: None,
+            power: None,
+            usual_power: None,
         }
     }
 }
@@ -141,6 +151,10 @@ impl Setup {
                 Work::Usual => self.engraved(&image, Engrave::default())?,
             },
         };
+        if self.power.is_some() && !plan.burns() {
+            let what = "nothing burns here: the power that was asked for changes nothing";
+            notes.push(Problem::of_file(what));
+        }
         Ok(Reading {
             content: plan,
             notes,
@@ -170,7 +184,28 @@ impl Setup {
         if let Some(speed) = self.speed {
             plan.path_at(speed);
         }
-        self.placed(plan)
+        // The arm is faster on longer lines: the powers that follow the speed come last.
+        let plan = self.placed(plan)?.powered_by_speed();
+        notes.extend(plan.notes);
+        match self.full_power() {
+            Some(power) => plan.content.at_power(&power),
+            None => Ok(plan.content),
+        }
+    }
+
+    /// Full power, as far as anybody has said it.
+    fn full_power(&self) -> Option<Power> {
+        self.power.or(self.usual_power)
+    }
+
+    /// How an image is engraved, and how fast a drawing is burnt.
+    fn engraving(&self, mut engrave: Engrave) -> Engrave {
+        let speed = self.speed.map(f64::from).or(self.laser_speed);
+        engrave.speed = speed.unwrap_or(engrave.speed);
+        if let Some(power) = self.full_power() {
+            engrave.power = power.range();
+        }
+        engrave
     }
 
     /// Mirrored, scaled, turned about the middle, brought where it belongs.
@@ -247,14 +282,17 @@ impl Setup {
 
     fn marking(&self) -> Marking {
         let marking = match &self.work {
-            Work::Engrave(engrave) => Marking {
-                tool: self.tool_for(Tool::Laser),
-                speed: engrave.speed as f32,
-                acceleration: engrave.acceleration as f32,
-                lift: engrave.lift,
-                travel: self.pen.travel,
-                ..Marking::laser(engrave.power[1] as f32)
-            },
+            Work::Engrave(engrave) => {
+                let engrave = self.engraving(engrave.clone());
+                Marking {
+                    tool: self.tool_for(Tool::Laser),
+                    speed: engrave.speed as f32,
+                    acceleration: engrave.acceleration as f32,
+                    lift: engrave.lift,
+                    travel: self.pen.travel,
+                    ..Marking::laser(engrave.power[1] as f32)
+                }
+            }
             _ => Marking {
                 tool: self.tool_for(self.pen.tool),
                 ..self.pen
@@ -298,8 +336,8 @@ impl Setup {
     }
 
     /// Grey that becomes power.
-    fn engraved(&self, image: &Raster, mut engrave: Engrave) -> Result<Plan, Problem> {
-        engrave.speed = self.speed.map_or(engrave.speed, f64::from);
+    fn engraved(&self, image: &Raster, engrave: Engrave) -> Result<Plan, Problem> {
+        let engrave = self.engraving(engrave);
         let surface = self.needed_surface()?;
         let natural = image.size(self.size)?;
         let size = natural.map(|side| side * self.placing.scale);

@@ -3,9 +3,11 @@
 mod gcode {
     mod arcs;
     mod drawn;
+    mod full_power;
     mod power;
     mod refused;
     mod samples;
+    mod servo;
     mod words;
 }
 

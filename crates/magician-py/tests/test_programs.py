@@ -132,6 +132,36 @@ def test_an_image_is_engraved_or_traced(samples: Path) -> None:
     assert drawn.tool == "pen" and "burn" not in drawn.check().counts
 
 
+JOB = b"""; LightBurn 1.4.00
+G21 G90
+M3
+; Cut @ 600 mm/min, 20% power
+G0 X220 Y0 Z0
+G1 X240 S200 F600
+M5
+"""
+
+
+def test_full_power_is_told_and_power_is_of_every_source(samples: Path) -> None:
+    plan = magician.load(_named("job.gcode", JOB))
+    assert plan.check().power == (20, 20) and "burns with 20 %" in str(plan.check())
+    assert "full power is S1000" in str(plan.notes[0]) and "s_max=" in str(plan.notes[0])
+    assert magician.load(_named("job.gcode", JOB), s_max=400).check().power == (50, 50)
+    assert magician.load(_named("job.gcode", JOB), power=50).check().power == (10, 10)
+    assert magician.load(_named("job.gcode", JOB), power=(10, 60)).check().power == (20, 20)
+    assert magician.load(samples / "house.svg", work="engrave", power=50).check().power == (50, 50)
+    assert magician.load(samples / "house.svg").check().power is None
+    with pytest.raises(InvalidInputError, match=r"S2000 is above 1000.*s_max="):
+        magician.load(_named("far.gcode", b"G0 X220 Y0 Z0\nM3 S2000\nG1 X240 F600\nM5\n"))
+
+
+def test_a_servo_lifts_the_pen() -> None:
+    program = b"M3 S40\nG0 X220 Y0\nM3 S90\nG1 X240 F600\nM3 S40\n"
+    plan = magician.load(_named("servo.gcode", program), dialect="servo", surface=-50, lift=10)
+    assert plan.check().power is None
+    assert {step.values[2] for step in plan.steps if step.action in ("path", "move")} == {-50, -40}
+
+
 def test_transformations_give_new_plans() -> None:
     plan = Plan.path(SQUARE, tool="pen", surface=-60)
     moved = plan.moved(10, -5, 1)

@@ -1,7 +1,7 @@
 //! What can be set, in one table: names, meanings, and what counts as a value.
 
 use magician::Target;
-use magician_program::Tool;
+use magician_program::{Power, Tool};
 use toml::de::DeValue;
 
 /// One setting.
@@ -29,8 +29,8 @@ pub(crate) enum Kind {
     Number,
     /// A number above 0.
     Positive,
-    /// 0 to 100.
-    Percent,
+    /// 0 to 100 percent, or two such numbers.
+    Power,
     /// A table that another verb writes.
     Sheet,
 }
@@ -95,17 +95,17 @@ pub(crate) const KEYS: [Key; 10] = [
     },
     Key {
         name: "engrave.speed",
-        about: "speed of the laser on the wood, mm/s",
+        about: "speed of the laser on drawings, images, and G-code before its first F, mm/s",
         variable: None,
         default: "20",
         kind: Kind::Positive,
     },
     Key {
         name: "engrave.power",
-        about: "most power of the laser, percent",
+        about: "full power of the laser, percent, or LEAST..MOST: as --power takes it",
         variable: None,
         default: "100",
-        kind: Kind::Percent,
+        kind: Kind::Power,
     },
 ];
 
@@ -126,8 +126,15 @@ impl Key {
             }
             Kind::Tool => text.parse::<Tool>().map(|tool| quoted(&tool.to_string())),
             Kind::Window => self.number(text).map(|value| format!("{value:.0}")),
-            Kind::Number | Kind::Positive | Kind::Percent => {
-                self.number(text).map(|value| value.to_string())
+            Kind::Number | Kind::Positive => self.number(text).map(|value| value.to_string()),
+            Kind::Power => {
+                let power = text.parse::<Power>()?.to_string();
+                // One number is a number in the file, as it always was.
+                Ok(if power.contains("..") {
+                    quoted(&power)
+                } else {
+                    power
+                })
             }
             Kind::Sheet => Err("`magician calibrate` finds it; nobody types it".to_owned()),
         }
@@ -138,7 +145,7 @@ impl Key {
         let text = match (self.kind, value) {
             (Kind::Sheet, DeValue::Table(_)) => return Ok("calibrated".to_owned()),
             (Kind::Sheet, _) => return Err("expected a table".to_owned()),
-            (Kind::Port | Kind::Tool, DeValue::String(text)) => text.to_string(),
+            (Kind::Port | Kind::Tool | Kind::Power, DeValue::String(text)) => text.to_string(),
             (Kind::Port | Kind::Tool, _) => return Err("expected a text in quotes".to_owned()),
             (_, DeValue::Integer(number)) => number.as_str().replace('_', ""),
             (_, DeValue::Float(number)) => number.as_str().replace('_', ""),
@@ -155,10 +162,6 @@ impl Key {
                 "expected a whole number from 1 to 8",
             ),
             Kind::Positive => (|value| value > 0.0, "expected a number above 0"),
-            Kind::Percent => (
-                |value| (0.0..=100.0).contains(&value),
-                "expected 0 to 100 percent",
-            ),
             _ => (|_| true, "expected a number"),
         };
         value
@@ -204,6 +207,8 @@ mod tests {
         assert_eq!(write("window", "4"), Ok("4".to_owned()));
         assert_eq!(write("surface", "-61.25"), Ok("-61.25".to_owned()));
         assert_eq!(write("draw.travel-speed", "150"), Ok("150".to_owned()));
+        assert_eq!(write("engrave.power", "60"), Ok("60".to_owned()));
+        assert_eq!(write("engrave.power", "5..60%"), Ok("\"5..60\"".to_owned()));
         for (name, wrong) in [
             ("port", "nowhere"),
             ("tool", "hammer"),
@@ -212,6 +217,7 @@ mod tests {
             ("surface", "nan"),
             ("draw.speed", "0"),
             ("engrave.power", "101"),
+            ("engrave.power", "60..5"),
             ("sheet", "1"),
         ] {
             assert!(write(name, wrong).is_err(), "{name} {wrong}");

@@ -9,7 +9,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use magician::ErrorKind;
-use magician_program::{Lines, Problem};
+use magician_program::{Lines, Power, Problem};
 use miette::Severity;
 use serde::Serialize;
 use toml::Spanned;
@@ -89,6 +89,11 @@ impl Config {
 
     /// A number that the file says. The check has let nothing else through.
     pub(crate) fn number(&self, name: &str) -> Option<f64> {
+        self.says(name)?.parse().ok()
+    }
+
+    /// A power that the file says.
+    pub(crate) fn power(&self, name: &str) -> Option<Power> {
         self.says(name)?.parse().ok()
     }
 

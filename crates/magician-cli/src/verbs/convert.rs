@@ -10,7 +10,7 @@ use magician_program::rehearse::{RehearseOptions, rehearse};
 use magician_program::{Action, Plan, Problem, Travel, Work};
 use serde::Serialize;
 
-use super::job::options::{File, Look, Pen, Place, Way};
+use super::job::options::{Beam, File, Look, Pen, Place, Way};
 use super::job::{Job, notes};
 use crate::context::Context;
 use crate::failure::Failure;
@@ -74,10 +74,12 @@ impl Convert {
             look: Look::default(),
             place: self.place,
             way: Way::default(),
+            beam: Beam::default(),
             pen: self.pen,
             work,
             size,
             pause: 0,
+            runs: false,
         };
         let (source, plan) = job.plan(context)?;
         let lost = write(kind, &plan, &self.to, &source)?;

@@ -4,7 +4,7 @@ use clap::Args;
 use magician_program::Work;
 
 use super::job::Job;
-use super::job::options::{File, Look, Pen, Place, Way};
+use super::job::options::{Beam, File, Look, Pen, Place, Way};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -40,10 +40,12 @@ impl Draw {
             look: self.look,
             place: self.place,
             way: self.way,
+            beam: Beam::default(),
             pen: self.pen,
             work: Work::Draw(trace),
             size,
             pause: 0,
+            runs: true,
         };
         job.run(context)
     }

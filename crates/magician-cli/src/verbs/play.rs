@@ -7,7 +7,7 @@ use magician_program::Work;
 use magician_program::raster::Size;
 
 use super::job::Job;
-use super::job::options::{File, Look, Pen, Place, Way};
+use super::job::options::{Beam, File, Look, Pen, Place, Way};
 use crate::args::seconds;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -42,10 +42,12 @@ impl Play {
             look: self.look,
             place: self.place,
             way: self.way,
+            beam: Beam::default(),
             pen: Pen::default(),
             work: Work::Usual,
             size: Size::Natural,
             pause: u32::try_from(pause).unwrap_or(u32::MAX),
+            runs: true,
         };
         job.run(context)
     }

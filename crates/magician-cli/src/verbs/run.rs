@@ -5,7 +5,7 @@ use magician_program::Work;
 use magician_program::raster::Size;
 
 use super::job::Job;
-use super::job::options::{File, Look, Pen, Place, Way};
+use super::job::options::{Beam, File, Look, Pen, Place, Way};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -27,6 +27,8 @@ pub(crate) struct Run {
     #[command(flatten)]
     look: Look,
     #[command(flatten)]
+    beam: Beam,
+    #[command(flatten)]
     place: Place,
     #[command(flatten)]
     way: Way,
@@ -39,10 +41,12 @@ impl Run {
             look: self.look,
             place: self.place,
             way: self.way,
+            beam: self.beam,
             pen: Pen::default(),
             work: Work::Usual,
             size: Size::Natural,
             pause: 0,
+            runs: true,
         };
         job.run(context)
     }

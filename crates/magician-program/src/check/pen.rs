@@ -32,6 +32,11 @@ impl Pen {
         }
     }
 
+    /// Whether the laser was switched on, with all its power.
+    pub(super) fn is_lit(&self) -> bool {
+        self.lit
+    }
+
     /// Whether a command draws or burns on its way.
     pub(super) fn draws(&self, command: &Set, from: &ArmState, to: &ArmState) -> bool {
         let touches = |surface: Surface| {

@@ -97,7 +97,8 @@ impl Plan {
                     "step {} switches the laser on, which is full power: it cannot burn with {power} %",
                     at + 1
                 );
-                let problem = Problem::new(step.origin, message).help("--power 100 runs it as it is");
+                let problem =
+                    Problem::new(step.origin, message).help("--power 100 runs it as it is");
                 let name = step.origin.name_index().and_then(|at| names.get(at));
                 return Err(match name {
                     Some(name) => problem.named(name),
@@ -162,10 +163,9 @@ fn cuts(law: &Law, feed: f64) -> Vec<f64> {
     let speed = |time: f64| law.velocity(time).min(feed);
     let peak = speed(ramp_in);
     let mut times = Vec::new();
-    // The middle piece takes what is within a tenth of the peak.
     let mut ramp = |slow: f64, from: f64, to: f64| {
-        let rise = peak - OFF * feed - slow;
-        if rise > 0.0 {
+        let rise = peak - slow;
+        if rise > OFF * feed {
             let count = (rise / (2.0 * OFF * feed)).ceil();
             let level = |nth: f64| slow + rise * nth / count;
             times.extend((1..=count as u32).map(|nth| when(law, level(nth.into()), from, to)));
@@ -262,7 +262,10 @@ mod tests {
         for to in points {
             plan.push(Action::Burn { to, power: 60.0 }, Origin::NONE);
         }
-        plan.steps.iter_mut().skip(2).for_each(|step| step.feed = Some(feed));
+        plan.steps
+            .iter_mut()
+            .skip(2)
+            .for_each(|step| step.feed = Some(feed));
         plan.push(Action::Laser(false), Origin::NONE);
         plan
     }
@@ -305,14 +308,23 @@ mod tests {
             (&zigzag, 11),
             (&curve, 200),
         ] {
-            for (speed, feed) in [(20.0, 20.0), (60.0, 60.0), (5.0, 5.0), (40.0, 20.0), (10.0, 30.0)] {
+            for (speed, feed) in [
+                (20.0, 20.0),
+                (60.0, 60.0),
+                (5.0, 5.0),
+                (40.0, 20.0),
+                (10.0, 30.0),
+            ] {
                 let made = plan(points, speed, feed).powered_by_speed();
                 is_right(&made, feed.into());
                 let steps = made.content.steps.len() - 3;
                 assert!(steps > lines || lines == 200, "{steps}");
                 assert!(steps <= lines * (1 + MOST_PIECES), "{steps} of {lines}");
                 let laws = made.content.path_laws();
-                let speeds = laws.iter().flatten().map(|law| law.velocity(law.corners()[0]));
+                let speeds = laws
+                    .iter()
+                    .flatten()
+                    .map(|law| law.velocity(law.corners()[0]));
                 let reached = speeds.fold(0.0, f64::max) > 0.99 * f64::from(feed);
                 assert_eq!(made.notes.is_empty(), reached, "{:?}", made.notes);
                 assert!(reached || lines == 200 || speed < feed);
@@ -325,8 +337,15 @@ mod tests {
         for feed in [5.0, 20.0, 100.0] {
             let made = plan(&[[180.0, -100.0], [260.0, 100.0]], feed, feed).powered_by_speed();
             let steps = &made.content.steps;
-            assert!((2 + 1 + 1..=2 + 21 + 1).contains(&steps.len()), "{}", steps.len());
-            assert_eq!(steps[steps.len() - 2].action.target(), Some([260.0, 100.0, 0.0]));
+            assert!(
+                (2 + 1 + 1..=2 + 21 + 1).contains(&steps.len()),
+                "{}",
+                steps.len()
+            );
+            assert_eq!(
+                steps[steps.len() - 2].action.target(),
+                Some([260.0, 100.0, 0.0])
+            );
             is_right(&made, feed.into());
         }
     }
@@ -338,11 +357,19 @@ mod tests {
         let [note] = &made.notes[..] else {
             panic!("{:?}", made.notes)
         };
-        assert!(note.message.contains("never comes to F6000 (100.0 mm/s), 20.0 mm/s"), "{note}");
-        let most = made.content.steps.iter().filter_map(|step| match step.action {
-            Action::Burn { power, .. } => Some(power),
-            _ => None,
-        });
+        assert!(
+            note.message
+                .contains("never comes to F6000 (100.0 mm/s), 20.0 mm/s"),
+            "{note}"
+        );
+        let most = made
+            .content
+            .steps
+            .iter()
+            .filter_map(|step| match step.action {
+                Action::Burn { power, .. } => Some(power),
+                _ => None,
+            });
         assert!(most.fold(0.0, f32::max) < 13.0);
     }
 
@@ -354,14 +381,20 @@ mod tests {
             *power = 0.0;
         }
         let half = plan.clone().at_power(&"10..50".parse().unwrap()).unwrap();
-        let powers: Vec<f32> = half.steps.iter().filter_map(|step| match step.action {
-            Action::Burn { power, .. } => Some(power),
-            _ => None,
-        }).collect();
+        let powers: Vec<f32> = half
+            .steps
+            .iter()
+            .filter_map(|step| match step.action {
+                Action::Burn { power, .. } => Some(power),
+                _ => None,
+            })
+            .collect();
         assert_eq!(powers, [34.0, 0.0]);
         plan.push(Action::Laser(true), Origin::NONE);
         assert!(plan.clone().at_power(&Power::FULL).is_ok());
-        let refused = plan.at_power(&"50".parse().unwrap()).expect_err("it is full power");
+        let refused = plan
+            .at_power(&"50".parse().unwrap())
+            .expect_err("it is full power");
         assert!(refused.message.contains("full power"), "{refused}");
     }
 }

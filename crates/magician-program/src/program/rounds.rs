@@ -68,6 +68,9 @@ fn add(report: &mut Report, round: Report, times: u64, steps: usize) {
         ..complaint
     });
     report.complaints.extend(complaints);
+    for percent in round.power.into_iter().flatten() {
+        report.burn(percent);
+    }
     if let Some([least, most]) = round.bounds {
         report.reach(least);
         report.reach(most);

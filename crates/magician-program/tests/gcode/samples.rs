@@ -67,7 +67,10 @@ fn the_laser_sample_step_by_step() {
     assert_eq!(all, expected);
     assert_eq!(
         notes(LASER),
-        ["line 6, column 1: the program never says Z: it is taken as 0"]
+        [
+            "line 1, column 1: full power is S255, as $30 says",
+            "line 6, column 1: the program never says Z: it is taken as 0"
+        ]
     );
 }
 

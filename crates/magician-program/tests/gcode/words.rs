@@ -159,7 +159,7 @@ fn a_servo_lifts_the_pen_to_the_heights_of_the_surface() {
     assert_eq!(
         notes,
         [
-            "line 8, column 1: Z is left out: M300 lifts the pen, to the heights of the surface",
+            "line 8, column 1: Z is left out: a servo lifts the pen, to the heights of the surface",
             "line 9, column 1: M300 (a tone, a servo that is switched off) is left out",
         ]
     );

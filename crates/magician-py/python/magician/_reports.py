@@ -98,6 +98,8 @@ class Report:
     """How far the tool draws or burns, mm."""
     travelled: float
     """How far it goes besides, mm."""
+    power: tuple[float, float] | None
+    """The weakest and the strongest power that is burnt, percent; ``None`` if nothing burns."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None
     """The least and the greatest x, y, z at which steps end, mm."""
     longest_way: tuple[int, float] | None
@@ -132,7 +134,12 @@ class Report:
             if self.ok
             else f"{self.refused} step{' is' if self.refused == 1 else 's are'} refused"
         )
-        return f"{self.steps} steps, {self.drawn:.0f} mm drawn, {self.travelled:.0f} mm travelled, {time}: {state}"
+        burns = ""
+        if self.power is not None:
+            least, most = self.power
+            burns = f"burns with {least:.3g} to {most:.3g} %, " if least < most else f"burns with {most:.3g} %, "
+        lengths = f"{self.drawn:.0f} mm drawn, {self.travelled:.0f} mm travelled"
+        return f"{self.steps} steps, {lengths}, {burns}{time}: {state}"
 
     def _repr_html_(self) -> str:
         found = "".join(
@@ -155,6 +162,7 @@ def report(found: dict[str, Any]) -> Report:
         seconds=found["seconds"],
         drawn=found["drawn"],
         travelled=found["travelled"],
+        power=None if found["power"] is None else tuple(found["power"]),
         bounds=None if bounds is None else (tuple(bounds[0]), tuple(bounds[1])),
         longest_way=found["longest_way"],
         longest_time=found["longest_time"],

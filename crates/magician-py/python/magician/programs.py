@@ -533,7 +533,8 @@ def load(
     lift: float | None = None,
     order: bool = True,
     tolerance: float | None = None,
-    dialect: Literal["pen", "laser"] | None = None,
+    dialect: Literal["pen", "laser", "servo"] | None = None,
+    s_max: float | None = None,
     work: Literal["draw", "engrave"] | None = None,
     width: float | None = None,
     height: float | None = None,
@@ -569,13 +570,16 @@ def load(
     :param lift: How far the pen is lifted between lines, mm.
     :param order: Whether lines may be drawn in another order, to travel less.
     :param tolerance: How far a line may be from the curve that it stands for, mm; 0.05 if left out.
-    :param dialect: What G-code is for; if left out, a laser where it switches one.
+    :param dialect: What G-code is for; if left out, a laser where it switches one and nothing in it is a mill's.
+        ``"servo"`` is a pen that M3, M280 or M300 lifts by angles.
+    :param s_max: The S of G-code that is the laser's full power (``$30`` of its controller); if left out, what the file
+        says of it, else 1000.
     :param work: ``"draw"`` draws all with the pen, images by their outlines; ``"engrave"`` burns all, drawings along
         their lines.
     :param width: How wide an image becomes, mm.
     :param height: How high it becomes, mm, instead.
     :param threshold: With ``work="draw"`` or ``tone="threshold"``: what is darker is dark, 1 to 255.
-    :param power: Of the laser for black, percent; or for the lightest grey and for black.
+    :param power: What full power is, percent, of whatever burns; or the least and the most of all that is above 0.
     :param tone: How grey becomes power.
     :param invert: Whether white burns.
     :param both_directions: Whether every other line is burnt on the way back.
@@ -608,6 +612,7 @@ def load(
         "lift": number("lift", lift, above=0, unit="mm"),
         "tolerance": number("tolerance", tolerance, above=0, unit="mm"),
         "dialect": text("dialect", dialect),
+        "s_max": number("s_max", s_max, above=0),
         "work": text("work", work),
         "width": number("width", width, above=0, unit="mm"),
         "height": number("height", height, above=0, unit="mm"),

@@ -123,6 +123,7 @@ pub(crate) fn findings<'py>(
     parts.set_item("seconds", report.time.map(|time| time.as_secs_f64()))?;
     parts.set_item("drawn", report.drawn)?;
     parts.set_item("travelled", report.travelled)?;
+    parts.set_item("power", report.power)?;
     parts.set_item("bounds", report.bounds)?;
     let longest = report
         .longest_way

@@ -5,7 +5,7 @@ use magician_program::artwork::Sheet;
 use magician_program::formats::Dialect;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
-    Content, Format, Placing, Plan, Problem, ReadOptions, Reading, Setup, Surface, Work, read,
+    Content, Format, Placing, Plan, Power, Problem, ReadOptions, Reading, Setup, Surface, Work, read,
 };
 use pyo3::prelude::*;
 
@@ -38,6 +38,7 @@ struct Wanted {
     order: bool,
     tolerance: Option<f64>,
     dialect: Option<String>,
+    s_max: Option<f64>,
     work: Option<String>,
     width: Option<f64>,
     height: Option<f64>,
@@ -76,6 +77,9 @@ impl Wanted {
         let travel = positive("travel_speed", self.travel_speed)?;
         setup.pen.travel = travel.map_or(setup.pen.travel, |speed| speed as f32);
         setup.speed = positive("speed", self.speed)?.map(|speed| speed as f32);
+        if let Some([least, most]) = self.power {
+            setup.power = Some(Power::new(least, most)?);
+        }
         setup.order = self.order;
         setup.size = match (self.width, self.height) {
             (None, None) => Size::Natural,
@@ -101,14 +105,6 @@ impl Wanted {
 
     fn engrave(&self) -> Result<Engrave, String> {
         let mut engrave = Engrave::default();
-        if let Some([least, most]) = self.power {
-            if !(0.0 <= least && least <= most && most > 0.0 && most <= 100.0) {
-                return Err(format!(
-                    "power is percent, the least before the most, not {least} and {most}"
-                ));
-            }
-            engrave.power = [least, most];
-        }
         engrave.tone = match self.tone.as_deref() {
             None | Some("grey") => Tone::Grey,
             Some("threshold") => Tone::Threshold(self.threshold.unwrap_or(128)),
@@ -141,8 +137,14 @@ impl Wanted {
             None => Dialect::Detect,
             Some("pen") => Dialect::Pen,
             Some("laser") => Dialect::Laser,
-            Some(other) => return Err(format!("dialect is \"pen\" or \"laser\", not \"{other}\"")),
+            Some("servo") => Dialect::Servo,
+            Some(other) => {
+                return Err(format!(
+                    "dialect is \"pen\", \"laser\" or \"servo\", not \"{other}\""
+                ));
+            }
         };
+        options.gcode.s_max = self.s_max;
         Ok(options)
     }
 }
@@ -232,8 +234,9 @@ fn made(
     Ok((made.content, notes, taught))
 }
 
-/// A problem with a help that speaks of arguments.
+/// A problem that speaks of arguments.
 fn said(mut problem: Problem) -> Problem {
+    problem.message = wording::arguments(&problem.message);
     problem.help = match problem.needs_start() {
         true => {
             Some("give start=(x, y, z), where the tool stands when the program begins".to_owned())

@@ -22,7 +22,7 @@ use magician_program::{Action, Content, Plan, Problem, Program, Setup, Work};
 use miette::Severity;
 
 use self::drive::{Done, Drive, State};
-use self::options::{File, Look, Pen, Place, Way};
+use self::options::{Beam, File, Look, Pen, Place, Way};
 use self::reading::Read;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
@@ -39,6 +39,7 @@ pub(crate) struct Job {
     pub(crate) look: Look,
     pub(crate) place: Place,
     pub(crate) way: Way,
+    pub(crate) beam: Beam,
     pub(crate) pen: Pen,
     /// What is made of drawings and images.
     pub(crate) work: Work,
@@ -46,6 +47,8 @@ pub(crate) struct Job {
     pub(crate) size: Size,
     /// Rest at the end of each loop, ms.
     pub(crate) pause: u32,
+    /// Whether it is run or looked at, and not made another file of.
+    pub(crate) runs: bool,
 }
 
 /// What has become of a file.
@@ -55,6 +58,8 @@ struct Made {
     program: Program,
     /// Where the tool stood, if it depends on that.
     start: Option<[f64; 3]>,
+    /// What of the file was taken in a certain way.
+    notes: Vec<Problem>,
 }
 
 /// Where a program is tried or run.
@@ -90,6 +95,7 @@ impl Job {
             from,
             look: &self.look,
             sheet: made.setup.sheet,
+            notes: &made.notes,
         };
         match place {
             Where::Nowhere => look.show(made.start_on_stage()?, context),
@@ -131,7 +137,7 @@ impl Job {
         let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));
         let done = outcome?;
         drawn.transpose()?;
-        self.tell(&done, &made.program, context)
+        self.tell(&done, made, context)
     }
 
     /// Runs it on an arm that is there.
@@ -145,7 +151,7 @@ impl Job {
             permit(target, context)?;
         }
         let done = go(&self.drive(made, None, context), context)?;
-        self.tell(&done, &made.program, context)
+        self.tell(&done, made, context)
     }
 
     /// Makes a program of what was in the file.
@@ -155,6 +161,7 @@ impl Job {
             format,
             content,
             start,
+            notes: mut told,
         } = read;
         let taught = matches!(content, Content::Plan(_));
         let config = context.config()?;
@@ -170,6 +177,7 @@ impl Job {
         };
         let made = setup.plan(format, content).map_err(refused)?;
         notes(&source, &made.notes, context);
+        told.extend(made.notes);
         let mut plan = self.on_grid(made.content).map_err(refused)?;
         if self.pause > 0 {
             plan.push(Action::Wait(self.pause), magician_program::Origin::NONE);
@@ -188,6 +196,7 @@ impl Job {
             setup,
             program: program.with_settings(settings),
             start,
+            notes: told,
         })
     }
 
@@ -258,11 +267,11 @@ impl Job {
     }
 
     /// How it ended.
-    fn tell(&self, done: &Done, program: &Program, context: &mut Context) -> Result<(), Failure> {
+    fn tell(&self, done: &Done, made: &Made, context: &mut Context) -> Result<(), Failure> {
         let files = [("picture", &self.way.picture), ("record", &self.way.record)];
         let files =
             files.map(|(name, path)| (name, path.as_ref().map(|path| path.display().to_string())));
-        show::done(done, program, &files, context)
+        show::done(done, &made.program, &made.notes, &files, context)
     }
 }
 
@@ -320,6 +329,15 @@ pub(crate) fn notes(source: &Source, notes: &[Problem], context: &Context) {
     if notes.len() > NOTES {
         say(&format!("and {} notes more", notes.len() - NOTES));
     }
+}
+
+/// Notes as JSON has them, each with what to do about it.
+pub(crate) fn sentences(notes: &[Problem]) -> Vec<String> {
+    let told = |note: &Problem| match &note.help {
+        Some(help) => format!("{note} ({help})"),
+        None => note.to_string(),
+    };
+    notes.iter().map(told).collect()
 }
 
 /// A stderr that nobody reads is no reason to stop.

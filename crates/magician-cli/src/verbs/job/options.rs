@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::{Args, ValueHint};
 use magician_program::formats::Dialect;
 use magician_program::raster::{Size, Trace};
-use magician_program::{Format, Tool};
+use magician_program::{Format, Power, Tool};
 
 use crate::args::number;
 
@@ -19,9 +19,23 @@ pub(crate) struct File {
     /// What the file is, where its name and its content do not tell: playback, svg, gcode, image, dxf, hpgl, blockly, points, plan
     #[arg(long, value_name = "FORMAT")]
     pub(super) format: Option<Format>,
-    /// What a G-code file is for: pen or laser; if not given, a laser where it switches a spindle or sets a power
-    #[arg(long, value_name = "pen|laser", value_parser = dialect)]
+    /// What a G-code file is for: pen, laser, or servo (a pen that M3, M280 or M300 lifts by angles); if not given, a laser
+    /// where it switches a spindle or sets a power and nothing in it is a mill's
+    #[arg(long, value_name = "pen|laser|servo", value_parser = dialect)]
     pub(super) dialect: Option<Dialect>,
+    /// The S of a G-code file that is the laser's full power ($30 of its controller); if not given, what the file says of it,
+    /// else 1000
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub(super) s_max: Option<f64>,
+}
+
+/// How strong what burns is.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "The laser")]
+pub(crate) struct Beam {
+    /// Make full power P percent, of whatever burns; with LEAST..MOST all that is above 0 is from LEAST to MOST
+    #[arg(long, value_name = "P|LEAST..MOST", value_parser = power)]
+    pub(super) power: Option<Power>,
 }
 
 /// Looks at what would come, without a move.
@@ -200,7 +214,17 @@ fn dialect(text: &str) -> Result<Dialect, String> {
     match text {
         "pen" => Ok(Dialect::Pen),
         "laser" => Ok(Dialect::Laser),
-        _ => Err("expected pen or laser".to_owned()),
+        "servo" => Ok(Dialect::Servo),
+        _ => Err("expected pen, laser or servo".to_owned()),
+    }
+}
+
+/// Power of what is to burn: above 0.
+fn power(text: &str) -> Result<Power, String> {
+    let power = text.parse::<Power>()?;
+    match power.range() {
+        [_, most] if most > 0.0 => Ok(power),
+        _ => Err("expected percent above 0, such as 80 or 5..80".to_owned()),
     }
 }
 

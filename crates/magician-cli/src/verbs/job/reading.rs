@@ -23,6 +23,8 @@ pub(super) struct Read {
     pub(super) content: Content,
     /// Where the tool stood, for what depends on that and says nothing of it.
     pub(super) start: Option<[f64; 3]>,
+    /// What of it was taken in a certain way.
+    pub(super) notes: Vec<Problem>,
 }
 
 impl Job {
@@ -63,6 +65,7 @@ impl Job {
             format,
             content: reading.content,
             start,
+            notes: reading.notes,
         })
     }
 
@@ -86,6 +89,8 @@ impl Job {
         options.gcode.lift = setup.pen.lift;
         options.gcode.start = self.place.start;
         options.gcode.dialect = self.file.dialect.unwrap_or_default();
+        options.gcode.s_max = self.file.s_max;
+        options.gcode.laser_speed = setup.laser_speed.unwrap_or(options.gcode.laser_speed);
         if self.place.start.is_some() {
             return Ok((source.read(Format::Gcode, options)?, None));
         }

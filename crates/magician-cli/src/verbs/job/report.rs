@@ -22,6 +22,15 @@ pub(super) struct Estimate {
     drawn_mm: f64,
     travel_mm: f64,
     bounds: Option<Bounds>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    power: Option<PowerRange>,
+}
+
+/// What is burnt with, percent.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct PowerRange {
+    most: f64,
+    least: f64,
 }
 
 /// From where to where steps lead.
@@ -64,7 +73,25 @@ impl Estimate {
                     z: range(2),
                 }
             }),
+            power: report.power.map(|power| {
+                let [least, most] = power.map(rounded);
+                PowerRange { most, least }
+            }),
         }
+    }
+
+    pub(super) fn power_range(&self) -> Option<PowerRange> {
+        self.power
+    }
+
+    /// With which powers it burns, for people.
+    pub(super) fn power(&self) -> Option<String> {
+        let PowerRange { most, least } = self.power?;
+        let [least, most] = [least, most].map(|percent| (percent * 10.0).round() / 10.0);
+        Some(match least < most {
+            true => format!("burns with {least} to {most} %"),
+            false => format!("burns with {most} %"),
+        })
     }
 
     /// One line for people.

@@ -48,6 +48,10 @@ impl Job {
         setup.work = self.work.clone();
         setup.size = self.size;
         setup.speed = way.speed.map(|speed| speed as f32);
+        setup.laser_speed = config.number("engrave.speed");
+        setup.power = self.beam.power;
+        // What is converted is not burnt yet: a run of it has this then.
+        setup.usual_power = self.runs.then(|| config.power("engrave.power")).flatten();
         Ok(setup)
     }
 

@@ -6,7 +6,7 @@ use magician::words::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_program::artwork::Sheet;
 use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
-use magician_program::{Program, Report, Rest};
+use magician_program::{Problem, Program, Report, Rest};
 use magician_protocol::{Direction, describe};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -14,6 +14,7 @@ use serde_json::{Map, Value, json};
 use super::drive::Done;
 use super::options::Look;
 use super::report::{Estimate, Refusal, failure};
+use super::sentences;
 use super::tell::clock;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -31,6 +32,8 @@ pub(super) struct Shown<'a> {
     pub(super) from: u64,
     pub(super) look: &'a Look,
     pub(super) sheet: Option<Sheet>,
+    /// What of the file was taken in a certain way.
+    pub(super) notes: &'a [Problem],
 }
 
 /// A look as JSON has it.
@@ -46,6 +49,7 @@ struct Answer {
     complaints: Option<Vec<Refusal>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     preview: Option<String>,
+    notes: Vec<String>,
 }
 
 /// A command that would be sent, as JSON has it.
@@ -99,6 +103,7 @@ impl Shown<'_> {
                 .preview
                 .as_ref()
                 .map(|path| path.display().to_string()),
+            notes: sentences(self.notes),
         }
     }
 
@@ -110,6 +115,9 @@ impl Shown<'_> {
         ))?;
         if let Some(place) = answer.estimate.place() {
             out.line(place)?;
+        }
+        if let Some(power) = answer.estimate.power() {
+            out.line(power)?;
         }
         if answer.ok == Some(true) {
             out.line("the arm can do all of it")?;
@@ -188,6 +196,7 @@ fn corners(sheet: &Sheet) -> Option<Vec<[f64; 2]>> {
 pub(super) fn done(
     done: &Done,
     program: &Program,
+    notes: &[Problem],
     files: &[(&str, Option<String>)],
     context: &mut Context,
 ) -> Result<(), Failure> {
@@ -204,6 +213,11 @@ pub(super) fn done(
     put("seconds", json!(done.seconds));
     put("drawn_mm", json!(rounded(done.report.drawn)));
     put("travel_mm", json!(rounded(done.report.travelled)));
+    let estimate = Estimate::new(&done.report, Some(steps));
+    if let Some(power) = estimate.power_range() {
+        put("power", json!(power));
+    }
+    put("notes", json!(sentences(notes)));
     put("first_index", json!(done.ran.first.map(|index| index.0)));
     put("last_index", json!(done.ran.last.map(|index| index.0)));
     for (name, path) in files {
@@ -212,13 +226,15 @@ pub(super) fn done(
         }
     }
     context.show(&object, |out| {
-        let estimate = Estimate::new(&done.report, Some(steps));
         let time = clock(std::time::Duration::from_secs_f64(done.seconds));
         let indices = match (done.ran.first, done.ran.last) {
             (Some(first), Some(last)) => format!("; queue indices {} to {}", first.0, last.0),
             _ => String::new(),
         };
         out.line(format_args!("done in {time}: {}{indices}", estimate.work()))?;
+        if let Some(power) = estimate.power() {
+            out.line(power)?;
+        }
         for (name, path) in files {
             if let Some(path) = path {
                 out.line(format_args!("{name}: {path}"))?;

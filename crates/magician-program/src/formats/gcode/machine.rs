@@ -79,14 +79,24 @@ impl<'o> Machine<'o> {
             range = full.s;
             if never && !survey.fan_lights() {
                 let message = "the program never says S: it burns with full power";
-                notes.add_with_help(Origin::NONE, message, "--power P makes full power P percent");
+                notes.add_with_help(
+                    Origin::NONE,
+                    message,
+                    "--power P makes full power P percent",
+                );
             }
         }
         if let Some((sign, origin)) = survey.mill.sign().filter(|_| kind == Kind::Mill) {
-            let message = format!("this is taken for a mill's program ({sign}): its S is a spindle's, and nothing burns");
+            let message = format!(
+                "this is taken for a mill's program ({sign}): its S is a spindle's, and nothing burns"
+            );
             notes.add_with_help(origin, &message, "--dialect laser burns with it");
         }
-        let down = if lifts { survey.angles.down()? } else { Vec::new() };
+        let down = if lifts {
+            survey.angles.down()?
+        } else {
+            Vec::new()
+        };
         let out = Emitter::new(title, options, tolerance, laser);
         Ok(Self {
             // A program that never says S switches only, and one that switches nothing only says S.

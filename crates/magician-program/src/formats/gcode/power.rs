@@ -118,8 +118,11 @@ impl Powers {
         match self.beyond {
             None => of(USUAL, Rule::Usual),
             Some((s, origin)) => {
-                let message = format!("S{s} is above 1000, and nothing says which S is full power");
-                let help = "--s-max N says it: the S at which the laser is at its strongest ($30 of its controller)";
+                let message = format!(
+                    "S{s} is above 1000, and nothing says which S is full power: say it with --s-max"
+                );
+                let help =
+                    "it is the S at which the laser is at its strongest, $30 of its controller";
                 Err(Problem::new(origin, message).help(help))
             }
         }
@@ -142,7 +145,8 @@ impl Full {
                     origin,
                     ..
                 } = cut;
-                let message = format!("full power is S{s}, by LightBurn's comments: {percent} % is S{at}");
+                let message =
+                    format!("full power is S{s}, by LightBurn's comments: {percent} % is S{at}");
                 notes.add_with_help(origin, &message, SAY);
             }
             Rule::Fan => {
@@ -150,7 +154,9 @@ impl Full {
                 notes.add_with_help(Origin::NONE, &message, SAY);
             }
             Rule::Usual => {
-                let message = format!("full power is taken to be S{s}: the file does not say it, and no S is above that");
+                let message = format!(
+                    "full power is taken to be S{s}: the file does not say it, and no S is above that"
+                );
                 notes.add_with_help(Origin::NONE, &message, SAY);
             }
         }

@@ -122,7 +122,8 @@ impl Machine<'_> {
         if self.laser && self.feed.is_none() {
             let speed = self.options.laser_speed;
             let message = format!("the program burns before it says F: it begins at {speed} mm/s");
-            self.notes.add_with_help(origin, &message, "--speed MM/S says another speed");
+            self.notes
+                .add_with_help(origin, &message, "--speed MM/S says another speed");
             self.feed = Some(speed);
         }
         self.feed

@@ -1,0 +1,227 @@
+//! How strong what burns is: which S is full power, `--power` and its default, and what is told of it.
+
+mod magician;
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use magician::command;
+use serde_json::{Value, json};
+
+const LIGHTBURN: &str = "; LightBurn 1.4.00\n; GRBL device profile, absolute coords\nG00 G17 G40 G21 G54\nG90\nM3\n; Cut @ 600 mm/min, 20% power\n\
+                         M8\nG0 X220 Y0\n; Layer C00\nG1 X240S200F600\nM9\nG1 S0\nM5\nM2\n";
+
+/// A directory with a file of settings.
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new(settings: &str) -> Self {
+        let place = Self(tempfile::tempdir().expect("directory"));
+        place.write("config.toml", settings);
+        place
+    }
+
+    fn write(&self, name: &str, text: &str) -> String {
+        let path = self.0.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        path.to_str().expect("UTF-8").to_owned()
+    }
+
+    /// Runs it: its status, the last line of stdout as JSON (stderr's where there is none), and stderr.
+    fn run(&self, arguments: &[&str]) -> (i32, Value, String) {
+        let mut command: Command = command();
+        let config = self.0.path().join("config.toml");
+        let output = command
+            .env("MAGICIAN_CONFIG", config)
+            .args(arguments)
+            .output();
+        let output = output.expect("it runs");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let (out, err) = (text(&output.stdout), text(&output.stderr));
+        let last = out.lines().chain(err.lines()).last().unwrap_or_default();
+        let value = serde_json::from_str(last).unwrap_or(Value::Null);
+        (output.status.code().expect("not killed"), value, err)
+    }
+
+    fn power(&self, arguments: &[&str]) -> Value {
+        let (status, answer, err) = self.run(&[arguments, &["--json"]].concat());
+        assert_eq!(status, 0, "{arguments:?}: {answer} {err}");
+        answer["power"].clone()
+    }
+}
+
+fn sample(name: &str) -> String {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let path = root.join("../magician-program/samples").join(name);
+    path.to_str().expect("UTF-8").to_owned()
+}
+
+fn of(least: f64, most: f64) -> Value {
+    json!({"most": most, "least": least})
+}
+
+#[test]
+fn a_job_of_lightburn_at_a_fifth_burns_at_a_fifth_and_says_so() {
+    let place = Place::new("");
+    let file = place.write("job.gcode", LIGHTBURN);
+    for look in [&["--check"][..], &["--estimate"], &["--port", "sim"]] {
+        assert_eq!(
+            place.power(&[&["run", &file], look].concat()),
+            of(20.0, 20.0),
+            "{look:?}"
+        );
+    }
+    assert_eq!(
+        place.power(&["run", &file, "--check", "--s-max", "400"]),
+        of(50.0, 50.0)
+    );
+    let (_, answer, _) = place.run(&["run", &file, "--check", "--json"]);
+    let notes = answer["notes"].to_string();
+    assert!(
+        notes.contains("line 6, column 1: full power is S1000, by LightBurn's comments")
+            && notes.contains("--s-max"),
+        "{notes}"
+    );
+    let (_, _, err) = place.run(&["run", &file, "--check"]);
+    assert!(err.contains("full power is S1000"), "{err}");
+    let beyond = place.write("beyond.gcode", "G0 X220 Y0\nM3 S2000\nG1 X240 F600\nM5\n");
+    let (status, answer, _) = place.run(&["run", &beyond, "--check", "--json"]);
+    assert_eq!(status, 3);
+    assert!(
+        answer.to_string().contains("S2000") && answer.to_string().contains("--s-max"),
+        "{answer}"
+    );
+    // Nothing burns, and nothing is told of it.
+    assert_eq!(
+        place.power(&["run", &sample("house.svg"), "--check"]),
+        Value::Null
+    );
+    let (_, answer, _) = place.run(&[
+        "run",
+        &sample("house.svg"),
+        "--check",
+        "--power",
+        "50",
+        "--json",
+    ]);
+    assert!(
+        answer["notes"].to_string().contains("nothing burns here"),
+        "{answer}"
+    );
+}
+
+#[test]
+fn power_is_of_every_source_and_its_default_too() {
+    let place = Place::new("");
+    let habit = Place::new("[engrave]\npower = 50\n");
+    let range = Place::new("[engrave]\npower = \"10..50\"\n");
+    let gcode = place.write("job.gcode", LIGHTBURN);
+    let plan = place.write(
+        "job.plan.json",
+        r#"{"format":"magician-plan","version":1,"title":"a","steps":[{"move":[220,0,0,0],"by":"line"},{"burn":[230,0,0],"power":20},{"laser":false}]}"#,
+    );
+    let (image, drawing) = (sample("engrave_gradient.png"), sample("house.svg"));
+    for verb in ["run", "engrave"] {
+        for file in [&gcode, &plan] {
+            assert_eq!(
+                place.power(&[verb, file, "--check"]),
+                of(20.0, 20.0),
+                "{verb} {file}"
+            );
+            assert_eq!(
+                place.power(&[verb, file, "--check", "--power", "50"]),
+                of(10.0, 10.0),
+                "{verb} {file}"
+            );
+            assert_eq!(
+                place.power(&[verb, file, "--check", "--power", "10..50"]),
+                of(18.0, 18.0)
+            );
+            assert_eq!(habit.power(&[verb, file, "--check"]), of(10.0, 10.0));
+            assert_eq!(range.power(&[verb, file, "--check"]), of(18.0, 18.0));
+            assert_eq!(
+                habit.power(&[verb, file, "--check", "--power", "100"]),
+                of(20.0, 20.0)
+            );
+        }
+        for (given, more) in [(&place, &["--power", "10..50"][..]), (&range, &[])] {
+            let power = given.power(&[&[verb, &image, "--check"], more].concat());
+            assert!(
+                power["least"].as_f64() >= Some(10.0) && power["most"].as_f64() <= Some(50.0),
+                "{power}"
+            );
+        }
+        let power = habit.power(&[verb, &image, "--check"]);
+        assert!(
+            power["most"].as_f64() > Some(35.0) && power["most"].as_f64() <= Some(50.0),
+            "{power}"
+        );
+    }
+    assert_eq!(
+        place.power(&["engrave", &drawing, "--check"]),
+        of(100.0, 100.0)
+    );
+    assert_eq!(
+        place.power(&["engrave", &drawing, "--check", "--power", "10..50"]),
+        of(50.0, 50.0)
+    );
+    assert_eq!(
+        habit.power(&["engrave", &drawing, "--check"]),
+        of(50.0, 50.0)
+    );
+    for wrong in ["0", "120", "50..10"] {
+        assert_eq!(
+            place.run(&["run", &gcode, "--power", wrong]).0,
+            2,
+            "{wrong}"
+        );
+    }
+    // What is converted has its own power: the default comes once, when it is run.
+    let made = place.0.path().join("made.plan.json");
+    let made = made.to_str().expect("UTF-8");
+    assert_eq!(habit.run(&["convert", &gcode, made]).0, 0);
+    assert_eq!(habit.power(&["run", made, "--check"]), of(10.0, 10.0));
+}
+
+#[test]
+fn the_usual_speed_of_the_laser_is_that_of_what_says_none() {
+    let place = Place::new("[engrave]\nspeed = 5\n");
+    let seconds = |place: &Place, file: &str| {
+        let (status, answer, err) = place.run(&["run", file, "--estimate", "--json"]);
+        assert_eq!(status, 0, "{err}");
+        answer["seconds"].as_f64().expect("a number")
+    };
+    let usual = Place::new("");
+    let silent = place.write("silent.gcode", "G0 X220 Y0\nM3 S500\nG1 X240\nM5\n");
+    assert!(seconds(&place, &silent) > seconds(&usual, &silent) + 2.0);
+    let image = sample("engrave_gradient.png");
+    assert!(seconds(&place, &image) > 1.5 * seconds(&usual, &image));
+    let said = place.write("said.gcode", "G0 X220 Y0\nM3 S500\nG1 X240 F600\nM5\n");
+    assert!((seconds(&place, &said) - seconds(&usual, &said)).abs() < 1e-9);
+}
+
+#[test]
+fn m4_burns_in_proportion_to_speed() {
+    let place = Place::new("");
+    let m4 = place.write("m4.gcode", "G0 X220 Y0\nM4 S500\nG1 X240 F1200\nM5\n");
+    let power = place.power(&["run", &m4, "--check"]);
+    let [least, most] = ["least", "most"].map(|name| power[name].as_f64().expect("a number"));
+    assert!(least < 7.0 && most > 49.0 && most <= 50.0, "{power}");
+    let (_, _, err) = place.run(&["run", &m4, "--check"]);
+    assert!(!err.contains("never"), "{err}");
+    // Where F is never reached it is weaker all along.
+    let (_, answer, err) = place.run(&["run", &m4, "--check", "--json", "--speed", "10"]);
+    assert!(
+        answer["power"]["most"].as_f64() <= Some(25.0),
+        "{answer} {err}"
+    );
+    assert!(
+        answer["notes"].to_string().contains("never comes to F1200"),
+        "{answer}"
+    );
+    // LEAST..MOST holds for all that burns.
+    assert_eq!(
+        place.power(&["run", &m4, "--check", "--power", "40..40"]),
+        of(40.0, 40.0)
+    );
+}
