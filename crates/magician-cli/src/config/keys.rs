@@ -4,6 +4,8 @@ use magician::Target;
 use magician_program::Tool;
 use toml::de::DeValue;
 
+use crate::verbs::job::options::numbers;
+
 /// One setting.
 pub(crate) struct Key {
     /// Its name; with a dot, what is before it is a table of the file.
@@ -31,12 +33,14 @@ pub(crate) enum Kind {
     Positive,
     /// 0 to 100.
     Percent,
+    /// X,Y,Z in mm.
+    Place,
     /// A table that another verb writes.
     Sheet,
 }
 
 /// All of them.
-pub(crate) const KEYS: [Key; 10] = [
+pub(crate) const KEYS: [Key; 11] = [
     Key {
         name: "port",
         about: "where the arm is, as --port takes it",
@@ -71,6 +75,13 @@ pub(crate) const KEYS: [Key; 10] = [
         variable: None,
         default: "not calibrated",
         kind: Kind::Sheet,
+    },
+    Key {
+        name: "park",
+        about: "where the tip of the tool is taken when a file is done: X,Y,Z in mm",
+        variable: None,
+        default: "nowhere",
+        kind: Kind::Place,
     },
     Key {
         name: "draw.speed",
@@ -129,6 +140,7 @@ impl Key {
             Kind::Number | Kind::Positive | Kind::Percent => {
                 self.number(text).map(|value| value.to_string())
             }
+            Kind::Place => numbers::<3>(text).map(|_| quoted(text)),
             Kind::Sheet => Err("`magician calibrate` finds it; nobody types it".to_owned()),
         }
     }
@@ -138,8 +150,10 @@ impl Key {
         let text = match (self.kind, value) {
             (Kind::Sheet, DeValue::Table(_)) => return Ok("calibrated".to_owned()),
             (Kind::Sheet, _) => return Err("expected a table".to_owned()),
-            (Kind::Port | Kind::Tool, DeValue::String(text)) => text.to_string(),
-            (Kind::Port | Kind::Tool, _) => return Err("expected a text in quotes".to_owned()),
+            (Kind::Port | Kind::Tool | Kind::Place, DeValue::String(text)) => text.to_string(),
+            (Kind::Port | Kind::Tool | Kind::Place, _) => {
+                return Err("expected a text in quotes".to_owned());
+            }
             (_, DeValue::Integer(number)) => number.as_str().replace('_', ""),
             (_, DeValue::Float(number)) => number.as_str().replace('_', ""),
             _ => return Err("expected a number".to_owned()),
@@ -204,6 +218,10 @@ mod tests {
         assert_eq!(write("window", "4"), Ok("4".to_owned()));
         assert_eq!(write("surface", "-61.25"), Ok("-61.25".to_owned()));
         assert_eq!(write("draw.travel-speed", "150"), Ok("150".to_owned()));
+        assert_eq!(
+            write("park", "200,-80, 60"),
+            Ok("\"200,-80, 60\"".to_owned())
+        );
         for (name, wrong) in [
             ("port", "nowhere"),
             ("tool", "hammer"),
@@ -213,6 +231,7 @@ mod tests {
             ("draw.speed", "0"),
             ("engrave.power", "101"),
             ("sheet", "1"),
+            ("park", "200,80"),
         ] {
             assert!(write(name, wrong).is_err(), "{name} {wrong}");
         }

@@ -7,6 +7,7 @@ mod numbers;
 mod path;
 mod rail;
 mod readings;
+mod retract;
 mod way;
 
 use std::time::Duration;
@@ -21,6 +22,7 @@ use laser::Laser;
 use path::Path;
 pub(crate) use readings::Needs;
 pub use readings::Readings;
+pub use retract::Lift;
 
 use crate::Result;
 
