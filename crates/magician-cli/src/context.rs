@@ -68,6 +68,9 @@ impl Drop for ArmTime {
 /// How long a stop may take before this program ends without knowing.
 pub(crate) const STAND_BY: Duration = Duration::from_secs(3);
 
+/// How long the end of what was stopped may take: a pen that goes up.
+const ENDING: Duration = Duration::from_secs(4);
+
 /// How long connections that were dropped get for their last words.
 const FAREWELL: Duration = Duration::from_millis(600);
 
@@ -189,8 +192,19 @@ impl Context {
         sim: Option<Sim>,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
+        self.moving_to_an_end(sim, work, async |_, _| None)
+    }
+
+    /// As [`moving`](Self::moving), for what has an end of its own: when a signal has stopped the arm, `end` is done before the
+    /// settings are given back, and what it says is told. A second signal stops the arm at once, whatever `end` does.
+    pub(crate) fn moving_to_an_end<T>(
+        &mut self,
+        sim: Option<Sim>,
+        work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
+        end: impl AsyncFnOnce(&Arm, &Stood) -> Option<String>,
+    ) -> Result<T, Failure> {
         self.sets_going(true);
-        let done = self.work(sim, work)?;
+        let done = self.work_to_an_end(sim, work, end)?;
         self.going = false;
         Ok(done)
     }
@@ -243,6 +257,15 @@ impl Context {
         sim: Option<Sim>,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
+        self.work_to_an_end(sim, work, async |_, _| None)
+    }
+
+    fn work_to_an_end<T>(
+        &mut self,
+        sim: Option<Sim>,
+        work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
+        end: impl AsyncFnOnce(&Arm, &Stood) -> Option<String>,
+    ) -> Result<T, Failure> {
         self.settle()?;
         let runtime = self.runtime()?;
         let in_arm_time = std::mem::take(&mut self.in_arm_time);
@@ -271,7 +294,7 @@ impl Context {
                 },
                 signal = signals.next() => {
                     self.terminated |= signal == Signal::Terminate;
-                    Err(self.halt(&mut signals).await)
+                    Err(self.halt(&mut signals, end).await)
                 }
             }
         })
@@ -307,7 +330,7 @@ impl Context {
         let runtime = self.runtime()?;
         runtime.block_on(async {
             let mut signals = Signals::listen()?;
-            Ok(self.halt(&mut signals).await)
+            Ok(self.halt(&mut signals, async |_, _| None).await)
         })
     }
 
@@ -325,16 +348,29 @@ impl Context {
         }
     }
 
-    /// Stops what was set going, and waits until the arm stands. A second signal ends the wait.
-    async fn halt(&mut self, signals: &mut Signals) -> Failure {
+    /// Stops what was set going, waits until the arm stands, and has its work come to an `end`. A second signal stops the arm at
+    /// once.
+    async fn halt(
+        &mut self,
+        signals: &mut Signals,
+        end: impl AsyncFnOnce(&Arm, &Stood) -> Option<String>,
+    ) -> Failure {
         let failure = match &self.arm {
             Some(connected) if self.going || connected.arm.moving() => {
-                let stopped = timeout(STAND_BY, stop(&connected.arm, &self.debts));
-                let stopped = attended(self.global.json, "stopping", stopped);
-                tokio::select! {
+                let arm = &connected.arm;
+                let ended = attended(
+                    self.global.json,
+                    "stopping",
+                    stop_and_end(arm, &self.debts, end),
+                );
+                let ended = tokio::select! {
                     biased;
-                    _ = signals.next() => Err("interrupted twice: it is not known whether the arm stands".to_owned()),
-                    stopped = stopped => stopped.unwrap_or_else(|_| Err(not_confirmed("it took too long"))),
+                    _ = signals.next() => None,
+                    ended = ended => Some(ended),
+                };
+                match ended {
+                    Some(ended) => ended,
+                    None => stop_again(arm, signals).await,
                 }
             }
             _ => Ok(("interrupted".to_owned(), None)),
@@ -481,20 +517,59 @@ impl Context {
 
 /// Stops the arm, gives its settings back, and tells where it stands.
 pub(crate) async fn stop(arm: &Arm, debts: &Debts) -> Result<(String, Option<Stood>), String> {
-    let stood = async {
-        arm.stop().await?;
+    stop_and_end(arm, debts, async |_, _| None).await
+}
+
+/// Stops the arm, has its work come to an `end`, gives its settings back, and tells where it stands, and how it stood when it
+/// was stopped.
+async fn stop_and_end(
+    arm: &Arm,
+    debts: &Debts,
+    end: impl AsyncFnOnce(&Arm, &Stood) -> Option<String>,
+) -> Result<(String, Option<Stood>), String> {
+    let told = |failure: Failure| not_confirmed(&failure.message);
+    let slow = |_| not_confirmed("it took too long");
+    let stood = timeout(STAND_BY, stand(arm)).await.map_err(slow)?;
+    let stood = stood.map_err(told)?;
+    let said = timeout(ENDING, end(arm, &stood)).await;
+    let said =
+        said.unwrap_or_else(|_| Some("the pen may not be up: that took too long".to_owned()));
+    let last = async {
         debts.pay(arm).await?;
-        let pose = arm.get::<Pose>().await?;
-        let index = arm.current_index().await?.0;
-        Ok::<_, Failure>(Stood { pose, index })
+        Ok::<_, Failure>(match said {
+            Some(_) => arm.get::<Pose>().await?,
+            None => stood.pose,
+        })
     };
-    let stood = stood
-        .await
-        .map_err(|failure| not_confirmed(&failure.message))?;
-    let Pose { x, y, z, r, .. } = stood.pose;
-    let message =
-        format!("interrupted: the arm stands at x {x:.1} y {y:.1} z {z:.1} r {r:.1}; queue empty");
+    let pose = timeout(STAND_BY, last).await.map_err(slow)?.map_err(told)?;
+    let said = said.map_or_else(String::new, |said| format!("{said}; "));
+    let message = format!("interrupted: {said}{}; queue empty", place(&pose));
     Ok((message, Some(stood)))
+}
+
+/// Stops what a first stop has begun to do: nothing more is moved. A further signal does not wait for that.
+async fn stop_again(arm: &Arm, signals: &mut Signals) -> Result<(String, Option<Stood>), String> {
+    let unknown = "interrupted twice: it is not known whether the arm stands";
+    let stood = tokio::select! {
+        biased;
+        _ = signals.next() => None,
+        stood = timeout(FAREWELL, stand(arm)) => stood.ok().and_then(Result::ok),
+    };
+    let stood = stood.ok_or(unknown)?;
+    let message = format!("interrupted twice: {}; queue empty", place(&stood.pose));
+    Ok((message, Some(stood)))
+}
+
+/// Stops the arm; how it stands then.
+async fn stand(arm: &Arm) -> Result<Stood, Failure> {
+    arm.stop().await?;
+    let pose = arm.get::<Pose>().await?;
+    let index = arm.current_index().await?.0;
+    Ok(Stood { pose, index })
+}
+
+fn place(Pose { x, y, z, r, .. }: &Pose) -> String {
+    format!("the arm stands at x {x:.1} y {y:.1} z {z:.1} r {r:.1}")
 }
 
 pub(crate) fn not_confirmed(why: &str) -> String {

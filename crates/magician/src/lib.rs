@@ -51,8 +51,8 @@ mod virtual_arm;
 pub mod words;
 
 pub use arm::{
-    Arm, Event, Events, Jog, JogOptions, Level, Link, Options, Owed, Pin, Progress, Ran, Run,
-    RunOptions, StateOptions, StateWatch, Status, Stopper,
+    Arm, Event, Events, Jog, JogOptions, Level, Lifted, Link, Options, Owed, Pin, Progress, Ran,
+    Run, RunOptions, StateOptions, StateWatch, Status, Stopper,
 };
 pub use error::{Error, ErrorKind, Result};
 pub use magician_motion::{ArmState, Geometry, JointAngles, Law, Limits, ToolBias, Trajectory};

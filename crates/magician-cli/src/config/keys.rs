@@ -4,6 +4,8 @@ use magician::Target;
 use magician_program::{Power, Tool};
 use toml::de::DeValue;
 
+use crate::verbs::job::options::numbers;
+
 /// One setting.
 pub(crate) struct Key {
     /// Its name; with a dot, what is before it is a table of the file.
@@ -31,12 +33,14 @@ pub(crate) enum Kind {
     Positive,
     /// 0 to 100 percent, or two such numbers.
     Power,
+    /// X,Y,Z in mm.
+    Place,
     /// A table that another verb writes.
     Sheet,
 }
 
 /// All of them.
-pub(crate) const KEYS: [Key; 10] = [
+pub(crate) const KEYS: [Key; 11] = [
     Key {
         name: "port",
         about: "where the arm is, as --port takes it",
@@ -71,6 +75,13 @@ pub(crate) const KEYS: [Key; 10] = [
         variable: None,
         default: "not calibrated",
         kind: Kind::Sheet,
+    },
+    Key {
+        name: "park",
+        about: "where the tip of the tool is taken when a file is done: X,Y,Z in mm",
+        variable: None,
+        default: "nowhere",
+        kind: Kind::Place,
     },
     Key {
         name: "draw.speed",
@@ -136,6 +147,7 @@ impl Key {
                     power
                 })
             }
+            Kind::Place => numbers::<3>(text).map(|_| quoted(text)),
             Kind::Sheet => Err("`magician calibrate` finds it; nobody types it".to_owned()),
         }
     }
@@ -145,8 +157,12 @@ impl Key {
         let text = match (self.kind, value) {
             (Kind::Sheet, DeValue::Table(_)) => return Ok("calibrated".to_owned()),
             (Kind::Sheet, _) => return Err("expected a table".to_owned()),
-            (Kind::Port | Kind::Tool | Kind::Power, DeValue::String(text)) => text.to_string(),
-            (Kind::Port | Kind::Tool, _) => return Err("expected a text in quotes".to_owned()),
+            (Kind::Port | Kind::Tool | Kind::Place | Kind::Power, DeValue::String(text)) => {
+                text.to_string()
+            }
+            (Kind::Port | Kind::Tool | Kind::Place, _) => {
+                return Err("expected a text in quotes".to_owned());
+            }
             (_, DeValue::Integer(number)) => number.as_str().replace('_', ""),
             (_, DeValue::Float(number)) => number.as_str().replace('_', ""),
             _ => return Err("expected a number".to_owned()),
@@ -209,6 +225,10 @@ mod tests {
         assert_eq!(write("draw.travel-speed", "150"), Ok("150".to_owned()));
         assert_eq!(write("engrave.power", "60"), Ok("60".to_owned()));
         assert_eq!(write("engrave.power", "5..60%"), Ok("\"5..60\"".to_owned()));
+        assert_eq!(
+            write("park", "200,-80, 60"),
+            Ok("\"200,-80, 60\"".to_owned())
+        );
         for (name, wrong) in [
             ("port", "nowhere"),
             ("tool", "hammer"),
@@ -219,6 +239,7 @@ mod tests {
             ("engrave.power", "101"),
             ("engrave.power", "60..5"),
             ("sheet", "1"),
+            ("park", "200,80"),
         ] {
             assert!(write(name, wrong).is_err(), "{name} {wrong}");
         }

@@ -5,7 +5,7 @@ use magician_program::Work;
 use magician_program::raster::Size;
 
 use super::job::Job;
-use super::job::options::{Beam, File, Look, Pen, Place, Way};
+use super::job::options::{Beam, File, Look, Pen, Place, Way, positive};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -32,6 +32,9 @@ pub(crate) struct Run {
     place: Place,
     #[command(flatten)]
     way: Way,
+    /// How far a pen is lifted at the end, and between the lines of a drawing, mm
+    #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
+    lift: Option<f64>,
 }
 
 impl Run {
@@ -42,7 +45,7 @@ impl Run {
             place: self.place,
             way: self.way,
             beam: self.beam,
-            pen: Pen::default(),
+            pen: Pen::lifted(self.lift),
             work: Work::Usual,
             size: Size::Natural,
             pause: 0,

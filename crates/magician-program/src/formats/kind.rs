@@ -88,6 +88,16 @@ impl Format {
         }
     }
 
+    /// Whether an arm must have been homed for it: drawings, images and G-code say where on a sheet something goes, and come out
+    /// in the wrong place on an arm that does not know where it is. What was taught is what that arm said of itself.
+    #[must_use]
+    pub fn needs_homed_arm(self) -> bool {
+        match self {
+            Self::Svg | Self::Gcode | Self::Image | Self::Dxf | Self::Hpgl => true,
+            Self::Playback | Self::Blockly | Self::Points | Self::Plan => false,
+        }
+    }
+
     /// What a file is: by the ending of its name (with or without a path), and by what is in it where the ending says
     /// nothing, or not enough (`.xml`, `.json`, `.txt`). Nothing if neither tells.
     ///

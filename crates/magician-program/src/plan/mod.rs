@@ -6,6 +6,7 @@ mod from;
 mod join;
 pub(crate) mod json;
 mod pallet;
+mod pen;
 mod power;
 mod step;
 mod transform;

@@ -50,6 +50,8 @@ pub struct Program {
     plan: Arc<Plan>,
     settings: Vec<Set>,
     rounds: Option<u64>,
+    /// Ends with the pen down.
+    stays: bool,
 }
 
 impl Program {
@@ -60,6 +62,7 @@ impl Program {
             plan: plan.into(),
             settings: Vec::new(),
             rounds,
+            stays: false,
         }
     }
 
@@ -67,6 +70,13 @@ impl Program {
     #[must_use]
     pub fn with_settings(mut self, settings: Vec<Set>) -> Self {
         self.settings = settings;
+        self
+    }
+
+    /// Leaves the pen down: a drawing ends with its last line, without the lift that follows it.
+    #[must_use]
+    pub fn pen_stays_down(mut self, stays: bool) -> Self {
+        self.stays = stays && self.plan.ends_with_lift();
         self
     }
 
@@ -91,7 +101,8 @@ impl Program {
     /// Steps in all rounds; no number if they go on for ever.
     #[must_use]
     pub fn steps(&self) -> Option<u64> {
-        Some(self.rounds?.saturating_mul(self.round()))
+        let all = self.rounds?.saturating_mul(self.round());
+        Some(all.saturating_sub(u64::from(self.stays)))
     }
 
     /// Steps of one round.

@@ -11,6 +11,8 @@ use crate::{Plan, Problem, Report};
 
 /// How far from where it should an arm may stand, mm: what 32 bits and a reading cost.
 const NEAR: f64 = 0.5;
+/// A joint that has turned by less has not moved, deg.
+const STILL: f64 = 0.02;
 
 /// What is left of a [`Program`] from one of its steps on, for an arm that stands in a certain way: what comes before the
 /// first step, the rest of the round that it is in, and the rounds after it.
@@ -25,6 +27,8 @@ pub struct Rest {
     pub(super) whole: Arc<Plan>,
     /// Rounds that follow; none is for ever.
     pub(super) follow: Option<u64>,
+    /// The last step is left out: the pen stays down.
+    stays: bool,
     start: Preflight,
     /// The start when the arm has been told the settings.
     pub(super) told: Preflight,
@@ -54,6 +58,7 @@ impl Rest {
             from,
             whole: Arc::clone(&program.plan),
             follow: (program.rounds).map(|rounds| rounds.saturating_sub(done.saturating_add(1))),
+            stays: program.stays,
             start,
             told,
         })
@@ -107,7 +112,46 @@ impl Rest {
         let times = usize::try_from(self.follow.unwrap_or(u64::MAX)).unwrap_or(usize::MAX);
         let rounds = repeat_n(&*self.whole, times);
         let later = rounds.flat_map(|plan| plan.steps.iter().map(|step| step.action.command()));
-        self.first_commands().chain(later)
+        let all = self.first_commands().chain(later);
+        all.take(if self.stays { self.count() } else { usize::MAX })
+    }
+
+    /// How many commands there are without the last lift.
+    fn count(&self) -> usize {
+        let rounds = self.follow.unwrap_or(u64::MAX);
+        let later = rounds.saturating_mul(self.whole.steps.len() as u64);
+        let first = self.first_commands().count() as u64;
+        let all = first.saturating_add(later).saturating_sub(1);
+        usize::try_from(all).unwrap_or(usize::MAX)
+    }
+
+    /// The arm as it is after the last step, as far as that is known.
+    #[must_use]
+    pub fn end(&self) -> Preflight {
+        let mut course = self.told.clone().guards(Guards::NONE).summing();
+        let later = Some(&self.whole).filter(|_| self.follow != Some(0));
+        for plan in iter::once(&self.first).chain(later) {
+            for command in plan.commands() {
+                // What the arm cannot do is told by the check.
+                let _ = course.check(&command);
+            }
+        }
+        course.guards(Guards::default())
+    }
+
+    /// Whether an arm that stands there has left the place where the rest began; yes where that is not known.
+    #[must_use]
+    pub fn has_moved(&self, pose: &Pose) -> bool {
+        self.start.arm().is_none_or(|began| {
+            let now = pose.joint_angle.map(f64::from);
+            let mut pairs = began.joints.to_array().into_iter().zip(now);
+            pairs.any(|(began, now)| (began - now).abs() > STILL)
+        })
+    }
+
+    /// The plan of one round.
+    pub(crate) fn whole(&self) -> &Plan {
+        &self.whole
     }
 
     /// The commands that change settings of the arm, for [`Owed::read`](magician::Owed::read).
@@ -248,6 +292,35 @@ pub(super) mod tests {
         assert!(error.is_err());
         let forever = super::tests::rest(None, 300);
         assert_eq!(forever.commands().take(1000).count(), 1000);
+    }
+
+    #[test]
+    fn a_pen_that_stays_down_ends_with_its_last_line() {
+        let mut plan = plan();
+        plan.tool = Some(Tool::Pen);
+        let up = |z| Action::Move {
+            to: [220.0, 0.0, z, 0.0],
+            by: Travel::Line,
+        };
+        plan.push(up(40.0), Origin::NONE);
+        plan.push(up(60.0), Origin::NONE);
+        for (rounds, from) in [(1, 0), (1, 2), (3, 0), (3, 11)] {
+            let program = Program::new(plan.clone(), Some(rounds));
+            let down = program.clone().pen_stays_down(true);
+            assert_eq!(down.key(), program.key());
+            assert_eq!(down.steps(), program.steps().map(|steps| steps - 1));
+            let [all, less] = [program, down].map(|program| {
+                let rest = program.rest(from, start()).expect("within reach");
+                rest.commands().collect::<Vec<Set>>()
+            });
+            assert_eq!(all.split_last().map(|(_, rest)| rest), Some(&less[..]));
+        }
+        let endless = Program::new(plan, None).pen_stays_down(true);
+        let rest = endless.rest(0, start()).expect("within reach");
+        assert_eq!(rest.commands().take(1000).count(), 1000);
+        // What does not end with a lift is as it is.
+        let program = Program::new(super::tests::plan(), Some(1)).pen_stays_down(true);
+        assert_eq!(program.steps(), Some(3));
     }
 
     #[test]

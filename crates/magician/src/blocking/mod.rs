@@ -19,11 +19,14 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::Duration;
 
+use magician_protocol::commands::Pose;
 use magician_protocol::{AlarmSet, Ctrl, FrameBuf, NoArgs, Queueable, Readable, Set, Writable};
 
 use crate::connection::Stats;
 use crate::words::{Guards, Preflight};
-use crate::{Link, Options, Progress, QueueIndex, Ran, Result, RunOptions, Stopper, Target};
+use crate::{
+    Lifted, Link, Options, Progress, QueueIndex, Ran, Result, RunOptions, Stopper, Target,
+};
 use owner::Owner;
 pub use run::Run;
 pub use watches::{Events, Jog, StateWatch};
@@ -272,6 +275,9 @@ same! {
     start_queue() -> ();
     clear_queue() -> ();
     home() -> ();
+    lift(height: f64) -> Lifted;
+    park(place: [f64; 3]) -> Pose;
+    check_homed() -> ();
     alarms() -> AlarmSet;
     clear_alarms() -> ();
     current_index() -> QueueIndex;

@@ -7,6 +7,7 @@ mod numbers;
 mod path;
 mod rail;
 mod readings;
+mod retract;
 mod speeds;
 mod way;
 
@@ -22,6 +23,7 @@ use laser::Laser;
 use path::Path;
 pub(crate) use readings::Needs;
 pub use readings::Readings;
+pub use retract::Lift;
 pub use speeds::PathLaws;
 
 use crate::Result;

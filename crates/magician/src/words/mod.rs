@@ -27,7 +27,7 @@ mod sensor;
 mod speed;
 mod tool;
 
-pub use crate::preflight::{Guards, PathLaws, Preflight, Readings, Step};
+pub use crate::preflight::{Guards, Lift, PathLaws, Preflight, Readings, Step};
 pub use conveyor::*;
 pub use io::*;
 pub use motion::*;

@@ -42,7 +42,42 @@ impl Drive<'_> {
         {
             return self.forgotten(failure);
         }
-        self.over(failure, stood.map(|(stood, _)| stood))
+        let stood = stood.map(|(stood, _)| stood);
+        let lifts = !matches!(failure.kind, Kind::Driver(kind) if !kind.lifts());
+        let mut failure = self.over(failure, stood);
+        if let Some(stood) = stood.filter(|_| lifts)
+            && let Some(said) = self.lift(arm, &stood).await
+        {
+            failure.message = format!("{}; {said}", failure.message);
+        }
+        failure
+    }
+
+    /// A signal has stopped the arm: what is known is kept before anything moves, because a lift counts among the arm's
+    /// commands, and then the pen goes up. What came of that, if something had to go up.
+    pub(super) async fn stopped(&self, arm: &Arm, stood: &Stood) -> Option<String> {
+        self.keeps(false, Some(*stood));
+        self.lift(arm, stood).await
+    }
+
+    /// The pen of a drawing that has begun goes up; once, whatever comes of it.
+    async fn lift(&self, arm: &Arm, stood: &Stood) -> Option<String> {
+        let height = {
+            let mut state = self.state.borrow_mut();
+            let moved = (state.rest.as_ref()).is_some_and(|rest| rest.has_moved(&stood.pose));
+            if !moved {
+                return None;
+            }
+            state.lift.take()
+        };
+        let Some(height) = height else {
+            let stays = self.ending.stay && self.program.plan().draws();
+            return stays.then(|| "the pen stays down (`--stay`)".to_owned());
+        };
+        Some(match arm.lift(height).await {
+            Ok(lifted) => lifted.to_string(),
+            Err(error) => format!("the pen was not lifted: {error}"),
+        })
     }
 
     /// Whether the arm counts anew since the run began: its index says nothing of the run then.
@@ -81,24 +116,40 @@ impl Drive<'_> {
 
     /// The run is over before its end: what is known is kept, and the failure says how to go on.
     pub(super) fn over(&self, failure: Failure, stood: Option<Stood>) -> Failure {
-        let mut state = self.state.borrow_mut();
-        let Some(mut journal) = state.journal.take() else {
-            return failure;
-        };
-        if state.pulled == 0 {
-            return failure;
+        let uncertain = matches!(failure.kind, Kind::Driver(ErrorKind::Uncertain));
+        match self.keeps(uncertain, stood) {
+            Some(advice) => failure.hint(advice),
+            None => failure,
         }
-        journal.mark.handed = self.handed(&state);
+    }
+
+    /// Keeps what is known of a run that is over before its end, if that was not done yet; how to go on.
+    fn keeps(&self, uncertain: bool, stood: Option<Stood>) -> Option<String> {
+        let mut state = self.state.borrow_mut();
+        if let Some(journal) = state.journal.take().filter(|_| state.pulled > 0) {
+            state.advice = Some(self.kept(&state, journal, uncertain, stood));
+        }
+        state.advice.clone()
+    }
+
+    fn kept(
+        &self,
+        state: &State,
+        mut journal: Journal,
+        uncertain: bool,
+        stood: Option<Stood>,
+    ) -> String {
+        journal.mark.handed = self.handed(state);
         let command = format!("the same command with {}--resume", self.with_start());
         let Some(stood) = stood else {
             journal.breaks_off();
-            return failure.hint(format!(
+            return format!(
                 "the arm finishes what it has; {command} asks it how far it came, and goes on"
-            ));
+            );
         };
-        let span = match failure.kind {
-            Kind::Driver(ErrorKind::Uncertain) => state.tally.certain(stood.index),
-            _ => state.tally.finished(stood.index),
+        let span = match uncertain {
+            true => state.tally.certain(stood.index),
+            false => state.tally.finished(stood.index),
         };
         let from = state.from();
         let verdict = match span.least == span.most {
@@ -112,7 +163,7 @@ impl Drive<'_> {
             }),
         };
         journal.ends(verdict);
-        failure.hint(self.advice(verdict, &command))
+        self.advice(verdict, &command)
     }
 
     fn advice(&self, verdict: Verdict, command: &str) -> String {

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use magician::commands::{DeviceSn, DeviceTime};
+use magician::commands::{DeviceSn, DeviceTime, Pose};
 use magician::words::Guards;
 use magician::{Arm, Owed, Progress, Ran, RunOptions, Set};
 use magician_program::resume::{Mark, Tally};
-use magician_program::{Program, Report, Rest, Timetable};
+use magician_program::{Ending, Program, Report, Rest, Timetable};
 
 use super::journal::Journal;
 use super::report;
@@ -37,6 +37,9 @@ pub(super) struct Drive<'a> {
     /// The driver may put commands of its own between those of the program, or pass over indices.
     pub(super) mixed: bool,
     pub(super) require_homed: bool,
+    /// Whether an arm that was not homed is refused, because of what the program is.
+    pub(super) refuses_unhomed: bool,
+    pub(super) ending: Ending,
     pub(super) record: Option<&'a Path>,
     pub(super) json: bool,
     /// Whether the arm outlives this program.
@@ -55,6 +58,10 @@ pub(super) struct State {
     pub(super) pulled: u64,
     /// What is run.
     pub(super) rest: Option<Rest>,
+    /// How far the pen goes up when the run is stopped now, mm.
+    pub(super) lift: Option<f64>,
+    /// How to go on, once that is known.
+    pub(super) advice: Option<String>,
 }
 
 /// What a run has come to.
@@ -66,6 +73,16 @@ pub(super) struct Done {
     /// Seconds of the arm's clock.
     pub(super) seconds: f64,
     pub(super) report: Report,
+    pub(super) end: Option<End>,
+}
+
+/// How the tool stands when all is done, where something is made of that.
+#[derive(Debug)]
+pub(super) struct End {
+    pub(super) pose: Pose,
+    /// Whether the pen of a drawing is up.
+    pub(super) up: Option<bool>,
+    pub(super) parked: bool,
 }
 
 /// What was found before anything moves.
@@ -101,6 +118,9 @@ impl Drive<'_> {
     ) -> Result<Done, Failure> {
         let guards = Guards::default().require_homed(self.require_homed);
         let first: Vec<Set> = self.program.plan().commands().take(1).collect();
+        if self.refuses_unhomed {
+            arm.check_homed().await?;
+        }
         arm.check_ready(&first, guards).await?;
         let mut journal = self.journal(arm).await;
         let from = match (self.resume, self.from) {
@@ -120,6 +140,7 @@ impl Drive<'_> {
         if !report.is_good() {
             return Err(report::failure(&report, self.source, false));
         }
+        self.ending.check(&rest)?;
         let ahead = Ahead {
             timetable: rest.timetable(&report),
             begun,
@@ -136,6 +157,8 @@ impl Drive<'_> {
             tally: Tally::new(ahead.rest.lead(), self.mixed),
             pulled: 0,
             rest: Some(ahead.rest.clone()),
+            lift: self.ending.after_stop(self.program.plan()),
+            advice: None,
         };
         let teller = Teller::new(out, self.json, self.program.steps());
         if from > 0 {
@@ -147,16 +170,46 @@ impl Drive<'_> {
             Ok(ran) => ran,
             Err(failure) => return Err(self.fails(arm, failure).await),
         };
-        debts.pay(arm).await?;
-        if let Some(journal) = &self.state.borrow().journal {
+        let seconds = ahead.begun.seconds(arm).await?;
+        if let Some(journal) = self.state.borrow_mut().journal.take() {
             journal.remove();
         }
+        let end = self.ends(arm).await.map_err(|mut failure| {
+            failure.message = format!("all steps are done, and then: {}", failure.message);
+            failure
+        })?;
+        debts.pay(arm).await?;
         Ok(Done {
             ran,
             from,
-            seconds: ahead.begun.seconds(arm).await?,
+            seconds,
             report,
+            end,
         })
+    }
+
+    /// All is done: the pen goes up as far as the program has not lifted it, and the tool to where it is parked.
+    async fn ends(&self, arm: &Arm) -> Result<Option<End>, Failure> {
+        let (plan, ending) = (self.program.plan(), &self.ending);
+        if !plan.draws() && ending.park.is_none() {
+            return Ok(None);
+        }
+        let mut pose = arm.get::<Pose>().await?;
+        let up = ending.after_done(plan, [pose.x, pose.y, pose.z].map(f64::from));
+        // Who stops the arm from here on finds a pen that has to go up so far only.
+        self.state.borrow_mut().lift = up;
+        if let Some(up) = up {
+            pose = arm.lift(up).await?.pose;
+            self.state.borrow_mut().lift = None;
+        }
+        if let Some(place) = ending.park {
+            pose = arm.park(place).await?;
+        }
+        Ok(Some(End {
+            pose,
+            up: plan.draws().then_some(!ending.stay),
+            parked: ending.park.is_some(),
+        }))
     }
 
     /// `of 800`.

@@ -18,7 +18,7 @@ use magician::words::Preflight;
 use magician::{Options, SimSpeed, Target, VirtualArm, blocking};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
-use magician_program::{Action, Content, Plan, Problem, Program, Setup, Work};
+use magician_program::{Action, Content, Ending, Plan, Problem, Program, Setup, Work};
 use miette::Severity;
 
 use self::drive::{Done, Drive, State};
@@ -60,6 +60,9 @@ struct Made {
     start: Option<[f64; 3]>,
     /// What of the file was taken in a certain way.
     notes: Vec<Problem>,
+    ending: Ending,
+    /// Whether a real arm has to be homed for it.
+    needs_homed_arm: bool,
 }
 
 /// Where a program is tried or run.
@@ -96,6 +99,7 @@ impl Job {
             look: &self.look,
             sheet: made.setup.sheet,
             notes: &made.notes,
+            ending: made.ending,
         };
         match place {
             Where::Nowhere => look.show(made.start_on_stage()?, context),
@@ -132,7 +136,7 @@ impl Job {
                 (arm, f64::INFINITY)
             }
         };
-        let outcome = go(&self.drive(made, Some(pace), context), context);
+        let outcome = go(&self.drive(made, Some(pace), false, context), context);
         // What was drawn is there however it ended.
         let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));
         let done = outcome?;
@@ -150,7 +154,8 @@ impl Job {
         if made.program.plan().burns() && !matches!(target, Target::Sim(_)) {
             permit(target, context)?;
         }
-        let done = go(&self.drive(made, None, context), context)?;
+        let real = !matches!(target, Target::Sim(_));
+        let done = go(&self.drive(made, None, real, context), context)?;
         self.tell(&done, made, context)
     }
 
@@ -191,7 +196,10 @@ impl Job {
             )));
         }
         let program = Program::new(plan, Some(loops).filter(|loops| *loops > 0));
+        let program = program.pen_stays_down(self.way.stay);
         Ok(Made {
+            ending: self.ending(&config),
+            needs_homed_arm: self.work != Work::Usual || format.needs_homed_arm(),
             source,
             setup,
             program: program.with_settings(settings),
@@ -246,7 +254,13 @@ impl Job {
         Ok(Some(picture))
     }
 
-    fn drive<'a>(&'a self, made: &'a Made, pace: Option<f64>, context: &Context) -> Drive<'a> {
+    fn drive<'a>(
+        &'a self,
+        made: &'a Made,
+        pace: Option<f64>,
+        real: bool,
+        context: &Context,
+    ) -> Drive<'a> {
         let way = &self.way;
         Drive {
             source: &made.source,
@@ -258,6 +272,8 @@ impl Job {
             mixed: made.program.plan().burns()
                 || context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,
+            refuses_unhomed: real && made.needs_homed_arm && !way.unhomed,
+            ending: made.ending,
             record: way.record.as_deref(),
             json: context.global.json,
             lasting: pace.is_none(),
@@ -299,7 +315,11 @@ impl Made {
 /// Runs it; after a signal, tells how to go on.
 fn go(drive: &Drive<'_>, context: &mut Context) -> Result<Done, Failure> {
     let debts = context.debts.clone();
-    let outcome = context.moving(None, async |arm, out| drive.run(arm, out, &debts).await);
+    let outcome = context.moving_to_an_end(
+        None,
+        async |arm, out| drive.run(arm, out, &debts).await,
+        async |arm, stood| drive.stopped(arm, stood).await,
+    );
     outcome.map_err(|failure| match failure.kind {
         Kind::Interrupted => drive.over(failure, context.stood()),
         _ => failure,

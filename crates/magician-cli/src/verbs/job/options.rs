@@ -126,8 +126,17 @@ pub(crate) struct Way {
     #[arg(long)]
     pub(super) keep: bool,
     /// Refuse to move an arm that was not homed since it was switched on
-    #[arg(long)]
+    #[arg(long, conflicts_with = "unhomed")]
     pub(super) require_homed: bool,
+    /// Draw or engrave with an arm that was not homed since it was switched on: it may go to the wrong place
+    #[arg(long)]
+    pub(super) unhomed: bool,
+    /// Leave the pen down at the end, and when it is stopped, instead of lifting it
+    #[arg(long, conflicts_with = "park")]
+    pub(super) stay: bool,
+    /// When all is done, go up and take the tip of the tool to this place, mm
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
+    pub(super) park: Option<[f64; 3]>,
 }
 
 /// How lines are drawn with a pen.
@@ -155,6 +164,14 @@ pub(crate) struct Pen {
 }
 
 impl Pen {
+    /// The usual pen, lifted so far.
+    pub(crate) fn lifted(lift: Option<f64>) -> Self {
+        Self {
+            lift,
+            ..Self::default()
+        }
+    }
+
     /// How the outlines of an image are found.
     pub(crate) fn trace(&self) -> Trace {
         let mut trace = Trace::default();

@@ -2,8 +2,9 @@
 
 use magician::{Set, words};
 use magician_program::artwork::Marking;
-use magician_program::{Action, Pallet, Placing, Plan, Problem, Setup, Surface};
+use magician_program::{Action, Ending, Pallet, Placing, Plan, Problem, Setup, Surface};
 
+use super::options::numbers;
 use super::{Job, Where};
 use crate::config::Config;
 use crate::failure::Failure;
@@ -36,7 +37,7 @@ impl Job {
         let usual = Marking::pen();
         let or_config = |flag: Option<f64>, name| flag.or_else(|| config.number(name));
         setup.pen = Marking {
-            lift: or_config(pen.lift, "draw.lift").unwrap_or(usual.lift),
+            lift: self.lift(config),
             speed: config
                 .number("draw.speed")
                 .map_or(usual.speed, |speed| speed as f32),
@@ -53,6 +54,21 @@ impl Job {
         // What is converted is not burnt yet: a run of it has this then.
         setup.usual_power = self.runs.then(|| config.power("engrave.power")).flatten();
         Ok(setup)
+    }
+
+    /// What becomes of the pen and the arm at the end.
+    pub(super) fn ending(&self, config: &Config) -> Ending {
+        let usual = config.says("park").and_then(|text| numbers(text).ok());
+        Ending {
+            lift: self.lift(config),
+            stay: self.way.stay,
+            park: self.way.park.or(usual).filter(|_| !self.way.stay),
+        }
+    }
+
+    fn lift(&self, config: &Config) -> f64 {
+        let lift = self.pen.lift.or_else(|| config.number("draw.lift"));
+        lift.unwrap_or(Marking::pen().lift)
     }
 
     /// Once at each place of the grid.

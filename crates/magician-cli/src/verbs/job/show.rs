@@ -2,22 +2,23 @@
 
 use std::path::Path;
 
+use magician::commands::Pose;
 use magician::words::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_program::artwork::Sheet;
 use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
-use magician_program::{Problem, Program, Report, Rest};
+use magician_program::{Ending, Problem, Program, Report, Rest};
 use magician_protocol::{Direction, describe};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::drive::Done;
+use super::drive::{Done, End};
 use super::options::Look;
 use super::report::{Estimate, Refusal, failure};
 use super::sentences;
 use super::tell::clock;
 use crate::context::Context;
-use crate::failure::Failure;
+use crate::failure::{Failure, Kind};
 use crate::output::Output;
 use crate::source::Source;
 
@@ -34,6 +35,7 @@ pub(super) struct Shown<'a> {
     pub(super) sheet: Option<Sheet>,
     /// What of the file was taken in a certain way.
     pub(super) notes: &'a [Problem],
+    pub(super) ending: Ending,
 }
 
 /// A look as JSON has it.
@@ -74,22 +76,29 @@ impl Shown<'_> {
             let json = context.global.json;
             self.commands(&rest, json, &mut context.out)?;
         }
-        let answer = self.answer(&report);
+        let parks = self.ending.check(&rest);
+        let answer = self.answer(&report, parks.is_ok());
         context.show(&answer, |out| self.lines(&answer, out))?;
         match report.is_good() {
-            true => Ok(()),
+            true => parks.map_err(|error| {
+                let mut failure = Failure::from(error);
+                if self.look.check {
+                    failure.kind = Kind::CheckFailed;
+                }
+                failure
+            }),
             false => Err(failure(&report, self.source, self.look.check)),
         }
     }
 
-    fn answer(&self, report: &Report) -> Answer {
+    fn answer(&self, report: &Report, parks: bool) -> Answer {
         let check = self.look.check;
         let refusals = report
             .complaints
             .iter()
             .map(|complaint| Refusal::of(report, complaint));
         Answer {
-            ok: check.then_some(report.is_good()),
+            ok: check.then_some(report.is_good() && parks),
             estimate: Estimate::new(
                 report,
                 self.program
@@ -220,6 +229,11 @@ pub(super) fn done(
     put("notes", json!(sentences(notes)));
     put("first_index", json!(done.ran.first.map(|index| index.0)));
     put("last_index", json!(done.ran.last.map(|index| index.0)));
+    if let Some(End { pose, up, parked }) = &done.end {
+        let at = [pose.x, pose.y, pose.z].map(|value| rounded(value.into()));
+        let pen = up.map(|up| if up { "up" } else { "down" });
+        put("end", json!({"at": at, "pen": pen, "parked": parked}));
+    }
     for (name, path) in files {
         if let Some(path) = path {
             put(name, json!(path));
@@ -234,6 +248,15 @@ pub(super) fn done(
         out.line(format_args!("done in {time}: {}{indices}", estimate.work()))?;
         if let Some(power) = estimate.power() {
             out.line(power)?;
+        }
+        if let Some(End { pose, up, parked }) = &done.end {
+            let what = match (parked, up) {
+                (true, _) => "parked",
+                (false, Some(false)) => "the pen stays down",
+                (false, _) => "the pen is up",
+            };
+            let Pose { x, y, z, .. } = pose;
+            out.line(format_args!("{what}: x {x:.1} y {y:.1} z {z:.1}"))?;
         }
         for (name, path) in files {
             if let Some(path) = path {

@@ -1,0 +1,253 @@
+//! How drawings end: the pen goes up, the tool is parked, and an arm that was not homed is not drawn with.
+#![cfg(unix)]
+
+mod magician;
+
+use std::process::{Child, Command, Output, Stdio};
+
+use magician::served::Served;
+use magician::{command, run};
+use serde_json::{Value, json};
+
+const PAPER: f64 = -50.0;
+const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='20mm' viewBox='0 0 80 20'>\
+                   <path d='M2 5 L78 5 L2 15' fill='none' stroke='black'/></svg>";
+
+/// A virtual arm in another process, which counts as a real one, and a directory of its own.
+struct Place {
+    dir: tempfile::TempDir,
+    served: Served,
+}
+
+impl Place {
+    fn new(speed: &str) -> Self {
+        let doors = ["--tcp", "127.0.0.1:0", "--speed", speed];
+        let place = Self {
+            dir: tempfile::tempdir().expect("directory"),
+            served: Served::start(&doors, 1),
+        };
+        place.write("line.svg", SVG);
+        place
+    }
+
+    /// The same, as if it had been homed.
+    fn homed(speed: &str) -> Self {
+        let place = Self::new(speed);
+        assert!(place.run(&["alarms", "--clear"]).status.success());
+        place
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.dir.path().join(name), text).expect("written");
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = command();
+        command.args(["--port", &self.served.door("tcp"), "--json"]);
+        command.args(arguments).current_dir(self.dir.path());
+        command.env("XDG_STATE_HOME", self.dir.path().join("state"));
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().expect("it runs")
+    }
+
+    fn height(&self) -> f64 {
+        last(&self.run(&["pose"]))["z"].as_f64().expect("a height")
+    }
+
+    /// A drawing whose pen is on the paper, and goes along it.
+    fn drawing(&self, more: &[&str]) -> Child {
+        let draw = ["draw", "line.svg", "--surface", "-50", "--speed", "10"];
+        let mut child = self.command(&[&draw, more].concat());
+        let mut child = child.spawn().expect("it starts");
+        let mut before = None;
+        for _ in 0..10_000 {
+            let pose = last(&self.run(&["pose"]));
+            let down = pose["z"].as_f64().expect("a height") < PAPER + 0.1;
+            if down && before.is_some_and(|before| before != pose) {
+                return child;
+            }
+            before = down.then_some(pose);
+            assert!(child.try_wait().expect("a child").is_none(), "{more:?}");
+        }
+        panic!("the pen is never down");
+    }
+}
+
+fn last(output: &Output) -> Value {
+    let text = String::from_utf8_lossy(&output.stdout);
+    let last = text.lines().last().unwrap_or_default();
+    serde_json::from_str(last).unwrap_or_else(|_| panic!("{output:?}"))
+}
+
+fn error(output: &Output) -> (Value, String) {
+    let text = String::from_utf8_lossy(&output.stderr);
+    let error = text.lines().last().unwrap_or_default();
+    let error: Value = serde_json::from_str(error).unwrap_or_else(|_| panic!("{output:?}"));
+    let message = error["error"]["message"].as_str().unwrap_or_default();
+    (error["error"]["kind"].clone(), message.to_owned())
+}
+
+fn signal(name: &str, child: &Child) {
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args([name, &id]).status();
+    assert!(kill.expect("kill runs").success());
+}
+
+#[test]
+fn the_first_signal_lifts_the_pen_and_resuming_goes_on() {
+    let place = Place::homed("1");
+    for (name, more, up) in [
+        ("-INT", &[][..], 10.0),
+        ("-TERM", &["--resume"], 10.0),
+        ("-INT", &["--stay", "--resume"], 0.0),
+        ("-INT", &["--resume", "--park", "200,-80,30"], 10.0),
+        ("-INT", &["--lift", "20"], 20.0),
+        ("-INT", &["--lift", "20", "--resume"], 20.0),
+    ] {
+        let child = place.drawing(more);
+        signal(name, &child);
+        let output = child.wait_with_output().expect("it ends");
+        assert_eq!(output.status.code(), Some(130), "{output:?}");
+        let (kind, message) = error(&output);
+        assert_eq!(kind, "interrupted");
+        let said = match up {
+            0.0 => "the pen stays down".to_owned(),
+            up => format!("the pen is up by {up:.1} mm"),
+        };
+        assert!(message.contains(&said), "{message}");
+        assert!(message.contains("the arm stands at x "), "{message}");
+        assert!((place.height() - PAPER - up).abs() < 0.5, "{more:?}");
+        let queue = last(&place.run(&["queue"]));
+        assert_eq!(queue["left_space"], 32);
+    }
+    let park = ["--park", "200,-80,30", "--resume"];
+    let draw = ["draw", "line.svg", "--surface", "-50", "--speed", "10"];
+    let done = place.run(&[&draw[..], &park].concat());
+    assert!(done.status.success(), "{done:?}");
+    let end = json!({"at": [200.0, -80.0, 30.0], "pen": "up", "parked": true});
+    assert_eq!(last(&done)["end"], end);
+    let again = place.run(&[&draw[..], &["--resume"]].concat());
+    assert_eq!(again.status.code(), Some(3), "{again:?}");
+}
+
+#[test]
+fn a_second_signal_moves_nothing() {
+    let place = Place::homed("0.5");
+    let child = place.drawing(&["--lift", "60"]);
+    signal("-INT", &child);
+    // The lift has begun.
+    while place.height() < PAPER + 0.5 {}
+    signal("-INT", &child);
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    let (kind, message) = error(&output);
+    assert_eq!(kind, "interrupted");
+    assert!(message.starts_with("interrupted twice: "), "{message}");
+    let stands = place.height();
+    assert!(stands < PAPER + 59.0, "{stands}");
+    assert_eq!(place.height(), stands);
+    assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
+    // It goes on from there all the same.
+    let again = place.drawing(&["--lift", "60", "--resume"]);
+    signal("-INT", &again);
+    assert_eq!(
+        again.wait_with_output().expect("it ends").status.code(),
+        Some(130)
+    );
+}
+
+#[test]
+fn an_arm_that_was_not_homed_is_not_drawn_with() {
+    let place = Place::new("50");
+    place.write(
+        "pen.gcode",
+        "G21 G90\nG0 X220 Y0 Z10\nG1 Z-40 F900\nG1 X240\nG0 Z10\n",
+    );
+    let burn = "G21 G90\nG0 X220 Y0 Z0\nM3 S0\nG1 X221 F600 S500\nM5\n";
+    place.write("burn.gcode", burn);
+    let plan = r#"{"format":"magician-plan","version":1,"title":"a","steps":[{"move":[220,0,0,0],"by":"joints"}]}"#;
+    place.write("a.plan.json", plan);
+    for arguments in [
+        &["draw", "line.svg", "--surface", "-50"][..],
+        &["run", "line.svg", "--surface", "-50"],
+        &["run", "pen.gcode"],
+        &["run", "burn.gcode", "--yes"],
+        &["draw", "a.plan.json"],
+        &["engrave", "line.svg", "--surface", "-50", "--yes"],
+    ] {
+        let trace = ["--trace", "frames.trace"];
+        let refused = place.run(&[&trace[..], arguments].concat());
+        assert_eq!(refused.status.code(), Some(3), "{refused:?}");
+        let (kind, message) = error(&refused);
+        assert_eq!(kind, "invalid-input");
+        for named in ["`magician home`", "`--unhomed`"] {
+            assert!(message.contains(named), "{message}");
+        }
+        let sent = place.dir.path().join("frames.trace");
+        let sent = run(&["decode", "--json", sent.to_str().expect("UTF-8")]).objects();
+        assert!(!sent.is_empty());
+        assert!(sent.iter().all(|frame| frame["write"] == false), "{sent:?}");
+    }
+    for arguments in [
+        &["run", "a.plan.json"][..],
+        &["draw", "line.svg", "--surface", "-50", "--check"],
+        &["draw", "line.svg", "--surface", "-50", "--unhomed"],
+        &["run", "pen.gcode", "--unhomed"],
+    ] {
+        let done = place.run(arguments);
+        assert!(done.status.success(), "{done:?}");
+    }
+    assert!(place.run(&["alarms", "--clear"]).status.success());
+    assert!(place.run(&["run", "pen.gcode"]).status.success());
+}
+
+#[test]
+fn a_run_says_how_its_tool_stands() {
+    let place = Place::homed("50");
+    let end = |arguments: &[&str]| {
+        let done = run(&[&["--port", "sim", "--json"], arguments].concat());
+        assert_eq!(done.status, 0, "{done:?}");
+        done.objects().pop().expect("a result")["end"].clone()
+    };
+    place.write(
+        "down.gcode",
+        "G21 G90\nG0 X220 Y0 Z10\nG1 Z-40 F900\nG1 X240\n",
+    );
+    let path = |name: &str| place.dir.path().join(name).display().to_string();
+    let (svg, down) = (path("line.svg"), path("down.gcode"));
+    let height = |end: &Value| end["at"][2].as_f64().expect("a height");
+    let usual = end(&["draw", &svg]);
+    assert_eq!((&usual["pen"], height(&usual)), (&json!("up"), -50.0));
+    let stays = end(&["draw", &svg, "--stay"]);
+    assert_eq!((&stays["pen"], height(&stays)), (&json!("down"), -60.0));
+    // What the file leaves down is lifted.
+    assert_eq!(height(&end(&["run", &down])), -30.0);
+    assert_eq!(height(&end(&["run", &down, "--lift", "4"])), -36.0);
+    assert_eq!(height(&end(&["run", &down, "--stay"])), -40.0);
+    let parked = json!({"at": [210.0, 60.0, -20.0], "pen": "up", "parked": true});
+    assert_eq!(end(&["run", &down, "--park", "210,60,-20"]), parked);
+    // A laser's job moves no further, unless it is parked.
+    assert_eq!(end(&["engrave", &svg]), Value::Null);
+    let parked = json!({"at": [210.0, 60.0, 0.0], "pen": null, "parked": true});
+    assert_eq!(end(&["engrave", &svg, "--park", "210,60,0"]), parked);
+
+    let both = run(&["draw", &svg, "--stay", "--park", "210,60,0"]);
+    assert_eq!(both.status, 2, "{both:?}");
+    for more in [&[][..], &["--check"]] {
+        let draw = ["--port", "sim", "--json", "draw", &svg, "--park", "400,0,0"];
+        let far = run(&[&draw[..], more].concat());
+        assert_eq!(far.status, if more.is_empty() { 3 } else { 10 }, "{far:?}");
+        assert!(far.err.contains("the tool cannot be parked"), "{far:?}");
+    }
+    let config = path("config.toml");
+    std::fs::write(&config, "park = \"210,60,-20\"\n").expect("written");
+    let mut usual = command();
+    usual.env("MAGICIAN_CONFIG", &config);
+    let usual = usual.args(["--port", "sim", "--json", "draw", &svg]);
+    let usual = usual.output().expect("it runs");
+    assert_eq!(last(&usual)["end"]["parked"], true, "{usual:?}");
+}

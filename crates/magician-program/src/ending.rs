@@ -1,0 +1,97 @@
+//! What the arm does when a program has ended, or was stopped.
+
+use magician::words::move_to;
+use magician::{Error, Result};
+
+use crate::{Plan, Rest};
+
+/// What becomes of pen and arm at the end of a program. What needs the arm is the driver's:
+/// [`Arm::lift`](magician::Arm::lift) and [`Arm::park`](magician::Arm::park).
+///
+/// ```
+/// use magician_program::{Action, Ending, Origin, Plan, Tool};
+///
+/// let mut plan = Plan::new("a line");
+/// plan.tool = Some(Tool::Pen);
+/// plan.push(Action::Path { to: [240.0, 0.0, -50.0] }, Origin::NONE);
+/// let ending = Ending { lift: 10.0, ..Ending::default() };
+/// assert_eq!(ending.after_stop(&plan), Some(10.0));
+/// // What its own last steps have not lifted.
+/// assert_eq!(ending.after_done(&plan, [240.0, 0.0, -44.0]), Some(4.0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ending {
+    /// How far a pen goes up, mm.
+    pub lift: f64,
+    /// The pen stays where it is.
+    pub stay: bool,
+    /// Where the tip of the tool (x, y, z) is taken when all is done, mm.
+    pub park: Option<[f64; 3]>,
+}
+
+impl Default for Ending {
+    /// The pen goes up as far as between two lines.
+    fn default() -> Self {
+        Self {
+            lift: crate::artwork::Marking::pen().lift,
+            stay: false,
+            park: None,
+        }
+    }
+}
+
+impl Ending {
+    /// How far the pen goes up from where the arm stands when a program was stopped, or is paused; nothing if it does not draw,
+    /// or is to stay.
+    #[must_use]
+    pub fn after_stop(&self, plan: &Plan) -> Option<f64> {
+        Some(self.lift).filter(|_| !self.stay && plan.draws())
+    }
+
+    /// How far the tool goes up when all is done and it stands there (x, y, z): a pen so far that it is above its paper by the
+    /// lift, any other tool before it is parked.
+    #[must_use]
+    pub fn after_done(&self, plan: &Plan, at: [f64; 3]) -> Option<f64> {
+        let up = if self.stay {
+            None
+        } else if plan.draws() {
+            Some(plan.lift_left(at, self.lift))
+        } else {
+            self.park.map(|_| self.lift)
+        };
+        up.filter(|up| *up > 0.0)
+    }
+
+    /// Whether the arm gets to where it is parked from where the program ends.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Unreachable`](magician::ErrorKind::Unreachable) with value and limit if it does not.
+    pub fn check(&self, rest: &Rest) -> Result<()> {
+        let Some(place) = self.park else {
+            return Ok(());
+        };
+        let refused = |error: Error| {
+            let [x, y, z] = place;
+            let message = format!("the tool cannot be parked at {x},{y},{z}: {error}");
+            let named = Error::new(error.kind(), message);
+            match (error.value(), error.limit(), error.unit()) {
+                (Some(value), Some(limit), Some(unit)) => named.with_limit(value, limit, unit),
+                _ => named,
+            }
+        };
+        let mut arm = rest.end();
+        let Some(at) = arm.arm().map(|at| at.pose) else {
+            let [x, y, z] = place.map(|value| value as f32);
+            let there = arm.check(&move_to(x, y, z, 0.0));
+            return there.map(drop).map_err(refused);
+        };
+        let whole = rest.whole();
+        if let Some(up) = self.after_done(whole, [at.x, at.y, at.z]) {
+            let lift = arm.lift(up).map_err(refused)?;
+            for command in &lift.commands {
+                arm.check(command).map_err(refused)?;
+            }
+        }
+        arm.way_to_park(place).map(drop).map_err(refused)
+    }
+}

@@ -1,0 +1,276 @@
+//! The ways of a tool whose work is over: straight up, and to the place where it is parked.
+
+use std::time::Duration;
+
+use magician_motion::{ArmState, Pose};
+use magician_protocol::Set;
+
+use super::Preflight;
+use crate::words::{line_speed, line_to, move_to, speed};
+use crate::{Error, Result};
+
+/// A lift at the speeds in force may take this long; a slower one is done at speeds of its own, so that a pen is up within
+/// two seconds of a stop.
+const PATIENCE: Duration = Duration::from_millis(800);
+/// Speed (mm/s) and acceleration (mm/s2) of such a lift: within what the arm does (model section 6).
+const QUICK: [f32; 2] = [200.0, 400.0];
+/// The height of a lift that the reach cuts short is found to this, mm.
+const EXACT: f64 = 0.05;
+/// A way across may dip so far below the lower one of its ends, mm: what 32 bits and a sampled curve cost.
+const DIP: f64 = 0.5;
+/// A way across is looked at in so many places.
+const SAMPLES: u64 = 64;
+/// Ways shorter than this need no move, mm.
+const SHORT: f64 = 1e-3;
+
+/// The way straight up from where an arm stands.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Lift {
+    /// How far up it leads, mm: 0 where the arm cannot go up at all.
+    pub by: f64,
+    /// What is sent: a straight line, and speeds before it where those in force would be too slow. Nothing if it leads nowhere.
+    pub commands: Vec<Set>,
+}
+
+impl Preflight {
+    /// The way straight up by `height` (mm) from where the arm stands, or as far as the arm reaches. It takes less than 1.5 s
+    /// for heights up to 150 mm, whatever speeds are in force.
+    ///
+    /// ```
+    /// use magician::words::{self, Preflight};
+    /// use magician::{JointAngles, ToolBias};
+    ///
+    /// let mut arm = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    /// arm.check(&words::line_to(250.0, 0.0, -40.0, 0.0))?;
+    /// assert_eq!(arm.lift(10.0)?.commands, [words::line_to(250.0, 0.0, -30.0, 0.0)]);
+    /// // Higher than the arm reaches there.
+    /// let lift = arm.lift(500.0)?;
+    /// assert!((150.0..220.0).contains(&lift.by), "{lift:?}");
+    /// # Ok::<(), magician::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a height below 0, and where it is not known where the arm stands.
+    pub fn lift(&self, height: f64) -> Result<Lift> {
+        if !(height.is_finite() && height >= 0.0) {
+            return Err(Error::invalid(format!(
+                "a lift is 0 mm or more, not {height}"
+            )));
+        }
+        let from = self.stands()?.pose;
+        let up = |by: f64| {
+            let command = line(Pose {
+                z: from.z + by,
+                ..from
+            });
+            let step = self.clone().check(&command).ok()?;
+            Some((by, command, step.time))
+        };
+        // A longer line begins with the shorter one: what is refused at one height is refused at all above it.
+        let found = up(height).or_else(|| {
+            let (mut low, mut high) = (0.0, height);
+            while high - low > EXACT {
+                let middle = f64::midpoint(low, high);
+                match up(middle) {
+                    Some(_) => low = middle,
+                    None => high = middle,
+                }
+            }
+            up(low)
+        });
+        let Some((by, command, time)) = found.filter(|(by, ..)| *by > SHORT) else {
+            return Ok(Lift {
+                by: 0.0,
+                commands: Vec::new(),
+            });
+        };
+        let [velocity, acceleration] = QUICK;
+        let commands = if time > PATIENCE {
+            let quick = [line_speed(velocity, acceleration), speed(100.0, 100.0)];
+            quick.into_iter().chain([command]).collect()
+        } else {
+            vec![command]
+        };
+        Ok(Lift { by, commands })
+    }
+
+    /// The way from where the arm stands to the place (x, y, z of the tool's tip) where it is parked: up as high as the place if
+    /// it is higher, across at that height, straight down. No part of it leads below both its ends. Across is a straight line,
+    /// or with all joints together where the base is in the way. The tool turns with the arm.
+    ///
+    /// # Errors
+    /// [`Unreachable`](crate::ErrorKind::Unreachable) with value and limit if the place, or every way to it, is out of reach;
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) where it is not known where the arm stands.
+    pub fn way_to_park(&self, place: [f64; 3]) -> Result<Vec<Set>> {
+        let from = self.stands()?.pose;
+        let [x, y, z] = place;
+        let turned = y.atan2(x) - from.y.atan2(from.x);
+        let to = Pose {
+            x,
+            y,
+            z,
+            r: from.r + turned.to_degrees(),
+        };
+        // The place itself first: why it cannot be reached is the better story than a way that is not there.
+        self.clone().check(&joints(to))?;
+        let height = from.z.max(z);
+        let above = |end: Pose| Pose { z: height, ..end };
+        let across = [line(above(to)), joints(above(to))];
+        let by_way_of_height = across.map(|across| vec![line(above(from)), across, line(to)]);
+        let straight = [line(to), joints(to)].map(|command| vec![command]);
+        let mut refusal = None;
+        for way in by_way_of_height.into_iter().chain(straight) {
+            match self.followed(way, from.z.min(z)) {
+                Ok(way) => return Ok(way),
+                Err(error) => refusal = refusal.or(Some(error)),
+            }
+        }
+        let none = || Error::invalid("there is no way to it");
+        Err(refusal.unwrap_or_else(none))
+    }
+
+    /// The commands of a way that lead anywhere, if the arm can follow it and does not dip below this height.
+    fn followed(&self, way: Vec<Set>, lowest: f64) -> Result<Vec<Set>> {
+        let mut arm = self.clone();
+        let mut kept = Vec::new();
+        for command in way {
+            let before = *arm.stands()?;
+            let trajectory = arm.way(&before, &command);
+            let after = arm.check(&command)?.end.unwrap_or(before);
+            if before.pose.distance_to(&after.pose) < SHORT {
+                continue;
+            }
+            let dips = trajectory.is_none_or(|trajectory| {
+                let end = trajectory.duration_us();
+                let heights =
+                    (0..=SAMPLES).map(|nth| trajectory.sample(end / SAMPLES * nth).pose.z);
+                heights.fold(f64::INFINITY, f64::min) < lowest - DIP
+            });
+            if dips {
+                return Err(Error::invalid(
+                    "the base is in the way, and the way round it dips below both of its ends",
+                ));
+            }
+            kept.push(command);
+        }
+        Ok(kept)
+    }
+
+    fn stands(&self) -> Result<&ArmState> {
+        self.arm()
+            .ok_or_else(|| Error::invalid("it is not known where the arm stands"))
+    }
+}
+
+fn line(to: Pose) -> Set {
+    let [x, y, z, r] = to.to_array().map(|value| value as f32);
+    line_to(x, y, z, r)
+}
+
+fn joints(to: Pose) -> Set {
+    let [x, y, z, r] = to.to_array().map(|value| value as f32);
+    move_to(x, y, z, r)
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_motion::{JointAngles, ToolBias};
+
+    use super::*;
+
+    fn at(x: f32, y: f32, z: f32) -> Preflight {
+        let mut arm = Preflight::at(JointAngles::HOME, ToolBias::PEN);
+        arm.check(&move_to(x, y, z, 0.0)).expect("within reach");
+        arm
+    }
+
+    /// Where a way leads, and the lowest z on it.
+    fn follow(arm: &Preflight, way: &[Set]) -> ([f64; 3], f64) {
+        let (mut arm, mut lowest) = (arm.clone(), f64::INFINITY);
+        for command in way {
+            let before = *arm.arm().expect("known");
+            let trajectory = arm.way(&before, command).expect("a move");
+            for nth in 0..=100 {
+                let at = trajectory.sample(trajectory.duration_us() * nth / 100);
+                lowest = lowest.min(at.pose.z);
+            }
+            arm.check(command).expect("it was found so");
+        }
+        let pose = arm.arm().expect("known").pose;
+        ([pose.x, pose.y, pose.z], lowest)
+    }
+
+    #[test]
+    fn a_lift_is_straight_up_and_never_beyond_reach() {
+        for (x, y, z) in [(240.0, 0.0, -50.0), (200.0, 120.0, 60.0), (290.0, 0.0, 0.0)] {
+            let arm = at(x, y, z);
+            let mut before = 0.0;
+            for height in [0.0, 1.0, 10.0, 60.0, 150.0, 400.0] {
+                let lift = arm.lift(height).expect("a height");
+                assert!(
+                    lift.by <= height && lift.by >= before - 2.0 * EXACT,
+                    "{lift:?}"
+                );
+                before = lift.by;
+                if lift.commands.is_empty() {
+                    assert!(lift.by == 0.0, "{lift:?}");
+                    continue;
+                }
+                let time = arm.estimate(&lift.commands).expect("checked");
+                assert!(height > 150.0 || time < Duration::from_millis(1500));
+                let last = lift.commands.last().copied().expect("a line");
+                let (end, _) = follow(&arm, &[last]);
+                let expected = [f64::from(x), f64::from(y), f64::from(z) + lift.by];
+                let off = end.iter().zip(expected).map(|(is, wanted)| is - wanted);
+                assert!({ off }.all(|off| off.abs() < 1e-3), "{end:?} {expected:?}");
+            }
+            let most = arm.lift(400.0).expect("a height").by;
+            assert!(
+                arm.clone()
+                    .check(&line_to(x, y, z + most as f32 + 0.2, 0.0))
+                    .is_err()
+            );
+        }
+        assert!(at(240.0, 0.0, 0.0).lift(-1.0).is_err());
+    }
+
+    #[test]
+    fn a_slow_arm_lifts_at_speeds_of_its_own() {
+        let mut arm = at(240.0, 0.0, -50.0);
+        assert_eq!(arm.lift(10.0).expect("a height").commands.len(), 1);
+        arm.check(&speed(1.0, 1.0)).expect("a speed");
+        let lift = arm.lift(10.0).expect("a height");
+        assert_eq!(lift.commands.len(), 3);
+        let time = arm.estimate(&lift.commands).expect("checked");
+        assert!(time < Duration::from_millis(500), "{time:?}");
+    }
+
+    #[test]
+    fn the_way_to_the_park_is_never_lower_than_its_ends() {
+        let place = [180.0, -150.0, 40.0];
+        for (x, y, z) in [
+            (240.0, 60.0, -40.0),
+            (200.0, 0.0, 90.0),
+            (180.0, -150.0, -50.0),
+            (20.0, 220.0, -30.0),
+        ] {
+            let arm = at(x, y, z);
+            let way = arm.way_to_park(place).expect("a way");
+            let (end, lowest) = follow(&arm, &way);
+            let off = end.iter().zip(place).map(|(is, wanted)| is - wanted);
+            assert!({ off }.all(|off| off.abs() < 1e-3), "{end:?}");
+            assert!(lowest >= f64::from(z).min(place[2]) - 2.0 * DIP, "{lowest}");
+        }
+        let arm = at(180.0, -150.0, 40.0);
+        assert_eq!(arm.way_to_park(place).expect("a way"), []);
+    }
+
+    #[test]
+    fn a_park_out_of_reach_says_by_how_much() {
+        let error = at(240.0, 0.0, 0.0).way_to_park([400.0, 0.0, 0.0]);
+        let error = error.expect_err("too far");
+        assert_eq!(error.kind(), crate::ErrorKind::Unreachable);
+        assert!(error.value() > error.limit(), "{error}");
+    }
+}
