@@ -13,8 +13,8 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::verbs::{
     alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode,
-    demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, man,
-    play, ports, pose, proxy, queue, rail, record, replay, run, sensor, set, shell, sim, stop,
+    demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, laser,
+    man, play, ports, pose, proxy, queue, rail, record, replay, run, sensor, set, shell, sim, stop,
     teach, tools, travel, watch,
 };
 
@@ -133,7 +133,7 @@ pub(crate) enum Verb {
     Stop(stop::Stop),
     Suction(tools::Suction),
     Gripper(tools::Gripper),
-    Laser(tools::Laser),
+    Laser(laser::Laser),
     Io(io::Io),
     Sensor(sensor::Sensor),
     Rail(rail::Rail),

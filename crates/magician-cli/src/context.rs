@@ -42,6 +42,12 @@ pub(crate) struct Context {
     pub(crate) in_shell: bool,
     /// Whether the verb under way waits for a line that breaks to come back.
     pub(crate) lasts: bool,
+    /// Whether the laser may burn during the verb under way: a person said so.
+    burns: bool,
+    /// Whether the laser was lit over this connection and stays so until it ends.
+    lit: bool,
+    /// Whether it stays so even then: that was asked for.
+    pub(crate) keeps_laser: bool,
     /// Whether the system wants this program to end, more lines or not.
     pub(crate) terminated: bool,
     /// Whether a verb has set something going that the connection cannot know of: what earlier programs queued, a
@@ -118,6 +124,9 @@ impl Context {
             debts: Debts::default(),
             in_shell: false,
             lasts: false,
+            burns: false,
+            lit: false,
+            keeps_laser: false,
             terminated: false,
             going: false,
         }
@@ -134,6 +143,7 @@ impl Context {
     /// Runs one command line and keeps the connection.
     pub(crate) fn line(&mut self, cli: Cli) -> Result<(), Failure> {
         self.global = cli.global;
+        self.burns = self.global.yes;
         let outcome = match cli.verb {
             _ if cli.version => version::run(self),
             Some(verb) => verb.run(self),
@@ -145,10 +155,22 @@ impl Context {
     /// Ends the connection, if there is one.
     fn leave(&mut self, well: bool) {
         if let (Some(connected), Some(runtime)) = (self.arm.take(), &self.runtime) {
-            if well {
-                connected.arm.detach();
-            }
-            runtime.block_on(connected.arm.close());
+            let arm = connected.arm;
+            runtime.block_on(async {
+                if well && !self.keeps_laser {
+                    // What is not answered is said once more at the end of a connection that is not let go of.
+                    let dark = match self.lit {
+                        true => arm.darken().await,
+                        false => arm.darken_after().await,
+                    };
+                    if dark.is_ok() {
+                        arm.detach();
+                    }
+                } else if well {
+                    arm.detach();
+                }
+                arm.close().await;
+            });
         }
     }
 
@@ -226,6 +248,37 @@ impl Context {
         self.arm.is_some()
     }
 
+    /// The arm that this is connected to, if it is the one that is meant now.
+    pub(crate) fn connected(&self) -> Option<&Arm> {
+        let open = self.arm.as_ref();
+        let open = open.filter(|open| open.port == self.global.port);
+        open.map(|open| &open.arm)
+    }
+
+    /// A command has lit the laser for longer than the verb: to the end of a shell, else for good.
+    pub(crate) fn leaves_lit(&mut self) {
+        match self.in_shell {
+            true => self.lights(true),
+            false => self.keeps_laser = true,
+        }
+    }
+
+    /// Whether the laser may burn during this verb.
+    pub(crate) fn laser_is_allowed(&self) -> bool {
+        self.burns
+    }
+
+    /// Lets it burn.
+    pub(crate) fn allow_laser(&mut self) {
+        self.burns = true;
+    }
+
+    /// The laser was lit, or put out, by a verb that has ended.
+    pub(crate) fn lights(&mut self, lit: bool) {
+        self.lit = lit;
+        self.sets_going(lit);
+    }
+
     /// How the arm stood when a signal had stopped it, if it said so.
     pub(crate) fn stood(&mut self) -> Option<Stood> {
         self.stood.take()
@@ -285,7 +338,10 @@ impl Context {
                     None => self.connect(sim).await?,
                 };
                 let arm = &self.arm.insert(arm).arm;
-                work(arm, &mut self.out).await
+                match self.burns {
+                    true => work(&arm.allowing_laser(), &mut self.out).await,
+                    false => work(arm, &mut self.out).await,
+                }
             };
             tokio::select! {
                 outcome = work => match outcome {
@@ -450,6 +506,7 @@ impl Context {
         options.window = self.global.window.map_or(options.window, usize::from);
         // A verb whose line breaks fails; only a shell and a pad last until the cable is back.
         options.reconnect = self.in_shell || self.lasts;
+        options.laser_pins = self.laser_pins()?;
         options.faults = self.global.faults.unwrap_or_default();
         options.trace = self.tracer()?;
         Ok(options)

@@ -9,6 +9,7 @@ use magician_motion::MotionError;
 use serde::Serialize;
 
 use crate::output::{Paint, write_json};
+use crate::permission;
 
 /// Whose problem it is. The exit status and the name in JSON follow from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -273,6 +274,9 @@ fn one_line(text: &str) -> String {
 
 impl From<magician::Error> for Failure {
     fn from(error: magician::Error) -> Self {
+        if error.wants_laser() {
+            return permission::refused(error.to_string());
+        }
         Self::new(Kind::Driver(error.kind()), error.to_string()).about(Figures {
             command: error.command().map(str::to_owned),
             value: error.value(),

@@ -17,6 +17,7 @@ mod interrupt;
 mod log;
 mod mounted;
 mod output;
+mod permission;
 mod progress;
 mod recording;
 mod serving;

@@ -53,8 +53,17 @@ impl Tally {
         while self
             .pairs
             .back()
-            .is_some_and(|(_, known)| *known >= commands)
+            .is_some_and(|(_, known)| *known > commands)
         {
+            self.pairs.pop_back();
+        }
+        // The first and the last index with as many commands up to them: between those are the driver's own.
+        let as_many = self
+            .pairs
+            .iter()
+            .rev()
+            .take_while(|(_, known)| *known == commands);
+        if as_many.count() > 1 {
             self.pairs.pop_back();
         }
         if self.pairs.len() >= REMEMBERED {

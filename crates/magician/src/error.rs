@@ -80,6 +80,8 @@ struct Details {
     from: Option<u64>,
     to: Option<u64>,
     alarms: Option<AlarmSet>,
+    /// It is refused because the laser was not allowed to burn.
+    wants_laser: bool,
     source: Option<io::Error>,
 }
 
@@ -133,6 +135,13 @@ impl Error {
     pub fn alarms(&self) -> Option<&AlarmSet> {
         self.0.alarms.as_ref()
     }
+
+    /// Whether it was refused because the laser would or could burn, and nobody had allowed that
+    /// ([`Options::allow_laser`](crate::Options::allow_laser)).
+    #[must_use]
+    pub fn wants_laser(&self) -> bool {
+        self.0.wants_laser
+    }
 }
 
 /// Making one.
@@ -150,6 +159,7 @@ impl Error {
             from: None,
             to: None,
             alarms: None,
+            wants_laser: false,
             source: None,
         }))
     }
@@ -195,6 +205,13 @@ impl Error {
     pub(crate) fn with_source(mut self, source: io::Error) -> Self {
         self.0.source = Some(source);
         self
+    }
+
+    /// What was not sent because the laser would or could burn.
+    pub(crate) fn burning(message: impl Into<String>) -> Self {
+        let mut error = Self::invalid(message);
+        error.0.wants_laser = true;
+        error
     }
 
     /// A command that may or may not have been taken.

@@ -32,6 +32,7 @@
 
 mod arm;
 pub mod blocking;
+mod burning;
 pub mod connection;
 pub mod discovery;
 mod error;
@@ -52,8 +53,9 @@ pub mod words;
 
 pub use arm::{
     Arm, Event, Events, Jog, JogOptions, Level, Lifted, Link, Options, Owed, Pin, Progress, Ran,
-    Run, RunOptions, StateOptions, StateWatch, Status, Stopper,
+    Run, RunOptions, StateOptions, StateWatch, Status, Stopper, sets_in_motion,
 };
+pub use burning::burns;
 pub use error::{Error, ErrorKind, Result};
 pub use magician_motion::{ArmState, Geometry, JointAngles, Law, Limits, ToolBias, Trajectory};
 pub use magician_protocol::{

@@ -1,6 +1,7 @@
 //! The file of settings. What a flag says goes before it, and what a variable of the environment says; what it does not
 //! say has a default.
 
+mod arms;
 mod edit;
 mod keys;
 
@@ -32,6 +33,8 @@ pub(crate) struct Config {
     text: String,
     /// What it says, as a person would type it.
     values: Vec<(&'static str, String)>,
+    /// What it says of single arms.
+    arms: Vec<arms::Arm>,
 }
 
 /// Where a value comes from.
@@ -55,11 +58,16 @@ impl Config {
     }
 
     fn of(path: Option<PathBuf>, text: String) -> Result<Self, Failure> {
-        let values = check(&text).map_err(|problem| {
+        let (values, arms) = check(&text).map_err(|problem| {
             let name = path.as_deref().unwrap_or(Path::new("config.toml"));
             broken(name, &text, &problem)
         })?;
-        Ok(Self { path, text, values })
+        Ok(Self {
+            path,
+            text,
+            values,
+            arms,
+        })
     }
 
     /// Where the file is or would be.
@@ -85,6 +93,11 @@ impl Config {
         variable
             .map(|value| (value, Source::Environment))
             .or_else(file)
+    }
+
+    /// Whether a laser may be mounted on the arm at this port: `[arms.NAME] laser = false` says that there is none.
+    pub(crate) fn laser_is_mounted(&self, port: Option<&str>) -> bool {
+        arms::laser_is_mounted(&self.arms, port)
     }
 
     /// A number that the file says. The check has let nothing else through.
@@ -178,15 +191,22 @@ fn read(path: &Path) -> Result<String, Failure> {
     fs::read_to_string(path).map_err(|error| wrong(&error))
 }
 
+/// The values of a text.
+type Values = (Vec<(&'static str, String)>, Vec<arms::Arm>);
+
 /// The values of a text, or where it is wrong.
-fn check(text: &str) -> Result<Vec<(&'static str, String)>, Problem> {
+fn check(text: &str) -> Result<Values, Problem> {
     let lines = Lines::new(text);
     let file = DeTable::parse(text).map_err(|error| {
         let place = lines.origin(error.span().unwrap_or_default());
         Problem::new(place, error.message().trim().to_owned())
     })?;
-    let mut values = Vec::new();
+    let (mut values, mut arms) = (Vec::new(), Vec::new());
     for (name, value) in file.get_ref() {
+        if name.get_ref() == arms::TABLE {
+            arms = arms::read(&lines, value)?;
+            continue;
+        }
         let is_section = KEYS
             .iter()
             .any(|key| section(key.name) == Some(name.get_ref()));
@@ -204,7 +224,7 @@ fn check(text: &str) -> Result<Vec<(&'static str, String)>, Problem> {
             _ => values.push(entry(&lines, name.get_ref(), name.span(), value)?),
         }
     }
-    Ok(values)
+    Ok((values, arms))
 }
 
 fn entry(
@@ -251,7 +271,7 @@ mod tests {
     #[test]
     fn what_a_file_says_is_checked_with_its_place() {
         let text = "port = 'COM3'\nsurface = -6_0.5\n[draw]\nspeed = 60\n[sheet]\nrotation = 1\n";
-        let values = check(text).expect("it is right");
+        let (values, _) = check(text).expect("it is right");
         let wanted = [
             ("port", "COM3"),
             ("draw.speed", "60"),

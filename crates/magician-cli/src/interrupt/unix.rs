@@ -1,23 +1,50 @@
+use std::fs;
 use std::future::pending;
 use std::io::{self, IsTerminal};
+use std::sync::OnceLock;
 
 use tokio::signal::unix::{self, SignalKind, signal};
 
 use super::Signal;
 
+/// Whether SIGHUP was ignored when this program began; once it is caught the system does not tell any more.
+static IGNORED: OnceLock<bool> = OnceLock::new();
+
+/// What Linux says of it: `nohup` starts a program so.
+fn hangup_is_ignored() -> bool {
+    let status = fs::read_to_string("/proc/self/status");
+    let told = status.ok().and_then(|status| ignores_hangup(&status));
+    // Where nothing tells, whoever has no terminal on any of the three was started to outlive it.
+    let terminals = [
+        io::stdin().is_terminal(),
+        io::stdout().is_terminal(),
+        io::stderr().is_terminal(),
+    ];
+    told.unwrap_or(!terminals.contains(&true))
+}
+
+/// Whether signal 1 is in the mask of those that are ignored.
+fn ignores_hangup(status: &str) -> Option<bool> {
+    let mask = status
+        .lines()
+        .find_map(|line| line.strip_prefix("SigIgn:"))?;
+    let mask = u64::from_str_radix(mask.trim(), 16).ok()?;
+    Some(mask & 1 == 1)
+}
+
 /// The signals, caught from the moment of [`listen`](Self::listen).
 pub(crate) struct Signals {
     interrupt: unix::Signal,
     terminate: unix::Signal,
-    /// Only at a terminal: who is to outlive one has been started with `nohup`, which leaves none on stderr.
+    /// Not in a program that is to outlive its terminal: `nohup` has it ignored.
     hangup: Option<unix::Signal>,
 }
 
 impl Signals {
     /// Begins to catch them. Must be called within a runtime.
     pub(crate) fn listen() -> io::Result<Self> {
-        let at_terminal = io::stderr().is_terminal();
-        let hangup = at_terminal.then(|| signal(SignalKind::hangup()));
+        let ignored = *IGNORED.get_or_init(hangup_is_ignored);
+        let hangup = (!ignored).then(|| signal(SignalKind::hangup()));
         Ok(Self {
             interrupt: signal(SignalKind::interrupt())?,
             terminate: signal(SignalKind::terminate())?,
@@ -38,5 +65,19 @@ impl Signals {
             _ = self.terminate.recv() => Signal::Terminate,
             _ = hung_up => Signal::Terminate,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mask_of_ignored_signals_tells_of_nohup() {
+        let status =
+            |mask: &str| format!("Name:\tmagician\nSigBlk:\t0\nSigIgn:\t{mask}\nSigCgt:\t1\n");
+        assert_eq!(ignores_hangup(&status("0000000000001001")), Some(true));
+        assert_eq!(ignores_hangup(&status("0000000000001000")), Some(false));
+        assert_eq!(ignores_hangup("Name:\tmagician\n"), None);
     }
 }

@@ -31,6 +31,9 @@ struct Entry {
 
 impl Alarms {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        if self.clear {
+            context.permit_queue()?;
+        }
         let alarms = context.with_arm(async |arm, _| {
             if self.clear {
                 arm.clear_alarms().await?;

@@ -47,7 +47,14 @@ impl Enqueue {
         refuse_danger(row, context)?;
         let command = magician::Set::decode(row.id, &params)
             .map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;
+        context.permit([&command])?;
+        if self.start {
+            context.permit_queue()?;
+        }
         let index = context.with_arm(async |arm, _| {
+            if self.start {
+                arm.check_dark().await?;
+            }
             let index = arm.enqueue_set(&command).await?;
             if self.start {
                 arm.start_queue().await?;

@@ -1,5 +1,5 @@
 use clap::Args;
-use magician::{RunOptions, commands, words};
+use magician::{RunOptions, commands};
 
 use super::pose::Answer;
 use crate::context::Context;
@@ -17,15 +17,11 @@ pub(crate) struct Home {
 impl Home {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let quiet = context.global.json;
+        if self.keep {
+            context.permit_queue()?;
+        }
         let pose = context.moving(None, async |arm, _| {
-            let home = async {
-                if !self.keep {
-                    return arm.home().await;
-                }
-                let options = RunOptions::default().keep(true);
-                arm.run_with([words::home()], options, |_| {}).await?;
-                arm.clear_alarms().await
-            };
+            let home = arm.home_with(RunOptions::default().keep(self.keep));
             attended(quiet, "homing", home).await?;
             Ok(arm.get::<commands::Pose>().await?)
         })?;

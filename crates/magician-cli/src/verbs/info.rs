@@ -24,6 +24,8 @@ struct Answer {
     alarms: Vec<u8>,
     queue_current_index: u64,
     queue_left_space: u32,
+    /// Whether the laser is on; null where the arm does not say.
+    laser: Option<bool>,
 }
 
 impl Info {
@@ -44,6 +46,7 @@ impl Info {
             ]);
             columns.row(["rail", if answer.with_l { "in use" } else { "none" }]);
             columns.row(["alarms", &alarms(&answer.alarms)]);
+            columns.row(["laser", laser(answer.laser)]);
             let (current, left) = (answer.queue_current_index, answer.queue_left_space);
             columns.row([
                 "queue",
@@ -77,7 +80,17 @@ async fn read(arm: &Arm) -> Result<Answer, Failure> {
         alarms: arm.alarms().await?.codes().collect(),
         queue_current_index: arm.current_index().await?.0,
         queue_left_space: arm.left_space().await?,
+        laser: arm.laser().await?,
     })
+}
+
+/// Whether the laser is on, in words.
+fn laser(on: Option<bool>) -> &'static str {
+    match on {
+        Some(true) => "ON",
+        Some(false) => "off",
+        None => "not known",
+    }
 }
 
 /// Older firmware does not answer this one.

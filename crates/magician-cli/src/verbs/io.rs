@@ -1,10 +1,10 @@
 use clap::{Args, Subcommand};
-use magician::Arm;
 use magician::commands::{
     GetIoAdc, GetIoDi, GetIoDo, GetIoMultiplexing, GetIoPwm, IoAdc, IoDi, IoDo, IoMultiplexing,
     IoPwm,
 };
-use magician_protocol::{Flag, IoFunction};
+use magician::{Arm, Set, words};
+use magician_protocol::IoFunction;
 use serde::Serialize;
 
 use crate::args::number;
@@ -182,6 +182,11 @@ impl Pin {
 impl Io {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let action = self.action.unwrap_or(Action::List { all: self.all });
+        if let Some(command) = action.command()
+            && context.permit([&command])?
+        {
+            context.leaves_lit();
+        }
         let pins = context.with_arm(async |arm, _| act(arm, action).await)?;
         match (pins.as_slice(), action) {
             (_, Action::List { all }) => {
@@ -190,6 +195,21 @@ impl Io {
             }
             ([pin], _) => context.show(pin, |out| write([pin], out)),
             _ => Ok(()),
+        }
+    }
+}
+
+impl Action {
+    /// What it tells an output, if it does.
+    fn command(self) -> Option<Set> {
+        match self {
+            Self::Set { pin, level } => Some(words::output(pin, level)),
+            Self::Pwm {
+                pin,
+                hertz,
+                percent,
+            } => Some(words::pwm(pin, hertz, percent)),
+            _ => None,
         }
     }
 }
@@ -204,13 +224,10 @@ async fn act(arm: &Arm, action: Action) -> Result<Vec<Pin>, Failure> {
             return Ok(pins);
         }
         Action::Get { pin } => pin,
-        Action::Set { pin, level } => {
-            let level = Flag::from(level);
-            arm.set(&IoDo {
-                address: pin,
-                level,
-            })
-            .await?;
+        Action::Set { pin, .. } | Action::Pwm { pin, .. } => {
+            if let Some(command) = action.command() {
+                arm.set_any(&command).await?;
+            }
             pin
         }
         Action::Mux { pin, function } => {
@@ -218,20 +235,6 @@ async fn act(arm: &Arm, action: Action) -> Result<Vec<Pin>, Failure> {
             arm.set(&IoMultiplexing {
                 address: pin,
                 multiplex,
-            })
-            .await?;
-            pin
-        }
-        Action::Pwm {
-            pin,
-            hertz,
-            percent,
-        } => {
-            let (frequency, duty_cycle) = (hertz, percent);
-            arm.set(&IoPwm {
-                address: pin,
-                frequency,
-                duty_cycle,
             })
             .await?;
             pin

@@ -24,6 +24,7 @@ pub(crate) mod inverse;
 pub(crate) mod io;
 pub(crate) mod job;
 pub(crate) mod jog;
+pub(crate) mod laser;
 pub(crate) mod man;
 pub(crate) mod play;
 pub(crate) mod ports;

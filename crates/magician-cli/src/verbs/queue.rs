@@ -33,11 +33,18 @@ struct Status {
 impl Queue {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let action = self.action.unwrap_or(Action::Status);
-        context.sets_going(matches!(action, Action::Start));
+        let starts = matches!(action, Action::Start);
+        if starts {
+            context.permit_queue()?;
+        }
+        context.sets_going(starts);
         let (status, capacity) = context.with_arm(async |arm, _| {
             match action {
                 Action::Status => (),
-                Action::Start => arm.start_queue().await?,
+                Action::Start => {
+                    arm.check_dark().await?;
+                    arm.start_queue().await?;
+                }
                 Action::Stop => arm.stop_gentle().await?,
                 Action::Clear => arm.clear_queue().await?,
             }

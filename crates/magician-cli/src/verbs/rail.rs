@@ -125,6 +125,7 @@ async fn go(
     quiet: bool,
     debts: &Debts,
 ) -> Result<Answer, Failure> {
+    arm.check_dark().await?;
     needs_rail(arm).await?;
     let mut commands = vec![travel];
     if let Some(speed) = how.speed {

@@ -1,5 +1,5 @@
 use clap::Args;
-use magician::Ctrl;
+use magician::{Ctrl, Set as Command, sets_in_motion};
 use magician_protocol::{LayoutInfo, Row};
 
 use crate::catalogue::{self, Wanted};
@@ -31,8 +31,20 @@ impl Set {
         let (row, layout) = writable(name)?;
         let params = values::params(row, layout, &self.wanted.fields)?;
         refuse_danger(row, context)?;
+        let command = Command::decode(row.id, &params);
+        let command = command.map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;
+        if context.permit([&command])? {
+            context.leaves_lit();
+        }
+        if let Command::QueuedCmdStartExec(_) | Command::ClearAlarmsState(_) = command {
+            context.permit_queue()?;
+        }
+        let begins = sets_in_motion(&command);
         let json = context.global.json;
         context.with_arm(async |arm, out| {
+            if begins {
+                arm.check_dark().await?;
+            }
             arm.raw(row.id, Ctrl::SET, &params).await?;
             // The answer to a set carries nothing.
             if json { out.line("{}") } else { Ok(()) }

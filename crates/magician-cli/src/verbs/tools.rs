@@ -1,4 +1,4 @@
-//! `suction`, `gripper`, `laser`: the tools, at once.
+//! `suction`, `gripper`: the tools, at once.
 
 use clap::{Args, ValueEnum};
 use magician::{Set, words};
@@ -19,16 +19,9 @@ pub(crate) struct Gripper {
     state: Grip,
 }
 
-/// Switch the laser
-#[derive(Args, Debug)]
-#[command(after_help = "Wear goggles for the laser's wavelength before you switch it on.")]
-pub(crate) struct Laser {
-    state: Switch,
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
-enum Switch {
+pub(super) enum Switch {
     /// Switch it on
     On,
     /// Switch it off
@@ -69,23 +62,19 @@ impl Gripper {
     }
 }
 
-impl Laser {
-    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        context.sets_going(self.state == Switch::On);
-        switch(
-            context,
-            "laser",
-            self.state,
-            words::laser(self.state == Switch::On),
-        )
-    }
-}
-
 fn switch<T>(context: &mut Context, name: &str, state: T, command: Set) -> Result<(), Failure>
 where
     T: Copy + Serialize + ValueEnum,
 {
     context.with_arm(async |arm, _| Ok(arm.set_any(&command).await?))?;
+    show(context, name, state)
+}
+
+/// Tells what it is now.
+pub(super) fn show<T>(context: &mut Context, name: &str, state: T) -> Result<(), Failure>
+where
+    T: Copy + Serialize + ValueEnum,
+{
     let word = state.to_possible_value();
     let word = word.as_ref().map_or("", |value| value.get_name());
     context.show(&Answer { state }, |out| {

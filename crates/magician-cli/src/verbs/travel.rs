@@ -85,6 +85,9 @@ impl Move {
             let message = "joint angles added on a straight line: the arm has no such move";
             return Err(Failure::usage(message));
         }
+        if self.keep {
+            context.permit_queue()?;
+        }
         let quiet = context.global.json;
         let debts = context.debts.clone();
         if self.no_wait {
@@ -150,6 +153,7 @@ impl Move {
         arm: &Arm,
         debts: &Debts,
     ) -> Result<(Vec<Set>, Option<[f64; 3]>), Failure> {
+        arm.check_dark().await?;
         let pose = arm.get::<commands::Pose>().await?;
         let mut commands = Vec::new();
         if let Some(Tool(bias)) = self.tool {

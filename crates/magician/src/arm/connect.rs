@@ -129,7 +129,7 @@ impl Arm {
         let (messages, inbox) = mpsc::channel(64);
         let (events, _) = broadcast::channel(KEPT);
         let shared = Arc::new(Shared::new(line.name.clone(), &events));
-        let tried = line.tried;
+        let (tried, in_process) = (line.tried, line.in_process);
         let driver = Driver::new(
             line,
             options.window,
@@ -145,10 +145,12 @@ impl Arm {
             shared,
             flow: tokio::sync::Mutex::default(),
             timeout: AtomicU64::new(micros(options.timeout)),
+            in_process,
             options,
             warned: AtomicBool::new(false),
         };
         let arm = Self {
+            allows_laser: inner.options.allow_laser,
             inner: Arc::new(inner),
         };
         if probe {
@@ -262,6 +264,7 @@ impl Line {
             settings: Settings::ORDERED,
             name: "the stream".to_owned(),
             tried: "a stream",
+            in_process: false,
         }
     }
 }

@@ -3,7 +3,11 @@ use magician_protocol::commands::{
     PtpWithLCmd, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdStartExec,
     QueuedCmdStopExec, SetEndEffectorLaser,
 };
-use magician_protocol::{Ctrl, Frame, FrameBuf, Layout, QueuedCmdIndex, Readable, Writable};
+use magician_protocol::{
+    Ctrl, Frame, FrameBuf, JogCommand, Layout, QueuedCmdIndex, Readable, Set, Writable,
+};
+
+use crate::burning::{frame_burns, raises_laser_pin};
 
 /// Commands after which the arm moves without the queue.
 const MOTIONS: [u8; 10] = [
@@ -24,6 +28,16 @@ pub(super) fn moves(id: u8) -> bool {
     MOTIONS.contains(&id)
 }
 
+/// Whether a command that is done at once moves the arm, or lets a queue do so that stands.
+#[must_use]
+pub fn sets_in_motion(command: &Set) -> bool {
+    match command {
+        Set::JogCmd(jog) => jog.cmd != JogCommand::Stop,
+        Set::QueuedCmdStartExec(_) => true,
+        command => moves(command.row().id),
+    }
+}
+
 /// What a handle has set going and not seen finished: what has to be stopped when it goes.
 ///
 /// It errs towards more: a stop of an arm that stands still does no harm.
@@ -37,8 +51,10 @@ pub(super) struct Exposure {
     current: u64,
     /// A motion outside the queue, or one without an end.
     free: bool,
-    /// It may have switched the laser on.
+    /// It may have lit the laser.
     laser: bool,
+    /// It may have lit it by its pins.
+    pins: bool,
     /// Queued commands that are handed to the connection and have not ended.
     unanswered: u32,
     /// A program runs.
@@ -72,12 +88,9 @@ impl Exposure {
             // It may run from here on, whether that is answered or not.
             self.started = self.started.filter(|started| *started);
         }
-        if id == SetEndEffectorLaser::ROW.id {
-            self.laser |= params.get(1).is_some_and(|on| *on != 0);
-        }
-        if id == CpLeCmd::ROW.id {
-            let power = CpLeCmd::decode(params).map(|segment| segment.velocity_or_power);
-            self.laser |= power.is_ok_and(|power| power != 0.0);
+        if frame_burns(request, true) {
+            self.laser = true;
+            self.pins |= Set::decode(id, params).is_ok_and(|command| raises_laser_pin(&command));
         }
         if id == JogCmd::ROW.id {
             self.free |= params.get(1).is_some_and(|cmd| *cmd != 0);
@@ -102,7 +115,7 @@ impl Exposure {
                 self.last = under_way.map(|_| self.current.saturating_add(1));
             }
             id if id == SetEndEffectorLaser::ROW.id && request.ctrl() == Ctrl::SET => {
-                self.laser &= request.params().get(1).is_some_and(|on| *on != 0);
+                self.laser &= self.pins || frame_burns(request, true);
             }
             id if id == <QueuedCmdCurrentIndex as Readable>::ROW.id => {
                 if let Ok(read) = QueuedCmdCurrentIndex::decode(reply.params()) {
@@ -153,8 +166,26 @@ impl Exposure {
         self.free || self.program || queued && self.started != Some(false)
     }
 
+    /// The laser's pins were lowered, and the laser was switched off.
+    pub(super) fn darkened(&mut self) {
+        (self.laser, self.pins) = (false, false);
+    }
+
+    /// The queue was held and emptied on a line that was found again; the command under way goes on.
+    pub(super) fn cleared(&mut self) {
+        self.darkened();
+        self.started = Some(false);
+        let under_way = self.last.filter(|last| *last > self.current);
+        self.last = under_way.map(|_| self.current.saturating_add(1));
+    }
+
     /// Whether the laser may burn because of this handle.
     pub(super) fn laser(&self) -> bool {
         self.laser
+    }
+
+    /// Whether that may be because of its pins.
+    pub(super) fn pins(&self) -> bool {
+        self.pins
     }
 }

@@ -158,8 +158,9 @@ impl Arm {
     pub async fn stop(&self) -> Result<()> {
         let deadline = self.deadline();
         let stops = self.inner.shared.stop();
-        let mut answers = Vec::with_capacity(3);
-        for request in Request::halt()? {
+        let pins = self.inner.shared.lowered_pins();
+        let mut answers = Vec::with_capacity(3 + pins.len());
+        for request in Request::halt()?.into_iter().chain(pins) {
             let frame = *request.frame();
             answers.push((self.submit(request, deadline, stops).await?, frame));
         }

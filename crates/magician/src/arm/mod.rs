@@ -5,6 +5,7 @@ mod exposure;
 mod flow;
 mod halt;
 mod jog;
+mod laser;
 mod link;
 mod options;
 mod owed;
@@ -26,6 +27,7 @@ use tokio::sync::mpsc;
 pub(crate) use driver::FAREWELL;
 use driver::Message;
 pub use events::{Event, Events};
+pub use exposure::sets_in_motion;
 use flow::Flow;
 pub use halt::Stopper;
 pub use jog::{Jog, JogOptions};
@@ -72,6 +74,8 @@ pub use watch::Progress;
 #[derive(Clone, Debug)]
 pub struct Arm {
     inner: Arc<Inner>,
+    /// Whether calls of this handle may light the laser of a real arm.
+    allows_laser: bool,
 }
 
 /// What the clones of a handle share.
@@ -81,6 +85,8 @@ struct Inner {
     shared: Arc<Shared>,
     flow: tokio::sync::Mutex<Flow>,
     options: Options,
+    /// The arm is a virtual one in this process.
+    in_process: bool,
     /// [`Options::timeout`] as it is now, in microseconds.
     timeout: AtomicU64,
     /// The warning that the arm may not be homed was given.

@@ -26,6 +26,14 @@ pub struct Options {
     /// far apart, because a second copy of one that takes the place of a lost next one would show in no index. 0.1 s at
     /// first; zero, for a network that doubles nothing, sends them as fast as they are answered.
     pub echo: Duration,
+    /// Whether the laser of a real arm may be lit over this connection. Without it what [burns](crate::burns) is refused
+    /// before it is sent, and so is what lets a queue run in which commands of another program wait: nobody can read those.
+    /// [`Arm::allowing_laser`](crate::Arm::allowing_laser) allows it for single calls. A virtual arm in this process burns
+    /// nothing and is never refused.
+    pub allow_laser: bool,
+    /// Whether a laser may be wired to the arm's pins EIO 2 and 4: `false` for an arm that has none, so that these pins may
+    /// drive something else. On at first.
+    pub laser_pins: bool,
     /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
     pub faults: Faults,
     /// Where what passes on the line is written to, as this program says and hears it: not over a stream that the
@@ -42,6 +50,8 @@ impl Default for Options {
             probe: true,
             reconnect: true,
             echo: Duration::from_millis(100),
+            allow_laser: false,
+            laser_pins: true,
             faults: Faults::default(),
             #[cfg(feature = "trace")]
             trace: None,
@@ -82,6 +92,20 @@ impl Options {
     #[must_use]
     pub fn echo(mut self, echo: Duration) -> Self {
         self.echo = echo;
+        self
+    }
+
+    /// Sets [`allow_laser`](Self::allow_laser).
+    #[must_use]
+    pub fn allow_laser(mut self, allow: bool) -> Self {
+        self.allow_laser = allow;
+        self
+    }
+
+    /// Sets [`laser_pins`](Self::laser_pins).
+    #[must_use]
+    pub fn laser_pins(mut self, laser: bool) -> Self {
+        self.laser_pins = laser;
         self
     }
 

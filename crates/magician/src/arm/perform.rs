@@ -2,11 +2,12 @@
 
 use std::sync::atomic::Ordering;
 
-use magician_protocol::commands::{DeviceWithL, EndEffectorLaser, HomeCmd, Pose, PoseL};
+use magician_protocol::commands::{ClearAlarmsState, DeviceWithL, HomeCmd, Pose, PoseL};
 use magician_protocol::{Alarm, Set};
 
 use super::Arm;
 use super::run::{Ran, RunOptions};
+use crate::connection::Request;
 use crate::preflight::{Needs, refuse};
 use crate::words::{Guards, Preflight, Readings};
 use crate::{Error, ErrorKind, Result};
@@ -29,6 +30,7 @@ impl Arm {
     /// As [`perform`](Self::perform).
     pub async fn perform_with(&self, commands: &[Set], guards: Guards) -> Result<Ran> {
         let stops = self.stops();
+        self.permit(commands)?;
         if guards.alarms || guards.require_homed {
             self.check_alarms(commands, guards).await?;
         }
@@ -67,12 +69,7 @@ impl Arm {
     /// [`ErrorKind::InvalidInput`] when the laser is on, else as [`check_alarms`](Self::check_alarms).
     pub async fn check_ready(&self, commands: &[Set], guards: Guards) -> Result<()> {
         self.check_alarms(commands, guards).await?;
-        if self.get::<EndEffectorLaser>().await?.is_on.is_on() {
-            return Err(Error::invalid(
-                "the laser is on, and a program begins with it dark (`magician laser off`); nothing was sent",
-            ));
-        }
-        Ok(())
+        self.check_dark().await
     }
 
     /// What commands from here would meet: reads where the arm stands, its tool, and all speeds.
@@ -142,14 +139,28 @@ impl Arm {
     }
 
     /// Homes the arm, waits until it is done, and clears the alarms (document 1.6.2). It takes up to
-    /// half a minute.
+    /// half a minute. A laser that is on goes out first.
     ///
     /// # Errors
     /// As [`run`](Self::run).
     pub async fn home(&self) -> Result<()> {
+        self.home_with(RunOptions::default()).await
+    }
+
+    /// As [`home`](Self::home), with options for what waits in the queue.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub async fn home_with(&self, options: RunOptions) -> Result<()> {
         self.inner.warned.store(true, Ordering::SeqCst);
+        if self.laser().await? == Some(true) {
+            self.darken().await?;
+        }
         let home = Set::from(HomeCmd { reserved: 0 });
-        self.run([home], |_| {}).await?;
-        self.clear_alarms().await
+        self.run_with([home], options, |_| {}).await?;
+        // Nothing waits that this could let run.
+        self.ask(Request::set(&ClearAlarmsState {})?)
+            .await
+            .map(drop)
     }
 }

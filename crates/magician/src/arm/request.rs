@@ -55,6 +55,8 @@ impl Arm {
         deadline: Instant,
         stops: u64,
     ) -> Result<oneshot::Receiver<Result<FrameBuf>>> {
+        self.permit_frame(&request.frame().frame())
+            .map_err(|error| error.with_command(command_name(&request.frame().frame())))?;
         let (reply, answer) = oneshot::channel();
         let message = Message::Submit {
             request,

@@ -22,6 +22,8 @@ pub(super) struct Shared {
     pub(super) detached: AtomicBool,
     /// Stops so far. What was begun before the last one is over.
     stops: AtomicU64,
+    /// How often the queue was emptied on a line that was found again, because the laser may have burnt.
+    clears: AtomicU64,
     /// Queued commands so far of which nobody can tell whether the arm took them.
     pub(super) doubts: AtomicU64,
     exposure: Mutex<Exposure>,
@@ -60,6 +62,7 @@ impl Shared {
             name,
             detached: AtomicBool::new(false),
             stops: AtomicU64::new(0),
+            clears: AtomicU64::new(0),
             doubts: AtomicU64::new(0),
             exposure: Mutex::default(),
             own: Mutex::default(),
@@ -76,6 +79,16 @@ impl Shared {
     /// Stops so far.
     pub(super) fn stops(&self) -> u64 {
         self.stops.load(Ordering::SeqCst)
+    }
+
+    pub(super) fn clears(&self) -> u64 {
+        self.clears.load(Ordering::SeqCst)
+    }
+
+    /// The queue was emptied, and the laser put out, on a line that was found again.
+    pub(super) fn cleared(&self) {
+        self.clears.fetch_add(1, Ordering::SeqCst);
+        self.exposure().cleared();
     }
 
     /// Ends what is going on; the number of the stop.

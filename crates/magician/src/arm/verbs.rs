@@ -40,9 +40,16 @@ impl Arm {
     ///
     /// # Errors
     /// As [`get`](Self::get); [`ErrorKind::Uncertain`] when an action that must not be repeated was
-    /// not answered.
+    /// not answered, [`ErrorKind::InvalidInput`] for what burns where that is not allowed
+    /// ([`Options::allow_laser`](super::Options::allow_laser)).
     pub async fn set<T: Writable>(&self, value: &T) -> Result<()> {
-        self.ask(Request::set(value)?).await.map(drop)
+        self.order(Request::set(value)?).await.map(drop)
+    }
+
+    /// What is not queued, where a queue that it lets run may run.
+    async fn order(&self, request: Request) -> Result<FrameBuf> {
+        self.permit_release(&request.frame().frame()).await?;
+        self.ask(request).await
     }
 
     /// As [`set`](Self::set), for a command chosen at run time.
@@ -51,7 +58,7 @@ impl Arm {
     /// As [`set`](Self::set).
     pub async fn set_any(&self, command: &Set) -> Result<()> {
         let order = FrameBuf::set(command, Ctrl::SET)?;
-        self.ask(Request::of(order)).await.map(drop)
+        self.order(Request::of(order)).await.map(drop)
     }
 
     /// Puts a command into the arm's queue and tells its index. It does not start the queue.
@@ -173,7 +180,7 @@ impl Arm {
     pub async fn raw(&self, id: u8, ctrl: Ctrl, params: &[u8]) -> Result<FrameBuf> {
         let request = Request::raw(id, ctrl, params)?;
         if !ctrl.queued() {
-            return self.ask(request).await;
+            return self.order(request).await;
         }
         let deadline = self.deadline();
         let mut flow = self.take_turn(deadline, "a raw command").await?;

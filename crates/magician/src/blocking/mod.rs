@@ -125,6 +125,12 @@ impl Arm {
         self.owner.arm.moving()
     }
 
+    /// See [`crate::Arm::is_virtual`].
+    #[must_use]
+    pub fn is_virtual(&self) -> bool {
+        self.owner.arm.is_virtual()
+    }
+
     /// See [`crate::Arm::stopper`]. It may be used inside an async runtime.
     #[must_use]
     pub fn stopper(&self) -> Stopper {
@@ -278,6 +284,9 @@ same! {
     lift(height: f64) -> Lifted;
     park(place: [f64; 3]) -> Pose;
     check_homed() -> ();
+    laser() -> Option<bool>;
+    check_dark() -> ();
+    darken() -> ();
     alarms() -> AlarmSet;
     clear_alarms() -> ();
     current_index() -> QueueIndex;

@@ -85,6 +85,11 @@ impl Connection {
         self.link = Link::Found(Seen::default());
     }
 
+    /// The queue was cleared by another connection on the line that is there again, before this one went on.
+    pub(crate) fn was_cleared(&mut self) {
+        self.note_clear();
+    }
+
     /// The one queued command that is not accounted for.
     fn take_single(&mut self) -> Option<Job> {
         if let Some(Doubt { job, .. }) = self.doubt.take() {

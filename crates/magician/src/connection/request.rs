@@ -1,7 +1,15 @@
-use magician_protocol::commands::{QueuedCmdClear, QueuedCmdForceStopExec, SetEndEffectorLaser};
+use magician_protocol::commands::{
+    QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStopExec, SetEndEffectorLaser,
+};
 use magician_protocol::{Ctrl, EncodeError, Flag, FrameBuf, Queueable, Readable, Writable};
 
 use super::Micros;
+
+/// Puts the laser out.
+const LASER_OFF: SetEndEffectorLaser = SetEndEffectorLaser {
+    enable_ctrl: Flag::OFF,
+    on: Flag::OFF,
+};
 
 /// What goes first when several requests wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -66,13 +74,23 @@ impl Request {
     /// # Errors
     /// None in practice; as [`Request::raw`].
     pub fn halt() -> Result<[Self; 3], EncodeError> {
-        let dark = SetEndEffectorLaser {
-            enable_ctrl: Flag::OFF,
-            on: Flag::OFF,
-        };
         let all = [
             Self::set(&QueuedCmdForceStopExec {})?,
-            Self::set(&dark)?,
+            Self::set(&LASER_OFF)?,
+            Self::set(&QueuedCmdClear {})?,
+        ];
+        Ok(all.map(|request| request.priority(Priority::Stop)))
+    }
+
+    /// The three requests that leave the laser dark and the queue empty, in their order: put the laser out, hold the queue,
+    /// drop what waits. The command under way finishes.
+    ///
+    /// # Errors
+    /// None in practice; as [`Request::raw`].
+    pub(crate) fn dark() -> Result<[Self; 3], EncodeError> {
+        let all = [
+            Self::set(&LASER_OFF)?,
+            Self::set(&QueuedCmdStopExec {})?,
             Self::set(&QueuedCmdClear {})?,
         ];
         Ok(all.map(|request| request.priority(Priority::Stop)))

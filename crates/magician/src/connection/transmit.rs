@@ -212,11 +212,16 @@ impl Connection {
         self.send_own(Purpose::Fence, clean.copied().unwrap_or(turn), now)
     }
 
+    /// The queue is cleared.
+    pub(super) fn note_clear(&mut self) {
+        self.ledger.clearing();
+        self.witness.cleared();
+        self.drain_at = None;
+    }
+
     fn send(&mut self, mut job: Job, now: Micros) -> FrameBuf {
         if job.key.ctrl.write() && job.key.id == QueuedCmdClear::ROW.id {
-            self.ledger.clearing();
-            self.witness.cleared();
-            self.drain_at = None;
+            self.note_clear();
         }
         self.stats.sent += 1;
         self.stats.resent += u64::from(job.sent > 0);

@@ -231,6 +231,7 @@ impl Stream {
     fn send(&mut self, now: Micros, to: &mut Connection) {
         while !self.gap && self.retry_at.is_none() && self.group != Some(0) {
             let Some(next) = self.next() else { return };
+            self.cut(next);
             let Some(entry) = self.entries.get(next).copied() else {
                 return;
             };

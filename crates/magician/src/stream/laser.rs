@@ -2,7 +2,8 @@ use magician_protocol::commands::CpLeCmd;
 use magician_protocol::{CpMode, Set};
 
 use super::Stream;
-use super::item::{Entry, dark, path_power, switched};
+use super::item::{Entry, Item, dark, path_power, switched};
+use crate::words;
 
 /// Chunks: what is put in whole, so that no queue lights the laser and does not put it out.
 impl Stream {
@@ -63,6 +64,67 @@ impl Stream {
         1
     }
 
+    /// Cuts the next command, if it is a segment that would burn for longer than the laser's horizon: its first piece goes
+    /// on its own, so that never more than that and the piece under way are in the arm. A segment whose start or time nobody
+    /// knows stays whole.
+    pub(super) fn cut(&mut self, next: usize) {
+        let Some(entry) = self.entries.get(next).copied() else {
+            return;
+        };
+        let (time, most) = (entry.item.time, self.settings.laser_horizon.max(1));
+        let Set::CpLeCmd(whole) = entry.item.command else {
+            return;
+        };
+        if entry.lit || path_power(&entry.item.command) == 0.0 || time <= most || time == u64::MAX {
+            return;
+        }
+        let start = match next
+            .checked_sub(1)
+            .and_then(|before| self.entries.get(before))
+        {
+            Some(before) => before.item.end,
+            None => self.stood,
+        };
+        let pieces = time.div_ceil(most);
+        let share = 1.0 / pieces as f64;
+        let Some((piece, rest)) = split(whole, start, share) else {
+            return;
+        };
+        let time = time / pieces;
+        let end = start.map(|start| on_the_way(start, whole, share));
+        let first = Item {
+            command: Set::CpLeCmd(piece),
+            time,
+            end,
+            laser: true,
+        };
+        if let Some(entry) = self.entries.get_mut(next) {
+            entry.item.command = Set::CpLeCmd(rest);
+            entry.item.time = entry.item.time.saturating_sub(time);
+        }
+        let first = Entry {
+            inserted: true,
+            ..Entry::new(first, false)
+        };
+        self.entries.insert(next, first);
+        if let Some(group) = &mut self.group {
+            *group += 1;
+        }
+    }
+
+    /// What goes on in the middle of a stretch of the switched laser lights it again: it was put out while the line was gone.
+    pub(super) fn relight(&mut self) {
+        let Some(next) = self.next() else { return };
+        let Some(entry) = self.entries.get(next).copied() else {
+            return;
+        };
+        if entry.lit && switched(&entry.item.command).is_none() {
+            let light = words::laser(true);
+            self.entries
+                .insert(next, Entry::inserted(light, self.stood, true));
+        }
+    }
+
     /// Ends a path with a segment of no power to where it ends anyway; returns how many commands were added.
     fn seal(&mut self, from: usize, count: usize) -> usize {
         let at = from + count;
@@ -92,4 +154,41 @@ impl Stream {
             .insert(at, Entry::inserted(Set::CpLeCmd(dark), end, false));
         1
     }
+}
+
+/// A segment's first share and what is left of it; `None` where that takes a start that nobody knows.
+fn split(whole: CpLeCmd, start: Option<[f64; 4]>, share: f64) -> Option<(CpLeCmd, CpLeCmd)> {
+    let numbers = [whole.x, whole.y, whole.z];
+    if whole.cp_mode == CpMode::Relative {
+        let [x, y, z] = numbers.map(|number| (f64::from(number) * share) as f32);
+        let piece = CpLeCmd { x, y, z, ..whole };
+        let rest = CpLeCmd {
+            x: whole.x - x,
+            y: whole.y - y,
+            z: whole.z - z,
+            ..whole
+        };
+        return Some((piece, rest));
+    }
+    let [x, y, z, _] = on_the_way(start?, whole, share).map(|number| number as f32);
+    Some((CpLeCmd { x, y, z, ..whole }, whole))
+}
+
+/// Where the tool is after a share of a segment; its rotation follows the base (model section 8).
+fn on_the_way(start: [f64; 4], whole: CpLeCmd, share: f64) -> [f64; 4] {
+    let [x0, y0, z0, r0] = start;
+    let way = match whole.cp_mode {
+        CpMode::Relative => [whole.x, whole.y, whole.z].map(f64::from),
+        _ => [
+            f64::from(whole.x) - x0,
+            f64::from(whole.y) - y0,
+            f64::from(whole.z) - z0,
+        ],
+    };
+    let [x, y, z] = [
+        x0 + way[0] * share,
+        y0 + way[1] * share,
+        z0 + way[2] * share,
+    ];
+    [x, y, z, r0 + (y.atan2(x) - y0.atan2(x0)).to_degrees()]
 }

@@ -172,6 +172,8 @@ pub struct Stream {
     was: Phase,
     /// On resuming: commands that turned out to have been taken.
     found: usize,
+    /// On resuming: the queue was stopped and cleared meanwhile.
+    cleared: bool,
     starved: u64,
     dry: bool,
     clock: Clock,
@@ -215,6 +217,7 @@ impl Stream {
             base: 0,
             was: Phase::Begin,
             found: 0,
+            cleared: false,
             starved: 0,
             dry: false,
             clock: Clock::default(),

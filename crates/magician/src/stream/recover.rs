@@ -58,7 +58,7 @@ impl Stream {
     }
 
     /// The queue is stopped and empty: what is finished and certain is done, all else waits again.
-    fn restart(&mut self) {
+    pub(super) fn restart(&mut self) {
         let (current, confirmed) = (self.reader.current, self.confirmed);
         let done = |index: u64| index <= current && confirmed.is_some_and(|all| index <= all);
         while self

@@ -61,6 +61,16 @@ impl Leftover {
     }
 }
 
+impl Leftover {
+    /// The queue was stopped and cleared since, on a line on which a laser may have burnt: what the arm had not finished is
+    /// not done, and [`Stream::resume`] begins with it.
+    #[must_use]
+    pub fn cleared(mut self) -> Self {
+        self.0.cleared = self.has_begun();
+        self
+    }
+}
+
 impl Stream {
     /// What is not known to be finished and confirmed. Commands that the connection has not ended yet are in doubt; the
     /// stream that goes on with them takes their answers.
@@ -126,9 +136,38 @@ impl Stream {
             return;
         }
         self.credit.places = self.credit.places.max(left);
+        if self.cleared {
+            return self.take_up(current);
+        }
         match self.must_recover() {
             true => self.go_back(),
             false => self.account(current, left),
+        }
+    }
+
+    /// The queue was cleared, and the arm stands: the current index tells what is done, and all else waits again.
+    fn take_up(&mut self, current: u64) {
+        let last = self.last.unwrap_or(self.base);
+        let gone = self.entries.iter().filter(|entry| !entry.is_waiting());
+        let doubtful = gone.filter(|entry| entry.index().is_none()).count() as u64;
+        let to = last.saturating_add(doubtful);
+        if current > to {
+            let found = current;
+            return self.fail(StreamFailure::Tail {
+                found,
+                from: last,
+                to,
+            });
+        }
+        let found = match current > last {
+            true => self.adopt(last, current),
+            false => 0,
+        };
+        if self.check_pose(current) {
+            (self.cleared, self.confirmed) = (false, Some(current));
+            self.restart();
+            self.relight();
+            self.tell_resumed(found);
         }
     }
 

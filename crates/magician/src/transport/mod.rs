@@ -72,6 +72,8 @@ pub(crate) struct Line {
     pub(crate) name: String,
     /// What was tried, for the message that nothing answers.
     pub(crate) tried: &'static str,
+    /// It leads to a virtual arm in this process: nothing burns there.
+    pub(crate) in_process: bool,
 }
 
 /// Opens a serial port at another speed than the arm's.

@@ -105,6 +105,7 @@ impl Way {
             settings,
             name,
             tried,
+            in_process: matches!(self.target, Target::Sim(_)),
         })
     }
 

@@ -14,7 +14,9 @@ use crate::desk::Desk;
 async fn a_dropped_handle_stops_what_it_started_and_puts_the_laser_out() {
     let (near, bench) = Bench::new();
     let bench = tokio::spawn(bench.serve());
-    let arm = Arm::over(near, Options::default()).await.unwrap();
+    let arm = Arm::over(near, Options::default().allow_laser(true))
+        .await
+        .unwrap();
     let Set::SetEndEffectorLaser(burn) = words::laser(true) else {
         panic!()
     };

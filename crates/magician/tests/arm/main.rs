@@ -10,6 +10,7 @@ mod endings;
 mod fitted;
 mod holds;
 mod jogs;
+mod laser;
 mod lines;
 mod onlookers;
 mod over;

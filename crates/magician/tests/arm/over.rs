@@ -191,6 +191,7 @@ async fn an_alarm_that_holds_a_full_queue_of_others_is_told() {
         }
     });
     let arm = acquainted(&desk).await;
+    let arm = arm.allowing_laser();
     let run = arm.run_with(waits(3, 10), RunOptions::default().keep(true), |_| {});
     let error = timeout(Duration::from_secs(60), run).await.expect("an end");
     assert_eq!(error.unwrap_err().kind(), ErrorKind::Alarm);

@@ -91,7 +91,7 @@ async fn a_cable_pulled_while_a_command_is_queued() {
     }
     assert!(only_reads(&desk.heard()), "it is not sent again");
     assert_eq!(arm.left_space().await.unwrap(), 31);
-    arm.start_queue().await.unwrap();
+    arm.allowing_laser().start_queue().await.unwrap();
     assert!(arm.moving(), "it counts as set going");
 }
 

@@ -15,6 +15,8 @@ use crate::progress::attended;
 
 /// How long an arm that failed is asked how it stands.
 const AFTERMATH: Duration = Duration::from_secs(3);
+/// How long a line that broke while the laser burnt is waited for.
+const BACK: Duration = Duration::from_secs(10);
 /// Between two looks at an arm that still has something to do.
 const LOOKS: Duration = Duration::from_millis(100);
 /// A queue that stands for so long does not go on by itself.
@@ -24,6 +26,8 @@ impl Drive<'_> {
     /// The run has failed: the arm is stopped and asked how far it came, if it can be.
     pub(super) async fn fails(&self, arm: &Arm, failure: Failure) -> Failure {
         let gone = matches!(failure.kind, Kind::Driver(ErrorKind::Port));
+        // On a line that is found again the laser is put out first.
+        let gone = gone && !(self.program.plan().burns() && self.is_back(arm).await);
         let asked = async {
             arm.stop().await?;
             let pose = arm.get::<Pose>().await?;
@@ -78,6 +82,13 @@ impl Drive<'_> {
             Ok(lifted) => lifted.to_string(),
             Err(error) => format!("the pen was not lifted: {error}"),
         })
+    }
+
+    /// Waits a while for a line that broke while the laser burnt; whether it is back.
+    async fn is_back(&self, arm: &Arm) -> bool {
+        let what = "the line broke: waiting for it, to switch the laser off";
+        let back = timeout(BACK, arm.reconnected());
+        matches!(attended(self.json, what, back).await, Ok(Ok(())))
     }
 
     /// Whether the arm counts anew since the run began: its index says nothing of the run then.

@@ -121,6 +121,12 @@ impl Drive<'_> {
         if self.refuses_unhomed {
             arm.check_homed().await?;
         }
+        if self.resume && self.program.plan().burns() {
+            // A run that died may have left it burning.
+            arm.darken().await?;
+            arm.stop_gentle().await?;
+            arm.clear_queue().await?;
+        }
         arm.check_ready(&first, guards).await?;
         let mut journal = self.journal(arm).await;
         let from = match (self.resume, self.from) {

@@ -12,10 +12,11 @@ mod tell;
 
 use std::cell::RefCell;
 use std::io::{self, Write};
+use std::path::Path;
 
 use magician::sim::Controller;
 use magician::words::Preflight;
-use magician::{Options, SimSpeed, Target, VirtualArm, blocking};
+use magician::{Options, SimSpeed, Target, VirtualArm, blocking, burns};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{Action, Content, Ending, Plan, Problem, Program, Setup, Work};
@@ -26,6 +27,7 @@ use self::options::{Beam, File, Look, Pen, Place, Way};
 use self::reading::Read;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
+use crate::permission::Asks;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
 
@@ -72,7 +74,7 @@ enum Where {
     /// On a virtual arm of its own.
     Stage(SimSpeed),
     /// On an arm that is there.
-    Arm(Target),
+    Arm,
 }
 
 impl Job {
@@ -103,9 +105,9 @@ impl Job {
         };
         match place {
             Where::Nowhere => look.show(made.start_on_stage()?, context),
-            Where::Arm(_) if looks => look.show(made.start_here(context)?, context),
+            Where::Arm if looks => look.show(made.start_here(context)?, context),
             Where::Stage(speed) => self.run_on_stage(&made, speed, picture, context),
-            Where::Arm(target) => self.run_on_arm(&made, &target, context),
+            Where::Arm => self.run_on_arm(&made, context),
         }
     }
 
@@ -145,14 +147,24 @@ impl Job {
     }
 
     /// Runs it on an arm that is there.
-    fn run_on_arm(
-        &self,
-        made: &Made,
-        target: &Target,
-        context: &mut Context,
-    ) -> Result<(), Failure> {
-        if made.program.plan().burns() && !matches!(target, Target::Sim(_)) {
-            permit(target, context)?;
+    fn run_on_arm(&self, made: &Made, context: &mut Context) -> Result<(), Failure> {
+        if self.way.keep {
+            context.permit_queue()?;
+        }
+        let pins = context.laser_pins()?;
+        let burns = made
+            .program
+            .plan()
+            .commands()
+            .any(|command| burns(&command, pins));
+        if burns {
+            let asks = match self.file.file == Path::new("-") {
+                true => Asks::Never,
+                false => Asks::AtTheTerminal,
+            };
+            context.permit_laser(asks)?;
+            // A line that breaks is found again, to put the laser out.
+            context.lasts = true;
         }
         let real = !matches!(target, Target::Sim(_));
         let done = go(&self.drive(made, None, real, context), context)?;
@@ -228,7 +240,7 @@ impl Job {
         Ok(match context.target(None)? {
             Target::Sim(_) if looks && !context.is_connected() => Where::Nowhere,
             Target::Sim(speed) if !context.is_connected() => Where::Stage(speed),
-            target => Where::Arm(target),
+            _ => Where::Arm,
         })
     }
 
@@ -324,18 +336,6 @@ fn go(drive: &Drive<'_>, context: &mut Context) -> Result<Done, Failure> {
         Kind::Interrupted => drive.over(failure, context.stood()),
         _ => failure,
     })
-}
-
-/// A laser that is no toy needs a word.
-fn permit(target: &Target, context: &Context) -> Result<(), Failure> {
-    if context.global.yes {
-        return Ok(());
-    }
-    let message = format!("this burns with the laser of the arm at {target}; nothing was sent");
-    Err(Failure::usage(message).hint(
-        "put on goggles for its wavelength, clear what must not burn, stay with it, and give --yes; --check and \
-         --preview move nothing",
-    ))
 }
 
 /// What was read in a certain way, for people.

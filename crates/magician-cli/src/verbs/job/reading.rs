@@ -100,7 +100,7 @@ impl Job {
         }
         let tool = setup.tool.or(setup.usual_tool);
         let start = match (place, &anywhere) {
-            (Where::Arm(_), _) => {
+            (Where::Arm, _) => {
                 context.with_arm(async |arm, _| Ok(arm.preflight_for(&[]).await?))?
             }
             (

@@ -24,7 +24,7 @@ impl Job {
         setup.surface = asked.surface.map(Surface::level);
         let table = match place {
             Where::Nowhere | Where::Stage(_) => Some(Surface::VIRTUAL),
-            Where::Arm(_) => None,
+            Where::Arm => None,
         };
         setup.usual_surface = config.number("surface").map(Surface::level).or(table);
         let mut placing = Placing::default();

@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use magician::commands::{
-    DeviceName, DeviceWithL, EndEffectorGripper, EndEffectorLaser, EndEffectorSuctionCup,
-    JogCommonParams, PoseL, PtpCommonParams,
+    DeviceName, DeviceWithL, EndEffectorGripper, EndEffectorSuctionCup, JogCommonParams, PoseL,
+    PtpCommonParams,
 };
-use magician::{Arm, ErrorKind, Events, StateWatch, words};
+use magician::{Arm, ErrorKind, Events, StateWatch};
 use ratatui::crossterm::event::{Event, KeyEvent};
 use tokio::time::{Duration, timeout};
 
@@ -63,6 +63,7 @@ pub(crate) struct Desk {
 impl Desk {
     /// Reads what a pad has to know.
     pub(crate) async fn open(arm: &Arm, debts: &Debts) -> Result<Self, Failure> {
+        arm.check_dark().await?;
         let ratios = Ratios {
             jog: arm.get::<JogCommonParams>().await?,
             moves: arm.get::<PtpCommonParams>().await?,
@@ -180,7 +181,7 @@ impl Desk {
                 let lit = self.pad.may_burn();
                 self.hands.finish().await?;
                 match lit {
-                    true => Ok(self.arm.set_any(&words::laser(false)).await?),
+                    true => Ok(self.arm.darken().await?),
                     false => Ok(()),
                 }
             }
@@ -237,13 +238,12 @@ fn known<T>(answer: magician::Result<T>) -> Result<Option<T>, Failure> {
 pub(crate) async fn tools(arm: &Arm) -> Result<Tools, Failure> {
     let suction = known(arm.get::<EndEffectorSuctionCup>().await)?;
     let gripper = known(arm.get::<EndEffectorGripper>().await)?;
-    let laser = known(arm.get::<EndEffectorLaser>().await)?;
     Ok(Tools {
         suction: suction.is_some_and(|cup| cup.is_ctrl_enabled.is_on() && cup.is_sucked.is_on()),
         grips: gripper
             .filter(|gripper| gripper.is_ctrl_enabled.is_on())
             .map(|gripper| gripper.is_gripped.is_on()),
-        laser: laser.is_some_and(|laser| laser.is_on.is_on()),
+        laser: arm.laser().await? == Some(true),
     })
 }
 

@@ -164,7 +164,8 @@ impl Hands {
                 self.beside(What::ClearAlarms, work)
             }
             Order::Tool { what, command } => {
-                let arm = self.arm.clone();
+                // Whoever is at the pad has answered that it may burn.
+                let arm = self.arm.allowing_laser();
                 let work = async move { Ok(arm.set_any(&command).await.map(|()| None)?) };
                 self.beside(What::Tool(what), work)
             }

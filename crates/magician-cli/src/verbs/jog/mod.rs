@@ -72,6 +72,7 @@ impl Jog {
 fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
     let quiet = context.global.json;
     let pose = context.moving(None, async |arm, _| {
+        arm.check_dark().await?;
         if axis == Axis::L {
             needs_rail(arm).await?;
         }

@@ -62,7 +62,7 @@ fn what_is_done_and_asked_and_refused() {
         &[
             "moves joints J2 J1 J3 J4  by hold: moves while held",
             "jogs j3-",
-            "● laser",
+            "● laser  ON",
             "refused x+: x would be at 400.0 mm, limit 282.0 mm",
             " home: the base turns",
         ],

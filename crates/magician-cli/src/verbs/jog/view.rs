@@ -259,7 +259,13 @@ pub(crate) fn tool_spans(tools: Tools, theme: Theme) -> [Span<'static>; 3] {
             lit(tools.suction),
         ),
         Span::styled(format!("{} {gripper} ", lamp(grips)), lit(grips)),
-        Span::styled(format!("{} laser", lamp(tools.laser)), laser),
+        Span::styled(
+            match tools.laser {
+                true => format!("{} laser  ON", lamp(true)),
+                false => format!("{} laser", lamp(false)),
+            },
+            laser,
+        ),
     ]
 }
 

@@ -14,10 +14,12 @@ pub(super) struct State {
     left_space: u32,
     alarms: Vec<u8>,
     link: &'static str,
+    /// Whether the laser is on; null where the arm does not say.
+    laser: Option<bool>,
 }
 
-impl From<&Status> for State {
-    fn from(status: &Status) -> Self {
+impl State {
+    pub(super) fn new(status: &Status, laser: Option<bool>) -> Self {
         Self {
             pose: Answer::from(status.pose),
             current_index: status.current.0,
@@ -28,18 +30,22 @@ impl From<&Status> for State {
                 Link::Lost { .. } => "lost",
                 _ => "closed",
             },
+            laser,
         }
     }
 }
 
 /// A state in words.
-pub(super) fn plain(status: &Status) -> String {
+pub(super) fn plain(status: &Status, laser: Option<bool>) -> String {
     let pose = Answer::from(status.pose).line();
     let (done, free) = (status.current.0, status.left_space);
     let mut line = format!("{pose}  done {done} free {free}");
     for (nth, code) in status.alarms.codes().enumerate() {
         line.push_str(if nth == 0 { " alarms " } else { "," });
         line.push_str(&format!("{code:#04x}"));
+    }
+    if laser == Some(true) {
+        line.push_str(" laser  ON");
     }
     if status.link != Link::Up {
         line.push_str(" LINK LOST");

@@ -35,6 +35,15 @@ pub(super) fn around(arm: &Arm) -> Polled<Around> {
     })
 }
 
+/// Reads the laser again and again.
+pub(super) fn laser(arm: &Arm) -> Polled<Option<bool>> {
+    let arm = arm.clone();
+    Polled::every(AROUND, move || {
+        let arm = arm.clone();
+        async move { arm.laser().await.ok() }
+    })
+}
+
 /// Whose turn it is.
 #[derive(Debug)]
 pub(super) struct Rota {

@@ -8,8 +8,8 @@ use std::io::{self, IsTerminal};
 use std::time::Instant;
 
 use clap::Args;
-use magician::Arm;
 use magician::commands::DeviceWithL;
+use magician::{Arm, Link};
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use crate::context::Context;
@@ -50,11 +50,21 @@ impl Watch {
 /// A line a reading.
 async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(), Failure> {
     let mut state = arm.state(rate)?;
+    let mut laser = look::laser(arm);
+    let mut lit = arm.laser().await?;
     loop {
-        let status = state.changed().await?;
+        let status = tokio::select! {
+            biased;
+            read = laser.next() => {
+                lit = read;
+                continue;
+            }
+            status = state.changed() => status?,
+        };
+        let known = lit.filter(|_| status.link == Link::Up);
         match json {
-            true => out.json(&State::from(&status))?,
-            false => out.line(line::plain(&status))?,
+            true => out.json(&State::new(&status, known))?,
+            false => out.line(line::plain(&status, known))?,
         }
         out.flush()?;
     }

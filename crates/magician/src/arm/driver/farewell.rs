@@ -20,7 +20,7 @@ impl Driver {
         self.messages.close();
         let deadline = Instant::now() + FAREWELL;
         let requests = match self.is_to_halt() {
-            true => Request::halt().map_or_else(|_| Vec::new(), Vec::from),
+            true => self.stop_requests(),
             false => self.last_requests(),
         };
         self.end_program(Err(Error::closed()));
@@ -70,7 +70,24 @@ impl Driver {
         };
         let wanted = [(moving, stop), (laser, dark), (moving, clear)];
         let wanted = wanted.into_iter().filter(|(wanted, _)| *wanted);
-        wanted.map(|(_, request)| request).collect()
+        let wanted = wanted.map(|(_, request)| request);
+        wanted.chain(self.shared.lowered_pins()).collect()
+    }
+
+    /// What stops the arm and puts its laser out.
+    pub(super) fn stop_requests(&self) -> Vec<Request> {
+        let stop = Request::halt().into_iter().flatten();
+        stop.chain(self.shared.lowered_pins()).collect()
+    }
+
+    /// What is said first on a line that was lost and is there again, if the laser may have burnt meanwhile: the laser goes
+    /// out, the queue is held, and what waits in it is dropped. Empty if it has not.
+    pub(super) fn darkening(&self) -> Vec<Request> {
+        if !self.exposure().laser() {
+            return Vec::new();
+        }
+        let dark = Request::dark().into_iter().flatten();
+        dark.chain(self.shared.lowered_pins()).collect()
     }
 
     /// The arm was not told to stop, or has not said that it does.

@@ -17,6 +17,11 @@ const PATIENCE: Micros = 1_000_000;
 pub(super) struct Greeting {
     wire: Wire,
     connection: Connection,
+    /// What puts a laser out that may burn, as far as it has not been answered: it is said before anything is asked.
+    dark: Vec<Ticket>,
+    darkens: bool,
+    /// Who is there has not been asked; whether for its serial number too.
+    asks: Option<bool>,
     /// Questions that have not been answered.
     version: Option<Ticket>,
     serial: Option<Ticket>,
@@ -28,26 +33,46 @@ pub(super) struct Greeting {
 pub(super) type Met = Result<Option<String>, String>;
 
 impl Greeting {
-    /// `ask_serial`: a serial number is known that it can be compared with.
-    pub(super) fn new(now: Micros, line: Line, ask_serial: bool) -> Self {
+    /// `ask_serial`: a serial number is known that it can be compared with. `dark`: what is said first.
+    pub(super) fn new(now: Micros, line: Line, ask_serial: bool, dark: Vec<Request>) -> Self {
         let settings = Settings {
             window: 1,
             ..line.settings
         };
-        let mut connection = Connection::new(settings);
+        let mut greeting = Self {
+            wire: Wire::new(line.transport),
+            connection: Connection::new(settings),
+            darkens: !dark.is_empty(),
+            dark: Vec::new(),
+            asks: Some(ask_serial),
+            version: None,
+            serial: None,
+            said: None,
+        };
+        greeting.dark = (dark.into_iter())
+            .map(|request| greeting.connection.submit(request.deadline(until(now))))
+            .collect();
+        greeting.ask(now);
+        greeting
+    }
+
+    /// Asks who is there, once the laser is out.
+    fn ask(&mut self, now: Micros) {
+        if !self.dark.is_empty() {
+            return;
+        }
+        let Some(serial) = self.asks.take() else {
+            return;
+        };
+        let connection = &mut self.connection;
         let mut ask = |request: Result<Request, _>| {
             let request: Option<Request> = request.ok();
-            request.map(|request| connection.submit(request.deadline(now.saturating_add(PATIENCE))))
+            request.map(|request| connection.submit(request.deadline(until(now))))
         };
-        let version = ask(Request::get::<DeviceVersion>(&NoArgs));
-        let serial = ask_serial.then(|| ask(Request::get::<DeviceSn>(&NoArgs)));
-        Self {
-            wire: Wire::new(line.transport),
-            connection,
-            version,
-            serial: serial.flatten(),
-            said: None,
-        }
+        self.version = ask(Request::get::<DeviceVersion>(&NoArgs));
+        self.serial = serial
+            .then(|| ask(Request::get::<DeviceSn>(&NoArgs)))
+            .flatten();
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Micros> {
@@ -67,6 +92,7 @@ impl Greeting {
         if let Some(met) = self.hear() {
             return (true, Some(met));
         }
+        self.ask(now);
         match (read, wrote) {
             (Ok(read), Ok(wrote)) => (read || wrote, None),
             (Err(error), _) | (_, Err(error)) => (true, Some(Err(error.to_string()))),
@@ -81,18 +107,30 @@ impl Greeting {
             let Ok(reply) = result else {
                 return Some(Err("a line is there but no arm answers yet".to_owned()));
             };
-            if self.version.take_if(|asked| *asked == ticket).is_none() {
+            if let Some(at) = self.dark.iter().position(|said| *said == ticket) {
+                self.dark.swap_remove(at);
+            } else if self.version.take_if(|asked| *asked == ticket).is_none() {
                 self.serial = None;
                 self.said = serial_number(reply.frame().params());
             }
         }
-        let known = self.version.is_none() && self.serial.is_none();
+        let known = self.asks.is_none() && self.version.is_none() && self.serial.is_none();
         known.then(|| Ok(self.said.take()))
+    }
+
+    /// Whether it has put a laser out, and emptied the queue.
+    pub(super) fn darkens(&self) -> bool {
+        self.darkens
     }
 
     pub(super) fn into_wire(self) -> Wire {
         self.wire
     }
+}
+
+/// When it has to have answered.
+fn until(now: Micros) -> Micros {
+    now.saturating_add(PATIENCE)
 }
 
 /// A serial number that can tell one arm from another.

@@ -6,7 +6,6 @@ use tokio::time::Instant;
 
 use super::{Driver, To};
 use crate::arm::halt::Waiter;
-use crate::connection::Request;
 use crate::{Error, Result};
 
 /// How long a stop is said again on a line that loses it, also when nobody waits for its end any more.
@@ -25,9 +24,7 @@ impl Driver {
     /// Stops the arm at once, and tells these when it has confirmed that.
     pub(super) fn halt(&mut self, waiters: Vec<Waiter>) {
         self.owes_halt = false;
-        let Ok(requests) = Request::halt() else {
-            return;
-        };
+        let requests = self.stop_requests();
         self.halts += 1;
         self.halting.push(Halting {
             number: self.halts,

@@ -44,7 +44,8 @@ impl Driver {
                 };
                 match opened {
                     Ok(line) => {
-                        let greeting = Greeting::new(now, line, self.serial.is_some());
+                        let dark = self.darkening();
+                        let greeting = Greeting::new(now, line, self.serial.is_some(), dark);
                         self.line.stage = Stage::Greeting(greeting);
                     }
                     Err(error) => {
@@ -117,12 +118,21 @@ impl Driver {
             Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
             Request::get::<QueuedCmdLeftSpace>(&NoArgs),
         ];
+        let darkened = greeting.darkens();
         self.line.stage = Stage::Settling {
             wire: greeting.into_wire(),
             left: requests.len(),
             reset: false,
         };
         self.connection.restored();
+        if darkened {
+            self.connection.was_cleared();
+            self.shared.cleared();
+            tracing::warn!(
+                "{}: the laser may have burnt while the line was gone: it was switched off, and the arm's queue was emptied",
+                self.shared.name
+            );
+        }
         if self.owes_halt {
             self.halt(Vec::new());
         }

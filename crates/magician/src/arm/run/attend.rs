@@ -43,7 +43,10 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let place = place.map_err(|_| Error::stuck())?;
         let place = place.map_err(|_| Error::closed())?;
         // From here on nothing is waited for: whoever goes away has handed it over, or not.
+        let clears = arm.inner.shared.clears();
+        let cleared = std::mem::replace(&mut self.clears, clears) != clears;
         let stream = match self.leftover.take() {
+            Some(leftover) if cleared => Stream::resume(leftover.cleared(), settings),
             Some(leftover) => Stream::resume(leftover, settings),
             None => Stream::new(settings),
         };

@@ -6,17 +6,16 @@ mod plan;
 
 use std::collections::VecDeque;
 
-use magician_protocol::commands::QueuedCmdCurrentIndex;
 use magician_protocol::{QueuedCmdIndex, Set};
 
 use super::Arm;
 use super::driver::Reached;
 use super::watch::{Progress, Watch};
 use crate::stream::Leftover;
-use crate::words::{Guards, Preflight};
+use crate::words::{self, Guards, Preflight};
 use crate::{Error, ErrorKind, Result};
 pub use options::{Ran, RunOptions};
-use plan::Planned;
+use plan::{Light, Planned};
 
 /// A program on its way through the arm's queue, from [`Arm::begin`].
 ///
@@ -65,6 +64,11 @@ pub struct Run<C> {
     stops: Option<u64>,
     ran: Ran,
     total: Option<u64>,
+    light: Light,
+    /// The command before which it ends, because the laser may not burn.
+    refused: Option<Error>,
+    /// How often the queue had been cleared on a line that was found again when it was handed over last.
+    clears: u64,
 }
 
 impl Arm {
@@ -126,6 +130,9 @@ impl Arm {
             stops: None,
             ran: Ran::default(),
             total,
+            light: Light::default(),
+            refused: None,
+            clears: 0,
         }
     }
 
@@ -144,18 +151,9 @@ impl Arm {
 
     /// Commands that others put into the queue and nobody has run are not run by accident.
     async fn refuse_strangers(&self, room: u32) -> Result<()> {
-        let (_, capacity) = self.stats().await?;
-        let waiting = capacity.saturating_sub(room);
-        if waiting == 0 {
-            return Ok(());
-        }
-        let current = self.get::<QueuedCmdCurrentIndex>().await?;
-        let running = self.exposure().started() == Some(true);
-        let ours = (self.own()).waiting(current.queued_cmd_current_index, running);
-        if ours >= u64::from(waiting) {
-            return Ok(());
-        }
+        let waiting = self.foreign_commands(room).await?;
         let (commands, them) = match waiting {
+            0 => return Ok(()),
             1 => ("1 command of an earlier program waits".to_owned(), "it"),
             more => (
                 format!("{more} commands of an earlier program wait"),
@@ -201,8 +199,9 @@ impl<C: Iterator<Item = Set>> Run<C> {
         if begins {
             let room = arm.left_space().await?;
             arm.note_room(room).await?;
-            if !self.options.keep {
-                arm.refuse_strangers(room).await?;
+            match self.options.keep {
+                true => arm.permit_queue().await?,
+                false => arm.refuse_strangers(room).await?,
             }
             arm.warn_if_not_homed().await?;
         }
@@ -232,6 +231,13 @@ impl<C: Iterator<Item = Set>> Run<C> {
         }
         watch.sent(self.ran.commands, self.ran.last);
         progress(watch.at_its_end());
+        // That the laser of a path goes out by itself where the arm comes to rest is likely and not certain.
+        if self.light.goes_out() {
+            arm.set_any(&words::laser(false)).await?;
+        }
+        if let Some(error) = self.refused.take() {
+            return Err(error);
+        }
         arm.refused_none(self.ran.last).await?;
         Ok(self.ran)
     }

@@ -5,6 +5,7 @@ use magician_protocol::Set;
 use super::Run;
 use crate::Result;
 use crate::arm::driver::micros;
+use crate::burning::raises_laser_pin;
 use crate::stream::Item;
 use crate::words::{Guards, Preflight};
 
@@ -12,6 +13,30 @@ use crate::words::{Guards, Preflight};
 const ALWAYS: usize = 2;
 /// So many are looked at beforehand, to read only what they depend on.
 const AHEAD: usize = 32;
+
+/// What a run has done with the laser.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Light {
+    /// It has burnt.
+    burnt: bool,
+    /// The laser was switched on last, and is to stay so: whoever leaves it on means it.
+    left_on: bool,
+}
+
+impl Light {
+    fn note(&mut self, command: &Set, burns: bool) {
+        self.burnt |= burns;
+        if let Set::SetEndEffectorLaser(_) = command {
+            self.left_on = burns;
+        }
+        self.left_on |= burns && raises_laser_pin(command);
+    }
+
+    /// Whether the laser is to be off now.
+    pub(super) fn goes_out(self) -> bool {
+        self.burnt && !self.left_on
+    }
+}
 
 /// A command that waits.
 #[derive(Debug)]
@@ -32,14 +57,15 @@ impl<C: Iterator<Item = Set>> Run<C> {
             return Ok(());
         }
         self.look_ahead(AHEAD);
-        if self.pending.len() <= ALWAYS {
+        let ahead: Vec<Set> = self.pending.iter().map(Planned::command).collect();
+        self.arm.permit(&ahead)?;
+        // What burns is cut by its time, however few there are.
+        let burns = ahead.iter().any(|command| self.arm.burns(command));
+        if self.pending.len() <= ALWAYS && !burns {
             return Ok(());
         }
         let course = match self.pending.len() < AHEAD {
-            true => {
-                let all: Vec<Set> = self.pending.iter().map(Planned::command).collect();
-                self.arm.preflight_for(&all).await?
-            }
+            true => self.arm.preflight_for(&ahead).await?,
             false => self.arm.preflight().await?,
         };
         self.course = Some(course.guards(Guards::NONE));
@@ -54,9 +80,17 @@ impl<C: Iterator<Item = Set>> Run<C> {
         }
     }
 
+    /// The next command, unless the laser may not burn and it would: then the run ends before it.
     pub(super) fn next(&mut self) -> Option<Item> {
         let planned = self.pending.pop_front();
-        match planned.or_else(|| self.commands.next().map(Planned::Fresh))? {
+        let planned = planned.or_else(|| self.commands.next().map(Planned::Fresh))?;
+        let command = planned.command();
+        if let Err(error) = self.arm.permit([&command]) {
+            self.refused = Some(error);
+            return None;
+        }
+        self.light.note(&command, self.arm.burns(&command));
+        match planned {
             Planned::Item(item) => Some(item),
             Planned::Fresh(command) => Some(item(self.course.as_mut(), command)),
         }

@@ -1,8 +1,9 @@
-use magician_protocol::{Ctrl, FrameBuf, Set};
+use magician_protocol::commands::{CpLeCmd, CpParams};
+use magician_protocol::{CpMode, Ctrl, Flag, FrameBuf, Set};
 use magician_sim::LinkId;
 
-use super::rig::{Rig, SECOND, along, burnt, laser, rest_to_rest, segment, started};
-use crate::connection::Settings;
+use super::rig::{Rig, SECOND, START, along, burnt, laser, rest_to_rest, segment, started};
+use crate::connection::{Request, Settings};
 use crate::stream::{Item, StreamSettings};
 
 /// How long the laser of this arm stays lit from now on, when nobody says anything any more.
@@ -149,4 +150,70 @@ fn a_short_engraving_behind_commands_of_others_is_not_started_in_parts_either() 
         rig.pair.arm.receive(LinkId(7), wait.bytes());
     }
     is_never_lit_without_its_end(&mut rig);
+}
+
+/// The speed limit of a path at which a segment of so many millimetres lasts so long.
+fn slow(rig: &mut Rig, speed: f32) {
+    let speeds = CpParams {
+        plan_acc: 100.0,
+        junction_vel: speed,
+        acc_or_period: 100.0,
+        real_time_track: Flag::OFF,
+    };
+    rig.pair
+        .ask(Request::set(&speeds).unwrap(), SECOND)
+        .unwrap();
+}
+
+#[test]
+fn a_long_segment_that_burns_is_cut_into_pieces_of_a_second() {
+    let [x, y, z] = START;
+    let from = segment([x, 1.0, z], 400_000);
+    // 60 mm at 3 mm/s: 20 s of burning in one command.
+    let long = burnt([x, 61.0, z], 20_000_000);
+    let back = Item {
+        command: relative(long.command, [0.0, -60.0, 0.0]),
+        end: from.end,
+        ..long
+    };
+    let program = [from, long, back];
+    let mut rig = Rig::new(Settings::ORDERED, StreamSettings::default(), &program);
+    slow(&mut rig, 3.0);
+    let begun = rig.pair.now;
+    let (mut longest, mut turns, mut most) = (0, 0_u32, 0);
+    while !rig.stream.is_over() {
+        rig.turn(600 * SECOND);
+        turns += 1;
+        if turns.is_multiple_of(25) {
+            longest = longest.max(burns_on(&rig));
+            most = most.max(rig.pair.arm.state().queue.waiting);
+        }
+    }
+    assert_eq!(rig.failure(), None);
+    assert!(longest > 500_000, "it burns: {longest}");
+    assert!(
+        longest <= 2_100_000,
+        "a piece and the one under way: {longest}"
+    );
+    assert!(most <= 2, "{most}");
+    let pose = rig.pair.arm.state().pose;
+    assert!((pose.y - 1.0).abs() < 1e-3, "{pose:?}");
+    // The pieces follow each other without a stop.
+    let took = rig.pair.now - begun;
+    assert!(took < 41_500_000, "{took}");
+}
+
+/// A segment to a point, as an increment.
+fn relative(command: Set, [x, y, z]: [f32; 3]) -> Set {
+    let Set::CpLeCmd(segment) = command else {
+        panic!()
+    };
+    let cp_mode = CpMode::Relative;
+    Set::CpLeCmd(CpLeCmd {
+        cp_mode,
+        x,
+        y,
+        z,
+        ..segment
+    })
 }

@@ -1,0 +1,108 @@
+//! The laser of a real arm: nothing burns there before a person has said so.
+
+use std::io::{self, IsTerminal, Write};
+
+use magician::{Set, Target, burns};
+
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// What a person is told who is asked.
+pub(crate) const GOGGLES: &str =
+    "put on goggles for its wavelength, clear what must not burn, stay with it";
+
+/// Whether a person at the terminal may be asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Asks {
+    AtTheTerminal,
+    /// What is on stdin is a file.
+    Never,
+}
+
+impl Context {
+    /// Whether the arm is a virtual one in this process: everything else counts as real.
+    pub(crate) fn is_virtual(&mut self) -> Result<bool, Failure> {
+        match self.connected() {
+            Some(arm) => Ok(arm.is_virtual()),
+            None => Ok(matches!(self.target(None)?, Target::Sim(_))),
+        }
+    }
+
+    /// Whether a laser may be wired to the pins of the arm.
+    pub(crate) fn laser_pins(&mut self) -> Result<bool, Failure> {
+        let port = self.port()?;
+        Ok(self.config()?.laser_is_mounted(port.as_deref()))
+    }
+
+    /// Lets what burns of these commands burn during this verb, once a person has said so; nothing has been sent by then.
+    /// Whether any does.
+    pub(crate) fn permit<'a>(
+        &mut self,
+        commands: impl IntoIterator<Item = &'a Set>,
+    ) -> Result<bool, Failure> {
+        let pins = self.laser_pins()?;
+        let burns = commands.into_iter().any(|command| burns(command, pins));
+        if burns {
+            self.permit_laser(Asks::AtTheTerminal)?;
+        }
+        Ok(burns)
+    }
+
+    /// Lets the laser burn during this verb, once a person has said so.
+    pub(crate) fn permit_laser(&mut self, asks: Asks) -> Result<(), Failure> {
+        self.ask_for_laser(asks, "this burns with the laser of the arm")
+    }
+
+    /// Lets the queue run during this verb, if commands of another program wait in it only once a person has said so: nobody
+    /// can read whether they burn.
+    pub(crate) fn permit_queue(&mut self) -> Result<(), Failure> {
+        if self.laser_is_allowed() || self.is_virtual()? {
+            return Ok(());
+        }
+        let refused = self.with_arm(async |arm, _| match arm.permit_queue().await {
+            Err(error) if error.wants_laser() => Ok(true),
+            other => Ok(other.map(|()| false)?),
+        })?;
+        match refused {
+            true => {
+                let what = "commands of another program wait in the arm's queue, and they could light the laser of the arm";
+                self.ask_for_laser(Asks::AtTheTerminal, what)
+            }
+            false => Ok(()),
+        }
+    }
+
+    fn ask_for_laser(&mut self, asks: Asks, what: &str) -> Result<(), Failure> {
+        if self.laser_is_allowed() || self.is_virtual()? {
+            return Ok(());
+        }
+        let place = match self.port()? {
+            Some(port) => format!("{what} at {port}"),
+            None => what.to_owned(),
+        };
+        let person = io::stdin().is_terminal() && io::stderr().is_terminal();
+        if asks == Asks::AtTheTerminal && person && !self.global.json && says_yes(&place)? {
+            self.allow_laser();
+            return Ok(());
+        }
+        Err(refused(format!("{place}; nothing was sent")))
+    }
+}
+
+/// That the laser would burn, or could, and nobody has allowed it.
+pub(crate) fn refused(message: impl Into<String>) -> Failure {
+    Failure::usage(message).hint(format!("{GOGGLES}, and give --yes"))
+}
+
+/// Asks on stderr.
+fn says_yes(what: &str) -> io::Result<bool> {
+    let mut stderr = io::stderr();
+    write!(stderr, "{what}: {GOGGLES}. Go on? y/n ")?;
+    stderr.flush()?;
+    let mut line = String::new();
+    io::stdin().read_line(&mut line)?;
+    Ok(matches!(
+        line.trim().to_ascii_lowercase().as_str(),
+        "y" | "yes"
+    ))
+}

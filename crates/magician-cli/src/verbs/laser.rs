@@ -1,0 +1,161 @@
+//! `laser`: on for as long as somebody is there, and off.
+
+use std::future::{Future, pending};
+use std::io::{self, IsTerminal, Read, Write};
+use std::pin::Pin;
+use std::time::Duration;
+
+use clap::Args;
+use magician::{Arm, Link, words};
+use tokio::sync::oneshot;
+use tokio::time::{sleep, timeout};
+
+use super::jog::AT_SIGHT;
+use super::tools::{Switch, show};
+use crate::args::seconds;
+use crate::context::Context;
+use crate::failure::{Failure, Kind};
+use crate::output::Output;
+use crate::permission::Asks;
+use crate::progress::attended;
+
+/// How long a line that broke is waited for, to put the laser out.
+const BACK: Duration = Duration::from_secs(10);
+/// How often the line is looked at.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Switch the laser: on until Ctrl-C, or off
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician laser on              until Ctrl-C, or Ctrl-D
+  magician laser on --for 0.5    for half a second
+  magician laser off
+
+Wear goggles for the laser's wavelength before you switch it on. It burns only while this command runs; --keep-on leaves it \
+on. In `magician shell` it burns until `laser off`, or until the shell ends. On a real arm it asks first, or wants --yes.")]
+pub(crate) struct Laser {
+    state: Switch,
+    /// Switch it off after so many seconds
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    time: Option<Duration>,
+    /// Leave it on when this command ends
+    #[arg(long, conflicts_with = "time")]
+    keep_on: bool,
+}
+
+impl Laser {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        if self.state == Switch::Off {
+            return self.off(context);
+        }
+        let lasts = self.time.is_some() || !(self.keep_on || context.in_shell);
+        if lasts && self.time.is_none() && !io::stdin().is_terminal() {
+            let message =
+                "`laser on` burns until Ctrl-C or the end of its input, and stdin is no terminal";
+            return Err(Failure::usage(message).hint("give --for SECONDS, or --keep-on"));
+        }
+        context.permit_laser(Asks::AtTheTerminal)?;
+        if lasts {
+            return self.burn(context);
+        }
+        context.with_arm(async |arm, _| Ok(arm.set_any(&words::laser(true)).await?))?;
+        match self.keep_on {
+            true => context.keeps_laser = true,
+            false => context.lights(true),
+        }
+        show(context, "laser", Switch::On)
+    }
+
+    fn off(self, context: &mut Context) -> Result<(), Failure> {
+        if self.time.is_some() || self.keep_on {
+            return Err(Failure::usage("--for and --keep-on are for `laser on`"));
+        }
+        context.with_arm(async |arm, _| Ok(arm.darken().await?))?;
+        context.lights(false);
+        context.keeps_laser = false;
+        show(context, "laser", Switch::Off)
+    }
+
+    /// Until the person, the clock or the system ends it.
+    fn burn(self, context: &mut Context) -> Result<(), Failure> {
+        let quiet = context.global.json;
+        // A line that breaks is found again, to put the laser out.
+        context.lasts = true;
+        context.sets_going(true);
+        context.until_told(AT_SIGHT, async |arm, out, told| {
+            arm.set_any(&words::laser(true)).await?;
+            said(quiet, out, "on")?;
+            let end = self.end(arm, quiet, told).await;
+            let dark = arm.darken().await;
+            end?;
+            dark?;
+            said(quiet, out, "off")
+        })?;
+        context.stands();
+        Ok(())
+    }
+
+    /// Waits for the end.
+    async fn end(
+        &self,
+        arm: &Arm,
+        quiet: bool,
+        told: Pin<&mut dyn Future<Output = ()>>,
+    ) -> Result<(), Failure> {
+        let over = async {
+            match self.time {
+                Some(time) => sleep(time).await,
+                None => end_of_input(quiet).await,
+            }
+        };
+        tokio::select! {
+            biased;
+            () = told => Ok(()),
+            () = over => Ok(()),
+            failure = lost(arm, quiet) => Err(failure),
+        }
+    }
+}
+
+fn said(json: bool, out: &mut Output, state: &str) -> Result<(), Failure> {
+    match json {
+        true => out.json(&serde_json::json!({ "state": state }))?,
+        false => out.line(format_args!("laser: {state}"))?,
+    }
+    out.flush()
+}
+
+/// Ends with what is typed; how, is said on stderr.
+async fn end_of_input(quiet: bool) {
+    if !quiet {
+        let _ = writeln!(io::stderr(), "Ctrl-C switches it off");
+    }
+    let (tell, told) = oneshot::channel();
+    std::thread::spawn(move || {
+        let mut bytes = [0; 256];
+        let mut stdin = io::stdin().lock();
+        while matches!(stdin.read(&mut bytes), Ok(1..)) {}
+        let _ = tell.send(());
+    });
+    if told.await.is_err() {
+        pending::<()>().await;
+    }
+}
+
+/// The line has broken: what is said first when it is back puts the laser out.
+async fn lost(arm: &Arm, quiet: bool) -> Failure {
+    while arm.link() == Link::Up {
+        sleep(LOOK).await;
+    }
+    let back = attended(
+        quiet,
+        "the line broke: waiting for it, to switch the laser off",
+        timeout(BACK, arm.reconnected()),
+    );
+    let message = match back.await {
+        Ok(Ok(())) => "the line to the arm broke; the laser is off, since the line is back",
+        _ => "the line to the arm broke, and the laser may be on: switch the arm off",
+    };
+    Failure::new(Kind::Driver(magician::ErrorKind::Port), message)
+}

@@ -1,0 +1,470 @@
+//! The laser of a real arm, which is any arm but one in the command itself: who may light it, and how it goes out.
+#![cfg(target_os = "linux")]
+
+mod magician;
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use magician::served::Served;
+use magician::terminal::Terminal;
+use magician::{Run, command, run, run_with};
+use serde_json::{Value, json};
+
+/// An arm behind a pseudo-terminal, with a second door to look in.
+struct Place {
+    dir: tempfile::TempDir,
+    served: Served,
+}
+
+impl Place {
+    fn new() -> Self {
+        Self::at_speed("1")
+    }
+
+    fn at_speed(speed: &str) -> Self {
+        let dir = tempfile::tempdir().expect("directory");
+        let path = dir.path().join("arm");
+        let path = path.to_str().expect("UTF-8");
+        let doors = ["--pty", path, "--tcp", "127.0.0.1:0", "--speed", speed];
+        let place = Self {
+            served: Served::start(&doors, 2),
+            dir,
+        };
+        assert_eq!(place.run(&["alarms", "--clear"]).status, 0);
+        place
+    }
+
+    fn port(&self) -> String {
+        self.file("arm")
+    }
+
+    fn file(&self, name: &str) -> String {
+        let path = self.dir.path().join(name);
+        path.to_str().expect("UTF-8").to_owned()
+    }
+
+    fn at<'a>(&self, port: &'a str, arguments: &[&'a str]) -> Vec<&'a str> {
+        [&["--port", port], arguments].concat()
+    }
+
+    fn run(&self, arguments: &[&str]) -> Run {
+        run(&self.at(&self.port(), arguments))
+    }
+
+    /// The command, not waited for, with nothing at a terminal.
+    fn start(&self, arguments: &[&str], stdin: Stdio) -> Child {
+        let child = command()
+            .args(self.at(&self.port(), arguments))
+            .stdin(stdin)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn();
+        child.expect("the command starts")
+    }
+
+    /// The command at a terminal.
+    fn person(&self, arguments: &[&str]) -> Terminal {
+        let mut command = command();
+        command.args(self.at(&self.port(), arguments));
+        Terminal::running(command)
+    }
+
+    fn look(&self, arguments: &[&str]) -> Value {
+        let door = self.served.door("tcp");
+        run(&[&["--port", &door, "--json"], arguments].concat()).object()
+    }
+
+    fn burns(&self) -> bool {
+        self.look(&["info"])["laser"] == json!(true)
+    }
+
+    fn waits_until(&self, burns: bool) {
+        let deadline = Instant::now() + Duration::from_secs(60);
+        while self.burns() != burns {
+            assert!(Instant::now() < deadline, "burns: {}", !burns);
+        }
+    }
+
+    /// Runs it with a trace; how it ended, and the writing frames that it sent.
+    fn traced(&self, arguments: &[&str], stdin: &[u8]) -> (Run, Vec<String>) {
+        let trace = self.file("trace.pcapng");
+        let port = self.port();
+        let done = run_with(
+            &[&["--port", &port, "--trace", &trace], arguments].concat(),
+            stdin,
+        );
+        let written = match Path::new(&trace).exists() {
+            true => written(&trace),
+            false => Vec::new(),
+        };
+        let _ = std::fs::remove_file(trace);
+        (done, written)
+    }
+}
+
+/// The frames of a trace by which the host writes.
+fn written(trace: &str) -> Vec<String> {
+    let all = run(&["decode", trace, "--json"]).objects();
+    let writes = all.iter().filter(|one| one["direction"] == "request");
+    let writes = writes.filter(|one| one["write"] == true || one["queued"] == true);
+    writes.map(|one| one["command"].to_string()).collect()
+}
+
+fn signal(signal: &str, process: u32) {
+    let mut kill = Command::new("kill");
+    let sent = kill.args([signal, &process.to_string()]).status();
+    assert!(sent.is_ok_and(|status| status.success()));
+}
+
+/// A plan that burns for a long time.
+fn plan(dir: &Path, commands: &[&str]) -> PathBuf {
+    let path = dir.join("job.gcode");
+    let text = format!(
+        "$30=1000\nG21 G90\nG0 X220 Y-30 Z0\n{}\nM5\nM2\n",
+        commands.join("\n")
+    );
+    std::fs::write(&path, text).expect("written");
+    path
+}
+
+const SLOW_LINE: [&str; 2] = ["M3 S200 F180", "G1 X220 Y30"];
+
+/// Every door that sends single commands, with what burns.
+const BURNING: [&[&str]; 12] = [
+    &["laser", "on", "--for", "1"],
+    &["laser", "on", "--keep-on"],
+    &["set", "EndEffectorLaser", "enable_ctrl=1", "on=1"],
+    &["enqueue", "EndEffectorLaser", "enable_ctrl=1", "on=1"],
+    &[
+        "enqueue",
+        "CPLECmd",
+        "cp_mode=1",
+        "x=220",
+        "y=0",
+        "z=0",
+        "velocity_or_power=5",
+    ],
+    &["set", "61", "enable_ctrl=1", "on=1"],
+    &["set", "IODO", "address=4", "level=1"],
+    &["enqueue", "IODO", "address=2", "level=1"],
+    &[
+        "set",
+        "IOPWM",
+        "address=4",
+        "frequency=1000",
+        "duty_cycle=10",
+    ],
+    &[
+        "enqueue",
+        "PTPPOCmd",
+        "ptp_mode=1",
+        "x=220",
+        "y=0",
+        "z=0",
+        "r=0",
+        "po=50:4:1",
+    ],
+    &["io", "set", "2", "on"],
+    &["io", "pwm", "4", "1000", "20"],
+];
+
+#[test]
+fn nothing_burns_on_a_real_arm_without_yes() {
+    let place = Place::new();
+    for arguments in BURNING {
+        for json in [&[][..], &["--json"]] {
+            let (done, written) = place.traced(&[arguments, json].concat(), b"y\n");
+            assert_eq!(done.status, 2, "{arguments:?}: {done:?}");
+            assert!(
+                done.err.contains("laser of the arm"),
+                "{arguments:?}: {done:?}"
+            );
+            assert_eq!(written, Vec::<String>::new(), "{arguments:?}");
+        }
+        // In a shell as well.
+        let line = arguments.join(" ");
+        let (done, written) = place.traced(&["shell"], line.as_bytes());
+        assert_eq!(
+            (done.status, written.len()),
+            (2, 0),
+            "{arguments:?}: {done:?}"
+        );
+    }
+    assert!(!place.burns());
+    // What does not burn is not asked for.
+    for arguments in [
+        &["laser", "off"][..],
+        &["set", "EndEffectorLaser", "enable_ctrl=1", "on=0"],
+        &["io", "set", "4", "off"],
+        &["io", "set", "3", "on"],
+        &[
+            "set",
+            "IOPWM",
+            "address=6",
+            "frequency=1000",
+            "duty_cycle=10",
+        ],
+    ] {
+        let done = place.run(arguments);
+        assert_eq!(done.status, 0, "{arguments:?}: {done:?}");
+    }
+    // Nor on a virtual arm in the process.
+    for arguments in BURNING {
+        let done = run(&[&["--port", "sim"], arguments].concat());
+        assert_eq!(done.status, 0, "{arguments:?}: {done:?}");
+    }
+}
+
+#[test]
+fn a_file_that_burns_wants_yes_also_from_stdin_and_at_a_terminal_with_json() {
+    let place = Place::new();
+    let file = plan(place.dir.path(), &SLOW_LINE);
+    let file = file.to_str().expect("UTF-8");
+    let text = std::fs::read(file).expect("read");
+    let (done, written) = place.traced(&["run", file], b"y\n");
+    assert_eq!((done.status, written.len()), (2, 0), "{done:?}");
+    let (done, written) = place.traced(&["run", "-", "--format", "gcode"], &text);
+    assert_eq!((done.status, written.len()), (2, 0), "{done:?}");
+    let mut terminal = place.person(&["run", file, "--json"]);
+    terminal.until("\"usage\"");
+    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(2));
+}
+
+#[test]
+fn an_arm_without_a_laser_has_its_pins_for_itself() {
+    let place = Place::new();
+    let config = place.file("config.toml");
+    let port = place.port();
+    let text = format!("[arms.white]\nport = '{port}'\nlaser = false\n");
+    std::fs::write(&config, text).expect("written");
+    let with = |arguments: &[&str]| {
+        let mut command = command();
+        command
+            .env("MAGICIAN_CONFIG", &config)
+            .args(["--port", &port]);
+        command
+            .args(arguments)
+            .stdin(Stdio::null())
+            .output()
+            .expect("it runs")
+            .status
+            .code()
+    };
+    assert_eq!(with(&["io", "set", "4", "on"]), Some(0));
+    assert_eq!(
+        with(&["set", "EndEffectorLaser", "enable_ctrl=1", "on=1"]),
+        Some(2)
+    );
+}
+
+#[test]
+fn a_person_at_the_terminal_is_asked_on_stderr() {
+    let place = Place::new();
+    for (answer, status) in [("n\n", 2), ("\n", 2), ("yes\n", 0), ("Y\n", 0)] {
+        let mut terminal = place.person(&["laser", "on", "--for", "0.2"]);
+        terminal.until("y/n ");
+        assert!(!place.burns());
+        terminal.types(answer);
+        let ended = terminal.child.wait().expect("it ends");
+        assert_eq!(ended.code(), Some(status), "{answer:?}");
+        assert!(!place.burns());
+    }
+}
+
+#[test]
+fn a_laser_burns_until_ctrl_c_or_the_end_of_input_or_the_time_is_over() {
+    let place = Place::new();
+    let needs = place.run(&["laser", "on", "--yes"]);
+    assert_eq!(needs.status, 2, "{needs:?}");
+    assert!(needs.err.contains("--keep-on"), "{needs:?}");
+    // Ctrl-C and Ctrl-D at the terminal.
+    for key in ["\x03", "\x04"] {
+        let mut terminal = place.person(&["laser", "on", "--yes"]);
+        terminal.until("laser: on");
+        place.waits_until(true);
+        if key == "\x03" {
+            signal("-INT", terminal.child.id());
+        } else {
+            terminal.types(key);
+        }
+        assert_eq!(
+            terminal.child.wait().expect("it ends").code(),
+            Some(0),
+            "{key:?}"
+        );
+        assert!(!place.burns(), "{key:?}");
+    }
+    // Signals.
+    for name in ["-INT", "-TERM", "-HUP"] {
+        let mut child = place.start(&["laser", "on", "--for", "600", "--yes"], Stdio::null());
+        place.waits_until(true);
+        signal(name, child.id());
+        assert_eq!(child.wait().expect("it ends").code(), Some(0), "{name}");
+        assert!(!place.burns(), "{name}");
+    }
+    // The time.
+    let done = place.run(&["laser", "on", "--for", "0.1", "--yes", "--json"]);
+    assert_eq!(done.status, 0, "{done:?}");
+    assert_eq!(
+        done.objects(),
+        [json!({"state": "on"}), json!({"state": "off"})]
+    );
+    assert!(!place.burns());
+    // And what is asked for.
+    assert_eq!(place.run(&["laser", "on", "--keep-on", "--yes"]).status, 0);
+    assert!(place.burns());
+    assert_eq!(place.run(&["laser", "off"]).status, 0);
+    assert!(!place.burns());
+}
+
+#[test]
+fn in_a_shell_it_burns_until_laser_off_or_the_end() {
+    let place = Place::new();
+    let script = b"laser on\nget EndEffectorLaser\nlaser off\nget EndEffectorLaser\nlaser on\n";
+    let port = place.port();
+    let done = run_with(&["--port", &port, "--yes", "--json", "shell"], script);
+    assert_eq!(done.status, 0, "{done:?}");
+    let seen: Vec<_> = done
+        .objects()
+        .iter()
+        .filter_map(|one| one["is_on"].as_u64())
+        .collect();
+    assert_eq!(seen, [1, 0]);
+    assert!(!place.burns());
+    let lit = run_with(
+        &["--port", &port, "--yes", "shell"],
+        b"set EndEffectorLaser enable_ctrl=1 on=1\n",
+    );
+    assert_eq!(lit.status, 0, "{lit:?}");
+    assert!(!place.burns());
+}
+
+#[test]
+fn a_laser_that_is_on_is_shown_and_keeps_everything_but_homing_from_moving() {
+    let place = Place::at_speed("max");
+    let file = plan(place.dir.path(), &["G1 X230 F600"]);
+    let file = file.to_str().expect("UTF-8");
+    for pins in [false, true] {
+        let lit = match pins {
+            false => place.run(&["laser", "on", "--keep-on", "--yes"]),
+            true => {
+                assert_eq!(place.run(&["io", "mux", "4", "digital-output"]).status, 0);
+                place.run(&["io", "set", "4", "on", "--yes"])
+            }
+        };
+        assert_eq!(lit.status, 0, "{lit:?}");
+        let info = place.run(&["info"]);
+        assert!(
+            info.out
+                .lines()
+                .any(|line| line.starts_with("laser") && line.ends_with("  ON")),
+            "{info:?}"
+        );
+        for arguments in [
+            &["move", "220", "10", "30"][..],
+            &["move", "220", "10", "30", "--linear", "--yes"],
+            &["jog", "x", "1"],
+            &["run", file],
+            &["run", file, "--yes"],
+            &["set", "PTPCmd", "ptp_mode=1", "x=220", "y=0", "z=30", "r=0"],
+            &[
+                "enqueue",
+                "PTPCmd",
+                "ptp_mode=1",
+                "x=220",
+                "y=0",
+                "z=30",
+                "r=0",
+                "--start",
+            ],
+            &["queue", "start"],
+        ] {
+            let (done, written) = place.traced(arguments, b"");
+            assert_eq!(done.status, 3, "{arguments:?}: {done:?}");
+            assert!(
+                done.err.contains("magician laser off"),
+                "{arguments:?}: {done:?}"
+            );
+            assert_eq!(written, Vec::<String>::new(), "{arguments:?}");
+        }
+        let (done, written) = place.traced(&["home"], b"");
+        assert_eq!(done.status, 0, "{done:?}");
+        let at = |name: &str| written.iter().position(|one| one.contains(name));
+        assert!(
+            at("EndEffectorLaser").is_some() && at("EndEffectorLaser") < at("HOMECmd"),
+            "{written:?}"
+        );
+        assert!(!place.burns());
+        assert_eq!(place.run(&["move", "220", "10", "30"]).status, 0);
+    }
+    let mut watch = place.start(&["watch", "--json"], Stdio::null());
+    let mut line = String::new();
+    let mut lines = std::io::BufReader::new(watch.stdout.take().expect("stdout"));
+    std::io::BufRead::read_line(&mut lines, &mut line).expect("a line");
+    let seen: Value = serde_json::from_str(&line).expect("an object");
+    assert_eq!(seen["laser"], json!(false));
+    signal("-INT", watch.id());
+    let _ = watch.wait();
+}
+
+#[test]
+fn a_queue_of_another_program_is_not_let_run_without_yes() {
+    let place = Place::at_speed("max");
+    let wait = ["enqueue", "WAITCmd", "timeout=1"];
+    for arguments in [
+        &["queue", "start"][..],
+        &["alarms", "--clear"],
+        &["enqueue", "WAITCmd", "timeout=1", "--start"],
+        &["set", "QueuedCmdStartExec"],
+        &["set", "AlarmsState"],
+        &["home", "--keep"],
+        &["move", "220", "0", "30", "--keep"],
+    ] {
+        assert_eq!(place.run(&["queue", "stop"]).status, 0);
+        assert_eq!(place.run(&wait).status, 0);
+        let (done, written) = place.traced(arguments, b"y\n");
+        assert_eq!(done.status, 2, "{arguments:?}: {done:?}");
+        assert_eq!(written, Vec::<String>::new(), "{arguments:?}");
+    }
+    assert_eq!(place.run(&["queue", "start", "--yes"]).status, 0);
+    // With nothing of others in it nobody is asked.
+    assert_eq!(place.run(&["stop"]).status, 0);
+    assert_eq!(place.run(&["queue", "start"]).status, 0);
+    assert_eq!(place.run(&["alarms", "--clear"]).status, 0);
+}
+
+#[test]
+fn every_signal_leaves_a_burning_job_dark() {
+    for name in ["-INT", "-TERM", "-HUP"] {
+        let place = Place::new();
+        let file = plan(place.dir.path(), &SLOW_LINE);
+        let file = file.to_str().expect("UTF-8");
+        let trace = place.file("job.pcapng");
+        let mut child = place.start(&["run", file, "--yes", "--trace", &trace], Stdio::null());
+        // To the beginning of the line, and then along it: 60 mm at 3 mm/s.
+        for along in [-30.5..-29.5, -28.0..29.0] {
+            let deadline = Instant::now() + Duration::from_secs(60);
+            let y = || place.look(&["pose"])["y"].as_f64().expect("a number");
+            while !along.contains(&y()) {
+                let runs = child.try_wait().expect("a child").is_none();
+                assert!(runs && Instant::now() < deadline, "{name}");
+            }
+        }
+        signal(name, child.id());
+        let ended = child.wait_with_output().expect("it ends");
+        assert_eq!(ended.status.code(), Some(130), "{name}: {ended:?}");
+        let sent = written(&trace);
+        let last: Vec<_> = sent.iter().rev().take(4).collect();
+        assert!(
+            last.iter().any(|one| one.contains("EndEffectorLaser")),
+            "{name}: {sent:?}"
+        );
+        // Never more than the piece under way and the next one were in the arm.
+        let pieces = sent.iter().filter(|one| one.contains("CPLECmd")).count();
+        assert!((1..15).contains(&pieces), "{name}: {sent:?}");
+        assert!(!place.burns(), "{name}");
+        assert_eq!(place.look(&["queue"])["left_space"], 32, "{name}");
+    }
+}

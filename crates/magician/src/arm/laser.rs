@@ -1,0 +1,277 @@
+//! The laser: who may light it, whether it burns, and how it is put out.
+
+use magician_protocol::commands::{
+    EndEffectorLaser, GetIoDo, GetIoMultiplexing, GetIoPwm, IoDo, IoMultiplexing, IoPwm,
+    QueuedCmdCurrentIndex,
+};
+use magician_protocol::{Flag, Frame, IoFunction, Set};
+
+use super::{Arm, Shared};
+use crate::burning::{LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_releases_queue};
+use crate::connection::Request;
+use crate::words;
+use crate::{Error, ErrorKind, Result};
+
+/// The laser's pins.
+const PINS: [u8; 2] = [LASER_SUPPLY, LASER_POWER];
+
+/// Who may light it.
+impl Arm {
+    /// A handle of the same connection whose calls may light the laser: see
+    /// [`Options::allow_laser`](super::Options::allow_laser). Ask a person before.
+    #[must_use]
+    pub fn allowing_laser(&self) -> Self {
+        Self {
+            allows_laser: true,
+            ..self.clone()
+        }
+    }
+
+    /// Whether it is a virtual arm in this process, where nothing burns. One in another process counts as real: nobody can
+    /// tell them apart.
+    #[must_use]
+    pub fn is_virtual(&self) -> bool {
+        self.inner.in_process
+    }
+
+    /// Whether calls of this handle may light the laser, or there is none.
+    #[must_use]
+    pub fn may_burn(&self) -> bool {
+        self.allows_laser || self.inner.in_process
+    }
+
+    /// Whether this command may light the laser of this arm: [`burns`](fn@crate::burns) for the pins of
+    /// [`Options::laser_pins`](super::Options::laser_pins).
+    #[must_use]
+    pub fn burns(&self, command: &Set) -> bool {
+        burns(command, self.inner.options.laser_pins)
+    }
+
+    /// Refuses commands of which one would burn where that is not allowed; nothing is sent.
+    ///
+    /// # Errors
+    /// [`ErrorKind::InvalidInput`] with [`Error::wants_laser`].
+    pub fn permit<'a>(&self, commands: impl IntoIterator<Item = &'a Set>) -> Result<()> {
+        if self.may_burn() {
+            return Ok(());
+        }
+        let burning = commands.into_iter().find(|command| self.burns(command));
+        burning.map_or(Ok(()), |command| {
+            Err(self.refusal().with_command(command.row().set_name))
+        })
+    }
+
+    /// The same for a frame: the net below all doors.
+    pub(super) fn permit_frame(&self, frame: &Frame<'_>) -> Result<()> {
+        match !self.may_burn() && frame_burns(frame, self.inner.options.laser_pins) {
+            true => Err(self.refusal()),
+            false => Ok(()),
+        }
+    }
+
+    /// Refuses to let a queue run in which commands of another program wait, where the laser may not burn: nobody can read
+    /// them there.
+    ///
+    /// # Errors
+    /// [`ErrorKind::InvalidInput`] with [`Error::wants_laser`], else as [`get`](Self::get).
+    pub async fn permit_queue(&self) -> Result<()> {
+        if self.may_burn() {
+            return Ok(());
+        }
+        let room = self.left_space().await?;
+        match self.foreign_commands(room).await? {
+            0 => Ok(()),
+            count => {
+                let commands = if count == 1 { "command" } else { "commands" };
+                let name = self.name();
+                Err(Error::burning(format!(
+                    "{count} {commands} in the queue of the arm at {name} that this program did not put there could \
+                     light its laser; nothing was sent"
+                )))
+            }
+        }
+    }
+
+    /// As [`permit_queue`](Self::permit_queue), for a frame that lets the queue run.
+    pub(super) async fn permit_release(&self, frame: &Frame<'_>) -> Result<()> {
+        match frame_releases_queue(frame) {
+            true => self.permit_queue().await,
+            false => Ok(()),
+        }
+    }
+
+    fn refusal(&self) -> Error {
+        let name = self.name();
+        Error::burning(format!(
+            "this burns with the laser of the arm at {name}; nothing was sent"
+        ))
+    }
+
+    /// How many commands wait in the queue that this connection did not put there; `room` is its left space.
+    pub(super) async fn foreign_commands(&self, room: u32) -> Result<u32> {
+        let (_, capacity) = self.stats().await?;
+        let waiting = capacity.saturating_sub(room);
+        if waiting == 0 {
+            return Ok(0);
+        }
+        let current = self.get::<QueuedCmdCurrentIndex>().await?;
+        let running = self.exposure().started() == Some(true);
+        let ours = (self.own()).waiting(current.queued_cmd_current_index, running);
+        match ours >= u64::from(waiting) {
+            true => Ok(0),
+            false => Ok(waiting),
+        }
+    }
+}
+
+/// Whether it burns.
+impl Arm {
+    /// Whether the laser is on, as far as can be told: while commands of this connection that light it may be under way, and
+    /// where the arm says so of the laser or of its pins. `None` where the arm does not say.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get), but for answers that some arms do not give.
+    pub async fn laser(&self) -> Result<Option<bool>> {
+        let lit_here = {
+            let exposure = self.exposure();
+            exposure.laser() && exposure.moving()
+        };
+        if lit_here {
+            return Ok(Some(true));
+        }
+        let told = known(self.get::<EndEffectorLaser>().await)?;
+        let told = told.map(|laser| laser.is_ctrl_enabled.is_on() && laser.is_on.is_on());
+        if told == Some(true) || !self.inner.options.laser_pins {
+            return Ok(told);
+        }
+        let mut state = told;
+        for address in PINS {
+            match self.pin_is_high(address).await? {
+                Some(true) => return Ok(Some(true)),
+                Some(false) => {}
+                None => state = None,
+            }
+        }
+        Ok(state)
+    }
+
+    /// Whether one of the laser's pins is an output and high.
+    async fn pin_is_high(&self, address: u8) -> Result<Option<bool>> {
+        let high = match self.function_of(address).await? {
+            None => None,
+            Some(IoFunction::DigitalOutput) => {
+                let query = GetIoDo {
+                    address: Some(address),
+                };
+                known(self.get_with::<IoDo>(&query).await)?.map(|pin| pin.level.is_on())
+            }
+            Some(IoFunction::Pwm) => {
+                let query = GetIoPwm {
+                    address: Some(address),
+                };
+                known(self.get_with::<IoPwm>(&query).await)?.map(|pin| pin.duty_cycle > 0.0)
+            }
+            Some(_) => Some(false),
+        };
+        Ok(high)
+    }
+
+    async fn function_of(&self, address: u8) -> Result<Option<IoFunction>> {
+        let query = GetIoMultiplexing {
+            address: Some(address),
+        };
+        let read = known(self.get_with::<IoMultiplexing>(&query).await)?;
+        Ok(read.map(|read| read.multiplex))
+    }
+
+    /// Refuses to go on while the laser is on: whatever moves then would burn along its way.
+    ///
+    /// # Errors
+    /// [`ErrorKind::InvalidInput`] when it is on, else as [`laser`](Self::laser).
+    pub async fn check_dark(&self) -> Result<()> {
+        match self.laser().await? {
+            Some(true) => Err(Error::invalid(
+                "the laser is on, and the arm would burn along its way: switch it off first (`magician laser off`); \
+                 nothing was sent",
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// How it is put out.
+impl Arm {
+    /// Switches the laser off at once, and lowers its pins where they are outputs.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set).
+    pub async fn darken(&self) -> Result<()> {
+        self.set_any(&words::laser(false)).await?;
+        if self.inner.options.laser_pins {
+            for address in PINS {
+                match self.function_of(address).await? {
+                    Some(IoFunction::DigitalOutput) => {
+                        let level = Flag::OFF;
+                        self.set(&IoDo { address, level }).await?;
+                    }
+                    Some(IoFunction::Pwm) => {
+                        self.set_any(&words::pwm(address, FREQUENCY, 0.0)).await?;
+                    }
+                    _ => {}
+                }
+            }
+        }
+        self.exposure().darkened();
+        Ok(())
+    }
+
+    /// As [`darken`](Self::darken), if this connection may have lit the laser and nothing of it is under way any more.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set).
+    pub async fn darken_after(&self) -> Result<()> {
+        let lit = {
+            let exposure = self.exposure();
+            exposure.laser() && !exposure.moving()
+        };
+        if lit { self.darken().await } else { Ok(()) }
+    }
+}
+
+/// Any frequency that the arm takes.
+const FREQUENCY: f32 = 1000.0;
+
+impl Shared {
+    /// What has to be said besides to put a laser out whose pins were raised over this connection.
+    pub(super) fn lowered_pins(&self) -> Vec<Request> {
+        match self.exposure().pins() {
+            true => lowered_pins(),
+            false => Vec::new(),
+        }
+    }
+}
+
+/// The requests that lower the laser's pins, whatever they are at present.
+fn lowered_pins() -> Vec<Request> {
+    let level = Flag::OFF;
+    let pulses = IoPwm {
+        address: LASER_POWER,
+        frequency: FREQUENCY,
+        duty_cycle: 0.0,
+    };
+    let levels = PINS.map(|address| Request::set(&IoDo { address, level }));
+    let requests = levels.into_iter().chain([Request::set(&pulses)]);
+    let stop = |request: Request| request.priority(crate::connection::Priority::Stop);
+    requests.flatten().map(stop).collect()
+}
+
+/// Nothing where an arm has no such thing.
+fn known<T>(answer: Result<T>) -> Result<Option<T>> {
+    match answer {
+        Ok(answer) => Ok(Some(answer)),
+        Err(error) => match error.kind() {
+            ErrorKind::Timeout | ErrorKind::Unsupported | ErrorKind::Unexpected => Ok(None),
+            _ => Err(error),
+        },
+    }
+}

@@ -1,0 +1,245 @@
+//! What lights the laser: one classification of commands for every door.
+
+use magician_protocol::commands::{
+    ClearAlarmsState, CpLeCmd, IoDo, IoPwm, PtpPoCmd, PtpPoWithLCmd, QueuedCmdStartExec,
+    SetEndEffectorLaser,
+};
+use magician_protocol::{Frame, PoList, Set, Writable};
+
+/// EIO address of the laser's supply (model section 13).
+pub(crate) const LASER_SUPPLY: u8 = 2;
+/// EIO address of the laser's modulation (model section 13).
+pub(crate) const LASER_POWER: u8 = 4;
+
+/// Commands that can burn, whatever their parameters.
+const IDS: [u8; 6] = [
+    SetEndEffectorLaser::ROW.id,
+    CpLeCmd::ROW.id,
+    IoDo::ROW.id,
+    IoPwm::ROW.id,
+    PtpPoCmd::ROW.id,
+    PtpPoWithLCmd::ROW.id,
+];
+
+/// Whether a command may light the laser: [`SetEndEffectorLaser`] enabled and on, [`CpLeCmd`] with a power above 0, and
+/// what raises one of the laser's pins: [`IoPwm`] on EIO 4, [`IoDo`] on EIO 2 or 4, [`PtpPoCmd`] and [`PtpPoWithLCmd`] that
+/// switch these on. `laser_pins` says whether a laser may be wired to the pins; `false` is for an arm that has none, whose
+/// pins drive something else.
+///
+/// ```
+/// use magician::{burns, words};
+///
+/// assert!(burns(&words::laser(true), true));
+/// assert!(!burns(&words::laser(false), true));
+/// assert!(burns(&words::output(4, true), true) && !burns(&words::output(4, true), false));
+/// ```
+#[must_use]
+pub fn burns(command: &Set, laser_pins: bool) -> bool {
+    match command {
+        Set::SetEndEffectorLaser(laser) => laser.enable_ctrl.is_on() && laser.on.is_on(),
+        // A power that is no number counts as one.
+        Set::CpLeCmd(segment) => is_above_zero(segment.velocity_or_power),
+        command => laser_pins && raises_laser_pin(command),
+    }
+}
+
+/// Whether a command switches one of the laser's pins on.
+pub(crate) fn raises_laser_pin(command: &Set) -> bool {
+    let is_laser = |address: u16| {
+        [LASER_SUPPLY, LASER_POWER]
+            .map(u16::from)
+            .contains(&address)
+    };
+    let raised = |outputs: &PoList| {
+        let mut outputs = outputs.as_slice().iter();
+        outputs.any(|output| is_laser(output.address) && output.level != 0)
+    };
+    match command {
+        Set::IoDo(output) => is_laser(output.address.into()) && output.level.is_on(),
+        Set::IoPwm(output) => output.address == LASER_POWER && is_above_zero(output.duty_cycle),
+        Set::PtpPoCmd(command) => raised(&command.po),
+        Set::PtpPoWithLCmd(command) => raised(&command.po),
+        _ => false,
+    }
+}
+
+fn is_above_zero(share: f32) -> bool {
+    share.is_nan() || share > 0.0
+}
+
+/// As [`burns`], for a frame. One that can burn and cannot be read counts as one that does.
+pub(crate) fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
+    if !acts(frame) || !IDS.contains(&frame.id()) {
+        return false;
+    }
+    let command = Set::decode(frame.id(), frame.params());
+    command.map_or(true, |command| burns(&command, laser_pins))
+}
+
+/// Whether a frame may let a queue run that stands: what waits in it begins, whoever put it there.
+pub(crate) fn frame_releases_queue(frame: &Frame<'_>) -> bool {
+    let releases = [QueuedCmdStartExec::ROW.id, ClearAlarmsState::ROW.id];
+    acts(frame) && releases.contains(&frame.id())
+}
+
+fn acts(frame: &Frame<'_>) -> bool {
+    frame.ctrl().write() || frame.ctrl().queued()
+}
+
+#[cfg(test)]
+mod tests {
+    use magician_protocol::commands::{PtpCmd, QueuedCmdStopExec};
+    use magician_protocol::{CpMode, Ctrl, Flag, FrameBuf, PoCmd, PtpMode};
+
+    use super::*;
+    use crate::words;
+
+    fn path(power: f32) -> Set {
+        Set::CpLeCmd(CpLeCmd {
+            cp_mode: CpMode::Absolute,
+            x: 200.0,
+            y: 0.0,
+            z: 0.0,
+            velocity_or_power: power,
+        })
+    }
+
+    fn laser(enable: u8, on: u8) -> Set {
+        Set::SetEndEffectorLaser(SetEndEffectorLaser {
+            enable_ctrl: Flag(enable),
+            on: Flag(on),
+        })
+    }
+
+    fn level(address: u8, level: u8) -> Set {
+        let level = Flag(level);
+        Set::IoDo(IoDo { address, level })
+    }
+
+    fn pulses(address: u8, duty_cycle: f32) -> Set {
+        let frequency = 1000.0;
+        Set::IoPwm(IoPwm {
+            address,
+            frequency,
+            duty_cycle,
+        })
+    }
+
+    fn on_the_way(outputs: &[(u16, u8)]) -> [Set; 2] {
+        let output = |(address, level): &(u16, u8)| PoCmd {
+            ratio: 50,
+            address: *address,
+            level: *level,
+        };
+        let outputs: Vec<_> = outputs.iter().map(output).collect();
+        let po = PoList::new(&outputs).unwrap();
+        let (ptp_mode, x, y, z, r, l) = (PtpMode::MovlXyz, 220.0, 0.0, 0.0, 0.0, 100.0);
+        [
+            Set::PtpPoCmd(PtpPoCmd {
+                ptp_mode,
+                x,
+                y,
+                z,
+                r,
+                po,
+            }),
+            Set::PtpPoWithLCmd(PtpPoWithLCmd {
+                ptp_mode,
+                x,
+                y,
+                z,
+                r,
+                l,
+                po,
+            }),
+        ]
+    }
+
+    /// Every class of commands: whether it burns where a laser may be on the pins, and where none is.
+    fn table() -> Vec<(Set, bool, bool)> {
+        let mut table = vec![
+            (laser(1, 1), true, true),
+            (laser(200, 7), true, true),
+            (laser(0, 1), false, false),
+            (laser(1, 0), false, false),
+            (laser(0, 0), false, false),
+            (path(0.01), true, true),
+            (path(100.0), true, true),
+            (path(f32::NAN), true, true),
+            (path(0.0), false, false),
+            (path(-0.0), false, false),
+            (path(-5.0), false, false),
+            (words::path_to(200.0, 0.0, 0.0), false, false),
+            (level(2, 1), true, false),
+            (level(4, 1), true, false),
+            (level(4, 255), true, false),
+            (level(2, 0), false, false),
+            (level(4, 0), false, false),
+            (level(3, 1), false, false),
+            (level(16, 1), false, false),
+            (pulses(4, 0.5), true, false),
+            (pulses(4, f32::NAN), true, false),
+            (pulses(4, 0.0), false, false),
+            (pulses(2, 50.0), false, false),
+            (pulses(6, 50.0), false, false),
+            (words::suction(true), false, false),
+            (words::grip(), false, false),
+            (words::home(), false, false),
+        ];
+        for (outputs, burns) in [
+            (&[(2, 1)][..], true),
+            (&[(4, 9)], true),
+            (&[(1, 1), (17, 1), (4, 1)], true),
+            (&[(2, 0), (4, 0)], false),
+            (&[(1, 1), (260, 1)], false),
+            (&[], false),
+        ] {
+            let both = on_the_way(outputs);
+            table.extend(both.map(|command| (command, burns, false)));
+        }
+        table
+    }
+
+    #[test]
+    fn a_command_burns_by_what_it_does_to_laser_and_pins() {
+        for (command, with_pins, without) in table() {
+            assert_eq!(burns(&command, true), with_pins, "{command:?}");
+            assert_eq!(burns(&command, false), without, "{command:?}");
+        }
+    }
+
+    #[test]
+    fn a_frame_burns_as_its_command_does_queued_or_not() {
+        for (command, with_pins, without) in table() {
+            for ctrl in [Ctrl::SET, Ctrl::QUEUED] {
+                let frame = FrameBuf::set(&command, ctrl).unwrap();
+                assert_eq!(frame_burns(&frame.frame(), true), with_pins, "{command:?}");
+                assert_eq!(frame_burns(&frame.frame(), false), without, "{command:?}");
+            }
+            let read = FrameBuf::new(command.row().id, Ctrl::GET, &[]).unwrap();
+            assert!(!frame_burns(&read.frame(), true), "a read of {command:?}");
+        }
+    }
+
+    #[test]
+    fn what_could_burn_and_cannot_be_read_burns() {
+        for id in IDS {
+            let frame = FrameBuf::new(id, Ctrl::SET, &[1]).unwrap();
+            assert!(frame_burns(&frame.frame(), true), "{id}");
+        }
+        let other = FrameBuf::new(PtpCmd::ROW.id, Ctrl::SET, &[1]).unwrap();
+        assert!(!frame_burns(&other.frame(), true));
+    }
+
+    #[test]
+    fn a_queue_is_let_go_by_its_start_and_by_clearing_alarms() {
+        let releases = |id, ctrl| {
+            let frame = FrameBuf::new(id, ctrl, &[]).unwrap();
+            frame_releases_queue(&frame.frame())
+        };
+        assert!(releases(QueuedCmdStartExec::ROW.id, Ctrl::SET));
+        assert!(releases(ClearAlarmsState::ROW.id, Ctrl::SET));
+        assert!(!releases(ClearAlarmsState::ROW.id, Ctrl::GET));
+        assert!(!releases(QueuedCmdStopExec::ROW.id, Ctrl::SET));
+    }
+}

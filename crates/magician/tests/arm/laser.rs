@@ -1,0 +1,314 @@
+//! Who may light the laser, and how it goes out.
+
+use std::time::Duration;
+
+use magician::commands::{
+    ClearAlarmsState, CpParams, IoMultiplexing, QueuedCmdStartExec, SetEndEffectorLaser, WaitCmd,
+};
+use magician::protocol::{Flag, FrameBuf, IoFunction};
+use magician::words::{self, Guards};
+use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, Set, VirtualArm};
+use tokio::time::sleep;
+
+use crate::desk::{Desk, only_reads};
+
+const LASER: u8 = 61;
+const STOP: u8 = 241;
+const CLEAR: u8 = 245;
+
+fn on() -> SetEndEffectorLaser {
+    SetEndEffectorLaser {
+        enable_ctrl: Flag::ON,
+        on: Flag::ON,
+    }
+}
+
+fn burn(x: f32, y: f32) -> Set {
+    words::engrave_to(x, y, 0.0, 60.0)
+}
+
+fn allowed() -> Options {
+    Options::default().allow_laser(true)
+}
+
+/// What lights the laser, one of each kind.
+fn burning() -> [Set; 6] {
+    let outputs = [words::Output {
+        percent: 50,
+        address: 4,
+        high: true,
+    }];
+    [
+        words::laser(true),
+        burn(200.0, 10.0),
+        words::output(2, true),
+        words::output(4, true),
+        words::pwm(4, 1000.0, 20.0),
+        words::with_outputs(words::move_to(200.0, 0.0, 0.0, 0.0), &outputs).unwrap(),
+    ]
+}
+
+#[tokio::test(start_paused = true)]
+async fn nothing_burns_on_a_real_arm_that_nobody_has_allowed_it_on() {
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
+    for command in burning() {
+        let frame = FrameBuf::set(&command, Ctrl::SET).unwrap();
+        let (id, params) = (frame.frame().id(), frame.frame().params());
+        let outcomes = [
+            arm.set_any(&command).await.err(),
+            arm.enqueue_set(&command).await.err(),
+            arm.enqueue_form(id, params).await.err(),
+            arm.raw(id, Ctrl::SET, params).await.err(),
+            arm.raw(id, Ctrl::QUEUED, params).await.err(),
+            arm.perform_with(&[command], Guards::NONE).await.err(),
+            arm.run([words::wait(Duration::from_millis(1)), command], |_| {})
+                .await
+                .err(),
+        ];
+        for (door, error) in outcomes.into_iter().enumerate() {
+            let error = error.unwrap_or_else(|| panic!("door {door}: {command:?}"));
+            assert_eq!(
+                error.kind(),
+                ErrorKind::InvalidInput,
+                "door {door}: {error}"
+            );
+            assert!(error.wants_laser(), "door {door}: {error}");
+        }
+        assert!(only_reads(&desk.heard()), "{command:?}");
+        assert!(!arm.burns(&words::laser(false)) && arm.burns(&command));
+        // Allowed, it goes out.
+        arm.allowing_laser().set_any(&command).await.unwrap();
+        assert!(!only_reads(&desk.heard()), "{command:?}");
+    }
+    // A long program ends before what burns.
+    let waits = std::iter::repeat_n(words::wait(Duration::from_millis(1)), 60);
+    let program = waits.chain([words::laser(true)]);
+    let error = arm.run(program, |_| {}).await.unwrap_err();
+    assert!(error.wants_laser(), "{error}");
+    assert!(!desk.heard().contains(&(LASER, true)));
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_without_a_laser_has_its_pins_for_itself() {
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default().laser_pins(false)).await;
+    for command in burning() {
+        let refused = arm.set_any(&command).await.is_err();
+        let is_laser = matches!(command, Set::SetEndEffectorLaser(_) | Set::CpLeCmd(_));
+        assert_eq!(refused, is_laser, "{command:?}");
+    }
+}
+
+#[tokio::test]
+async fn a_virtual_arm_in_this_process_is_never_refused() {
+    let arm = Arm::simulated(VirtualArm::default(), Options::default()).await;
+    let arm = arm.unwrap();
+    assert!(arm.is_virtual() && arm.may_burn());
+    for command in burning() {
+        arm.set_any(&command).await.unwrap();
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_queue_with_commands_of_another_program_is_not_let_run() {
+    let desk = Desk::new();
+    let other = desk.connect(Options::default()).await;
+    other.enqueue(&WaitCmd { timeout: 10 }).await.unwrap();
+    other.detach();
+    other.close().await;
+    let arm = desk.connect(Options::default()).await;
+    desk.heard();
+    let keep = || RunOptions::default().keep(true);
+    let wait = words::wait(Duration::from_millis(1));
+    for (door, outcome) in [
+        arm.start_queue().await,
+        arm.clear_alarms().await,
+        arm.set(&QueuedCmdStartExec {}).await,
+        arm.set_any(&Set::ClearAlarmsState(ClearAlarmsState {}))
+            .await,
+        arm.raw(240, Ctrl::SET, &[]).await.map(drop),
+        arm.run_with([wait], keep(), |_| {}).await.map(drop),
+        arm.home_with(keep()).await,
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let error = outcome.expect_err(&format!("door {door}"));
+        assert!(error.wants_laser(), "door {door}: {error}");
+    }
+    assert!(only_reads(&desk.heard()));
+    arm.allowing_laser().start_queue().await.unwrap();
+    sleep(Duration::from_secs(1)).await;
+    // What this connection has put there it knows.
+    arm.stop_gentle().await.unwrap();
+    arm.enqueue(&WaitCmd { timeout: 10 }).await.unwrap();
+    arm.start_queue().await.unwrap();
+    arm.clear_alarms().await.unwrap();
+}
+
+/// A slow line of so many millimetres.
+async fn begin_to_burn(arm: &Arm, length: f32) {
+    let speeds = CpParams {
+        plan_acc: 100.0,
+        junction_vel: 5.0,
+        acc_or_period: 100.0,
+        real_time_track: Flag::OFF,
+    };
+    arm.set(&speeds).await.unwrap();
+    arm.perform(&[words::path_to(200.0, 0.0, 0.0)])
+        .await
+        .unwrap();
+    let arm = arm.clone();
+    tokio::spawn(async move {
+        let guards = Guards::default().laser(false);
+        arm.perform_with(&[burn(200.0, length)], guards).await
+    });
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_line_that_is_found_again_puts_the_laser_out_before_anything_else() {
+    let desk = Desk::new();
+    let arm = desk.connect(allowed()).await;
+    sleep(Duration::from_millis(200)).await;
+    begin_to_burn(&arm, 100.0).await;
+    sleep(Duration::from_secs(4)).await;
+    assert!(desk.with(|arm| arm.state().laser));
+    desk.unplug();
+    sleep(Duration::from_millis(150)).await;
+    desk.heard();
+    desk.plug();
+    arm.reconnected().await.unwrap();
+    let heard = desk.heard();
+    let first: Vec<_> = heard.iter().take(3).copied().collect();
+    assert_eq!(
+        first,
+        [(LASER, true), (STOP, true), (CLEAR, true)],
+        "{heard:?}"
+    );
+    assert!(only_reads(&heard[3..]), "{heard:?}");
+    sleep(Duration::from_millis(1500)).await;
+    desk.with(|arm| {
+        let state = arm.state();
+        assert!(
+            !state.laser && !state.queue.started && state.queue.waiting == 0,
+            "{state:?}"
+        );
+    });
+    // Once is enough.
+    desk.unplug();
+    sleep(Duration::from_millis(150)).await;
+    desk.plug();
+    arm.reconnected().await.unwrap();
+    assert!(only_reads(&desk.heard()));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_pin_that_was_raised_is_lowered_on_a_line_that_is_found_again() {
+    let desk = Desk::new();
+    let arm = desk.connect(allowed()).await;
+    sleep(Duration::from_millis(200)).await;
+    for address in [2, 4] {
+        let multiplex = IoFunction::DigitalOutput;
+        arm.set(&IoMultiplexing { address, multiplex })
+            .await
+            .unwrap();
+        arm.set_any(&words::output(address, true)).await.unwrap();
+    }
+    assert!(desk.with(|arm| arm.state().laser));
+    assert_eq!(arm.laser().await.unwrap(), Some(true));
+    desk.unplug();
+    sleep(Duration::from_millis(150)).await;
+    desk.heard();
+    desk.plug();
+    arm.reconnected().await.unwrap();
+    let heard: Vec<_> = desk.heard().iter().map(|(id, _)| *id).take(3).collect();
+    assert_eq!(heard, [LASER, STOP, CLEAR]);
+    assert!(!desk.with(|arm| arm.state().laser));
+    assert_eq!(arm.laser().await.unwrap(), Some(false));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_burning_run_goes_on_after_the_line_was_lost_with_every_segment_done() {
+    let desk = Desk::new();
+    let arm = desk.connect(allowed()).await;
+    sleep(Duration::from_millis(200)).await;
+    begin_to_burn(&arm, 0.5).await;
+    sleep(Duration::from_secs(2)).await;
+    let path = (1..=40).map(|step| burn(200.0, 0.5 + step as f32));
+    let end = words::path_to(200.0, 45.0, 0.0);
+    let mut run = arm.begin(path.chain([end]), RunOptions::default());
+    let other = desk.clone();
+    tokio::spawn(async move {
+        for pause in [3, 5] {
+            sleep(Duration::from_secs(pause)).await;
+            other.unplug();
+            sleep(Duration::from_millis(700)).await;
+            other.plug();
+        }
+    });
+    let mut breaks = 0;
+    while let Err(error) = run.finish(|_| {}).await {
+        assert!(run.is_interrupted(), "{error}");
+        breaks += 1;
+        arm.reconnected().await.unwrap();
+    }
+    assert_eq!(breaks, 2);
+    assert_eq!(run.ran().commands, 41);
+    let pose = arm.get::<magician::commands::Pose>().await.unwrap();
+    assert_eq!((pose.x, pose.y), (200.0, 45.0));
+    assert_eq!(arm.laser().await.unwrap(), Some(false));
+}
+
+#[tokio::test(start_paused = true)]
+async fn every_end_of_a_run_leaves_the_laser_off() {
+    // Done.
+    let desk = Desk::new();
+    let arm = desk.connect(allowed()).await;
+    begin_to_burn(&arm, 2.0).await;
+    sleep(Duration::from_secs(5)).await;
+    let heard = desk.heard();
+    assert_eq!(
+        heard.iter().filter(|one| **one == (LASER, true)).count(),
+        1,
+        "{heard:?}"
+    );
+    // Stopped.
+    begin_to_burn(&arm, 40.0).await;
+    sleep(Duration::from_secs(4)).await;
+    assert!(desk.with(|arm| arm.state().laser));
+    assert_eq!(arm.laser().await.unwrap(), Some(true));
+    arm.stop().await.unwrap();
+    assert!(!desk.with(|arm| arm.state().laser));
+    // The handle goes.
+    begin_to_burn(&arm, 40.0).await;
+    sleep(Duration::from_secs(4)).await;
+    assert!(desk.with(|arm| arm.state().laser));
+    arm.close().await;
+    assert!(!desk.with(|arm| arm.state().laser));
+}
+
+#[tokio::test(start_paused = true)]
+async fn homing_puts_a_laser_out_first_and_a_program_does_not_begin_with_one() {
+    let desk = Desk::new();
+    let arm = desk.connect(allowed()).await;
+    arm.set(&on()).await.unwrap();
+    assert_eq!(arm.laser().await.unwrap(), Some(true));
+    let error = arm.check_ready(&[], Guards::default()).await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::InvalidInput);
+    assert!(error.to_string().contains("magician laser off"), "{error}");
+    desk.heard();
+    arm.home().await.unwrap();
+    let written: Vec<_> = desk
+        .heard()
+        .into_iter()
+        .filter(|(_, wrote)| *wrote)
+        .collect();
+    let ids: Vec<_> = written.iter().map(|(id, _)| *id).collect();
+    let (off, home) = (
+        ids.iter().position(|id| *id == LASER),
+        ids.iter().position(|id| *id == 31),
+    );
+    assert!(off.is_some() && off < home, "{ids:?}");
+    assert!(!desk.with(|arm| arm.state().laser));
+}
