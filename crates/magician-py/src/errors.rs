@@ -24,7 +24,10 @@ fn made(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         .map(|alarms| alarms.codes().map(u32::from).collect());
     parts.set_item("alarms", codes)?;
     let told = py.import("magician._told")?.getattr("error")?;
-    let message = wording::for_python(&error.to_string());
+    let mut message = wording::for_python(&error.to_string());
+    if error.wants_laser() {
+        message.push_str(wording::LASER);
+    }
     let exception = told.call((error.kind().name(), message), Some(&parts))?;
     Ok(PyErr::from_value(exception))
 }

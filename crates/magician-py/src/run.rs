@@ -117,20 +117,15 @@ impl Drive {
 
     /// What a person has to say first.
     fn permit(&self) -> Result<()> {
-        if is_virtual(&self.arm) {
+        if self.arm.is_virtual() {
             return Ok(());
         }
         if self.source.assumed {
             return Err(Error::invalid(SURFACE_ARGUMENT));
         }
-        if self.program.plan().burns() && !self.how.allow_laser {
-            return Err(Error::invalid(format!(
-                "this burns with the laser of the arm at {}; nothing was sent: put on goggles for its wavelength, clear what \
-                 must not burn, stay with it, and say allow_laser=True",
-                self.arm.name()
-            )));
-        }
-        Ok(())
+        // The handle may burn if that was allowed.
+        let commands: Vec<Set> = self.program.plan().commands().collect();
+        self.arm.permit(&commands)
     }
 
     /// Steps in all.
@@ -177,7 +172,7 @@ impl Drive {
     /// Tells how many steps are finished, over all, and how long the rest takes.
     fn reach(&self, steps: u64, left: Option<Duration>) {
         // How fast a virtual arm's clock runs is not known here.
-        let left = left.filter(|left| left.is_zero() || !is_virtual(&self.arm));
+        let left = left.filter(|left| left.is_zero() || !self.arm.is_virtual());
         let left = left.map(|left| left.as_secs_f64());
         self.reporter
             .report(move |py| Ok((steps, left).into_pyobject(py)?.into_any().unbind()));
@@ -199,16 +194,11 @@ impl Found {
     }
 }
 
-/// Whether it is in this process: nothing burns, and nothing is run into.
-fn is_virtual(arm: &Arm) -> bool {
-    arm.name() == "sim" || arm.name().starts_with("sim:")
-}
-
 #[pymethods]
 impl Core {
     /// Whether it is a virtual arm in this process.
     fn is_virtual(&self, py: Python<'_>) -> PyResult<bool> {
-        Ok(is_virtual(&self.arm(py)?))
+        Ok(self.arm(py)?.is_virtual())
     }
 
     /// Asks the arm what a check of a plan depends on.
@@ -227,7 +217,8 @@ impl Core {
             let error = Error::invalid("steps are counted from 1");
             return Err(crate::errors::raise(py, &error));
         }
-        let (arm, source, of_report) = (self.arm(py)?, plan.source.clone(), plan.source.clone());
+        let arm = self.burning(py, how.allow_laser)?;
+        let (source, of_report) = (plan.source.clone(), plan.source.clone());
         let program = Program::new(Arc::clone(&plan.plan), Some(1));
         let (owing, mut owed) = watch::channel(false);
         let drive = |reporter| Drive {

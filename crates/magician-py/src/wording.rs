@@ -18,6 +18,10 @@ const PHRASES: [(&str, &str); 11] = [
     ("laser(false)", "laser(False)"),
 ];
 
+/// What lets a laser burn.
+pub(crate) const LASER: &str = ": put on goggles for its wavelength, clear what must not burn, stay with it, and say \
+                                 allow_laser=True";
+
 /// A sentence of the driver's for people who write Python.
 pub(crate) fn for_python(sentence: &str) -> String {
     let mut sentence = sentence.to_owned();

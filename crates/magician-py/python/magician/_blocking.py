@@ -72,7 +72,7 @@ class Arm(Bound):
     whatever is going on.
 
     A ``with`` block that is left by an exception stops the arm and its laser; one that ends well lets go of the arm as
-    it is. Whoever interrupts a call that waits for a motion, with Ctrl-C or by cancelling it, stops the arm before the
+    it is, but for a laser that was lit and belongs to nothing under way: it goes out. Whoever interrupts a call that waits for a motion, with Ctrl-C or by cancelling it, stops the arm before the
     interruption goes on its way. A connection that is closed, forgotten, or still open when the interpreter ends stops
     what it set going, unless it was told to :meth:`detach`.
 
@@ -120,6 +120,8 @@ class Arm(Bound):
             return
         try:
             if error is None:
+                if self.link.state == "up":
+                    wait(self._core.darken())
                 self.detach()
             elif self.link.state != "closed":
                 wait_stopped(self._core, error)
@@ -231,15 +233,19 @@ class Arm(Bound):
             processor_id=processor,
             uptime=clock.g_systick / 1000,
             rail=rail.with_l,
+            laser=wait(self._core.laser()),
         )
 
     def alarms(self) -> tuple[Alarm, ...]:
         """The alarms that stand, each with its cause and its cure. That some stand is no error (document 1.5.1)."""
         return (wait(self._core.get(commands.AlarmsState))).alarms_state
 
-    def clear_alarms(self) -> None:
-        """Clears the alarms, and with them the hold on the queue if no cause stands any more (document 1.5.2)."""
-        self.set(commands.ClearAlarmsState())
+    def clear_alarms(self, *, allow_laser: bool = False) -> None:
+        """Clears the alarms, and with them the hold on the queue if no cause stands any more (document 1.5.2).
+
+        :param allow_laser: as for :meth:`start_queue`.
+        """
+        self.set(commands.ClearAlarmsState(), allow_laser=allow_laser)
 
     def state(
         self,
@@ -293,36 +299,47 @@ class Arm(Bound):
         return wait(self._core.get(find(what, "get", fields) if isinstance(what, str) else what))
 
     @overload
-    def set(self, command: Writable, *, allow_dangerous: bool = False) -> None: ...
+    def set(
+        self, command: Writable, *, allow_dangerous: bool = False, allow_laser: bool = False
+    ) -> None: ...
     @overload
-    def set(self, command: str, *, allow_dangerous: bool = False, **fields: Any) -> None: ...
-    def set(self, command: Writable | str, *, allow_dangerous: bool = False, **fields: Any) -> None:
+    def set(
+        self, command: str, *, allow_dangerous: bool = False, allow_laser: bool = False, **fields: Any
+    ) -> None: ...
+    def set(
+        self, command: Writable | str, *, allow_dangerous: bool = False, allow_laser: bool = False, **fields: Any
+    ) -> None:
         """Sets a value or orders an action, at once: ``arm.set(commands.PtpCommonParams(50, 50))``.
 
         Or by any name of the command: ``arm.set("PTPCommonParams", velocity_ratio=50, acceleration_ratio=50)``.
 
         :param allow_dangerous: lets through what can brick, unlearn or unlock something: firmware, serial number,
             sensor calibration, Wi-Fi, :class:`~magician.commands.ResetPose`.
+        :param allow_laser: Whether the laser of an arm that is not virtual may burn: without it what lights the laser
+            (or raises its pins EIO 2 and 4) is refused.
 
         Raises as :meth:`get`, and :class:`~magician.errors.UncertainError` when an action that must not be repeated was
         not answered.
         """
         told: Writable = find(command, "set", fields) if isinstance(command, str) else command
-        wait(self._core.set(told, flag("allow_dangerous", allow_dangerous)))
+        allowed = flag("allow_dangerous", allow_dangerous), flag("allow_laser", allow_laser)
+        wait(self._core.set(told, *allowed))
 
     @overload
-    def enqueue(self, command: Queueable) -> int: ...
+    def enqueue(self, command: Queueable, *, allow_laser: bool = False) -> int: ...
     @overload
-    def enqueue(self, command: str, **fields: Any) -> int: ...
-    def enqueue(self, command: Queueable | str, **fields: Any) -> int:
+    def enqueue(self, command: str, *, allow_laser: bool = False, **fields: Any) -> int: ...
+    def enqueue(self, command: Queueable | str, *, allow_laser: bool = False, **fields: Any) -> int:
         """Puts a command into the arm's queue and tells its index. It does not start the queue: see
         :meth:`start_queue`.
+
+        :param allow_laser: as for :meth:`set`.
 
         Raises :class:`~magician.errors.QueueFullError` when there is no room, :class:`~magician.errors.UncertainError`
         when it cannot be told whether the arm took it, else as :meth:`get`.
         """
         told: Queueable = find(command, "set", fields) if isinstance(command, str) else command
-        return wait(self._core.enqueue(told))
+        return wait(self._core.enqueue(told, flag("allow_laser", allow_laser)))
 
     def raw(
         self,
@@ -331,6 +348,7 @@ class Arm(Bound):
         params: bytes | bytearray | memoryview = b"",
         *,
         allow_dangerous: bool = False,
+        allow_laser: bool = False,
     ) -> bytes:
         """Sends any frame and returns the parameters of the one that answers it.
 
@@ -338,11 +356,13 @@ class Arm(Bound):
         :param ctrl: control byte: 0 a get, 1 a set, 3 a queued set.
         :param params: the parameters, at most 248 bytes: ``bytes(commands.PtpCommonParams(50, 50))``.
         :param allow_dangerous: as for :meth:`set`.
+        :param allow_laser: as for :meth:`set`.
         """
         id, ctrl = whole("id", id, 0, 255), whole("ctrl", ctrl, 0, 255)
         if isinstance(params, (str, int)):  # of those, bytes makes something else
             raise TypeError(f"params are bytes, not {params!r}")
-        return wait(self._core.raw(id, ctrl, bytes(params), flag("allow_dangerous", allow_dangerous)))
+        allowed = flag("allow_dangerous", allow_dangerous), flag("allow_laser", allow_laser)
+        return wait(self._core.raw(id, ctrl, bytes(params), *allowed))
 
     # Programs.
 
@@ -354,6 +374,7 @@ class Arm(Bound):
         skip: Collection[Check] = (),
         require_homed: bool = False,
         keep: bool = False,
+        allow_laser: bool = False,
     ) -> Ran:
         """Checks commands as the arm stands now, before any of them is sent, runs them, and waits for their end.
 
@@ -364,12 +385,13 @@ class Arm(Bound):
         :param require_homed: refuses an arm that has not been homed since it was switched on, as far as its alarms
             tell.
         :param keep: runs commands of an earlier program that still wait in the queue, before these.
+        :param allow_laser: Whether the laser of an arm that is not virtual may burn.
 
         Raises :class:`~magician.errors.UnreachableError` with value and limit and
         :class:`~magician.errors.InvalidInputError` from the check, :class:`~magician.errors.AlarmError` as soon as an
         alarm holds the queue, :class:`~magician.errors.ClosedError` when a stop came, else as :meth:`enqueue`.
         """
-        asked = flags(require_homed=require_homed, keep=keep)
+        asked = flags(require_homed=require_homed, keep=keep, allow_laser=allow_laser)
         call = self._core.perform(not_a_file(program), _names(skip), **asked)
         return Ran(*wait_done(call, self._core, _hearing(progress)))
 
@@ -389,6 +411,7 @@ class Arm(Bound):
         horizon: float = 2.0,
         laser_horizon: float = 1.0,
         trust_pose: bool = False,
+        allow_laser: bool = False,
     ) -> Run:
         """A program that can go on after the line has broken; nothing is sent before :meth:`Run.finish`, and nothing is
         checked.
@@ -399,9 +422,10 @@ class Arm(Bound):
         :param laser_horizon: the same while the laser may be lit.
         :param trust_pose: lets an interrupted run go on although nobody knows where its last finished command left the
             arm.
+        :param allow_laser: Whether the laser of an arm that is not virtual may burn.
         """
         horizons = seconds("horizon", horizon), seconds("laser_horizon", laser_horizon)
-        asked = flag("keep", keep), *horizons, flag("trust_pose", trust_pose)
+        asked = flag("keep", keep), *horizons, flag("trust_pose", trust_pose), flag("allow_laser", allow_laser)
         return Run(self._core, self._core.begin(not_a_file(program), *asked))
 
     # Motion: each of these goes there and waits until it has.
@@ -626,22 +650,31 @@ class Arm(Bound):
         """Switches the air pump off; suction cup and gripper go limp."""
         self.set(words.pump_off())
 
-    def laser(self, on: bool) -> None:
+    def laser(self, on: bool, *, allow_laser: bool = False) -> None:
         """Switches the laser, full on or off (document 1.8.2). It goes out when the connection ends without
-        :meth:`detach`."""
-        self.set(words.laser(on))
+        :meth:`detach`, and at the end of a ``with`` block.
+
+        :param allow_laser: Whether the laser of an arm that is not virtual may burn; off takes no permission.
+        """
+        self.set(words.laser(on), allow_laser=allow_laser)
 
     def multiplex(self, address: int, function: IoFunction) -> None:
         """Says what an EIO pin (1 to 20) does; a pin must be told before it is used (document 1.15.1, E40)."""
         self.set(words.multiplex(address, function))
 
-    def output(self, address: int, high: bool) -> None:
-        """Sets the level of a digital output (EIO address 1 to 20; document 1.15.2)."""
-        self.set(words.output(address, high))
+    def output(self, address: int, high: bool, *, allow_laser: bool = False) -> None:
+        """Sets the level of a digital output (EIO address 1 to 20; document 1.15.2).
 
-    def pwm(self, address: int, frequency: float, duty_cycle: float) -> None:
-        """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and the percentage of high."""
-        self.set(words.pwm(address, frequency, duty_cycle))
+        :param allow_laser: Whether the laser's pins, EIO 2 and 4, of an arm that is not virtual may be raised.
+        """
+        self.set(words.output(address, high), allow_laser=allow_laser)
+
+    def pwm(self, address: int, frequency: float, duty_cycle: float, *, allow_laser: bool = False) -> None:
+        """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and the percentage of high.
+
+        :param allow_laser: Whether the laser's pin, EIO 4, of an arm that is not virtual may be driven.
+        """
+        self.set(words.pwm(address, frequency, duty_cycle), allow_laser=allow_laser)
 
     def servo(self, address: int, pulse_ms: float) -> None:
         """Turns a hobby servo on a pulse-width pin by the length of its pulses: 1 to 2 ms, 1.5 ms is the middle of
@@ -690,9 +723,13 @@ class Arm(Bound):
 
     # The queue, and coming to a stand.
 
-    def start_queue(self) -> None:
-        """Lets the queue run (document 1.19.1)."""
-        self.set(commands.QueuedCmdStartExec())
+    def start_queue(self, *, allow_laser: bool = False) -> None:
+        """Lets the queue run (document 1.19.1).
+
+        :param allow_laser: on an arm that is not virtual, lets it run also when commands of another program wait in it:
+            nobody can read there whether they burn.
+        """
+        self.set(commands.QueuedCmdStartExec(), allow_laser=allow_laser)
 
     def clear_queue(self) -> None:
         """Drops what waits in the queue; the command under way finishes (document 1.19.6). A run under way ends."""

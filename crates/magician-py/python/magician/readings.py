@@ -124,3 +124,5 @@ class Info:
     """Seconds since the controller was switched on; they begin anew after 49 days."""
     rail: bool
     """Whether it stands on a sliding rail that is in use."""
+    laser: bool | None = None
+    """Whether the laser is on; ``None`` where the arm does not say."""

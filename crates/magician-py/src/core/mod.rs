@@ -98,6 +98,18 @@ impl Core {
     pub(crate) fn arm(&self, py: Python<'_>) -> PyResult<Arm> {
         self.arm.get(py).cloned()
     }
+
+    /// The arm, whose laser may burn for this call if that is allowed.
+    ///
+    /// # Errors
+    /// As [`arm`](Self::arm).
+    pub(crate) fn burning(&self, py: Python<'_>, allow_laser: bool) -> PyResult<Arm> {
+        let arm = self.arm(py)?;
+        Ok(match allow_laser {
+            true => arm.allowing_laser(),
+            false => arm,
+        })
+    }
 }
 
 #[pymethods]
@@ -136,6 +148,20 @@ impl Core {
 
     fn detach(&self, py: Python<'_>) -> PyResult<()> {
         self.arm.get(py).map(Arm::detach)
+    }
+
+    /// Puts out a laser that was lit over this connection, unless what it belongs to is under way.
+    fn darken(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        Ok(Call::lasting(async move { arm.darken_after().await }))
+    }
+
+    /// Whether the laser is on, as far as can be told.
+    fn laser(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        Ok(Call::start(async move { arm.laser().await }, |py, on| {
+            Ok(on.into_pyobject(py)?.into_any().unbind())
+        }))
     }
 
     fn name(&self, py: Python<'_>) -> PyResult<String> {

@@ -40,6 +40,7 @@ async fn perform(
     (options, stops): (RunOptions, u64),
     reporter: Reporter,
 ) -> magician::Result<Ran> {
+    arm.permit(&commands)?;
     if guards.alarms || guards.require_homed {
         arm.check_alarms(&commands, guards).await?;
     }
@@ -108,11 +109,12 @@ impl Core {
         skip: Vec<String>,
         require_homed: bool,
         keep: bool,
+        allow_laser: bool,
     ) -> PyResult<Call> {
         let py = commands.py();
         let guards = guards(py, &skip, require_homed)?;
         let commands = self::commands(commands)?;
-        let arm = self.arm(py)?;
+        let arm = self.burning(py, allow_laser)?;
         let from = (RunOptions::default().keep(keep), arm.stops());
         let task = |reporter| perform(arm.clone(), commands, guards, from, reporter);
         Ok(Call::moving(&arm, task, ran))

@@ -64,17 +64,22 @@ impl Core {
     }
 
     /// Sets a value or orders an action, at once.
-    fn set(&self, command: &Bound<'_, PyAny>, allow_dangerous: bool) -> PyResult<Call> {
+    fn set(
+        &self,
+        command: &Bound<'_, PyAny>,
+        allow_dangerous: bool,
+        allow_laser: bool,
+    ) -> PyResult<Call> {
         let py = command.py();
         let command = values::command(command)?;
         meant(py, command.row(), allow_dangerous)?;
-        let arm = self.arm(py)?;
+        let arm = self.burning(py, allow_laser)?;
         Ok(Call::plain(async move { arm.set_any(&command).await }))
     }
 
     /// Puts a command into the arm's queue and tells its index.
-    fn enqueue(&self, command: &Bound<'_, PyAny>) -> PyResult<Call> {
-        let arm = self.arm(command.py())?;
+    fn enqueue(&self, command: &Bound<'_, PyAny>, allow_laser: bool) -> PyResult<Call> {
+        let arm = self.burning(command.py(), allow_laser)?;
         let command = values::command(command)?;
         Ok(Call::start(
             async move { arm.enqueue_set(&command).await },
@@ -90,12 +95,13 @@ impl Core {
         ctrl: u8,
         params: Vec<u8>,
         allow_dangerous: bool,
+        allow_laser: bool,
     ) -> PyResult<Call> {
         let ctrl = Ctrl(ctrl);
         if let Some(row) = Row::with_id(id).filter(|row| row.sets(ctrl)) {
             meant(py, row, allow_dangerous)?;
         }
-        let arm = self.arm(py)?;
+        let arm = self.burning(py, allow_laser)?;
         Ok(Call::start(
             async move { arm.raw(id, ctrl, &params).await },
             |py, reply| {
