@@ -118,14 +118,14 @@ impl Drive<'_> {
     ) -> Result<Done, Failure> {
         let guards = Guards::default().require_homed(self.require_homed);
         let first: Vec<Set> = self.program.plan().commands().take(1).collect();
-        if self.refuses_unhomed {
-            arm.check_homed().await?;
-        }
         if self.resume && self.program.plan().burns() {
             // A run that died may have left it burning.
             arm.darken().await?;
             arm.stop_gentle().await?;
             arm.clear_queue().await?;
+        }
+        if self.refuses_unhomed {
+            arm.check_homed().await?;
         }
         arm.check_ready(&first, guards).await?;
         let mut journal = self.journal(arm).await;

@@ -166,7 +166,7 @@ impl Job {
             // A line that breaks is found again, to put the laser out.
             context.lasts = true;
         }
-        let real = !matches!(target, Target::Sim(_));
+        let real = !context.is_virtual()?;
         let done = go(&self.drive(made, None, real, context), context)?;
         self.tell(&done, made, context)
     }
