@@ -99,7 +99,8 @@ pub(crate) struct Global {
     )]
     pub(crate) window: Option<u8>,
 
-    /// Write what passes between this program and the arm to a pcapng file, to look at or to send with a bug report
+    /// Write what passes between this program and the arm to a pcapng file, to look at or to send with a bug report;
+    /// if it cannot be written any more the work goes on, and the exit status is 4
     #[arg(long, global = true, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
 

@@ -13,7 +13,7 @@ use tokio::time::timeout;
 use crate::args::{Cli, Global};
 use crate::config::Config;
 use crate::debts::Debts;
-use crate::failure::{Failure, Kind};
+use crate::failure::{Failure, Kind, incomplete};
 use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
 use crate::progress::attended;
@@ -28,8 +28,8 @@ pub(crate) struct Context {
     arm: Option<Connected>,
     /// The file of settings, once it has been read.
     config: Option<Rc<Config>>,
-    /// The trace file under way, and where it is.
-    trace: Option<(PathBuf, Tracer)>,
+    /// The trace file under way, or why there is none, and where it is.
+    trace: Option<(PathBuf, Result<Tracer, String>)>,
     /// A virtual arm of the verb's own making, to be connected to where the arm is a virtual one in this process.
     stage: Option<VirtualArm>,
     /// Whether time is the arm's: it passes as fast as there is nothing to do, and nothing runs dry for want of it.
@@ -137,7 +137,19 @@ impl Context {
     pub(crate) fn run(&mut self, cli: Cli) -> Result<(), Failure> {
         let outcome = self.line(cli);
         self.leave(outcome.is_ok());
-        outcome
+        outcome.and_then(|()| match self.untraced() {
+            Some(why) => Err(incomplete("trace", &why)),
+            None => Ok(()),
+        })
+    }
+
+    /// Why the trace is not whole, if it is not.
+    fn untraced(&self) -> Option<String> {
+        let failed = self.trace.as_ref().map(|(_, trace)| trace);
+        match failed? {
+            Ok(tracer) => tracer.failed(),
+            Err(why) => Some(why.clone()),
+        }
     }
 
     /// Runs one command line and keeps the connection.
@@ -526,11 +538,15 @@ impl Context {
             return Ok(None);
         };
         if let Some((_, tracer)) = self.trace.as_ref().filter(|(known, _)| known == path) {
-            return Ok(Some(tracer.clone()));
+            return Ok(tracer.clone().ok());
         }
-        let tracer = Tracer::new(create(path)?)?;
+        // A full disk costs the trace, not what is traced.
+        let tracer = Tracer::new(create(path)?).map_err(|error| {
+            tracing::warn!(%error, "the trace cannot be written and ends here");
+            error.to_string()
+        });
         self.trace = Some((path.clone(), tracer.clone()));
-        Ok(Some(tracer))
+        Ok(tracer.ok())
     }
 
     /// The file of settings. It is read when something first depends on it.

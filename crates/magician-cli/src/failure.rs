@@ -268,6 +268,14 @@ impl From<&clap::Error> for Failure {
     }
 }
 
+/// A file of what was done meanwhile is not whole; all else was done.
+pub(crate) fn incomplete(what: &str, why: &str) -> Failure {
+    Failure::new(
+        Kind::Driver(ErrorKind::Port),
+        format!("the {what} is incomplete: {why}"),
+    )
+}
+
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

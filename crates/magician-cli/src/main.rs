@@ -23,6 +23,7 @@ mod recording;
 mod serving;
 mod source;
 mod terminal;
+mod throttle;
 mod values;
 mod verbs;
 

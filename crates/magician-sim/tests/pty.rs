@@ -281,6 +281,29 @@ fn a_symlink_is_replaced() {
     assert!(fs::symlink_metadata(&path).is_err());
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_symlink_is_replaced_unless_its_server_lives() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm");
+    let first = serve(|server| server.pty(&path)).unwrap();
+    for _ in 0..2 {
+        let error = serve(|server| server.pty(&path)).err().unwrap();
+        assert!(matches!(error, ServeError::Served { .. }), "{error}");
+        // A client that came and went takes nothing from the server.
+        assert_eq!(ids(&Client::open(&path).ask(&get_pose())), [10]);
+    }
+    first.stop();
+    // Its number may be another server's by now.
+    let other = arm();
+    let theirs = fs::read_link(&other.path).unwrap();
+    symlink(theirs, &path).unwrap();
+    let second = serve(|server| server.pty(&path)).unwrap();
+    assert_eq!(ids(&Client::open(&path).ask(&get_pose())), [10]);
+    second.stop();
+    other.served.stop();
+}
+
 #[test]
 fn anything_else_is_refused_and_left_alone() {
     let folder = tempfile::tempdir().unwrap();

@@ -129,8 +129,10 @@ pub enum Notice {
     Connected(String),
     /// A client left, was forgotten for a newer one (UDP) or, on a pseudo-terminal, was the last.
     Left(String),
-    /// A connection was refused because as many as the server keeps are open.
+    /// A connection was refused because as many as the server keeps are open, and all are in use.
     Refused(String),
+    /// A connection that had been idle was closed, because as many as the server keeps were open and a new one came.
+    MadeRoom(String),
     /// The cable was pulled ([`Runner::unplug`](crate::Runner::unplug)) and the endpoints are gone.
     Unplugged,
     /// The cable is back, and so are the endpoints: a pseudo-terminal is another device now.
@@ -162,6 +164,15 @@ pub enum ServeError {
         /// The path.
         path: PathBuf,
     },
+    /// The path for a pseudo-terminal is another server's, which still lives.
+    #[cfg(unix)]
+    #[error("{} is served already, by {}: end that one first, or give another path", path.display(), server(*process))]
+    Served {
+        /// The path.
+        path: PathBuf,
+        /// The process that serves it, if that is known.
+        process: Option<u32>,
+    },
     /// An address makes no sense.
     #[error("{address}: {reason}")]
     Address {
@@ -191,6 +202,14 @@ pub enum ServeError {
     /// The system has no timer for us.
     #[error("cannot make a timer: {0}")]
     Timer(#[source] io::Error),
+}
+
+#[cfg(unix)]
+fn server(process: Option<u32>) -> String {
+    match process {
+        Some(process) => format!("process {process}"),
+        None => "another virtual arm or proxy".to_owned(),
+    }
 }
 
 impl ServeError {
@@ -240,7 +259,7 @@ impl Server {
     }
 
     /// A pseudo-terminal behind a symlink at `path`, which takes the place of a symlink that is
-    /// there. It is raw from the beginning, survives clients that come, go or are killed, and
+    /// there, but for that of a server which still lives (known on Linux). It is raw from the beginning, survives clients that come, go or are killed, and
     /// belongs to the user who runs the server (mode 0620, group `tty`, as the system makes
     /// pseudo-terminals); for others, change the mode of what the symlink points to.
     ///
@@ -272,7 +291,8 @@ impl Server {
         self
     }
 
-    /// A TCP listener at `HOST:PORT` (0: any free port) for up to 16 connections at a time.
+    /// A TCP listener at `HOST:PORT` (0: any free port) for up to 16 connections at a time; one more
+    /// takes the place of one that has been silent for 10 s, or is refused.
     #[must_use]
     pub fn tcp(mut self, address: impl Into<String>) -> Self {
         self.doors.push(Door::Tcp(address.into()));

@@ -75,6 +75,12 @@ impl Peer {
         service.close(self.link);
     }
 
+    /// A client has to go, for a new one.
+    pub(super) fn make_room(self, service: &mut dyn Service) {
+        service.close(self.link);
+        service.notice(Notice::MadeRoom(self.name));
+    }
+
     /// A client left.
     pub(super) fn leave(self, service: &mut dyn Service) {
         service.close(self.link);

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::Usb;
-use crate::ports::sysfs;
+use crate::ports::{Kind, sysfs};
 
 /// An adapter of a kind that arms have, without a port.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,14 +15,6 @@ pub struct Adapter {
     /// The Linux module that makes a port of it.
     pub module: &'static str,
 }
-
-/// Vendor, product, chip, Linux module of the serial adapters that Magicians and their cables have.
-const KNOWN: [(u16, u16, &str, &str); 4] = [
-    (0x10C4, 0xEA60, "CP210x", "cp210x"),
-    (0x1A86, 0x7523, "CH340", "ch341"),
-    (0x1A86, 0x5523, "CH341", "ch341"),
-    (0x0403, 0x6001, "FT232R", "ftdi_sio"),
-];
 
 /// The adapters that are plugged in and have no port. Linux only; none elsewhere.
 #[must_use]
@@ -42,10 +34,7 @@ fn unbound_below(folder: &Path) -> Vec<Adapter> {
 /// The device in a folder, if it is an adapter without a port.
 fn adapter(device: &Path) -> Option<Adapter> {
     let usb = sysfs::device(device)?;
-    let known = KNOWN
-        .iter()
-        .find(|known| (known.0, known.1) == (usb.vendor, usb.product))?;
-    let (.., chip, module) = *known;
+    let Kind { chip, module, .. } = *usb.kind()?;
     (!has_port(device)).then_some(Adapter { usb, chip, module })
 }
 

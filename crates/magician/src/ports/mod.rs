@@ -48,15 +48,68 @@ pub struct Usb {
     pub interface: Option<u8>,
 }
 
-/// The adapters found in Magicians: CP210x, and CH340 in some.
-const ADAPTERS: [(u16, u16); 2] = [(0x10C4, 0xEA60), (0x1A86, 0x7523)];
+/// A kind of USB serial adapter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Kind {
+    pub(crate) vendor: u16,
+    pub(crate) product: u16,
+    pub(crate) chip: &'static str,
+    /// The Linux module that makes a port of it.
+    pub(crate) module: &'static str,
+    /// Whether arms have it in them; else their cables may have it.
+    pub(crate) in_arms: bool,
+}
+
+const fn kind(vendor: u16, product: u16, chip: &'static str, module: &'static str) -> Kind {
+    Kind {
+        vendor,
+        product,
+        chip,
+        module,
+        in_arms: true,
+    }
+}
+
+/// The adapters of arms and of the cables that people use with them: the one list. The rules in `packaging/70-magician.rules`
+/// and the pages are held against it by the tests.
+pub(crate) const ADAPTERS: [Kind; 5] = [
+    kind(0x10C4, 0xEA60, "CP210x", "cp210x"),
+    kind(0x1A86, 0x7523, "CH340", "ch341"),
+    kind(0x1A86, 0x55D4, "CH9102", "cdc_acm"),
+    Kind {
+        in_arms: false,
+        ..kind(0x1A86, 0x5523, "CH341", "ch341")
+    },
+    Kind {
+        in_arms: false,
+        ..kind(0x0403, 0x6001, "FT232R", "ftdi_sio")
+    },
+];
+
+/// The rules of udev that give the adapters of arms to whoever is logged in.
+pub(crate) fn udev_rules() -> impl Iterator<Item = String> {
+    let in_arms = ADAPTERS.iter().filter(|kind| kind.in_arms);
+    in_arms.map(|Kind { vendor, product, .. }| {
+        format!(
+            r#"SUBSYSTEM=="tty", ATTRS{{idVendor}}=="{vendor:04x}", ATTRS{{idProduct}}=="{product:04x}", TAG+="uaccess""#
+        )
+    })
+}
+
+impl Usb {
+    /// What kind of adapter it is, if it is a known one.
+    pub(crate) fn kind(&self) -> Option<&'static Kind> {
+        let is_it = |kind: &&Kind| (kind.vendor, kind.product) == (self.vendor, self.product);
+        ADAPTERS.iter().find(is_it)
+    }
+}
 
 impl Port {
     /// Whether the adapter is one that Magicians have. Other devices have them too.
     #[must_use]
     pub fn likely_arm(&self) -> bool {
         let usb = self.usb.as_ref();
-        usb.is_some_and(|usb| ADAPTERS.contains(&(usb.vendor, usb.product)))
+        usb.and_then(Usb::kind).is_some_and(|kind| kind.in_arms)
     }
 
     /// Whether a path leads to this port, through symbolic links too.
@@ -172,6 +225,45 @@ pub(crate) fn list<'a>(ports: impl IntoIterator<Item = &'a Port>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_installed_and_written_names_each_adapter_of_the_list() {
+        let rules = include_str!("../../../../packaging/70-magician.rules");
+        let rules: Vec<_> = rules
+            .lines()
+            .filter(|line| !line.starts_with('#'))
+            .collect();
+        assert_eq!(rules, udev_rules().collect::<Vec<_>>());
+        let troubles = include_str!("../../../../docs/TROUBLESHOOTING.md");
+        let start = include_str!("../../../../docs/START.md");
+        for kind in ADAPTERS.iter().filter(|kind| kind.in_arms) {
+            let ids = format!("{:04x}:{:04x}", kind.vendor, kind.product);
+            assert!(troubles.contains(&ids), "{ids}");
+            assert!(
+                start.contains(kind.chip) && troubles.contains(kind.chip),
+                "{kind:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_arm_is_known_by_each_of_its_adapters() {
+        let port = |vendor, product| Port {
+            path: "/dev/ttyACM0".into(),
+            usb: Some(Usb {
+                vendor,
+                product,
+                ..Usb::default()
+            }),
+        };
+        for (vendor, product) in [(0x10C4, 0xEA60), (0x1A86, 0x7523), (0x1A86, 0x55D4)] {
+            assert!(
+                port(vendor, product).likely_arm(),
+                "{vendor:04x}:{product:04x}"
+            );
+        }
+        assert!(!port(0x0403, 0x6001).likely_arm(), "any cable may have it");
+    }
 
     #[test]
     fn a_port_says_what_it_is() {

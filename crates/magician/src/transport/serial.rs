@@ -157,12 +157,18 @@ fn forbidden(path: &str) -> Error {
         ),
         None => "let everybody at this desk use the arm:".to_owned(),
     };
-    let message = format!("no permission to use {path}; {join} {UDEV}");
+    let message = format!("no permission to use {path}; {join} {}", udev());
     Error::new(ErrorKind::Port, message)
 }
 
 /// Installs the rule that gives the arm's adapters to whoever is logged in.
-const UDEV: &str = r#"printf '%s\n' 'SUBSYSTEM=="tty", ATTRS{idVendor}=="10c4", ATTRS{idProduct}=="ea60", TAG+="uaccess"' 'SUBSYSTEM=="tty", ATTRS{idVendor}=="1a86", ATTRS{idProduct}=="7523", TAG+="uaccess"' | sudo tee /etc/udev/rules.d/70-magician.rules && sudo udevadm control --reload && sudo udevadm trigger"#;
+fn udev() -> String {
+    let rules = ports::udev_rules().map(|rule| format!("'{rule}'"));
+    let rules = rules.collect::<Vec<_>>().join(" ");
+    format!(
+        r"printf '%s\n' {rules} | sudo tee /etc/udev/rules.d/70-magician.rules && sudo udevadm control --reload && sudo udevadm trigger"
+    )
+}
 
 /// Name of the group that owns a file.
 #[cfg(unix)]
@@ -183,30 +189,77 @@ fn owner_group(_: &Path) -> Option<String> {
     None
 }
 
-/// The processes that have a file open, as far as this user may know.
+/// Who uses a port, as far as this user may know: the processes that hold its lock, or else those that have it open. The
+/// process at the other end of a pseudo-terminal has it open too, and is the arm: whoever ended that would not free it.
 #[cfg(target_os = "linux")]
 fn holders(path: &Path) -> Vec<String> {
     let Ok(wanted) = path.canonicalize() else {
         return Vec::new();
     };
-    let own = std::process::id().to_string();
     let entries = |dir: &Path| std::fs::read_dir(dir).into_iter().flatten().flatten();
+    let locked = locked_by(&wanted);
     let mut found = Vec::new();
     for process in entries(Path::new("/proc")) {
-        let pid = process.file_name().to_string_lossy().into_owned();
-        if !pid.bytes().all(|byte| byte.is_ascii_digit()) {
+        let Ok(pid) = process.file_name().to_string_lossy().parse::<u32>() else {
             continue;
-        }
-        let open = entries(&process.path().join("fd"))
-            .any(|fd| std::fs::read_link(fd.path()).is_ok_and(|file| file == wanted));
-        if open && pid == own {
+        };
+        let uses = || {
+            let mut files = entries(&process.path().join("fd"));
+            let open =
+                files.any(|fd| std::fs::read_link(fd.path()).is_ok_and(|file| file == wanted));
+            open && !serves(&process.path().join("fdinfo"), &wanted)
+        };
+        let is_one = match locked.is_empty() {
+            true => uses(),
+            false => locked.contains(&pid),
+        };
+        if is_one && pid == std::process::id() {
             found.push("this program itself".to_owned());
-        } else if open {
+        } else if is_one {
             let name = std::fs::read_to_string(process.path().join("comm")).unwrap_or_default();
             found.push(format!("{} (process {pid})", name.trim()));
         }
     }
     found
+}
+
+/// The processes that hold the lock of a file (flock).
+#[cfg(target_os = "linux")]
+fn locked_by(path: &Path) -> Vec<u32> {
+    use std::os::unix::fs::MetadataExt;
+
+    let Ok(found) = std::fs::metadata(path) else {
+        return Vec::new();
+    };
+    let (major, minor) = (
+        rustix::fs::major(found.dev()),
+        rustix::fs::minor(found.dev()),
+    );
+    let file = format!("{major:02x}:{minor:02x}:{}", found.ino());
+    let locks = std::fs::read_to_string("/proc/locks").unwrap_or_default();
+    // `3: FLOCK  ADVISORY  WRITE 4159 00:1a:3 0 EOF`
+    let holder = |line: &str| match line.split_whitespace().collect::<Vec<_>>().as_slice() {
+        [_, "FLOCK", _, _, process, of, ..] if *of == file => process.parse().ok(),
+        _ => None,
+    };
+    locks.lines().filter_map(holder).collect()
+}
+
+/// Whether the process of these descriptors has the other end of a pseudo-terminal (`/dev/pts/3`).
+#[cfg(target_os = "linux")]
+fn serves(descriptors: &Path, terminal: &Path) -> bool {
+    let Some(number) = (terminal.strip_prefix("/dev/pts").ok()).and_then(Path::to_str) else {
+        return false;
+    };
+    let infos = std::fs::read_dir(descriptors)
+        .into_iter()
+        .flatten()
+        .flatten();
+    infos.into_iter().any(|info| {
+        let text = std::fs::read_to_string(info.path()).unwrap_or_default();
+        let mut lines = text.lines();
+        lines.any(|line| line.strip_prefix("tty-index:").map(str::trim) == Some(number))
+    })
 }
 
 #[cfg(not(target_os = "linux"))]

@@ -17,6 +17,8 @@ pub struct Tracer(Arc<Mutex<File>>);
 struct File {
     /// `None` when it could not be written any more.
     writer: Option<TraceWriter<Box<dyn Write + Send>>>,
+    /// Why.
+    failed: Option<String>,
     links: Vec<(String, TraceLink)>,
     begun: Instant,
     /// Microseconds since 1970 at `begun`.
@@ -36,10 +38,18 @@ impl Tracer {
         let epoch = since.map_or(0, |since| u64::try_from(since.as_micros()).unwrap_or(0));
         Ok(Self(Arc::new(Mutex::new(File {
             writer: Some(TraceWriter::new(out)?),
+            failed: None,
             links: Vec::new(),
             begun: Instant::now(),
             epoch,
         }))))
+    }
+
+    /// Why the file is not whole, if it could not be written to its end.
+    #[must_use]
+    pub fn failed(&self) -> Option<String> {
+        let file = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        file.failed.clone()
     }
 
     fn with(&self, act: impl FnOnce(&mut File) -> io::Result<()>) {
@@ -47,6 +57,7 @@ impl Tracer {
         if let Err(error) = act(&mut file) {
             tracing::warn!(%error, "the trace cannot be written and ends here");
             file.writer = None;
+            file.failed = Some(error.to_string());
         }
     }
 }

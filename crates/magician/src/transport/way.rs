@@ -116,7 +116,7 @@ impl Way {
                 let powered_up = || VirtualArm::powered_up(*speed);
                 let arm = lock(&self.arm).get_or_insert_with(powered_up).clone();
                 let settings = Settings {
-                    free_clock: arm.lock().stands(),
+                    free_clock: arm.lock().can_be_led(),
                     ..Settings::ORDERED
                 };
                 Ok((Box::new(Sim::new(arm)), settings, "a virtual arm"))

@@ -1,8 +1,9 @@
 //! The arm behind the handles, the lines to it, and what its clock shows.
 //!
-//! In virtual time the clock stands, and somebody has to say that it goes on. At full speed the arm itself does: whatever it
-//! is told it does at once. That is too early for a run, whose next commands are still on their way, so the connections
-//! with a run lead the clock: as long as there is one the arm has its own speed, and time passes in their leaps.
+//! At full speed and in virtual time the arm lets time pass itself: whatever it is told it does at once. That is too early for
+//! a run, whose next commands are still on their way, so the connections with a run lead the clock: as long as there is one
+//! the clock stands, the arm has its own speed, and time passes in their leaps. Without one the clock of an arm at full speed
+//! goes on by the wall (a jog, a belt), and in virtual time it stands until somebody puts it forward.
 
 use std::collections::BTreeMap;
 use std::task::Waker;
@@ -20,8 +21,10 @@ const EVENTS: usize = 1000;
 pub(crate) struct Cell {
     pub(crate) runner: Runner,
     begun: Instant,
-    /// Whether the wall clock that the arm knows stands.
+    /// Whether the wall clock that the arm knows stands always: virtual time.
     stands: bool,
+    /// Whether it stands for now, because a connection leads.
+    led: bool,
     /// By how much that clock was put forward.
     ahead: Micros,
     lines: BTreeMap<LinkId, End>,
@@ -42,6 +45,7 @@ impl Cell {
         Self {
             begun: Instant::now(),
             stands: false,
+            led: false,
             ahead: 0,
             lines: BTreeMap::new(),
             free: runner.speed(),
@@ -51,7 +55,7 @@ impl Cell {
 
     /// The wall clock that the arm knows, in microseconds since it was made.
     pub(crate) fn now(&self) -> Micros {
-        let passed = match self.stands {
+        let passed = match self.stands || self.led {
             true => 0,
             false => Micros::try_from(self.begun.elapsed().as_micros()).unwrap_or(Micros::MAX),
         };
@@ -61,12 +65,12 @@ impl Cell {
     /// When that clock will show an instant by itself, if ever.
     pub(crate) fn comes(&self, at: Micros) -> Option<Instant> {
         let left = Duration::from_micros(at.saturating_sub(self.ahead));
-        (!self.stands).then(|| self.begun.checked_add(left))?
+        (!self.stands && !self.led).then(|| self.begun.checked_add(left))?
     }
 
-    /// Whether the clock stands, and only goes on when somebody says so.
-    pub(crate) fn stands(&self) -> bool {
-        self.stands
+    /// Whether a run leads the clock: where the arm waits for no clock of the wall to do what it is told.
+    pub(crate) fn can_be_led(&self) -> bool {
+        self.stands || self.free == Speed::Max
     }
 
     /// From now on the clock stands.
@@ -121,27 +125,25 @@ impl Cell {
     }
 }
 
-/// Virtual time.
+/// Time that a connection lets pass.
 impl Cell {
-    fn is_led(&self) -> bool {
-        self.lines.values().any(|end| end.leads)
-    }
-
     /// Whether this line's connection says from now on when time passes; whether that is so then.
     pub(crate) fn lead(&mut self, link: LinkId, leads: bool) -> bool {
-        if !self.stands {
+        if !self.can_be_led() {
             return false;
         }
-        let (now, was_led) = (self.now(), self.is_led());
+        let (now, was_led) = (self.now(), self.led);
         if let Some(end) = self.lines.get_mut(&link) {
             end.leads = leads;
         }
-        match (was_led, self.is_led()) {
+        self.led = self.lines.values().any(|end| end.leads);
+        match (was_led, self.led) {
             (false, true) => {
-                self.free = self.runner.speed();
+                self.ahead = now;
                 self.runner.set_speed(now, Speed::Times(1.0));
             }
             (true, false) => {
+                self.begun = Instant::now();
                 self.runner.set_speed(now, self.free);
                 self.runner.handle_timeout(now);
                 self.wake();
@@ -154,7 +156,7 @@ impl Cell {
     /// Lets so much time pass at once, less if something comes over this line or the arm comes to rest before, or to the end of
     /// a queued command if that is of interest.
     pub(crate) fn leap(&mut self, link: LinkId, most: Micros, ends: bool) -> Option<Leap> {
-        if !self.is_led() || !self.runner.busy() {
+        if !self.led || !self.runner.busy() {
             return None;
         }
         let (from, before) = (self.ahead, self.runner.controller().current_index());

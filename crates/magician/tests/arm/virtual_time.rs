@@ -379,3 +379,59 @@ async fn a_jog_that_is_being_ended_brakes_before_a_program_begins() {
         begun.elapsed()
     );
 }
+
+/// Many short moves, one run each, as programs send them that draw a line at a time.
+async fn single_moves(arm: &Arm, count: u16) {
+    for nth in 0..count {
+        let x = 200.0 + f32::from(nth % 40);
+        arm.perform(&[words::line_to(x, 0.0, 20.0, 0.0)])
+            .await
+            .unwrap();
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_at_full_speed_takes_none_of_the_walls_time_for_a_run() {
+    let target = "sim".parse().unwrap();
+    let arm = Arm::connect_with(&target, Options::default())
+        .await
+        .unwrap();
+    arm.clear_alarms().await.unwrap();
+    let begun = Instant::now();
+    single_moves(&arm, 100).await;
+    assert!(
+        begun.elapsed() < Duration::from_millis(20),
+        "{:?}",
+        begun.elapsed()
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_at_full_speed_takes_for_a_run_what_one_in_virtual_time_takes() {
+    let program = curve(200);
+    let mut took = Vec::new();
+    for cell in [
+        VirtualArm::default(),
+        VirtualArm::default().in_virtual_time(),
+    ] {
+        let arm = another(&cell, 1).await;
+        arm.clear_alarms().await.unwrap();
+        let (ran, took_arm, took_wall) = takes(&cell, arm.perform(&program)).await;
+        ran.unwrap();
+        assert!(took_wall < Duration::from_millis(20), "{took_wall:?}");
+        took.push(took_arm);
+    }
+    assert_eq!(took[0], took[1]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn between_runs_an_arm_at_full_speed_goes_by_the_wall() {
+    let cell = VirtualArm::default();
+    let arm = another(&cell, 1).await;
+    arm.clear_alarms().await.unwrap();
+    single_moves(&arm, 3).await;
+    let (before, at) = (clock(&cell), cell.state().pose);
+    tokio::time::sleep(Duration::from_secs(5)).await;
+    assert_eq!(clock(&cell) - before, Duration::from_secs(5));
+    assert_eq!(cell.state().pose, at);
+}

@@ -1,6 +1,7 @@
 //! A program on its way through an arm, and what is left when it ends badly.
 
 use std::cell::RefCell;
+use std::convert::Infallible;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use magician::commands::{DeviceSn, DeviceTime, Pose};
 use magician::words::Guards;
-use magician::{Arm, Owed, Progress, Ran, RunOptions, Set};
+use magician::{Arm, ErrorKind, Owed, Progress, Ran, RunOptions, Set};
 use magician_program::resume::{Mark, Tally};
 use magician_program::{Ending, Program, Report, Rest, Timetable};
 
@@ -16,8 +17,8 @@ use super::journal::Journal;
 use super::report;
 use super::tell::Teller;
 use crate::debts::Debts;
-use crate::failure::Failure;
-use crate::output::Output;
+use crate::failure::{Failure, Kind};
+use crate::output::{Output, Paint};
 use crate::recording::{Clock, Options, Recorder};
 use crate::source::Source;
 
@@ -74,6 +75,8 @@ pub(super) struct Done {
     pub(super) seconds: f64,
     pub(super) report: Report,
     pub(super) end: Option<End>,
+    /// Why the recording that was asked for is not whole.
+    pub(super) unrecorded: Option<Failure>,
 }
 
 /// How the tool stands when all is done, where something is made of that.
@@ -154,8 +157,16 @@ impl Drive<'_> {
             rest,
         };
         let recorder = match self.record {
-            Some(path) => Some(self.recorder(arm, path, &ahead.finished).await?),
+            Some(path) => Some(self.recorder(arm, path, &ahead.finished).await),
             None => None,
+        };
+        let (recorder, full) = match recorder.transpose() {
+            Ok(recorder) => (recorder, None),
+            // The file is there and takes nothing: a full disk costs the recording, not the work.
+            Err(failure) if failure.kind == Kind::Driver(ErrorKind::Closed) => {
+                (None, Some(failure))
+            }
+            Err(failure) => return Err(failure),
         };
         debts.owe_all(Owed::read(arm, ahead.rest.changes()).await?);
         *self.state.borrow_mut() = State {
@@ -170,9 +181,12 @@ impl Drive<'_> {
         if from > 0 {
             teller.say(&format!("beginning at step {}{}", from + 1, self.of()));
         }
+        if let Some(full) = &full {
+            teller.say(&unrecorded(full));
+        }
         let ran = self.perform(arm, &ahead, &teller, recorder).await;
         drop(teller);
-        let ran = match ran {
+        let (ran, broken) = match ran {
             Ok(ran) => ran,
             Err(failure) => return Err(self.fails(arm, failure).await),
         };
@@ -191,6 +205,7 @@ impl Drive<'_> {
             seconds,
             report,
             end,
+            unrecorded: full.or(broken),
         })
     }
 
@@ -248,7 +263,7 @@ impl Drive<'_> {
         ahead: &Ahead,
         teller: &Teller<'_>,
         mut recorder: Option<Recorder>,
-    ) -> Result<Ran, Failure> {
+    ) -> Result<(Ran, Option<Failure>), Failure> {
         let rest = &ahead.rest;
         let commands = rest.commands().inspect(|_| self.pulls(rest.lead()));
         let options = RunOptions::default().keep(self.keep);
@@ -259,23 +274,26 @@ impl Drive<'_> {
             let left = ahead.timetable.left(done.saturating_sub(rest.from()));
             teller.at(done, left.and_then(|left| self.of_wall(left)));
         });
+        // A recording that cannot go on costs itself, and never the work.
+        let mut broken = None;
         let watch = async {
-            match &mut recorder {
-                Some(recorder) => recorder.failed().await,
-                None => std::future::pending().await,
+            if let Some(recording) = &mut recorder {
+                let failure = recording.failed().await;
+                teller.say(&unrecorded(&failure));
+                recorder = None;
+                broken = Some(failure);
             }
+            std::future::pending::<Infallible>().await
         };
         let ran = tokio::select! {
             biased;
             ran = run => ran.map_err(Failure::from),
-            failure = watch => return Err(failure),
+            never = watch => match never {},
         };
-        let recorded = match recorder {
-            Some(recorder) => recorder.finish().await.map(drop),
-            None => Ok(()),
-        };
-        let ran = ran?;
-        recorded.map(|()| ran)
+        if let Some(recorder) = recorder {
+            broken = recorder.finish().await.err();
+        }
+        Ok((ran?, broken))
     }
 
     /// What keeps the poses, on the arm's clock: a virtual one may be faster than ours.
@@ -325,6 +343,15 @@ impl Drive<'_> {
         }
         finished
     }
+}
+
+/// A recording has ended before the work.
+fn unrecorded(failure: &Failure) -> String {
+    let warning = Paint::for_stderr().note("warning:").to_string();
+    format!(
+        "{warning} the recording ends here, the work goes on: {}",
+        failure.message
+    )
 }
 
 impl Begun {

@@ -26,7 +26,7 @@ use self::drive::{Done, Drive, State};
 use self::options::{Beam, File, Look, Pen, Place, Way};
 use self::reading::Read;
 use crate::context::Context;
-use crate::failure::{Failure, Kind};
+use crate::failure::{Failure, Kind, incomplete};
 use crate::permission::Asks;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
@@ -299,7 +299,11 @@ impl Job {
         let files = [("picture", &self.way.picture), ("record", &self.way.record)];
         let files =
             files.map(|(name, path)| (name, path.as_ref().map(|path| path.display().to_string())));
-        show::done(done, &made.program, &made.notes, &files, context)
+        show::done(done, &made.program, &made.notes, &files, context)?;
+        match &done.unrecorded {
+            Some(why) => Err(incomplete("recording", &why.message)),
+            None => Ok(()),
+        }
     }
 }
 

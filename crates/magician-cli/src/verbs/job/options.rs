@@ -116,7 +116,8 @@ pub(crate) struct Way {
     /// Go on where the last run of this file ended before its end
     #[arg(long, conflicts_with = "from")]
     pub(super) resume: bool,
-    /// Write what the arm does meanwhile to a .mcap, .csv or .jsonl file; `magician record --help` has more
+    /// Write what the arm does meanwhile to a .mcap, .csv or .jsonl file; `magician record --help` has more. If it cannot be
+    /// written any more the work goes on, and the exit status is 4
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) record: Option<PathBuf>,
     /// On a virtual arm: write what pen or laser left to a .svg or .png file

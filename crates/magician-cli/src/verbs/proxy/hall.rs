@@ -43,6 +43,11 @@ impl Hall {
         self.log.serving(arm, endpoints);
     }
 
+    /// Says who may move the arm, if that is more than this computer.
+    pub(super) fn say_exposed(&self, arm: &str, endpoints: &[Endpoint]) {
+        self.log.exposed(arm, endpoints);
+    }
+
     /// Microseconds since this began.
     pub(super) fn now(&self) -> u64 {
         u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)

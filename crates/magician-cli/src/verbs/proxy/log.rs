@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::time::Duration;
 
 use magician::proxy::{Client, Event};
 use magician_protocol::{Description, Direction, Frame, FrameBuf, Row, describe};
@@ -11,7 +12,8 @@ use serde_json::{Map, Value, json};
 
 use super::tape::wall_clock;
 use crate::output::{self, Paint, tell};
-use crate::serving::serving;
+use crate::serving::{is_exposed, serving};
+use crate::throttle::{Held, Throttle};
 use crate::verbs::decode::{hex, word};
 
 /// Columns of a name, unless there is a longer one.
@@ -37,6 +39,8 @@ pub(super) struct Log {
     begun: u64,
     width: usize,
     text: String,
+    /// Lines of which there may be any number: what programs and the line do wrong, who comes and goes.
+    floods: Throttle<&'static str>,
 }
 
 impl Log {
@@ -47,14 +51,62 @@ impl Log {
             begun: wall_clock(),
             width: NAME,
             text: String::new(),
+            floods: Throttle::default(),
         }
     }
 
     /// Hands on what has been written.
     pub(super) fn flush(&mut self) {
+        let ended = self.floods.ended(self.since());
+        self.more(ended);
         if !self.text.is_empty() {
             let _ = io::stderr().lock().write_all(self.text.as_bytes());
             self.text.clear();
+        }
+    }
+
+    /// Since this began.
+    fn since(&self) -> Duration {
+        Duration::from_micros(wall_clock().saturating_sub(self.begun))
+    }
+
+    /// Whether one more line of this kind is shown.
+    fn passes(&mut self, kind: &'static str) -> bool {
+        self.floods.passes(self.since(), kind, kind)
+    }
+
+    /// Tells of what was not shown.
+    fn more(&mut self, held: Vec<Held>) {
+        for Held {
+            count,
+            last,
+            seconds,
+        } in held
+        {
+            match self.style.json {
+                true => self.object(
+                    json!({"event": "more", "of": last, "count": count, "seconds": seconds}),
+                ),
+                false => {
+                    let line = format!("{last:<WORD$}{count} more in the last {seconds} s");
+                    self.line("", line);
+                }
+            }
+        }
+    }
+
+    /// Who may move the arm, if that is more than this computer.
+    pub(super) fn exposed(&self, arm: &str, endpoints: &[Endpoint]) {
+        for endpoint in endpoints.iter().filter(|endpoint| is_exposed(endpoint)) {
+            let message = format!(
+                "every computer that reaches {endpoint} may move the arm at {arm}, and nobody is asked for a password; \
+                 to let in programs of this computer alone, serve 127.0.0.1"
+            );
+            let object =
+                json!({"event": "exposed", "endpoint": endpoint.to_string(), "message": message});
+            self.say(object, || {
+                format!("{} {message}", self.paint.note("warning:"))
+            });
         }
     }
 
@@ -70,23 +122,23 @@ impl Log {
         }
     }
 
-    pub(super) fn notice(&self, notice: &Notice) {
+    pub(super) fn notice(&mut self, notice: &Notice) {
         let at_all = self.style.frames || self.style.verbose > 0;
-        match notice {
-            Notice::Connected(who) if at_all => {
-                self.say(json!({"event": "connected", "link": who}), || {
-                    format!("{who} connected")
-                });
-            }
-            Notice::Left(who) if at_all => {
-                self.say(json!({"event": "left", "link": who}), || {
-                    format!("{who} left")
-                });
-            }
-            Notice::Refused(who) => self.say(json!({"event": "refused", "link": who}), || {
-                format!("{who} refused: too many connections")
-            }),
-            _ => {}
+        let (kind, who, text) = match notice {
+            Notice::Connected(who) if at_all => ("connected", who, "connected"),
+            Notice::Left(who) if at_all => ("left", who, "left"),
+            Notice::Refused(who) => ("refused", who, "refused: too many connections"),
+            Notice::MadeRoom(who) => (
+                "made-room",
+                who,
+                "closed: it was idle, and a new connection needed its place",
+            ),
+            _ => return,
+        };
+        if self.passes(kind) {
+            self.say(json!({"event": kind, "link": who}), || {
+                format!("{who} {text}")
+            });
         }
     }
 
@@ -183,7 +235,9 @@ impl Log {
             (None, _) => "?",
         };
         let only = &self.style.only;
-        if only.is_empty() || only.contains(&shown.frame.id()) {
+        let wanted = only.is_empty() || only.contains(&shown.frame.id());
+        // What works is shown because somebody wants to see it; what does not may come at any rate.
+        if wanted && (!shown.bad || self.passes(shown.word)) {
             match self.style.json {
                 true => self.object(shown.object(who)),
                 false => self.frame(who, &shown),
@@ -206,6 +260,9 @@ impl Log {
     }
 
     fn foreign(&mut self, who: &str, bytes: &[u8], passed: bool) {
+        if !self.passes("noise") {
+            return;
+        }
         if self.style.json {
             return self.object(json!({
                 "time": wall_clock(), "link": who, "event": "noise", "hex": hex(bytes),
@@ -238,6 +295,14 @@ impl Log {
         let line = format_args!("{time}  {who:<width$}  {rest}");
         self.text += &self.paint.harmless(line);
         self.text.push('\n');
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        let rest = self.floods.rest(self.since());
+        self.more(rest);
+        self.flush();
     }
 }
 

@@ -13,7 +13,7 @@ use std::time::Duration;
 use clap::Args;
 use magician::faults::Faults;
 use magician::proxy::Settings;
-use magician::{LineOptions, RawLine};
+use magician::{LineOptions, RawLine, Target};
 use magician_protocol::Row;
 use magician_sim::serve::Doors;
 
@@ -139,6 +139,9 @@ impl Proxy {
                 hall.trace(Tape::new(BufWriter::new(create(path)?))?);
             }
             hall.say_serving(line.name(), &doors.endpoints());
+            if !matches!(target, Target::Sim(_)) {
+                hall.say_exposed(line.name(), &doors.endpoints());
+            }
             say_ready();
             let mut session = Session::new(hall, doors, Wire::new(line));
             let signal = tokio::select! {

@@ -1,6 +1,8 @@
 //! What the virtual arm does, in lines on stderr or in the picture.
 
+use std::mem::{Discriminant, discriminant};
 use std::sync::Arc;
+use std::time::Instant;
 
 use magician_protocol::visible;
 use magician_sim::serve::{Endpoint, Notice};
@@ -8,7 +10,8 @@ use magician_sim::{Event, Identity, Scenario, Speed};
 
 use super::tui::Feed;
 use crate::output::tell;
-use crate::serving::serving;
+use crate::serving::{is_exposed, serving};
+use crate::throttle::Throttle;
 
 /// What kind of arm is served.
 pub(super) fn title(identity: &Identity, speed: Speed) -> String {
@@ -27,10 +30,66 @@ pub(super) struct Log {
     verbose: u8,
     /// The arm's world, where objects have names.
     scenario: Arc<Scenario>,
+    to: To,
+    floods: Floods,
+}
+
+/// Where lines go.
+#[derive(Clone, Default)]
+struct To {
     /// What a line begins with, where several arms write lines.
     arm: String,
-    /// Where lines go if stderr shows a picture.
+    /// Takes them if stderr shows a picture.
     feed: Option<Feed>,
+}
+
+/// What kind of thing a line is about.
+type About = (Discriminant<Notice>, Option<Discriminant<Event>>);
+
+/// Lines of which there may be any number: what clients cause.
+#[derive(Clone)]
+struct Floods {
+    throttle: Throttle<About>,
+    begun: Instant,
+    to: To,
+}
+
+impl Floods {
+    fn new(to: To) -> Self {
+        Self {
+            throttle: Throttle::default(),
+            begun: Instant::now(),
+            to,
+        }
+    }
+
+    fn say(&mut self, about: About, line: &str) {
+        let now = self.begun.elapsed();
+        for held in self.throttle.ended(now) {
+            self.to.say(&held.to_string());
+        }
+        if self.throttle.passes(now, about, line) {
+            self.to.say(line);
+        }
+    }
+}
+
+impl Drop for Floods {
+    fn drop(&mut self) {
+        for held in self.throttle.rest(self.begun.elapsed()) {
+            self.to.say(&held.to_string());
+        }
+    }
+}
+
+impl To {
+    /// A stderr that cannot be written to is no reason to stop serving.
+    fn say(&self, line: &str) {
+        match &self.feed {
+            Some(feed) => feed.say(visible(line).to_string()),
+            None => tell(format_args!("{}{line}", self.arm)),
+        }
+    }
 }
 
 impl Log {
@@ -38,52 +97,75 @@ impl Log {
         Self {
             verbose,
             scenario: Arc::new(scenario.clone()),
-            arm: String::new(),
-            feed: None,
+            to: To::default(),
+            floods: Floods::new(To::default()),
         }
     }
 
     /// The same for one arm of several.
     pub(super) fn numbered(self, number: u32) -> Self {
         let arm = format!("arm {number}: ");
-        Self { arm, ..self }
+        let to = To { arm, ..self.to };
+        Self {
+            floods: Floods::new(to.clone()),
+            to,
+            ..self
+        }
     }
 
     /// The same for a picture, which has room for more than stderr.
     pub(super) fn pictured(self, feed: Feed) -> Self {
+        let feed = Some(feed);
+        let to = To { feed, ..self.to };
         Self {
             verbose: self.verbose.saturating_add(1),
-            feed: Some(feed),
+            floods: Floods::new(to.clone()),
+            to,
             ..self
         }
     }
 
     /// Says what is served where.
     pub(super) fn doors(&self, title: &str, endpoints: &[Endpoint]) {
-        if let Some(feed) = &self.feed {
+        if let Some(feed) = &self.to.feed {
             feed.doors(endpoints.iter().map(Endpoint::to_string).collect());
         }
-        self.say(title);
+        self.to.say(title);
         for endpoint in endpoints {
-            self.say(&serving(endpoint));
+            self.to.say(&serving(endpoint));
+        }
+        for endpoint in endpoints.iter().filter(|endpoint| is_exposed(endpoint)) {
+            self.to.say(&format!(
+                "note: every computer that reaches {endpoint} may use this virtual arm"
+            ));
         }
     }
 
-    pub(super) fn notice(&self, notice: Notice) {
-        if let Some(feed) = &self.feed {
+    pub(super) fn notice(&mut self, notice: Notice) {
+        if let Some(feed) = &self.to.feed {
             feed.follow(&notice);
         }
+        let event = match &notice {
+            Notice::Arm(event) => Some(event),
+            _ => None,
+        };
+        // What happens to every command is shown to who asks for it, and then all of it.
+        let daily = event.is_some_and(Event::is_daily);
+        let about = (discriminant(&notice), event.map(discriminant));
         let line = match notice {
             Notice::Arm(event) => self.event(event),
             // A command line opens and closes the port for every verb, and the picture shows who is there.
             Notice::Connected(_) | Notice::Left(_)
-                if self.verbose < 1 + u8::from(self.feed.is_some()) =>
+                if self.verbose < 1 + u8::from(self.to.feed.is_some()) =>
             {
                 None
             }
             Notice::Connected(who) => Some(format!("{who} connected")),
             Notice::Left(who) => Some(format!("{who} left")),
             Notice::Refused(who) => Some(format!("{who} refused: too many connections")),
+            Notice::MadeRoom(who) => Some(format!(
+                "{who} closed: it was idle, and a new connection needed its place"
+            )),
             Notice::Undiscoverable { address, error } => Some(format!(
                 "note: programs that look for an arm will not find this one: {address}: {error}; \
                  perhaps another arm answers there (--discovery off says it need not be found)"
@@ -97,16 +179,10 @@ impl Log {
             Notice::TraceEnded(error) => Some(format!("the trace ends here: {error}")),
             Notice::RecordingEnded(error) => Some(format!("the recording ends here: {error}")),
         };
-        if let Some(line) = line {
-            self.say(&line);
-        }
-    }
-
-    /// A stderr that cannot be written to is no reason to stop serving.
-    fn say(&self, line: &str) {
-        match &self.feed {
-            Some(feed) => feed.say(visible(line).to_string()),
-            None => tell(format_args!("{}{line}", self.arm)),
+        match line {
+            Some(line) if daily => self.to.say(&line),
+            Some(line) => self.floods.say(about, &line),
+            None => {}
         }
     }
 

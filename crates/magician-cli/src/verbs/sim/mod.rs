@@ -322,7 +322,7 @@ impl Sim {
             }
         });
         match log {
-            Some(log) => server.on_notice(move |notice| log.notice(notice)),
+            Some(mut log) => server.on_notice(move |notice| log.notice(notice)),
             None => server,
         }
     }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::fs::OpenOptions;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use magician_program::preview::fitting;
@@ -13,6 +13,9 @@ use crate::failure::Failure;
 
 /// Resolution of a PNG: about 200 dots an inch.
 const PIXELS_PER_MM: f64 = 8.0;
+
+/// Names that are tried for a picture that cannot be written where it belongs.
+const ATTEMPTS: u32 = 100;
 
 /// Where the picture goes, and as what.
 #[derive(Clone, Debug)]
@@ -75,11 +78,9 @@ impl Picture {
     fn save(&self, drawing: &Drawing, path: &Path) -> Result<(), Failure> {
         let bytes = self.bytes(drawing).map_err(|error| wrong(path, &error))?;
         std::fs::write(path, &bytes).map_err(|error| {
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            let elsewhere = std::env::temp_dir().join(format!("{}-{name}", std::process::id()));
             let failure = wrong(path, &error);
-            match std::fs::write(&elsewhere, &bytes) {
-                Ok(()) => failure.hint(format!("the drawing is in {}", elsewhere.display())),
+            match elsewhere(&std::env::temp_dir(), path, &bytes) {
+                Ok(saved) => failure.hint(format!("the drawing is in {}", saved.display())),
                 Err(_) => failure,
             }
         })
@@ -104,6 +105,25 @@ impl Picture {
     }
 }
 
+/// Saves what cannot be written where it belongs as a new file in a folder that others may write to as well: whatever is
+/// there under its name, a link that leads elsewhere among that, is left alone.
+fn elsewhere(folder: &Path, path: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    for attempt in 0..ATTEMPTS {
+        let path = folder.join(format!("{}-{attempt}-{name}", std::process::id()));
+        match options.open(&path) {
+            Ok(mut file) => return file.write_all(bytes).map(|()| path),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Err(io::ErrorKind::AlreadyExists.into())
+}
+
 /// Opens the file as for writing and leaves it as it is.
 fn probe(path: &Path) -> Result<(), Failure> {
     let there = path.symlink_metadata().is_ok();
@@ -124,4 +144,27 @@ fn gone(removed: io::Result<()>) -> io::Result<()> {
 
 fn wrong(path: &Path, error: &dyn fmt::Display) -> Failure {
     Failure::invalid(format!("{} cannot be written: {error}", path.display()))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_that_is_saved_elsewhere_follows_no_link_and_replaces_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("somebody's file");
+        std::fs::write(&target, "theirs").unwrap();
+        let first = folder
+            .path()
+            .join(format!("{}-0-x.svg", std::process::id()));
+        std::os::unix::fs::symlink(&target, &first).unwrap();
+        let saved = elsewhere(folder.path(), Path::new("/nowhere/x.svg"), b"ours").unwrap();
+        assert_ne!(saved, first);
+        assert_eq!(std::fs::read(&saved).unwrap(), b"ours");
+        assert_eq!(std::fs::read(&target).unwrap(), b"theirs");
+        let again = elsewhere(folder.path(), Path::new("x.svg"), b"more").unwrap();
+        assert_eq!(std::fs::read(&saved).unwrap(), b"ours");
+        assert_ne!(again, saved);
+    }
 }

@@ -6,6 +6,7 @@ use std::task::Context;
 
 use super::{Endpoint, Port, ServeError, Service};
 
+mod claim;
 mod jack;
 mod symlink;
 mod terminal;
@@ -16,6 +17,7 @@ mod watch;
 #[path = "watch_portable.rs"]
 mod watch;
 
+use claim::Claim;
 use jack::Jack;
 use symlink::Way;
 pub(super) use symlink::check;
@@ -27,13 +29,18 @@ pub(super) struct Pty {
     device: PathBuf,
     /// `None` while the arm is unplugged.
     jack: Option<Jack>,
+    /// The path is this server's, also while the arm is unplugged.
+    _claim: Claim,
 }
 
 impl Pty {
     pub(super) fn open(path: &Path, service: &mut dyn Service) -> Result<Self, ServeError> {
         let way = Way::new(path)?;
+        way.check()?;
+        let claim = way.claim()?;
         let jack = Jack::open(&way, service)?;
         Ok(Self {
+            _claim: claim,
             device: jack.device().to_owned(),
             jack: Some(jack),
             way,

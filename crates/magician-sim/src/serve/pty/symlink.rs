@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::super::ServeError;
+use super::claim::{Claim, server_of};
 
 /// The path under which clients are to find the terminal.
 #[derive(Clone)]
@@ -26,6 +27,14 @@ impl Way {
 
     pub(super) fn given(&self) -> &Path {
         &self.given
+    }
+
+    /// Takes it for this server, unless another one has it.
+    pub(super) fn claim(&self) -> Result<Claim, ServeError> {
+        Claim::take(&self.absolute).ok_or_else(|| ServeError::Served {
+            path: self.given.clone(),
+            process: server_of(&self.absolute),
+        })
     }
 
     /// Whether a symlink stands there; an error if something else does.
@@ -51,7 +60,9 @@ const LOOK: &str = "look at the path";
 
 /// Whether there is no hope of making a symlink at `path`.
 pub(in super::super) fn check(path: &Path) -> Result<(), ServeError> {
-    Way::new(path)?.check().map(drop)
+    let way = Way::new(path)?;
+    way.check()?;
+    way.claim().map(drop)
 }
 
 /// What makes the way lead to the terminal; gone when dropped.

@@ -9,6 +9,7 @@ use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
 use super::super::reactor::register;
+use super::claim::mark;
 use super::watch::Watch;
 
 const BOTH: Interest = Interest::READABLE.add(Interest::WRITABLE);
@@ -35,6 +36,7 @@ impl Terminal {
         rustix::io::ioctl_fionbio(&master, true)?;
         let slave = open_slave(&device)?;
         make_raw(&slave)?;
+        mark(&slave);
         Ok(Self {
             device,
             master: Some(register(master, BOTH)?),
@@ -90,7 +92,9 @@ impl Terminal {
         watch.pause()?;
         self.slave = None;
         let hung_up = hung_up(&master);
-        self.slave = Some(open_slave(&self.device)?);
+        let slave = open_slave(&self.device)?;
+        mark(&slave);
+        self.slave = Some(slave);
         watch.resume(&self.device)?;
         self.master = Some(register(master, BOTH)?);
         hung_up

@@ -90,7 +90,7 @@ impl Told {
             Notice::Connected(who) => {
                 self.clients.insert(who.clone());
             }
-            Notice::Left(who) => {
+            Notice::Left(who) | Notice::MadeRoom(who) => {
                 self.clients.remove(who);
             }
             Notice::Unplugged => self.clients.clear(),

@@ -1,0 +1,156 @@
+//! What others send, and who may send it, fills no log and goes not unsaid.
+#![cfg(unix)]
+
+mod magician;
+
+use std::io::Write;
+use std::net::TcpStream;
+use std::process::{Command, Stdio};
+
+use magician::run;
+use magician::served::Served;
+
+/// Frames with a wrong checksum.
+const DAMAGED: [u8; 6] = [0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF7];
+const COUNT: usize = 20_000;
+/// Lines that so many may leave, however slow this computer is.
+const LINES: usize = 60;
+
+/// Sends damaged frames, and a good one to know that all have been heard.
+fn floods(served: &Served) {
+    let door = served.door("tcp");
+    let address = door.strip_prefix("tcp:").expect("TCP");
+    let mut stream = TcpStream::connect(address).expect("it listens");
+    stream.write_all(&DAMAGED.repeat(COUNT)).expect("written");
+    drop(stream);
+    assert_eq!(run(&["--port", &door, "pose"]).status, 0);
+}
+
+#[test]
+fn a_flood_of_damaged_frames_is_a_few_lines_of_a_virtual_arms_log() {
+    let served = Served::start(&["--tcp", "127.0.0.1:0"], 1);
+    floods(&served);
+    let log = served.log();
+    let damaged = log.iter().filter(|line| line.contains("damaged frame"));
+    assert!(damaged.count() >= 10, "{log:?}");
+    assert!(log.len() < LINES, "{} lines", log.len());
+    assert!(
+        log.iter()
+            .any(|line| line.contains("more like it in the last")),
+        "{log:?}"
+    );
+}
+
+#[test]
+fn a_flood_of_damaged_frames_is_a_few_lines_of_a_proxys_log() {
+    for (options, more) in [
+        (&[][..], "more in the last"),
+        (&["--json"], r#""event":"more""#),
+    ] {
+        let first = if options.is_empty() { 2 } else { 0 };
+        let arm = Served::start(&["--tcp", "127.0.0.1:0"], 1);
+        let at = arm.door("tcp");
+        let arguments = [&["--port", &at, "--tcp", "127.0.0.1:0"], options].concat();
+        let mut served = Served::verb("proxy", &arguments, first);
+        if first == 0 {
+            let line = served.until(|line| line.contains("serving"));
+            let object: serde_json::Value = serde_json::from_str(&line).expect("JSON");
+            let endpoint = object["endpoint"].as_str().expect("text");
+            served.doors = vec![format!("serving {endpoint}")];
+        }
+        floods(&served);
+        let log = served.log();
+        assert!(log.iter().any(|line| line.contains("noise")), "{log:?}");
+        assert!(log.iter().any(|line| line.contains(more)), "{log:?}");
+        let noise = log.iter().filter(|line| line.contains("noise")).count();
+        assert!(noise < LINES, "{noise} lines");
+    }
+}
+
+#[test]
+fn a_proxy_that_other_computers_reach_says_who_may_move_the_arm() {
+    let arm = Served::start(&["--tcp", "127.0.0.1:0"], 1);
+    let at = arm.door("tcp");
+    let exposed = Served::verb("proxy", &["--port", &at, "--tcp", "0.0.0.0:0"], 3);
+    let warning = exposed.doors.last().expect("three lines");
+    for part in ["warning: every computer that reaches tcp:0.0.0.0:", &at] {
+        assert!(warning.contains(part), "{warning}");
+    }
+    let quiet = Served::verb("proxy", &["--port", &at, "--udp", "127.0.0.1:0"], 2);
+    assert!(
+        !quiet
+            .log()
+            .iter()
+            .any(|line| line.contains("every computer"))
+    );
+}
+
+#[test]
+fn a_virtual_arm_that_other_computers_reach_says_so() {
+    let arm = Served::start(&["--tcp", "0.0.0.0:0"], 2);
+    let note = arm.doors.last().expect("three lines");
+    assert!(
+        note.contains("note: every computer that reaches tcp:0.0.0.0:"),
+        "{note}"
+    );
+}
+
+/// A path for a pseudo-terminal.
+fn path(folder: &tempfile::TempDir) -> String {
+    folder
+        .path()
+        .join("arm")
+        .to_str()
+        .expect("UTF-8")
+        .to_owned()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_path_of_a_virtual_arm_that_lives_is_not_taken() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let path = path(&folder);
+    let mut first = Served::start(&["--pty", &path], 1);
+    let process = first.child.id().to_string();
+    for second in [&["sim"][..], &["proxy", "--port", "sim"]] {
+        let refused = run(&[second, &["--pty", &path]].concat());
+        assert_eq!(refused.status, 4, "{refused:?}");
+        assert!(refused.err.contains(&process), "{refused:?}");
+    }
+    assert_eq!(run(&["--port", &path, "pose"]).status, 0);
+    // Killed, it leaves a link that leads nowhere.
+    first.child.kill().expect("killed");
+    first.child.wait().expect("it ends");
+    assert!(std::fs::symlink_metadata(&path).is_ok());
+    let _second = Served::start(&["--pty", &path], 1);
+    assert_eq!(run(&["--port", &path, "pose"]).status, 0);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_program_that_uses_a_virtual_arm_is_named_and_not_the_arm() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let path = path(&folder);
+    let served = Served::start(&["--pty", &path], 1);
+    let mut user = Command::new(env!("CARGO_BIN_EXE_magician"))
+        .args(["--port", &path, "shell"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    writeln!(user.stdin.as_mut().expect("stdin"), "pose").expect("written");
+    let mut line = String::new();
+    let out = user.stdout.take().expect("stdout");
+    std::io::BufRead::read_line(&mut std::io::BufReader::new(out), &mut line).expect("a line");
+    let refused = run(&["--port", &path, "pose"]);
+    drop(user.stdin.take());
+    let id = user.id();
+    user.wait().expect("it ends");
+    assert_eq!(refused.status, 4, "{refused:?}");
+    assert!(
+        refused.err.contains(&format!("(process {id})")),
+        "{refused:?}"
+    );
+    let arm = format!("(process {})", served.child.id());
+    assert!(!refused.err.contains(&arm), "{refused:?}");
+}
