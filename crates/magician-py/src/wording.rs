@@ -46,7 +46,8 @@ pub(crate) fn arguments(help: &str) -> String {
         let (flag, rest) = flag.split_at(end.unwrap_or(flag.len()));
         let is_value = |next: &&str| {
             flag == "dialect"
-                || next.starts_with(|first: char| first.is_ascii_digit() || first.is_ascii_uppercase())
+                || next
+                    .starts_with(|first: char| first.is_ascii_digit() || first.is_ascii_uppercase())
         };
         let value = words.next_if(|next| rest.is_empty() && is_value(next));
         let rest = rest.trim_start_matches('`');

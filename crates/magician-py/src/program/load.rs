@@ -5,7 +5,8 @@ use magician_program::artwork::Sheet;
 use magician_program::formats::Dialect;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
-    Content, Format, Placing, Plan, Power, Problem, ReadOptions, Reading, Setup, Surface, Work, read,
+    Content, Format, Placing, Plan, Power, Problem, ReadOptions, Reading, Setup, Surface, Work,
+    read,
 };
 use pyo3::prelude::*;
 

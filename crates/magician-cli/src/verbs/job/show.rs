@@ -51,6 +51,7 @@ struct Answer {
     complaints: Option<Vec<Refusal>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     preview: Option<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     notes: Vec<String>,
 }
 
@@ -226,7 +227,9 @@ pub(super) fn done(
     if let Some(power) = estimate.power_range() {
         put("power", json!(power));
     }
-    put("notes", json!(sentences(notes)));
+    if !notes.is_empty() {
+        put("notes", json!(sentences(notes)));
+    }
     put("first_index", json!(done.ran.first.map(|index| index.0)));
     put("last_index", json!(done.ran.last.map(|index| index.0)));
     if let Some(End { pose, up, parked }) = &done.end {

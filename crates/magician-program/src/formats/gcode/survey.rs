@@ -112,12 +112,13 @@ impl Survey {
 
     /// What it is for.
     pub(super) fn kind(&self, options: &GcodeOptions) -> Kind {
-        // A printer moves the probe of its bed by M280.
-        let m280 = self.m280 && self.first_z.is_none() && !self.extrudes && !self.mill.has_laser();
+        // A printer moves the probe of its bed by M280, and a laser beeps by M300.
+        let m280 = self.m280 && self.first_z.is_none() && !self.extrudes;
+        let servo = (self.m300 || m280) && !self.mill.has_laser();
         match options.dialect {
             Dialect::Laser => Kind::Laser,
             Dialect::Servo => Kind::Servo,
-            _ if self.m300 || m280 => Kind::Servo,
+            _ if servo => Kind::Servo,
             Dialect::Pen => Kind::Pen,
             Dialect::Detect => {
                 let power = self.powers.greatest.is_some() && !self.extrudes;
