@@ -495,6 +495,56 @@ fn filled_shapes_are_outlined_or_left_out() {
 }
 
 #[test]
+fn what_has_neither_a_stroke_nor_an_area_is_not_drawn() {
+    for unseen in [
+        r#"<line x1="10" y1="10" x2="90" y2="10"/>"#,
+        r#"<line x1="10" y1="10" x2="90" y2="50" fill="red" transform="rotate(17)"/>"#,
+        r#"<polyline points="10,10 50,10 90,10"/>"#,
+        r#"<polyline points="10,10 50,10 50,40 50,10" stroke="none"/>"#,
+        r#"<path d="M10 10L30 30L20 20Z"/>"#,
+        r#"<path d="M10 10L30 30" stroke="black" stroke-opacity="0"/>"#,
+        r#"<path d="M10 10Z"/>"#,
+        r#"<path d="M10 10C20 10 30 10 40 10"/>"#,
+    ] {
+        let (artwork, notes) = reading(page(unseen));
+        assert_eq!(artwork.strokes, [], "{unseen}");
+        if !unseen.contains("M10 10Z") {
+            let told: Vec<&str> = notes.iter().map(|note| note.message.as_str()).collect();
+            assert_eq!(
+                told,
+                [
+                    "lines without a stroke that enclose no area are left out: nothing of them can be seen"
+                ],
+                "{unseen}"
+            );
+        }
+        // With a stroke it is drawn, once.
+        let seen = unseen
+            .replace("stroke-opacity", "data-none")
+            .replace("stroke=\"none\"", "");
+        let seen = match seen.contains("stroke=") {
+            true => seen,
+            false => seen.replace("/>", " stroke=\"black\"/>"),
+        };
+        let (artwork, _) = reading(page(&seen));
+        let drawn = artwork
+            .strokes
+            .iter()
+            .filter(|stroke| stroke.points.len() > 1);
+        assert_eq!(
+            drawn.count(),
+            usize::from(!unseen.contains("M10 10Z")),
+            "{seen}"
+        );
+    }
+    // Of a shape only the parts that have an area are drawn, and what has one is drawn as before.
+    let (artwork, notes) = reading(page(r#"<path d="M10 10H40M50 50h9v9z"/>"#));
+    assert_eq!((artwork.strokes.len(), notes.len()), (1, 2));
+    let (artwork, _) = reading(page(r#"<polyline points="10,10 50,10 50,40"/>"#));
+    assert_eq!(artwork.strokes[0].points.len(), 4);
+}
+
+#[test]
 fn dashes_are_strokes_of_their_own() {
     let (artwork, _) = reading(page(
         r#"<g transform="scale(2)"><line x1="5" y1="5" x2="15" y2="5" stroke="black" stroke-dasharray="3 1" stroke-dashoffset="1"/></g>"#,

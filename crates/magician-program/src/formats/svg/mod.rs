@@ -4,6 +4,7 @@
 //! from `use`, markers, nested drawings and styles is drawn where it appears; clip paths cut lines off. Texts are written in a
 //! font of our own, as outlines. Images, masks and filters are left out, which a note tells.
 
+mod area;
 mod clip;
 mod cost;
 pub(crate) mod font;

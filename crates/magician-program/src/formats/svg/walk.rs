@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use kurbo::{Affine, BezPath};
 use usvg::{Color, Group, Node, Paint, Path, Stroke as Outline, Text, Transform};
 
+use super::area::encloses;
 use super::clip::Region;
 use super::font;
 use super::lines::{Line, curves, dashed, flatten};
@@ -109,10 +110,19 @@ impl<'a> Walk<'a> {
         let lines = match (stroke, fill) {
             (Some(stroke), _) => self.stroked(path, stroke, &place)?,
             (None, Some(fill)) => {
-                if !self.takes_fill(fill.paint(), &place.element) {
+                let mut lines = flatten(&self.curves(path, &place)?, self.tolerance, true);
+                let all = lines.len();
+                lines.retain(encloses);
+                if lines.len() < all {
+                    let remark = "lines without a stroke that enclose no area are left out: nothing of them can be seen";
+                    let note = place.element.problem(remark);
+                    self.notes
+                        .add(note.help("give them a stroke to have them drawn"));
+                }
+                if lines.is_empty() || !self.takes_fill(fill.paint(), &place.element) {
                     return Ok(());
                 }
-                flatten(&self.curves(path, &place)?, self.tolerance, true)
+                lines
             }
             (None, None) => return Ok(()),
         };

@@ -1,0 +1,76 @@
+//! Whether there is anything inside a line.
+
+use super::lines::Line;
+use crate::artwork::distance;
+
+/// What is thinner than this has no area, mm.
+const THIN: f64 = 1e-3;
+
+/// Whether a closed line has something inside: one that only leads there and back, over whatever corners, has nothing.
+pub(super) fn encloses(line: &Line) -> bool {
+    let mut left: Line = Vec::new();
+    for point in line.iter().chain(line.first()) {
+        left.push(*point);
+        while let [.., a, b, c] = left.as_slice() {
+            if distance(*a, *c) < THIN {
+                // There and back.
+                left.truncate(left.len() - 2);
+            } else if off(*b, [*a, *c]) < THIN {
+                left.remove(left.len() - 2);
+            } else {
+                break;
+            }
+        }
+    }
+    left.len() > 3
+}
+
+/// How far a point is from the line through two others, mm.
+fn off([x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
+    let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+    ((x - a[0]) * dy - (y - a[1]) * dx).abs() / dx.hypot(dy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_goes_round_has_an_inside() {
+        let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]];
+        let eight = [[0.0, 0.0], [10.0, 10.0], [10.0, 0.0], [0.0, 10.0]];
+        let spiked = [[0.0, 0.0], [5.0, 0.0], [5.0, -9.0], [5.0, 0.0], [5.0, 5.0]];
+        let circle: Line = (0..720)
+            .map(|nth| f64::from(nth).to_radians() / 2.0)
+            .map(|angle| [500.0 * angle.cos(), 500.0 * angle.sin()])
+            .collect();
+        for round in [&square[..], &eight, &spiked, &circle] {
+            let mut line = round.to_vec();
+            assert!(encloses(&line), "{line:?}");
+            line.push(line[0]);
+            assert!(encloses(&line), "{line:?}");
+        }
+        for none in [
+            &[][..],
+            &[[3.0, 4.0]],
+            &[[3.0, 4.0], [9.0, 1.0]],
+            // Points of one line, in any order; as rounded as 32 bits are.
+            &[[5.0, 5.0], [9.0, 9.0], [0.0, 0.000_01], [2.0, 2.0]],
+            // There and back round a corner, and from a fork.
+            &[[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [9.0, 0.0]],
+            &[
+                [9.0, 9.0],
+                [9.0, 0.0],
+                [0.0, 0.0],
+                [9.0, 0.0],
+                [20.0, 5.0],
+                [9.0, 0.0],
+            ],
+        ] {
+            let mut line = none.to_vec();
+            assert!(!encloses(&line), "{line:?}");
+            line.extend(none.first());
+            assert!(!encloses(&line), "{line:?}");
+        }
+    }
+}
