@@ -637,3 +637,146 @@ fn the_tool_and_the_surface_come_from_the_settings() {
     assert_eq!(objects.last().expect("figures")["bounds"]["z"][0], -50.0);
     assert_eq!(speeds(&objects), 25.0);
 }
+
+/// What a dry run would send, by its numbers.
+fn moves(arguments: &[&str]) -> Vec<Value> {
+    let all = [arguments, &["--dry-run", "--json"]].concat();
+    let mut objects = run(&all).objects();
+    objects.retain(|object| object["params"]["x"].is_number());
+    objects
+}
+
+#[test]
+fn a_program_lifts_first_where_the_arm_stands() {
+    let place = Place::new();
+    let program = "G21 G90\nG0 Z50\nG0 X230 Y40\nG1 Z20 F1500\nG1 X240\nM2\n";
+    let file = place.write("z.gcode", program);
+    let told = moves(&["--port", "sim", "run", &file]);
+    let place_of = |nth: usize| ["x", "y", "z"].map(|axis| number(&told[nth]["params"][axis]));
+    let [first, second] = [place_of(0), place_of(1)];
+    assert_eq!((first[2], second), (50.0, [230.0, 40.0, 50.0]));
+    assert!(
+        (first[0] - 230.0).abs() > 1.0 && (first[1] - 40.0).abs() > 1.0,
+        "{first:?}"
+    );
+    // It goes on anywhere behind its beginning, wherever the arm stands then.
+    let later = run(&["--port", "sim", "run", &file, "--from", "5", "--json"]);
+    assert_eq!(later.status, 0, "{later:?}");
+    let early = run(&["--port", "sim", "run", &file, "--from", "2", "--json"]);
+    assert_eq!(early.status, 2, "{early:?}");
+}
+
+#[test]
+fn a_relative_program_is_told_the_start_that_it_has() {
+    let place = Place::new();
+    let file = place.write("rel.gcode", "G91\nG1 X20 F1500\nG1 Y20\nG1 Z-5\nG1 X-5\n");
+    let record = place.path("rel.jsonl");
+    let ran = run(&["--port", "sim", "run", &file, "--record", &record]);
+    assert_eq!(ran.status, 0, "{ran:?}");
+    let told = ran.err.split("stands, at ").nth(1).expect("it says where");
+    let told = told.split_whitespace().next().expect("a place");
+    let told: Vec<f64> = told
+        .split(',')
+        .map(|at| at.parse().expect("a number"))
+        .collect();
+    let first = place.text("rel.jsonl");
+    let first: Value =
+        serde_json::from_str(first.lines().next().expect("a reading")).expect("JSON");
+    for (axis, told) in ["x", "y", "z"].into_iter().zip(told) {
+        assert!(
+            (number(&first[axis]) - told).abs() < 0.05,
+            "{axis}: {first} {told}"
+        );
+    }
+}
+
+#[test]
+fn placed_gcode_lies_on_the_surface_and_begins_at_its_own_zero() {
+    let place = Place::new();
+    let square = "G21 G90\nG1 X0 Y0 F1500\nG1 X60\nG1 Y60\nG1 X0\nG1 Y0\nG0 Z5\nG0 X0 Y0\n";
+    let file = place.write("square.gcode", square);
+    let look = |arguments: &[&str]| {
+        let answer = run(&[
+            &[arguments[0], &file, "--estimate", "--json"],
+            &arguments[1..],
+        ]
+        .concat());
+        assert_eq!(answer.status, 0, "{arguments:?}: {answer:?}");
+        answer.object()
+    };
+    let ways: [&[&str]; 5] = [
+        &["run", "--place", "--surface", "-50"],
+        &["run", "--surface", "-50"],
+        &["run", "--surface", "-50", "--at", "230,10"],
+        &["run", "--surface", "-50", "--fit"],
+        &["draw", "--surface", "-50"],
+    ];
+    for way in ways {
+        let answer = look(way);
+        assert!(
+            (number(&answer["drawn_mm"]) - 240.0).abs() < 0.1,
+            "{way:?}: {answer}"
+        );
+        assert!(
+            (number(&answer["bounds"]["z"][0]) + 50.0).abs() < 1e-3,
+            "{way:?}: {answer}"
+        );
+    }
+    // The Z of touching is the lowest that draws, or what is said.
+    let deep = place.write(
+        "deep.gcode",
+        "G0 Z5\nG0 X0 Y0\nG1 Z-1 F900\nG1 X40\nG0 Z5\nG0 X0 Y20\nG1 Z0\nG1 X40\nG0 Z5\n",
+    );
+    for (more, least) in [(&[][..], -50.0), (&["--pen-z", "0"], -51.0)] {
+        let way = [
+            &["run", &deep, "--estimate", "--json", "--surface", "-50"][..],
+            more,
+        ]
+        .concat();
+        let least_z = number(&run(&way).object()["bounds"]["z"][0]);
+        assert!((least_z - least).abs() < 1e-3, "{more:?}: {least_z}");
+    }
+    // As it stands nothing is moved, and what is neither is refused.
+    let raw = run(&[
+        "run",
+        &deep,
+        "--raw",
+        "--estimate",
+        "--json",
+        "--start",
+        "200,0,20",
+    ]);
+    assert_eq!(number(&raw.object()["bounds"]["z"][0]), -1.0, "{raw:?}");
+    for flags in [
+        &["--raw", "--place"][..],
+        &["--raw", "--at", "230,0"],
+        &["--raw", "--surface", "-50"],
+        &["--raw", "--fit"],
+    ] {
+        assert_eq!(
+            run(&[&["run", &deep, "--check"][..], flags].concat()).status,
+            2,
+            "{flags:?}"
+        );
+    }
+    let drawing = sample("house.svg");
+    assert_eq!(run(&["run", &drawing, "--raw", "--estimate"]).status, 3);
+    assert_eq!(
+        run(&["run", &drawing, "--pen-z", "1", "--estimate"]).status,
+        3
+    );
+    assert_eq!(run(&["run", &deep, "--pen-z", "1", "--estimate"]).status, 3);
+}
+
+#[test]
+fn a_feed_move_at_the_beginning_draws_nothing_from_where_the_arm_stands() {
+    let place = Place::new();
+    let text = "G21 G90\nG1 X200 Y-60 Z-40 F1500\nG1 X260\nG1 Y0\nG1 X200\nG1 Y-60\n";
+    let file = place.write("feed.gcode", text);
+    let ran = run(&["--port", "sim", "run", &file, "--json"]);
+    assert_eq!(ran.status, 0, "{ran:?}");
+    let done = ran.objects().pop().expect("a report");
+    assert!((number(&done["drawn_mm"]) - 240.0).abs() < 0.1, "{done}");
+    let said = run(&["run", &file, "--estimate"]);
+    assert!(said.err.contains("begins with a feed move"), "{said:?}");
+}

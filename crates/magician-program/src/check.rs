@@ -36,6 +36,7 @@ impl From<&Complaint> for Problem {
             name: complaint.name.clone(),
             message: complaint.error.to_string(),
             help: None,
+            lacks: None,
         }
     }
 }

@@ -50,11 +50,11 @@ pub use formats::{Content, Fills, Format, ReadOptions, Reading, read};
 pub use origin::{Lines, Origin};
 pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
 pub use power::Power;
-pub use problem::Problem;
+pub use problem::{Lack, Problem};
 pub use program::{Program, Rest, Timetable};
 pub use raster::Raster;
 pub use reach::{Fit, Placement, Reach};
-pub use setup::{Placing, Setup, Work, tip};
+pub use setup::{Frame, Placing, Setup, Work, tip};
 pub use surface::Surface;
 pub use trail::{Follow, Mark, Trail};
 

@@ -3,7 +3,6 @@ use std::fmt;
 use magician_protocol::{visible, visible_lines};
 
 use crate::Origin;
-use crate::formats::NEEDS_START;
 
 /// What is wrong with a file, or deserves to be known of it: where, what, and what to do about it.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +15,16 @@ pub struct Problem {
     pub message: String,
     /// What to do about it.
     pub help: Option<String>,
+    /// What is missing, where nothing is wrong with the file.
+    pub lacks: Option<Lack>,
+}
+
+/// What is not known when a file is read, and solves a [`Problem`] when it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Lack {
+    /// Where the arm stands when the program begins: [`GcodeOptions::start`](crate::formats::GcodeOptions::start).
+    Start,
 }
 
 impl Problem {
@@ -27,6 +36,7 @@ impl Problem {
             name: None,
             message: message.into(),
             help: None,
+            lacks: None,
         }
     }
 
@@ -43,12 +53,11 @@ impl Problem {
         self
     }
 
-    /// Whether it is that nobody knows where the arm stands when the program begins: nothing is wrong with a file that is
-    /// read again with [`GcodeOptions::start`](crate::formats::GcodeOptions::start).
+    /// With what is missing.
     #[must_use]
-    pub fn needs_start(&self) -> bool {
-        let help = self.help.as_deref();
-        help.is_some_and(|help| help.ends_with(NEEDS_START))
+    pub(crate) fn lacking(mut self, lack: Option<Lack>) -> Self {
+        self.lacks = lack;
+        self
     }
 
     /// With what to do about it.

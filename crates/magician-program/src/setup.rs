@@ -47,6 +47,10 @@ pub struct Setup {
     pub usual_power: Option<Power>,
 }
 
+mod placed;
+
+pub use placed::Frame;
+
 /// Where the tip of a tool is when an arm stands so; of the tool that the arm knows of, if none is named.
 #[must_use]
 pub fn tip(start: &Preflight, tool: Option<Tool>) -> Option<[f64; 3]> {
@@ -74,6 +78,10 @@ pub enum Work {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Placing {
+    /// Whose coordinates those of the file are.
+    pub frame: Frame,
+    /// The Z of placed G-code at which its pen touches, mm; the lowest at which it draws, if not said.
+    pub pen_z: Option<f64>,
     /// Its middle goes to this x and y, mm.
     pub at: Option<[f64; 2]>,
     /// Its size, 1 being the true one.
@@ -91,6 +99,8 @@ pub struct Placing {
 impl Default for Placing {
     fn default() -> Self {
         Self {
+            frame: Frame::Usual,
+            pen_z: None,
             at: None,
             scale: 1.0,
             rotate: 0.0,
@@ -136,7 +146,12 @@ impl Setup {
     /// A [`Problem`] if it cannot be placed so, or a surface is needed and not known.
     pub fn plan(&self, format: Format, content: Content) -> Result<Reading<Plan>, Problem> {
         let mut notes = Vec::new();
+        let drawing = !matches!(content, Content::Plan(_));
+        self.check_frame(format == Format::Gcode, drawing)?;
         let plan = match content {
+            Content::Plan(plan) if format == Format::Gcode && self.places() => {
+                self.laid(plan, &mut notes)?
+            }
             Content::Plan(plan) => self.taught(format, plan, &mut notes)?,
             Content::Artwork(artwork) => self.drawn(artwork, &mut notes)?,
             Content::Image(image) => match &self.work {
@@ -184,8 +199,16 @@ impl Setup {
         if let Some(speed) = self.speed {
             plan.path_at(speed);
         }
+        if format == Format::Gcode {
+            placed::raised(&mut plan, self.pen.lift);
+        }
+        self.powered(self.placed(plan)?, notes)
+    }
+
+    /// With the powers that are wanted.
+    fn powered(&self, plan: Plan, notes: &mut Vec<Problem>) -> Result<Plan, Problem> {
         // The arm is faster on longer lines: the powers that follow the speed come last.
-        let plan = self.placed(plan)?.powered_by_speed();
+        let plan = plan.powered_by_speed();
         notes.extend(plan.notes);
         match self.full_power() {
             Some(power) => plan.content.at_power(&power),
@@ -217,6 +240,7 @@ impl Setup {
             fit,
             mirror,
             by,
+            ..
         } = self.placing;
         if mirror {
             return Err(
@@ -236,7 +260,9 @@ impl Setup {
             plan = plan.moved([x - from_x, y - from_y, 0.0])?;
         }
         if fit {
-            plan = fitted(plan)?;
+            plan = fitted(plan, Fit::Shrink)?;
+        } else if at.is_none() && self.places() {
+            plan = self.centred(plan)?;
         }
         match by {
             [0.0, 0.0, 0.0] => Ok(plan),
@@ -398,8 +424,8 @@ fn extent(plan: &Plan) -> Option<[[f64; 3]; 2]> {
     }))
 }
 
-/// Brought where all of it is reached, and made smaller if need be.
-fn fitted(plan: Plan) -> Result<Plan, Problem> {
+/// Brought where all of it is reached, and made smaller if that is wanted and need be.
+fn fitted(plan: Plan, fit: Fit) -> Result<Plan, Problem> {
     let Some([least, most]) = extent(&plan) else {
         return Ok(plan);
     };
@@ -411,7 +437,7 @@ fn fitted(plan: Plan) -> Result<Plan, Problem> {
         .filter_map(|step| step.action.target())
         .map(|[x, y, _]| [f64::from(x), f64::from(y)])
         .collect();
-    let Placement { scale, offset } = reach.best_place(&points, Fit::Shrink)?;
+    let Placement { scale, offset } = reach.best_place(&points, fit)?;
     let [x, y] = offset;
     let scaled = match scale {
         1.0 => plan,
@@ -454,7 +480,13 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
 }
 
 fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
-    let (sin, cos) = degrees.to_radians().sin_cos();
+    let (sin, cos) = match degrees.rem_euclid(360.0) {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        other => other.to_radians().sin_cos(),
+    };
     [x * cos - y * sin, x * sin + y * cos]
 }
 

@@ -2,6 +2,7 @@
 
 mod gcode {
     mod arcs;
+    mod begin;
     mod drawn;
     mod full_power;
     mod power;

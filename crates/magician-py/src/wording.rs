@@ -52,7 +52,7 @@ pub(crate) fn arguments(help: &str) -> String {
         let value = words.next_if(|next| rest.is_empty() && is_value(next));
         let rest = rest.trim_start_matches('`');
         said.push(match (flag, value) {
-            ("fit" | "mirror" | "invert", _) => format!("{flag}=True{rest}"),
+            ("fit" | "mirror" | "invert" | "place" | "raw", _) => format!("{flag}=True{rest}"),
             ("no-order", _) => format!("order=False{rest}"),
             ("dialect", Some(value)) => format!("dialect=\"{value}\""),
             (flag, None) => format!("{}={rest}", flag.replace('-', "_")),

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use crate::{Origin, Problem};
+use crate::{Lack, Origin, Problem};
 
 /// What cannot be read or followed in a program, by its bytes.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,6 +8,7 @@ pub(super) struct Flaw {
     pub(super) range: Range<usize>,
     pub(super) message: String,
     help: Option<&'static str>,
+    lacks: Option<Lack>,
 }
 
 impl Flaw {
@@ -16,6 +17,7 @@ impl Flaw {
             range,
             message: message.into(),
             help: None,
+            lacks: None,
         }
     }
 
@@ -24,9 +26,14 @@ impl Flaw {
         self
     }
 
+    pub(super) fn lacks(mut self, lack: Lack) -> Self {
+        self.lacks = Some(lack);
+        self
+    }
+
     /// At the place that its bytes have in the file.
     pub(super) fn into_problem(self, origin: Origin) -> Problem {
-        let problem = Problem::new(origin, self.message);
+        let problem = Problem::new(origin, self.message).lacking(self.lacks);
         match self.help {
             Some(help) => problem.help(help),
             None => problem,

@@ -12,7 +12,6 @@ mod points;
 pub(crate) mod svg;
 mod xml;
 
-pub(crate) use gcode::NEEDS_START;
 pub use gcode::{Arcs, Dialect, GcodeOptions};
 
 use crate::plan::file;

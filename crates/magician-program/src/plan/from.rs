@@ -89,6 +89,16 @@ impl Plan {
         })
     }
 
+    /// How many steps at its beginning differ from those of another plan that goes on alike: what of a program depends on where
+    /// it was begun.
+    #[must_use]
+    pub fn leading_from(&self, other: &Self) -> usize {
+        let mine = self.steps.iter().rev();
+        let pairs = mine.zip(other.steps.iter().rev());
+        let alike = pairs.take_while(|(mine, other)| mine == other).count();
+        self.steps.len() - alike
+    }
+
     fn problem_at(&self, step: usize, message: String) -> Problem {
         let origin = self
             .steps

@@ -52,6 +52,7 @@ pub struct Program {
     rounds: Option<u64>,
     /// Ends with the pen down.
     stays: bool,
+    leading: u64,
 }
 
 impl Program {
@@ -63,6 +64,7 @@ impl Program {
             settings: Vec::new(),
             rounds,
             stays: false,
+            leading: 0,
         }
     }
 
@@ -78,6 +80,27 @@ impl Program {
     pub fn pen_stays_down(mut self, stays: bool) -> Self {
         self.stays = stays && self.plan.ends_with_lift();
         self
+    }
+
+    /// Says that so many steps of a round depend on where the arm stood when it began: the others are the same from wherever it
+    /// is begun.
+    #[must_use]
+    pub fn with_leading(mut self, steps: usize) -> Self {
+        self.leading = steps as u64;
+        self
+    }
+
+    /// Whether it can go on behind so many steps only by somebody who knows where the arm stood when it began.
+    #[must_use]
+    pub fn depends_on_start(&self, step: u64) -> bool {
+        let nth = step.checked_rem(self.round()).unwrap_or(0);
+        step > 0 && nth < self.leading
+    }
+
+    /// Whether that holds for all of its steps.
+    #[must_use]
+    pub fn depends_throughout(&self) -> bool {
+        self.leading > 0 && self.leading >= self.round()
     }
 
     /// The plan of one round.
@@ -154,7 +177,16 @@ impl Program {
             }
         };
         take(&self.rounds.unwrap_or(0).to_le_bytes());
-        for command in self.plan.commands() {
+        // What differs by where it is begun is left out, unless all of it does.
+        let leading = usize::try_from(self.leading).unwrap_or(usize::MAX);
+        let skipped = if leading < self.plan.steps.len() {
+            leading
+        } else {
+            0
+        };
+        let steps = self.plan.steps.iter().skip(skipped);
+        let commands = steps.map(|step| step.action.command());
+        for command in self.plan.preamble().into_iter().chain(commands) {
             if let Ok(frame) = FrameBuf::set(&command, Ctrl::QUEUED) {
                 take(frame.bytes());
             }

@@ -44,7 +44,7 @@ impl Reach {
     }
 
     /// Whether there is a straight way from one height to another.
-    fn slants(&self, from: Above, to: Above) -> bool {
+    pub(crate) fn slants(&self, from: Above, to: Above) -> bool {
         let count = (distance(from.0, to.0).hypot(to.1 - from.1) / PIECE).ceil();
         let count = count.clamp(1.0, MOST_PIECES);
         (0..=count as u32).all(|nth| {

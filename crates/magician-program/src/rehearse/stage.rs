@@ -34,6 +34,9 @@ pub struct RehearseOptions {
     /// The z that the arm reports where its tool touches the table, mm; the plan's surface if it has one, else where its
     /// pen draws.
     pub table: Option<f64>,
+    /// Where it stands when it begins; in its home pose, or above the table, if not said. What was told of a place must stay
+    /// true when the plan is made with it. Its base counts from there.
+    pub standing: Option<JointAngles>,
     /// How often to look where the tool is, for its way; never if it does not say.
     pub watch: Option<Duration>,
 }
@@ -50,6 +53,13 @@ impl RehearseOptions {
     #[must_use]
     pub fn watch(mut self, each: Duration) -> Self {
         self.watch = Some(each);
+        self
+    }
+
+    /// Sets [`standing`](Self::standing).
+    #[must_use]
+    pub fn standing(mut self, joints: JointAngles) -> Self {
+        self.standing = Some(joints);
         self
     }
 
@@ -74,8 +84,9 @@ pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error
     let tool = tool_of(plan, options);
     let scenario = scenario(plan, options, tool)?;
     let mut arm = Controller::in_world(Profile::default(), World::from_scenario(&scenario));
-    if let Some(above) = scenario.table().and_then(|table| above(table.height, tool)) {
-        arm = arm.standing_at(above);
+    let above = || scenario.table().and_then(|table| above(table.height, tool));
+    if let Some(joints) = options.standing.or_else(above) {
+        arm = arm.standing_at(joints);
     }
     let told = [
         Set::ClearAllAlarmsState(ClearAllAlarmsState {}),

@@ -1,7 +1,8 @@
 use magician::words;
 use magician_program::Action;
+use magician_program::formats::GcodeOptions;
 
-use crate::{LASER, PEN, actions, arc, burn, notes, path, travel, try_read};
+use crate::{LASER, PEN, actions, arc, burn, notes, path, travel, try_read, try_with};
 
 #[test]
 fn the_pen_sample_step_by_step() {
@@ -9,8 +10,9 @@ fn the_pen_sample_step_by_step() {
     let root = 20.0 * 0.5_f64.sqrt();
     let middle = [(240.0 - root) as f32, (20.0 - root) as f32, 0.0];
     let expected = [
-        // Z10 waits for X and Y.
         words::line_speed(200.0, 200.0).into(),
+        // Up first, where the arm stands.
+        travel(200.0, 0.0, 10.0),
         travel(220.0, -20.0, 10.0),
         words::path_speed(25.0, 100.0).into(),
         path(220.0, -20.0, 0.0),
@@ -25,8 +27,11 @@ fn the_pen_sample_step_by_step() {
         Action::Wait(200),
         travel(200.0, 0.0, 10.0),
     ];
-    assert_eq!(actions(PEN), expected);
-    assert_eq!(notes(PEN), [""; 0]);
+    let from = |options: &mut GcodeOptions| options.start = Some([200.0, 0.0, -8.0]);
+    let (plan, notes) = try_with(PEN, from).expect("it is all right");
+    let actions: Vec<_> = plan.steps.into_iter().map(|step| step.action).collect();
+    assert_eq!(actions, expected);
+    assert_eq!(notes, []);
 }
 
 #[test]

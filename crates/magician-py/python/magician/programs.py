@@ -521,6 +521,9 @@ def load(
     tool: Tool | None = None,
     surface: float | Surface | None = None,
     sheet: Sheet | None = None,
+    place: bool = False,
+    raw: bool = False,
+    pen_z: float | None = None,
     at: tuple[float, float] | None = None,
     scale: float = 1.0,
     rotate: float = 0.0,
@@ -558,13 +561,18 @@ def load(
     :param surface: How high the paper or the wood lies: the z of the arm's pose when its tool touches it, mm. Drawings
         and images need it; without it they are laid on the table of a virtual arm (-60 mm), and no other arm runs them.
     :param sheet: The sheet that drawings lie on, corner on corner. Without it they lie wherever there is room.
+    :param place: Whether the coordinates of G-code, a plan, a playback file or points are its own: the middle of what it
+        draws goes to ``at``, else onto the sheet, else to where there is room, and what G-code draws lies on the surface.
+        ``at``, ``fit``, ``surface`` and ``work`` imply it.
+    :param raw: Whether its coordinates are the arm's, as they stand.
+    :param pen_z: The Z of placed G-code at which its pen touches, mm; the lowest at which it draws if left out.
     :param at: Where its middle goes, x and y, mm.
     :param scale: Its size, 1 being the true one.
     :param rotate: By how much it is turned to the left, degrees.
     :param fit: Whether it is made smaller until the arm reaches all of it.
     :param mirror: Whether it is mirrored, left to right.
     :param move: By how much it is moved then, mm.
-    :param start: Where the tool stands when a G-code program begins, for those that depend on it, mm.
+    :param start: Where the tool stands when G-code that is not placed begins, for what depends on it, mm.
     :param speed: Along lines that are drawn or burnt, mm/s.
     :param travel_speed: Between them, mm/s.
     :param lift: How far the pen is lifted between lines, mm.
@@ -602,10 +610,11 @@ def load(
         "surface": _surface(surface),
         "sheet": None if sheet is None else _sheet(sheet),
         "start": None if start is None else _three("start", start),
+        "pen_z": number("pen_z", pen_z, unit="mm"),
         "at": None if at is None else _two("at", at),
         "scale": number("scale", scale, above=0),
         "rotate": number("rotate", rotate, unit="deg"),
-        **flags(fit=fit, mirror=mirror, order=order, invert=invert, both_directions=both_directions),
+        **flags(place=place, raw=raw, fit=fit, mirror=mirror, order=order, invert=invert, both_directions=both_directions),
         "by": _three("move", move),
         "speed": number("speed", speed, above=0, unit="mm/s"),
         "travel_speed": number("travel_speed", travel_speed, above=0, unit="mm/s"),

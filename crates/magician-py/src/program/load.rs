@@ -5,8 +5,8 @@ use magician_program::artwork::Sheet;
 use magician_program::formats::Dialect;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
-    Content, Format, Placing, Plan, Power, Problem, ReadOptions, Reading, Setup, Surface, Work,
-    read,
+    Content, Format, Frame, Lack, Placing, Plan, Power, Problem, ReadOptions, Reading, Setup,
+    Surface, Work, read,
 };
 use pyo3::prelude::*;
 
@@ -27,6 +27,9 @@ struct Wanted {
     surface: Option<(f64, [f64; 2])>,
     sheet: Option<(f64, f64, f64, Option<[f64; 2]>)>,
     start: Option<[f64; 3]>,
+    place: bool,
+    raw: bool,
+    pen_z: Option<f64>,
     at: Option<[f64; 2]>,
     scale: f64,
     rotate: f64,
@@ -68,6 +71,13 @@ impl Wanted {
         });
         setup.usual_surface = Some(Surface::VIRTUAL);
         let mut placing = Placing::default();
+        placing.frame = match (self.place, self.raw) {
+            (true, true) => return Err("give place or raw, not both".to_owned()),
+            (true, false) => Frame::Own,
+            (false, true) => Frame::Arm,
+            (false, false) => Frame::Usual,
+        };
+        placing.pen_z = self.pen_z;
         (placing.at, placing.by) = (self.at, self.by);
         (placing.scale, placing.rotate) = (above_zero("scale", self.scale)?, self.rotate);
         (placing.fit, placing.mirror) = (self.fit, self.mirror);
@@ -125,14 +135,13 @@ impl Wanted {
         Ok(engrave)
     }
 
-    fn options(&self, title: String) -> Result<ReadOptions, String> {
+    fn options(&self, title: String, setup: &Setup) -> Result<ReadOptions, String> {
         let mut options = ReadOptions::default();
         options.title = title;
         if let Some(tolerance) = self.tolerance {
             options.tolerance = above_zero("tolerance", tolerance)?;
         }
-        options.gcode.surface = surface(self.surface);
-        options.gcode.lift = self.lift.unwrap_or(options.gcode.lift);
+        setup.prepare(&mut options.gcode, surface(self.surface));
         options.gcode.start = self.start;
         options.gcode.dialect = match self.dialect.as_deref() {
             None => Dialect::Detect,
@@ -184,7 +193,8 @@ impl PyPlan {
             .title
             .clone()
             .unwrap_or_else(|| Format::title(name).to_owned());
-        let options = wanted.options(title).map_err(refused)?;
+        let options = wanted.options(title, &setup).map_err(refused)?;
+        let placed = format == Format::Gcode && setup.places();
         let made = py.detach(|| made(format, bytes, &options, &setup));
         let (plan, notes, taught) =
             made.map_err(|problem| super::raise(py, Some(name), &said(problem)))?;
@@ -193,7 +203,7 @@ impl PyPlan {
             format: Some(format.name().to_owned()),
             notes,
             rows: false,
-            assumed: !taught && setup.surface.is_none(),
+            assumed: (!taught || placed) && setup.surface.is_none(),
         };
         Ok(Self::of(plan, source))
     }
@@ -238,7 +248,7 @@ fn made(
 /// A problem that speaks of arguments.
 fn said(mut problem: Problem) -> Problem {
     problem.message = wording::arguments(&problem.message);
-    problem.help = match problem.needs_start() {
+    problem.help = match problem.lacks == Some(Lack::Start) {
         true => {
             Some("give start=(x, y, z), where the tool stands when the program begins".to_owned())
         }

@@ -78,6 +78,7 @@ impl Source {
             name,
             message,
             help,
+            lacks: None,
         };
         Self {
             name,

@@ -289,8 +289,10 @@ impl Drive<'_> {
     /// What has to be said besides, for a program that began where the tool stood.
     fn with_start(&self) -> String {
         match self.start {
-            Some([x, y, z]) => format!("--start {x:.3},{y:.3},{z:.3} "),
-            None => String::new(),
+            Some([x, y, z]) if self.program.depends_throughout() => {
+                format!("--start {x:.3},{y:.3},{z:.3} ")
+            }
+            _ => String::new(),
         }
     }
 }

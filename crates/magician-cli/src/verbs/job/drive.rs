@@ -14,8 +14,8 @@ use magician_program::resume::{Mark, Tally};
 use magician_program::{Ending, Program, Report, Rest, Timetable};
 
 use super::journal::Journal;
-use super::report;
 use super::tell::Teller;
+use super::{needs_start, report};
 use crate::debts::Debts;
 use crate::failure::{Failure, Kind};
 use crate::output::{Output, Paint};
@@ -136,6 +136,9 @@ impl Drive<'_> {
             (true, _) => self.resumed(arm, &journal).await?,
             (false, from) => from.map_or(0, |step| step - 1),
         };
+        if self.start.is_some() && self.program.depends_on_start(from) {
+            return Err(needs_start());
+        }
         if !self.keep {
             // A run of nothing says whether commands of others wait: better than a check from a start that nobody knows.
             arm.run([], |_| {}).await?;

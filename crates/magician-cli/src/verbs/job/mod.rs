@@ -16,7 +16,7 @@ use std::path::Path;
 
 use magician::sim::Controller;
 use magician::words::Preflight;
-use magician::{Options, SimSpeed, Target, VirtualArm, blocking, burns};
+use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, burns};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{Action, Content, Ending, Plan, Problem, Program, Setup, Work};
@@ -58,13 +58,15 @@ struct Made {
     source: Source,
     setup: Setup,
     program: Program,
-    /// Where the tool stood, if it depends on that.
+    /// Where the tool stood, if it depends on that and nobody has said it.
     start: Option<[f64; 3]>,
     /// What of the file was taken in a certain way.
     notes: Vec<Problem>,
     ending: Ending,
     /// Whether a real arm has to be homed for it.
     needs_homed_arm: bool,
+    /// How a virtual arm stands when it begins, if it depends on that.
+    standing: Option<JointAngles>,
 }
 
 /// Where a program is tried or run.
@@ -94,6 +96,11 @@ impl Job {
         let from = self.way.from.map_or(0, |step| step - 1);
         let there = made.program.has(from);
         there.map_err(|problem| Failure::usage(problem.to_string()))?;
+        let goes_on = made.program.depends_on_start(from)
+            || self.way.resume && made.program.depends_throughout();
+        if made.start.is_some() && goes_on {
+            return Err(needs_start());
+        }
         let look = show::Shown {
             source: &made.source,
             program: &made.program,
@@ -177,7 +184,7 @@ impl Job {
             source,
             format,
             content,
-            start,
+            begun,
             notes: mut told,
         } = read;
         let taught = matches!(content, Content::Plan(_));
@@ -192,6 +199,8 @@ impl Job {
             }
             failure
         };
+        let anywhere = begun.as_ref().and_then(|begun| begun.anywhere.clone());
+        let anywhere = anywhere.map(|plan| setup.plan(format, Content::Plan(plan)));
         let made = setup.plan(format, content).map_err(refused)?;
         notes(&source, &made.notes, context);
         told.extend(made.notes);
@@ -199,6 +208,10 @@ impl Job {
         if self.pause > 0 {
             plan.push(Action::Wait(self.pause), magician_program::Origin::NONE);
         }
+        let leading = begun.as_ref().map_or(0, |_| match anywhere {
+            Some(Ok(anywhere)) => plan.leading_from(&anywhere.content),
+            _ => plan.steps.len(),
+        });
         let settings = self.settings(&mut plan, taught);
         let loops = self.way.loops.unwrap_or(1);
         if plan.steps.is_empty() {
@@ -214,8 +227,12 @@ impl Job {
             needs_homed_arm: self.work != Work::Usual || format.needs_homed_arm(),
             source,
             setup,
-            program: program.with_settings(settings),
-            start,
+            program: program.with_settings(settings).with_leading(leading),
+            start: begun
+                .as_ref()
+                .filter(|begun| !begun.said)
+                .map(|begun| begun.at),
+            standing: begun.and_then(|begun| begun.standing),
             notes: told,
         })
     }
@@ -312,6 +329,7 @@ impl Made {
     fn stage(&self) -> Result<Controller, Failure> {
         let mut options = RehearseOptions::default();
         options.tool = self.setup.tool.or(self.setup.usual_tool);
+        options.standing = self.standing;
         Ok(stage(self.program.plan(), &options)?)
     }
 
@@ -340,6 +358,13 @@ fn go(drive: &Drive<'_>, context: &mut Context) -> Result<Done, Failure> {
         Kind::Interrupted => drive.over(failure, context.stood()),
         _ => failure,
     })
+}
+
+/// A program that goes on where all depends on where it was begun needs to know that place.
+fn needs_start() -> Failure {
+    let message = "this program depends on where the tool stood when it was begun, and that is elsewhere by now";
+    Failure::usage(message)
+        .hint("give --start X,Y,Z as well, as the run has said it that is to go on")
 }
 
 /// What was read in a certain way, for people.

@@ -69,6 +69,16 @@ pub(crate) struct Place {
     /// Where the tool stands when a G-code program begins, mm; where it is, if not given
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
     pub(super) start: Option<[f64; 3]>,
+    /// Take the coordinates of G-code, a plan, a playback file or points as the file's own, and place it: the middle of what it
+    /// draws at --at, else on the sheet, else where there is room. --at, --fit and --surface imply it, `draw` and `engrave` too
+    #[arg(long)]
+    pub(super) place: bool,
+    /// Take its coordinates as the arm's, as they stand
+    #[arg(long, conflicts_with_all = ["place", "at", "fit", "surface"])]
+    pub(super) raw: bool,
+    /// Z of placed G-code at which its pen touches the surface, mm; the lowest at which it draws, if not given
+    #[arg(long, value_name = "Z", allow_hyphen_values = true, conflicts_with = "raw", value_parser = number::<f64>)]
+    pub(super) pen_z: Option<f64>,
     /// Put its middle at this x and y, mm
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
     pub(super) at: Option<[f64; 2]>,

@@ -1,8 +1,11 @@
 //! What is in the file, read for the place where it is to run.
 
+use magician::JointAngles;
 use magician::words::Preflight;
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
-use magician_program::{Content, Format, Origin, Plan, Problem, ReadOptions, Reading, tip};
+use magician_program::{
+    Content, Format, Lack, Origin, Plan, Problem, ReadOptions, Reading, Setup, Tool, tip,
+};
 
 use super::{Job, Where, notes};
 use crate::context::Context;
@@ -21,10 +24,22 @@ pub(super) struct Read {
     pub(super) source: Source,
     pub(super) format: Format,
     pub(super) content: Content,
-    /// Where the tool stood, for what depends on that and says nothing of it.
-    pub(super) start: Option<[f64; 3]>,
     /// What of it was taken in a certain way.
     pub(super) notes: Vec<Problem>,
+    /// For what depends on where the tool stood when it began.
+    pub(super) begun: Option<Begun>,
+}
+
+/// A program that depends on where the tool stands when it begins, read for such a place.
+pub(super) struct Begun {
+    /// The place.
+    pub(super) at: [f64; 3],
+    /// Whether somebody has said it.
+    pub(super) said: bool,
+    /// How a virtual arm stands there, if it is one's.
+    pub(super) standing: Option<JointAngles>,
+    /// The same program read without a place, if it can be: where both go on alike, the place counts no more.
+    pub(super) anywhere: Option<Plan>,
 }
 
 impl Job {
@@ -55,7 +70,7 @@ impl Job {
             format,
             reading,
         } = opened;
-        let (reading, start) = match reading {
+        let (reading, begun) = match reading {
             Some(reading) => (reading, None),
             None => self.gcode(&source, self.options(), place, context)?,
         };
@@ -64,7 +79,7 @@ impl Job {
             source,
             format,
             content: reading.content,
-            start,
+            begun,
             notes: reading.notes,
         })
     }
@@ -82,60 +97,78 @@ impl Job {
         mut options: ReadOptions,
         place: &Where,
         context: &mut Context,
-    ) -> Result<(Reading, Option<[f64; 3]>), Failure> {
+    ) -> Result<(Reading, Option<Begun>), Failure> {
         let config = context.config()?;
         let setup = self.setup(place, &config)?;
-        options.gcode.surface = setup.known_surface();
-        options.gcode.lift = setup.pen.lift;
-        options.gcode.start = self.place.start;
+        setup.prepare(&mut options.gcode, setup.known_surface());
         options.gcode.dialect = self.file.dialect.unwrap_or_default();
         options.gcode.s_max = self.file.s_max;
         options.gcode.laser_speed = setup.laser_speed.unwrap_or(options.gcode.laser_speed);
-        if self.place.start.is_some() {
+        if options.gcode.placed {
             return Ok((source.read(Format::Gcode, options)?, None));
         }
         let anywhere = source.read(Format::Gcode, options.clone());
-        if (anywhere.as_ref()).is_ok_and(|read| !read.notes.iter().any(Problem::needs_start)) {
+        let lacks_start = |problem: &Problem| problem.lacks == Some(Lack::Start);
+        if (anywhere.as_ref()).is_ok_and(|read| !read.notes.iter().any(lacks_start)) {
             return anywhere.map(|reading| (reading, None));
         }
         let tool = setup.tool.or(setup.usual_tool);
-        let start = match (place, &anywhere) {
-            (Where::Arm, _) => {
-                context.with_arm(async |arm, _| Ok(arm.preflight_for(&[]).await?))?
-            }
-            (
-                _,
-                Ok(Reading {
-                    content: Content::Plan(plan),
-                    ..
-                }),
-            ) => virtual_start(plan, tool)?,
-            _ => virtual_start(&Plan::default(), tool)?,
+        let anywhere = match anywhere {
+            Ok(Reading {
+                content: Content::Plan(plan),
+                ..
+            }) => Some(plan),
+            _ => None,
         };
-        // As it can be said again.
-        let start = tip(&start, tool).map(|start| start.map(|at| (at * 1000.0).round() / 1000.0));
-        let Some([x, y, z]) = start else {
-            return anywhere.map(|reading| (reading, None));
-        };
-        if self.way.resume || self.way.from.is_some_and(|step| step > 1) {
-            let message = "this program depends on where the tool stood when it was begun, and that is elsewhere by now";
-            return Err(Failure::usage(message)
-                .hint("give --start X,Y,Z as well, as the run has said it that is to go on"));
+        if let Some(at) = self.place.start {
+            options.gcode.start = Some(at);
+            let begun = Begun {
+                at,
+                said: true,
+                standing: None,
+                anywhere,
+            };
+            return Ok((source.read(Format::Gcode, options)?, Some(begun)));
         }
-        options.gcode.start = start;
+        let (begins, virtually) = match place {
+            Where::Arm => {
+                let begins = context.with_arm(async |arm, _| Ok(arm.preflight_for(&[]).await?))?;
+                (begins, false)
+            }
+            _ => (virtual_start(anywhere.as_ref(), &setup, tool)?, true),
+        };
+        let standing = begins.arm().filter(|_| virtually).map(|arm| arm.joints);
+        // As it can be said again.
+        let at = tip(&begins, tool).map(|at| at.map(|at| (at * 1000.0).round() / 1000.0));
+        let Some(at @ [x, y, z]) = at else {
+            return Ok((source.read(Format::Gcode, options)?, None));
+        };
+        options.gcode.start = Some(at);
         let mut from_there = source.read(Format::Gcode, options)?;
         let what = format!("it begins where the tool stands, at {x:.3},{y:.3},{z:.3}");
         let note = Problem::new(Origin::NONE, what).help(format!(
             "--start {x:.3},{y:.3},{z:.3} begins there again, wherever the tool is then"
         ));
         from_there.notes.insert(0, note);
-        Ok((from_there, start))
+        let begun = Begun {
+            at,
+            said: false,
+            standing,
+            anywhere,
+        };
+        Ok((from_there, Some(begun)))
     }
 }
 
 /// How the virtual arm stands that a plan is run on.
-fn virtual_start(plan: &Plan, tool: Option<magician_program::Tool>) -> Result<Preflight, Failure> {
+fn virtual_start(
+    anywhere: Option<&Plan>,
+    setup: &Setup,
+    tool: Option<Tool>,
+) -> Result<Preflight, Failure> {
     let mut options = RehearseOptions::default();
     options.tool = tool;
-    Ok(start_of(&stage(plan, &options)?))
+    let mut plan = anywhere.cloned().unwrap_or_default();
+    plan.surface = plan.surface.or(setup.surface);
+    Ok(start_of(&stage(&plan, &options)?))
 }

@@ -2,7 +2,7 @@
 
 use magician::{Set, words};
 use magician_program::artwork::Marking;
-use magician_program::{Action, Ending, Pallet, Placing, Plan, Problem, Setup, Surface};
+use magician_program::{Action, Ending, Frame, Pallet, Placing, Plan, Problem, Setup, Surface};
 
 use super::options::numbers;
 use super::{Job, Where};
@@ -28,6 +28,12 @@ impl Job {
         };
         setup.usual_surface = config.number("surface").map(Surface::level).or(table);
         let mut placing = Placing::default();
+        placing.frame = match (asked.place, asked.raw) {
+            (_, true) => Frame::Arm,
+            (true, _) => Frame::Own,
+            _ => Frame::Usual,
+        };
+        placing.pen_z = asked.pen_z;
         placing.at = asked.at;
         placing.scale = asked.scale.unwrap_or(1.0);
         placing.rotate = asked.rotate.unwrap_or(0.0);

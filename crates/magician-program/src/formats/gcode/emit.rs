@@ -47,7 +47,7 @@ impl<'o> Emitter<'o> {
             options,
             tolerance,
             laser,
-            start: options.start,
+            start: options.begins_at(),
             travel_is_set: false,
             path_feed: None,
             arc_feed: None,
@@ -67,15 +67,29 @@ impl<'o> Emitter<'o> {
             self.burn(to, 0.0, None, origin);
             return;
         }
+        self.travel_speed(origin);
+        let to = pose(to);
+        let by = Travel::Line;
+        self.plan.push(Action::Move { to, by }, origin);
+    }
+
+    /// To where the program begins, from a place that it does not mean: with all joints, as no straight way is known. Whoever
+    /// lays the plan before an arm leads there from above.
+    pub(super) fn enter(&mut self, to: [f64; 3], origin: Origin) {
+        self.start = None;
+        self.travel_speed(origin);
+        let to = pose(to);
+        let by = Travel::Joints;
+        self.plan.push(Action::Move { to, by }, origin);
+    }
+
+    fn travel_speed(&mut self, origin: Origin) {
         if !self.travel_is_set {
             self.travel_is_set = true;
             let speed = self.options.travel_speed as f32;
             let acceleration = self.options.travel_acceleration as f32;
             self.set(words::line_speed(speed, acceleration), origin);
         }
-        let to = pose(to);
-        let by = Travel::Line;
-        self.plan.push(Action::Move { to, by }, origin);
     }
 
     /// To where the program begins, for work that begins at once: the tool may stand elsewhere, and would draw or burn all the

@@ -1,14 +1,15 @@
 //! What the lines of a program have set by now, and what each of them does.
 
+use super::begin::Begin;
 use super::block::{Block, Code};
 use super::emit::Emitter;
-use super::notes::Notes;
-use super::options::{GcodeOptions, NEEDS_START};
+use super::notes::{Notes, START_HELP};
+use super::options::GcodeOptions;
 use super::servo::Servo;
 use super::survey::{Kind, Survey};
 use super::{Line, is_left_out};
 use crate::formats::flaw::Flaw;
-use crate::{Origin, Plan, Problem};
+use crate::{Lack, Origin, Plan, Problem};
 
 /// The motion that a line without a code of its own repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,12 +53,9 @@ pub(super) struct Machine<'o> {
     pub(super) pen_is_down: bool,
     /// Where the tool is in the arm's coordinates, as far as that is known.
     pub(super) at: [Option<f64>; 3],
-    /// Whether a step has brought it there.
-    pub(super) placed: bool,
+    pub(super) begin: Begin,
     /// The program's origin in the arm's coordinates.
     pub(super) offset: [f64; 3],
-    /// A motion that waits for X and Y.
-    pub(super) waiting: Option<Origin>,
     ended: bool,
 }
 
@@ -121,10 +119,9 @@ impl<'o> Machine<'o> {
             down,
             survey,
             pen_is_down: false,
-            at: options.start.map_or([None; 3], |start| start.map(Some)),
-            placed: options.start.is_some(),
+            at: options.begins_at().map_or([None; 3], |at| at.map(Some)),
+            begin: Begin::new(options.placed),
             offset: [0.0; 3],
-            waiting: None,
             ended: false,
         })
     }
@@ -300,11 +297,12 @@ impl<'o> Machine<'o> {
 
     /// The end of the program, or of the file.
     pub(super) fn finish(mut self) -> Result<(Plan, Vec<Problem>), Problem> {
-        if let Some(origin) = self.waiting {
+        if let Some(origin) = self.begin.waiting {
             let message = "the program moves and never says to which X and Y";
-            let help = NEEDS_START;
-            return Err(Problem::new(origin, message).help(help));
+            let problem = Problem::new(origin, message).help(START_HELP);
+            return Err(problem.lacking(Some(Lack::Start)));
         }
+        self.lower();
         self.out.laser_off(Origin::NONE);
         Ok((self.out.plan, self.notes.into_problems()))
     }

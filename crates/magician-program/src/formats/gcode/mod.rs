@@ -22,6 +22,7 @@
 //! Other M codes, E, T and rotary axes are noted and left out; other G codes that move, or say where things are, are refused.
 
 mod arc;
+mod begin;
 mod block;
 mod emit;
 mod lexer;
@@ -45,7 +46,6 @@ use crate::formats::flaw::Flaw;
 use machine::Machine;
 pub(super) use notes::Notes;
 
-pub(crate) use options::NEEDS_START;
 pub use options::{Arcs, Dialect, GcodeOptions};
 use survey::Survey;
 

@@ -1,15 +1,16 @@
 //! Where the lines of a program lead.
 
 use super::arc::{Arc, Ends, Round};
+use super::begin::Begin;
 use super::block::Block;
 use super::emit::Work;
 use super::machine::{Machine, Mode};
-use super::options::NEEDS_START;
+use super::notes::START_HELP;
 use super::settings::FASTEST;
-use crate::Origin;
 use crate::formats::flaw::Flaw;
+use crate::{Lack, Origin};
 
-const AXES: [u8; 3] = *b"XYZ";
+pub(super) const AXES: [u8; 3] = *b"XYZ";
 /// Beyond this no place is told apart from another within a thousandth of a millimetre.
 const FARTHEST: f64 = 1e6;
 /// The two radii of an arc may differ by the tolerance, and by no more than this, mm.
@@ -54,7 +55,7 @@ impl Machine<'_> {
     fn home(&mut self, origin: Origin) {
         if self.options.home {
             self.out.home(origin);
-            (self.at, self.placed) = ([None; 3], false);
+            (self.at, self.begin) = ([None; 3], Begin::default());
             return;
         }
         let message = "homing (G28) is left out: the arm stays where it is";
@@ -86,11 +87,13 @@ impl Machine<'_> {
                 continue;
             };
             match self.at[axis] {
-                Some(at) => self.offset[axis] = at - number * self.unit,
+                Some(at) => {
+                    self.offset[axis] = at - number * self.unit;
+                    self.begin.takes(axis);
+                }
                 None => {
                     let message = "G92 is left out where it is not known where the arm stands: coordinates stay the arm's";
-                    let help = NEEDS_START;
-                    self.notes.add_with_help(origin, message, help);
+                    self.notes.add_without_start(origin, message);
                 }
             }
         }
@@ -98,7 +101,7 @@ impl Machine<'_> {
     }
 
     /// Where a line leads, as far as that is known.
-    fn target(&self, block: &Block) -> Result<[Option<f64>; 3], Flaw> {
+    pub(super) fn target(&self, block: &Block) -> Result<[Option<f64>; 3], Flaw> {
         let mut to = self.at;
         for (axis, letter) in AXES.into_iter().enumerate() {
             let Some(number) = block.number(letter) else {
@@ -115,7 +118,8 @@ impl Machine<'_> {
                 let letter = char::from(letter);
                 let message =
                     format!("{letter} counts from where the arm stands, which is not known");
-                return Err(Flaw::new(block.range_of(AXES[axis]), message).help(NEEDS_START));
+                let flaw = Flaw::new(block.range_of(AXES[axis]), message);
+                return Err(flaw.help(START_HELP).lacks(Lack::Start));
             };
             if place.abs() > FARTHEST {
                 let message = format!("{} would be at {place:.0} mm", char::from(letter));
@@ -126,59 +130,7 @@ impl Machine<'_> {
         Ok(to)
     }
 
-    /// The place, if X and Y are known; a Z that the program has not named yet is the first that it does name.
-    fn place(&mut self, to: [Option<f64>; 3], origin: Origin) -> Option<[f64; 3]> {
-        let [Some(x), Some(y), z] = to else {
-            return None;
-        };
-        if self.lifts {
-            return Some([x, y, self.pen_height([x, y])]);
-        }
-        let z = z.unwrap_or_else(|| {
-            let message = if self.survey.first_z.is_some() {
-                "the first moves do not say Z: it is taken from the first line that does"
-            } else {
-                "the program never says Z: it is taken as 0"
-            };
-            let help = NEEDS_START;
-            self.notes.add_with_help(origin, message, help);
-            self.survey.first_z.unwrap_or(0.0)
-        });
-        Some([x, y, z])
-    }
-
-    fn straight(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
-        self.note_z(block, origin);
-        let to = self.target(block)?;
-        let Some(place) = self.place(to, origin) else {
-            self.at = to;
-            self.waiting.get_or_insert(origin);
-            if self.mode == Mode::Line && self.percent() > 0.0 {
-                return Err(unknown_start(block));
-            }
-            return Ok(());
-        };
-        match self.mode {
-            Mode::Line => {
-                let work = self.work(origin);
-                if work.power > 0.0 && !self.placed {
-                    return Err(unknown_start(block));
-                }
-                self.out.line(place, work, origin);
-            }
-            _ => self.out.travel(place, origin),
-        }
-        self.arrive(place);
-        Ok(())
-    }
-
-    fn arrive(&mut self, place: [f64; 3]) {
-        self.at = place.map(Some);
-        self.placed = true;
-        self.waiting = None;
-    }
-
-    fn work(&mut self, origin: Origin) -> Work {
+    pub(super) fn work(&mut self, origin: Origin) -> Work {
         let power = self.percent();
         let feed = self.feed_of_work(origin);
         Work {
@@ -198,10 +150,14 @@ impl Machine<'_> {
             return Err(refused(message));
         }
         self.note_z(block, origin);
-        let from = self.place(self.at, origin).filter(|_| self.placed);
+        self.hear_z(block);
+        self.begins_somewhere(block)?;
+        self.lower();
+        self.put_down(origin);
+        let from = self.place(self.at, true, origin);
         let from = from.ok_or_else(|| unknown_start(block))?;
         let to = self.target(block)?;
-        let to = self.place(to, origin).unwrap_or(from);
+        let to = self.place(to, true, origin).unwrap_or(from);
         let round = self.round(block, from)?;
         let ends = Ends {
             from,
@@ -242,7 +198,7 @@ impl Machine<'_> {
     }
 
     /// Where the pen of a servo is over a point.
-    fn pen_height(&self, point: [f64; 2]) -> f64 {
+    pub(super) fn pen_height(&self, point: [f64; 2]) -> f64 {
         let surface = self
             .options
             .surface
@@ -257,16 +213,16 @@ impl Machine<'_> {
 
     /// The pen of a servo goes up or down.
     pub(super) fn move_pen(&mut self, origin: Origin) {
-        if !self.placed {
+        if !self.begin.is_own() {
             return;
         }
-        if let Some(place) = self.place(self.at, origin) {
+        if let Some(place) = self.place(self.at, false, origin) {
             self.out.travel(place, origin);
             self.arrive(place);
         }
     }
 
-    fn note_z(&mut self, block: &Block, origin: Origin) {
+    pub(super) fn note_z(&mut self, block: &Block, origin: Origin) {
         if self.lifts && block.number(b'Z').is_some() {
             let message = "Z is left out: a servo lifts the pen, to the heights of the surface";
             self.notes.add(origin, message);
@@ -290,5 +246,7 @@ fn turns(block: &Block) -> Result<u32, Flaw> {
 
 fn unknown_start(block: &Block) -> Flaw {
     let message = "this begins where the arm stands, and it is not known where";
-    Flaw::new(block.range.clone(), message).help(NEEDS_START)
+    Flaw::new(block.range.clone(), message)
+        .help(START_HELP)
+        .lacks(Lack::Start)
 }

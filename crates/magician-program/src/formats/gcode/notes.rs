@@ -1,9 +1,12 @@
 //! What was left out or taken in a certain way, said once with how often.
 
-use crate::{Origin, Problem};
+use crate::{Lack, Origin, Problem};
 
 /// More kinds of notes than this are not told apart.
 const MOST_KINDS: usize = 200;
+
+/// What to do where it is not known where the arm stands.
+pub(super) const START_HELP: &str = "say where the arm stands when the program begins";
 
 #[derive(Debug, Default)]
 pub(in crate::formats) struct Notes {
@@ -28,6 +31,14 @@ impl Notes {
         self.add(origin, message);
         if let Some((problem, 1)) = self.find(message) {
             problem.help = Some(help.to_owned());
+        }
+    }
+
+    /// As [`add`](Self::add), of what would be otherwise if it were known where the arm stands.
+    pub(in crate::formats) fn add_without_start(&mut self, origin: Origin, message: &str) {
+        self.add_with_help(origin, message, START_HELP);
+        if let Some((problem, _)) = self.find(message) {
+            problem.lacks = Some(Lack::Start);
         }
     }
 

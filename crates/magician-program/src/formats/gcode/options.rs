@@ -1,8 +1,5 @@
 use crate::Surface;
 
-/// What the help of a [`Problem`](crate::Problem) ends with that a known start would solve: [`GcodeOptions::start`].
-pub(crate) const NEEDS_START: &str = "say where the arm stands when the program begins";
-
 /// What draws, as far as a program leaves it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Dialect {
@@ -36,10 +33,13 @@ pub enum Arcs {
 pub struct GcodeOptions {
     /// What draws.
     pub dialect: Dialect,
-    /// Where the arm stands when the program begins. Without it moves wait until the program has named X and Y, a Z that is
-    /// needed earlier is the first one of the program (0 if it has none), and what depends on the start is refused: relative
-    /// moves, a laser that burns at once.
+    /// Where the arm stands when the program begins. Moves of one axis and relative moves begin there; nothing is drawn from
+    /// there that the program does not count from there. Without it moves wait until the program has named X and Y, then the
+    /// arm comes from above, and what counts from the start is refused: relative moves and arcs.
     pub start: Option<[f64; 3]>,
+    /// The program is to be placed: its coordinates are its own, the tool is taken to stand at its zero when it begins, and Z
+    /// is 0 where it touches until the program says Z. `start` counts for nothing then.
+    pub placed: bool,
     /// The S at which the laser has full power. Without it: `$30` of the program, before the laser is switched on; what
     /// LightBurn's comments tell; 255 where M106 is the laser; 1000 if no S is above that.
     pub s_max: Option<f64>,
@@ -61,11 +61,22 @@ pub struct GcodeOptions {
     pub home: bool,
 }
 
+impl GcodeOptions {
+    /// Where the tool is when the program begins, as far as that is known.
+    pub(super) fn begins_at(&self) -> Option<[f64; 3]> {
+        match self.placed {
+            true => Some([0.0; 3]),
+            false => self.start,
+        }
+    }
+}
+
 impl Default for GcodeOptions {
     fn default() -> Self {
         Self {
             dialect: Dialect::Detect,
             start: None,
+            placed: false,
             s_max: None,
             laser_speed: 20.0,
             surface: None,

@@ -33,8 +33,8 @@ pub(super) struct Survey {
     /// M300 or M280 moves a servo.
     m300: bool,
     m280: bool,
-    /// The first height that it goes to, mm.
-    pub(super) first_z: Option<f64>,
+    /// The highest that it says it goes to, mm.
+    pub(super) highest_z: Option<f64>,
     /// Units and distances as the program has set them by then, and whether motions feed.
     inches: bool,
     relative: bool,
@@ -54,7 +54,7 @@ impl Survey {
             extrudes: false,
             m300: false,
             m280: false,
-            first_z: None,
+            highest_z: None,
             inches: false,
             relative: false,
             feeds: false,
@@ -102,18 +102,16 @@ impl Survey {
         self.m300 |= block.has(b'M', 300) && block.number(b'S').is_some_and(|s| s < 100.0);
         self.m280 |= block.has(b'M', 280) && block.number(b'S').is_some();
         let moves = !(self.relative || places);
-        if let Some(z) = block
-            .number(b'Z')
-            .filter(|_| moves && self.first_z.is_none())
-        {
-            self.first_z = Some(if self.inches { z * 25.4 } else { z });
+        if let Some(z) = block.number(b'Z').filter(|_| moves) {
+            let z = if self.inches { z * 25.4 } else { z };
+            self.highest_z = Some(self.highest_z.map_or(z, |highest| highest.max(z)));
         }
     }
 
     /// What it is for.
     pub(super) fn kind(&self, options: &GcodeOptions) -> Kind {
         // A printer moves the probe of its bed by M280, and a laser beeps by M300.
-        let m280 = self.m280 && self.first_z.is_none() && !self.extrudes;
+        let m280 = self.m280 && self.highest_z.is_none() && !self.extrudes;
         let servo = (self.m300 || m280) && !self.mill.has_laser();
         match options.dialect {
             Dialect::Laser => Kind::Laser,

@@ -1,0 +1,256 @@
+//! The beginning of a program: what it says of where the tool is, and what nobody can know.
+//!
+//! A program may move before it has named all of X, Y and Z. Three things can be known then: where the arm stands
+//! ([`GcodeOptions::start`](super::GcodeOptions::start)), nothing at all, or that the program is placed and begins at its own
+//! zero. In all three nothing is drawn from a place that the program does not mean, and the tool is lowered only where the
+//! program wants it low.
+
+use super::block::Block;
+use super::machine::{Machine, Mode};
+use super::motion::AXES;
+use crate::Origin;
+use crate::formats::flaw::Flaw;
+
+const FEED_FIRST: &str = "the program begins with a feed move (G1), and does not say where from: the arm goes to its end first, and \
+     draws from there on";
+const NAMES_LATER: &str = "the first moves do not name all of X, Y and Z: the rest of them depends on where the arm stands, which is \
+     not known; the arm comes from above instead";
+const LOWERED_LATER: &str = "the program lowers the tool before it has named X and Y: it is lowered there, and not where the arm stands";
+
+/// How far the program has come with saying where it is.
+#[derive(Debug, Default)]
+pub(super) struct Begin {
+    /// Which of X and Y the program itself has said. The others are those of the place where the arm stands.
+    own: [bool; 2],
+    /// A motion that waits for X and Y, because it is not known where the arm stands.
+    pub(super) waiting: Option<Origin>,
+    /// The height at which the tool is, above the one that the program has told it to be at: it is lowered above X and Y.
+    held: Option<(f64, Origin)>,
+    /// A placed program has said Z.
+    says_z: bool,
+    /// A pen whose program has not said Z is lifted.
+    lifted: bool,
+    /// A step has brought the tool somewhere.
+    moved: bool,
+}
+
+impl Begin {
+    pub(super) fn new(placed: bool) -> Self {
+        Self {
+            own: [placed; 2],
+            ..Self::default()
+        }
+    }
+
+    /// Whether the program has said X and Y.
+    pub(super) fn is_own(&self) -> bool {
+        self.own == [true; 2]
+    }
+
+    /// G92: where the tool is counts for the program from now on.
+    pub(super) fn takes(&mut self, axis: usize) {
+        if let Some(own) = self.own.get_mut(axis) {
+            *own = true;
+        }
+    }
+}
+
+impl Machine<'_> {
+    /// Whether a line says where it leads in X or Y, and nothing before it where it begins.
+    fn is_stray(&self, block: &Block) -> bool {
+        let absolute = !self.relative || block.has(b'G', 53);
+        let mut axes = AXES.iter().zip(self.begin.own);
+        absolute && axes.any(|(letter, own)| !own && block.number(*letter).is_some())
+    }
+
+    /// What a line says of X and Y is the program's own from now on.
+    fn claim(&mut self, block: &Block) {
+        if self.relative && !block.has(b'G', 53) {
+            return;
+        }
+        for (letter, own) in AXES.iter().zip(&mut self.begin.own) {
+            *own |= block.number(*letter).is_some();
+        }
+    }
+
+    pub(super) fn straight(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        self.note_z(block, origin);
+        self.hear_z(block);
+        let stray = self.is_stray(block);
+        let (from, to) = (self.at, self.target(block)?);
+        self.claim(block);
+        if to[0].is_none() || to[1].is_none() {
+            self.at = to;
+            self.begin.waiting.get_or_insert(origin);
+            return Ok(());
+        }
+        let waited = self.begin.waiting.is_some();
+        let says_z_later = to[2].is_none() && self.survey.highest_z.is_some();
+        let feeds = self.mode == Mode::Line;
+        let Some(place) = self.place(to, feeds, origin) else {
+            return Ok(());
+        };
+        if stray && self.begin.is_own() && (feeds || waited || says_z_later || self.lifts) {
+            if waited {
+                self.notes.add_without_start(origin, NAMES_LATER);
+            }
+            if feeds && (self.pen_is_down || !self.lifts) {
+                self.notes.add(origin, FEED_FIRST);
+            }
+            self.begin.held = None;
+            self.out.enter(place, origin);
+        } else if stray || !self.begin.is_own() && !self.relative && !block.has_any(b"XY") {
+            self.before_own(from, place, (stray, feeds), origin);
+        } else {
+            self.lower();
+            if self.options.placed && !self.begin.moved && feeds && self.at == place.map(Some) {
+                return Ok(());
+            }
+            match feeds {
+                true => self.feed(place, origin),
+                false => self.go(place, origin),
+            }
+        }
+        self.arrive(place);
+        Ok(())
+    }
+
+    /// A move before the program has said X and Y, from where the arm stands: nothing is drawn, and the tool is lowered at the
+    /// end of it.
+    fn before_own(
+        &mut self,
+        from: [Option<f64>; 3],
+        [x, y, z]: [f64; 3],
+        (stray, feeds): (bool, bool),
+        origin: Origin,
+    ) {
+        if stray && feeds {
+            self.notes.add(origin, FEED_FIRST);
+        }
+        let height = self.begin.held.map(|(height, _)| height).or(from[2]);
+        let lower = height.filter(|height| *height > z);
+        match lower {
+            // All that the program wants in one straight line.
+            Some(_) if self.begin.is_own() && self.begin.held.is_none() => {
+                self.out.travel([x, y, z], origin);
+            }
+            Some(height) if stray => {
+                self.out.travel([x, y, height], origin);
+                self.begin.held = Some((height, origin));
+            }
+            Some(height) => {
+                self.begin.held = Some((height, origin));
+                self.notes.add(origin, LOWERED_LATER);
+            }
+            None => {
+                self.begin.held = None;
+                self.out.travel([x, y, z], origin);
+            }
+        }
+        if self.begin.is_own() && self.begin.held.take().is_some() {
+            self.out.travel([x, y, z], origin);
+        }
+    }
+
+    /// An arc is what it is only from a place that the program means.
+    pub(super) fn begins_somewhere(&self, block: &Block) -> Result<(), Flaw> {
+        let about = self.absolute_centres && block.has_any(b"IJ") && !self.begin.is_own();
+        if self.at[0].is_none() || self.at[1].is_none() || !(self.is_stray(block) || about) {
+            return Ok(());
+        }
+        let message = "this arc begins where the arm stands: the program does not say where";
+        let help = "put a move (G0 X Y) before it that says where it begins";
+        Err(Flaw::new(block.range.clone(), message).help(help))
+    }
+
+    /// The tool goes down to where the program has it, if that waits.
+    pub(super) fn lower(&mut self) {
+        if let Some((_, origin)) = self.begin.held.take()
+            && let [Some(x), Some(y), Some(z)] = self.at
+        {
+            self.out.travel([x, y, z], origin);
+        }
+    }
+
+    /// A line of the tool.
+    fn feed(&mut self, place: [f64; 3], origin: Origin) {
+        self.put_down(origin);
+        let work = self.work(origin);
+        self.out.line(place, work, origin);
+    }
+
+    /// A move without drawing; a pen that nothing else lifts is lifted for it.
+    fn go(&mut self, place: [f64; 3], origin: Origin) {
+        if let (Some(up), [Some(x), Some(y), Some(z)]) = (self.lift(), self.at)
+            && self.begin.moved
+            && z < up
+        {
+            self.out.travel([x, y, up], origin);
+        }
+        self.begin.lifted = self.lift().is_some();
+        self.out.travel(place, origin);
+    }
+
+    /// The pen that was lifted for a move is put down again.
+    pub(super) fn put_down(&mut self, origin: Origin) {
+        if std::mem::take(&mut self.begin.lifted)
+            && let [Some(x), Some(y), _] = self.at
+        {
+            self.out.travel([x, y, 0.0], origin);
+        }
+    }
+
+    /// How high the pen of a placed program is between its lines that has not said Z, if that is one.
+    fn lift(&self) -> Option<f64> {
+        let says = self.begin.says_z || self.laser || self.lifts;
+        let highest = self.survey.highest_z.unwrap_or(0.0);
+        (self.options.placed && !says).then_some(self.options.lift.max(highest))
+    }
+
+    /// A placed program says Z for the first time: a height that it counts from is 0 until then.
+    pub(super) fn hear_z(&mut self, block: &Block) {
+        if self.options.placed && !self.begin.says_z && block.number(b'Z').is_some() {
+            if self.begin.lifted && self.relative {
+                self.at[2] = Some(0.0);
+            }
+            self.begin.says_z = true;
+            self.begin.lifted = false;
+        }
+    }
+
+    /// The place, if X and Y are known. A Z that the program has not named yet is the highest that it does name: too high is
+    /// the right side to be wrong on.
+    pub(super) fn place(
+        &mut self,
+        to: [Option<f64>; 3],
+        feeds: bool,
+        origin: Origin,
+    ) -> Option<[f64; 3]> {
+        let [Some(x), Some(y), z] = to else {
+            return None;
+        };
+        if self.lifts {
+            return Some([x, y, self.pen_height([x, y])]);
+        }
+        if let Some(up) = self.lift() {
+            return Some([x, y, if feeds { 0.0 } else { up }]);
+        }
+        let z = z.unwrap_or_else(|| {
+            let message = match self.survey.highest_z {
+                Some(_) => {
+                    "the first moves do not say Z: it is taken as the highest that the program says"
+                }
+                None => "the program never says Z: it is taken as 0",
+            };
+            self.notes.add_without_start(origin, message);
+            self.survey.highest_z.unwrap_or(0.0)
+        });
+        Some([x, y, z])
+    }
+
+    pub(super) fn arrive(&mut self, place: [f64; 3]) {
+        self.at = place.map(Some);
+        self.begin.waiting = None;
+        self.begin.moved = true;
+    }
+}

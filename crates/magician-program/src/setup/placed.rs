@@ -1,0 +1,240 @@
+//! A program in coordinates of its own, laid before the arm: what it draws is what has a size, a middle and a height.
+
+mod guide;
+mod marks;
+
+use super::{Setup, fitted, middle, turned};
+use crate::artwork::{Layout, Marking, Sheet};
+use crate::formats::GcodeOptions;
+use crate::{Action, Artwork, Fit, Plan, Problem, Surface, Tool, Work};
+use guide::Guide;
+use marks::Marks;
+
+/// What is larger than its sheet by no more than this is not, mm.
+const ROUNDED: f64 = 1.0;
+
+/// Whose coordinates those of a file are: of G-code, plans, playback files and points. Drawings and images are always placed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Frame {
+    /// Its own if it is drawn or engraved, or anything of where it lies was said (a middle, a surface, that it is to fit); else
+    /// the arm's.
+    #[default]
+    Usual,
+    /// Its own: it is placed.
+    Own,
+    /// The arm's, as they stand.
+    Arm,
+}
+
+impl Setup {
+    /// Whether a file of coordinates is placed, and not taken as the arm's.
+    #[must_use]
+    pub fn places(&self) -> bool {
+        match self.placing.frame {
+            Frame::Own => true,
+            Frame::Arm => false,
+            Frame::Usual => self.work != Work::Usual || self.says_where(),
+        }
+    }
+
+    fn says_where(&self) -> bool {
+        self.placing.at.is_some() || self.placing.fit || self.surface.is_some()
+    }
+
+    /// How G-code is read to be placed so; `surface` is the one that it lies on where it is not placed.
+    pub fn prepare(&self, gcode: &mut GcodeOptions, surface: Option<Surface>) {
+        gcode.lift = self.pen.lift;
+        gcode.placed = self.places();
+        gcode.surface = match gcode.placed {
+            true => Some(Surface::level(0.0)),
+            false => surface,
+        };
+    }
+
+    /// What was said of a frame that this file does not have.
+    pub(super) fn check_frame(&self, gcode: bool, drawing: bool) -> Result<(), Problem> {
+        let refused = |what: &str, help: &str| Err(Problem::of_file(what).help(help));
+        if self.placing.frame == Frame::Arm && drawing {
+            return refused(
+                "a drawing or an image has no coordinates of the arm that it could be left at",
+                "leave out --raw: --at X,Y says where its middle goes",
+            );
+        }
+        if self.placing.frame == Frame::Arm && self.says_where() {
+            return refused(
+                "coordinates that are the arm's as they stand are not placed",
+                "leave out --raw, or --at, --fit and --surface",
+            );
+        }
+        if self.placing.pen_z.is_some() && !(gcode && self.places()) {
+            return refused(
+                "a Z of touching was said, and it is of placed G-code, which this is not",
+                "--place places G-code; leave out --pen-z for anything else",
+            );
+        }
+        Ok(())
+    }
+
+    /// G-code in its own coordinates, laid where it belongs: the lowest Z at which it draws, or the one that was said, on the
+    /// surface.
+    pub(super) fn laid(&self, plan: Plan, notes: &mut Vec<Problem>) -> Result<Plan, Problem> {
+        let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
+        let tool = self.tool_for(if laser { Tool::Laser } else { Tool::Pen });
+        let surface = self.needed_surface()?;
+        let marks = Marks::of(&plan, self.placing.pen_z)?;
+        let (layout, marks_size) = self.layout_for(&marks.artwork, surface)?;
+        self.check_sheet(&layout, marks_size)?;
+        let marking = Marking { tool, ..self.pen };
+        let placed = marks.artwork.placed(&layout, &marking)?;
+        if placed.scale < self.placing.scale {
+            let percent = 100.0 * placed.scale / self.placing.scale;
+            let what = format!("it is made smaller to fit: {percent:.0} % of its size");
+            notes.push(Problem::of_file(what));
+        }
+        let [x, y] = placed.middle;
+        let what = format!(
+            "it is placed: the middle of what it draws at x = {x:.1}, y = {y:.1}, its Z {:.3} on the surface at z = {:.1}",
+            marks.touch,
+            surface.at(placed.middle),
+        );
+        let help = "--raw takes its coordinates as the arm's, --pen-z says another Z of touching";
+        notes.push(Problem::of_file(what).help(help));
+        let course = Course {
+            mirror: layout.mirror,
+            rotate: layout.rotate,
+            middle: middle_of(&marks.artwork, &layout),
+            sheet: layout.sheet.map_or(0.0, |sheet| sheet.rotation),
+            scale: placed.scale,
+            at: placed.middle,
+            touch: marks.touch,
+        };
+        let mut plan = Guide::new(plan, &course, surface, &marking).lead();
+        (plan.tool, plan.surface) = (Some(tool), Some(surface));
+        if let Some(speed) = self.speed {
+            plan.path_at(speed);
+        }
+        self.powered(self.pushed(plan)?, notes)
+    }
+
+    /// How it lies: with its middle where that was said, else on the middle of the sheet. With the size of what it draws, as
+    /// it lies on the sheet.
+    fn layout_for(&self, marks: &Artwork, surface: Surface) -> Result<(Layout, [f64; 2]), Problem> {
+        let layout = Layout {
+            surface,
+            at: self.placing.at.or(self.sheet.and_then(middle_of_sheet)),
+            ..self.layout()?
+        };
+        let [least, most] = turned_bounds(marks, &layout);
+        let size = [0, 1].map(|axis| most[axis] - least[axis]);
+        let mut layout = layout;
+        if layout.fit
+            && let Some(room) = self.sheet_in_use().and_then(|sheet| sheet.size)
+        {
+            for (side, room) in size.into_iter().zip(room) {
+                if side * layout.scale > room {
+                    layout.scale = room / side;
+                }
+            }
+        }
+        Ok((layout, size))
+    }
+
+    /// The sheet that it lies on, if it does.
+    fn sheet_in_use(&self) -> Option<Sheet> {
+        self.sheet.filter(|_| self.placing.at.is_none())
+    }
+
+    fn check_sheet(&self, layout: &Layout, size: [f64; 2]) -> Result<(), Problem> {
+        let Some(room) = self.sheet_in_use().and_then(|sheet| sheet.size) else {
+            return Ok(());
+        };
+        let size = size.map(|side| side * layout.scale);
+        if size
+            .iter()
+            .zip(room)
+            .all(|(side, room)| side - ROUNDED <= room)
+        {
+            return Ok(());
+        }
+        let shown = |[width, height]: [f64; 2]| format!("{width:.1} x {height:.1} mm");
+        let message = format!("it draws {}, and the sheet is {}", shown(size), shown(room));
+        let help = "--fit shrinks it to the sheet, --at X,Y places it without one";
+        Err(Problem::of_file(message).help(help))
+    }
+
+    /// A plan in coordinates of the arm that is placed all the same: to the middle of the sheet, or to where there is room.
+    pub(super) fn centred(&self, plan: Plan) -> Result<Plan, Problem> {
+        match self.sheet.and_then(middle_of_sheet) {
+            Some([x, y]) => {
+                let [from_x, from_y, _] = middle(&plan);
+                plan.moved([x - from_x, y - from_y, 0.0])
+            }
+            None => fitted(plan, Fit::TrueSize),
+        }
+    }
+}
+
+/// Where the middle of a sheet is, if its size is known.
+fn middle_of_sheet(sheet: Sheet) -> Option<[f64; 2]> {
+    let half = sheet.size?.map(|side| side / 2.0);
+    let [x, y] = turned(half, sheet.rotation);
+    let [from_x, from_y] = sheet.corner;
+    Some([from_x + x, from_y + y])
+}
+
+/// From the coordinates of a program to x, y and a height above the surface.
+struct Course {
+    mirror: bool,
+    rotate: f64,
+    /// The middle of what it draws, mirrored and turned.
+    middle: [f64; 2],
+    sheet: f64,
+    scale: f64,
+    at: [f64; 2],
+    touch: f64,
+}
+
+impl Course {
+    fn of(&self, [x, y, z]: [f64; 3]) -> ([f64; 2], f64) {
+        let [x, y] = own([x, y], self.mirror, self.rotate);
+        let [mx, my] = self.middle;
+        let way = turned([x - mx, y - my], self.sheet);
+        let at = [0, 1].map(|axis| self.at[axis] + self.scale * way[axis]);
+        (at, z - self.touch)
+    }
+}
+
+fn own([x, y]: [f64; 2], mirror: bool, rotate: f64) -> [f64; 2] {
+    turned([if mirror { -x } else { x }, y], rotate)
+}
+
+/// The least and the greatest x and y of a drawing, mirrored and turned.
+fn turned_bounds(artwork: &Artwork, layout: &Layout) -> [[f64; 2]; 2] {
+    let points = artwork.strokes.iter().flat_map(|stroke| &stroke.points);
+    let points = points.map(|point| own(*point, layout.mirror, layout.rotate));
+    let none = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    points.fold(none, |[least, most], point| {
+        [
+            [0, 1].map(|axis| f64::min(least[axis], point[axis])),
+            [0, 1].map(|axis| f64::max(most[axis], point[axis])),
+        ]
+    })
+}
+
+fn middle_of(artwork: &Artwork, layout: &Layout) -> [f64; 2] {
+    let [least, most] = turned_bounds(artwork, layout);
+    [0, 1].map(|axis| f64::midpoint(least[axis], most[axis]))
+}
+
+/// Where the first motion of a plan in the arm's coordinates comes from nowhere that is known, the arm comes from above.
+pub(super) fn raised(plan: &mut Plan, lift: f64) {
+    guide::from_above(plan, lift);
+}
+
+/// Whether a step is one of the tool at work.
+fn feeds(action: &Action) -> bool {
+    matches!(
+        action,
+        Action::Path { .. } | Action::Burn { .. } | Action::Arc { .. }
+    )
+}

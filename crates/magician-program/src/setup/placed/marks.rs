@@ -1,0 +1,166 @@
+//! What a program in its own coordinates draws or burns.
+
+use super::feeds;
+use crate::artwork::distance;
+use crate::{Action, Artwork, Plan, Problem, Stroke};
+
+/// So far above the Z of touching a pen still draws, mm.
+pub(super) const TOUCH: f64 = 0.5;
+/// Shorter ways across are none, mm.
+const STILL: f64 = 1e-4;
+/// An arc is followed in pieces of this turn, deg.
+const PIECE: f64 = 3.0;
+
+/// What it draws, and at which Z.
+pub(super) struct Marks {
+    /// The lines, as on a sheet.
+    pub(super) artwork: Artwork,
+    /// The Z at which the tool touches.
+    pub(super) touch: f64,
+}
+
+impl Marks {
+    pub(super) fn of(plan: &Plan, pen_z: Option<f64>) -> Result<Self, Problem> {
+        let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
+        let all = segments(plan);
+        let works = |segment: &&Segment| !laser || segment.lit;
+        let lowest = |across: bool| {
+            let found = all.iter().filter(works);
+            let found = found.filter(|segment| !across || segment.goes_across());
+            found.map(Segment::low).reduce(f64::min)
+        };
+        let Some(lowest) = lowest(true).or(lowest(false)) else {
+            let message =
+                "nothing is drawn or burnt in it: it has no size and no middle to be placed by";
+            return Err(Problem::of_file(message).help("--raw runs it as it stands"));
+        };
+        let touch = pen_z.unwrap_or(lowest);
+        let mut strokes: Vec<Stroke> = Vec::new();
+        let mut last = None;
+        for segment in all.iter().filter(works) {
+            let ends = [segment.from, segment.to];
+            if !laser && !segment.touches(touch) {
+                continue;
+            }
+            let points = segment.points();
+            match strokes.last_mut() {
+                Some(stroke) if last == Some(ends[0]) => {
+                    stroke.points.extend(points.into_iter().skip(1));
+                }
+                _ => strokes.push(Stroke {
+                    points,
+                    origin: segment.origin,
+                }),
+            }
+            last = Some(ends[1]);
+        }
+        if strokes.is_empty() {
+            let message = format!(
+                "nothing is drawn at Z {touch} or below: the lowest Z at which it draws is {lowest}"
+            );
+            return Err(Problem::of_file(message).help("--pen-z Z says at which Z its pen touches"));
+        }
+        let artwork = Artwork {
+            title: plan.title.clone(),
+            strokes,
+            ..Artwork::default()
+        };
+        Ok(Self { artwork, touch })
+    }
+}
+
+/// A way of the tool at work.
+struct Segment {
+    from: [f64; 3],
+    via: Option<[f64; 3]>,
+    to: [f64; 3],
+    lit: bool,
+    origin: crate::Origin,
+}
+
+impl Segment {
+    fn goes_across(&self) -> bool {
+        let [a, b] = [self.from, self.to].map(|[x, y, _]| [x, y]);
+        self.via.is_some() || distance(a, b) > STILL
+    }
+
+    fn low(&self) -> f64 {
+        self.from[2].min(self.to[2])
+    }
+
+    /// A line touches from end to end, a point where it ends.
+    fn touches(&self, touch: f64) -> bool {
+        let touches = |z: f64| z <= touch + TOUCH;
+        touches(self.to[2]) && (touches(self.from[2]) || !self.goes_across())
+    }
+
+    fn points(&self) -> Vec<[f64; 2]> {
+        let [from, to] = [self.from, self.to].map(|[x, y, _]| [x, y]);
+        let Some([x, y, _]) = self.via else {
+            return match self.goes_across() {
+                true => vec![from, to],
+                false => vec![to],
+            };
+        };
+        round(from, [x, y], to).unwrap_or_else(|| vec![from, [x, y], to])
+    }
+}
+
+/// Points of the arc from the first through the second to the third; nothing if they are on a line.
+fn round(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<Vec<[f64; 2]>> {
+    let way = |p: [f64; 2]| [p[0] - a[0], p[1] - a[1]];
+    let ([bx, by], [cx, cy]) = (way(b), way(c));
+    let cross = 2.0 * (bx * cy - by * cx);
+    let (bb, cc) = (bx * bx + by * by, cx * cx + cy * cy);
+    let centre = [
+        a[0] + (cy * bb - by * cc) / cross,
+        a[1] + (bx * cc - cx * bb) / cross,
+    ];
+    if !centre.iter().all(|value| value.is_finite()) {
+        return None;
+    }
+    let angle = |p: [f64; 2]| (p[1] - centre[1]).atan2(p[0] - centre[0]);
+    let turn = |from: f64, to: f64| (to - from).rem_euclid(std::f64::consts::TAU);
+    let (start, radius) = (angle(a), distance(a, centre));
+    let left = turn(start, angle(c));
+    let sweep = match turn(start, angle(b)) <= left {
+        true => left,
+        false => left - std::f64::consts::TAU,
+    };
+    let count = (sweep.abs().to_degrees() / PIECE).ceil().max(1.0);
+    let point = |nth: u32| {
+        let (sin, cos) = (start + sweep * f64::from(nth) / count).sin_cos();
+        [centre[0] + radius * cos, centre[1] + radius * sin]
+    };
+    let between = (1..count as u32).map(point);
+    Some([a].into_iter().chain(between).chain([c]).collect())
+}
+
+/// All ways of the tool at work, in their order.
+fn segments(plan: &Plan) -> Vec<Segment> {
+    let mut at: Option<[f64; 3]> = None;
+    let mut segments = Vec::new();
+    for step in &plan.steps {
+        let Some(to) = step.action.target().map(|to| to.map(f64::from)) else {
+            continue;
+        };
+        if let Some(from) = at.filter(|_| feeds(&step.action)) {
+            let (via, lit) = match &step.action {
+                Action::Arc {
+                    via: [x, y, z, _], ..
+                } => (Some([*x, *y, *z].map(f64::from)), false),
+                Action::Burn { power, .. } => (None, *power > 0.0),
+                _ => (None, false),
+            };
+            segments.push(Segment {
+                from,
+                via,
+                to,
+                lit,
+                origin: step.origin,
+            });
+        }
+        at = Some(to);
+    }
+    segments
+}
