@@ -121,7 +121,7 @@ impl Job {
             _ => None,
         };
         if let Some(at) = self.place.start {
-            options.gcode.start = Some(at);
+            options.gcode.start = Some(before(at, anywhere.is_some(), &setup));
             let begun = Begun {
                 at,
                 said: true,
@@ -143,7 +143,7 @@ impl Job {
         let Some(at @ [x, y, z]) = at else {
             return Ok((source.read(Format::Gcode, options)?, None));
         };
-        options.gcode.start = Some(at);
+        options.gcode.start = Some(before(at, anywhere.is_some(), &setup));
         let mut from_there = source.read(Format::Gcode, options)?;
         let what = format!("it begins where the tool stands, at {x:.3},{y:.3},{z:.3}");
         let note = Problem::new(Origin::NONE, what).help(format!(
@@ -157,6 +157,16 @@ impl Job {
             anywhere,
         };
         Ok((from_there, Some(begun)))
+    }
+}
+
+/// Where the arm stands in the coordinates of a program with places of its own, before it is moved: what it does where the arm
+/// stands is done there. What only counts from there is moved along.
+fn before(at: [f64; 3], has_places: bool, setup: &Setup) -> [f64; 3] {
+    let [x, y, z] = at;
+    match has_places {
+        true => [x - setup.placing.by[0], y - setup.placing.by[1], z],
+        false => at,
     }
 }
 
