@@ -8,6 +8,7 @@ mod drawing;
 mod heap;
 mod hostile;
 mod lines;
+mod networks;
 mod poses;
 mod program;
 mod resync;
@@ -122,6 +123,12 @@ const SOAKS: [Soak; 13] = [
         cases: 12,
         run: lines::lines,
     },
+    Soak {
+        name: "networks",
+        says: "so many drawings over each network that loses and doubles datagrams, compared in the same way",
+        cases: 20,
+        run: networks::networks,
+    },
 ];
 
 fn help() -> String {
@@ -220,6 +227,7 @@ mod tests {
         ("r7", 86_400),
         ("drawing", 25),
         ("lines", 1),
+        ("networks", 2),
     ];
 
     fn find(name: &str, cases: u64, seed: u64) -> Found {
