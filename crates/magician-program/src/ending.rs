@@ -27,6 +27,8 @@ pub struct Ending {
     pub stay: bool,
     /// Where the tip of the tool (x, y, z) is taken when all is done, mm.
     pub park: Option<[f64; 3]>,
+    /// The program was made of a drawing, an image or G-code: a tool that it does not name draws.
+    pub drawing: bool,
 }
 
 impl Default for Ending {
@@ -36,16 +38,24 @@ impl Default for Ending {
             lift: crate::artwork::Marking::pen().lift,
             stay: false,
             park: None,
+            drawing: false,
         }
     }
 }
 
 impl Ending {
+    /// Whether a plan draws with a pen. One for the pen does; one that does not name its tool does if it follows paths or arcs
+    /// and is a [drawing](Self::drawing), or says where its surface is; nothing of a laser, a suction cup or a gripper does.
+    #[must_use]
+    pub fn draws(&self, plan: &Plan) -> bool {
+        plan.draws(self.drawing)
+    }
+
     /// How far the pen goes up from where the arm stands when a program was stopped, or is paused; nothing if it does not draw,
     /// or is to stay.
     #[must_use]
     pub fn after_stop(&self, plan: &Plan) -> Option<f64> {
-        Some(self.lift).filter(|_| !self.stay && plan.draws())
+        Some(self.lift).filter(|_| !self.stay && self.draws(plan))
     }
 
     /// How far the tool goes up when all is done and it stands there (x, y, z): a pen so far that it is above its paper by the
@@ -54,7 +64,7 @@ impl Ending {
     pub fn after_done(&self, plan: &Plan, at: [f64; 3]) -> Option<f64> {
         let up = if self.stay {
             None
-        } else if plan.draws() {
+        } else if self.draws(plan) {
             Some(plan.lift_left(at, self.lift))
         } else {
             self.park.map(|_| self.lift)

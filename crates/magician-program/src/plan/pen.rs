@@ -8,26 +8,24 @@ use super::{Action, Plan, Tool, Travel};
 const SAME: f64 = 0.05;
 
 impl Plan {
-    /// Whether it draws with a pen, which is lifted when the drawing ends, is paused or stopped. A plan for a pen does if it
-    /// goes anywhere; one that does not name its tool (or gives a bias) does if it follows continuous paths or arcs, as
-    /// drawings do. Nothing of a laser, a suction cup or a gripper does.
-    #[must_use]
-    pub fn draws(&self) -> bool {
+    /// Whether it draws with a pen. A plan for a pen does if it goes anywhere. One that does not name its tool, or gives a bias,
+    /// does if it follows continuous paths or arcs, and is known to be a drawing: because it says where its surface is, or
+    /// because of the file that it was made of (`drawing`). Nothing of a laser, a suction cup or a gripper does.
+    pub(crate) fn draws(&self, drawing: bool) -> bool {
         let any = |is: fn(&Action) -> bool| self.steps.iter().any(|step| is(&step.action));
         if any(Action::is_of_a_laser) {
             return false;
         }
         match self.tool {
             Some(Tool::Pen) => any(|action| action.target().is_some()) || any(draws_along),
-            None | Some(Tool::Bias(_)) => any(draws_along),
+            None | Some(Tool::Bias(_)) => (drawing || self.surface.is_some()) && any(draws_along),
             Some(Tool::None | Tool::Suction | Tool::Gripper | Tool::Laser) => false,
         }
     }
 
     /// How far a pen that stands there when the plan has ended is still to be lifted, mm, so that it is `lift` above the paper:
     /// the surface, or the lowest point of the plan where that is higher or no surface is known.
-    #[must_use]
-    pub fn lift_left(&self, [x, y, z]: [f64; 3], lift: f64) -> f64 {
+    pub(crate) fn lift_left(&self, [x, y, z]: [f64; 3], lift: f64) -> f64 {
         let targets = self.steps.iter().filter_map(|step| step.action.target());
         let lowest = targets.map(|[_, _, z]| f64::from(z)).reduce(f64::min);
         let surface = self.surface.map(|surface| surface.at([x, y]));
@@ -49,11 +47,10 @@ impl Plan {
         };
         let before = steps.find(|action| !matches!(action, Action::Wait(_)));
         let before = before.and_then(Action::target);
-        self.draws()
-            && before.is_some_and(|[from_x, from_y, from_z]| {
-                let aside = f64::from(x - from_x).hypot(f64::from(y - from_y));
-                aside < SAME && f64::from(z - from_z) > SAME
-            })
+        before.is_some_and(|[from_x, from_y, from_z]| {
+            let aside = f64::from(x - from_x).hypot(f64::from(y - from_y));
+            aside < SAME && f64::from(z - from_z) > SAME
+        })
     }
 }
 
@@ -100,16 +97,21 @@ mod tests {
     fn a_drawing_is_what_a_pen_does() {
         let line = [go(200.0, 0.0, -50.0), along(240.0, 0.0, -50.0)];
         for tool in [None, Some(Tool::Pen), Some(Tool::Bias([70.0, 0.0, 1.0]))] {
-            assert!(of(tool, &line).draws(), "{tool:?}");
+            assert!(of(tool, &line).draws(true), "{tool:?}");
+            let mut on_paper = of(tool, &line);
+            on_paper.surface = Some(Surface::level(-50.0));
+            assert!(on_paper.draws(false), "{tool:?}");
         }
         for tool in [Tool::None, Tool::Suction, Tool::Gripper, Tool::Laser] {
-            assert!(!of(Some(tool), &line).draws(), "{tool:?}");
+            assert!(!of(Some(tool), &line).draws(true), "{tool:?}");
         }
-        assert!(of(Some(Tool::Pen), &line[..1]).draws());
-        assert!(!of(None, &line[..1]).draws());
-        assert!(!of(Some(Tool::Pen), &[words::speed(10.0, 10.0).into()]).draws());
+        assert!(of(Some(Tool::Pen), &line[..1]).draws(false));
+        // A path that a program makes for a tool that it does not name may be of any.
+        assert!(!of(None, &line).draws(false));
+        assert!(!of(None, &line[..1]).draws(true));
+        assert!(!of(Some(Tool::Pen), &[words::speed(10.0, 10.0).into()]).draws(true));
         let burnt = [line.as_slice(), &[Action::Laser(true)]].concat();
-        assert!(!of(None, &burnt).draws() && !of(Some(Tool::Pen), &burnt).draws());
+        assert!(!of(None, &burnt).draws(true) && !of(Some(Tool::Pen), &burnt).draws(true));
     }
 
     #[test]
@@ -139,6 +141,5 @@ mod tests {
         assert!(!plan(&[]).ends_with_lift());
         assert!(!plan(&[go(250.0, 0.0, -40.0)]).ends_with_lift());
         assert!(!plan(&[go(240.0, 0.0, -60.0)]).ends_with_lift());
-        assert!(!of(Some(Tool::Suction), &[line, up]).ends_with_lift());
     }
 }

@@ -75,7 +75,7 @@ impl Drive<'_> {
             state.lift.take()
         };
         let Some(height) = height else {
-            let stays = self.ending.stay && self.program.plan().draws();
+            let stays = self.ending.stay && self.ending.draws(self.program.plan());
             return stays.then(|| "the pen stays down (`--stay`)".to_owned());
         };
         Some(match arm.lift(height).await {

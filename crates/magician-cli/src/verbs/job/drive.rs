@@ -216,7 +216,7 @@ impl Drive<'_> {
     /// All is done: the pen goes up as far as the program has not lifted it, and the tool to where it is parked.
     async fn ends(&self, arm: &Arm) -> Result<Option<End>, Failure> {
         let (plan, ending) = (self.program.plan(), &self.ending);
-        if !plan.draws() && ending.park.is_none() {
+        if !ending.draws(plan) && ending.park.is_none() {
             return Ok(None);
         }
         let mut pose = arm.get::<Pose>().await?;
@@ -232,7 +232,7 @@ impl Drive<'_> {
         }
         Ok(Some(End {
             pose,
-            up: plan.draws().then_some(!ending.stay),
+            up: ending.draws(plan).then_some(!ending.stay),
             parked: ending.park.is_some(),
         }))
     }

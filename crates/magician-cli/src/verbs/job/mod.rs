@@ -221,10 +221,13 @@ impl Job {
             )));
         }
         let program = Program::new(plan, Some(loops).filter(|loops| *loops > 0));
-        let program = program.pen_stays_down(self.way.stay);
+        let needs_homed_arm = self.work != Work::Usual || format.needs_homed_arm();
+        let ending = self.ending(&config, needs_homed_arm);
+        let stays = ending.stay && ending.draws(program.plan());
+        let program = program.pen_stays_down(stays);
         Ok(Made {
-            ending: self.ending(&config),
-            needs_homed_arm: self.work != Work::Usual || format.needs_homed_arm(),
+            ending,
+            needs_homed_arm,
             source,
             setup,
             program: program.with_settings(settings).with_leading(leading),

@@ -63,11 +63,12 @@ impl Job {
     }
 
     /// What becomes of the pen and the arm at the end.
-    pub(super) fn ending(&self, config: &Config) -> Ending {
+    pub(super) fn ending(&self, config: &Config, drawing: bool) -> Ending {
         let usual = config.says("park").and_then(|text| numbers(text).ok());
         Ending {
             lift: self.lift(config),
             stay: self.way.stay,
+            drawing,
             park: self.way.park.or(usual).filter(|_| !self.way.stay),
         }
     }
