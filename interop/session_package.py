@@ -4,7 +4,9 @@ Poses are compared with arm.py, indices with what an observer sees over UDP.
 """
 
 import asyncio
+import pathlib
 import sys
+import tempfile
 
 import magician
 from magician import aio, commands, words
@@ -42,11 +44,28 @@ def drive(checks, arm, reference):
     return ran.last
 
 
+def refuses_unhomed(checks, port):
+    """A drawing on an arm that was switched on and not homed."""
+    with tempfile.TemporaryDirectory() as folder, magician.Arm(port) as arm:
+        file = pathlib.Path(folder, "pen.gcode")
+        file.write_text("G21 G90\nG0 X220 Y0 Z10\nG1 Z-10 F900\nG1 X230\n")
+        plan = magician.load(file)
+        try:
+            arm.run(plan)
+            checks.ok("an arm that was not homed is not drawn with", False)
+        except magician.errors.InvalidInputError as error:
+            named = all(name in str(error) for name in ("`arm.home()`", "`unhomed=True`"))
+            checks.ok("an arm that was not homed is not drawn with", named and arm.current_index() == 0, error)
+        checks.equal("unhomed=True goes on", arm.run(plan, unhomed=True).pen, "up")
+        checks.near("and lifts the pen", arm.pose().z, 0)
+
+
 def main():
     port, udp = sys.argv[1], int(sys.argv[2])
     checks = Checks()
     observer = Observer(udp)
     print("on the pseudo-terminal")
+    refuses_unhomed(checks, port)
     with magician.Arm(port) as arm:
         last = drive(checks, arm, model.Arm())
     observer.reached(last)

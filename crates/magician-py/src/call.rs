@@ -132,13 +132,15 @@ impl Call {
         Self::start(task, |py, ()| Ok(py.None()))
     }
 
-    /// Something that comes to nothing, and begins when it is waited for.
+    /// Something that comes to a sentence or to nothing, and begins when it is waited for.
     pub(crate) fn waiting<F>(task: F) -> Self
     where
-        F: Future<Output = magician::Result<()>> + Send + 'static,
+        F: Future<Output = magician::Result<Option<String>>> + Send + 'static,
     {
         let shared = Arc::new(Shared::default());
-        let task = told(&shared, task, |py, ()| Ok(py.None()));
+        let task = told(&shared, task, |py, said: Option<String>| {
+            Ok(said.into_pyobject(py)?.into_any().unbind())
+        });
         Self::of(shared, Work::Waiting(Box::pin(task)), None)
     }
 

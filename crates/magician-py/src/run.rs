@@ -1,13 +1,14 @@
 //! Plans on their way through an arm.
 
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use magician::commands::DeviceTime;
+use magician::commands::{DeviceTime, Pose};
 use magician::words::Guards;
 use magician::{Arm, Error, ErrorKind, Owed, Ran, Result, RunOptions, Set};
 use magician_program::resume::Tally;
-use magician_program::{Problem, Program, Report, Rest, Timetable};
+use magician_program::{Ending, Problem, Program, Report, Rest, Timetable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tokio::sync::watch;
@@ -15,9 +16,10 @@ use tokio::sync::watch;
 use crate::call::{Call, Reporter};
 use crate::core::Core;
 use crate::program::{PyPlan, SURFACE_ARGUMENT, Source, Start, findings, refusal};
+use crate::wording::for_python;
 
-/// The longest that is waited for a run which somebody has stopped, to give settings back.
-const LEAVING: Duration = Duration::from_secs(5);
+/// The longest that is waited for a run which somebody has stopped, to lift the pen and give settings back.
+const LEAVING: Duration = Duration::from_secs(8);
 
 /// How a plan is run.
 #[derive(FromPyObject)]
@@ -28,6 +30,10 @@ struct How {
     check: bool,
     keep: bool,
     require_homed: bool,
+    unhomed: bool,
+    stay: bool,
+    park: Option<[f64; 3]>,
+    lift: Option<f64>,
     allow_laser: bool,
     restore: bool,
     watched: bool,
@@ -46,6 +52,9 @@ struct Done {
     steps: u64,
     seconds: f64,
     report: Report,
+    /// Whether the pen of a drawing is up.
+    pen_is_up: Option<bool>,
+    parked: bool,
 }
 
 impl Done {
@@ -56,6 +65,11 @@ impl Done {
         parts.set_item("seconds", self.seconds)?;
         parts.set_item("first_index", self.ran.first.map(|index| index.0))?;
         parts.set_item("last_index", self.ran.last.map(|index| index.0))?;
+        parts.set_item(
+            "pen",
+            self.pen_is_up.map(|up| if up { "up" } else { "down" }),
+        )?;
+        parts.set_item("parked", self.parked)?;
         parts.set_item("report", findings(py, &self.report, source)?)?;
         Ok(parts.into_any().unbind())
     }
@@ -68,10 +82,29 @@ struct Drive {
     source: Source,
     how: How,
     reporter: Reporter,
+    ending: Ending,
     /// Stops of before, which are not its own.
     stops: u64,
+    /// Whether nobody waits for its end any more.
+    left: Arc<AtomicBool>,
+    /// What became of the arm after a stop.
+    said: Arc<Mutex<Option<String>>>,
     /// Whether it may have changed what it gives back.
     owing: watch::Sender<bool>,
+}
+
+/// Notes that nobody waits for a run any more, when it is dropped before the run has ended.
+struct Leaving {
+    left: Arc<AtomicBool>,
+    has_ended: bool,
+}
+
+impl Drop for Leaving {
+    fn drop(&mut self) {
+        if !self.has_ended {
+            self.left.store(true, Ordering::SeqCst);
+        }
+    }
 }
 
 /// What was found before anything moves.
@@ -85,6 +118,9 @@ struct Found {
 impl Drive {
     async fn run(self) -> Result<Done> {
         self.permit()?;
+        if self.source.needs_homed_arm && !self.how.unhomed && !self.arm.is_virtual() {
+            self.arm.check_homed().await?;
+        }
         let guards = Guards::default().require_homed(self.how.require_homed);
         let first: Vec<Set> = self.program.plan().commands().take(1).collect();
         self.arm.check_ready(&first, guards).await?;
@@ -99,20 +135,74 @@ impl Drive {
         };
         let begun = self.clock().await?;
         self.owing.send_replace(true);
-        let outcome = self.perform(&found).await;
-        if outcome.is_err() && self.arm.stop().await.is_ok() {
+        let mut lift = self.ending.after_stop(self.program.plan());
+        let outcome = self.perform_to_the_end(&found, begun, &mut lift).await;
+        if let Err(error) = &outcome {
             // The error that is on its way is the better story.
-            let _ = owed.give_back(&self.arm).await;
+            match self.arm.stop().await {
+                Ok(()) => {
+                    self.lift_after(error, &found, lift).await;
+                    let _ = owed.give_back(&self.arm).await;
+                }
+                Err(doubt) => self.say(format!(
+                    "the arm was told to stop, and it is not certain that it does: {doubt}"
+                )),
+            }
         }
-        let ran = outcome?;
+        let (ran, seconds) = outcome?;
         owed.give_back(&self.arm).await?;
-        let clock = self.clock().await?;
+        let draws = self.ending.draws(self.program.plan());
         Ok(Done {
             ran,
             steps: self.steps() - found.rest.from().min(self.steps()),
-            seconds: f64::from(clock.wrapping_sub(begun)) / 1000.0,
+            seconds,
             report: found.report,
+            pen_is_up: draws.then_some(!self.ending.stay),
+            parked: self.ending.park.is_some(),
         })
+    }
+
+    /// Runs it, lifts the pen as far as the plan has not, and parks the tool. `lift` is what a stop has to lift meanwhile.
+    async fn perform_to_the_end(
+        &self,
+        found: &Found,
+        begun: u32,
+        lift: &mut Option<f64>,
+    ) -> Result<(Ran, f64)> {
+        let ran = self.perform(found).await?;
+        let seconds = f64::from(self.clock().await?.wrapping_sub(begun)) / 1000.0;
+        let pose = self.arm.get::<Pose>().await?;
+        let at = [pose.x, pose.y, pose.z].map(f64::from);
+        *lift = self.ending.after_done(self.program.plan(), at);
+        if let Some(up) = *lift {
+            self.arm.lift(up).await?;
+            *lift = None;
+        }
+        if let Some(place) = self.ending.park {
+            self.arm.park(place).await?;
+        }
+        Ok((ran, seconds))
+    }
+
+    /// The pen of a drawing that was stopped goes up, unless something else than the end of the waiting has stopped the arm.
+    async fn lift_after(&self, error: &Error, found: &Found, lift: Option<f64>) {
+        let wanted = self.left.load(Ordering::SeqCst) || error.kind().lifts();
+        let Some(height) = lift.filter(|_| wanted) else {
+            return;
+        };
+        let pose = self.arm.get::<Pose>().await;
+        if pose.is_ok_and(|pose| !found.rest.has_moved(&pose)) {
+            return;
+        }
+        self.say(match self.arm.lift(height).await {
+            Ok(lifted) => lifted.to_string(),
+            Err(error) => format!("the pen was not lifted: {error}"),
+        });
+    }
+
+    fn say(&self, said: String) {
+        let mut place = self.said.lock().unwrap_or_else(PoisonError::into_inner);
+        *place = Some(for_python(&said));
     }
 
     /// What a person has to say first.
@@ -130,7 +220,7 @@ impl Drive {
 
     /// Steps in all.
     fn steps(&self) -> u64 {
-        self.program.plan().steps.len() as u64
+        self.program.steps().unwrap_or_default()
     }
 
     async fn clock(&self) -> Result<u32> {
@@ -147,7 +237,10 @@ impl Drive {
             .map_err(|error| Error::new(ErrorKind::Closed, error.to_string()))??;
         match refusal(&found.report, &self.source).filter(|_| self.how.check) {
             Some(refusal) => Err(refusal),
-            None => Ok(found),
+            None => {
+                self.ending.check(&found.rest)?;
+                Ok(found)
+            }
         }
     }
 
@@ -219,7 +312,14 @@ impl Core {
         }
         let arm = self.burning(py, how.allow_laser)?;
         let (source, of_report) = (plan.source.clone(), plan.source.clone());
-        let program = Program::new(Arc::clone(&plan.plan), Some(1));
+        let mut ending = Ending::default();
+        (ending.stay, ending.park) = (how.stay, how.park);
+        ending.drawing = source.needs_homed_arm;
+        ending.lift = how.lift.or(source.lift).unwrap_or(ending.lift);
+        let stays = how.stay && ending.draws(&plan.plan);
+        let program = Program::new(Arc::clone(&plan.plan), Some(1)).pen_stays_down(stays);
+        let (left, said) = (Arc::new(AtomicBool::new(false)), Arc::default());
+        let (leaving, telling) = (Arc::clone(&left), Arc::clone(&said));
         let (owing, mut owed) = watch::channel(false);
         let drive = |reporter| Drive {
             stops: arm.stops(),
@@ -229,16 +329,25 @@ impl Core {
             how,
             reporter,
             owing,
+            ending,
+            left,
+            said,
         };
         let task = |reporter| {
             let drive = drive(reporter);
             async move {
-                // Who lets go of a run stops the arm, and then it still gives the settings back.
+                // Who lets go of a run stops the arm, and then it still lifts the pen and gives the settings back.
+                let mut leaving = Leaving {
+                    left: leaving,
+                    has_ended: false,
+                };
                 let running = tokio::spawn(drive.run());
                 let bug = |error: tokio::task::JoinError| {
                     Error::new(ErrorKind::Closed, error.to_string())
                 };
-                running.await.map_err(bug)?
+                let done = running.await.map_err(bug)?;
+                leaving.has_ended = true;
+                done
             }
         };
         let call = Call::moving(&arm, task, move |py, done: Done| done.parts(py, &of_report));
@@ -246,7 +355,11 @@ impl Core {
             // What was stopped before anything was sent sends nothing, however long its check goes on.
             let rest = async { while *owed.borrow_and_update() && owed.changed().await.is_ok() {} };
             let _ = tokio::time::timeout(LEAVING, rest).await;
-            Ok(())
+            let said = telling
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .take();
+            Ok(said)
         };
         let over = Call::waiting(over);
         Ok((call, over))

@@ -1,7 +1,7 @@
 //! What the driver's sentences say to do is the command line's; here it is what a Python program does.
 
 /// What the command line says, and what Python says.
-const PHRASES: [(&str, &str); 11] = [
+const PHRASES: [(&str, &str); 12] = [
     ("`magician alarms --clear`", "`arm.clear_alarms()`"),
     ("`magician queue start`", "`arm.start_queue()`"),
     ("`magician stop`", "`arm.stop()`"),
@@ -9,6 +9,7 @@ const PHRASES: [(&str, &str); 11] = [
     ("`magician laser off`", "`arm.laser(False)`"),
     ("`magician ports`", "`magician.ports()`"),
     ("`--keep`", "`keep=True`"),
+    ("`--unhomed`", "`unhomed=True`"),
     (
         "Name a port with --port, or use --port sim for a virtual arm",
         "Name a port, or use \"sim\" for a virtual arm",

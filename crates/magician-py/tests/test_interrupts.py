@@ -87,7 +87,8 @@ def test_a_stop_during_the_check_counts(slow: Arm) -> None:
     core = slow._core  # pyright: ignore[reportPrivateUsage]
     before = slow.pose()
     plan = magician.Plan.path([(210, nth, 20) for nth in range(20)])
-    how = dict.fromkeys(["check", "keep", "require_homed", "allow_laser", "watched"], False)
+    how: dict[str, Any] = dict.fromkeys(["check", "keep", "require_homed", "unhomed", "allow_laser", "watched"], False)
+    how |= {"stay": False, "park": None, "lift": None}
     running, over = core.run(plan.native, how | {"first_step": 1, "restore": True})
     for call in (core.perform([words.line_by(dy=40)], [], False, False), running):
         slow.stop()

@@ -6,6 +6,7 @@ import _thread
 import asyncio
 import io
 import os
+import threading
 from pathlib import Path
 
 import magician
@@ -94,6 +95,65 @@ def test_ctrl_c_stops_the_arm() -> None:
     assert "of 60 steps are done; first_step=" in notes(caught.value)
     # And it takes the next program.
     assert arm.run(Plan.path([(220, 0, 20)], by="line")).steps == 1
+
+
+def drawing(cell: VirtualArm) -> tuple[magician.Arm, Plan]:
+    """An arm at its own speed, and a drawing for it."""
+    arm = cell.arm()
+    arm.clear_alarms()
+    return arm, magician.load(HOUSE, surface=-60)
+
+
+def test_ctrl_c_lifts_the_pen_of_a_drawing() -> None:
+    for more, up in ({"lift": 20.0}, 20.0), ({"stay": True}, 0.0):
+        cell = VirtualArm(speed=5.0)
+        arm, plan = drawing(cell)
+        interrupted: list[float] = []
+
+        def interrupt(progress: PlanProgress, cell: VirtualArm = cell, interrupted: list[float] = interrupted) -> None:
+            if progress.done >= 6 and cell.position[2] < -59.9 and not interrupted:
+                interrupted.append(cell.position[2])
+                _thread.interrupt_main()
+
+        with pytest.raises(KeyboardInterrupt) as caught:
+            arm.run(plan, progress=interrupt, **more)  # type: ignore[arg-type]
+        assert not cell.moving and cell.waiting == 0
+        assert cell.position[2] == pytest.approx(-60 + up, abs=0.1)
+        assert ("the pen is up by 20.0 mm" in notes(caught.value)) == (up > 0)
+
+
+def test_a_stop_by_others_moves_nothing() -> None:
+    cell = VirtualArm(speed=5.0)
+    arm, plan = drawing(cell)
+    stopped: list[float] = []
+
+    def stop(progress: PlanProgress) -> None:
+        if progress.done >= 6 and cell.position[2] < -59.9 and not stopped:
+            stopped.append(cell.position[2])
+            thread = threading.Thread(target=arm.stop)
+            thread.start()
+            thread.join()
+
+    with pytest.raises(magician.errors.ClosedError) as caught:
+        arm.run(plan, progress=stop)
+    assert cell.position[2] == pytest.approx(-60, abs=0.2) and "pen" not in notes(caught.value)
+
+
+def test_a_drawing_ends_with_the_pen_up_and_may_be_parked(arm: magician.Arm, virtual_arm: VirtualArm) -> None:
+    plan = magician.load(HOUSE, surface=-60)
+    result = arm.run(plan)
+    assert (result.pen, result.parked) == ("up", False) and virtual_arm.position[2] == pytest.approx(-50, abs=1e-3)
+    result = arm.run(plan, stay=True)
+    assert result.pen == "down" and virtual_arm.position[2] == pytest.approx(-60, abs=1e-3)
+    result = arm.run(plan, park=(200, -80, 40))
+    assert result.parked and virtual_arm.position[:3] == pytest.approx((200, -80, 40), abs=1e-3)
+    with pytest.raises(UnreachableError, match="cannot be parked"):
+        arm.run(plan, park=(400, 0, 0))
+    with pytest.raises(InvalidInputError, match="stay"):
+        arm.run(plan, park=(200, -80, 40), stay=True)
+    # A program that moves no pen ends where it leads.
+    result = arm.run(Plan.path([(220, 0, 20), (240, 0, 20)]))
+    assert result.pen is None and virtual_arm.position[2] == pytest.approx(20, abs=1e-3)
 
 
 def test_an_exception_in_progress_stops_the_arm() -> None:

@@ -16,6 +16,7 @@ __all__ = [
     "DAY",
     "addresses",
     "checked",
+    "ending",
     "flag",
     "flags",
     "hearing",
@@ -127,6 +128,17 @@ def flag(name: str, value: Any) -> bool:
 def flags(**values: bool) -> dict[str, bool]:
     """The same, each under its own name."""
     return {name: flag(name, value) for name, value in values.items()}
+
+
+def ending(stay: bool, park: Iterable[float] | None, lift: float | None) -> dict[str, Any]:
+    """What becomes of pen and arm at the end of a run."""
+    if stay and park is not None:
+        raise InvalidInputError("stay leaves the pen where it is, and park takes it elsewhere: give one of them")
+    return {
+        **flags(stay=stay),
+        "park": None if park is None else numbers("park", park, 3, unit="mm"),
+        "lift": number("lift", lift, above=0, unit="mm"),
+    }
 
 
 def text(name: str, value: Any) -> Any:

@@ -55,9 +55,9 @@ def connecting(port: Where, *, timeout: float, window: int, probe: bool, reconne
     return Core.connect(path, **options)
 
 
-def wait(call: Call[T]) -> T:
+def wait(call: Call[T], listener: Listener | None = None) -> T:
     """Waits in this thread."""
-    return call.wait()
+    return call.wait(listener)
 
 
 def wait_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
@@ -78,9 +78,9 @@ def wait_stopped(core: Core, interruption: BaseException) -> None:
         _doubt(interruption, failure)
 
 
-async def until(call: Call[T]) -> T:
+async def until(call: Call[T], listener: Listener | None = None) -> T:
     """Waits in the running event loop. What is cancelled meanwhile is let go of."""
-    return await _until(call, None)
+    return await _until(call, listener)
 
 
 async def until_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:

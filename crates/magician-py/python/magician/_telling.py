@@ -49,13 +49,17 @@ class Telling:
             seconds=found["seconds"],
             first_index=found["first_index"],
             last_index=found["last_index"],
+            pen=found["pen"],
+            parked=found["parked"],
             report=report(found["report"]),
         )
 
-    def broken(self, error: BaseException) -> None:
-        """It has not: the exception is told how far it came."""
+    def broken(self, error: BaseException, said: str | None) -> None:
+        """It has not: the exception is told what became of the arm, and how far it came."""
         if self._line is not None:
             self._line.clear()
+        if said is not None:
+            _note(error, said)
         if 0 < self._now.done < self._now.steps:
             done, steps = self._now.done, self._now.steps
             _note(error, f"at least {done} of {steps} steps are done; first_step={done + 1} goes on")

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Any, Literal, TypeVar, overload
 
 from . import _told, commands, events, words
-from ._arguments import addresses, flag, flags, hearing, not_a_file, number, seconds, whole
+from ._arguments import addresses, ending, flag, flags, hearing, not_a_file, number, seconds, whole
 from ._bound import Bound
 from ._magician import Core
 from ._magician import Events as NativeEvents
@@ -919,6 +919,10 @@ class Arm(Bound):
         check: bool = True,
         keep: bool = False,
         require_homed: bool = False,
+        unhomed: bool = False,
+        stay: bool = False,
+        park: tuple[float, float, float] | None = None,
+        lift: float | None = None,
         allow_laser: bool = False,
         restore: bool = True,
     ) -> RunResult:
@@ -927,7 +931,8 @@ class Arm(Bound):
 
         The queue is kept full enough that the arm never waits for the next command, and no fuller than that: at most
         two seconds of motion go on if this program dies. Whatever ends the wait early (Ctrl-C, a cancelled task, an
-        exception in ``progress``) stops the arm first; a note on the exception tells how many steps are done.
+        exception in ``progress``) stops the arm first, and lifts the pen of a drawing; notes on the exception tell so,
+        and how many steps are done. A second Ctrl-C stops the arm at once and moves nothing.
 
         :param program: A :class:`~magician.Plan`, or commands as :mod:`magician.words` makes them.
         :param progress: ``True`` shows a line on stderr; a function is called with a :class:`~magician.PlanProgress` up
@@ -937,6 +942,11 @@ class Arm(Bound):
         :param check: Whether to refuse what the arm cannot do.
         :param keep: Whether to run first what an earlier program left in the queue.
         :param require_homed: Whether to refuse an arm that was not homed since it was switched on.
+        :param unhomed: Whether to draw or engrave with an arm (a virtual one aside) that was not homed since it was
+            switched on. It may go to the wrong place.
+        :param stay: Whether the pen stays down at the end, and when the drawing is stopped, instead of going up.
+        :param park: Where the tip of the tool (x, y, z) is taken when all is done: up first, then across.
+        :param lift: How far the pen goes up, mm; that of :func:`~magician.load`, or 10.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
         :param restore: Whether speeds and heights of jumps that the plan changes are given back at its end.
         :raises UnreachableError, InvalidInputError: The check refuses a step: which, why, and both values.
@@ -948,17 +958,18 @@ class Arm(Bound):
         how = {
             "first_step": whole("first_step", first_step, 1, max(1, len(plan))),
             **flags(check=check, keep=keep, require_homed=require_homed, allow_laser=allow_laser, restore=restore),
+            **flags(unhomed=unhomed),
+            **ending(stay, park, lift),
             "watched": progress is not False,
         }
         telling = Telling(len(plan), progress)
         call, over = self._core.run(plan.native, how)
         try:
-            found = await until_done(call, self._core, telling)
+            found = await until(call, telling)
         except GeneratorExit:
             raise
         except BaseException as error:
-            await until(over)
-            telling.broken(error)
+            telling.broken(error, await until_done(over, self._core))
             raise
         return telling.ended(found)
 

@@ -47,6 +47,10 @@ class RunResult:
     """Queue index of the last."""
     report: Report
     """What was found before anything moved."""
+    pen: str | None = None
+    """How the pen of a drawing stands: ``"up"`` or ``"down"``; ``None`` for what is no drawing."""
+    parked: bool = False
+    """Whether the tool was parked."""
 
 
 Watcher = bool | Callable[[PlanProgress], object]

@@ -204,6 +204,8 @@ impl PyPlan {
             notes,
             rows: false,
             assumed: (!taught || placed) && setup.surface.is_none(),
+            needs_homed_arm: wanted.work.is_some() || format.needs_homed_arm(),
+            lift: wanted.lift,
         };
         Ok(Self::of(plan, source))
     }

@@ -39,6 +39,10 @@ pub(crate) struct Source {
     pub(crate) rows: bool,
     /// The surface is that of a virtual arm's table: nobody has said where the paper really lies.
     pub(crate) assumed: bool,
+    /// It goes to a place on a sheet: a drawing, an image, G-code.
+    pub(crate) needs_homed_arm: bool,
+    /// How far its pen is lifted, if that was said, mm.
+    pub(crate) lift: Option<f64>,
 }
 
 /// Line, column, name, what, and what to do about it.
@@ -47,8 +51,17 @@ type NoteParts<'a> = (u32, u32, Option<&'a str>, &'a str, Option<String>);
 /// A note as it is kept: line, column, length, name, what, and what to do about it.
 type KeptNote = (u32, u32, u32, Option<String>, String, Option<String>);
 
-/// Where a plan came from, as it is kept: file, format, notes, whether its lines are rows, whether its surface is assumed.
-type KeptSource = (Option<String>, Option<String>, Vec<KeptNote>, bool, bool);
+/// Where a plan came from, as it is kept: file, format, notes, whether its lines are rows, whether its surface is assumed, whether
+/// it needs an arm that was homed, and its lift.
+type KeptSource = (
+    Option<String>,
+    Option<String>,
+    Vec<KeptNote>,
+    bool,
+    bool,
+    bool,
+    Option<f64>,
+);
 
 impl Source {
     fn kept(&self) -> KeptSource {
@@ -64,10 +77,18 @@ impl Source {
         };
         let notes = self.notes.iter().map(note).collect();
         let (name, format) = (self.name.clone(), self.format.clone());
-        (name, format, notes, self.rows, self.assumed)
+        (
+            name,
+            format,
+            notes,
+            self.rows,
+            self.assumed,
+            self.needs_homed_arm,
+            self.lift,
+        )
     }
 
-    fn of_kept((name, format, notes, rows, assumed): KeptSource) -> Self {
+    fn of_kept((name, format, notes, rows, assumed, needs_homed_arm, lift): KeptSource) -> Self {
         let note = |(line, column, length, name, message, help): KeptNote| Problem {
             origin: Origin {
                 line,
@@ -86,6 +107,8 @@ impl Source {
             notes: notes.into_iter().map(note).collect(),
             rows,
             assumed,
+            needs_homed_arm,
+            lift,
         }
     }
 }
