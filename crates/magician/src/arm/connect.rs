@@ -150,6 +150,7 @@ impl Arm {
         };
         let arm = Self {
             inner: Arc::new(inner),
+            patience: Duration::ZERO,
         };
         if probe {
             arm.probe(tried).await?;

@@ -19,6 +19,7 @@ mod watch;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::time::Duration;
 
 use tokio::sync::mpsc;
 
@@ -70,6 +71,8 @@ pub use watch::Progress;
 #[derive(Clone, Debug)]
 pub struct Arm {
     inner: Arc<Inner>,
+    /// How long calls of this handle may take, if that is longer than [`Options::timeout`].
+    patience: Duration,
 }
 
 /// What the clones of a handle share.

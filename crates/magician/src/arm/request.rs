@@ -19,7 +19,20 @@ const FOREVER: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
 /// Requests.
 impl Arm {
     pub(super) fn deadline(&self) -> Instant {
+        Instant::now() + self.timeout().max(self.patience).min(FOREVER)
+    }
+
+    /// As it is for calls that are no part of a run.
+    pub(super) fn call_deadline(&self) -> Instant {
         Instant::now() + self.timeout().min(FOREVER)
+    }
+
+    /// The same arm, for calls that wait for so long at least.
+    pub(super) fn patient(&self, patience: Duration) -> Self {
+        Self {
+            patience,
+            ..self.clone()
+        }
     }
 
     /// Tells what befell the queue: whoever began after `since` stops, and whoever asks first.
