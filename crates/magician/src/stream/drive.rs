@@ -102,7 +102,7 @@ impl Stream {
             let [x, y, z, _] = self.reader.pose;
             (self.stood, self.place) = (Some(self.reader.pose), Some([x, y, z]));
         }
-        self.cleared = self.base;
+        self.cleared_at = self.base;
         self.phase = match self.settings.start {
             true => Phase::Choose,
             false => Phase::Run,

@@ -177,7 +177,7 @@ pub struct Stream {
     /// The same as a place, also for a segment of which nothing but its command is known.
     place: Option<[f64; 3]>,
     /// The current index when the queue was cleared last, or when the stream began.
-    cleared: u64,
+    cleared_at: u64,
     /// The index given last before the stream's first, or before its first since the queue was cleared.
     base: u64,
     /// What it was about when it ended.
@@ -225,7 +225,7 @@ impl Stream {
             confirmed: None,
             stood: None,
             place: None,
-            cleared: 0,
+            cleared_at: 0,
             base: 0,
             was: Phase::Begin,
             found: 0,

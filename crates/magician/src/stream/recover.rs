@@ -89,7 +89,7 @@ impl Stream {
         // The numbers that were dropped are passed over.
         (self.expected, self.confirmed) = (None, None);
         (self.credit.strangers, self.stopped) = (0, true);
-        self.cleared = current;
+        self.cleared_at = current;
         self.phase = Phase::Choose;
         let window = self.window;
         self.events.push(StreamEvent::Recovered { again, window });
@@ -105,7 +105,7 @@ impl Stream {
         // So many were carried out at least: each has moved the current index by one.
         let least = match self.confirmed {
             Some(confirmed) => current.saturating_sub(confirmed),
-            None => u64::from(current > self.cleared),
+            None => u64::from(current > self.cleared_at),
         };
         let certain = |entry: &Entry| entry.index().is_some_and(|at| Some(at) <= self.confirmed);
         if least == 0 || self.entries.front().is_some_and(certain) {
@@ -117,7 +117,7 @@ impl Stream {
         }
         let least = usize::try_from(least).unwrap_or(usize::MAX);
         if least > gone {
-            let (from, to) = (self.confirmed.unwrap_or(self.cleared), current);
+            let (from, to) = (self.confirmed.unwrap_or(self.cleared_at), current);
             let to_most = from.saturating_add(gone as u64);
             self.fail(StreamFailure::Tail {
                 found: to,
