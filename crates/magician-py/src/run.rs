@@ -255,20 +255,22 @@ impl Drive {
             .finish(|progress| {
                 tally.note(progress.sent, progress.last.0);
                 let done = tally.finished(progress.current.0).least;
-                self.reach(rest.from() + done, found.timetable.left(done));
+                let left = found.timetable.left(done);
+                self.reach(rest.from() + done, left, progress.silent);
             })
             .await?;
-        self.reach(self.steps(), Some(Duration::ZERO));
+        self.reach(self.steps(), Some(Duration::ZERO), Duration::ZERO);
         Ok(ran)
     }
 
-    /// Tells how many steps are finished, over all, and how long the rest takes.
-    fn reach(&self, steps: u64, left: Option<Duration>) {
+    /// Tells how many steps are finished, over all, how long the rest takes, and how long the arm has not answered.
+    fn reach(&self, steps: u64, left: Option<Duration>, silent: Duration) {
         // How fast a virtual arm's clock runs is not known here.
         let left = left.filter(|left| left.is_zero() || !self.arm.is_virtual());
         let left = left.map(|left| left.as_secs_f64());
+        let parts = (steps, left, silent.as_secs_f64());
         self.reporter
-            .report(move |py| Ok((steps, left).into_pyobject(py)?.into_any().unbind()));
+            .report(move |py| Ok(parts.into_pyobject(py)?.into_any().unbind()));
     }
 }
 

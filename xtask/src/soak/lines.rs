@@ -89,7 +89,7 @@ const LINES: [Line; 10] = [
     },
     Line {
         name: "held for 8 s",
-        faults: "stall=0.005,stall-min-ms=8000,stall-ms=8000",
+        faults: "stall=0.002,stall-min-ms=8000,stall-ms=8000",
         windows: &[1, 4],
         points: POINTS,
         pace: 1.0,
@@ -97,7 +97,7 @@ const LINES: [Line; 10] = [
     },
     Line {
         name: "held for 20 s",
-        faults: "stall=0.002,stall-min-ms=20000,stall-ms=20000",
+        faults: "stall=7e-4,stall-min-ms=20000,stall-ms=20000",
         windows: &[1, 4],
         points: POINTS,
         pace: 1.0,
@@ -144,7 +144,7 @@ pub(super) fn lines(scope: Scope) -> Result<Found, Box<dyn Error>> {
             );
         }
     }
-    figures.push(Figure::new("done and wrong", wrong as f64, ""));
+    figures.push(Figure::new("done and wrong", wrong as f64, "").at_most(0.0));
     figures.push(Figure::new("not done where it can be", lost as f64, ""));
     Ok(Found {
         figures,
@@ -177,7 +177,10 @@ fn drawings(
         if let Some(wrong) = row.add(&passage) {
             println!("  window {window}, {faults}: {wrong}");
         } else if !passage.done && line.completes {
-            println!("  window {window}, {faults}: {:?}", outcome.end);
+            println!(
+                "  window {window}, {faults}: {:?} {:?}",
+                outcome.why, outcome.end
+            );
         }
     }
     Ok(row)

@@ -16,7 +16,8 @@ use ink::Ink;
 use magician::faults::Faults;
 use magician_program::Plan;
 use programs::PROGRAMS;
-use rig::{Outcome, Trouble, draw, on_a_jumping_clock};
+use rig::{Outcome, Trouble, draw, draw_at, on_a_jumping_clock};
+use sheet::{Passage, Row};
 use verdict::{Came, drawn, judge};
 
 fn plan(name: &str) -> Plan {
@@ -143,6 +144,56 @@ fn the_same_seed_makes_the_same_trouble() {
     assert_eq!(one.drawing, two.drawing);
     assert_eq!(one.requests, two.requests);
     assert!(one.requests[1] > 0);
+}
+
+/// A hard drawing over lines of one kind; how many that say that they are done, and what is wrong with those.
+fn hard_ones(windows: &[usize], text: &str, pace: f64, runs: u64) -> Row {
+    let plan = programs::hard(12).unwrap();
+    let right = drawn(&plan, None);
+    let mut row = Row::new(text);
+    for (window, seed) in windows
+        .iter()
+        .flat_map(|window| (0..runs).map(move |seed| (*window, seed)))
+    {
+        let faults = faults(text, seed);
+        let outcome = on_a_jumping_clock(draw_at(&plan, Trouble { faults, window }, pace)).unwrap();
+        let wrong = row.add(&Passage {
+            right: &right,
+            drawn: &outcome.drawing,
+            done: outcome.end.is_ok() && outcome.between.is_empty(),
+            took: outcome.took,
+            usual: outcome.took,
+        });
+        if let Some(wrong) = wrong {
+            println!("window {window}, {faults}: {wrong}");
+        }
+        for why in &outcome.why {
+            println!("window {window}, {faults}: {why}");
+        }
+    }
+    println!("{}\n{}", Row::HEAD, row.line());
+    row
+}
+
+#[test]
+fn what_says_that_it_is_done_is_whole_at_every_window() {
+    // The arm is faster than the host thinks, and does what follows a loss before that shows.
+    let row = hard_ones(&[1, 2, 3, 4, 5, 6, 7, 8], "replace=2e-3", 20.0, 6);
+    assert_eq!((row.runs, row.wrong), (48, 0));
+    // One command that is lost before the arm's first index is known ends a run at any window.
+    assert!(row.done >= 40, "{row:?}");
+}
+
+#[test]
+fn a_line_that_is_held_leaves_the_same_drawing() {
+    for seconds in [1, 3, 8, 20] {
+        let ms = seconds * 1000;
+        let text = format!("stall=0.004,stall-min-ms={ms},stall-ms={ms}");
+        let row = hard_ones(&[1, 4], &text, 1.0, 4);
+        assert_eq!((row.runs, row.wrong), (8, 0), "{row:?}");
+        // Holds in a row may last longer than a run waits.
+        assert!(row.done >= 7, "{row:?}");
+    }
 }
 
 /// A drawing over datagrams; whether it came to its end.

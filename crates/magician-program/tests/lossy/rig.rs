@@ -43,8 +43,9 @@ pub(crate) struct Trouble {
 pub(crate) struct Outcome {
     /// What was drawn when the run ended, well or not.
     pub(crate) drawing: Drawing,
-    /// What was drawn each time it was interrupted.
+    /// What was drawn each time it was interrupted, and by what.
     pub(crate) between: Vec<Drawing>,
+    pub(crate) why: Vec<String>,
     /// How it ended.
     pub(crate) end: Result<Ran, Error>,
     /// Steps that were certainly done and at most done, for a run that has not ended well.
@@ -104,6 +105,7 @@ pub(crate) async fn draw_at(plan: &Plan, trouble: Trouble, pace: f64) -> Result<
     let mut outcome = Outcome {
         drawing,
         between,
+        why: std::mem::take(&mut ride.why),
         end,
         steps: None,
         rest: None,
@@ -156,6 +158,7 @@ struct Ride<'p> {
     start: Preflight,
     tally: Tally,
     mark: Mark,
+    why: Vec<String>,
     /// Commands taken from the plan.
     pulled: Rc<Cell<u64>>,
 }
@@ -175,6 +178,7 @@ impl<'p> Ride<'p> {
             start,
             tally: Tally::new(lead(plan), mixed),
             mark: Mark::new(&plan.title, Some(steps), mixed),
+            why: Vec::new(),
             pulled: Rc::default(),
         }
     }
@@ -204,6 +208,7 @@ impl<'p> Ride<'p> {
             if !may_go_on || again > SAME_REASON {
                 return Err(error);
             }
+            self.why.push(says.clone());
             told = Some(says);
             between.push(drawn(cell));
             // A line that does not come back shows when the run goes on.

@@ -2,6 +2,7 @@
 
 use magician::ErrorKind;
 use magician::sim::world::Drawing;
+use magician::stream::STRAIGHT;
 use magician_program::Plan;
 use magician_program::compare::{compare, lines_of};
 use magician_program::rehearse::{RehearseOptions, rehearse};
@@ -12,8 +13,13 @@ use super::rig::{Outcome, Trouble};
 /// Two pictures match where lines are so near, mm: as true as drawings are, and a pixel's diagonal.
 const MATCHES: f64 = TRUE + 0.071;
 
-/// As much of a drawing may be seams at most, where a line at a window above 1 lost commands.
-const SEAM: f64 = 0.1;
+/// As far as a drawing may be off, mm: above window 1 a line may pass a vertex that was lost on it.
+fn true_to(window: usize) -> f64 {
+    match window {
+        1 => TRUE,
+        _ => TRUE + STRAIGHT,
+    }
+}
 
 /// How a plan came through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,8 +28,6 @@ pub(crate) enum Came {
     Same,
     /// The same lines, within how true a drawing is.
     Equal,
-    /// All of it, and above window 1 straight lines where the arm went back to what it had not done.
-    Seamed,
     /// Stopped, and said where; gone on with from there it is whole.
     Completed,
     /// Stopped, and said between which steps: more than one may have been done or not.
@@ -55,12 +59,12 @@ pub(crate) fn judge(
     let all = Ink::of(whole);
     let ink = Ink::of(&outcome.drawing);
     for part in &outcome.between {
-        is_begun(&all, part, whole, trouble).map_err(|why| format!("when interrupted: {why}"))?;
+        is_begun(&all, part, trouble).map_err(|why| format!("when interrupted: {why}"))?;
     }
     let Err(error) = &outcome.end else {
         return ended(&all, &ink, whole, outcome, trouble);
     };
-    is_begun(&all, &outcome.drawing, whole, trouble)?;
+    is_begun(&all, &outcome.drawing, trouble)?;
     let steps = outcome.steps.ok_or("nobody knows where it stopped")?;
     // A command that the line altered into one that the arm refuses counts as finished.
     let refused = error.kind() == ErrorKind::Alarm;
@@ -107,42 +111,28 @@ fn ended(
     }
     let matched = compare(&lines_of(whole), &lines_of(&outcome.drawing), MATCHES).matched;
     let more = ink.length() - all.length();
-    let once = trouble.window > 1 || more.abs() <= TRUE;
-    let off = match trouble.window {
-        1 => ink.off_the_beginning_of(all).unwrap_or(f64::INFINITY),
-        _ => 0.0,
-    };
-    match matched.is_good() && once && off <= TRUE {
+    let most = true_to(trouble.window);
+    let off = ink.off_the_beginning_of(all).unwrap_or(f64::INFINITY);
+    match matched.is_good() && more.abs() <= most && off <= most {
         true => Ok(Came::Equal),
-        false
-            if trouble.window > 1 && matched.missing_share == 0.0 && matched.extra_share < SEAM =>
-        {
-            Ok(Came::Seamed)
-        }
         false => Err(format!(
             "another drawing: {more:.3} mm more, {off:.3} mm off, {matched:?}"
         )),
     }
 }
 
-/// What there is of a drawing that has begun: at window 1 its beginning; above it segments may have been passed twice.
-fn is_begun(all: &Ink, part: &Drawing, whole: &Drawing, trouble: Trouble) -> Result<(), String> {
+/// What there is of a drawing that has begun: its beginning.
+fn is_begun(all: &Ink, part: &Drawing, trouble: Trouble) -> Result<(), String> {
     if part.is_empty() {
         return Ok(());
     }
-    if trouble.window == 1 {
-        let ink = Ink::of(part);
-        return match ink.off_the_beginning_of(all) {
-            Some(off) if off <= TRUE => Ok(()),
-            off => Err(format!(
-                "{:.3} mm are not how it begins: {off:?}",
-                ink.length()
-            )),
-        };
-    }
-    match compare(&lines_of(whole), &lines_of(part), MATCHES).matched {
-        matched if matched.extra_share < SEAM => Ok(()),
-        matched => Err(format!("there is what does not belong to it: {matched:?}")),
+    let ink = Ink::of(part);
+    match ink.off_the_beginning_of(all) {
+        Some(off) if off <= true_to(trouble.window) => Ok(()),
+        off => Err(format!(
+            "{:.3} mm are not how it begins: {off:?}",
+            ink.length()
+        )),
     }
 }
 

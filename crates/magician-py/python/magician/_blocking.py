@@ -411,6 +411,7 @@ class Arm(Bound):
         horizon: float = 2.0,
         laser_horizon: float = 1.0,
         trust_pose: bool = False,
+        patience: float = 30.0,
         allow_laser: bool = False,
     ) -> Run:
         """A program that can go on after the line has broken; nothing is sent before :meth:`Run.finish`, and nothing is
@@ -422,10 +423,13 @@ class Arm(Bound):
         :param laser_horizon: the same while the laser may be lit.
         :param trust_pose: lets an interrupted run go on although nobody knows where its last finished command left the
             arm.
+        :param patience: how long the run waits for an arm that does not answer on a line that is there, seconds; never
+            less than the timeout of single calls. Meanwhile its progress tells how long the arm has been ``silent``.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
         """
-        horizons = seconds("horizon", horizon), seconds("laser_horizon", laser_horizon)
-        asked = flag("keep", keep), *horizons, flag("trust_pose", trust_pose), flag("allow_laser", allow_laser)
+        horizons = seconds("horizon", horizon), seconds("laser_horizon", laser_horizon), seconds("patience", patience)
+        flags = flag("trust_pose", trust_pose), flag("allow_laser", allow_laser)
+        asked = flag("keep", keep), *horizons, *flags
         return Run(self._core, self._core.begin(not_a_file(program), *asked))
 
     # Motion: each of these goes there and waits until it has.

@@ -99,6 +99,7 @@ class Core:
         horizon: float,
         laser_horizon: float,
         trust_pose: bool,
+        patience: float,
         allow_laser: bool,
     ) -> Program: ...
     def home(self) -> Call[None]: ...

@@ -31,9 +31,9 @@ class Telling:
         self._tell = watcher if callable(watcher) else self._line
         self._now = PlanProgress(0, steps, None)
 
-    def __call__(self, reported: tuple[int, float | None]) -> None:
+    def __call__(self, reported: tuple[int, float | None, float]) -> None:
         """Hears what the native part reports."""
-        now = PlanProgress(reported[0], self._now.steps, reported[1])
+        now = PlanProgress(reported[0], self._now.steps, reported[1], reported[2])
         if now != self._now:
             self._now = now
             if self._tell is not None:

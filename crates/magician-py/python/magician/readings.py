@@ -72,6 +72,8 @@ class Progress(NamedTuple):
     """Commands that this run has put into the queue."""
     total: int | None
     """Commands that this run has in all, when that is known."""
+    silent: float = 0.0
+    """How long the arm has not answered while a run waits for it, seconds; 0 as long as it answers."""
 
 
 class Ran(NamedTuple):

@@ -20,6 +20,8 @@ class PlanProgress:
     """Steps of the plan."""
     seconds_left: float | None
     """How long the rest takes, where that is known; not on a virtual arm, whose clock may run at any speed."""
+    seconds_silent: float = 0.0
+    """How long the arm has not answered while the run waits for it; 0 as long as it answers."""
 
     @property
     def share(self) -> float:
@@ -28,6 +30,8 @@ class PlanProgress:
 
     def __str__(self) -> str:
         left = "" if self.seconds_left is None else f", {clock(self.seconds_left)} left"
+        if self.seconds_silent >= 1:
+            left = f", waiting for the arm's answer, {self.seconds_silent:.0f} s"
         return f"step {self.done} of {self.steps}, {100 * self.share:.0f} %{left}"
 
 

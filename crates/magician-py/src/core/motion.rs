@@ -73,6 +73,7 @@ pub(super) fn report(reporter: &Reporter, progress: Progress) {
             progress.last.0,
             progress.sent,
             progress.total,
+            progress.silent.as_secs_f64(),
         );
         Ok(parts.into_pyobject(py)?.into_any().unbind())
     });
@@ -92,12 +93,14 @@ pub(super) fn run_options(
     horizon: f64,
     laser_horizon: f64,
     trust_pose: bool,
+    patience: f64,
 ) -> PyResult<RunOptions> {
     Ok(RunOptions::default()
         .keep(keep)
         .horizon(seconds(py, "the horizon", horizon)?)
         .laser_horizon(seconds(py, "the laser horizon", laser_horizon)?)
-        .trust_pose(trust_pose))
+        .trust_pose(trust_pose)
+        .patience(seconds(py, "the patience", patience)?))
 }
 
 #[pymethods]

@@ -29,10 +29,11 @@ impl Core {
         horizon: f64,
         laser_horizon: f64,
         trust_pose: bool,
+        patience: f64,
         allow_laser: bool,
     ) -> PyResult<Program> {
         let py = commands.py();
-        let options = run_options(py, keep, horizon, laser_horizon, trust_pose)?;
+        let options = run_options(py, keep, horizon, laser_horizon, trust_pose, patience)?;
         let arm = self.burning(py, allow_laser)?;
         let run = arm.begin(self::commands(commands)?, options);
         Ok(Program {

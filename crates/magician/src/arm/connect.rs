@@ -156,6 +156,7 @@ impl Arm {
         let arm = Self {
             allows_laser: inner.options.allow_laser,
             inner: Arc::new(inner),
+            patience: Duration::ZERO,
         };
         if probe {
             arm.probe(tried).await?;

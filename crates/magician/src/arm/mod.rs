@@ -21,6 +21,7 @@ mod watch;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::time::Duration;
 
 use tokio::sync::mpsc;
 
@@ -76,6 +77,8 @@ pub struct Arm {
     inner: Arc<Inner>,
     /// Whether calls of this handle may light the laser of a real arm.
     allows_laser: bool,
+    /// How long calls of this handle may take, if that is longer than [`Options::timeout`].
+    patience: Duration,
 }
 
 /// What the clones of a handle share.

@@ -10,8 +10,9 @@ use crate::{Error, Result};
 #[non_exhaustive]
 pub struct Options {
     /// Every single call to the arm ends after this time at the latest. Waiting for a motion has
-    /// deadlines of its own. Over UDP a call has room for five attempts, which is more where round trips are long. While
-    /// this program is stopped or the computer sleeps, no time runs.
+    /// deadlines of its own, and a run its [patience](crate::RunOptions::patience). Over UDP a call has room for five
+    /// attempts, which is more where round trips are long. While this program is stopped or the computer sleeps, no time
+    /// runs.
     pub timeout: Duration,
     /// Most requests in flight, 1 to 8. More than 1 is for arms of which it is known that they take
     /// requests back to back; `magician doctor` can measure it.

@@ -24,8 +24,21 @@ const TURN: Duration = Duration::from_millis(3);
 /// Requests.
 impl Arm {
     pub(super) fn deadline(&self) -> Instant {
+        self.call_deadline().max(Instant::now() + self.patience.min(FOREVER))
+    }
+
+    /// As it is for calls that are no part of a run.
+    pub(super) fn call_deadline(&self) -> Instant {
         let timeout = self.timeout().max(self.inner.shared.attempts());
         Instant::now() + timeout.min(FOREVER)
+    }
+
+    /// The same arm, for calls that wait for so long at least.
+    pub(super) fn patient(&self, patience: Duration) -> Self {
+        Self {
+            patience,
+            ..self.clone()
+        }
     }
 
     /// Tells what befell the queue: whoever began after `since` stops, and whoever asks first.

@@ -40,6 +40,9 @@ pub struct Progress {
     pub sent: u64,
     /// Commands this run has in all, when it is known.
     pub total: Option<u64>,
+    /// How long the arm has not answered while a run waits for it; zero as long as it answers. It grows up to
+    /// [`RunOptions::patience`](crate::RunOptions::patience).
+    pub silent: Duration,
 }
 
 /// What a queued command does to the time it takes.
@@ -169,6 +172,7 @@ impl Watch {
                 last: magician_protocol::QueuedCmdIndex(0),
                 sent: 0,
                 total,
+                silent: Duration::ZERO,
             },
             changed: Instant::now(),
             pose: None,
@@ -194,6 +198,11 @@ impl Watch {
             self.progress.current.0 = current;
             self.changed();
         }
+        self.progress
+    }
+
+    /// As it was seen last.
+    pub(super) fn progress(&self) -> Progress {
         self.progress
     }
 

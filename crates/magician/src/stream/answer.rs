@@ -163,7 +163,7 @@ impl Stream {
                         Phase::Clear
                     }
                     Phase::Clear => {
-                        self.reader.look_closely(now, false);
+                        self.reader.look_closely(now, true);
                         Phase::Drain {
                             since: now,
                             left: 0,

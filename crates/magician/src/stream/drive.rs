@@ -99,8 +99,10 @@ impl Stream {
             .saturating_add(self.credit.strangers.into());
         self.base = tail.max(last.unwrap_or(0));
         if self.settings.start && self.credit.strangers == 0 {
-            self.stood = Some(self.reader.pose);
+            let [x, y, z, _] = self.reader.pose;
+            (self.stood, self.place) = (Some(self.reader.pose), Some([x, y, z]));
         }
+        self.cleared_at = self.base;
         self.phase = match self.settings.start {
             true => Phase::Choose,
             false => Phase::Run,
@@ -245,7 +247,7 @@ impl Stream {
             let Ok(frame) = FrameBuf::set(&entry.item.command, Ctrl::QUEUED) else {
                 return;
             };
-            let request = match self.window > 1 && entry.repeatable {
+            let request = match self.window > 1 && entry.vertex().is_some() {
                 true => Request::of(frame).repeatable(),
                 false => Request::of(frame),
             };
@@ -259,11 +261,11 @@ impl Stream {
         }
     }
 
-    /// Whether a command may be in flight beside those that are: repeatable ones up to the window, everything else
+    /// Whether a command may be in flight beside those that are: segments of one line up to the window, everything else
     /// alone, and only when all before it is beyond doubt.
     fn may_fly(&mut self, now: Micros, entry: &Entry) -> bool {
         let flying = self.flying();
-        let shares = self.window > 1 && entry.repeatable && self.may_go_back();
+        let shares = self.window > 1 && self.may_go_back() && self.keeps_line(entry);
         if flying > 0 {
             return shares && flying < self.window;
         }
@@ -305,7 +307,14 @@ impl Stream {
             .front()
             .is_some_and(|entry| entry.index().is_some_and(over))
         {
-            self.stood = self.entries.pop_front().and_then(|entry| entry.item.end);
+            self.let_go();
+        }
+    }
+
+    /// The first command is done and beyond doubt.
+    pub(super) fn let_go(&mut self) {
+        if let Some(entry) = self.entries.pop_front() {
+            (self.stood, self.place) = (entry.item.end, entry.place());
         }
     }
 }

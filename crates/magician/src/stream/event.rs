@@ -29,8 +29,8 @@ pub enum StreamEvent {
         /// As the controller shows.
         read: u32,
     },
-    /// Commands were lost between others. The queue was stopped and cleared, and what was not beyond doubt goes again
-    /// from the last vertex that was.
+    /// Commands were lost between others. The queue was stopped and cleared, and what does not lead to where the arm stands
+    /// goes again.
     Recovered {
         /// So many commands go again.
         again: usize,

@@ -1,4 +1,4 @@
-use magician_protocol::commands::{CpLeCmd, PtpCmd, PtpWithLCmd, SetEndEffectorLaser};
+use magician_protocol::commands::{PtpCmd, PtpWithLCmd, SetEndEffectorLaser};
 use magician_protocol::{CpMode, Flag, PtpMode, Set};
 
 use crate::connection::{Micros, Ticket};
@@ -23,8 +23,8 @@ pub struct StreamSettings {
     pub horizon: Micros,
     /// Most motion in the queue while the laser may be lit, us.
     pub laser_horizon: Micros,
-    /// Most repeatable commands in flight, as far as the connection's window allows; 1: each waits for the answer to the
-    /// one before.
+    /// Most segments of a path in flight, as far as the connection's window allows; 1: each waits for the answer to the one
+    /// before.
     pub window: usize,
     /// Starts the queue. Otherwise it is left as it is, and only its places limit what is put in.
     pub start: bool,
@@ -121,6 +121,18 @@ impl Entry {
         bears_doubling(&self.item.command) && !self.burns()
     }
 
+    /// Where a dark segment of a path leads: it goes there in a straight line, so it may travel beside others of the same
+    /// line.
+    pub(super) fn vertex(&self) -> Option<[f64; 3]> {
+        vertex(&self.item.command)
+    }
+
+    /// Where the arm stands when it has finished, x, y, z.
+    pub(super) fn place(&self) -> Option<[f64; 3]> {
+        let end = || self.item.end.map(|[x, y, z, _]| [x, y, z]);
+        self.vertex().or_else(end)
+    }
+
     /// Whether the laser may be lit by it or during it.
     pub(super) fn burns(&self) -> bool {
         self.item.laser || self.lit || path_power(&self.item.command) != 0.0
@@ -158,16 +170,23 @@ pub(super) fn dark() -> Set {
     })
 }
 
-/// Whether doing it once more from anywhere leads to the same end and has no other effect: absolute segments without
-/// laser power, and absolute point-to-point moves.
+/// Where an absolute segment without laser power leads.
+fn vertex(command: &Set) -> Option<[f64; 3]> {
+    let place = match command {
+        Set::CpCmd(to) if to.cp_mode == CpMode::Absolute => [to.x, to.y, to.z],
+        Set::CpLeCmd(to) if to.cp_mode == CpMode::Absolute && to.velocity_or_power == 0.0 => {
+            [to.x, to.y, to.z]
+        }
+        _ => return None,
+    };
+    Some(place.map(f64::from))
+}
+
+/// Whether doing it once more from where it begins or ends leads to the same end and has no other effect: absolute
+/// segments without laser power, and absolute point-to-point moves.
 fn is_repeatable(command: &Set) -> bool {
     match command {
-        Set::CpCmd(segment) => segment.cp_mode == CpMode::Absolute,
-        Set::CpLeCmd(CpLeCmd {
-            cp_mode,
-            velocity_or_power,
-            ..
-        }) => *cp_mode == CpMode::Absolute && *velocity_or_power == 0.0,
+        Set::CpCmd(_) | Set::CpLeCmd(_) => vertex(command).is_some(),
         Set::PtpCmd(PtpCmd { ptp_mode, .. }) | Set::PtpWithLCmd(PtpWithLCmd { ptp_mode, .. }) => {
             is_absolute(*ptp_mode)
         }

@@ -58,13 +58,19 @@
 //!
 //! # Above window 1
 //!
-//! Absolute moves that may be done once more share the window; everything else travels alone, and only when all before it
-//! is beyond doubt. When a command is lost between others, the queue is stopped (the segment under way ends at its end
-//! point) and cleared, and when it has drained everything after the last vertex that is both finished and confirmed goes
-//! again: the arm goes straight from where it stood to the first vertex in doubt, and may pass a few vertices twice. After
-//! three of these the rest goes at window 1. If something that must not be done twice is in doubt, the stream fails instead,
-//! and nothing goes again. Where commands of others wait in the queue, or the caller starts it himself, nothing may be
-//! cleared, and commands go one by one.
+//! Between commands in flight one may be lost, and the arm may have begun the next one before anybody knows: from another
+//! start, and an absolute line from another start is another line. So only what such a loss does not change shares the
+//! window: dark absolute segments of a path, as long as every line from one of the places that are not beyond doubt to the
+//! new one passes all those between within [`STRAIGHT`]. Whatever is lost of them, the same line is drawn. A corner, a
+//! segment that lifts or lowers, a point-to-point move, and all that switches something waits until all before it is beyond
+//! doubt, and travels alone.
+//!
+//! When a command is lost between others, the queue is stopped (the segment under way ends at its end point) and cleared, and
+//! when it has drained, current index and pose tell at which vertex the arm stands. What leads there is drawn; it goes on
+//! with the next one, from where that begins. Nothing is done twice, and nothing is gone back to. After three of these the
+//! rest goes at window 1. If the arm stands at none of the vertices that it can have come to, or something that must not be
+//! done twice is in doubt, the stream fails instead, and nothing goes again. Where commands of others wait in the queue, or
+//! the caller starts it himself, nothing may be cleared, and commands go one by one.
 //!
 //! # Going on after an interruption
 //!
@@ -80,6 +86,7 @@ mod drive;
 mod event;
 mod item;
 mod laser;
+mod line;
 mod reading;
 mod recover;
 mod resume;
@@ -98,6 +105,7 @@ use event::Events;
 pub use event::{Refused, StreamEvent, StreamFailure};
 use item::{Entry, Fate, switched};
 pub use item::{Item, StreamSettings};
+pub use line::STRAIGHT;
 use reading::Reader;
 pub use resume::{Leftover, POSE_TOLERANCE};
 
@@ -171,6 +179,10 @@ pub struct Stream {
     confirmed: Option<u64>,
     /// Where the arm stands after what was finished and let go, when that is known.
     stood: Option<[f64; 4]>,
+    /// The same as a place, also for a segment of which nothing but its command is known.
+    place: Option<[f64; 3]>,
+    /// The current index when the queue was cleared last, or when the stream began.
+    cleared_at: u64,
     /// The index given last before the stream's first, or before its first since the queue was cleared.
     base: u64,
     /// What it was about when it ended.
@@ -221,6 +233,8 @@ impl Stream {
             guessed: false,
             confirmed: None,
             stood: None,
+            place: None,
+            cleared_at: 0,
             base: 0,
             was: Phase::Begin,
             found: 0,

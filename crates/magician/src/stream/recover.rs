@@ -1,6 +1,7 @@
 use super::drive::Phase;
 use super::item::{Entry, Fate};
-use super::{Stream, StreamEvent, StreamFailure};
+use super::line::apart;
+use super::{POSE_TOLERANCE, Stream, StreamEvent, StreamFailure};
 use crate::connection::Micros;
 
 /// After so many losses between others the rest goes one by one.
@@ -12,7 +13,7 @@ const HEAD_STANDS: Micros = 2_000_000;
 /// A cleared queue whose left space stands for so long will not drain.
 const STANDING: Micros = 30_000_000;
 
-/// A loss between others: stop, clear, and go on from the last vertex that is certain.
+/// A loss between others: stop, clear, and go on from the vertex at which the arm stands.
 impl Stream {
     pub(super) fn begin_recovery(&mut self) {
         self.phase = Phase::Settle;
@@ -54,10 +55,10 @@ impl Stream {
         }
         self.phase = Phase::Drain { since, left };
         self.reader
-            .look_closely(now.saturating_add(DRAIN_PAUSE), false);
+            .look_closely(now.saturating_add(DRAIN_PAUSE), true);
     }
 
-    /// The queue is stopped and empty: what is finished and certain is done, all else waits again.
+    /// The queue is stopped and empty, and the arm stands: what leads to where it stands is done, all else waits again.
     pub(super) fn restart(&mut self) {
         let (current, confirmed) = (self.reader.current, self.confirmed);
         let done = |index: u64| index <= current && confirmed.is_some_and(|all| index <= all);
@@ -66,7 +67,13 @@ impl Stream {
             .front()
             .is_some_and(|entry| entry.index().is_some_and(done))
         {
-            self.stood = self.entries.pop_front().and_then(|entry| entry.item.end);
+            self.let_go();
+        }
+        let Some(passed) = self.passed() else { return };
+        for _ in 0..passed {
+            let counted = |entry: &Entry| entry.index().is_none() && !entry.inserted;
+            self.accepted += u64::from(self.entries.front().is_some_and(counted));
+            self.let_go();
         }
         let mut again = 0;
         for entry in self.entries.iter_mut().filter(|entry| !entry.is_waiting()) {
@@ -82,8 +89,70 @@ impl Stream {
         // The numbers that were dropped are passed over.
         (self.expected, self.confirmed) = (None, None);
         (self.credit.strangers, self.stopped) = (0, true);
+        self.cleared_at = current;
         self.phase = Phase::Choose;
         let window = self.window;
         self.events.push(StreamEvent::Recovered { again, window });
     }
+
+    /// How many of the commands that are not beyond doubt lead to where the arm stands; `None`, and the stream has failed,
+    /// if it stands where none of them does. Those that were lost on the way make no difference: see `keeps_line`.
+    fn passed(&mut self) -> Option<usize> {
+        let current = self.reader.current;
+        let [x, y, z, _] = self.reader.pose;
+        let found = [x, y, z];
+        let gone = self.entries.len() - self.waiting().count();
+        // So many were carried out at least: each has moved the current index by one.
+        let least = match self.confirmed {
+            Some(confirmed) => current.saturating_sub(confirmed),
+            None => u64::from(current > self.cleared_at),
+        };
+        let certain = |entry: &Entry| entry.index().is_some_and(|at| Some(at) <= self.confirmed);
+        if least == 0 || self.entries.front().is_some_and(certain) {
+            let stands = self.place.is_none_or(|place| is_near(place, found));
+            return match stands {
+                true => Some(0),
+                false => self.strays(self.stood),
+            };
+        }
+        let least = usize::try_from(least).unwrap_or(usize::MAX);
+        if least > gone {
+            let (from, to) = (self.confirmed.unwrap_or(self.cleared_at), current);
+            let to_most = from.saturating_add(gone as u64);
+            self.fail(StreamFailure::Tail {
+                found: to,
+                from,
+                to: to_most,
+            });
+            return None;
+        }
+        let places = self.entries.iter().enumerate();
+        let places = places.filter(|(_, entry)| !entry.is_waiting());
+        let places = places
+            .skip(least - 1)
+            .filter_map(|(nth, entry)| Some((nth + 1, entry.place()?)));
+        let near = places.map(|(count, place)| (count, apart(place, found)));
+        let nearest = near.min_by(|(_, one), (_, other)| one.total_cmp(other));
+        match nearest.filter(|(_, off)| *off <= POSE_TOLERANCE) {
+            Some((count, _)) => Some(count),
+            None => {
+                let expected = self.entries.get(least - 1).and_then(|entry| entry.item.end);
+                self.strays(expected)
+            }
+        }
+    }
+
+    /// The arm stands where nothing that was sent leaves it.
+    fn strays(&mut self, expected: Option<[f64; 4]>) -> Option<usize> {
+        let found = self.reader.pose;
+        self.fail(match expected {
+            Some(expected) => StreamFailure::Pose { expected, found },
+            None => StreamFailure::PoseUnknown { found },
+        });
+        None
+    }
+}
+
+fn is_near(place: [f64; 3], found: [f64; 3]) -> bool {
+    apart(place, found) <= POSE_TOLERANCE
 }

@@ -168,3 +168,55 @@ async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
     arm.close().await;
     bench.await.unwrap();
 }
+
+/// An arm at a line that stands still now and then, each time for so long.
+async fn held_now_and_then(seconds: u64, rate: f64) -> Arm {
+    let ms = seconds * 1000;
+    let faults = format!("stall={rate},stall-min-ms={ms},stall-ms={ms},only=replies,seed=3");
+    let options = Options::default()
+        .probe(false)
+        .faults(faults.parse().unwrap());
+    let arm = Arm::simulated(runner(Speed::Times(1.0)), options).await;
+    arm.unwrap()
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_line_that_is_held_does_not_end_a_run() {
+    for (seconds, rate) in [(1, 0.03), (3, 0.03), (8, 0.03), (20, 0.01)] {
+        let arm = held_now_and_then(seconds, rate).await;
+        let wait = words::wait(Duration::from_millis(20));
+        let mut silent = Duration::ZERO;
+        let told = |progress: magician::Progress| silent = silent.max(progress.silent);
+        let ran = arm.run(std::iter::repeat_n(wait, 200), told).await;
+        let ran = ran.unwrap_or_else(|error| panic!("held for {seconds} s: {error}"));
+        assert_eq!((ran.commands, ran.last.unwrap().0), (200, 200));
+        let least = Duration::from_secs(seconds - 1);
+        assert!(
+            silent >= least && silent < Duration::from_secs(30),
+            "{silent:?}"
+        );
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_line_that_is_held_for_longer_than_a_runs_patience_ends_it_and_calls_end_as_ever() {
+    let arm = held_now_and_then(60, 1.0).await;
+    let begun = Instant::now();
+    let error = arm.get::<Pose>().await.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Timeout);
+    assert!(begun.elapsed() < Duration::from_millis(3100));
+    for seconds in [30, 5, 1] {
+        let begun = Instant::now();
+        let patience = Duration::from_secs(seconds);
+        let options = RunOptions::default().patience(patience);
+        let wait = words::wait(Duration::from_millis(20));
+        let run = arm.run_with(std::iter::repeat_n(wait, 20), options, |_| {});
+        let error = run.await.unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
+        let (took, least) = (begun.elapsed(), patience.max(Duration::from_secs(3)));
+        assert!(
+            took >= least && took < least + Duration::from_secs(4),
+            "{took:?}"
+        );
+    }
+}

@@ -282,7 +282,8 @@ impl Drive<'_> {
             let done = self.reached(&progress, ahead.begun);
             ahead.finished.store(done, Ordering::Relaxed);
             let left = ahead.timetable.left(done.saturating_sub(rest.from()));
-            teller.at(done, left.and_then(|left| self.of_wall(left)));
+            let left = left.and_then(|left| self.of_wall(left));
+            teller.at(done, left, progress.silent);
         });
         // A recording that cannot go on costs itself, and never the work.
         let mut broken = None;

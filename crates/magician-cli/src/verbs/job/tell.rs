@@ -36,6 +36,9 @@ struct Object {
     share: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     seconds_left: Option<f64>,
+    /// How long the arm has not answered, while it is waited for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds_silent: Option<f64>,
 }
 
 impl<'o> Teller<'o> {
@@ -51,15 +54,13 @@ impl<'o> Teller<'o> {
         }
     }
 
-    /// So many steps are finished, and the rest takes so long.
-    pub(super) fn at(&self, step: u64, left: Option<Duration>) {
+    /// So many steps are finished, and the rest takes so long; the arm has not answered for `silent`.
+    pub(super) fn at(&self, step: u64, left: Option<Duration>, silent: Duration) {
         if let Some(bar) = &self.bar {
             if self.begun.elapsed() >= PATIENCE {
                 bar.set_position(step);
-                bar.set_message(
-                    left.map(|left| format!("{} left", clock(left)))
-                        .unwrap_or_default(),
-                );
+                let left = || left.map(|left| format!("{} left", clock(left)));
+                bar.set_message(waits(silent).or_else(left).unwrap_or_default());
                 bar.tick();
             }
             return;
@@ -75,6 +76,7 @@ impl<'o> Teller<'o> {
                 step,
                 steps: self.steps,
                 share: share.map(|share| (share * 1e4).round() / 1e4),
+                seconds_silent: (!silent.is_zero()).then(|| silent.as_secs_f64().floor()),
                 seconds_left: left.map(|left| (left.as_secs_f64() * 10.0).round() / 10.0),
             };
             // Nobody who reads is no reason to stop an arm; the last object will tell.
@@ -87,10 +89,10 @@ impl<'o> Teller<'o> {
             (Some(steps), Some(share)) => format!(" of {steps}, {:.0} %", share * 100.0),
             _ => String::new(),
         };
-        let left = left
-            .map(|left| format!(", {} left", clock(left)))
-            .unwrap_or_default();
-        let _ = writeln!(io::stderr(), "step {step}{of}{left}");
+        let left = || left.map(|left| format!("{} left", clock(left)));
+        let more = waits(silent).or_else(left);
+        let more = more.map(|more| format!(", {more}")).unwrap_or_default();
+        let _ = writeln!(io::stderr(), "step {step}{of}{more}");
     }
 
     /// Says something on a line of its own, to people.
@@ -103,6 +105,12 @@ impl<'o> Teller<'o> {
             None => tell(text),
         }
     }
+}
+
+/// `waiting for the arm's answer, 4 s`.
+fn waits(silent: Duration) -> Option<String> {
+    let seconds = silent.as_secs();
+    (seconds > 0).then(|| format!("waiting for the arm's answer, {seconds} s"))
 }
 
 impl Drop for Teller<'_> {

@@ -1,10 +1,12 @@
 //! Handing a run over to the task, and looking after it.
 
+use std::future::Future;
+use std::pin::pin;
 use std::time::Duration;
 
 use magician_protocol::Set;
 use tokio::sync::{mpsc, oneshot, watch as cell};
-use tokio::time::{Instant, sleep_until, timeout_at};
+use tokio::time::{Instant, interval_at, sleep_until, timeout_at};
 
 use super::Run;
 use crate::arm::driver::{End, Message, Program, Reached, micros};
@@ -17,6 +19,8 @@ const LOOK_PAUSE: Duration = Duration::from_millis(100);
 /// The same while commands go out: an alarm that holds the queue would end that soon, and a look costs as much of the line
 /// as a command.
 const SELDOM: Duration = Duration::from_secs(1);
+/// How often a run that is not answered says so.
+const TELL: Duration = Duration::from_secs(1);
 /// Commands on their way to the task.
 const FEED: usize = 64;
 
@@ -34,12 +38,12 @@ impl<C: Iterator<Item = Set>> Run<C> {
             horizon: micros(self.options.horizon),
             laser_horizon: micros(self.options.laser_horizon),
             window: self.arm.inner.options.window,
-            patience: micros(self.arm.timeout()),
+            patience: micros(self.options.patience.max(self.arm.timeout())),
             trust_pose: self.options.trust_pose,
             ..StreamSettings::default()
         };
         let arm = self.arm.clone();
-        let place = timeout_at(arm.deadline(), arm.inner.messages.reserve()).await;
+        let place = timeout_at(arm.call_deadline(), arm.inner.messages.reserve()).await;
         let place = place.map_err(|_| Error::stuck())?;
         let place = place.map_err(|_| Error::closed())?;
         // From here on nothing is waited for: whoever goes away has handed it over, or not.
@@ -91,10 +95,14 @@ impl<C: Iterator<Item = Set>> Run<C> {
                     if flows && looked.elapsed() < SELDOM {
                         progress(watch.saw(seen.current));
                     } else {
-                        match self.look(watch, begun, flows.then_some(seen.current)).await {
-                            Ok(None) => {}
-                            Ok(Some(seen)) => progress(seen),
-                            Err(error) => return self.ends_too(error, ending).await,
+                        let known = flows.then_some(seen.current);
+                        let before = watch.progress();
+                        let looks = self.look(watch, begun, known);
+                        match told(looks, before, progress, &mut ending).await {
+                            Look::Seen(None) => {}
+                            Look::Seen(Some(seen)) => progress(seen),
+                            Look::Failed(error) => return self.ends_too(error, ending).await,
+                            Look::Over(end) => return end.ok_or_else(Error::closed),
                         }
                         looked = Instant::now();
                     }
@@ -136,11 +144,39 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let line = matches!(error.kind(), ErrorKind::Port | ErrorKind::Timeout);
         if line
             && error.command().is_some()
-            && let Ok(Ok(end)) = timeout_at(self.arm.deadline(), ending).await
+            && let Ok(Ok(end)) = timeout_at(self.arm.call_deadline(), ending).await
         {
             return Ok(end);
         }
         Err(error)
+    }
+}
+
+/// What came of a look.
+enum Look {
+    Seen(Option<Progress>),
+    Failed(Error),
+    /// The run ended before.
+    Over(Option<End>),
+}
+
+/// Waits for a look and tells every second that it is not answered yet.
+async fn told(
+    look: impl Future<Output = Result<Option<Progress>>>,
+    before: Progress,
+    progress: &mut impl FnMut(Progress),
+    ending: &mut oneshot::Receiver<End>,
+) -> Look {
+    let begun = Instant::now();
+    let mut seconds = interval_at(begun + TELL, TELL);
+    let mut look = pin!(look);
+    loop {
+        tokio::select! {
+            biased;
+            seen = &mut look => return seen.map_or_else(Look::Failed, Look::Seen),
+            end = &mut *ending => return Look::Over(end.ok()),
+            _ = seconds.tick() => progress(Progress { silent: begun.elapsed(), ..before }),
+        }
     }
 }
 

@@ -119,7 +119,7 @@ impl Arm {
             _ => None,
         };
         Run {
-            arm: self.clone(),
+            arm: self.patient(options.patience),
             commands,
             options,
             course: None,
@@ -191,7 +191,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let arm = self.arm.clone();
         let stops = self.stops.take().unwrap_or_else(|| arm.stops());
         self.may_go_on()?;
-        let mut flow = arm.take_turn(arm.deadline(), "a run").await?;
+        let mut flow = arm.take_turn(arm.call_deadline(), "a run").await?;
         // Whoever goes away in the middle of a run leaves behind what has to be counted anew.
         flow.room = 0;
         arm.mishap(None)?;

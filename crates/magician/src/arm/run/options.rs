@@ -15,6 +15,11 @@ pub struct RunOptions {
     pub laser_horizon: Duration,
     /// Lets an interrupted run go on although nobody knows where its last finished command left the arm. Off at first.
     pub trust_pose: bool,
+    /// How long a run waits for an arm that does not answer on a line that is there, until it ends; never less than
+    /// [`Options::timeout`](crate::Options::timeout), which is for single calls. Meanwhile
+    /// [`Progress::silent`](crate::Progress::silent) tells. What became of a command is found out when the arm answers again,
+    /// and nothing is sent twice. Thirty seconds at first.
+    pub patience: Duration,
 }
 
 impl Default for RunOptions {
@@ -24,6 +29,7 @@ impl Default for RunOptions {
             horizon: Duration::from_secs(2),
             laser_horizon: Duration::from_secs(1),
             trust_pose: false,
+            patience: Duration::from_secs(30),
         }
     }
 }
@@ -54,6 +60,13 @@ impl RunOptions {
     #[must_use]
     pub fn trust_pose(mut self, trust: bool) -> Self {
         self.trust_pose = trust;
+        self
+    }
+
+    /// Sets [`patience`](Self::patience).
+    #[must_use]
+    pub fn patience(mut self, patience: Duration) -> Self {
+        self.patience = patience;
         self
     }
 }

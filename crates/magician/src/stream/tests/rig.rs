@@ -253,9 +253,14 @@ pub(super) fn laser(on: bool, at: [f64; 3]) -> Item {
 
 /// A point this far along a zigzag, so that every point of it is another one.
 pub(super) fn along(step: f64, count: usize) -> [f64; 3] {
+    bent(7.0, step, count)
+}
+
+/// The same with lines that bend as a sine of this length does.
+fn bent(length: f64, step: f64, count: usize) -> [f64; 3] {
     let there = count as f64 * step;
     [
-        START[0] + 20.0 - (there / 7.0).sin() * 20.0,
+        START[0] + 20.0 - (there / length).sin() * 20.0,
         there % 60.0,
         START[2] + there / 1000.0,
     ]
@@ -271,10 +276,10 @@ pub(super) fn rest_to_rest(step: f64, count: usize) -> u64 {
     (2e6 * (squares.sum::<f64>().sqrt() / 100.0).sqrt()) as u64
 }
 
-/// Segments of a zigzag.
+/// Segments of a zigzag of lines that are so nearly straight that they share a window.
 pub(super) fn path(count: usize, step: f64, time: u64) -> Vec<Item> {
     (1..=count)
-        .map(|at| segment(along(step, at), time))
+        .map(|at| segment(bent(150.0, step, at), time))
         .collect()
 }
 

@@ -1,0 +1,82 @@
+//! Which segments may be lost between others without changing what is drawn.
+
+use super::item::Entry;
+use super::{KEPT, Stream};
+
+/// As far as a line may pass a vertex that was lost on it, mm: a fourth of what the arm repeats a place to.
+pub const STRAIGHT: f64 = 0.05;
+
+impl Stream {
+    /// Whether a segment leaves the same line whatever is lost of what is not beyond doubt: each line from a place where the
+    /// arm may then stand passes all that is left out.
+    pub(super) fn keeps_line(&self, entry: &Entry) -> bool {
+        let Some(to) = entry.vertex() else {
+            return false;
+        };
+        let confirmed = self.confirmed;
+        let is_certain = |entry: &Entry| entry.index().is_some_and(|at| Some(at) <= confirmed);
+        let gone = self.entries.iter().take_while(|entry| !entry.is_waiting());
+        let (mut places, mut count) = ([[0.0; 3]; KEPT + 1], 0);
+        let mut start = self.place;
+        for entry in gone {
+            if is_certain(entry) {
+                start = entry.place();
+                continue;
+            }
+            let (Some(place), Some(free)) = (entry.vertex(), places.get_mut(count + 1)) else {
+                return false;
+            };
+            *free = place;
+            count += 1;
+        }
+        let (Some(start), Some(places)) = (start, places.get_mut(..=count)) else {
+            return false;
+        };
+        if let Some(first) = places.first_mut() {
+            *first = start;
+        }
+        (0..places.len()).all(|nth| {
+            let (_, rest) = places.split_at(nth);
+            let Some((from, passed)) = rest.split_first() else {
+                return true;
+            };
+            passed
+                .iter()
+                .all(|place| off(*place, *from, to) <= STRAIGHT)
+        })
+    }
+}
+
+/// How far a place is from a straight line between two.
+pub(super) fn off(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
+    let way = [0, 1, 2].map(|axis| to[axis] - from[axis]);
+    let gone = [0, 1, 2].map(|axis| place[axis] - from[axis]);
+    let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
+    let share = (dot(gone, way) / dot(way, way).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    apart(gone, way.map(|way| share * way))
+}
+
+/// How far two places are from each other.
+pub(super) fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let squares = a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b));
+    squares.sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_as_far_from_a_line_as_from_its_nearest_point() {
+        let (from, to) = ([0.0, 0.0, 5.0], [10.0, 0.0, 5.0]);
+        for (place, expected) in [
+            ([4.0, 3.0, 5.0], 3.0),
+            ([-3.0, 0.0, 9.0], 5.0),
+            ([13.0, 4.0, 5.0], 5.0),
+            ([10.0, 0.0, 5.0], 0.0),
+        ] {
+            assert!((off(place, from, to) - expected).abs() < 1e-12, "{place:?}");
+        }
+        assert_eq!(off([3.0, 4.0, 5.0], from, from), 5.0);
+    }
+}
