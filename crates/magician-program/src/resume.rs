@@ -21,6 +21,8 @@ pub struct Tally {
     mixed: bool,
     /// An index, and the commands of the plan up to it.
     pairs: VecDeque<(u64, u64)>,
+    /// The index that the arm had finished last when it was at rest, before the first command.
+    rest: Option<u64>,
 }
 
 /// At least and at most so many steps.
@@ -41,7 +43,15 @@ impl Tally {
             lead,
             mixed,
             pairs: VecDeque::new(),
+            rest: None,
         }
+    }
+
+    /// Before the first command the arm was at rest, its queue empty, and this was the index it had finished last.
+    #[must_use]
+    pub fn from_rest(mut self, index: Option<u64>) -> Self {
+        self.rest = index;
+        self
     }
 
     /// The arm has taken so many commands, the last of them under this index.
@@ -92,9 +102,9 @@ impl Tally {
                 None => (most, most),
             };
         }
-        // Before the first answer nothing is.
+        // Before the first answer nothing is, but for what the arm may have taken without saying so.
         if self.pairs.is_empty() {
-            (least, most) = (0, 0);
+            (least, most) = (0, current.saturating_sub(self.rest.unwrap_or(current)));
         }
         Span {
             least: least.saturating_sub(self.lead),
@@ -140,6 +150,9 @@ pub struct Mark {
     pub handed: u64,
     /// The index of a step that the arm has taken, and how many steps there are up to it.
     pub index: Option<(u64, u64)>,
+    /// The index that the arm had finished last when the run began, if it was at rest then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest: Option<u64>,
     /// The arm's clock when that was seen, ms.
     pub clock: u32,
     /// Whether the driver may have put commands of its own between the steps, or passed over indices.
@@ -214,8 +227,10 @@ impl Mark {
             Some(Ended::Doubt) => return doubt(all),
             None => {}
         }
-        let (Some(seen), Some((index, steps))) = (seen, self.index) else {
-            return doubt(all);
+        let (seen, (index, steps)) = match (seen, self.index) {
+            (Some(seen), Some(index)) => (seen, index),
+            (Some(seen), None) => return doubt(self.since_rest(seen).unwrap_or(all)),
+            (None, _) => return doubt(all),
         };
         // A clock that runs behind, or an index: the arm was switched off and on.
         let under_way = steps.saturating_sub(self.finished);
@@ -242,6 +257,17 @@ impl Mark {
             }
         }
         self
+    }
+
+    /// Of a run that had no answer from an arm that was at rest when it began: an arm that still is has done nothing of it, and
+    /// each step that it has done has raised its index.
+    fn since_rest(&self, seen: Seen) -> Option<Span> {
+        let raised = seen.current.checked_sub(self.rest?)?;
+        let most = self.finished.saturating_add(raised);
+        (seen.clock >= self.clock).then_some(Span {
+            least: self.finished,
+            most: most.min(self.handed.max(self.finished)),
+        })
     }
 
     fn count(&self, current: u64, (index, steps): (u64, u64)) -> Span {
@@ -385,6 +411,29 @@ mod tests {
         assert_eq!(fresh.verdict(None, |_| None), Verdict::After(0));
         let begun = Mark { handed: 1, ..fresh };
         assert_eq!(begun.verdict(None, |_| None), Verdict::Again(0));
+    }
+
+    #[test]
+    fn a_run_without_an_answer_is_judged_by_the_arm_at_rest() {
+        let mark = Mark {
+            handed: 64,
+            clock: 5000,
+            rest: Some(7),
+            ..Mark::new("pen", Some(200), false)
+        };
+        let told = |mark: &Mark, current| mark.verdict(at(current), |_| Some(true));
+        assert_eq!(told(&mark, 7), Verdict::After(0), "nothing was taken");
+        assert_eq!(told(&mark, 8), Verdict::Again(0), "one may have been");
+        let several = Verdict::Doubt(Span { least: 0, most: 3 });
+        assert_eq!(told(&mark, 10), several);
+        let all = Verdict::Doubt(Span { least: 0, most: 64 });
+        assert_eq!(told(&mark, 6), all, "it was reset");
+        let unknown = Mark { rest: None, ..mark };
+        assert_eq!(told(&unknown, 7), all);
+        // An answer that was lost leaves the same doubt to the run itself.
+        let tally = Tally::new(0, false).from_rest(Some(7));
+        assert_eq!(tally.certain(7), exactly(0));
+        assert_eq!(tally.certain(8), Span { least: 0, most: 1 });
     }
 
     #[test]

@@ -12,7 +12,7 @@ use super::{Found, Scope};
 use crate::bench::figure::Figure;
 
 #[path = "../../../crates/magician-program/tests/lossy/datagrams.rs"]
-mod datagrams;
+pub(super) mod datagrams;
 #[path = "../../../crates/magician-program/tests/lossy/ink.rs"]
 mod ink;
 #[path = "../../../crates/magician-program/tests/lossy/programs.rs"]
@@ -58,6 +58,12 @@ struct Tally {
     doubled: u64,
     wrong: u64,
     digest: Digest,
+}
+
+/// The plan of a sample.
+pub(super) fn sample(name: &str) -> Result<Plan, Box<dyn Error>> {
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join(SAMPLES);
+    Ok(programs::plan(&samples, name)?)
 }
 
 /// So many drawings, each with a program, a trouble and a seed of its own.

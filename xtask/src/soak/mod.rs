@@ -8,6 +8,7 @@ mod drawing;
 mod heap;
 mod hostile;
 mod lines;
+mod networks;
 mod poses;
 mod program;
 mod resync;
@@ -43,7 +44,7 @@ struct Soak {
     run: fn(Scope) -> Result<Found, Box<dyn Error>>,
 }
 
-const SOAKS: [Soak; 13] = [
+const SOAKS: [Soak; 14] = [
     Soak {
         name: "r1",
         says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
@@ -121,6 +122,12 @@ const SOAKS: [Soak; 13] = [
         says: "so many drawings over each kind of line, compared by length and holes: a table",
         cases: 12,
         run: lines::lines,
+    },
+    Soak {
+        name: "networks",
+        says: "so many drawings over each network that loses and doubles datagrams, compared in the same way",
+        cases: 20,
+        run: networks::networks,
     },
 ];
 
@@ -206,7 +213,7 @@ mod tests {
     use super::*;
 
     /// Cases of each in a debug build.
-    const SHORT: [(&str, u64); 13] = [
+    const SHORT: [(&str, u64); 14] = [
         ("r1", 20_000),
         ("r1-stream", 10_000),
         ("r1-poses", 5_000),
@@ -220,6 +227,7 @@ mod tests {
         ("r7", 86_400),
         ("drawing", 25),
         ("lines", 1),
+        ("networks", 2),
     ];
 
     fn find(name: &str, cases: u64, seed: u64) -> Found {

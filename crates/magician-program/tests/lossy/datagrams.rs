@@ -1,7 +1,8 @@
 //! A plan over datagrams that are lost, doubled, late and out of order: the host's connection and the arm on one clock, without
 //! a shell between them.
 
-use magician::connection::{Failure, Settings};
+use magician::commands::{QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
+use magician::connection::{Failure, Request, Settings};
 use magician::faults::Faults;
 use magician::pair::Pair;
 use magician::sim::world::Drawing;
@@ -9,6 +10,7 @@ use magician::stream::{Item, Stream, StreamEvent, StreamFailure, StreamSettings}
 use magician::words::Guards;
 use magician_program::Plan;
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
+use magician_protocol::NoArgs;
 
 /// us.
 const SECOND: u64 = 1_000_000;
@@ -29,6 +31,8 @@ pub(crate) struct Came {
     pub(crate) told: u32,
     /// Frames sent.
     pub(crate) requests: u64,
+    /// How long it took, us.
+    pub(crate) lasted: u64,
 }
 
 /// Commands with how long they take and where they lead.
@@ -52,6 +56,7 @@ fn items(plan: &Plan) -> Result<Vec<Item>, magician::Error> {
 pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error> {
     let mut pair = Pair::new(Settings::DATAGRAMS, faults, faults.seed);
     pair.arm = stage(plan, &RehearseOptions::default())?;
+    greet(&mut pair);
     let mut items = items(plan)?.into_iter().peekable();
     let mut stream = Stream::new(StreamSettings::default());
     let (mut resumed, mut taken, mut stopped) = (0, 0, None);
@@ -86,6 +91,7 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
             stream = Stream::resume(interrupted.leftover(), settings);
         }
     }
+    let lasted = pair.now;
     pair.set_faults(Faults::NONE);
     let later = pair.now + 60 * SECOND;
     pair.run_until(later);
@@ -95,7 +101,20 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
         resumed,
         told: pair.unaccounted,
         requests: pair.host.stats().sent,
+        lasted,
     })
+}
+
+/// Looks at the arm at rest, as whoever connects does; an answer that does not come is done without.
+fn greet(pair: &mut Pair) {
+    for look in [
+        Request::get::<QueuedCmdLeftSpace>(&NoArgs),
+        Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
+    ] {
+        if let Ok(look) = look {
+            let _ = pair.ask(look, 3 * SECOND);
+        }
+    }
 }
 
 /// What happens until the next instant at which something does.
@@ -107,11 +126,16 @@ fn turn(pair: &mut Pair, stream: &mut Stream) {
     while pair.arm.poll_event().is_some() {}
     pair.accepted.clear();
     pair.heard.clear();
-    pair.reports.clear();
+    let mut told = std::mem::take(&mut pair.reports);
+    told.retain(|(from, to)| !stream.doubled(*from, *to));
     let mut ended: Vec<_> = pair.results.drain().collect();
     ended.sort_by_key(|(ticket, _)| *ticket);
     for (ticket, result) in ended {
         stream.answered(pair.now, ticket, &result, &mut pair.host);
+    }
+    // A second copy may have been told of at the same instant as the first.
+    for (from, to) in told {
+        stream.doubled(from, to);
     }
     stream.advance(pair.now, &mut pair.host);
 }

@@ -182,6 +182,29 @@ fn datagrams_leave_the_same_drawing() {
 }
 
 #[test]
+fn a_network_that_loses_and_doubles_a_few_datagrams_costs_time_alone() {
+    let plan = plan("house.svg");
+    let all = Ink::of(&drawn(&plan, None));
+    let good = datagrams::draw(&plan, Faults::NONE).unwrap();
+    let (mut slowest, mut told) = (0, 0);
+    for seed in 0..20 {
+        let faults = faults("drop-chunk=0.02,duplicate-chunk=0.01", seed);
+        let came = datagrams::draw(&plan, faults).unwrap();
+        assert_eq!(came.stopped, None, "seed {seed}");
+        assert_eq!(came.resumed, 0, "seed {seed}");
+        assert!(Ink::of(&came.drawing).is_the_same(&all), "seed {seed}");
+        slowest = came.lasted.max(slowest);
+        told += came.told;
+    }
+    println!(
+        "{slowest} us at most, {} us without a loss, {told} doubled",
+        good.lasted
+    );
+    assert!(slowest < 2 * good.lasted, "{slowest} {}", good.lasted);
+    assert!(told > 0);
+}
+
+#[test]
 fn datagrams_that_are_doubled_stop_a_drawing_or_leave_it_the_same() {
     for (seed, name) in (0..).zip(PROGRAMS) {
         over_a_network(name, troubles::NETWORK[1], seed);

@@ -128,7 +128,11 @@ impl Arm {
         }
         let (messages, inbox) = mpsc::channel(64);
         let (events, _) = broadcast::channel(KEPT);
-        let shared = Arc::new(Shared::new(line.name.clone(), &events));
+        let shared = Arc::new(Shared::new(
+            line.name.clone(),
+            line.settings.ordered,
+            &events,
+        ));
         let (tried, in_process) = (line.tried, line.in_process);
         let driver = Driver::new(
             line,
@@ -168,8 +172,9 @@ impl Arm {
             }
             Err(error) => return Err(error),
         }
-        self.get::<QueuedCmdCurrentIndex>().await?;
+        // In this order they show an arm at rest as such.
         self.get::<QueuedCmdLeftSpace>().await?;
+        self.get::<QueuedCmdCurrentIndex>().await?;
         Ok(())
     }
 
@@ -238,16 +243,23 @@ impl Arm {
         &self.inner.shared.name
     }
 
+    /// Whether the line keeps the order of what it carries. UDP does not: it may also carry a command twice, and the queue
+    /// then has an index that no command of this connection's was told.
+    #[must_use]
+    pub fn keeps_order(&self) -> bool {
+        self.inner.shared.ordered
+    }
+
     /// What went over the line so far, and how many commands the arm's queue holds.
     ///
     /// # Errors
     /// [`ErrorKind::Closed`].
     pub async fn stats(&self) -> Result<(Stats, u32)> {
-        let (reply, answer) = oneshot::channel();
+        let (reply, mut answer) = oneshot::channel();
         let asked = async {
             let sent = self.inner.messages.send(Message::Stats(reply)).await;
             sent.map_err(|_| Error::closed())?;
-            self.heard(answer).await.ok_or_else(Error::closed)
+            self.heard(&mut answer).await.ok_or_else(Error::closed)
         };
         let answer = timeout_at(self.deadline(), asked).await;
         answer.unwrap_or_else(|_| Err(Error::stuck()))

@@ -10,7 +10,8 @@ use crate::{Error, Result};
 #[non_exhaustive]
 pub struct Options {
     /// Every single call to the arm ends after this time at the latest. Waiting for a motion has
-    /// deadlines of its own.
+    /// deadlines of its own. Over UDP a call has room for five attempts, which is more where round trips are long. While
+    /// this program is stopped or the computer sleeps, no time runs.
     pub timeout: Duration,
     /// Most requests in flight, 1 to 8. More than 1 is for arms of which it is known that they take
     /// requests back to back; `magician doctor` can measure it.
@@ -24,7 +25,7 @@ pub struct Options {
     pub reconnect: bool,
     /// Over UDP: how long after a datagram the network may still deliver a second copy of it. Queued commands go out so
     /// far apart, because a second copy of one that takes the place of a lost next one would show in no index. 0.1 s at
-    /// first; zero, for a network that doubles nothing, sends them as fast as they are answered.
+    /// first, and longer where round trips are; zero, for a network that doubles nothing, sends them as fast as they are answered.
     pub echo: Duration,
     /// Whether the laser of a real arm may be lit over this connection. Without it what [burns](crate::burns) is refused
     /// before it is sent, and so is what lets a queue run in which commands of another program wait: nobody can read those.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician_protocol::{Alarm, FrameBuf};
 use tokio::sync::oneshot;
-use tokio::time::{Instant, timeout_at};
+use tokio::time::{Instant, timeout, timeout_at};
 
 use super::Arm;
 use super::driver::{Message, command_name};
@@ -16,10 +16,16 @@ use crate::{Error, ErrorKind, Result};
 /// Longer than anybody waits, and short enough to be added to any instant.
 const FOREVER: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
 
+/// So long after its deadline a call ends even if the task is kept from its work.
+const GRACE: Duration = Duration::from_millis(5);
+/// How long the task may take for a turn.
+const TURN: Duration = Duration::from_millis(3);
+
 /// Requests.
 impl Arm {
     pub(super) fn deadline(&self) -> Instant {
-        Instant::now() + self.timeout().min(FOREVER)
+        let timeout = self.timeout().max(self.inner.shared.attempts());
+        Instant::now() + timeout.min(FOREVER)
     }
 
     /// Tells what befell the queue: whoever began after `since` stops, and whoever asks first.
@@ -89,15 +95,29 @@ impl Arm {
     pub(super) async fn answer_or(
         &self,
         silent: Error,
-        answer: oneshot::Receiver<Result<FrameBuf>>,
+        mut answer: oneshot::Receiver<Result<FrameBuf>>,
         request: &FrameBuf,
         deadline: Instant,
     ) -> Result<FrameBuf> {
-        let late = deadline + Duration::from_millis(5);
-        match timeout_at(late, self.heard(answer)).await {
-            Ok(Some(result)) => result,
-            Ok(None) => Err(Error::closed()),
-            Err(_) => Err(silent),
+        let before = self.inner.shared.slept();
+        let mut late = deadline + GRACE;
+        loop {
+            let heard = timeout_at(late, self.heard(&mut answer)).await;
+            // Whoever was held up wakes with everybody else, and perhaps before the task.
+            let heard = match heard {
+                Err(_) => timeout(TURN, self.heard(&mut answer)).await,
+                heard => heard,
+            };
+            let extended = deadline + GRACE + (self.inner.shared.slept() - before);
+            break match heard {
+                Ok(Some(result)) => result,
+                Ok(None) => Err(Error::closed()),
+                Err(_) if extended > late => {
+                    late = extended;
+                    continue;
+                }
+                Err(_) => Err(silent),
+            };
         }
         .map_err(|error| match error.command() {
             Some(_) => error,
@@ -107,10 +127,10 @@ impl Arm {
 
     /// What the task says, or nothing once it has ended: a message that is sent while it ends may stay where it is, with
     /// all that would tell of that.
-    pub(super) async fn heard<T>(&self, mut answer: oneshot::Receiver<T>) -> Option<T> {
+    pub(super) async fn heard<T>(&self, answer: &mut oneshot::Receiver<T>) -> Option<T> {
         tokio::select! {
             biased;
-            answer = &mut answer => answer.ok(),
+            answer = &mut *answer => answer.ok(),
             () = self.ended() => answer.try_recv().ok(),
         }
     }
@@ -174,8 +194,12 @@ mod tests {
         let request: Request = Request::get::<Pose>(&NoArgs).unwrap();
         let answer = arm.answer(answer, request.frame(), arm.deadline()).await;
         assert_eq!(answer.unwrap_err().kind(), ErrorKind::Closed);
-        let (kept, answer) = oneshot::channel();
+        let (kept, mut answer) = oneshot::channel();
         kept.send(()).unwrap();
-        assert_eq!(arm.heard(answer).await, Some(()), "what was said counts");
+        assert_eq!(
+            arm.heard(&mut answer).await,
+            Some(()),
+            "what was said counts"
+        );
     }
 }

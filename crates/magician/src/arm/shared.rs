@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use tokio::sync::{broadcast, watch};
 use tokio::time::Instant;
@@ -12,12 +13,18 @@ use super::halt::Halts;
 use super::link::Link;
 use super::state::{Status, Watches};
 use super::watch::Own;
+use crate::connection::Micros;
 use crate::{Error, Result};
+
+/// So often what a call sends may be lost.
+const ATTEMPTS: u32 = 5;
 
 #[derive(Debug)]
 pub(super) struct Shared {
     /// What the connection is called in messages.
     pub(super) name: String,
+    /// The line keeps the order of what it carries.
+    pub(super) ordered: bool,
     /// What was set going goes on when the connection ends.
     pub(super) detached: AtomicBool,
     /// Stops so far. What was begun before the last one is over.
@@ -35,6 +42,10 @@ pub(super) struct Shared {
     pub(super) watches: Mutex<Watches>,
     pub(super) events: broadcast::WeakSender<Event>,
     pub(super) begun: Instant,
+    /// How long this program was held up so far, us.
+    slept: AtomicU64,
+    /// How long a datagram may be under way, as measured, us; 0 on a line that keeps its order.
+    lifetime: AtomicU64,
 }
 
 /// What befell the queue without a word from this connection.
@@ -57,9 +68,10 @@ struct Befallen {
 }
 
 impl Shared {
-    pub(super) fn new(name: String, events: &broadcast::Sender<Event>) -> Self {
+    pub(super) fn new(name: String, ordered: bool, events: &broadcast::Sender<Event>) -> Self {
         Self {
             name,
+            ordered,
             detached: AtomicBool::new(false),
             stops: AtomicU64::new(0),
             clears: AtomicU64::new(0),
@@ -73,7 +85,29 @@ impl Shared {
             watches: Mutex::default(),
             events: events.downgrade(),
             begun: Instant::now(),
+            slept: AtomicU64::new(0),
+            lifetime: AtomicU64::new(0),
         }
+    }
+
+    /// The process was stopped, or the computer slept: deadlines move on by that time.
+    pub(super) fn note_sleep(&self, time: Micros) {
+        self.slept.fetch_add(time, Ordering::SeqCst);
+    }
+
+    /// How long it was held up so far.
+    pub(super) fn slept(&self) -> Duration {
+        Duration::from_micros(self.slept.load(Ordering::SeqCst))
+    }
+
+    /// A datagram may be under way for so long.
+    pub(super) fn note_lifetime(&self, lifetime: Micros) {
+        self.lifetime.store(lifetime, Ordering::Relaxed);
+    }
+
+    /// The least that a call may take over datagrams: several attempts have room in it.
+    pub(super) fn attempts(&self) -> Duration {
+        ATTEMPTS * Duration::from_micros(self.lifetime.load(Ordering::Relaxed))
     }
 
     /// Stops so far.

@@ -136,7 +136,7 @@ impl Connection {
     ) {
         // On an unordered link the command may overtake readings that were sent after it, or come
         // between them, as long as it may be under way.
-        let arrived = doubt.job.since.saturating_add(self.settings.lifetime);
+        let arrived = doubt.job.since.saturating_add(self.lifetime.get());
         let premature = !self.settings.ordered && since < arrived && !planted(Flaw::NoLifetime);
         let verdict = match self.ledger.judge(current, left) {
             _ if doubt.job.clears != self.ledger.clears() => Verdict::Unclear,
@@ -151,9 +151,10 @@ impl Connection {
                 _ => self.uncertain(doubt.job),
             },
             Verdict::Taken(index) => {
-                self.ledger.accept(index, doubt.job.order);
+                let certain = self.ledger.find(index, doubt.job.order);
                 self.ledger.confirm();
-                self.witness.resume(Some(index));
+                self.witness.resume(Some(index).filter(|_| certain));
+                self.note_given(index, doubt.job.since);
                 let key = doubt.job.key;
                 let frame = FrameBuf::encode(key.id, key.ctrl, &QueuedCmdIndex(index));
                 self.done(doubt.job.ticket, frame.map_err(|_| Failure::NoIndex));

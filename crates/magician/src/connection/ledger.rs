@@ -3,6 +3,8 @@ use super::law::Look;
 
 /// A queue that is as empty as it was ever seen for so long counts as drained.
 const STANDING: Micros = 1_000_000;
+/// On an unordered link one reading may be an old one; two of the same are none.
+const LOOKS: u32 = 2;
 
 /// What is known of the controller's queue from the indices it gave (errata E37): +1 for every
 /// command it accepts, never reset by a Clear.
@@ -14,6 +16,11 @@ const STANDING: Micros = 1_000_000;
 /// last before the Clear. That number, the `floor`, is known in two ways: the queue was once seen
 /// empty (then it is the index given last), or the current index has reached a command accepted
 /// since the floor was lost.
+///
+/// Before the first answer no index given is known. But an arm that is seen to rest, its queue empty and then its current
+/// index, has a `rest` to compare with: a command that it takes makes the queue longer or, when it has finished, the
+/// current index higher, and nothing else does. What is not certain then is the number: a Clear of an earlier connection
+/// may have dropped some, so that the one concluded may be too low, until the next answer gives its own.
 #[derive(Clone, Debug)]
 pub(super) struct Ledger {
     capacity: u32,
@@ -46,6 +53,14 @@ pub(super) struct Ledger {
     draining: bool,
     /// How many Clears went out.
     clears: u32,
+    /// The queue was seen empty, and nothing went out since.
+    vacant: bool,
+    /// The current index read since then, and how often.
+    stood: Option<(u64, u32)>,
+    /// The current index of the arm at rest, while nothing is accepted.
+    rest: Option<u64>,
+    /// `last` was concluded from `rest`.
+    guessed: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +81,15 @@ impl Floor {
             Self::Unknown => Self::Since(index),
             Self::Empty => Self::Known(index.saturating_sub(1)),
             known => known,
+        }
+    }
+
+    /// It was told too low by so much.
+    fn plus(self, more: u64) -> Self {
+        match self {
+            Self::Known(floor) => Self::Known(floor.saturating_add(more)),
+            Self::Since(first) => Self::Since(first.saturating_add(more)),
+            other => other,
         }
     }
 
@@ -108,6 +132,10 @@ impl Ledger {
             stands: None,
             draining: false,
             clears: 0,
+            vacant: false,
+            stood: None,
+            rest: None,
+            guessed: false,
         }
     }
 
@@ -131,9 +159,15 @@ impl Ledger {
         self.clears
     }
 
+    /// Whether the index accepted last may be too low.
+    pub(super) fn is_guess(&self) -> bool {
+        self.guessed
+    }
+
     /// Whether `index` follows the one accepted last. Anything follows nothing, but for the last answer come again.
     pub(super) fn follows(&self, index: u64) -> bool {
         match self.last {
+            Some(last) if self.guessed => index > last,
             Some(last) => last.checked_add(1) == Some(index),
             None => self.heard != Some(index),
         }
@@ -146,16 +180,52 @@ impl Ledger {
 
     /// Whether `index` is one that the queue may have given after the last one accepted.
     pub(super) fn is_beyond(&self, index: u64) -> bool {
+        // Where the last one is a guess, the numbers of what has ended are other ones.
+        if self.guessed && self.floor.head(self.current) == Some(self.current) {
+            return false;
+        }
         let ahead = self.last.and_then(|last| index.checked_sub(last));
         ahead.is_some_and(|ahead| ahead > 0 && ahead <= 2 * u64::from(self.capacity))
+    }
+
+    /// Whether a queue that was watched since the last one accepted, or since the arm was at rest, has given this index.
+    pub(super) fn is_surplus(&self, index: u64) -> bool {
+        match (self.last, self.rest) {
+            (None, Some(rest)) => index > rest,
+            _ => self.is_beyond(index),
+        }
+    }
+
+    /// The index after the last one accepted, or after the one of an arm at rest.
+    pub(super) fn next(&self) -> Option<u64> {
+        let last = self.last.or(self.rest);
+        last.map(|last| last.saturating_add(1))
     }
 
     /// A command was accepted, the `order`th that was sent.
     pub(super) fn accept(&mut self, index: u64, order: u64) {
         self.order = order;
+        if let (true, Some(last)) = (self.guessed, self.last) {
+            let more = index.saturating_sub(last.saturating_add(1));
+            (self.floor, self.base) = (self.floor.plus(more), self.base.plus(more));
+        }
         self.floor = self.floor.before(index);
         self.base = self.base.before(index);
         (self.last, self.heard) = (Some(index), Some(index));
+        (self.rest, self.guessed) = (None, false);
+    }
+
+    /// A command turned out to be accepted, the `order`th that was sent; whether its index is certain.
+    pub(super) fn find(&mut self, index: u64, order: u64) -> bool {
+        let guessed = self.guessed || self.last.is_none();
+        self.accept(index, order);
+        self.guessed = guessed;
+        !guessed
+    }
+
+    /// A queued command goes out.
+    pub(super) fn sends(&mut self) {
+        (self.vacant, self.stood) = (false, None);
     }
 
     /// Whether all that was accepted is beyond doubt.
@@ -179,8 +249,10 @@ impl Ledger {
     /// The indices that `unanswered` commands in flight, and those accepted but not confirmed,
     /// may have been given.
     pub(super) fn doubt(&self, unanswered: u64) -> (Option<u64>, Option<u64>) {
-        let from = self.confirmed.map(|index| index.saturating_add(1));
-        let to = self.last.map(|index| index.saturating_add(unanswered));
+        let from = self.confirmed.or(self.rest);
+        let from = from.map(|index| index.saturating_add(1));
+        let to = self.last.or(self.rest);
+        let to = to.map(|index| index.saturating_add(unanswered));
         (from, to)
     }
 
@@ -190,6 +262,13 @@ impl Ledger {
         self.confirmed = None;
         self.floor = Floor::Unknown;
         self.base = Floor::Unknown;
+        self.stir();
+    }
+
+    /// The arm may not be at rest any more.
+    fn stir(&mut self) {
+        self.sends();
+        (self.rest, self.guessed) = (None, false);
     }
 
     /// As [`forget`](Self::forget), where no answer from before can come any more either.
@@ -205,6 +284,8 @@ impl Ledger {
         self.clears = self.clears.wrapping_add(1);
         self.floor = Floor::Unknown;
         self.base = Floor::Unknown;
+        self.sends();
+        self.rest = None;
     }
 
     /// The controller was reset, and its current index is this now.
@@ -221,8 +302,24 @@ impl Ledger {
         self.suspect = lower && !reset;
         if !lower {
             self.current = current;
+            self.rests_at(current, ordered);
         }
         reset
+    }
+
+    /// A current index was read that may be that of an arm at rest.
+    fn rests_at(&mut self, current: u64, ordered: bool) {
+        if !self.vacant || self.last.is_some() {
+            return;
+        }
+        let times = match self.stood {
+            Some((stood, times)) if stood == current => times + 1,
+            _ => 1,
+        };
+        self.stood = Some((current, times));
+        if ordered || times >= LOOKS {
+            self.rest = Some(current);
+        }
     }
 
     /// Where the oldest command in the queue stands at least, by this current index and the first known floor.
@@ -255,6 +352,10 @@ impl Ledger {
         if !idle {
             return;
         }
+        self.vacant = full;
+        if !full && self.last.is_none() {
+            self.stir();
+        }
         if full {
             self.draining = false;
             self.floor = self.last.map_or(Floor::Empty, Floor::Known);
@@ -274,7 +375,11 @@ impl Ledger {
     /// The index given last, by these readings.
     pub(super) fn tail(&self, current: u64, left: u32) -> Option<u64> {
         let sure = self.sure || left == self.capacity && !self.grown;
-        let head = self.floor.head(current).filter(|_| sure)?;
+        let head = match (self.last, self.rest) {
+            (None, Some(rest)) => Some(rest.max(current)),
+            _ => self.floor.head(current),
+        };
+        let head = head.filter(|_| sure)?;
         let waiting = self.capacity.checked_sub(left)?;
         Some(head.saturating_add(waiting.into()))
     }
@@ -284,7 +389,7 @@ impl Ledger {
         let Some(tail) = self.tail(current, left) else {
             return Verdict::Unclear;
         };
-        match self.last {
+        match self.last.or(self.rest) {
             Some(last) if tail == last => Verdict::Lost,
             Some(last) if Some(tail) == last.checked_add(1) => Verdict::Taken(tail),
             _ => Verdict::Unclear,

@@ -37,7 +37,8 @@
 //! that key answers it. A fence that is lost is followed by one with another id. A stop does not
 //! wait for 4: its reply is dropped while an older frame of its key is outstanding, and it is
 //! simply sent again. On an unordered link (UDP) rules 3 and 4 are replaced by time: a frame is
-//! outstanding until its reply has come or for the [`lifetime`](Settings::lifetime).
+//! outstanding until its reply has come or for the [`lifetime`](Connection::lifetime), which is measured from round trips.
+//! None is sent again before, so that no two of the same key are under way.
 //! A link that invents replies, or doubles one and holds the double back while the same thing is
 //! asked again, can pass off an old reading as a new one; queued commands are safe from that too,
 //! by their index.
@@ -73,7 +74,7 @@
 //! (the `ledger` says how, and when they do not). A single pair may be torn by a command that ends between its two
 //! readings; between two equal pairs none did. On an ordered link a reading follows the command on the wire, so when its
 //! answer is there the command is no longer under way; on an unordered one "not taken" is concluded only from readings
-//! begun after its [lifetime](Settings::lifetime). So nothing that is sent again can still arrive from the first time.
+//! begun after its [lifetime](Connection::lifetime). So nothing that is sent again can still arrive from the first time.
 //!
 //! Why *confirmed* is certain. In a window commands share a key, so when one of them is lost the next one's answer passes for
 //! its own, with the index it would have had. But then one answer too few comes. A settle point is an answer to a
@@ -88,11 +89,16 @@
 //! stream goes out until the controller's clock, current index and left space were read on the new one; frames of the old
 //! one stay outstanding, so that a late answer from there is known for what it is.
 //!
+//! Of the first command no last index is known. If the arm was seen at rest before, its queue empty and then its current
+//! index, those two are what is compared with: anything that was taken has changed one of them. Only the number may be too
+//! low ([`is_last_a_guess`](Connection::is_last_a_guess)).
+//!
 //! A datagram that the network doubles is executed twice by any controller. A surplus answer, a current index or left
 //! space beyond the last one accepted shows that: [`Event::Unaccounted`]. What no index shows is a second copy that takes
 //! the very place of the next command when that one is lost. So over datagrams the next one goes out only when no second
 //! copy can come any more ([`Settings::echo`]) and two equal readings since then have shown that none was taken: from then
-//! on nothing but the command itself can take the next index. This costs the time and four reads for each queued command.
+//! on nothing but the command itself can take the next index. This costs the time and four reads for each queued command. After one that had to be sent again it is a
+//! whole lifetime, so that a first copy that comes far too late shows as well.
 //!
 //! What is not excluded: an arm that breaks the law before it was recognised may take a command twice; the next index then
 //! reports it. A second copy of the last command that is cleared before it was seen shows when the next one is taken.
@@ -110,6 +116,7 @@ mod interruption;
 mod job;
 mod law;
 mod ledger;
+mod lifetime;
 pub(crate) mod outstanding;
 mod pace;
 mod reply;
@@ -133,6 +140,7 @@ use job::{Job, Purpose};
 use law::Witness;
 pub use law::{Breach, Law};
 use ledger::Ledger;
+use lifetime::Lifetime;
 use outstanding::Outstanding;
 use pace::Pace;
 pub use request::{Event, Failure, Priority, Request, Settings, Ticket};
@@ -149,6 +157,8 @@ const LANE: usize = 64;
 const USUAL: usize = 8;
 /// Most requests that may be in flight.
 const MAX_WINDOW: usize = 8;
+/// So many commands are remembered with when they went out.
+const GIVEN: usize = 8;
 /// Pause between looks at a queue that drains after a Clear.
 const DRAIN_PAUSE: Micros = 10_000;
 
@@ -177,7 +187,10 @@ pub struct Connection {
     settings: Settings,
     deframer: Deframer,
     heard: Micros,
+    /// Until then the caller was held up: what went out before was not timed.
+    awake: Micros,
     estimator: Estimator,
+    lifetime: Lifetime,
     ledger: Ledger,
     witness: Witness,
     uptime: Uptime,
@@ -194,6 +207,8 @@ pub struct Connection {
     next_fence: usize,
     /// Queued commands sent.
     order: u64,
+    /// Indices given last, and when their commands went out.
+    given: VecDeque<(u64, Micros)>,
     /// `order` when a frame went out last whose reply settles those before.
     settled: u64,
     /// When to look again whether the queue has drained; `None`: now.
@@ -216,7 +231,9 @@ impl Connection {
         Self {
             deframer: Deframer::new(),
             heard: 0,
+            awake: 0,
             estimator: Estimator::new(&settings),
+            lifetime: Lifetime::new(&settings),
             ledger: Ledger::new(settings.capacity),
             witness: Witness::default(),
             uptime: Uptime::new(settings.free_clock),
@@ -232,6 +249,7 @@ impl Connection {
             streak: 0,
             next_fence: 0,
             order: 0,
+            given: VecDeque::with_capacity(GIVEN),
             settled: 0,
             drain_at: None,
             stats: Stats::default(),
@@ -257,11 +275,24 @@ impl Connection {
         self.estimator.timeout()
     }
 
+    /// How long a frame or its answer may be under way, us: on an unordered link as measured.
+    #[must_use]
+    pub fn lifetime(&self) -> Micros {
+        self.lifetime.get()
+    }
+
     /// The index accepted last, while it is certain.
     #[must_use]
     pub fn last_index(&self) -> Option<QueuedCmdIndex> {
         let last = self.ledger.last().filter(|_| !self.witness.is_broken());
         last.map(QueuedCmdIndex)
+    }
+
+    /// Whether the index told last may be too low: it was concluded from the readings of an arm at rest, whose queue
+    /// somebody may have cleared before. The next answer gives its own, and shows by how much.
+    #[must_use]
+    pub fn is_last_a_guess(&self) -> bool {
+        self.ledger.is_guess()
     }
 
     /// Whether this arm numbers its queued commands as every conclusion from a number supposes.
@@ -368,7 +399,7 @@ impl Connection {
         if self.is_waiting_for_bytes() {
             next = next.min(self.heard.saturating_add(INTER_BYTE_TIMEOUT_MS * 1000));
         }
-        if let Some(at) = self.outstanding.next_expiry(self.settings.lifetime) {
+        if let Some(at) = self.outstanding.next_expiry(self.lifetime.get()) {
             next = next.min(at);
         }
         (next != Micros::MAX).then_some(next)
@@ -382,7 +413,7 @@ impl Connection {
             self.deframer.expire();
             self.hear(now, &[]);
         }
-        self.outstanding.expire(now, self.settings.lifetime);
+        self.outstanding.expire(now, self.lifetime.get());
         self.pace.pass(now);
         self.pass_vet(now);
         if self.drain_at.is_some_and(|at| at <= now) {
@@ -398,6 +429,22 @@ impl Connection {
         {
             doubt.not_before = None;
         }
+    }
+
+    /// Whoever calls was held up from `since` to `now`: stopped, asleep, in a debugger. No deadline ran meanwhile, and what
+    /// is in flight is waited for anew. Call it before what has come is [received](Self::receive).
+    pub fn slept(&mut self, since: Micros, now: Micros) {
+        let time = now.saturating_sub(since);
+        let timer = now.saturating_add(self.estimator.timeout());
+        let doubt = self.doubt.as_mut().map(|doubt| &mut doubt.job);
+        let waiting = self.lanes.iter_mut().flatten();
+        for job in self.flight.iter_mut().chain(doubt).chain(waiting) {
+            job.deadline = job.deadline.saturating_add(time);
+            if job.timer != Micros::MAX {
+                job.timer = job.timer.max(timer);
+            }
+        }
+        self.awake = now;
     }
 
     fn is_waiting_for_bytes(&self) -> bool {

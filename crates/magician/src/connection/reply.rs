@@ -4,7 +4,7 @@ use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex, Readable};
 use super::flaw::{Flaw, planted};
 use super::job::{Job, Purpose};
 use super::outstanding::{Copy, Key};
-use super::{Connection, DRAIN_PAUSE, Event, Failure, Micros, Ticket};
+use super::{Connection, DRAIN_PAUSE, Event, Failure, GIVEN, Micros, Ticket};
 
 /// What comes in.
 impl Connection {
@@ -43,7 +43,7 @@ impl Connection {
         }
         let Some(copy) = self.outstanding.answered(Key::of(&frame.frame())) else {
             self.stats.unsolicited += 1;
-            self.unasked(frame);
+            self.unasked(frame, now);
             return;
         };
         if self.outstanding.is_empty() {
@@ -65,7 +65,8 @@ impl Connection {
             let job = self.flight.remove(at);
             self.answer(job, copy, frame, now);
         } else if let Some(doubt) = self.doubt.take_if(|doubt| doubt.job.ticket == copy.ticket) {
-            self.answer_queued(doubt.job, copy, frame);
+            self.time(&doubt.job, now);
+            self.answer_queued(doubt.job, copy, frame, now);
         } else {
             self.stats.late += 1;
             self.hurry_fence(copy.key);
@@ -84,21 +85,38 @@ impl Connection {
 
     /// A reply that nobody waits for. One to a queued command, with an index beyond the last, says
     /// that the controller took a command twice: the line doubled it (UDP).
-    fn unasked(&mut self, frame: &FrameBuf) {
+    fn unasked(&mut self, frame: &FrameBuf, now: Micros) {
         let view = frame.frame();
         let queues = view.ctrl().queued() && !view.ctrl().error();
         let index = QueuedCmdIndex::decode(view.params());
-        if let (true, Ok(QueuedCmdIndex(index))) = (queues, index)
-            && self.ledger.is_beyond(index)
-            && !self.witness.is_broken()
-        {
+        let (true, Ok(QueuedCmdIndex(index))) = (queues, index) else {
+            return;
+        };
+        self.came_late(index, now);
+        if self.ledger.is_beyond(index) && !self.ledger.is_guess() && !self.witness.is_broken() {
             self.unaccounted(index);
         }
     }
 
+    /// The answer to a command that was answered before shows for how long answers may come.
+    fn came_late(&mut self, index: u64, now: Micros) {
+        let given = self.given.iter().find(|(given, _)| *given == index);
+        let sent = given.map(|(_, sent)| *sent);
+        if let Some(sent) = sent.filter(|sent| *sent >= self.awake) {
+            self.lifetime.saw(now, now.saturating_sub(sent));
+        }
+    }
+
+    pub(super) fn note_given(&mut self, index: u64, sent: Micros) {
+        if self.given.len() >= GIVEN {
+            self.given.pop_front();
+        }
+        self.given.push_back((index, sent));
+    }
+
     /// The controller has taken more commands than this connection knows of.
     pub(super) fn unaccounted(&mut self, to: u64) {
-        let from = self.ledger.last().map_or(to, |last| last.saturating_add(1));
+        let from = self.ledger.next().unwrap_or(to);
         self.events.push_back(Event::Unaccounted { from, to });
         match self.settings.ordered {
             true => self.ledger.forget(),
@@ -137,11 +155,9 @@ impl Connection {
 
     /// A job was answered, to the copy of it that went out first of those that may be meant.
     fn answer(&mut self, job: Job, copy: Copy, frame: &FrameBuf, now: Micros) {
-        if job.sent == 1 {
-            self.estimator.sample(now.saturating_sub(job.since));
-        }
+        self.time(&job, now);
         if job.queued() {
-            return self.answer_queued(job, copy, frame);
+            return self.answer_queued(job, copy, frame, now);
         }
         if self.settings.ordered {
             self.ledger.confirm_to(copy.order);
@@ -158,7 +174,16 @@ impl Connection {
         }
     }
 
-    fn answer_queued(&mut self, job: Job, copy: Copy, frame: &FrameBuf) {
+    /// Notes how long an answer took, where it can only be to the one time that the job went out.
+    fn time(&mut self, job: &Job, now: Micros) {
+        if job.sent == 1 && job.since >= self.awake {
+            let time = now.saturating_sub(job.since);
+            self.estimator.sample(time);
+            self.lifetime.saw(now, time);
+        }
+    }
+
+    fn answer_queued(&mut self, job: Job, copy: Copy, frame: &FrameBuf, now: Micros) {
         let view = frame.frame();
         let alone = self.alone();
         let refusal = match QueuedCmdIndex::decode(view.params()) {
@@ -179,6 +204,7 @@ impl Connection {
         // An arm that numbers its commands in its own way has still taken the one that it answered.
         let lawless = alone && self.witness.is_broken();
         if self.ledger.follows(index) || lawless || planted(Flaw::AcceptGaps) {
+            self.note_given(index, job.since);
             self.ledger.accept(index, job.order);
             if self.queued_unanswered() == 0 || planted(Flaw::ConfirmAtOnce) {
                 self.ledger.confirm();
@@ -189,8 +215,12 @@ impl Connection {
         if !self.settings.ordered {
             // That was another command's answer come again, or the answer to its second copy; its own may follow.
             self.outstanding.sent(copy);
+            self.came_late(index, now);
             if alone && self.ledger.is_beyond(index) {
-                return self.surpassed(job, index);
+                // It was taken, and something else before it: its own second copy.
+                self.unaccounted(index.saturating_sub(1));
+                self.rebase(index);
+                return self.done(job.ticket, Ok(*frame));
             } else if alone {
                 return self.enter_doubt(job);
             }

@@ -209,11 +209,15 @@ pub struct Settings {
     pub window: usize,
     /// Whether the link keeps the order of bytes (serial, TCP). UDP does not.
     pub ordered: bool,
-    /// How long a request and its answer may be under way together, in us: what a frame that is no longer waited
-    /// for can do harm. On an ordered link it only bounds the wait for a dead line.
+    /// How long a request and its answer may be under way together at most, in us: what a frame that is no longer waited
+    /// for can do harm. On an ordered link it only bounds the wait for a dead line. On an unordered one it is what counts
+    /// before the first answer; then it is eight times the longest round trip of the last minute, late answers among
+    /// them, but no longer than this and no shorter than [`shortest`](Self::shortest).
     pub lifetime: Micros,
+    /// The shortest [`lifetime`](Self::lifetime) on an unordered link, us. The same value as there: none is measured.
+    pub shortest: Micros,
     /// On an unordered link, how long after a datagram went out a second copy of it may come, in us; 0: none ever comes
-    /// twice. Queued commands go out so far apart, and current index and left space are read in between: the arm would
+    /// twice. Where two round trips are longer, it is those. Queued commands go out so far apart, and current index and left space are read in between: the arm would
     /// take a command twice, and where the next one is lost at the same time no index tells.
     pub echo: Micros,
     /// Places in the controller's queue (model section 14). A larger number read from the
@@ -240,6 +244,7 @@ impl Settings {
         window: 1,
         ordered: true,
         lifetime: 60_000_000,
+        shortest: 60_000_000,
         echo: 0,
         capacity: 32,
         initial_timeout: 500_000,
@@ -249,10 +254,11 @@ impl Settings {
         free_clock: false,
     };
 
-    /// For UDP: datagrams may be lost, doubled and overtake each other, for up to two seconds.
+    /// For UDP: datagrams may be lost, doubled and overtake each other, for 0.2 to two seconds, as round trips are.
     pub const DATAGRAMS: Self = Self {
         ordered: false,
         lifetime: 2_000_000,
+        shortest: 200_000,
         echo: 100_000,
         initial_timeout: 700_000,
         floor: 200_000,

@@ -228,12 +228,16 @@ impl Connection {
         job.due = false;
         job.sent = job.sent.saturating_add(1);
         job.since = now;
-        job.timer = now.saturating_add(self.estimator.timeout());
+        // One that is sent again while the first may still be answered keeps the next request of its key waiting.
+        let lifetime = (self.lifetime.measured()).filter(|_| !planted(Flaw::NoLifetime));
+        let patience = self.estimator.timeout().max(lifetime.unwrap_or(0));
+        job.timer = now.saturating_add(patience);
         job.clears = self.ledger.clears();
         match job.queued() {
             true => {
                 self.order += 1;
-                self.begin_vet(now);
+                self.ledger.sends();
+                self.begin_vet(now, job.sent);
             }
             false => self.settled = self.order,
         }

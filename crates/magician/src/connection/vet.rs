@@ -21,6 +21,8 @@ const TRIES: u32 = 4;
 pub(super) struct Vet {
     /// When the last queued command went out.
     since: Micros,
+    /// When no second copy of it can come any more.
+    due: Micros,
     /// Readings have begun.
     begun: bool,
     current: Option<u64>,
@@ -32,25 +34,31 @@ pub(super) struct Vet {
 }
 
 impl Connection {
-    /// A queued command goes out.
-    pub(super) fn begin_vet(&mut self, now: Micros) {
+    /// A queued command goes out, for the `nth` time. Its first copy counts as gone by then; should it come all the same, it
+    /// comes before the next command goes out, and shows.
+    pub(super) fn begin_vet(&mut self, now: Micros, nth: u32) {
         if self.settings.ordered || self.settings.echo == 0 || planted(Flaw::NoVet) {
             return;
         }
+        let long = match nth {
+            ..=1 => 2 * self.estimator.round_trip().unwrap_or(0),
+            _ => self.lifetime.measured().unwrap_or(0),
+        };
+        let echo = self.settings.echo.max(long);
         self.vet = Some(Vet {
             since: now,
             begun: false,
             current: None,
             pair: None,
             unclear: false,
-            wakes: Some(now.saturating_add(self.settings.echo)),
+            due: now.saturating_add(echo),
+            wakes: Some(now.saturating_add(echo)),
         });
     }
 
     /// Whether a queued command may go out that did not go out before.
     pub(super) fn is_vetted(&self, now: Micros) -> bool {
-        let over =
-            |vet: &Vet| vet.unclear && vet.since.saturating_add(self.settings.lifetime) <= now;
+        let over = |vet: &Vet| vet.unclear && vet.since.saturating_add(self.lifetime.get()) <= now;
         self.vet.as_ref().is_none_or(over)
     }
 
@@ -72,8 +80,7 @@ impl Connection {
     /// The reading that is due.
     pub(super) fn next_vetting(&self, now: Micros) -> Option<Purpose> {
         let vet = self.vet.as_ref().filter(|vet| !vet.unclear)?;
-        let due = vet.since.saturating_add(self.settings.echo) <= now;
-        (due && self.is_accounted()).then_some(match vet.current {
+        (vet.due <= now && self.is_accounted()).then_some(match vet.current {
             None => Purpose::Current,
             Some(_) => Purpose::Left,
         })
@@ -96,7 +103,7 @@ impl Connection {
             return false;
         };
         if sent >= TRIES {
-            vet.give_up(self.settings.lifetime);
+            vet.give_up(self.lifetime.get());
         }
         sent < TRIES
     }
@@ -130,13 +137,13 @@ impl Connection {
         let tail = self.ledger.tail(current, left);
         match self.ledger.judge(current, left) {
             Verdict::Lost => self.vet = None,
-            _ if tail.is_some_and(|tail| self.ledger.is_beyond(tail)) => {
+            _ if tail.is_some_and(|tail| self.ledger.is_surplus(tail)) => {
                 self.vet = None;
                 self.unaccounted(tail.unwrap_or(current));
             }
             _ => {
                 if let Some(vet) = &mut self.vet {
-                    vet.give_up(self.settings.lifetime);
+                    vet.give_up(self.lifetime.get());
                 }
             }
         }

@@ -20,6 +20,7 @@ impl Stream {
         let flying = |entry: &Entry| entry.fate == Fate::Flying(ticket);
         if let Some(at) = self.entries.iter().position(flying) {
             self.command_answered(now, at, result);
+            self.guessed = connection.is_last_a_guess();
             return true;
         }
         if self.control.take_if(|control| *control == ticket).is_some() {
@@ -44,6 +45,7 @@ impl Stream {
         if self.unfinished().next().is_none() {
             self.reader.begins(now);
         }
+        self.correct(index);
         let Some(entry) = self.entries.get_mut(at) else {
             return;
         };
@@ -57,6 +59,7 @@ impl Stream {
             });
         }
         entry.fate = Fate::Accepted(index);
+        self.newest = Some(*entry);
         self.accepted += u64::from(!entry.inserted);
         self.first.get_or_insert(index);
         if self.expected.is_none() {

@@ -116,6 +116,11 @@ impl Entry {
         matches!(self.fate, Fate::Flying(_))
     }
 
+    /// Whether it leaves nothing else behind when the line doubles it.
+    pub(super) fn bears_doubling(&self) -> bool {
+        bears_doubling(&self.item.command) && !self.burns()
+    }
+
     /// Whether the laser may be lit by it or during it.
     pub(super) fn burns(&self) -> bool {
         self.item.laser || self.lit || path_power(&self.item.command) != 0.0
@@ -168,6 +173,22 @@ fn is_repeatable(command: &Set) -> bool {
         }
         _ => false,
     }
+}
+
+/// Whether a second copy right behind the first changes nothing: what is repeatable, and what sets something to a value.
+fn bears_doubling(command: &Set) -> bool {
+    let sets = matches!(
+        command,
+        Set::EndEffectorParams(_)
+            | Set::PtpJointParams(_)
+            | Set::PtpCoordinateParams(_)
+            | Set::PtpJumpParams(_)
+            | Set::PtpCommonParams(_)
+            | Set::CpParams(_)
+            | Set::SetEndEffectorSuctionCup(_)
+            | Set::SetEndEffectorGripper(_)
+    );
+    sets || is_repeatable(command)
 }
 
 fn is_absolute(mode: PtpMode) -> bool {

@@ -75,6 +75,7 @@
 mod answer;
 mod clock;
 mod credit;
+mod doubled;
 mod drive;
 mod event;
 mod item;
@@ -163,6 +164,10 @@ pub struct Stream {
     last: Option<u64>,
     /// The index that has to come next.
     expected: Option<u64>,
+    /// The command that was accepted last.
+    newest: Option<Entry>,
+    /// Its index may be too low ([`Connection::is_last_a_guess`]).
+    guessed: bool,
     confirmed: Option<u64>,
     /// Where the arm stands after what was finished and let go, when that is known.
     stood: Option<[f64; 4]>,
@@ -212,6 +217,8 @@ impl Stream {
             first: None,
             last: None,
             expected: None,
+            newest: None,
+            guessed: false,
             confirmed: None,
             stood: None,
             base: 0,

@@ -4,6 +4,8 @@
 //! when the other end is gone, as far as the system knows: a pulled plug and a closed TCP
 //! connection are noticed, a datagram that nobody takes is not.
 
+#[cfg(unix)]
+mod away;
 #[cfg(feature = "ble")]
 mod ble;
 mod faulty;
@@ -24,6 +26,8 @@ use std::time::Duration;
 use crate::connection::{Micros, Settings};
 use crate::{Error, ErrorKind};
 
+#[cfg(all(test, unix))]
+pub(crate) use away::Away;
 #[cfg(feature = "sim")]
 pub(crate) use sim::Sim;
 pub(crate) use stream::Stream;
@@ -36,7 +40,8 @@ const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A line to the arm. Both methods are polled from one task; what one leaves pending must wake it.
 pub(crate) trait Transport: Send {
-    /// Bytes that have come; 0: the other end is gone.
+    /// Bytes that have come; 0: the other end is gone. When nobody has looked for a while, the system is asked and not only the
+    /// reactor (`away.rs`): read until it is pending before you act on a timeout.
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>>;
 
     /// Takes bytes from the front of one frame.

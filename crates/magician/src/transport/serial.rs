@@ -5,6 +5,8 @@ use magician_protocol::BAUD_RATE;
 use serial2_tokio::SerialPort;
 
 use super::Transport;
+#[cfg(unix)]
+use super::away::{Away, read_now};
 use super::stream::Stream;
 use crate::{Error, ErrorKind, Result, ports};
 
@@ -12,9 +14,11 @@ use crate::{Error, ErrorKind, Result, ports};
 pub(crate) struct Serial {
     port: Stream<SerialPort>,
     /// Holds the lock that tells other programs so. serial2 does not lock, serialport and pyserial
-    /// (when asked to) do, and this is the lock that both know.
+    /// (when asked to) do, and this is the lock that both know. It is the same port: what has come can be read here as well.
     #[cfg(unix)]
-    _lock: std::os::fd::OwnedFd,
+    lock: std::os::fd::OwnedFd,
+    #[cfg(unix)]
+    away: Away,
 }
 
 /// Opens a port at 115200 8N1, raw, and throws away what came before.
@@ -25,7 +29,7 @@ pub(super) fn open(path: &str) -> Result<Serial> {
 /// As [`open`], at another speed.
 pub(super) fn open_at(path: &str, baud: u32) -> Result<Serial> {
     #[cfg(unix)]
-    let _lock = lock(path)?;
+    let lock = lock(path)?;
     let port = SerialPort::open(path, |mut settings: serial2_tokio::Settings| {
         settings.set_raw();
         settings.set_baud_rate(baud)?;
@@ -47,7 +51,9 @@ pub(super) fn open_at(path: &str, baud: u32) -> Result<Serial> {
     Ok(Serial {
         port: Stream(port),
         #[cfg(unix)]
-        _lock,
+        lock,
+        #[cfg(unix)]
+        away: Away::default(),
     })
 }
 
@@ -57,7 +63,10 @@ impl Transport for Serial {
         cx: &mut std::task::Context<'_>,
         bytes: &mut [u8],
     ) -> std::task::Poll<io::Result<usize>> {
-        self.port.poll_read(cx, bytes)
+        let told = self.port.poll_read(cx, bytes);
+        #[cfg(unix)]
+        let told = (self.away).look(told, || read_now(&self.lock, bytes));
+        told
     }
 
     fn poll_write(

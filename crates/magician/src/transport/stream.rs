@@ -5,6 +5,8 @@ use std::task::{Context, Poll, ready};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
 
+#[cfg(unix)]
+use super::away::{Away, read_now};
 use super::{PATIENCE, Transport, unreachable_host};
 use crate::Result;
 
@@ -23,13 +25,37 @@ impl<T: AsyncRead + AsyncWrite + Send + Unpin> Transport for Stream<T> {
     }
 }
 
+/// A TCP connection.
+pub(super) struct Tcp {
+    stream: Stream<TcpStream>,
+    #[cfg(unix)]
+    away: Away,
+}
+
+impl Transport for Tcp {
+    fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
+        let told = self.stream.poll_read(cx, bytes);
+        #[cfg(unix)]
+        let told = (self.away).look(told, || read_now(&self.stream.0, bytes));
+        told
+    }
+
+    fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
+        self.stream.poll_write(cx, bytes)
+    }
+}
+
 /// Connects to a TCP port; small frames are not held back.
-pub(super) async fn connect(host: &str, port: u16) -> Result<Stream<TcpStream>> {
+pub(super) async fn connect(host: &str, port: u16) -> Result<Tcp> {
     let connecting = tokio::time::timeout(PATIENCE, TcpStream::connect((host, port))).await;
     let connected = connecting.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
     let stream = connected.map_err(|error| unreachable_host(host, port, error))?;
     stream
         .set_nodelay(true)
         .map_err(|error| unreachable_host(host, port, error))?;
-    Ok(Stream(stream))
+    Ok(Tcp {
+        stream: Stream(stream),
+        #[cfg(unix)]
+        away: Away::default(),
+    })
 }

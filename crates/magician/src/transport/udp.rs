@@ -6,6 +6,8 @@ use tokio::io::ReadBuf;
 use tokio::net::{UdpSocket, lookup_host};
 use tokio::time::timeout;
 
+#[cfg(unix)]
+use super::away::{Away, read_now};
 use super::{PATIENCE, Transport, unreachable_host};
 use crate::Result;
 
@@ -16,6 +18,8 @@ pub(crate) struct Udp {
     datagram: Box<[u8]>,
     taken: usize,
     filled: usize,
+    #[cfg(unix)]
+    away: Away,
 }
 
 /// Largest datagram there is.
@@ -42,6 +46,8 @@ pub(super) async fn open(host: &str, port: u16) -> Result<Udp> {
         datagram: vec![0; DATAGRAM].into_boxed_slice(),
         taken: 0,
         filled: 0,
+        #[cfg(unix)]
+        away: Away::default(),
     })
 }
 
@@ -61,15 +67,20 @@ fn passing(error: &io::Error) -> bool {
 impl Udp {
     /// The next datagram that is not empty.
     fn fetch(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        let told = self.told(cx);
+        #[cfg(unix)]
+        let told = (self.away).look(told, || read_now(&self.socket, &mut self.datagram));
+        told.map_ok(|filled| (self.taken, self.filled) = (0, filled))
+    }
+
+    /// The next one that the reactor tells of.
+    fn told(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<usize>> {
         for _ in 0..TURN {
             let mut buffer = ReadBuf::new(&mut self.datagram);
             match ready!(self.socket.poll_recv(cx, &mut buffer)) {
                 // An empty datagram is not the end.
                 Ok(()) if buffer.filled().is_empty() => {}
-                Ok(()) => {
-                    (self.taken, self.filled) = (0, buffer.filled().len());
-                    return Poll::Ready(Ok(()));
-                }
+                Ok(()) => return Poll::Ready(Ok(buffer.filled().len())),
                 Err(error) if passing(&error) => {}
                 Err(error) => return Poll::Ready(Err(error)),
             }

@@ -141,7 +141,8 @@ impl Drive<'_> {
             arm.run([], |_| {}).await?;
         }
         let begun = Begun::now(arm).await?;
-        journal.begins(from, begun.clock);
+        journal.begins(from, begun.clock, at_rest(arm).await?);
+        let rests_at = journal.mark.rest;
         let start = arm.preflight_for(&self.program.kinds()).await?;
         let rest = self.program.rest(from, start);
         let rest = rest.map_err(|problem| self.source.failure(&problem))?;
@@ -171,7 +172,7 @@ impl Drive<'_> {
         debts.owe_all(Owed::read(arm, ahead.rest.changes()).await?);
         *self.state.borrow_mut() = State {
             journal: Some(journal),
-            tally: Tally::new(ahead.rest.lead(), self.mixed),
+            tally: Tally::new(ahead.rest.lead(), self.passes_over(arm)).from_rest(rests_at),
             pulled: 0,
             rest: Some(ahead.rest.clone()),
             lift: self.ending.after_stop(self.program.plan()),
@@ -241,6 +242,12 @@ impl Drive<'_> {
             .unwrap_or_default()
     }
 
+    /// Whether indices may be passed over: the driver may put commands of its own between those of the program, and a line
+    /// that doubles what it carries does.
+    fn passes_over(&self, arm: &Arm) -> bool {
+        self.mixed || !arm.keeps_order()
+    }
+
     /// What is kept of it for one that goes on with it.
     async fn journal(&self, arm: &Arm) -> Journal {
         let serial = arm.get::<DeviceSn>().await;
@@ -253,7 +260,7 @@ impl Drive<'_> {
             (true, serial) => serial,
         };
         let title = &self.program.plan().title;
-        let mark = Mark::new(title, self.program.steps(), self.mixed);
+        let mark = Mark::new(title, self.program.steps(), self.passes_over(arm));
         Journal::new(&self.program.key(), name, mark, self.lasting)
     }
 
@@ -352,6 +359,14 @@ fn unrecorded(failure: &Failure) -> String {
         "{warning} the recording ends here, the work goes on: {}",
         failure.message
     )
+}
+
+/// The index that the arm has finished last, if its queue is empty.
+async fn at_rest(arm: &Arm) -> Result<Option<u64>, Failure> {
+    let (_, places) = arm.stats().await?;
+    let empty = arm.left_space().await? >= places;
+    let index = arm.current_index().await?.0;
+    Ok(empty.then_some(index))
 }
 
 impl Begun {

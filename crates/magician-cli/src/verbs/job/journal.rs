@@ -55,10 +55,10 @@ impl Journal {
         })
     }
 
-    /// A run begins behind so many steps, when the arm's clock shows this, ms.
-    pub(super) fn begins(&mut self, finished: u64, clock: u32) {
+    /// A run begins behind so many steps, when the arm's clock shows this, ms, and its index this, if it is at rest.
+    pub(super) fn begins(&mut self, finished: u64, clock: u32, rest: Option<u64>) {
         (self.mark.finished, self.mark.handed) = (finished, finished);
-        self.mark.clock = clock;
+        (self.mark.clock, self.mark.rest) = (clock, rest);
     }
 
     /// So many steps are about to be given to the arm.

@@ -14,25 +14,41 @@ impl Driver {
     /// Passes the connection's events on; whether there were any.
     pub(super) fn tell(&mut self) -> bool {
         let mut told = false;
+        if !self.shared.ordered && self.connection.round_trip().is_some() {
+            self.shared.note_lifetime(self.connection.lifetime());
+        }
         while let Some(event) = self.connection.poll_event() {
             told = true;
             match event {
                 Event::Done { ticket, result } => self.deliver(ticket, result),
                 Event::Reset => self.was_reset(),
                 Event::Unaccounted { from, to } => {
-                    tracing::warn!(
-                        from,
-                        to,
-                        "{}: queued commands nobody here sent, or sent once",
-                        self.shared.name
-                    );
-                    self.shared.befall(Mishap::Unaccounted { from, to });
+                    self.note_surplus(from, to);
                     let (from, to) = (QueuedCmdIndex(from), QueuedCmdIndex(to));
                     self.happens(events::Event::Unaccounted { from, to });
                 }
             }
         }
         told
+    }
+
+    /// The arm has taken more than was sent. A program that may have one of its commands doubled goes on.
+    fn note_surplus(&mut self, from: u64, to: u64) {
+        let name = &self.shared.name;
+        let program = self.program.as_mut();
+        if program.is_some_and(|program| program.stream.doubled(from, to)) {
+            tracing::info!(
+                from,
+                "{name}: the line doubled a command; it changes nothing"
+            );
+            return;
+        }
+        tracing::warn!(
+            from,
+            to,
+            "{name}: queued commands nobody here sent, or sent once"
+        );
+        self.shared.befall(Mishap::Unaccounted { from, to });
     }
 
     fn was_reset(&mut self) {

@@ -9,6 +9,8 @@ mod explain;
 mod farewell;
 mod greeting;
 mod halt;
+#[cfg(all(test, unix, feature = "sim"))]
+mod held_up;
 mod jog;
 mod lead;
 mod line;
@@ -54,6 +56,10 @@ pub(super) use streaming::{End, Program, Reached};
 const ROUNDS: usize = 64;
 /// A task that was not served for so long may have missed something.
 const AWAY: Micros = 20_000;
+/// A timer that rings so late: the process was stopped, or the computer slept.
+const SLEPT: Micros = 500_000;
+/// Most reads in a row before time passes, on a line that is never empty.
+const READS: usize = 256;
 
 /// A request that is under way.
 struct Waiting {
@@ -121,6 +127,8 @@ pub(super) struct Driver {
     served: Micros,
     /// The line was looked at since.
     looked: bool,
+    /// When the timer is to ring.
+    rings: Option<Micros>,
 }
 
 impl Driver {
@@ -161,6 +169,7 @@ impl Driver {
             events,
             served: 0,
             looked: false,
+            rings: None,
         }
     }
 
@@ -184,12 +193,13 @@ impl Driver {
     }
 
     fn poll(&mut self, cx: &mut Context<'_>) -> Poll<Ended> {
+        self.note_sleep();
         if self.was_away() {
             return Poll::Ready(Ended::Away);
         }
         for _ in 0..ROUNDS {
-            // What has come comes first: it may be what a timeout is about to give up.
-            let read = self.read(cx);
+            // All that has come comes first: it may be what a timeout is about to give up.
+            let read = self.read_all(cx);
             self.let_time_pass();
             if !self.leaving && self.take_messages(cx).is_ready() {
                 return Poll::Ready(Ended::Left);
@@ -224,6 +234,25 @@ impl Driver {
         let away = !self.looked && owed && (at_rest || idle > AWAY);
         self.looked = true;
         away
+    }
+
+    /// Reads until nothing more is there; whether there was anything.
+    fn read_all(&mut self, cx: &mut Context<'_>) -> bool {
+        let reads = (0..READS).take_while(|_| self.read(cx)).count();
+        reads > 0
+    }
+
+    /// A process that was stopped or slept: no deadline ran meanwhile.
+    fn note_sleep(&mut self) {
+        let (now, since) = (self.now(), self.served);
+        let late = self.rings.take().map_or(0, |at| now.saturating_sub(at));
+        if late < SLEPT {
+            return;
+        }
+        let slept = now.saturating_sub(since);
+        tracing::debug!(slept, "{}: this program was held up", self.shared.name);
+        self.connection.slept(since, now);
+        self.shared.note_sleep(slept);
     }
 
     fn let_time_pass(&mut self) {
@@ -268,7 +297,8 @@ impl Driver {
 
     /// Pending with the timer set, or ready when its instant has come.
     fn sleep(&mut self, cx: &mut Context<'_>) -> Poll<()> {
-        let Some(at) = self.next_timeout() else {
+        self.rings = self.next_timeout();
+        let Some(at) = self.rings else {
             return Poll::Pending;
         };
         self.timer

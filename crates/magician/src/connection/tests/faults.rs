@@ -9,6 +9,12 @@ use super::{SECOND, get_di, ready, wait};
 use crate::connection::{Failure, Law, Request, Settings};
 use crate::pair::{Faults, Pair, index_of};
 
+/// A network that holds datagrams back for longer than its round trips show.
+const HOLDS: Settings = Settings {
+    shortest: Settings::DATAGRAMS.lifetime,
+    ..Settings::DATAGRAMS
+};
+
 /// Queued commands, each with a number of its own, and reads whose reply says what was asked.
 fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
     let mut fates = HashMap::new();
@@ -116,7 +122,7 @@ pub(super) fn datagrams_lost_late_and_out_of_order_lead_to_no_silent_mistake() {
     };
     let mut uncertain = 0;
     for seed in 500..580 {
-        let mut pair = ready(Settings::DATAGRAMS, seed);
+        let mut pair = ready(HOLDS, seed);
         pair.ask(wait(0), SECOND).unwrap();
         pair.accepted.clear();
         pair.set_faults(faults);
@@ -137,7 +143,7 @@ fn a_line_that_doubles_requests_does_so_never_unnoticed() {
     // As late as a second copy may be here.
     let settings = Settings {
         echo: SECOND,
-        ..Settings::DATAGRAMS
+        ..HOLDS
     };
     let (mut doubled, mut clean) = (0, 0);
     for seed in 700..820 {
@@ -180,7 +186,7 @@ pub(super) fn datagrams_that_overtake_each_other_are_not_mixed_up() {
         ..Faults::default()
     };
     for seed in 900..930 {
-        let mut pair = ready(Settings::DATAGRAMS, seed);
+        let mut pair = ready(HOLDS, seed);
         pair.set_faults(faults);
         for _ in 0..20 {
             let address = 1 + pair.dice.below(20) as u8;

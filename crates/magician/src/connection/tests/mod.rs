@@ -1,5 +1,6 @@
 //! Host and arm on one virtual clock: what the connection promises, over good lines and bad ones.
 
+mod datagrams;
 mod doubts;
 mod exhaustive;
 mod faults;

@@ -1,0 +1,115 @@
+//! A process that is held up, and a reactor that does not tell what came meanwhile.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::{Context, Poll, Waker};
+use std::time::Duration;
+
+use magician_protocol::commands::{DeviceTime, Pose, QueuedCmdLeftSpace};
+use tokio::task::yield_now;
+use tokio::time::{Instant, advance, sleep};
+
+use crate::connection::Settings;
+use crate::transport::{Away, Line, Sim, Transport};
+use crate::{Arm, Options, VirtualArm};
+
+/// A line whose reactor tells nothing while it is deaf.
+struct Deaf {
+    sim: Sim,
+    away: Away,
+    deaf: Arc<AtomicBool>,
+}
+
+impl Transport for Deaf {
+    fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
+        let told = match self.deaf.load(Ordering::SeqCst) {
+            true => Poll::Pending,
+            false => self.sim.poll_read(cx, bytes),
+        };
+        let mut nobody = Context::from_waker(Waker::noop());
+        (self.away).look(told, || match self.sim.poll_read(&mut nobody, bytes) {
+            Poll::Ready(Ok(count)) => Some(count),
+            _ => None,
+        })
+    }
+
+    fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
+        self.sim.poll_write(cx, bytes)
+    }
+}
+
+async fn deaf(settings: Settings) -> (Arm, Arc<AtomicBool>) {
+    let deaf = Arc::new(AtomicBool::new(false));
+    let line = Line {
+        transport: Box::new(Deaf {
+            sim: Sim::new(VirtualArm::default()),
+            away: Away::default(),
+            deaf: Arc::clone(&deaf),
+        }),
+        settings,
+        name: "a deaf line".to_owned(),
+        tried: "a deaf line",
+        in_process: false,
+    };
+    let arm = Arm::greet(line, None, Options::default()).await.unwrap();
+    // Nothing is under way any more.
+    sleep(Duration::from_secs(1)).await;
+    deaf.store(true, Ordering::SeqCst);
+    (arm, deaf)
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_has_come_is_read_before_a_timeout_is_acted_on() {
+    for settings in [Settings::ORDERED, Settings::DATAGRAMS] {
+        let (arm, _deaf) = deaf(settings).await;
+        let asked = Instant::now();
+        arm.get::<Pose>().await.unwrap();
+        assert!(asked.elapsed() < Duration::from_secs(1));
+        let (stats, _) = arm.stats().await.unwrap();
+        assert_eq!(stats.resent, 0);
+    }
+}
+
+/// Every call that was under way when the process was stopped comes to its answer: the one whose answer lies there, and those
+/// that had not gone out.
+#[tokio::test(start_paused = true)]
+async fn a_host_that_was_held_up_gives_nothing_up() {
+    for settings in [Settings::ORDERED, Settings::DATAGRAMS] {
+        for slept in [2, 5, 100] {
+            let (arm, deaf) = deaf(settings).await;
+            let sleep = async {
+                for _ in 0..100 {
+                    yield_now().await;
+                }
+                advance(Duration::from_secs(slept)).await;
+                deaf.store(false, Ordering::SeqCst);
+            };
+            let (pose, left, clock, ()) = tokio::join!(
+                arm.get::<Pose>(),
+                arm.get::<QueuedCmdLeftSpace>(),
+                arm.get::<DeviceTime>(),
+                sleep
+            );
+            let ended = [pose.map(drop), left.map(drop), clock.map(drop)];
+            assert!(ended.iter().all(Result::is_ok), "{slept} s: {ended:?}");
+        }
+    }
+}
+
+/// A call ends by its deadline all the same: what stands still is the line, not the host.
+#[tokio::test(start_paused = true)]
+async fn a_line_that_is_silent_is_given_up_in_time() {
+    let line = Line {
+        transport: Box::new(crate::transport::Stream(tokio::io::duplex(64).0)),
+        settings: Settings::ORDERED,
+        name: "a silent line".to_owned(),
+        tried: "a silent line",
+        in_process: false,
+    };
+    let arm = Arm::greet(line, None, Options::default().probe(false)).await;
+    let asked = Instant::now();
+    assert!(arm.unwrap().get::<Pose>().await.is_err());
+    let late = asked.elapsed().saturating_sub(Options::default().timeout);
+    assert!(late <= Duration::from_millis(10), "{late:?}");
+}

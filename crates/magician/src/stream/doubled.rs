@@ -1,0 +1,53 @@
+use super::Stream;
+use super::item::{Entry, Fate};
+
+/// Indices that are not as they were counted, without harm.
+impl Stream {
+    /// The connection has told that the controller gave these indices to commands that were sent once: the line doubled a
+    /// datagram. Whether the stream goes on: one second copy of a command that does the same again where the first left off.
+    /// Else somebody has to be told, and the next index that does not follow ends the stream.
+    pub fn doubled(&mut self, from: u64, to: u64) -> bool {
+        let next = self.expected == Some(from) && from == to;
+        let flying = self.entries.iter().filter(|entry| entry.is_flying());
+        let mut both = self.newest.iter().chain(flying);
+        if self.is_over() || !next || !both.all(Entry::bears_doubling) {
+            return false;
+        }
+        let Some(newest) = self.newest else {
+            return false;
+        };
+        // It takes a place in the queue, and no time.
+        let mut copy = Entry::inserted(newest.item.command, newest.item.end, newest.lit);
+        copy.fate = Fate::Accepted(to);
+        let accepted = |entry: &Entry| entry.index().is_some();
+        let at = self.entries.iter().rposition(accepted);
+        self.entries.insert(at.map_or(0, |at| at + 1), copy);
+        self.last = Some(to);
+        self.expected = to.checked_add(1);
+        self.tell_progress();
+        true
+    }
+
+    /// An answer gives this index. Those before it may have been told too low, all by as much.
+    pub(super) fn correct(&mut self, index: u64) {
+        let Some(more) =
+            (self.expected.filter(|_| self.guessed)).and_then(|at| index.checked_sub(at))
+        else {
+            return;
+        };
+        let corrected = |at: &mut u64| *at = at.saturating_add(more);
+        for entry in &mut self.entries {
+            if let Fate::Accepted(at) = &mut entry.fate {
+                corrected(at);
+            }
+        }
+        let told = [
+            &mut self.first,
+            &mut self.last,
+            &mut self.expected,
+            &mut self.confirmed,
+        ];
+        told.into_iter().flatten().for_each(corrected);
+        self.base = self.base.saturating_add(more);
+    }
+}

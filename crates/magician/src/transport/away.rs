@@ -1,0 +1,79 @@
+//! What came while nobody looked.
+//!
+//! A reactor tells when there is something to read, and it may be late with that: a process that was stopped or held in a
+//! debugger has its wait interrupted, so its timers ring first, with the answer in its own buffer. So a line at which
+//! nobody has looked for a while is read without asking the reactor, until it is empty.
+
+use std::io;
+use std::task::Poll;
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+/// A line that was not looked at for so long is asked itself.
+const AWAY: Duration = Duration::from_millis(20);
+
+/// Who looked at a line last, and when.
+#[derive(Debug, Default)]
+pub(crate) struct Away {
+    looked: Option<Instant>,
+    /// Nobody looked for a while, and the line was not seen empty since.
+    asks: bool,
+}
+
+impl Away {
+    /// What a look at the line finds: what the reactor `told`, or else what `ask` reads from the system without waiting,
+    /// `None` when there is nothing.
+    pub(crate) fn look(
+        &mut self,
+        told: Poll<io::Result<usize>>,
+        ask: impl FnOnce() -> Option<usize>,
+    ) -> Poll<io::Result<usize>> {
+        let now = Instant::now();
+        let before = self.looked.replace(now);
+        self.asks |= before.is_none_or(|before| now.saturating_duration_since(before) > AWAY);
+        if told.is_ready() || !self.asks {
+            return told;
+        }
+        let found = ask();
+        self.asks = found.is_some();
+        found.map_or(Poll::Pending, |count| Poll::Ready(Ok(count)))
+    }
+}
+
+/// Reads what is there without waiting. An end or an error is left to the reactor to tell.
+#[cfg(unix)]
+pub(super) fn read_now(fd: impl std::os::fd::AsFd, bytes: &mut [u8]) -> Option<usize> {
+    let count = rustix::io::read(fd, bytes);
+    count.ok().filter(|count| *count > 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test(start_paused = true)]
+    async fn a_line_is_asked_when_nobody_looked_for_a_while_and_until_it_is_empty() {
+        let mut away = Away::default();
+        let mut there = 0;
+        let mut look = async |passed: Duration, came: usize| {
+            tokio::time::advance(passed).await;
+            there += came;
+            let before = there;
+            let mut ask = || {
+                there = usize::checked_sub(there, 1)?;
+                Some(1)
+            };
+            while away.look(Poll::Pending, &mut ask).is_ready() {}
+            before - there
+        };
+        assert_eq!(look(Duration::ZERO, 2).await, 2, "nobody has looked at all");
+        assert_eq!(
+            look(Duration::from_millis(1), 2).await,
+            0,
+            "the reactor tells"
+        );
+        assert_eq!(look(Duration::from_secs(5), 1).await, 3);
+        assert_eq!(look(AWAY / 2, 1).await, 0);
+    }
+}

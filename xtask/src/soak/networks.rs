@@ -1,0 +1,66 @@
+//! Drawings over networks that lose and double datagrams, compared as those over lines are.
+
+use std::error::Error;
+use std::time::Duration;
+
+use magician::faults::Faults;
+
+use super::drawing::sheet::{Passage, Row};
+use super::drawing::verdict::drawn;
+use super::drawing::{datagrams, sample};
+use super::{Found, Scope};
+use crate::bench::figure::Figure;
+
+/// What is lost of the datagrams, each way; one in 100 of the others comes twice.
+const LOST: [&str; 4] = ["0", "0.003", "0.01", "0.02"];
+/// 80 commands.
+const DRAWING: &str = "house.svg";
+
+/// So many drawings over each network.
+pub(super) fn networks(scope: Scope) -> Result<Found, Box<dyn Error>> {
+    let plan = sample(DRAWING)?;
+    let right = drawn(&plan, None);
+    let usual = datagrams::draw(&plan, Faults::NONE)?.lasted;
+    let mut figures = Vec::new();
+    let (mut wrong, mut lost, mut slowest) = (0, 0, 0.0_f64);
+    println!("{}", Row::HEAD);
+    for share in LOST {
+        let mut row = Row::new(format!("UDP, {share} lost, 0.01 doubled, each way"));
+        let mut doubled = 0;
+        for nth in 0..scope.cases {
+            let seed = scope.seed.wrapping_mul(1_000_003).wrapping_add(nth);
+            let text = format!("drop-chunk={share},duplicate-chunk=0.01,seed={seed}");
+            let came = datagrams::draw(&plan, text.parse()?)?;
+            doubled += came.told;
+            let passage = Passage {
+                right: &right,
+                drawn: &came.drawing,
+                done: came.stopped.is_none() && came.resumed == 0,
+                took: Duration::from_micros(came.lasted),
+                usual: Duration::from_micros(usual),
+            };
+            if let Some(wrong) = row.add(&passage) {
+                println!("  {text}: {wrong}");
+            } else if !passage.done {
+                println!("  {text}: {:?}", came.stopped);
+            }
+        }
+        println!("{}", row.line());
+        wrong += row.wrong;
+        lost += row.runs - row.done;
+        slowest = slowest.max(row.slowest);
+        figures.push(
+            Figure::new(row.name.clone(), row.done as f64, "done")
+                .with("of", row.runs as f64)
+                .with("wrong", row.wrong as f64)
+                .with("commands doubled", f64::from(doubled)),
+        );
+    }
+    figures.push(Figure::new("done and wrong", wrong as f64, "").at_most(0.0));
+    figures.push(Figure::new("not done", lost as f64, ""));
+    figures.push(Figure::new("slowest", slowest, "times a good network's").at_most(2.0));
+    Ok(Found {
+        figures,
+        digest: None,
+    })
+}
