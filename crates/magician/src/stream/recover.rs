@@ -59,7 +59,19 @@ impl Stream {
     }
 
     /// The queue is stopped and empty, and the arm stands: what leads to where it stands is done, all else waits again.
-    pub(super) fn restart(&mut self) {
+    fn restart(&mut self) {
+        self.let_go_of_done();
+        let Some(passed) = self.passed() else { return };
+        for _ in 0..passed {
+            let counted = |entry: &Entry| entry.index().is_none() && !entry.inserted;
+            self.accepted += u64::from(self.entries.front().is_some_and(counted));
+            self.let_go();
+        }
+        self.queue_again();
+    }
+
+    /// What is finished and certain is done.
+    pub(super) fn let_go_of_done(&mut self) {
         let (current, confirmed) = (self.reader.current, self.confirmed);
         let done = |index: u64| index <= current && confirmed.is_some_and(|all| index <= all);
         while self
@@ -69,12 +81,10 @@ impl Stream {
         {
             self.let_go();
         }
-        let Some(passed) = self.passed() else { return };
-        for _ in 0..passed {
-            let counted = |entry: &Entry| entry.index().is_none() && !entry.inserted;
-            self.accepted += u64::from(self.entries.front().is_some_and(counted));
-            self.let_go();
-        }
+    }
+
+    /// The queue is empty: all that was sent and is not done waits again.
+    pub(super) fn queue_again(&mut self) {
         let mut again = 0;
         for entry in self.entries.iter_mut().filter(|entry| !entry.is_waiting()) {
             let counted = entry.index().is_some() && !entry.inserted;
@@ -89,7 +99,7 @@ impl Stream {
         // The numbers that were dropped are passed over.
         (self.expected, self.confirmed) = (None, None);
         (self.credit.strangers, self.stopped) = (0, true);
-        self.cleared_at = current;
+        self.cleared_at = self.reader.current;
         self.phase = Phase::Choose;
         let window = self.window;
         self.events.push(StreamEvent::Recovered { again, window });

@@ -165,7 +165,8 @@ impl Stream {
         };
         if self.check_pose(current) {
             (self.cleared, self.confirmed) = (false, Some(current));
-            self.restart();
+            self.let_go_of_done();
+            self.queue_again();
             self.relight();
             self.tell_resumed(found);
         }
