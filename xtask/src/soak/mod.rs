@@ -44,7 +44,7 @@ struct Soak {
     run: fn(Scope) -> Result<Found, Box<dyn Error>>,
 }
 
-const SOAKS: [Soak; 13] = [
+const SOAKS: [Soak; 14] = [
     Soak {
         name: "r1",
         says: "R1: queued commands one by one over a serial line that spoils and loses bytes",
@@ -213,7 +213,7 @@ mod tests {
     use super::*;
 
     /// Cases of each in a debug build.
-    const SHORT: [(&str, u64); 13] = [
+    const SHORT: [(&str, u64); 14] = [
         ("r1", 20_000),
         ("r1-stream", 10_000),
         ("r1-poses", 5_000),
