@@ -28,7 +28,7 @@ from venvs import ROOT, TARGET, python_for
 
 RADIUS, SEGMENT = 10.0, 0.05
 # The fourfold as the arm has it at power-up: joints 0, 45, 45, 0.
-START = (199.4041, 0.0, -8.4853)
+START = (259.1041, 0.0, -8.4853)
 SPEEDS = ("plan_acc=1000", "junction_vel=100", "acc_or_period=1000", "real_time_track=0")
 LIBRARIES = {"pydobot": "pydobot.txt", "pydobotplus": "pydobotplus.txt"}
 WINDOWS = (1, 4)

@@ -76,7 +76,7 @@ def untouched_terminal(checks, path):
     cooked = mode[3] & (termios.ICANON | termios.ECHO | termios.ISIG | termios.IEXTEN)
     mapped = mode[0] & (termios.ICRNL | termios.INLCR | termios.IGNCR | termios.IXON | termios.ISTRIP)
     checks.equal("raw: no echo, no lines, no signals, no mapping", (cooked, mapped, mode[1] & termios.OPOST), (0, 0, 0))
-    checks.near("a client that sets nothing is answered", link.pose(), (199.40411, 0, -8.48528, 0, 0, 45, 45, 0))
+    checks.near("a client that sets nothing is answered", link.pose(), (259.10413, 0, -8.48528, 0, 0, 45, 45, 0))
     saved, wrong = link.ask(HOME_PARAMS), []
     for start in range(0, 256, 16):
         block = bytes(range(start, start + 16))
@@ -92,7 +92,7 @@ def power_up(checks, link, speed):
     print("power-up, before anything was sent")
     checks.equal("current index", link.index(), 0)
     checks.equal("alarms: 16 bytes, only the reset alarm", link.ask(ALARMS), b"\x01" + bytes(15))
-    checks.near("home parameters", floats(link.ask(HOME_PARAMS)), (199.40411, 0, -8.48528, 0))
+    checks.near("home parameters", floats(link.ask(HOME_PARAMS)), (259.10413, 0, -8.48528, 0))
     first = link.queue(WAIT, struct.pack("<I", 1))
     checks.equal("the first queue index", first, 1)
     checks.equal("the queue is stopped until it is started", link.index(), 0)
@@ -428,9 +428,9 @@ def immediate_motion(checks, link):
     checks.equal("home is answered empty", link.ask(HOME, SET), b"")
     time.sleep(0.3)
     end = time.monotonic() + PATIENCE
-    while math.dist(link.pose()[:3], (199.40411, 0, -8.48528)) > 1e-2 and time.monotonic() < end:
+    while math.dist(link.pose()[:3], (259.10413, 0, -8.48528)) > 1e-2 and time.monotonic() < end:
         time.sleep(0.05)
-    checks.near("and homes", rest(link), (199.40411, 0, -8.48528, 0, 0, 45, 45, 0), 1e-2)
+    checks.near("and homes", rest(link), (259.10413, 0, -8.48528, 0, 0, 45, 45, 0), 1e-2)
     checks.equal("no index was spent", link.index(), before)
     checks.equal("the next queued one", link.queue(WAIT, struct.pack("<I", 0)), before + 1)
 
@@ -468,7 +468,7 @@ def motion_forms(checks, link):
     for name, params in (("empty", b""), ("with four bytes", bytes(4))):
         go(link, 220, 20, 20, 0)
         link.wait(link.queue(HOME, params))
-        checks.near(f"home {name}", link.pose(), (199.40411, 0, -8.48528, 0, 0, 45, 45, 0))
+        checks.near(f"home {name}", link.pose(), (259.10413, 0, -8.48528, 0, 0, 45, 45, 0))
     go(link, 200, 0, 0, 0)
     link.wait(link.queue(CP, cp(205, 5, 0)))
     checks.near("CP with 14 bytes", link.pose()[:3], (205, 5, 0))

@@ -313,7 +313,7 @@ def over_networks(checks, magician, home, trace):
 def info_column(checks, trace):
     command = ["tshark", "-n", "-X", f"lua_script:{SCRIPT}", "-r", trace, "-T", "fields", "-e", "_ws.col.Info"]
     lines = subprocess.run([*command, "-Y", "magician.id == 10 && magician.pose.x"], capture_output=True, text=True, env=SURROUNDINGS).stdout
-    checks.ok("the info column tells the pose", lines.startswith("GetPose reply x=199.404 y="), lines.split("\n")[0])
+    checks.ok("the info column tells the pose", lines.startswith("GetPose reply x=259.104 y="), lines.split("\n")[0])
     command += ["-Y", "magician.ptp_cmd.ptp_mode == 1 && magician.ctrl.queued == 1"]
     lines = subprocess.run(command, capture_output=True, text=True, env=SURROUNDINGS).stdout
     checks.ok("a filter by a field's value finds a move", "SetPTPCmd request queued ptp_mode=MovjXyz" in lines, lines.split("\n")[0])

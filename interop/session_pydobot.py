@@ -51,7 +51,7 @@ def until(dobot, index):
 def connect(checks, dobot):
     print("connect")
     standing = model.forward(model.POWER_UP_JOINTS) + model.POWER_UP_JOINTS
-    checks.near("pose at power-up", (*standing,), (199.404, 0, -8.485, 0, 0, 45, 45, 0))
+    checks.near("pose at power-up", (*standing,), (259.104, 0, -8.485, 0, 0, 45, 45, 0))
     checks.near("pose() after the constructor", dobot.pose(), standing)
     checks.near("the attributes it keeps", (dobot.x, dobot.y, dobot.z, dobot.r), standing[:4])
     checks.equal("the constructor's four queued sets are 1 to 4", dobot._get_queued_cmd_current_index(), 4)

@@ -77,7 +77,7 @@ class Picture:
 
 def connect(checks, dobot):
     print("connect")
-    checks.near("pose at power-up", joined(dobot.get_pose()), (199.40411, 0, -8.48528, 0, 0, 45, 45, 0))
+    checks.near("pose at power-up", joined(dobot.get_pose()), (259.10413, 0, -8.48528, 0, 0, 45, 45, 0))
     checks.equal("the constructor's four queued sets are 1 to 4", dobot._get_queued_cmd_current_index(), 4)
     checks.equal("it cleared the reset alarm", dobot.get_alarms(), set())
     checks.equal("joint speeds read back", read_floats(dobot, 80), [200.0] * 8)
@@ -94,7 +94,7 @@ def home(checks, dobot, observer):
     checks.equal("its index", index, 6)
     dobot._set_queued_cmd_start_exec()
     dobot.wait_for_cmd(index)
-    checks.near("pose after homing", joined(dobot.get_pose()), (199.40411, 0, -8.48528, 0, 0, 45, 45, 0))
+    checks.near("pose after homing", joined(dobot.get_pose()), (259.10413, 0, -8.48528, 0, 0, 45, 45, 0))
     time.sleep(0.1)
     least, most = observer.duration(index)
     checks.ok("homing took its time", most >= 10.0 and least <= 25.0, f"between {least:.2f} and {most:.2f} s")

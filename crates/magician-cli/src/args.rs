@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use magician::faults::Faults;
 use magician_motion::ToolBias;
 
@@ -17,6 +17,21 @@ use crate::verbs::{
     man, play, ports, pose, proxy, queue, rail, record, replay, run, sensor, set, shell, sim, stop,
     teach, tools, travel, watch,
 };
+
+/// The name of the option that chooses the tool of a virtual arm.
+const VIRTUAL_TOOL: &str = "virtual_tool";
+
+/// How a tool is written.
+const TOOL: &str = "NAME|X,Y,Z";
+
+const VIRTUAL_TOOL_HELP: &str = "Tool of the virtual arm (`--port sim`): none, suction, gripper, pen, laser, or its bias X,Y,Z in \
+    mm; suction if not given";
+
+/// The verbs that have `--tool` for a virtual arm. Those that draw have a `--tool` that tells any arm.
+const WORKS_WITH_AN_ARM: &[&str] = &[
+    "info", "pose", "home", "jog", "record", "watch", "stop", "suction", "gripper", "laser", "io",
+    "sensor", "rail", "conveyor", "alarms", "queue", "get", "set", "enqueue", "shell", "demo",
+];
 
 /// Work with a Dobot Magician arm: find it, look, move it, or do without one.
 #[derive(Debug, Parser)]
@@ -47,14 +62,38 @@ pub(crate) struct Cli {
 impl Cli {
     /// Reads a command line; the first argument is the program's name.
     pub(crate) fn read(arguments: &[OsString]) -> Result<Self, clap::Error> {
-        Self::try_parse_from(arguments)
+        let mut command = Self::with_virtual_tool();
+        let matches = command.try_get_matches_from_mut(arguments)?;
+        let mut cli =
+            Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
+        let verb = matches.subcommand().map(|(_, verb)| verb);
+        let tool = verb.and_then(|verb| verb.try_get_one::<ToolBias>(VIRTUAL_TOOL).ok().flatten());
+        cli.global.virtual_tool = tool.copied();
+        Ok(cli)
     }
 
     /// The command line's description, for completions, manual pages and help.
     pub(crate) fn description() -> clap::Command {
-        let mut command = Self::command();
+        let mut command = Self::with_virtual_tool();
         command.build();
         command
+    }
+
+    /// The command line, with `--tool` for the verbs that work with an arm and have no tool of their own to speak of.
+    fn with_virtual_tool() -> clap::Command {
+        let tool = Arg::new(VIRTUAL_TOOL)
+            .long("tool")
+            .value_name(TOOL)
+            .value_parser(clap::value_parser!(ToolBias))
+            .allow_hyphen_values(true)
+            .help(VIRTUAL_TOOL_HELP);
+        Self::command().mut_subcommands(|verb| {
+            if WORKS_WITH_AN_ARM.contains(&verb.get_name()) {
+                verb.arg(tool.clone())
+            } else {
+                verb
+            }
+        })
     }
 }
 
@@ -111,6 +150,10 @@ pub(crate) struct Global {
     /// Say more on stderr; more often, more still
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub(crate) verbose: u8,
+
+    /// The tool of a virtual arm, where the verb takes one; see `with_virtual_tool`.
+    #[arg(skip)]
+    pub(crate) virtual_tool: Option<ToolBias>,
 }
 
 /// What to do.
@@ -236,45 +279,17 @@ pub(crate) fn number<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| "expected a number".to_owned())
 }
 
-/// A tool by name, or its bias as X,Y,Z in mm.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Tool(pub(crate) ToolBias);
-
 /// The tool that a calculation is for.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct ToolOption {
     /// Tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm
     #[arg(
         long,
-        value_name = "NAME|X,Y,Z",
+        value_name = TOOL,
         default_value = "none",
         allow_hyphen_values = true
     )]
-    pub(crate) tool: Tool,
-}
-
-impl FromStr for Tool {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if let Some(bias) = ToolBias::named(text) {
-            return Ok(Self(bias));
-        }
-        let numbers: Result<Vec<f64>, _> =
-            text.split(',').map(|part| part.trim().parse()).collect();
-        match numbers.as_deref() {
-            Ok([x, y, z]) if [x, y, z].iter().all(|number| number.is_finite()) => {
-                Ok(Self(ToolBias::new(*x, *y, *z)))
-            }
-            _ => {
-                let names: Vec<_> = ToolBias::NAMED.iter().map(|(name, _)| *name).collect();
-                Err(format!(
-                    "expected X,Y,Z in mm, or one of {}",
-                    names.join(", ")
-                ))
-            }
-        }
-    }
+    pub(crate) tool: ToolBias,
 }
 
 #[cfg(test)]
@@ -283,20 +298,52 @@ mod tests {
 
     #[test]
     fn the_command_line_contradicts_itself_nowhere() {
-        Cli::command().debug_assert();
+        Cli::with_virtual_tool().debug_assert();
     }
 
+    /// A verb is on one side or the other: it takes the tool of a virtual arm, has one of its own, or knows no arm.
     #[test]
-    fn tools_by_name_and_by_bias() {
-        assert_eq!(
-            "Suction".parse::<Tool>().map(|tool| tool.0),
-            Ok(ToolBias::SUCTION)
-        );
-        let bias = "-1, 2,3.5".parse::<Tool>().map(|tool| tool.0);
-        assert_eq!(bias, Ok(ToolBias::new(-1.0, 2.0, 3.5)));
-        for wrong in ["hammer", "1,2", "1,2,x", "1,2,nan", ""] {
-            assert!(wrong.parse::<Tool>().is_err(), "{wrong}");
+    fn verbs_that_work_with_an_arm_take_the_tool_of_a_virtual_one() {
+        const WITHOUT: [&str; 15] = [
+            "ports",
+            "convert",
+            "proxy",
+            "conform",
+            "doctor",
+            "bench",
+            "commands",
+            "decode",
+            "replay",
+            "config",
+            "completions",
+            "man",
+            "help",
+            "play",
+            "run",
+        ];
+        for verb in Cli::description().get_subcommands() {
+            let has = verb
+                .get_arguments()
+                .any(|arg| arg.get_long() == Some("tool"));
+            let name = verb.get_name();
+            assert!(has || WITHOUT.contains(&name), "{name}");
         }
+        let read = |line: &str| {
+            let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
+            Cli::read(&words).map(|cli| cli.global.virtual_tool)
+        };
+        assert_eq!(read("magician pose").unwrap(), None);
+        assert_eq!(
+            read("magician pose --tool pen").unwrap(),
+            Some(ToolBias::PEN)
+        );
+        let bias = read("magician info --tool -1,2,3.5").unwrap();
+        assert_eq!(bias, Some(ToolBias::new(-1.0, 2.0, 3.5)));
+        let wrong = read("magician pose --tool hammer").unwrap_err().to_string();
+        assert!(
+            wrong.contains("none, suction, gripper, pen, laser"),
+            "{wrong}"
+        );
     }
 
     #[test]

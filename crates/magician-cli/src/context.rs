@@ -6,6 +6,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use magician::commands::Pose;
+use magician::sim::Controller;
 use magician::{Arm, ErrorKind, LineOptions, Options, SimSpeed, Target, Tracer, VirtualArm};
 use tokio::runtime::{Builder, Runtime};
 use tokio::time::timeout;
@@ -503,8 +504,24 @@ impl Context {
         let port = self.global.port.clone();
         let target = self.target(sim)?;
         let options = self.options()?;
+        let tool = self.global.virtual_tool;
+        if tool.is_some() && !matches!(target, Target::Sim(_)) {
+            let hint = "`magician set EndEffectorParams x_bias=X y_bias=Y z_bias=Z` tells the arm";
+            let message = format!("--tool chooses the tool of a virtual arm, and {target} is none");
+            return Err(Failure::usage(message).hint(hint));
+        }
         let arm = match (target, self.stage.take()) {
-            (Target::Sim(_), Some(stage)) => Arm::simulated(stage, options).await?,
+            (Target::Sim(_), Some(stage)) => {
+                let stage = match tool {
+                    Some(tool) => stage.tool(tool),
+                    None => stage,
+                };
+                Arm::simulated(stage, options).await?
+            }
+            (Target::Sim(speed), None) if let Some(tool) = tool => {
+                let arm = VirtualArm::new(Controller::default().with_tool(tool), speed);
+                Arm::simulated(arm, options).await?
+            }
             (target, _) => Arm::connect_with(&target, options).await?,
         };
         Ok(Connected { arm, port })

@@ -197,7 +197,7 @@ fn a_tool_is_found_from_two_touches_and_told_to_the_arm() {
     let found = place
         .run(&[&tool[..], &["--port", "sim"]].concat())
         .object();
-    assert_eq!(found["tool"], "3,0,0");
+    assert_eq!(found["tool"], "62.7,0,0");
     assert_eq!(
         (&found["saved"], &found["told"]),
         (&Value::Bool(false), &Value::Bool(false))

@@ -138,7 +138,7 @@ fn a_difference_is_told_with_both_values_and_status_10() {
     assert_eq!(told.status, 10);
     assert!(
         told.out
-            .starts_with("0.000000 s  ./arm  GetPose x: recorded 194.04175, now 199.404"),
+            .starts_with("0.000000 s  ./arm  GetPose x: recorded 194.04175, now 259.104"),
         "{}",
         told.out
     );

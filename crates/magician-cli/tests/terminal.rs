@@ -52,7 +52,7 @@ fn a_shell_without_a_place_for_its_history_works() {
     let mut terminal = shell(Path::new("/dev/null"));
     terminal.until("magician> ");
     terminal.types("pose\r");
-    terminal.until("199.404");
+    terminal.until("259.104");
     terminal.until("magician> ");
     terminal.types("exit\r");
     assert_eq!(terminal.child.wait().expect("it ends").code(), Some(0));

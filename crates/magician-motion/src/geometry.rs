@@ -1,5 +1,8 @@
 //! The arm's measures: two links and the tool at the end of them.
 
+use core::fmt;
+use core::str::FromStr;
+
 /// Length of the rear arm, shoulder axis to elbow axis, mm (model section 1).
 pub const REAR_ARM: f64 = 135.0;
 /// Length of the forearm, elbow axis to wrist axis, mm (model section 1).
@@ -20,7 +23,7 @@ pub struct ToolBias {
 }
 
 impl ToolBias {
-    /// No tool: poses are those of the wrist axis. The arm's state at power-up.
+    /// No tool: poses are those of the wrist axis. What an arm has that was never told of a tool.
     pub const NONE: Self = Self::forward_by(0.0);
     /// The suction cup, 59.7 mm forward (model section 1, measured).
     pub const SUCTION: Self = Self::forward_by(59.7);
@@ -61,6 +64,57 @@ impl ToolBias {
     }
 }
 
+/// A text is neither the name of a tool nor a bias.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParseToolError;
+
+impl fmt::Display for ParseToolError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("expected X,Y,Z in mm, or one of ")?;
+        for (at, (name, _)) in ToolBias::NAMED.iter().enumerate() {
+            let comma = if at == 0 { "" } else { ", " };
+            write!(f, "{comma}{name}")?;
+        }
+        Ok(())
+    }
+}
+
+impl core::error::Error for ParseToolError {}
+
+/// By name, or as `X,Y,Z` in mm.
+///
+/// ```
+/// use magician_motion::ToolBias;
+///
+/// assert_eq!("pen".parse(), Ok(ToolBias::PEN));
+/// assert_eq!("61,0,5.5".parse(), Ok(ToolBias::new(61.0, 0.0, 5.5)));
+/// assert!("61,0".parse::<ToolBias>().is_err());
+/// ```
+impl FromStr for ToolBias {
+    type Err = ParseToolError;
+
+    fn from_str(text: &str) -> Result<Self, ParseToolError> {
+        if let Some(bias) = Self::named(text.trim()) {
+            return Ok(bias);
+        }
+        let mut parts = text.split(',');
+        let mut next = || -> Result<f64, ParseToolError> {
+            let part = parts.next().ok_or(ParseToolError)?;
+            let number: f64 = part.trim().parse().map_err(|_| ParseToolError)?;
+            if number.is_finite() {
+                Ok(number)
+            } else {
+                Err(ParseToolError)
+            }
+        };
+        let bias = Self::new(next()?, next()?, next()?);
+        match parts.next() {
+            None => Ok(bias),
+            Some(_) => Err(ParseToolError),
+        }
+    }
+}
+
 /// The measures of one arm: its links and the tool bias in force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geometry {
@@ -85,7 +139,7 @@ impl Geometry {
 }
 
 impl Default for Geometry {
-    /// A Dobot Magician without a tool, as it powers up.
+    /// A Dobot Magician without a tool.
     fn default() -> Self {
         Self::magician(ToolBias::NONE)
     }

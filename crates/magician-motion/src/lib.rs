@@ -49,7 +49,7 @@ mod trajectory;
 mod wrist;
 
 pub use error::{MotionError, SpeedQuantity, Unreachable};
-pub use geometry::{FOREARM, Geometry, REAR_ARM, ToolBias};
+pub use geometry::{FOREARM, Geometry, ParseToolError, REAR_ARM, ToolBias};
 pub use jog::{Jog, JogAxis};
 pub use jump::{JumpHeights, Transfer};
 pub use kinematics::{JointAngles, Pose};

@@ -242,3 +242,80 @@ fn from_beyond_a_limit_the_way_is_back_in() {
         None
     );
 }
+
+/// The base begins beyond its bound, comes back within on a circle, and would leave again at the far end of the turn: what
+/// was let out for the start is in force again from where it was kept.
+#[test]
+fn a_motion_that_has_come_back_within_a_bound_stops_where_it_would_leave_it_again() {
+    let limits = Limits {
+        j1: magician_motion::Range::new(-135.0, 50.0),
+        ..Limits::CONTROLLER
+    };
+    let planner = Planner {
+        limits,
+        ..Planner::default()
+    };
+    // Round a centre at 43 degrees; seen from the base the circle reaches from 31 to 55 degrees. It is entered where it
+    // has just begun to lead inwards.
+    let (distance, centre) = (200.0, 43.0_f64.to_radians());
+    let radius = distance * 12.0_f64.to_radians().sin();
+    let at = |angle: f64| {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        Pose::new(
+            distance * centre.cos() + radius * cos,
+            distance * centre.sin() + radius * sin,
+            0.0,
+            45.0,
+        )
+    };
+    let from =
+        ArmState::at_pose(&planner.geometry, &at(155.0), &Limits::CONTROLLER).expect("there");
+    assert_eq!(
+        limits.violations(&from.joints).collect::<Vec<_>>(),
+        [Bound::J1Max]
+    );
+    let plan = planner
+        .circle(&from, &at(275.0), &at(35.0), 1)
+        .expect("planned");
+    let crossing = plan.crossing.expect("it leaves the limits again");
+    assert!(matches!(
+        crossing.cause,
+        MotionError::Limit {
+            bound: Bound::J1Max,
+            ..
+        }
+    ));
+    let motion = plan.trajectory;
+    let (half, end) = (motion.duration_us() / 2, motion.duration_us());
+    assert!(motion.sample(half).joints.j1 < 49.0, "it was within");
+    let end = motion.sample(end).joints.j1;
+    assert!((end - 50.0).abs() < 1e-3, "{end}");
+}
+
+/// A pose whose wrist lies a hair behind the base axis belongs to other joints, a degree away; a path in space cannot begin
+/// there.
+#[test]
+fn joints_a_degree_from_those_of_their_pose_begin_no_line() {
+    let joints = JointAngles::HOME;
+    let wrist = Geometry::default().forward(&joints).x;
+    for behind in [0.01, 1.0, 5.0] {
+        let geometry = Geometry::magician(ToolBias::new(-wrist - behind, 100.0, 0.0));
+        let planner = Planner {
+            geometry,
+            ..Planner::default()
+        };
+        let from = ArmState::at_joints(&geometry, &joints);
+        let solved = geometry.inverse(&from.pose).expect("joints");
+        let apart = solved.to_array().into_iter().zip(joints.to_array());
+        let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!((1e-3..10.0).contains(&apart), "{apart}");
+        let request = line(Target::PoseIncrement(Pose::new(0.0, 0.0, -5.0, 0.0)));
+        let error = planner
+            .plan(&from, &request)
+            .expect_err("no line begins there");
+        assert!(
+            matches!(error, MotionError::Unreachable(Unreachable::TooNear { .. })),
+            "{error:?}"
+        );
+    }
+}

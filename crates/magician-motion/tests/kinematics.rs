@@ -25,7 +25,7 @@ struct Reported {
 
 fn reported() -> Vec<Reported> {
     let poses: Poses = toml::from_str(include_str!("data/poses.toml")).expect("valid test data");
-    assert_eq!(poses.pose.len(), 11);
+    assert_eq!(poses.pose.len(), 12);
     poses.pose
 }
 

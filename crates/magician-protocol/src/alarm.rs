@@ -135,6 +135,17 @@ impl Alarm {
         Self::TABLE.iter().find(|alarm| alarm.code == code)
     }
 
+    /// What may be behind a [kinematic](Self::is_kinematic) alarm of an arm whose tool bias is 0.
+    pub const TOOL_UNKNOWN: &str = "the tool is unknown to the arm: its bias is 0,0,0, so x, y and z are those of the \
+        wrist; if a tool is on it, set its bias (EndEffectorParams, 59.7,0,0 for the suction cup)";
+
+    /// Whether an alarm of this code says that a pose is out of reach or beyond a joint limit, which the tool bias
+    /// decides: 0x10 to 0x12 before a motion, 0x20 to 0x22 on its way.
+    #[must_use]
+    pub const fn is_kinematic(code: u8) -> bool {
+        matches!(code, 0x10..=0x12 | 0x20..=0x22)
+    }
+
     /// Whether an alarm of this code holds the queue: all but 0x00 to 0x07 (model section 4).
     #[must_use]
     pub const fn blocks(code: u8) -> bool {

@@ -58,6 +58,7 @@ mod serialize;
 #[macro_use]
 mod table;
 mod text;
+mod tool;
 mod visible;
 mod wire;
 

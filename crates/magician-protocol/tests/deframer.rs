@@ -284,3 +284,21 @@ fn what_looks_like_a_frame_inside_a_good_frame_is_its_content() {
     let false_one = frame(13, &pose);
     assert!(whole(false_one.bytes()).contains(&Seen::Frame(5, GET_POSE.to_vec())));
 }
+
+/// A header with a length below 2 is no frame, whatever sum follows: nothing begins there that could be swallowed.
+#[test]
+fn a_header_of_an_impossible_length_inside_a_good_frame_is_its_content() {
+    for inner in [
+        // Length 0, and the sum of nothing.
+        [0xAA, 0xAA, 0x00, 0x00, 0x00, 0x00],
+        // Length 1: an id without Ctrl, and its sum.
+        [0xAA, 0xAA, 0x01, 0x0A, 0xF6, 0x00],
+    ] {
+        // A get with surplus bytes, which is no usual length.
+        let params = [&inner[..], &inner[..]].concat();
+        let frame =
+            magician_protocol::FrameBuf::new(10, magician_protocol::Ctrl(0), &params).unwrap();
+        let bytes = frame.bytes();
+        assert_eq!(whole(bytes), [Seen::Frame(0, bytes.to_vec())]);
+    }
+}

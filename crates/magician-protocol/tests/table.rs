@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use magician_protocol::{
-    Confidence, Field, FieldType, LayoutInfo, NameError, Row, Scalar, Source, TABLE,
+    Confidence, Ctrl, Field, FieldType, LayoutInfo, NameError, Row, Scalar, Source, TABLE,
 };
 use toml::{Table, Value};
 
@@ -316,4 +316,25 @@ fn commands_that_need_care_say_so() {
         assert!(!row.resendable || row.name == "WAITCmd", "{}", row.name);
     }
     assert!(TABLE.iter().all(|row| row.set.is_some() || row.resendable));
+}
+
+/// What only looks can be asked once for several hosts. Each look at the trigger of hand teaching may take away what it reads
+/// (errata, open question 11).
+#[test]
+fn every_value_is_only_looked_at_but_the_trigger_of_hand_teaching() {
+    for row in TABLE {
+        let readable = row.value.is_some();
+        let looks = readable && row.id != 42;
+        assert_eq!(row.only_looks(Ctrl::GET), looks, "{}", row.name);
+        assert_eq!(
+            row.only_looks(Ctrl::SET),
+            looks && row.set.is_none(),
+            "{}",
+            row.name
+        );
+    }
+    let elsewhere = Ctrl(Ctrl::GET.0 | 1 << 4);
+    assert_ne!(elsewhere.destination(), 0);
+    let pose = Row::with_id(10).unwrap();
+    assert!(pose.only_looks(Ctrl::GET) && !pose.only_looks(elsewhere));
 }

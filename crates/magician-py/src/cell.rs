@@ -3,7 +3,7 @@
 use magician::sim::scenario::Scenario;
 use magician::sim::world::{Happening, ObjectView, Press, Rest};
 use magician::sim::{Controller, Profile, World};
-use magician::{Arm, Error, JointAngles, SimSpeed, VirtualArm};
+use magician::{Arm, Error, JointAngles, SimSpeed, ToolBias, VirtualArm};
 use magician_program::preview::Snapshot;
 use magician_protocol::Port;
 use pyo3::prelude::*;
@@ -70,9 +70,16 @@ impl Seen {
 
 #[pymethods]
 impl Cell {
-    /// A virtual arm in the world of a scenario; in virtual time if there is no speed, at full speed if it is 0.
+    /// A virtual arm in the world of a scenario; in virtual time if there is no speed, at full speed if it is 0. `tool` is the
+    /// bias that was chosen before it was switched on, if not the usual one.
     #[new]
-    fn new(py: Python<'_>, scenario: Option<&str>, speed: Option<f64>) -> PyResult<Self> {
+    #[pyo3(signature = (scenario, speed, tool = None))]
+    fn new(
+        py: Python<'_>,
+        scenario: Option<&str>,
+        speed: Option<f64>,
+        tool: Option<[f64; 3]>,
+    ) -> PyResult<Self> {
         let scenario = scenario.map(Scenario::from_toml).transpose();
         let scenario = scenario
             .map_err(|error| errors::raise(py, &Error::invalid(format!("scenario: {error}"))))?;
@@ -90,6 +97,10 @@ impl Cell {
                 ));
                 return Err(errors::raise(py, &error));
             }
+        };
+        let arm = match tool {
+            Some([x, y, z]) => arm.tool(ToolBias::new(x, y, z)),
+            None => arm,
         };
         Ok(Self { arm })
     }

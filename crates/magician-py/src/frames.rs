@@ -74,6 +74,15 @@ impl Request {
 
 #[pymethods]
 impl Core {
+    /// Starts the queue if it is empty.
+    fn start_empty_queue(&self, py: Python<'_>) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        Ok(Call::plain(async move {
+            arm.start_empty_queue().await?;
+            Ok(())
+        }))
+    }
+
     /// Sends a frame; Ctrl and parameters of the one that answers it.
     fn exchange(
         &self,

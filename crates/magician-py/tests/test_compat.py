@@ -20,12 +20,12 @@ from typing import Any
 
 import pytest
 from magician import errors
-from magician.compat import _line, _script, _serial, dobotdll, pydobot, pydobot2, pydobotplus
+from magician.compat import _line, _program, _script, _serial, dobotdll, pydobot, pydobot2, pydobotplus
 from magician.compat._message import Message
 from magician.compat.pydobot.enums import PTPMode
 from magician.compat.pydobotplus.dobotplus import MODE_PTP, Alarm, DobotException
 
-START = (199.404, 0.0, -8.485, 0.0, 0.0, 45.0, 45.0, 0.0)
+START = (259.104, 0.0, -8.485, 0.0, 0.0, 45.0, 45.0, 0.0)
 
 
 @pytest.fixture(autouse=True)
@@ -467,11 +467,102 @@ def test_the_library_is_told_by_the_names_that_are_used() -> None:
 
 def test_the_family_is_told_by_the_file_beside_or_the_calls(tmp_path: Path) -> None:
     which = _script.which_dobotdll
-    assert which("dType.SetPTPCmd(api, 1, 200, 0, 0, 0, isQueued=1)", tmp_path) == "v3"
-    assert which("dType.SetPTPCmd(api, dobotId, 1, 200, 0, 0, 0, 1)", tmp_path) == "v2"
+    assert which(["dType.SetPTPCmd(api, 1, 200, 0, 0, 0, isQueued=1)"], tmp_path) == "v3"
+    assert which(["", "dType.SetPTPCmd(api, dobotId, 1, 200, 0, 0, 0, 1)"], tmp_path) == "v2"
     for text, family in (("def f(api, masterId)", "v3"), ("def f(api, dobotId)", "v2"), ("def f(api)", "v1")):
         (tmp_path / "DobotDllType.py").write_text(text)
-        assert which("", tmp_path) == family
+        assert which([""], tmp_path) == family
+
+
+def written(folder: Path, files: dict[str, str]) -> None:
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+
+
+def overlooked(folder: Path, name: str) -> _program.Program:
+    path = folder / name
+    return _program.look_over(path, path.read_text(), folder)
+
+
+def test_all_modules_of_a_program_are_looked_at(tmp_path: Path) -> None:
+    moves = "from pydobot import Dobot\ndef go(d): d.move_rel(x=1)"
+    programs = {
+        "import beside": {"beside.py": moves},
+        "from robot.arm import go": {"robot/arm.py": moves},
+        "import robot": {"robot/__init__.py": "from .arm import go", "robot/arm.py": moves},
+        "from robot import arm": {"robot/__init__.py": "", "robot/arm.py": "from .. import beside", "beside.py": moves},
+        "import sys; sys.path.insert(0, 'src')\nimport beside": {"src/beside.py": moves},
+        "import one": {"one.py": "import two", "two.py": "import one, three", "three.py": moves},
+    }
+    for nth, (main, files) in enumerate(programs.items()):
+        folder = tmp_path / str(nth)
+        written(folder, {"main.py": main, **files})
+        assert _script.which_pydobot(*overlooked(folder, "main.py").sources) == "pydobotplus", main
+    # Not what is installed, what does not belong to it, or a copy of the library itself.
+    written(tmp_path / "x", {"main.py": "import json, pydobot", "other.py": moves, "pydobot/__init__.py": moves})
+    assert len(overlooked(tmp_path / "x", "main.py").sources) == 1
+
+
+def test_the_family_is_that_of_the_wrapper_that_is_imported(tmp_path: Path) -> None:
+    for nth, spelling in enumerate((
+        "import lib.vendor.DobotDllType as dType",
+        "from lib.vendor import DobotDllType as dType",
+        "from lib.vendor.DobotDllType import *",
+        "import lib.robot",
+    )):  # fmt: skip
+        folder = tmp_path / str(nth)
+        written(folder, {
+            "main.py": spelling,
+            "lib/vendor/DobotDllType.py": "def f(api, dobotId)",
+            "lib/robot.py": "from .vendor import DobotDllType",
+        })  # fmt: skip
+        program = overlooked(folder, "main.py")
+        assert _script.which_dobotdll(program.sources, folder, program.wrappers) == "v2", spelling
+
+
+@pytest.mark.parametrize("kept", [True, False])
+@pytest.mark.parametrize(
+    "spelling",
+    [
+        "import DobotDllType as dType",
+        "import lib.DobotDllType as dType",
+        "from lib import DobotDllType as dType",
+        "from DobotDLL.python import DobotDllType as dType",
+        "from lib.DobotDllType import *\nimport lib.DobotDllType as dType",
+        "from robot import dType",
+    ],
+)
+def test_the_vendor_s_wrapper_is_stood_in_for_wherever_it_lies(tmp_path: Path, spelling: str, kept: bool) -> None:
+    written(tmp_path, {"robot/__init__.py": "from . import DobotDllType as dType"})
+    if kept:
+        copy = "masterId = 0\nraise SystemExit('the copy of the wrapper')"
+        places = ("", "lib/", "robot/", "DobotDLL/python/")
+        written(tmp_path, {f"{place}DobotDllType.py": copy for place in places})
+    script = f"{spelling}\napi = dType.load()\nprint(dType.ConnectDobot(api, '', 115200)[0])"
+    done = run(script, tmp_path, MAGICIAN_PORT="sim")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "0\n", "")
+
+
+def test_a_program_of_the_wrapper_finds_the_queue_started(tmp_path: Path) -> None:
+    """Of programs that never start it; what another program has left in the queue is not set going."""
+    program = """
+import DobotDllType as dType
+from magician.compat import _line
+api = dType.load()
+assert dType.ConnectDobot(api, "COM3", 115200)[0] == 0
+index = dType.SetWAITCmd(api, 1, 1)[0]
+while dType.GetQueuedCmdCurrentIndex(api)[0] < index:
+    pass
+print("waited")
+dType.SetQueuedCmdStopExec(api)
+dType.SetWAITCmd(api, 1, 1)
+dType.DisconnectDobot(api)
+dType.ConnectDobot(api, "COM3", 115200)
+print(_line._benches[0].cell.state()["waiting"])
+"""
+    done = run(program, tmp_path, MAGICIAN_PORT="sim")
+    assert (done.returncode, done.stdout) == (0, "waited\n1\n"), done.stderr
 
 
 # Ctrl-C.

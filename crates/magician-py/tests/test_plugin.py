@@ -37,5 +37,5 @@ def test_fixtures_and_marks(pytester: pytest.Pytester) -> None:
     pytester.makefile(".toml", cell=CELL)
     result = pytester.runpytest_subprocess("--strict-markers")
     result.assert_outcomes(passed=3, failed=1)
-    result.stdout.fnmatch_lines(["*virtual arm*", "<VirtualArm here at x 199.4*", "alarms: 0x00 RESET_OCCURRED"])
+    result.stdout.fnmatch_lines(["*virtual arm*", "<VirtualArm here at x 259.1*", "alarms: 0x00 RESET_OCCURRED"])
     assert "scenario(file_or_text)" in pytester.runpytest_subprocess("--markers").stdout.str()

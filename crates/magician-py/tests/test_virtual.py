@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import magician
 import pytest
@@ -145,7 +146,7 @@ def test_a_pen_leaves_its_drawing(scenarios: Path, samples: Path, tmp_path: Path
 def test_an_arm_shows_itself() -> None:
     cell = VirtualArm(CELL)
     arm = cell.arm()
-    assert "x 199.4" in arm.picture().svg and in_notebook(arm) == arm.picture().svg
+    assert "x 259.1" in arm.picture().svg and in_notebook(arm) == arm.picture().svg
     # The world's picture knows the tool that is really on it.
     assert "x 259.1" in cell.picture().svg and "red cube" in cell.picture().svg
 
@@ -176,3 +177,16 @@ def test_inputs_that_are_none(virtual_arm: VirtualArm) -> None:
             virtual_arm.set_input(address, True)
         with pytest.raises(InvalidInputError, match=f"address is {address}; .* from 1 to 20"):
             virtual_arm.set_analog(address, 0)
+
+@pytest.mark.parametrize(("tool", "x"), [(None, 259.104), ("none", 199.404), ("pen", 260.404), ((70, 0, 0), 269.404)])
+def test_an_arm_has_the_tool_that_was_chosen(tool: Any, x: float) -> None:
+    assert VirtualArm(tool=tool).position.x == pytest.approx(x, abs=1e-3)
+    with VirtualArm(tool=tool).arm() as arm:
+        assert arm.pose().x == pytest.approx(x, abs=1e-3)
+
+
+def test_a_tool_that_is_none_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="hammer"):
+        VirtualArm(tool="hammer")  # type: ignore[arg-type]
+    with pytest.raises(InvalidInputError, match="2 numbers"):
+        VirtualArm(tool=(1, 2))

@@ -1,6 +1,6 @@
 //! The controller as those who hold it see it.
 
-use magician_motion::JointAngles;
+use magician_motion::{JointAngles, ToolBias};
 use magician_protocol::{Event as Found, Frame, FrameBuf, Row};
 
 use crate::core::Core;
@@ -64,12 +64,29 @@ impl Controller {
         Self::in_world(profile, World::default())
     }
 
-    /// Switches on an arm with this firmware in this world. A scenario may say where its base really stands, or that
-    /// it has been homed.
+    /// Switches on an arm with this firmware in this world. A scenario may say where its base really stands, that it has
+    /// been homed, or which tool is on it.
     #[must_use]
     pub fn in_world(profile: Profile, world: World) -> Self {
         let flash = Flash::new(&profile);
         Self::with_flash(profile, world, flash)
+    }
+
+    /// The same arm, but with another tool chosen before it was switched on; it keeps that through a reset. The profile and
+    /// a scenario say which one otherwise.
+    ///
+    /// ```
+    /// use magician_motion::ToolBias;
+    /// use magician_sim::Controller;
+    ///
+    /// assert_eq!(Controller::default().state().pose.x.round(), 259.0);
+    /// let arm = Controller::default().with_tool(ToolBias::NONE);
+    /// assert_eq!(arm.state().pose.x.round(), 199.0);
+    /// ```
+    #[must_use]
+    pub fn with_tool(mut self, tool: ToolBias) -> Self {
+        self.core.had_tool(tool);
+        self
     }
 
     /// The same arm, but switched on while it really stood there, deg: J1 reads what it reads at power-up wherever the

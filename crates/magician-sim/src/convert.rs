@@ -28,6 +28,16 @@ pub(crate) fn pose_to_wire(arm: &ArmState) -> commands::Pose {
     }
 }
 
+/// The bias of a tool as a host sets it.
+pub(crate) fn tool_to_wire(tool: ToolBias) -> commands::EndEffectorParams {
+    let [x_bias, y_bias, z_bias] = to_wire([tool.x, tool.y, tool.z]);
+    commands::EndEffectorParams {
+        x_bias,
+        y_bias,
+        z_bias,
+    }
+}
+
 impl Core {
     /// The arm with the tool bias that is set now.
     pub(crate) fn geometry(&self) -> Geometry {
@@ -83,14 +93,10 @@ impl Core {
         }
     }
 
-    /// Where homing ends: the point that was set, else the profile's joints.
-    pub(crate) fn home_point(&self) -> Target {
-        match self.settings.home {
-            Some(commands::HomeParams { x, y, z, r }) => {
-                Target::Pose(Pose::from(from_wire([x, y, z, r])))
-            }
-            None => Target::Joints(self.profile.home_joints()),
-        }
+    /// The home point that was set, if one was.
+    pub(crate) fn home_point(&self) -> Option<Target> {
+        let commands::HomeParams { x, y, z, r } = self.settings.home?;
+        Some(Target::Pose(Pose::from(from_wire([x, y, z, r]))))
     }
 
     /// How high jumps go now.

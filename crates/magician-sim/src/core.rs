@@ -190,6 +190,9 @@ impl Core {
         let held = self.alarms.held();
         if self.alarms.raise(code) {
             self.log.push(Event::AlarmRaised { code });
+            if Alarm::is_kinematic(code) && self.settings.bias.is_zero() {
+                self.log.push(Event::ToolUnknown { code });
+            }
         }
         if !Alarm::blocks(code) {
             self.rests_on(Basis::QuietAlarms);

@@ -81,6 +81,13 @@ pub enum Event {
         /// Its code.
         code: u8,
     },
+    /// A pose was out of reach for an arm whose tool bias is 0: it may be in reach of the tool that is really on it.
+    ToolUnknown {
+        /// The alarm.
+        code: u8,
+    },
+    /// The home point is out of reach: homing ends at the joints at which it ends when none is set.
+    HomeOutOfReach,
     /// An alarm no longer stands.
     AlarmCleared {
         /// Its code.

@@ -1,8 +1,9 @@
 //! What happens to the controller from outside its protocol: keys, hands, faults.
 
-use magician_motion::{JointAngles, Range};
+use magician_motion::{JointAngles, Range, ToolBias};
 
 use crate::chapter::teach::Teaching;
+use crate::convert::tool_to_wire;
 use crate::core::Core;
 use crate::dispatch::Step;
 use crate::event::Event;
@@ -10,7 +11,7 @@ use crate::fidelity::Basis;
 use crate::flash::Flash;
 use crate::scenario::Arm;
 use crate::world::{Drawing, Happening, Look, Press};
-use crate::{Micros, Profile, World};
+use crate::{Micros, Profile, Scenario, World};
 
 /// The cable between the arm and its host, for those who carry the bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,7 +134,10 @@ impl Core {
     }
 
     /// The controller is switched on in a world, which may know how the arm stands.
-    pub(crate) fn switched_on(profile: Profile, world: World, flash: Flash) -> Self {
+    pub(crate) fn switched_on(mut profile: Profile, world: World, flash: Flash) -> Self {
+        if let Some(tool) = world.scenario().and_then(Scenario::chosen_tool) {
+            profile.power_up.tool = tool.bias();
+        }
         let mut core = Self::new(profile, world, flash);
         let stands = core.world.scenario().map(|scenario| *scenario.arm());
         if let Some(Arm { base_angle, homed }) = stands {
@@ -143,6 +147,12 @@ impl Core {
             core.homed = homed;
         }
         core
+    }
+
+    /// Another tool was chosen before the controller was switched on.
+    pub(crate) fn had_tool(&mut self, tool: ToolBias) {
+        self.profile.power_up.tool = tool;
+        self.settings.bias = tool_to_wire(tool);
     }
 
     /// The controller was switched on while the arm really stood there.

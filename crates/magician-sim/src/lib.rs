@@ -66,8 +66,8 @@ pub use pins::{PinState, Signal};
 pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, FidelityRules, HandTeaching, Homing, Identity,
     JogDefaults, LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions,
-    Pins, PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Sliding, Stopping, ToolDefaults,
-    Tools, Wifi, WifiDefaults,
+    Pins, PowerUp, Profile, ProfileError, PtpDefaults, QueueRules, Sliding, Stopping, Tools, Wifi,
+    WifiDefaults,
 };
 pub use runner::Runner;
 pub use scenario::{Scenario, ScenarioError};

@@ -4,10 +4,11 @@
 
 use std::sync::LazyLock;
 
-use magician_motion::{JointAngles, Limits, Range};
+use magician_motion::{JointAngles, Limits, Range, ToolBias};
 use serde::Deserialize;
 
 mod check;
+mod tool;
 
 const MAGICIAN_3_6_14: &str = include_str!("../profiles/magician-3.6.14.toml");
 
@@ -114,6 +115,10 @@ pub struct Identity {
 pub struct PowerUp {
     /// The joints it reports before homing, deg.
     pub joints: [f64; 4],
+    /// The tool bias that was chosen before and is kept, mm; in the file, the name of a tool or `[x, y, z]`. A scenario
+    /// that says what tool is on the arm goes before it.
+    #[serde(deserialize_with = "tool::read")]
+    pub tool: ToolBias,
     /// Whether alarm 0x00 stands.
     pub reset_alarm: bool,
     /// Whether the queue runs without a start.
@@ -330,8 +335,6 @@ pub struct Defaults {
     pub cp: CpDefaults,
     /// Arcs.
     pub arc: ArcDefaults,
-    /// The tool.
-    pub tool: ToolDefaults,
     /// Lost steps.
     pub lost_step: LostStepDefaults,
     /// The Wi-Fi module.
@@ -397,14 +400,6 @@ pub struct ArcDefaults {
     pub rotation_acceleration: f32,
     pub velocity_ratio: f32,
     pub acceleration_ratio: f32,
-}
-
-/// The tool bias, mm.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
-pub struct ToolDefaults {
-    pub bias: [f32; 3],
 }
 
 /// The lost-step threshold, deg.

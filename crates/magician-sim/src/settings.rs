@@ -4,6 +4,7 @@ use magician_protocol::commands::*;
 use magician_protocol::{Flag, Handedness, TeachTrigger};
 
 use crate::Profile;
+use crate::convert::tool_to_wire;
 
 /// Ids.
 #[derive(Clone, Copy, Debug, Default)]
@@ -61,11 +62,9 @@ impl Settings {
             ptp,
             cp,
             arc,
-            tool,
             lost_step,
             wifi: _,
         } = &profile.defaults;
-        let [x_bias, y_bias, z_bias] = tool.bias;
         Self {
             told: Ids::default(),
             with_rail: SetDeviceWithL {
@@ -86,11 +85,7 @@ impl Settings {
             orientation: ArmOrientation {
                 orientation: Handedness::Left,
             },
-            bias: EndEffectorParams {
-                x_bias,
-                y_bias,
-                z_bias,
-            },
+            bias: tool_to_wire(profile.power_up.tool),
             jog_joint: JogJointParams {
                 velocity: jog.joint_velocity,
                 acceleration: jog.joint_acceleration,

@@ -3,6 +3,7 @@
 mod arm;
 
 use arm::{SECOND, USB, arm, arm_with, home, joints_to, ptp, running_arm, wait};
+use magician_motion::ToolBias;
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, FrameBuf};
 use magician_sim::{Controller, Event, LimitChoice, Profile};
@@ -59,7 +60,8 @@ fn a_mode_above_9_takes_an_index_does_nothing_and_raises_alarm_1() {
 fn targets_out_of_reach_or_not_numbers_raise_11() {
     let targets = [
         [900.0, 0.0, 0.0, 0.0],
-        [0.0, 0.0, 0.0, 0.0],
+        // The wrist on the axis of the shoulder.
+        [59.7, 0.0, 0.0, 0.0],
         [f32::NAN, 0.0, 0.0, 0.0],
         [200.0, f32::INFINITY, 0.0, 0.0],
         [f32::MAX, f32::MAX, f32::MAX, f32::MAX],
@@ -308,4 +310,45 @@ fn events_that_nobody_reads_are_counted_not_kept() {
     }
     assert_eq!(bench.events().len(), 256);
     assert!(bench.state().events_lost >= 744);
+}
+
+/// What is out of reach of the wrist may be in reach of the tool that is really on it.
+#[test]
+fn a_pose_out_of_reach_of_an_arm_without_a_tool_says_that_its_tool_is_unknown() {
+    let told = |tool: ToolBias, target: [f32; 4]| {
+        let mut bench = arm_with(|profile| profile.power_up.tool = tool);
+        bench.start();
+        bench.events();
+        bench.enqueue(&ptp(1, target));
+        bench.rest();
+        let told = |event: &Event| match event {
+            Event::ToolUnknown { code } => Some(*code),
+            _ => None,
+        };
+        let told: Vec<_> = bench.events().iter().filter_map(told).collect();
+        (bench.alarms(), told)
+    };
+    // In reach of the suction cup only.
+    let far = [300.0, 0.0, 0.0, 0.0];
+    assert_eq!(told(ToolBias::NONE, far), (vec![0x11], vec![0x11]));
+    assert_eq!(told(ToolBias::SUCTION, far), (vec![], vec![]));
+    // J1 at 180 degrees.
+    let behind = [-200.0, 0.0, 0.0, 180.0];
+    assert_eq!(told(ToolBias::NONE, behind), (vec![0x12], vec![0x12]));
+    // With a tool the alarm stands alone, and so does one that the tool has nothing to do with.
+    assert_eq!(
+        told(ToolBias::SUCTION, [900.0, 0.0, 0.0, 0.0]),
+        (vec![0x11], vec![])
+    );
+    let mut bench = arm_with(|profile| profile.power_up.tool = ToolBias::NONE);
+    bench.start();
+    bench.enqueue(&joints_to([170.0, 45.0, 45.0, 0.0]));
+    bench.rest();
+    assert_eq!(bench.alarms(), [0x40]);
+    let events = bench.events();
+    assert!(
+        !events
+            .iter()
+            .any(|event| matches!(event, Event::ToolUnknown { .. }))
+    );
 }

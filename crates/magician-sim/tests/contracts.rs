@@ -3,6 +3,7 @@
 mod arm;
 
 use arm::{SECOND, USB, arm, arm_with, home, homing_lasts, joints_to, ptp, running_arm, wait};
+use magician_motion::ToolBias;
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Flag, FrameBuf, TABLE};
 use magician_sim::{Controller, Event, LinkId, Refusal};
@@ -319,7 +320,7 @@ fn queued_parameters_count_for_the_moves_behind_them_only() {
 /// The bias that is queued behind a move changes the tool's place, not the joints, and what comes after.
 #[test]
 fn a_queued_bias_takes_effect_at_its_turn() {
-    let mut bench = arm();
+    let mut bench = arm_with(|profile| profile.power_up.tool = ToolBias::NONE);
     bench.enqueue(&ptp(1, [220.0, 0.0, 0.0, 0.0]));
     bench.enqueue(&bias(59.7, 0.0));
     bench.enqueue(&ptp(7, [0.0, 10.0, 0.0, 0.0]));
@@ -427,11 +428,11 @@ fn a_mode_above_9_at_once_disturbs_nothing_under_way() {
 #[test]
 fn asking_for_a_time_while_moving_counts_from_where_the_arm_is() {
     let mut bench = running_arm();
-    bench.enqueue(&ptp(2, [199.404_11, 100.0, -8.485_281, 0.0]));
+    bench.enqueue(&ptp(2, [259.104_13, 100.0, -8.485_281, 0.0]));
     bench.pass(SECOND);
     let query = GetPtpTime {
         ptp_mode: magician_protocol::PtpMode::MovlXyz,
-        x: 199.404_11,
+        x: 259.104_13,
         y: 100.0,
         z: -8.485_281,
         r: 0.0,

@@ -5,7 +5,7 @@
 
 mod arm;
 
-use arm::{arm, hex, homing_lasts, running_arm};
+use arm::{arm, arm_with, hex, homing_lasts, running_arm};
 
 #[test]
 fn exchanges_of_a_fresh_arm() {
@@ -14,11 +14,11 @@ fn exchanges_of_a_fresh_arm() {
         ("AA AA 04 03 01 01 00 FB", "AA AA 02 03 01 FC"),
         // a host of today: rail of the second generation
         ("AA AA 04 03 01 01 01 FA", "AA AA 02 03 01 FC"),
-        // computed from the kinematics in binary64: x 199.40411, z -8.485281, J2 and J3 45
+        // computed from the kinematics in binary64: x 259.10413 with the suction cup, z -8.485281, J2 and J3 45
         (
             "AA AA 02 0A 00 F6",
-            "AA AA 22 0A 00 74 67 47 43 00 00 00 00 B6 C3 07 C1 00 00 00 00 \
-             00 00 00 00 00 00 34 42 00 00 34 42 00 00 00 00 64",
+            "AA AA 22 0A 00 54 8D 81 43 00 00 00 00 B6 C3 07 C1 00 00 00 00 \
+             00 00 00 00 00 00 34 42 00 00 34 42 00 00 00 00 24",
         ),
         // captured: jog coordinate parameters, all 60
         (
@@ -42,6 +42,17 @@ fn exchanges_of_a_fresh_arm() {
     for (request, reply) in exchanges {
         arm().exchange(request, reply);
     }
+}
+
+/// An arm that was never told of a tool reports the wrist.
+#[test]
+fn the_pose_without_a_tool() {
+    // computed from the kinematics in binary64: x 199.40411, z -8.485281, J2 and J3 45
+    arm_with(|profile| profile.power_up.tool = magician_motion::ToolBias::NONE).exchange(
+        "AA AA 02 0A 00 F6",
+        "AA AA 22 0A 00 74 67 47 43 00 00 00 00 B6 C3 07 C1 00 00 00 00 \
+         00 00 00 00 00 00 34 42 00 00 34 42 00 00 00 00 64",
+    );
 }
 
 #[test]

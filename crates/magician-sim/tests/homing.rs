@@ -4,12 +4,12 @@ mod arm;
 
 use arm::{
     Bench, SECOND, arm, arm_with, home, homing_lasts, joints_to, running_arm, search_lasts,
-    trapezoid,
+    trapezoid, wait,
 };
 use magician_protocol::Flag;
 use magician_protocol::commands::*;
 use magician_sim::scenario::Scenario;
-use magician_sim::{Controller, Happening, LimitChoice, Micros, Profile, World};
+use magician_sim::{Controller, Event, Happening, LimitChoice, Micros, Profile, World};
 
 /// An arm that really stands there when it is switched on.
 fn standing_at(joints: [f64; 4]) -> Bench {
@@ -186,22 +186,32 @@ fn it_goes_to_the_point_that_was_set() {
 }
 
 #[test]
-fn a_home_point_out_of_reach_is_stored_and_refused_when_homing_gets_there() {
-    let mut bench = running_arm();
-    let point = HomeParams {
-        x: 2000.0,
-        y: f32::NAN,
-        z: 0.0,
-        r: 0.0,
-    };
-    bench.set(&point);
-    assert!(bench.get::<HomeParams>().y.is_nan());
-    bench.enqueue(&home());
-    bench.rest();
-    assert_eq!(bench.alarms(), [0x11]);
-    assert_eq!(bench.current_index(), 1);
-    assert!(bench.state().homed, "the reference was found all the same");
-    assert_eq!(bench.joints(), [-135.0, 45.0, 45.0, 0.0]);
+fn a_home_point_out_of_reach_is_stored_and_passed_over_when_homing_gets_there() {
+    let points = [
+        // The vendor's own demonstration.
+        [200.0, 200.0, 200.0, 200.0],
+        [2000.0, f32::NAN, 0.0, 0.0],
+        // J4 alone is beyond its limit.
+        [259.0, 0.0, 0.0, 160.0],
+    ];
+    for [x, y, z, r] in points {
+        let mut bench = running_arm();
+        bench.set(&HomeParams { x, y, z, r });
+        assert_eq!(
+            bench.get::<HomeParams>().y.to_bits(),
+            y.to_bits(),
+            "stored as it came"
+        );
+        bench.enqueue(&home());
+        bench.enqueue(&wait(0));
+        about(bench.rest(), homing_lasts(0.0));
+        assert!(bench.alarms().is_empty(), "{x} {y} {z} {r}");
+        assert_eq!(bench.current_index(), 2, "and the queue goes on");
+        assert!(bench.state().homed);
+        assert_eq!(bench.joints(), [0.0, 45.0, 45.0, 0.0]);
+        let told = |event: &Event| matches!(event, Event::HomeOutOfReach);
+        assert_eq!(bench.events().iter().filter(|event| told(event)).count(), 1);
+    }
 }
 
 /// Instants within each stage, from the middle: two searching, backing off, both creeps, going home.

@@ -2,11 +2,12 @@
 
 mod arm;
 
-use arm::{SECOND, arm, joints_to, ptp, running_arm};
+use arm::{SECOND, arm, arm_with, joints_to, ptp, running_arm};
+use magician_motion::ToolBias;
 use magician_protocol::commands::*;
 use magician_protocol::{PoCmd, PoList, PtpMode};
 
-const HOME: [f32; 4] = [199.404_11, 0.0, -8.485_281, 0.0];
+const HOME: [f32; 4] = [259.104_13, 0.0, -8.485_281, 0.0];
 
 #[track_caller]
 fn lasts(measured: u64, seconds: f64) {
@@ -41,7 +42,7 @@ fn a_joint_move_of_90_degrees_takes_1_897_s_and_at_full_ratio_1_342_s() {
 #[test]
 fn half_way_through_the_time_is_half_the_way() {
     let mut bench = running_arm();
-    bench.enqueue(&ptp(2, [199.404_11, 100.0, -8.485_281, 0.0]));
+    bench.enqueue(&ptp(2, [259.104_13, 100.0, -8.485_281, 0.0]));
     bench.pass(SECOND);
     let [x, y, z, r] = bench.pose();
     assert!(
@@ -162,7 +163,7 @@ fn a_move_to_where_the_arm_is_finishes_at_once_without_alarm() {
 
 #[test]
 fn the_bias_moves_the_reported_pose_at_once_and_no_joint() {
-    let mut bench = arm();
+    let mut bench = arm_with(|profile| profile.power_up.tool = ToolBias::NONE);
     let joints = bench.joints();
     assert_eq!(bench.pose()[0], 199.404_11);
     bench.suction_bias();

@@ -138,7 +138,7 @@ fn a_path_of_the_host_comes_to_rest_before_it() {
     bench.rest();
     assert_eq!(bench.current_index(), 22);
     // 61 mm along x in two parts, and 10 degrees between them.
-    let (pose, began) = (bench.state().pose, 199.404_113);
+    let (pose, began) = (bench.state().pose, 259.104_13);
     let turned = pose.y.hypot(pose.x) - began;
     assert!((40.0..61.0).contains(&turned), "{turned}");
     assert!(pose.y > 30.0, "{pose:?}");
@@ -182,7 +182,7 @@ fn a_path_in_the_program_flows() {
     });
     long.arm.press(Press::Short);
     long.rest();
-    assert!((long.state().pose.x - 199.404).abs() < 1e-2);
+    assert!((long.state().pose.x - 259.104).abs() < 1e-2);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Firmware profiles: read, checked, refused with a reason.
 
+use magician_motion::ToolBias;
 use magician_sim::{Profile, ProfileError};
 
 fn changed(from: &str, to: &str) -> Result<Profile, ProfileError> {
@@ -18,9 +19,11 @@ fn the_built_in_profile_is_the_default() {
 #[test]
 fn every_value_of_the_built_in_profile_says_whence_it_comes() {
     let mut commented = 0;
+    let mut above = "";
     for line in Profile::BUILT_IN.lines() {
+        let follows_comment = std::mem::replace(&mut above, line).starts_with('#');
         if line.contains(" = ") && !line.trim_start().starts_with('#') && !line.ends_with('[') {
-            assert!(line.contains('#'), "{line}");
+            assert!(line.contains('#') || follows_comment, "{line}");
             commented += 1;
         }
     }
@@ -79,9 +82,9 @@ fn values_that_make_no_sense_are_refused_by_name() {
             "defaults.lost_step.threshold",
         ),
         (
-            "bias = [0.0, 0.0, 0.0]",
-            "bias = [0.0, nan, 0.0]",
-            "defaults.tool.bias",
+            "tool = \"suction\"",
+            "tool = [0.0, nan, 0.0]",
+            "power_up.tool",
         ),
         (
             "plan_acceleration = 100.0",
@@ -107,6 +110,33 @@ fn values_that_make_no_sense_are_refused_by_name() {
     ] {
         let error = changed(from, to).expect_err(to).to_string();
         assert!(error.contains(name), "{to}: {error}");
+    }
+}
+
+#[test]
+fn the_tool_at_power_up_has_a_name_or_a_bias() {
+    let tool =
+        |text: &str| changed("tool = \"suction\"", text).map(|profile| profile.power_up.tool);
+    assert_eq!(Profile::default().power_up.tool, ToolBias::SUCTION);
+    for (text, bias) in [
+        ("tool = \"none\"", ToolBias::NONE),
+        ("tool = \"Pen\"", ToolBias::PEN),
+        ("tool = \"61,0,5\"", ToolBias::new(61.0, 0.0, 5.0)),
+        ("tool = [70, 1.5, 0]", ToolBias::new(70.0, 1.5, 0.0)),
+    ] {
+        assert_eq!(tool(text).unwrap(), bias, "{text}");
+    }
+    for text in [
+        "tool = \"hammer\"",
+        "tool = [1, 2]",
+        "tool = [1, 2, 3, 4]",
+        "tool = 5",
+    ] {
+        let error = tool(text).expect_err(text).to_string();
+        assert!(
+            error.contains("none, suction, gripper, pen or laser"),
+            "{text}: {error}"
+        );
     }
 }
 

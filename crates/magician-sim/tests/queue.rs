@@ -275,8 +275,8 @@ fn a_queued_frame_of_the_wrong_size_takes_an_index_and_does_nothing() {
 #[test]
 fn motions_run_one_after_the_other_each_from_rest() {
     let mut bench = running_arm();
-    bench.enqueue(&ptp(2, [199.404_11, 100.0, -8.485_281, 0.0]));
-    bench.enqueue(&ptp(2, [199.404_11, 0.0, -8.485_281, 0.0]));
+    bench.enqueue(&ptp(2, [259.104_13, 100.0, -8.485_281, 0.0]));
+    bench.enqueue(&ptp(2, [259.104_13, 0.0, -8.485_281, 0.0]));
     assert_eq!(bench.rest(), 4 * SECOND);
     assert_eq!(bench.current_index(), 2);
 }

@@ -2,10 +2,11 @@
 
 mod arm;
 
-use arm::{arm, arm_with, running_arm};
+use arm::{Bench, arm, arm_with, running_arm};
+use magician_motion::ToolBias;
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, FieldType, Flag, IoFunction, Row, TABLE, Text};
-use magician_sim::Event;
+use magician_sim::{Controller, Event, Happening, Profile, Scenario, World};
 
 /// Bytes that are no number's natural value: NaN payloads, signalling NaNs, subnormals among them.
 fn pattern(count: usize, seed: u8) -> Vec<u8> {
@@ -179,11 +180,11 @@ fn defaults_are_the_models() {
     let arc = bench.get::<ArcCommonParams>();
     assert_eq!((arc.velocity_ratio, arc.acceleration_ratio), (100.0, 100.0));
     let bias = bench.get::<EndEffectorParams>();
-    assert_eq!([bias.x_bias, bias.y_bias, bias.z_bias], [0.0; 3]);
+    assert_eq!([bias.x_bias, bias.y_bias, bias.z_bias], [59.7, 0.0, 0.0]);
     let home = bench.get::<HomeParams>();
     assert_eq!(
         [home.x, home.y, home.z, home.r],
-        [199.404_11, 0.0, -8.485_281, 0.0]
+        [259.104_13, 0.0, -8.485_281, 0.0]
     );
     assert_eq!(bench.get::<UserParams>().params, [0.0; 8]);
     assert_eq!(bench.get::<PoseL>().pose_l, 0.0);
@@ -333,4 +334,39 @@ fn what_is_not_simulated_says_so_and_finishes() {
         .any(|event| matches!(event, Event::NotSimulated { row } if row.id == 32));
     assert!(told, "{}", row.name);
     assert_eq!(bench.current_index(), 1);
+}
+
+/// An arm keeps the tool that was chosen before: a host's choice lasts until a reset, what the profile, a scenario or the
+/// one who switched it on chose, for good.
+#[test]
+fn the_tool_at_power_up_is_the_one_that_was_chosen() {
+    let bias = |arm: Controller| {
+        let mut bench = Bench { arm };
+        let mut x = || bench.get::<EndEffectorParams>().x_bias;
+        let first = x();
+        bench.set(&EndEffectorParams {
+            x_bias: 5.0,
+            y_bias: 0.0,
+            z_bias: 0.0,
+        });
+        bench.arm.inject(Happening::Reset);
+        (first, bench.get::<EndEffectorParams>().x_bias)
+    };
+    let in_world = |text: &str| {
+        let world = World::from_scenario(&Scenario::from_toml(text).unwrap());
+        Controller::in_world(Profile::default(), world)
+    };
+    assert_eq!(bias(Controller::default()), (59.7, 59.7));
+    assert_eq!(
+        bias(Controller::default().with_tool(ToolBias::NONE)),
+        (0.0, 0.0)
+    );
+    let mut profile = Profile::default();
+    profile.power_up.tool = ToolBias::PEN;
+    assert_eq!(bias(Controller::new(profile)), (61.0, 61.0));
+    assert_eq!(bias(in_world("[tool]\nkind = \"laser\"")), (70.0, 70.0));
+    assert_eq!(bias(in_world("[tool]\nkind = \"none\"")), (0.0, 0.0));
+    assert_eq!(bias(in_world("[table]\nheight = -60")), (59.7, 59.7));
+    let chosen = in_world("[tool]\nkind = \"laser\"").with_tool(ToolBias::PEN);
+    assert_eq!(bias(chosen), (61.0, 61.0));
 }

@@ -236,8 +236,8 @@ impl Error {
         self
     }
 
-    /// Alarms that hold the queue.
-    pub(crate) fn alarm(alarms: AlarmSet) -> Self {
+    /// Alarms that hold the queue; `tool_unknown` is whether they may come from a tool that the arm was never told of.
+    pub(crate) fn alarm(alarms: AlarmSet, tool_unknown: bool) -> Self {
         let mut message = String::from("the arm stopped with an alarm");
         for code in alarms.codes().filter(|code| Alarm::blocks(*code)) {
             match Alarm::with_code(code) {
@@ -249,6 +249,10 @@ impl Error {
                 }
                 None => message += &format!("; {code:#04x}: unknown to this program"),
             }
+        }
+        if tool_unknown {
+            message += "; ";
+            message += Alarm::TOOL_UNKNOWN;
         }
         message += "; `magician alarms --clear` lets the queue go on";
         let mut error = Self::new(ErrorKind::Alarm, message);
@@ -379,7 +383,7 @@ mod tests {
 
     #[test]
     fn an_alarm_names_cause_cure_and_the_command_that_clears() {
-        let error = Error::alarm([0x00, 0x12].into_iter().collect());
+        let error = Error::alarm([0x00, 0x12].into_iter().collect(), false);
         let message = error.to_string();
         assert!(message.contains("0x12 PlanInvLimit"), "{message}");
         assert!(

@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use magician_motion::ToolBias;
 use magician_sim::{Controller, Line, Micros, Profile, Runner, Scenario, Speed, State, World};
 
 use crate::SimSpeed;
@@ -20,7 +21,7 @@ pub(crate) use cell::Cell;
 /// A cell with a cube and a belt, and a program that puts one on the other:
 ///
 /// ```
-/// use magician::{Options, ToolBias, VirtualArm, blocking::Arm, sim::Scenario, words};
+/// use magician::{Options, VirtualArm, blocking::Arm, sim::Scenario, words};
 ///
 /// let scenario = Scenario::from_toml(r#"
 ///     tool = { kind = "suction" }
@@ -31,7 +32,6 @@ pub(crate) use cell::Cell;
 /// let cell = VirtualArm::in_scenario(&scenario);
 /// let arm = Arm::simulated(cell.clone(), Options::default())?;
 /// arm.perform(&[
-///     words::tool(ToolBias::SUCTION),
 ///     words::jump_to(220.0, 80.0, -40.0, 0.0),
 ///     words::suction(true),
 ///     words::wait(std::time::Duration::from_millis(500)),
@@ -96,6 +96,22 @@ impl VirtualArm {
     #[must_use]
     pub fn in_scenario(scenario: &Scenario) -> Self {
         Controller::in_world(Profile::default(), World::from_scenario(scenario)).into()
+    }
+
+    /// The same arm with another tool chosen before it was switched on: its poses are those of that tool. It has the suction cup
+    /// unless its scenario says otherwise; [`ToolBias::NONE`] is an arm that was never told of a tool.
+    ///
+    /// ```
+    /// use magician::{ToolBias, VirtualArm};
+    ///
+    /// assert_eq!(VirtualArm::default().state().pose.x.round(), 259.0);
+    /// let arm = VirtualArm::default().tool(ToolBias::NONE);
+    /// assert_eq!(arm.state().pose.x.round(), 199.0);
+    /// ```
+    #[must_use]
+    pub fn tool(self, tool: ToolBias) -> Self {
+        self.with(|arm| *arm = arm.clone().with_tool(tool));
+        self
     }
 
     /// The same arm in virtual time: its clock runs only for what the arm does, which takes no time as at full speed, and

@@ -44,7 +44,8 @@ fn send(arm: &mut Controller, set: &Set, ctrl: Ctrl) {
 
 /// Runs it from its start to where everything rests.
 pub(super) fn run(mode: &Mode) -> Run {
-    let mut arm = Controller::default();
+    // The pictures show the wrist.
+    let mut arm = Controller::default().with_tool(magician_motion::ToolBias::NONE);
     let clear = Set::ClearAllAlarmsState(magician_protocol::commands::ClearAllAlarmsState {});
     send(&mut arm, &clear, Ctrl::SET);
     let start = Set::QueuedCmdStartExec(magician_protocol::commands::QueuedCmdStartExec {});

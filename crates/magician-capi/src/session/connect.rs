@@ -207,7 +207,10 @@ impl Registry {
             false => self.patience.network,
         };
         let silence = match blocking::Arm::connect_with(target, options.clone().timeout(patience)) {
-            Ok(arm) => return Ok(Met::Arm(self.session(arm, None, true))),
+            Ok(arm) => {
+                start(&arm);
+                return Ok(Met::Arm(self.session(arm, None, true)));
+            }
             Err(error) if is_silence(error.kind()) => error,
             Err(error) => return Err(error),
         };
@@ -224,16 +227,20 @@ impl Registry {
 
     fn open_virtual(&self, lease: Lease, options: Options) -> magician::Result<Met> {
         let arm = blocking::Arm::simulated(lease.arm.clone(), options.timeout(LONG))?;
-        if lease.fresh {
-            // As an arm in the field usually is.
-            arm.start_queue()?;
-        }
+        start(&arm);
         Ok(Met::Arm(self.session(arm, Some(lease), true)))
     }
 
     fn session(&self, arm: blocking::Arm, lease: Option<Lease>, based: bool) -> Session {
         let standing = self.patience.standing;
         Session::new(arm, Arc::clone(self.allowed()), lease, based, standing)
+    }
+}
+
+/// Starts an empty queue, as the programs expect that were written on an arm which another one had started.
+fn start(arm: &blocking::Arm) {
+    if let Err(error) = arm.start_empty_queue() {
+        notice::warn(NAME, &format!("the queue was not started: {error}"));
     }
 }
 

@@ -24,8 +24,6 @@ struct Member {
 #[derive(Debug)]
 pub(super) struct Lease {
     pub(super) arm: VirtualArm,
-    /// Nobody has been connected to it before.
-    pub(super) fresh: bool,
     taken: Arc<AtomicBool>,
 }
 
@@ -39,7 +37,6 @@ impl Pool {
         if let Some(member) = free {
             return Lease {
                 arm: member.arm.clone(),
-                fresh: false,
                 taken: Arc::clone(&member.taken),
             };
         }
@@ -50,11 +47,7 @@ impl Pool {
             arm: arm.clone(),
             taken: Arc::clone(&taken),
         });
-        Lease {
-            arm,
-            fresh: true,
-            taken,
-        }
+        Lease { arm, taken }
     }
 }
 

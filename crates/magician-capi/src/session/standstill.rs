@@ -87,6 +87,7 @@ impl Standstill {
         let (Ok(alarms), Ok(pose)) = (arm.alarms(), arm.get::<Pose>()) else {
             return;
         };
+        let tool_unknown = arm.tool_is_unknown(&alarms).unwrap_or(false);
         let mut seen = lock(&self.seen);
         seen.pose = Some(pose);
         let still = before == Some(pose);
@@ -94,7 +95,7 @@ impl Standstill {
         let pause = self.patience * if quiet.is_some() { QUIET } else { PAUSE };
         let why = match alarms.blocking() {
             _ if seen.told => return,
-            true if quiet != Some(true) => held(&alarms),
+            true if quiet != Some(true) => held(&alarms, tool_unknown),
             _ if still && stood >= pause => {
                 "the arm stands still. If it should not, SetQueuedCmdStartExec lets the queue run, and ClearAllAlarmsState \
                  before it, if an alarm came and went"
@@ -140,9 +141,9 @@ impl Standstill {
 }
 
 /// Which alarms hold the queue, and what to do.
-fn held(alarms: &AlarmSet) -> String {
+fn held(alarms: &AlarmSet, tool_unknown: bool) -> String {
     let codes = alarms.codes().filter(|code| Alarm::blocks(*code));
-    let named: Vec<String> = codes
+    let mut named: Vec<String> = codes
         .map(|code| match Alarm::with_code(code) {
             Some(alarm) => format!(
                 "{code:#04X} {}: {} ({})",
@@ -151,6 +152,9 @@ fn held(alarms: &AlarmSet) -> String {
             None => format!("{code:#04X}, which has no name"),
         })
         .collect();
+    if tool_unknown {
+        named.push(Alarm::TOOL_UNKNOWN.to_owned());
+    }
     let named = named.join("; ").replace("0X", "0x");
     format!("an alarm keeps the queue from running: {named}; ClearAllAlarmsState lets it go on")
 }

@@ -36,7 +36,7 @@ enum Loses {
 const LONG: u32 = 120_000;
 const SHORT: u32 = 1_500;
 
-/// A virtual arm behind a bridge to TCP. Its queue is stopped.
+/// A virtual arm behind a bridge to TCP.
 struct Bridge {
     arm: VirtualArm,
     address: SocketAddr,
@@ -95,14 +95,17 @@ impl Bridge {
         registry.set_timeout(0, patience);
     }
 
-    /// Connected to it.
+    fn connect(&self, registry: &Registry) {
+        let name = format!("tcp:{}", self.address);
+        assert_eq!(connect_v1(registry, &name).code, 0);
+        registry.set_timeout(0, LONG);
+    }
+
+    /// Connected to it, its queue stopped.
     fn registry(&self) -> Registry {
         let registry = registry();
-        assert_eq!(
-            connect_v1(&registry, &format!("tcp:{}", self.address)).code,
-            0
-        );
-        registry.set_timeout(0, LONG);
+        self.connect(&registry);
+        assert_eq!(stop(&registry), 0);
         registry
     }
 
@@ -155,6 +158,24 @@ fn stop(registry: &Registry) -> i32 {
     run(registry, "SetQueuedCmdStopExec", 0, |arm| {
         call::set(arm, &QueuedCmdStopExec {})
     })
+}
+
+/// As on an arm that another program had started; what another one has left in the queue is not set going.
+#[test]
+fn connecting_starts_an_empty_queue_and_no_other() {
+    let bridge = Bridge::new();
+    let started = || bridge.arm.state().queue.started;
+    assert!(!started(), "as at power-up");
+    let registry = registry();
+    bridge.connect(&registry);
+    assert!(started());
+    assert_eq!(stop(&registry), 0);
+    bridge.connect(&registry);
+    assert!(started(), "nothing waits in it");
+    assert_eq!(stop(&registry), 0);
+    assert_eq!(home(&registry), (0, 1));
+    bridge.connect(&registry);
+    assert_eq!((started(), bridge.queued()), (false, 1));
 }
 
 #[test]

@@ -18,6 +18,9 @@ pub(crate) struct Alarms {
 #[derive(Serialize)]
 struct List {
     alarms: Vec<Entry>,
+    /// A pose was out of reach, and the arm was never told of a tool.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    tool_unknown: bool,
 }
 
 #[derive(Serialize)]
@@ -34,16 +37,19 @@ impl Alarms {
         if self.clear {
             context.permit_queue()?;
         }
-        let alarms = context.with_arm(async |arm, _| {
+        let (alarms, tool_unknown) = context.with_arm(async |arm, _| {
             if self.clear {
                 arm.clear_alarms().await?;
             }
-            Ok(arm.alarms().await?)
+            let alarms = arm.alarms().await?;
+            let tool_unknown = arm.tool_is_unknown(&alarms).await?;
+            Ok((alarms, tool_unknown))
         })?;
         let list = List {
             alarms: entries(&alarms),
+            tool_unknown,
         };
-        context.show(&list, |out| write(&list.alarms, self.clear, out))
+        context.show(&list, |out| write(&list, self.clear, out))
     }
 }
 
@@ -61,7 +67,8 @@ fn entries(alarms: &AlarmSet) -> Vec<Entry> {
     alarms.codes().map(entry).collect()
 }
 
-fn write(alarms: &[Entry], cleared: bool, out: &mut Output) -> Result<(), Failure> {
+fn write(list: &List, cleared: bool, out: &mut Output) -> Result<(), Failure> {
+    let alarms = &list.alarms;
     if alarms.is_empty() {
         return out.line(if cleared {
             "cleared, no alarms"
@@ -83,6 +90,9 @@ fn write(alarms: &[Entry], cleared: bool, out: &mut Output) -> Result<(), Failur
             out.line(format_args!("     cause: {cause}"))?;
             out.line(format_args!("     cure:  {cure}"))?;
         }
+    }
+    if list.tool_unknown {
+        note(Alarm::TOOL_UNKNOWN, out)?;
     }
     if !cleared {
         note("`magician alarms --clear` clears them", out)?;

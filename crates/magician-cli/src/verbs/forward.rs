@@ -40,7 +40,7 @@ impl Forward {
         if !joints.is_finite() {
             return Err(Failure::invalid("the joint angles must be finite numbers"));
         }
-        let pose = Geometry::magician(self.of.tool.0).forward(&joints);
+        let pose = Geometry::magician(self.of.tool).forward(&joints);
         let [x, y, z, r] = pose.to_array().map(|value| value + 0.0);
         context.show(&Answer { x, y, z, r }, |out| {
             let mut columns = Columns::default();

@@ -37,8 +37,7 @@ struct Answer {
 impl Inverse {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let pose = Pose::new(self.x, self.y, self.z, self.r);
-        let joints =
-            Geometry::magician(self.of.tool.0).inverse_within(&pose, &Limits::CONTROLLER)?;
+        let joints = Geometry::magician(self.of.tool).inverse_within(&pose, &Limits::CONTROLLER)?;
         let [j1, j2, j3, j4] = joints.to_array().map(|value| value + 0.0);
         context.show(&Answer { j1, j2, j3, j4 }, |out| {
             let mut columns = Columns::default();

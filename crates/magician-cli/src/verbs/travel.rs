@@ -3,12 +3,12 @@
 use std::cell::Cell;
 
 use clap::Args;
-use magician::{Arm, QueueIndex, RunOptions, Set, commands, words};
+use magician::{Arm, QueueIndex, RunOptions, Set, ToolBias, commands, words};
 use serde::Serialize;
 use tokio::sync::Notify;
 
 use super::pose::Answer;
-use crate::args::{Tool, number};
+use crate::args::number;
 use crate::context::Context;
 use crate::debts::Debts;
 use crate::failure::Failure;
@@ -58,7 +58,7 @@ pub(crate) struct Move {
     /// Tool that the pose is for: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; the
     /// arm keeps it
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
-    tool: Option<Tool>,
+    tool: Option<ToolBias>,
     /// Return as soon as the arm has taken the command
     #[arg(long)]
     no_wait: bool,
@@ -156,7 +156,7 @@ impl Move {
         arm.check_dark().await?;
         let pose = arm.get::<commands::Pose>().await?;
         let mut commands = Vec::new();
-        if let Some(Tool(bias)) = self.tool {
+        if let Some(bias) = self.tool {
             commands.push(words::tool(bias));
         }
         let travel = self.travel(&pose);

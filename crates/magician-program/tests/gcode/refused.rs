@@ -155,7 +155,7 @@ fn accepted_or_refused(text: &str) -> bool {
         return false;
     };
     let report = check(&plan, &start);
-    let cell = VirtualArm::default();
+    let cell = VirtualArm::default().tool(ToolBias::NONE);
     let arm = Arm::simulated(cell.clone(), Options::default()).expect("an arm");
     let before = cell.state();
     let commands: Vec<Set> = plan.commands().collect();

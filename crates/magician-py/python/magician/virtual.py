@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from . import _magician
+from . import _magician, words
 from ._arguments import flag, number, numbers, whole
 from ._blocking import Arm
 from ._bound import Bound
@@ -149,6 +149,7 @@ class VirtualArm(Bound):
         scenario: str | os.PathLike[str] | None = None,
         *,
         speed: float | Literal["max"] | None = None,
+        tool: words.Tool | Sequence[float] | None = None,
     ) -> None:
         """Switches on a virtual arm.
 
@@ -157,13 +158,16 @@ class VirtualArm(Bound):
         :param speed: How many times as fast as a real arm, 1 being real time; ``"max"`` for no time while the arm is
             busy and real time else, as the port ``"sim"``. Without it the clock runs for what the arm does, and for
             :meth:`advance`.
-        :raises InvalidInputError: The scenario is none, with line and column, or the speed is not above 0.
+        :param tool: The tool that was chosen before it was switched on, by its name or its bias (x, y, z) in mm.
+            Without it that of the scenario, else ``"suction"``; ``"none"`` is an arm that was never told of a tool.
+        :raises InvalidInputError: The scenario has a mistake (with line and column), the speed is not above 0, or the
+            tool is unknown.
         :raises OSError: The file cannot be read.
         """
         if isinstance(speed, str) and speed != "max":
             raise InvalidInputError(f'speed is {speed!r}; it takes a number above 0 (1 is real time) or "max"')
         times = 0.0 if speed == "max" else number("speed", speed, above=0)
-        self._native = _magician.Cell(_text(scenario), times)
+        self._native = _magician.Cell(_text(scenario), times, _bias(tool))
 
     # Talking to it.
 
@@ -369,6 +373,16 @@ class VirtualArm(Bound):
 
     def _repr_svg_(self) -> str:
         return self.picture().svg
+
+
+def _bias(tool: words.Tool | Sequence[float] | None) -> tuple[float, float, float] | None:
+    if tool is None:
+        return None
+    if isinstance(tool, str):
+        told = words.tool(tool)
+        return told.x_bias, told.y_bias, told.z_bias
+    x, y, z = numbers("tool", tool, 3)
+    return x, y, z
 
 
 def _text(scenario: str | os.PathLike[str] | None) -> str | None:

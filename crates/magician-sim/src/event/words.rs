@@ -64,6 +64,10 @@ impl fmt::Display for InWords<'_> {
                 write!(f, "rests on {kind} ({section}): {says}")
             }
             Event::AlarmRaised { code } => write!(f, "alarm {} raised", Code(code)),
+            Event::ToolUnknown { code } => write!(f, "{}: {}", Code(code), Alarm::TOOL_UNKNOWN),
+            Event::HomeOutOfReach => f.write_str(
+                "the home point is out of reach: homing ends at its usual joints, without an alarm",
+            ),
             Event::AlarmCleared { code } => write!(f, "alarm {} cleared", Code(code)),
             Event::World(incident) => self.objects.incident(f, incident.what),
             Event::Slipped { joint, degrees } => write!(f, "J{joint} slips by {degrees} deg"),

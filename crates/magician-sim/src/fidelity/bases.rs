@@ -11,6 +11,7 @@ list_bases! {
     BaseUnknown Measured "11" "before homing J1 reads 0 wherever the base stood at power-up";
     PowerUpPose Choice "15a" "at power-up the arm stands at joints (0, 45, 45, 0) with J1 reading 0"
         kept "where an arm stands when it is switched on is the scenario's matter";
+    PowerUpTool Measured "6" "at power-up the tool is the one that was chosen before: the suction cup unless something says otherwise";
     ToolBias Measured "2" "the pose is the wrist's, moved by the tool bias, from the moment that the bias is set";
     Zeros Choice "15a" "Kinematics, DeviceInfo, UserParams, UART4PeripheralsModel and the status of the ZDF calibration read as zeros" refused;
     ResetPose Vendor "11" "ResetPose sets what is believed of J2 and J3, or has them read from the sensors";
@@ -79,6 +80,7 @@ list_bases! {
     HomingFigures Choice "15a" "the switch stands at -135, the base backs off 0.5 degrees: 14 s from J1 = 0"
         kept "homing is known, this decides only its time";
     HomePoint Vendor "11" "the home point is the one that was set, else joints (0, 45, 45, 0)";
+    HomeOutOfReach Choice "15a" "homing to a point out of reach ends at joints (0, 45, 45, 0), without an alarm" refused;
     HomeUnset Choice "15a" "HOMEParams before any were set read as the pose of joints (0, 45, 45, 0) with the present bias" refused;
     HomeUnchecked Sibling "11" "HOMEParams are stored without a look at whether the arm gets there";
 

@@ -3,7 +3,7 @@
 //! Every row has its line here: a new one that has none does not compile.
 
 use magician_protocol::commands::*;
-use magician_protocol::{Ctrl, Get, JogCommand, PtpMode, Request, Set};
+use magician_protocol::{Ctrl, Get, JogCommand, PtpMode, Readable, Request, Set};
 
 use super::{Bases, Basis};
 use crate::core::Core;
@@ -64,6 +64,11 @@ impl Core {
                     z_bias,
                 } = self.settings.bias;
                 bases.add_if([x_bias, y_bias, z_bias] != [0.0; 3], Basis::ToolBias);
+                let told = self
+                    .settings
+                    .told
+                    .contains(<EndEffectorParams as Readable>::ROW.id);
+                bases.add_if(!told, Basis::PowerUpTool);
             }
             Get::HhtTrigOutput(_) => bases.add_if(self.has_new_point(), Basis::PointCleared),
             Get::IoDi(GetIoDi { address }) | Get::IoAdc(GetIoAdc { address }) => {

@@ -4,7 +4,9 @@
 //! set. The switch stands where the base really is, so an arm that does not know its base angle finds it. The command
 //! runs through every stage; a stop, another motion or a reset ends it at whichever it is.
 
-use magician_motion::{JointAngles, Limits, Move, MoveKind, Planner, Range, Target};
+use magician_motion::{
+    JointAngles, Limits, MotionError, Move, MoveKind, Plan, Planner, Range, Target,
+};
 use magician_protocol::Writable;
 use magician_protocol::commands::HomeCmd;
 
@@ -12,6 +14,8 @@ use super::plan::alarm_on_the_way;
 use super::{Outputs, Purpose};
 use crate::core::Core;
 use crate::dispatch::Step;
+use crate::event::{Event, Refusal};
+use crate::fidelity::Basis;
 
 /// A part of the search for the switch of J1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,19 +111,38 @@ impl Core {
         self.homed = true;
     }
 
-    /// The end of homing: a joint move to the home point.
+    /// The end of homing: a joint move to the home point. One out of reach is passed over for the joints at which homing
+    /// ends when none is set: the vendor's own demonstration sets such a point and goes on (model section 15a).
     fn go_home(&mut self) -> Step {
-        let request = Move {
-            target: self.home_point(),
-            kind: MoveKind::Joint,
+        let usual = Target::Joints(self.profile.home_joints());
+        let target = self.home_point().unwrap_or(usual);
+        let planned = match self.plan_home(target) {
+            Err(MotionError::Unreachable(_) | MotionError::Limit { .. }) if target != usual => {
+                let id = HomeCmd::ROW.id;
+                if !self.may_rest_on(id, Basis::HomeOutOfReach) {
+                    return self.refuse(id, Refusal::Unplannable);
+                }
+                self.log.push(Event::HomeOutOfReach);
+                self.plan_home(usual)
+            }
+            planned => planned,
         };
-        let planner = self.planner(self.homing_speeds());
-        match planner.plan(&self.arm(), &request) {
-            Ok(plan) => {
-                let alarm = alarm_on_the_way(&request, plan.crossing);
+        match planned {
+            Ok((plan, alarm)) => {
                 self.begin(Purpose::Move, plan.trajectory, alarm, Outputs::default())
             }
             Err(error) => self.unplannable(HomeCmd::ROW.id, &error),
         }
+    }
+
+    /// The joint move to a home point, and the alarm that ends it on the way.
+    fn plan_home(&self, target: Target) -> Result<(Plan, Option<u8>), MotionError> {
+        let request = Move {
+            target,
+            kind: MoveKind::Joint,
+        };
+        let plan = (self.planner(self.homing_speeds())).plan(&self.arm(), &request)?;
+        let alarm = alarm_on_the_way(&request, plan.crossing);
+        Ok((plan, alarm))
     }
 }

@@ -20,6 +20,8 @@ impl Profile {
         self.limits.controller.check("limits.controller")?;
         self.limits.guaranteed.check("limits.guaranteed")?;
         finite("power_up.joints", &self.power_up.joints)?;
+        let tool = self.power_up.tool;
+        finite("power_up.tool", &[tool.x, tool.y, tool.z])?;
         finite("home.joints", &self.home.joints)?;
         turn("home.switch", self.home.switch)?;
         self.check_speeds()?;
@@ -134,19 +136,14 @@ impl Profile {
     /// Numbers that may have any sign.
     fn check_numbers(&self) -> Result<(), ProfileError> {
         let Defaults {
-            ptp,
-            cp,
-            tool,
-            lost_step,
-            ..
+            ptp, cp, lost_step, ..
         } = &self.defaults;
-        let numbers: [(_, &[f32]); 7] = [
+        let numbers: [(_, &[f32]); 6] = [
             ("defaults.ptp.jump_height", &[ptp.jump_height]),
             ("defaults.ptp.z_limit", &[ptp.z_limit]),
             ("defaults.cp.acceleration", &[cp.acceleration]),
             ("defaults.cp.velocity_ratio", &[cp.velocity_ratio]),
             ("defaults.cp.acceleration_ratio", &[cp.acceleration_ratio]),
-            ("defaults.tool.bias", &tool.bias),
             ("defaults.lost_step.threshold", &[lost_step.threshold]),
         ];
         for (name, values) in numbers {

@@ -356,6 +356,8 @@ impl Log {
             Event::QueueFull { .. }
             | Event::Refused { .. }
             | Event::AlarmRaised { .. }
+            | Event::ToolUnknown { .. }
+            | Event::HomeOutOfReach
             | Event::Slipped { .. }
             | Event::Reset
             | Event::Cable { plugged: false }

@@ -9,7 +9,7 @@
 //! |---|---|
 //! | `title` | what the scenario is called |
 //! | `[arm]` | where the base really stands at power-up, whether the arm has been homed |
-//! | `[tool]` | the tool that is really on the arm, how far it gives way |
+//! | `[tool]` | the tool that is really on the arm, and that the controller knows at power-up; how far it gives way |
 //! | `[table]` | a level table; the pen writes on it |
 //! | `[conveyor]` | a belt that a stepper output drives |
 //! | `[[object]]` | a box to pick: size, place, colour, what it stands on |
@@ -69,7 +69,8 @@ pub use setting::{Arm, Beam, Conveyor, Object, On, Sensor, SensorKind, Table, To
 pub struct Scenario {
     title: Option<String>,
     arm: Arm,
-    tool: Tool,
+    /// What it says of the tool, if anything.
+    tool: Option<Tool>,
     table: Option<Table>,
     conveyor: Option<Conveyor>,
     objects: Vec<Object>,
@@ -107,10 +108,16 @@ impl Scenario {
         &self.arm
     }
 
-    /// The tool that is really on the arm.
+    /// The tool that is really on the arm; the suction cup if the scenario says nothing of it.
     #[must_use]
-    pub fn tool(&self) -> &Tool {
-        &self.tool
+    pub fn tool(&self) -> Tool {
+        self.tool.unwrap_or_default()
+    }
+
+    /// The tool that the scenario puts on the arm, if it says so: its bias is then in force at power-up.
+    #[must_use]
+    pub fn chosen_tool(&self) -> Option<Tool> {
+        self.tool
     }
 
     /// The table.

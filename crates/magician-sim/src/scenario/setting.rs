@@ -18,10 +18,9 @@ pub struct Arm {
 }
 
 /// The kind of tool on the arm.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToolKind {
     /// None: what touches is the wrist.
-    #[default]
     None,
     /// The suction cup.
     Suction,
@@ -46,8 +45,9 @@ pub struct Tool {
 }
 
 impl Default for Tool {
+    /// The suction cup, as at power-up.
     fn default() -> Self {
-        Self::new(ToolKind::None)
+        Self::new(ToolKind::Suction)
     }
 }
 

@@ -38,7 +38,7 @@ pub(super) struct Reach<'a> {
 }
 
 impl Reach<'_> {
-    fn tool(&self) -> &Tool {
+    fn tool(&self) -> Tool {
         self.scenario.tool()
     }
 

@@ -149,6 +149,7 @@ pub(crate) const CASES: &[Case] = &[
     (Basis::CommandedPose, |b| _ = ask::<Pose>(b)),
     (Basis::BaseUnknown, |b| _ = ask::<Pose>(b)),
     (Basis::PowerUpPose, |b| _ = ask::<Pose>(b)),
+    (Basis::PowerUpTool, |b| _ = ask::<Pose>(b)),
     (Basis::ToolBias, |b| {
         now(
             b,
@@ -263,6 +264,19 @@ pub(crate) const CASES: &[Case] = &[
     (Basis::HomingSequence, |b| _ = now(b, &home())),
     (Basis::HomingFigures, |b| _ = now(b, &home())),
     (Basis::HomePoint, |b| _ = now(b, &home())),
+    (Basis::HomeOutOfReach, |b| {
+        now(
+            b,
+            &HomeParams {
+                x: 200.0,
+                y: 200.0,
+                z: 200.0,
+                r: 200.0,
+            },
+        );
+        now(b, &home());
+        b.rest();
+    }),
     (Basis::HomeUnset, |b| _ = ask::<HomeParams>(b)),
     (Basis::HomeUnchecked, |b| {
         now(

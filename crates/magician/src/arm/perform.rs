@@ -10,7 +10,7 @@ use super::run::{Ran, RunOptions};
 use crate::connection::Request;
 use crate::preflight::{Needs, refuse};
 use crate::words::{Guards, Preflight, Readings};
-use crate::{Error, ErrorKind, Result};
+use crate::{ErrorKind, Result};
 
 impl Arm {
     /// Checks a program as the arm stands now, before any of it is sent, and runs it.
@@ -51,7 +51,7 @@ impl Arm {
         let homes = matches!(commands.first(), Some(Set::HomeCmd(_)));
         let alarms = self.alarms().await?;
         if guards.alarms && alarms.blocking() && !homes {
-            return Err(Error::alarm(alarms));
+            return Err(self.stopped_by(alarms).await);
         }
         let reset = alarms.contains(Alarm::ResetOccurred);
         let why = "the arm was reset and nobody has homed it since (`magician home`)";

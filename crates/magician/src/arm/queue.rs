@@ -1,10 +1,11 @@
 use magician_protocol::commands::{
-    AlarmsState, ClearAlarmsState, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec,
+    AlarmsState, ClearAlarmsState, EndEffectorParams, QueuedCmdCurrentIndex, QueuedCmdLeftSpace,
+    QueuedCmdStartExec,
 };
-use magician_protocol::{AlarmSet, QueuedCmdIndex};
+use magician_protocol::{Alarm, AlarmSet, QueuedCmdIndex};
 
 use super::Arm;
-use crate::{QueueIndex, Result};
+use crate::{Error, QueueIndex, Result};
 
 /// The queue and the alarms.
 impl Arm {
@@ -14,6 +15,22 @@ impl Arm {
     /// As [`get`](Self::get).
     pub async fn start_queue(&self) -> Result<()> {
         self.set(&QueuedCmdStartExec {}).await
+    }
+
+    /// Lets the queue run if it is empty, and says whether it was: nothing moves by that. An arm is switched on with its queue
+    /// stopped, and programs that were written on one that was started long ago wait for their first command for ever.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub async fn start_empty_queue(&self) -> Result<bool> {
+        let room = self.left_space().await?;
+        let (_, capacity) = self.stats().await?;
+        // What another program has left there is not set going.
+        let empty = room >= capacity;
+        if empty {
+            self.start_queue().await?;
+        }
+        Ok(empty)
     }
 
     /// Free places in the arm's queue.
@@ -41,6 +58,25 @@ impl Arm {
     pub async fn alarms(&self) -> Result<AlarmSet> {
         let read = self.get::<AlarmsState>().await?;
         Ok(read.alarms_state)
+    }
+
+    /// Whether these alarms may come from a tool that the arm was never told of: one of them says that a pose is out of
+    /// reach, and the tool bias is 0. [`Alarm::TOOL_UNKNOWN`] is the sentence for it.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub async fn tool_is_unknown(&self, alarms: &AlarmSet) -> Result<bool> {
+        if !alarms.codes().any(Alarm::is_kinematic) {
+            return Ok(false);
+        }
+        Ok(self.get::<EndEffectorParams>().await?.is_zero())
+    }
+
+    /// The error for a wait that ends with these alarms.
+    pub(super) async fn stopped_by(&self, alarms: AlarmSet) -> Error {
+        // Where the bias cannot be read the alarms speak for themselves.
+        let tool_unknown = self.tool_is_unknown(&alarms).await.unwrap_or(false);
+        Error::alarm(alarms, tool_unknown)
     }
 
     /// Clears the alarms, and with them the hold on the queue if no cause stands any more.

@@ -94,7 +94,7 @@ impl Arm {
     async fn course_from_here(&self, moves: &[Set]) -> Result<Preflight> {
         let alarms = self.alarms().await?;
         if alarms.blocking() {
-            return Err(Error::alarm(alarms));
+            return Err(self.stopped_by(alarms).await);
         }
         let course = self.preflight_for(moves).await?;
         if course.arm().is_none() {

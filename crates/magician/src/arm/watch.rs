@@ -296,7 +296,7 @@ impl Arm {
                 watch.progress.current = again;
                 return Ok(watch.progress);
             }
-            return Err(Error::alarm(alarms));
+            return Err(self.stopped_by(alarms).await);
         }
         if watch.changed.elapsed() >= STANDING {
             self.look_closer(watch, pace).await?;

@@ -279,6 +279,7 @@ same! {
     stop_gentle() -> ();
     stop_jog() -> ();
     start_queue() -> ();
+    start_empty_queue() -> bool;
     clear_queue() -> ();
     home() -> ();
     lift(height: f64) -> Lifted;
@@ -288,6 +289,7 @@ same! {
     check_dark() -> ();
     darken() -> ();
     alarms() -> AlarmSet;
+    tool_is_unknown(alarms: &AlarmSet) -> bool;
     clear_alarms() -> ();
     current_index() -> QueueIndex;
     left_space() -> u32;

@@ -290,8 +290,13 @@ impl Preflight {
             self.at = None;
             return Ok(self.homed());
         };
+        // An arm that cannot get to its home point ends at the joints at which it ends without one (model section 15a).
+        let reached = self.now.geometry().inverse_within(&home, &self.limits);
         let request = Move {
-            target: Target::Pose(home),
+            target: match reached {
+                Ok(_) => Target::Pose(home),
+                Err(_) => Target::Joints(JointAngles::HOME),
+            },
             kind: MoveKind::Joint,
         };
         match self.at {

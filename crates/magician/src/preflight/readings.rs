@@ -50,7 +50,7 @@ impl Default for Readings {
         Self {
             pose: None,
             tool: EndEffectorParams {
-                x_bias: 0.0,
+                x_bias: ToolBias::SUCTION.x as f32,
                 y_bias: 0.0,
                 z_bias: 0.0,
             },

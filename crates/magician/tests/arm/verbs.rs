@@ -64,7 +64,7 @@ async fn moves_in_the_time_it_takes_and_arrives_exactly() {
     let arm = real_time().await;
     let begun = Instant::now();
     let ran = arm
-        .perform(&[words::line_to(199.404, 100.0, -8.485, 0.0)])
+        .perform(&[words::line_to(259.104, 100.0, -8.485, 0.0)])
         .await
         .unwrap();
     assert_eq!(ran.commands, 1);
@@ -75,7 +75,7 @@ async fn moves_in_the_time_it_takes_and_arrives_exactly() {
         "{took:?}"
     );
     let pose: Pose = arm.get().await.unwrap();
-    assert_eq!((pose.x, pose.y, pose.z), (199.404, 100.0, -8.485));
+    assert_eq!((pose.x, pose.y, pose.z), (259.104, 100.0, -8.485));
 }
 
 #[tokio::test(start_paused = true)]

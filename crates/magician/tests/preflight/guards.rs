@@ -119,7 +119,7 @@ fn an_unknown_start_is_left_by_all_joints_together() {
 #[test]
 fn homing_leads_to_where_it_was_told() {
     let mut readings = Readings::default();
-    let (x, y, z, r) = (199.404, 0.0, -8.485, 0.0);
+    let (x, y, z, r) = (259.104, 0.0, -8.485, 0.0);
     readings.home = Some(HomeParams { x, y, z, r });
     let mut check = Preflight::new(&readings);
     let homed = check.check(&words::home()).unwrap();

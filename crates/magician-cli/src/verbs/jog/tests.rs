@@ -32,7 +32,7 @@ fn a_pad_on_a_narrow_and_on_a_wide_terminal() {
             &[
                 "magician jog | arm at a port",
                 "link up",
-                "x    199.40 mm  up down",
+                "x    259.10 mm  up down",
                 "y      0.00 mm  left right",
                 "J2     45.0    -5 ─",
                 "2-3     0.0   -70 ─",

@@ -124,6 +124,11 @@ fn one(line: &str, session: &Global, context: &mut Context) -> Result<(), Failur
         let hint = "give --port to the shell itself";
         return Err(Failure::usage("a shell has one connection").hint(hint));
     }
+    if global.virtual_tool.is_some() {
+        let hint = "give --tool to the shell itself";
+        return Err(Failure::usage("a shell has one arm").hint(hint));
+    }
+    global.virtual_tool = session.virtual_tool;
     global.port.clone_from(&session.port);
     global.trace.clone_from(&session.trace);
     global.faults = session.faults;

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
+use magician_motion::ToolBias;
 use magician_sim::serve::{self, Discovery, Handle, Server, serve_all};
 use magician_sim::{
     Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World, document,
@@ -96,6 +97,10 @@ pub(crate) struct Sim {
     /// At the end, what pen and laser have drawn: .svg in true size, or .png
     #[arg(long, value_name = "FILE", requires = "scenario", value_parser = PathBufValueParser::new().try_map(picture::Picture::at))]
     picture: Option<picture::Picture>,
+    /// Tool that was chosen before the arm was switched on: none (an arm that was never told of one), suction, gripper, pen,
+    /// laser, or its bias X,Y,Z in mm; that of the scenario or the profile, else suction, if not given
+    #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
+    tool: Option<ToolBias>,
     /// Firmware profile in TOML; `--profile -` prints the built-in one as a pattern
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
@@ -276,6 +281,10 @@ impl Sim {
         let controller = match &flash {
             Some(path) => Controller::with_flash(profile.clone(), world, flash_of(&profile, path)?),
             None => Controller::in_world(profile, world),
+        };
+        let controller = match self.tool {
+            Some(tool) => controller.with_tool(tool),
+            None => controller,
         };
         let mut server = Server::new(controller)
             .speed(self.speed)

@@ -11,11 +11,10 @@ use std::sync::Arc;
 
 use clap::Args;
 use magician::commands::{EndEffectorParams, Pose};
-use magician::{Arm, words};
+use magician::{Arm, ToolBias, words};
 use magician_program::{Plan, Tool};
 use serde::Serialize;
 
-use crate::args;
 use crate::context::Context;
 use crate::debts::Debts;
 use crate::failure::Failure;
@@ -45,7 +44,7 @@ pub(crate) struct Teach {
     file: Option<PathBuf>,
     /// The tool that is mounted: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; the arm keeps it
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
-    tool: Option<args::Tool>,
+    tool: Option<ToolBias>,
 }
 
 #[derive(Serialize)]
@@ -102,12 +101,11 @@ impl Session {
         arm: &Arm,
         debts: &Debts,
         path: Option<PathBuf>,
-        tool: Option<args::Tool>,
+        tool: Option<ToolBias>,
         known: Option<Plan>,
     ) -> Result<Self, Failure> {
         let mut desk = Desk::open(arm, debts).await?;
-        let wanted = tool.map(|args::Tool(bias)| bias);
-        let wanted = wanted.or(known.as_ref().and_then(|plan| plan.tool.map(Tool::bias)));
+        let wanted = tool.or(known.as_ref().and_then(|plan| plan.tool.map(Tool::bias)));
         if let Some(bias) = wanted {
             arm.set_any(&words::tool(bias)).await?;
         }

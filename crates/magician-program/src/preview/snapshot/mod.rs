@@ -103,7 +103,7 @@ impl Snapshot {
     pub fn of_world(arm: &Controller) -> Self {
         let state = arm.state();
         let scenario = arm.world().scenario();
-        let mounted = scenario.map(|scenario| *scenario.tool());
+        let mounted = scenario.and_then(|scenario| scenario.chosen_tool());
         let mounted = mounted.filter(|tool| tool.kind != ToolKind::None);
         let mut facts = vec![format!("{} s", Number(state.now as f64 / 1e6))];
         let look = arm.look();

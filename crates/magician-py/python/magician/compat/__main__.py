@@ -10,9 +10,9 @@ options, before the script:
   --port PORT          the arm to connect to, whatever port the script names: sim, /dev/ttyUSB0, COM3, udp:HOST.
                        MAGICIAN_PORT does the same; MAGICIAN_PORT_COM3 does it for the port COM3 alone
   --pydobot NAME       what `import pydobot` means: pydobot, pydobot2 or pydobotplus
-                       (otherwise the one that is installed, or the one whose names the script uses)
+                       (otherwise the one that is installed, or the one whose names the script and its modules use)
   --dobotdll FAMILY    the family of DobotDllType: v1, v2 or v3
-                       (otherwise that of the file beside the script, or what its calls look like)
+                       (otherwise that of the file that is imported or beside the script, or what the calls look like)
 
 Ctrl-C, also where the script catches it, and an exception that ends the script stop the arm. A script that ends well
 leaves it as it is.
@@ -31,7 +31,7 @@ from collections.abc import Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 
-from . import _line, _modules, _script
+from . import _line, _modules, _program, _script
 
 USAGE = 2
 FAMILIES = ("v1", "v2", "v3")
@@ -84,11 +84,12 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
         if not module:
             return _usage(f"{arguments[0]} cannot be read: {error.strerror}")
         code = b""
-    source = _text(code)
+    program = _program.look_over(path, _text(code), folder)
     _line.send_elsewhere(given.get("--port") or os.environ.get("MAGICIAN_PORT"))
     _modules.install(
-        given.get("--pydobot") or _script.which_pydobot(source),
-        given.get("--dobotdll") or _script.which_dobotdll(source, folder),
+        given.get("--pydobot") or _script.which_pydobot(*program.sources),
+        given.get("--dobotdll") or _script.which_dobotdll(program.sources, folder, program.wrappers),
+        program.packages,
     )
     sys.argv[:] = arguments
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:

@@ -79,8 +79,6 @@ class Line:
         """Whether the queue runs, as far as this connection has said so."""
         self._stopped = False
         self._bench = _bench(self.name)
-        self.is_new = self._bench is not None and not self._bench.used
-        """Whether it is a virtual arm that has just been switched on."""
         self._core: Core = remembered(wait(_connecting(self.name, self._bench, timeout)))
         self._core.detach()
         self._leaving = threading.Lock()
@@ -103,6 +101,10 @@ class Line:
         if id in (START, STOP, FORCE_STOP) and ctrl & SET:
             self.running = id == START
         return answer
+
+    def start_empty_queue(self) -> None:
+        """Starts the queue if it is empty: nothing moves by that. What another program left in it stays."""
+        self._wait(self._core.start_empty_queue())
 
     def finish(self, index: int, motion: bool = False) -> None:
         """Waits until a queued command has finished; of a motion, also whether it was refused."""
@@ -152,7 +154,6 @@ class _Bench:
         self.speed = speed
         self.cell = Cell(None, speed)
         self.lock = threading.Lock()
-        self.used = False
 
 
 def _bench(port: str) -> _Bench | None:
@@ -176,6 +177,5 @@ def _bench(port: str) -> _Bench | None:
 def _connecting(port: str, bench: _Bench | None, timeout: float) -> Call[Core]:
     if bench is None:
         return Core.connect(port, timeout=timeout, window=1, probe=True, reconnect=True, echo=0.1)
-    bench.used = True
     # It answers at once, but on a busy computer.
     return bench.cell.connect(timeout=max(timeout, 10.0), window=1, probe=True, reconnect=True, echo=0.1)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
 from . import _serial
+from ._program import WRAPPER
 
 __all__ = ["PYDOBOTS", "install"]
 
@@ -29,11 +30,24 @@ class _Names(MetaPathFinder):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        if fullname == "DobotDllType":
+        # Whatever package a program keeps it in.
+        if fullname.rpartition(".")[2] == WRAPPER:
             return ModuleSpec(fullname, _Family(self.family))
         root, dot, rest = fullname.partition(".")
         home = self.homes.get(root)
         return ModuleSpec(fullname, _Same(home + dot + rest)) if home else None
+
+
+class _Packages(MetaPathFinder):
+    """Finds the packages of the vendor's wrapper that nobody else finds: a program without its copy of the wrapper."""
+
+    def __init__(self, names: Collection[str]) -> None:
+        self.names = names
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        return ModuleSpec(fullname, None, is_package=True) if fullname in self.names else None
 
 
 class _Same(Loader):
@@ -63,10 +77,12 @@ class _Family(_Same):
         return module
 
 
-def install(pydobot: str = "pydobot", family: str = "v3") -> None:
+def install(pydobot: str = "pydobot", family: str = "v3", packages: Collection[str] = ()) -> None:
     """Lets programs of this process import the stand-ins.
 
-    ``pydobot`` is the library that is meant by that name, ``family`` that of ``DobotDllType``.
+    ``pydobot`` is the library that is meant by that name, ``family`` that of ``DobotDllType``, ``packages`` those that it is
+    imported from.
     """
     _serial.install()
     sys.meta_path.insert(0, _Names(pydobot, family))
+    sys.meta_path.append(_Packages(packages))

@@ -1,8 +1,9 @@
-"""What a script says about the library that it was written for."""
+"""What a program says about the library that it was written for."""
 
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 
@@ -37,9 +38,10 @@ def names(source: str) -> set[str]:
     return found
 
 
-def which_pydobot(source: str) -> str:
-    """Which library ``import pydobot`` means: the one that is installed, else the one whose names are used."""
-    used = names(source)
+def which_pydobot(*sources: str) -> str:
+    """Which library ``import pydobot`` means in a program of these modules: the one that is installed, else the one whose
+    names are used."""
+    used = set().union(*map(names, sources))
     if "dobotplus" in used:
         return "pydobotplus"
     for other in ("pydobot2", "pydobot"):
@@ -58,9 +60,10 @@ def _installed(name: str) -> bool:
     return True
 
 
-def which_dobotdll(source: str, folder: Path) -> str:
-    """Which family of ``DobotDllType`` a script means: that of the file beside it, else of its calls."""
-    for file in (folder / "DobotDllType.py", *folder.glob("*/DobotDllType.py")):
+def which_dobotdll(sources: Iterable[str], folder: Path, wrappers: Iterable[Path] = ()) -> str:
+    """Which family of ``DobotDllType`` a program of these modules means: that of the file that it imports, or that lies
+    beside it, else of its calls."""
+    for file in (*wrappers, folder / "DobotDllType.py", *folder.glob("*/DobotDllType.py")):
         try:
             text = file.read_text(encoding="utf-8", errors="replace")
         except OSError:
@@ -68,7 +71,7 @@ def which_dobotdll(source: str, folder: Path) -> str:
         if "masterId" in text:
             return "v3"
         return "v2" if "dobotId" in text else "v1"
-    return "v2" if _has_ids(source) else "v3"
+    return "v2" if any(map(_has_ids, sources)) else "v3"
 
 
 def _has_ids(source: str) -> bool:

@@ -30,12 +30,7 @@ pub(super) fn scenario(file: File) -> Checked<Scenario> {
     Ok(Scenario {
         title: file.title,
         arm: file.arm.as_ref().map(arm).transpose()?.unwrap_or_default(),
-        tool: file
-            .tool
-            .as_ref()
-            .map(tool)
-            .transpose()?
-            .unwrap_or_default(),
+        tool: file.tool.as_ref().map(tool).transpose()?,
         sensors: sensors(&file.sensor, conveyor.as_ref())?,
         table,
         conveyor,

@@ -132,7 +132,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         if begun.elapsed() >= STANDING && self.arm.left_space().await? == 0 {
             let alarms = self.arm.alarms().await?;
             if alarms.blocking() {
-                return Err(Error::alarm(alarms));
+                return Err(self.arm.stopped_by(alarms).await);
             }
         }
         Ok(None)

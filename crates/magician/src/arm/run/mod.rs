@@ -143,10 +143,10 @@ impl Arm {
             return Ok(());
         }
         let alarms = self.alarms().await?;
-        match alarms.blocking() {
-            true => Err(Error::alarm(alarms)),
-            false => Ok(()),
+        if alarms.blocking() {
+            return Err(self.stopped_by(alarms).await);
         }
+        Ok(())
     }
 
     /// Commands that others put into the queue and nobody has run are not run by accident.

@@ -140,7 +140,7 @@ fn a_batch_moves_only_when_all_of_it_is_in() {
 
 #[test]
 fn a_single_command_neither_stops_the_queue_nor_waits_for_more() {
-    let program = [segment([205.0, 0.0, 0.0], 100_000)];
+    let program = [segment([264.7, 0.0, 0.0], 100_000)];
     let mut rig = Rig::new(Settings::ORDERED, StreamSettings::default(), &program);
     rig.run(10 * SECOND).unwrap();
     let stops = rig

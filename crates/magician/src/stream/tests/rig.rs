@@ -14,7 +14,7 @@ use crate::stream::{Item, Stream, StreamEvent, StreamFailure, StreamSettings};
 
 pub(super) const SECOND: u64 = 1_000_000;
 /// Where the arm stands when it is switched on.
-pub(super) const START: [f64; 3] = [199.404, 0.0, -8.485];
+pub(super) const START: [f64; 3] = [259.104, 0.0, -8.485];
 
 pub(super) struct Rig {
     pub(super) pair: Pair,

@@ -65,7 +65,7 @@ impl Look {
             rest: object.rest(),
         });
         let world = controller.world();
-        let tool = world.scenario().map(|scenario| scenario.tool());
+        let tool = (world.scenario()).and_then(|scenario| scenario.chosen_tool());
         let tool = tool.filter(|tool| tool.kind != ToolKind::None);
         let drawing = world.drawing();
         Self {

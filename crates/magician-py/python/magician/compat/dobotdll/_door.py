@@ -23,7 +23,7 @@ from ...errors import (
     UnreachableError,
     UnsupportedError,
 )
-from .._line import GET, QUEUED, SET, START, Line, elsewhere
+from .._line import GET, QUEUED, SET, Line, elsewhere
 
 __all__ = ["Door"]
 
@@ -175,13 +175,15 @@ class Door:
         name = bytes(getattr(port, "value", port) or b"").decode("utf-8", "replace").strip()
         try:
             line = Line(_target(name), timeout=self._timeout)
-            if line.is_new:
-                # As an arm in the field usually is.
-                line.exchange(START, SET, b"")
         except Error as error:
             self._last.message = str(error)
             print(f"magician: ConnectDobot: {error}", file=sys.stderr)
             return NOT_FOUND if isinstance(error, PortError) and not name else OCCUPIED
+        try:
+            # Its programs take the queue to run, as on an arm that another program had started.
+            line.start_empty_queue()
+        except Error as error:
+            print(f"magician: ConnectDobot: the queue was not started: {error}", file=sys.stderr)
         with self._lock:
             id = next(id for id in range(len(self._arms) + 1) if id not in self._arms)
             self._arms[id] = line

@@ -75,7 +75,7 @@ fn an_arm_at_power_up_on_a_narrow_terminal() {
             "virtual arm",
             "from above",
             "from the side",
-            "x    199.4   y      0.0",
+            "x    259.1   y      0.0",
             "J1     0.0   J2    45.0",
             "at rest, not homed",
             "0/32",
@@ -223,7 +223,7 @@ fn every_size_has_a_picture() {
     }
     app.mode = Mode::Watch;
     let small = screen(&app, 10, 5);
-    shows(&small, &["x    199.4"]);
+    shows(&small, &["x    259.1"]);
 }
 
 #[test]

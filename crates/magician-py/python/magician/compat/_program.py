@@ -1,0 +1,145 @@
+"""What a program consists of: its own modules, found by what they import and without running them."""
+
+from __future__ import annotations
+
+import ast
+import os
+import tokenize
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+__all__ = ["WRAPPER", "Program", "look_over"]
+
+WRAPPER = "DobotDllType"
+"""The last part of every name that the vendor's wrapper is imported by: programs keep it in packages of their own."""
+
+LIBRARIES = {"pydobot", "pydobotplus", "pydobot2", "dobotplus"}
+"""What is stood in for at the top, wherever its own files lie."""
+
+MOST = 1000
+"""Modules that are looked at: no program that was written for an arm has so many."""
+
+
+class Program(NamedTuple):
+    """A program's text, and what belongs to it."""
+
+    sources: list[str]
+    """Its modules, the one that is run first."""
+    wrappers: list[Path]
+    """The files of the vendor's wrapper that it imports, or that lie beside its modules."""
+    packages: set[str]
+    """The packages that it imports the wrapper from."""
+
+
+class _Import(NamedTuple):
+    level: int
+    name: str
+    members: tuple[str, ...]
+
+
+def look_over(path: Path, source: str, folder: Path) -> Program:
+    """Follows the imports of a program within its own folder and the folders that it adds to ``sys.path``.
+
+    :param path: The file that is run.
+    :param source: Its text.
+    :param folder: Where its absolute imports begin.
+    """
+    program = Program([], [], set())
+    waiting, met, roots = deque([(path, source)]), {_real(path)}, [folder]
+    while waiting and len(program.sources) < MOST:
+        path, source = waiting.popleft()
+        program.sources.append(source)
+        try:
+            tree = ast.parse(source)
+        except (SyntaxError, ValueError):
+            continue
+        roots += [root for root in _added(tree, folder) if root not in roots]
+        _note(path.parent / f"{WRAPPER}.py", program.wrappers)
+        for found in _imports(tree):
+            whole = found.name.split(".") if found.name else []
+            names = [whole, *([*whole, member] for member in found.members)]
+            for parts in names:
+                if WRAPPER in parts:
+                    parts = parts[: parts.index(WRAPPER) + 1]
+                    if not found.level:
+                        program.packages.update(".".join(parts[:at]) for at in range(1, len(parts)))
+                for base in _bases(found, path, roots):
+                    for file in _files(base, parts):
+                        if file.stem == WRAPPER:
+                            _note(file, program.wrappers)
+                        elif (found.level or parts[0] not in LIBRARIES) and _real(file) not in met:
+                            met.add(_real(file))
+                            waiting.append((file, _text(file)))
+    return program
+
+
+def _imports(tree: ast.AST) -> Iterator[_Import]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for each in node.names:
+                yield _Import(0, each.name, ())
+        elif isinstance(node, ast.ImportFrom):
+            yield _Import(node.level, node.module or "", tuple(each.name for each in node.names))
+
+
+def _added(tree: ast.AST, folder: Path) -> Iterator[Path]:
+    """The folders that a program adds to ``sys.path`` by name."""
+    for node in ast.walk(tree):
+        if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.args):
+            continue
+        of, place = node.func.value, node.args[-1]
+        if (
+            node.func.attr in ("append", "insert")
+            and isinstance(of, ast.Attribute)
+            and of.attr == "path"
+            and isinstance(place, ast.Constant)
+            and isinstance(place.value, str)
+        ):
+            yield folder / place.value
+            yield Path(place.value)
+
+
+def _bases(found: _Import, path: Path, roots: list[Path]) -> list[Path]:
+    """Where the parts of a name begin."""
+    if not found.level:
+        return roots
+    base = path.parent
+    for _ in range(found.level - 1):
+        base = base.parent
+    return [base]
+
+
+def _files(base: Path, parts: list[str]) -> Iterator[Path]:
+    """The files that are run when a name is imported: its packages' and its own."""
+    at = base
+    if not parts:
+        candidates = [base / "__init__.py"]
+    else:
+        candidates = []
+        for part in parts:
+            at = at / part
+            candidates += [at / "__init__.py", at.with_name(f"{part}.py")]
+    yield from (file for file in candidates if file.is_file())
+
+
+def _note(file: Path, files: list[Path]) -> None:
+    if file not in files and file.is_file():
+        files.append(file)
+
+
+def _real(path: Path) -> str:
+    return os.path.realpath(path)
+
+
+def _text(file: Path) -> str:
+    """A module as text, in the encoding that it names; one that cannot be read is empty."""
+    try:
+        with tokenize.open(file) as opened:
+            return opened.read()
+    except (OSError, SyntaxError, UnicodeDecodeError):
+        try:
+            return file.read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            return ""
