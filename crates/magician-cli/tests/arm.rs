@@ -90,10 +90,10 @@ fn what_is_out_of_reach_is_refused_before_anything_is_sent() {
     assert_eq!(run.status, 3);
     let error = run.error();
     assert_eq!(error["kind"], "unreachable");
-    assert_eq!(
-        (&error["value"], &error["limit"]),
-        (&json!(400.0), &json!(282.0))
-    );
+    // The wrist would be there, a suction cup behind the target.
+    let value = error["value"].as_f64().expect("a number");
+    assert!((value - 340.3).abs() < 1e-3, "{error}");
+    assert_eq!(error["limit"], 282.0);
     let answers = run.objects();
     assert_eq!(answers[0], json!({"current_index": 0, "left_space": 32}));
     assert_eq!(answers[1]["j2"], 45.0);
@@ -223,9 +223,9 @@ fn tools_pins_alarms_and_the_queue() {
          gripper close\n\
          gripper off\n\
          laser off\n\
-         io mux 4 digital-output\n\
-         io set 4 on\n\
-         io get 4\n\
+         io mux 6 digital-output\n\
+         io set 6 on\n\
+         io get 6\n\
          alarms --clear\n\
          queue start\n\
          stop\n\
@@ -237,7 +237,7 @@ fn tools_pins_alarms_and_the_queue() {
     assert_eq!(answers[1], json!({"is_ctrl_enabled": 1, "is_sucked": 1}));
     assert_eq!(
         answers[7],
-        json!({"address": 4, "multiplex": 1, "level": 1})
+        json!({"address": 6, "multiplex": 1, "level": 1})
     );
     assert_eq!(answers[8], json!({"alarms": []}));
     assert_eq!(answers[11]["firmware"], "3.6.14");

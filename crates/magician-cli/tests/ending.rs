@@ -63,14 +63,17 @@ impl Place {
         let draw = ["draw", "line.svg", "--surface", "-50", "--speed", "10"];
         let mut child = self.command(&[&draw, more].concat());
         let mut child = child.spawn().expect("it starts");
-        let mut before = None;
+        let mut began = None;
         for _ in 0..10_000 {
             let pose = last(&self.run(&["pose"]));
-            let down = pose["z"].as_f64().expect("a height") < PAPER + 0.1;
-            if down && before.is_some_and(|before| before != pose) {
+            let [x, y, z] = ["x", "y", "z"].map(|axis| pose[axis].as_f64().expect("a number"));
+            let down = z < PAPER + 0.1;
+            let went = |(from_x, from_y): (f64, f64)| (x - from_x).hypot(y - from_y);
+            // An arm that has hardly moved counts as one that stands where it did.
+            if down && began.is_some_and(|began| went(began) > 2.0) {
                 return child;
             }
-            before = down.then_some(pose);
+            began = down.then_some(began.unwrap_or((x, y)));
             assert!(child.try_wait().expect("a child").is_none(), "{more:?}");
         }
         panic!("the pen is never down");
@@ -118,7 +121,7 @@ fn the_first_signal_lifts_the_pen_and_resuming_goes_on() {
             0.0 => "the pen stays down".to_owned(),
             up => format!("the pen is up by {up:.1} mm"),
         };
-        assert!(message.contains(&said), "{message}");
+        assert!(message.contains(&said), "{more:?}: {message}");
         assert!(message.contains("the arm stands at x "), "{message}");
         assert!((place.height() - PAPER - up).abs() < 0.5, "{more:?}");
         let queue = last(&place.run(&["queue"]));

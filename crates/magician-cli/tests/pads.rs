@@ -80,16 +80,16 @@ fn jog_steps_and_refuses_what_is_out_of_reach() {
     let mut place = Place::at(&["jog"], "x 259.10 mm");
     place.terminal.types(UP);
     place.terminal.until_drawn("command 1 finished");
-    assert!((place.axis("x") - 204.404).abs() < 0.001);
+    assert!((place.axis("x") - 264.104).abs() < 0.001);
     place.shows("++", "step 50 mm");
     place.terminal.types(UP);
-    place.terminal.until_drawn("x 254.40 mm");
+    place.terminal.until_drawn("x 314.10 mm");
     place.terminal.until_drawn("stands");
     place.shows(UP, "limit 282.0 mm");
-    assert!((place.axis("x") - 254.404).abs() < 0.001);
+    assert!((place.axis("x") - 314.104).abs() < 0.001);
     place.shows("?", "stop, whatever moves");
     place.terminal.types("xq");
-    place.ends(0, "left at: x  254.40");
+    place.ends(0, "left at: x  314.10");
 }
 
 #[test]
@@ -305,7 +305,7 @@ fn what_was_taught_with_another_tool_goes_on_with_that_one() {
     place.shows("", "x 259.10 mm");
     place.terminal.types("qy");
     let bias = place.look(&["get", "EndEffectorParams"]);
-    assert_eq!(bias["x_bias"], 0.0);
+    assert_eq!(bias["x_bias"], 59.7);
     place.ends(0, ": 1 rows");
 }
 
@@ -346,10 +346,10 @@ fn a_hand_that_lets_go_of_the_key_stores_the_place() {
     teach.until_drawn("by hand too");
     sim.types("u\x1b[A\x1b[A");
     sim.until_drawn("the unlock key is held");
-    teach.until_drawn("x 209.40 mm");
+    teach.until_drawn("x 269.10 mm");
     sim.types("u");
     teach.until_drawn("P1 stored: the arm's key was released");
-    teach.until_drawn("MOVJ 209.4 0.0 -8.5");
+    teach.until_drawn("MOVJ 269.1 0.0 -8.5");
     teach.types("qn");
     teach.until("nothing was saved");
     assert_eq!(teach.child.wait().expect("it ends").code(), Some(0));
@@ -361,11 +361,11 @@ fn watch_shows_an_arm_that_others_move_and_leaves_it_alone() {
     let door = place.served.door("tcp");
     let moved = run(&["--port", &door, "--json", "move", "220", "40", "30"]);
     assert_eq!(moved.status, 0, "{moved:?}");
-    run(&["--port", &door, "io", "mux", "4", "digital-output"]);
-    run(&["--port", &door, "io", "set", "4", "1"]);
+    run(&["--port", &door, "io", "mux", "6", "digital-output"]);
+    run(&["--port", &door, "io", "set", "6", "1"]);
     place.terminal.until_drawn("x 220.00 mm");
     place.terminal.until_drawn("done 1");
-    place.terminal.until_drawn("4o●");
+    place.terminal.until_drawn("6o●");
     place.terminal.until_drawn("tool stands");
     place.shows("?", "Nothing here moves");
     place.terminal.types("x");
@@ -419,7 +419,7 @@ fn one_step_needs_no_terminal() {
     let there = run(&["--port", "sim", "--json", "jog", "x", "10"]);
     assert_eq!(there.status, 0, "{there:?}");
     let x = there.object()["x"].as_f64().expect("a number");
-    assert!((x - 209.404).abs() < 0.001, "{x}");
+    assert!((x - 269.104).abs() < 0.001, "{x}");
     let script = b"home\njog j1 -5\njog z 2.5\njog x 200\n";
     let script = run_with(&["--port", "sim", "--json", "shell"], script);
     let poses = script.objects();

@@ -114,7 +114,7 @@ fn rows(text: &str) -> Vec<Vec<&str>> {
 #[test]
 fn a_table_has_every_reading_from_beginning_to_end() {
     let place = Place::new();
-    let recording = place.record("a.csv", "199.");
+    let recording = place.record("a.csv", "259.");
     place.moves(&["230", "40", "60", "--linear"]);
     let (status, out, err) = recording.end("-INT");
     assert_eq!(status, Some(0), "{err}");
@@ -139,7 +139,7 @@ fn a_table_has_every_reading_from_beginning_to_end() {
     // It was seen on its way, not only at its ends.
     let between = rows
         .iter()
-        .filter(|row| (205.0..225.0).contains(&number(row, 1)));
+        .filter(|row| (235.0..255.0).contains(&number(row, 1)));
     assert!(between.count() > 3);
     let way = [230.0 - 259.104, 40.0, 60.0 + 8.485_f64];
     let way = way.iter().map(|part| part * part).sum::<f64>().sqrt();
@@ -163,7 +163,7 @@ fn a_motion_is_recorded_as_a_program_that_repeats_it() {
     assert_eq!(summary["steps"], steps.len());
     assert_eq!(
         (&plan["title"], &plan["tool"]),
-        (&Value::from("led"), &Value::from("none"))
+        (&Value::from("led"), &Value::from("suction"))
     );
     let path: Vec<_> = steps
         .iter()
@@ -246,7 +246,7 @@ fn a_killed_recording_is_there_and_a_file_is_not_replaced_unasked() {
     for (name, wanted) in [
         ("a.jsonl", "\"left_space\":32"),
         ("a.mcap", "position"),
-        ("a.csv", "199."),
+        ("a.csv", "259."),
     ] {
         let recording = place.record(name, wanted);
         let (status, ..) = recording.end("-KILL");

@@ -60,6 +60,8 @@ struct Bench {
     loss: u64,
     frames: u64,
     told: u64,
+    /// Where the last command that was taken leads, as an answer to GetPose has it.
+    pose: [u8; 32],
 }
 
 impl Bench {
@@ -77,6 +79,7 @@ impl Bench {
             loss,
             frames: 0,
             told: 0,
+            pose: [0; 32],
         }
     }
 
@@ -86,14 +89,18 @@ impl Bench {
         let clock = ((self.tick * TICK / 1000) as u32).to_le_bytes();
         let room = 32u32.to_le_bytes();
         let params: &[u8] = match (view.id(), view.ctrl().queued()) {
-            (_, true) => {
+            (id, true) => {
                 self.next += 1;
+                if id == CpCmd::ROW.id {
+                    // x, y, z stand behind the mode.
+                    self.pose[..12].copy_from_slice(&view.params()[1..13]);
+                }
                 &(self.next - 1).to_le_bytes()
             }
             (246, _) => &last,
             (247, _) => &room,
             (4, _) => &clock,
-            (10, false) => &[0; 32],
+            (10, false) => &self.pose,
             _ => &[],
         };
         FrameBuf::new(view.id(), Ctrl(view.ctrl().0), params).unwrap()

@@ -191,13 +191,13 @@ fn a_lost_answer_is_made_up_for() {
 }
 
 #[test]
-fn the_first_command_of_all_has_no_index_to_be_told_by() {
+fn the_first_command_of_all_is_made_up_for_on_an_arm_at_rest() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
     bridge.goes_on(&registry, Loses::One);
-    assert_eq!(home(&registry), (2, 0));
-    assert_eq!(home(&registry), (2, 0));
-    assert_eq!(bridge.queued(), 1);
+    assert_eq!(home(&registry), (0, 1));
+    assert_eq!(home(&registry), (0, 2));
+    assert_eq!(bridge.queued(), 2, "each was taken once");
 }
 
 #[test]

@@ -292,7 +292,7 @@ mod tests {
         let both = [
             "magician watch | arm at a port",
             "tool moves",
-            "x    204.40 mm",
+            "x    264.10 mm",
             "J2     45.0",
             "16/32",
             "done 0",

@@ -167,7 +167,7 @@ fn slow(rig: &mut Rig, speed: f32) {
 
 #[test]
 fn a_long_segment_that_burns_is_cut_into_pieces_of_a_second() {
-    let [x, y, z] = START;
+    let [x, _, z] = START;
     let from = segment([x, 1.0, z], 400_000);
     // 60 mm at 3 mm/s: 20 s of burning in one command.
     let long = burnt([x, 61.0, z], 20_000_000);

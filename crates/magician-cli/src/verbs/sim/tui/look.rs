@@ -318,7 +318,7 @@ mod tests {
             arm.receive(LinkId(0), frame.bytes());
         };
         send(&mut arm, QueuedCmdStartExec {}.into(), Ctrl::SET);
-        let corners = [(180.0, 0.0), (200.0, 40.0), (220.0, -20.0), (180.0, 0.0)];
+        let corners = [(241.0, 0.0), (261.0, 40.0), (281.0, -20.0), (241.0, 0.0)];
         for z in [-20.0, -40.0, -40.5, -20.0, -40.0] {
             for (x, y) in corners {
                 let ptp_mode = PtpMode::MovlXyz;
