@@ -387,7 +387,7 @@ fn a_drawing_is_not_lost_with_the_place_for_it() {
     let (_, elsewhere) = said.split_once("the drawing is in ").expect(&said);
     let elsewhere = Path::new(elsewhere.trim());
     let drawn = std::fs::read_to_string(elsewhere).expect("saved");
-    assert!(drawn.contains("L321 0\""), "{drawn}");
+    assert!(drawn.contains("L260 0\""), "{drawn}");
     std::fs::remove_file(elsewhere).expect("removed");
 }
 
