@@ -178,6 +178,7 @@ def test_inputs_that_are_none(virtual_arm: VirtualArm) -> None:
         with pytest.raises(InvalidInputError, match=f"address is {address}; .* from 1 to 20"):
             virtual_arm.set_analog(address, 0)
 
+
 @pytest.mark.parametrize(("tool", "x"), [(None, 259.104), ("none", 199.404), ("pen", 260.404), ((70, 0, 0), 269.404)])
 def test_an_arm_has_the_tool_that_was_chosen(tool: Any, x: float) -> None:
     assert VirtualArm(tool=tool).position.x == pytest.approx(x, abs=1e-3)

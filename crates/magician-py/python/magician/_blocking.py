@@ -72,9 +72,10 @@ class Arm(Bound):
     whatever is going on.
 
     A ``with`` block that is left by an exception stops the arm and its laser; one that ends well lets go of the arm as
-    it is, but for a laser that was lit and belongs to nothing under way: it goes out. Whoever interrupts a call that waits for a motion, with Ctrl-C or by cancelling it, stops the arm before the
-    interruption goes on its way. A connection that is closed, forgotten, or still open when the interpreter ends stops
-    what it set going, unless it was told to :meth:`detach`.
+    it is, but for a laser that was lit and belongs to nothing under way: it goes out. To interrupt a call that waits
+    for a motion, with Ctrl-C or by cancelling it, stops the arm before the interruption goes on its way. A connection
+    that is closed, forgotten, or still open when the interpreter ends stops what it set going, unless it was told to
+    :meth:`detach`.
 
     This is a convenience, not a safety function: the arm has a power switch.
     """
@@ -299,9 +300,7 @@ class Arm(Bound):
         return wait(self._core.get(find(what, "get", fields) if isinstance(what, str) else what))
 
     @overload
-    def set(
-        self, command: Writable, *, allow_dangerous: bool = False, allow_laser: bool = False
-    ) -> None: ...
+    def set(self, command: Writable, *, allow_dangerous: bool = False, allow_laser: bool = False) -> None: ...
     @overload
     def set(
         self, command: str, *, allow_dangerous: bool = False, allow_laser: bool = False, **fields: Any
@@ -427,10 +426,13 @@ class Arm(Bound):
             less than the timeout of single calls. Meanwhile its progress tells how long the arm has been ``silent``.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
         """
-        horizons = seconds("horizon", horizon), seconds("laser_horizon", laser_horizon), seconds("patience", patience)
-        flags = flag("trust_pose", trust_pose), flag("allow_laser", allow_laser)
-        asked = flag("keep", keep), *horizons, *flags
-        return Run(self._core, self._core.begin(not_a_file(program), *asked))
+        how = {
+            **flags(keep=keep, trust_pose=trust_pose, allow_laser=allow_laser),
+            "horizon": seconds("horizon", horizon),
+            "laser_horizon": seconds("laser_horizon", laser_horizon),
+            "patience": seconds("patience", patience),
+        }
+        return Run(self._core, self._core.begin(not_a_file(program), how))
 
     # Motion: each of these goes there and waits until it has.
 

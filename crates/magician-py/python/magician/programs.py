@@ -561,9 +561,9 @@ def load(
     :param surface: How high the paper or the wood lies: the z of the arm's pose when its tool touches it, mm. Drawings
         and images need it; without it they are laid on the table of a virtual arm (-60 mm), and no other arm runs them.
     :param sheet: The sheet that drawings lie on, corner on corner. Without it they lie wherever there is room.
-    :param place: Whether the coordinates of G-code, a plan, a playback file or points are its own: the middle of what it
-        draws goes to ``at``, else onto the sheet, else to where there is room, and what G-code draws lies on the surface.
-        ``at``, ``fit``, ``surface`` and ``work`` imply it.
+    :param place: Whether the coordinates of G-code, a plan, a playback file or points are its own: the middle of what
+        it draws goes to ``at``, else onto the sheet, else to where there is room, and what G-code draws lies on the
+        surface. ``at``, ``fit``, ``surface`` and ``work`` imply it.
     :param raw: Whether its coordinates are the arm's, as they stand.
     :param pen_z: The Z of placed G-code at which its pen touches, mm; the lowest at which it draws if left out.
     :param at: Where its middle goes, x and y, mm.
@@ -614,7 +614,9 @@ def load(
         "at": None if at is None else _two("at", at),
         "scale": number("scale", scale, above=0),
         "rotate": number("rotate", rotate, unit="deg"),
-        **flags(place=place, raw=raw, fit=fit, mirror=mirror, order=order, invert=invert, both_directions=both_directions),
+        **flags(
+            place=place, raw=raw, fit=fit, mirror=mirror, order=order, invert=invert, both_directions=both_directions
+        ),
         "by": _three("move", move),
         "speed": number("speed", speed, above=0, unit="mm/s"),
         "travel_speed": number("travel_speed", travel_speed, above=0, unit="mm/s"),

@@ -6,8 +6,8 @@ use magician::words::{Guards, Preflight};
 use magician::{Arm, Error, ErrorKind, Progress, QueueIndex, Ran, RunOptions, Set};
 use pyo3::prelude::*;
 
+use super::Core;
 use super::verbs::commands;
-use super::{Core, seconds};
 use crate::call::{Call, Reporter};
 use crate::errors;
 
@@ -84,23 +84,6 @@ pub(super) fn ran(py: Python<'_>, ran: Ran) -> PyResult<Py<PyAny>> {
     let index = |index: Option<QueueIndex>| index.map(|index| index.0);
     let parts = (ran.commands, index(ran.first), index(ran.last));
     Ok(parts.into_pyobject(py)?.into_any().unbind())
-}
-
-/// How a run treats the queue.
-pub(super) fn run_options(
-    py: Python<'_>,
-    keep: bool,
-    horizon: f64,
-    laser_horizon: f64,
-    trust_pose: bool,
-    patience: f64,
-) -> PyResult<RunOptions> {
-    Ok(RunOptions::default()
-        .keep(keep)
-        .horizon(seconds(py, "the horizon", horizon)?)
-        .laser_horizon(seconds(py, "the laser horizon", laser_horizon)?)
-        .trust_pose(trust_pose)
-        .patience(seconds(py, "the patience", patience)?))
 }
 
 #[pymethods]

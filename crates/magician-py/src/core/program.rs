@@ -2,15 +2,38 @@
 
 use std::sync::Arc;
 
-use magician::{Arm, Ran, Run, Set};
+use magician::{Arm, Ran, Run, RunOptions, Set};
 use pyo3::prelude::*;
 use tokio::sync::Mutex;
 
-use super::Core;
-use super::motion::{ran, report, run_options};
+use super::motion::{ran, report};
 use super::verbs::commands;
+use super::{Core, seconds};
 use crate::call::{Call, Reporter};
 use crate::runtime::Local;
+
+/// How a program treats the queue, and what it may do.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct How {
+    keep: bool,
+    horizon: f64,
+    laser_horizon: f64,
+    trust_pose: bool,
+    patience: f64,
+    allow_laser: bool,
+}
+
+impl How {
+    fn options(&self, py: Python<'_>) -> PyResult<RunOptions> {
+        Ok(RunOptions::default()
+            .keep(self.keep)
+            .horizon(seconds(py, "the horizon", self.horizon)?)
+            .laser_horizon(seconds(py, "the laser horizon", self.laser_horizon)?)
+            .trust_pose(self.trust_pose)
+            .patience(seconds(py, "the patience", self.patience)?))
+    }
+}
 
 /// A program on its way through the queue.
 #[pyclass(frozen, module = "magician._magician")]
@@ -22,19 +45,10 @@ pub(crate) struct Program {
 #[pymethods]
 impl Core {
     /// Commands to run; nothing is sent yet.
-    fn begin(
-        &self,
-        commands: &Bound<'_, PyAny>,
-        keep: bool,
-        horizon: f64,
-        laser_horizon: f64,
-        trust_pose: bool,
-        patience: f64,
-        allow_laser: bool,
-    ) -> PyResult<Program> {
+    fn begin(&self, commands: &Bound<'_, PyAny>, how: How) -> PyResult<Program> {
         let py = commands.py();
-        let options = run_options(py, keep, horizon, laser_horizon, trust_pose, patience)?;
-        let arm = self.burning(py, allow_laser)?;
+        let options = how.options(py)?;
+        let arm = self.burning(py, how.allow_laser)?;
         let run = arm.begin(self::commands(commands)?, options);
         Ok(Program {
             arm: Local::new(arm),

@@ -80,8 +80,8 @@ class _Family(_Same):
 def install(pydobot: str = "pydobot", family: str = "v3", packages: Collection[str] = ()) -> None:
     """Lets programs of this process import the stand-ins.
 
-    ``pydobot`` is the library that is meant by that name, ``family`` that of ``DobotDllType``, ``packages`` those that it is
-    imported from.
+    ``pydobot`` is the library that is meant by that name, ``family`` that of ``DobotDllType``, ``packages`` those that
+    it is imported from.
     """
     _serial.install()
     sys.meta_path.insert(0, _Names(pydobot, family))

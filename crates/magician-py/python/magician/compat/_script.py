@@ -39,8 +39,8 @@ def names(source: str) -> set[str]:
 
 
 def which_pydobot(*sources: str) -> str:
-    """Which library ``import pydobot`` means in a program of these modules: the one that is installed, else the one whose
-    names are used."""
+    """Which library ``import pydobot`` means in a program of these modules: the one that is installed, else the one
+    whose names are used."""
     used = set().union(*map(names, sources))
     if "dobotplus" in used:
         return "pydobotplus"
