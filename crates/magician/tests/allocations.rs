@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 
 use magician::commands::{CpCmd, DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, WaitCmd};
 use magician::connection::{Connection, Event, Request, Settings};
-use magician::protocol::{CpMode, NoArgs};
+use magician::protocol::{CpMode, NoArgs, Writable};
 use magician::stream::{Item, Stream, StreamEvent, StreamSettings};
 use magician::{Ctrl, FrameBuf};
 

@@ -36,6 +36,8 @@ pub(super) struct Reader {
     awaits_news: bool,
     wants_left: bool,
     wants_pose: bool,
+    /// The look under way, or the last one, reads the pose.
+    pub(super) has_pose: bool,
     /// The look that is planned is in no hurry.
     seldom: bool,
     /// Command that was finished last, 0 before the first look.
@@ -65,6 +67,7 @@ impl Reader {
             awaits_news: false,
             wants_left: false,
             wants_pose: false,
+            has_pose: false,
             seldom: false,
             current: 0,
             known: false,
@@ -169,7 +172,7 @@ impl Stream {
                 Some(Reading::Current),
                 reader.wants_pose.then_some(Reading::Pose),
             ];
-            reader.compares = left;
+            (reader.compares, reader.has_pose) = (left, reader.wants_pose);
             (reader.due, reader.awaits_news) = (None, false);
             (reader.wants_left, reader.wants_pose) = (false, false);
         }

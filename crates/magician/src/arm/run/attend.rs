@@ -102,7 +102,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
                             Look::Seen(None) => {}
                             Look::Seen(Some(seen)) => progress(seen),
                             Look::Failed(error) => return self.ends_too(error, ending).await,
-                            Look::Over(end) => return end.ok_or_else(Error::closed),
+                            Look::Over(end) => return end.map(|end| *end).ok_or_else(Error::closed),
                         }
                         looked = Instant::now();
                     }
@@ -157,7 +157,7 @@ enum Look {
     Seen(Option<Progress>),
     Failed(Error),
     /// The run ended before.
-    Over(Option<End>),
+    Over(Option<Box<End>>),
 }
 
 /// Waits for a look and tells every second that it is not answered yet.
@@ -174,7 +174,7 @@ async fn told(
         tokio::select! {
             biased;
             seen = &mut look => return seen.map_or_else(Look::Failed, Look::Seen),
-            end = &mut *ending => return Look::Over(end.ok()),
+            end = &mut *ending => return Look::Over(end.ok().map(Box::new)),
             _ = seconds.tick() => progress(Progress { silent: begun.elapsed(), ..before }),
         }
     }
