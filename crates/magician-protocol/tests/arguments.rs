@@ -68,7 +68,7 @@ fn a_list_of_outputs_fills_a_frame_and_no_more() {
     assert_eq!(PoList::CAPACITY, 57);
     // A mode and four numbers come before the list; each output is four bytes.
     assert_eq!(17 + 4 * PoList::CAPACITY, 245);
-    assert!(17 + 4 * (PoList::CAPACITY + 1) > MAX_PARAMS);
+    const { assert!(17 + 4 * (PoList::CAPACITY + 1) > MAX_PARAMS) };
     let mut bytes = vec![1, 50, 4, 0, 1];
     let read = |bytes: &[u8]| PoList::read(&mut magician_protocol::Reader::new(bytes)).unwrap();
     assert!(read(&bytes).counted(), "a count came first");

@@ -68,6 +68,8 @@ fn draws_along(action: &Action) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::slice;
+
     use magician::words;
 
     use super::*;
@@ -135,8 +137,8 @@ mod tests {
     fn the_last_lift_is_known() {
         let (pen, line) = (Some(Tool::Pen), along(240.0, 0.0, -50.0));
         let up = go(240.0, 0.0, -40.0);
-        let plan = |last: &[Action]| of(pen, &[&[line.clone()], last].concat());
-        assert!(plan(&[up.clone()]).ends_with_lift());
+        let plan = |last: &[Action]| of(pen, &[slice::from_ref(&line), last].concat());
+        assert!(plan(slice::from_ref(&up)).ends_with_lift());
         assert!(plan(&[Action::Wait(100), up.clone()]).ends_with_lift());
         assert!(!plan(&[]).ends_with_lift());
         assert!(!plan(&[go(250.0, 0.0, -40.0)]).ends_with_lift());

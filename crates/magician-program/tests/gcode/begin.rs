@@ -1,5 +1,6 @@
 //! Where programs begin: nothing is drawn from where the arm happens to stand, and the tool is low only where it is to be.
 
+use std::slice;
 use std::time::Duration;
 
 use magician::{Geometry, JointAngles, Limits, ToolBias};
@@ -53,8 +54,8 @@ fn a_lift_is_done_first_straight_up_from_where_the_arm_stands() {
     // What is not known is asked for, and comes from above without an answer.
     let (plan, notes) = try_read(program).expect("it is all right");
     assert!(notes.iter().any(|note| note.lacks == Some(Lack::Start)));
-    let moves = plan.steps.iter().map(|step| &step.action);
-    let first = moves.filter(|action| action.target().is_some()).next();
+    let mut moves = plan.steps.iter().map(|step| &step.action);
+    let first = moves.find(|action| action.target().is_some());
     assert_eq!(first, Some(&joints(230.0, 40.0, 50.0)));
 }
 
@@ -154,7 +155,7 @@ fn a_placed_program_begins_at_its_own_zero() {
     let zero = travel(0.0, 0.0, 0.0);
     assert_eq!(
         placed("G1 X120 F1000\nG1 Y120\n"),
-        [&[zero.clone()], &square[..]].concat()
+        [slice::from_ref(&zero), &square[..]].concat()
     );
     assert_eq!(
         placed("G1 X0 Y0 F1000\nG1 X120\nG1 Y120\n"),
@@ -178,10 +179,10 @@ fn a_placed_program_begins_at_its_own_zero() {
 /// How a program comes to its first point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum First {
-    LiftFirst,
-    LowFirst,
-    XFirst,
-    YFirst,
+    Lift,
+    Low,
+    XThenY,
+    YThenX,
     Feed,
     FeedThenDown,
     FeedByAxis,
@@ -192,10 +193,10 @@ enum First {
 }
 
 const FIRSTS: [First; 11] = [
-    First::LiftFirst,
-    First::LowFirst,
-    First::XFirst,
-    First::YFirst,
+    First::Lift,
+    First::Low,
+    First::XThenY,
+    First::YThenX,
     First::Feed,
     First::FeedThenDown,
     First::FeedByAxis,
@@ -212,10 +213,10 @@ fn program(first: First, lines: &Lines) -> String {
     let [x, y] = lines[0][0];
     let mut text = "G21 G90\n".to_owned();
     text += &match first {
-        First::LiftFirst => format!("G0 Z40\nG0 X{x} Y{y}\n"),
-        First::LowFirst => format!("G0 Z0\nG0 X{x} Y{y}\n"),
-        First::XFirst => format!("G0 X{x}\nG0 Y{y}\n"),
-        First::YFirst => format!("G0 Y{y}\nG0 X{x}\nG0 Z12\n"),
+        First::Lift => format!("G0 Z40\nG0 X{x} Y{y}\n"),
+        First::Low => format!("G0 Z0\nG0 X{x} Y{y}\n"),
+        First::XThenY => format!("G0 X{x}\nG0 Y{y}\n"),
+        First::YThenX => format!("G0 Y{y}\nG0 X{x}\nG0 Z12\n"),
         First::Feed => format!("G1 X{x} Y{y} Z0 F1800\n"),
         First::FeedThenDown => format!("G1 X{x} Y{y} F1800\n"),
         First::FeedByAxis => format!("G1 X{x} F1800\nG1 Y{y}\n"),

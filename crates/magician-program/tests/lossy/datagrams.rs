@@ -107,13 +107,12 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
 
 /// Looks at the arm at rest, as whoever connects does; an answer that does not come is done without.
 fn greet(pair: &mut Pair) {
-    for look in [
+    let looks = [
         Request::get::<QueuedCmdLeftSpace>(&NoArgs),
         Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
-    ] {
-        if let Ok(look) = look {
-            let _ = pair.ask(look, 3 * SECOND);
-        }
+    ];
+    for look in looks.into_iter().flatten() {
+        let _ = pair.ask(look, 3 * SECOND);
     }
 }
 
