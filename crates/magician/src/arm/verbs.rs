@@ -96,6 +96,7 @@ impl Arm {
 
     /// Puts a request into the queue, when there is room for its command.
     async fn fill(&self, request: Request, command: &Set) -> Result<QueueIndex> {
+        self.permit([command])?;
         let deadline = self.deadline();
         let doubts = self.doubts();
         let mut flow = self.take_turn(deadline, command.row().set_name).await?;
