@@ -203,7 +203,7 @@ def test_programs(arm: Arm) -> None:
     seen: list[magician.Progress] = []
     ran = arm.perform(iter(program), progress=seen.append)
     assert ran.commands == 3 and ran.first is not None and ran.last == ran.first + 2
-    assert seen[-1] == (ran.last, ran.last, 3, 3)
+    assert seen[-1] == (ran.last, ran.last, 3, 3, 0.0)
     assert arm.perform([]) == (0, None, None)
     path = [words.path_to(200 + at / 100, 0, 20) for at in range(500)]
     assert arm.perform(path).commands == 500
@@ -233,10 +233,12 @@ def test_a_listener_that_fails_ends_the_program(slow: Arm) -> None:
 
 def test_refused(arm: Arm) -> None:
     before = arm.stats().sent
-    with pytest.raises(errors.UnreachableError, match=r"500\.0 mm .* limit 282\.0 mm") as caught:
+    with pytest.raises(errors.UnreachableError, match=r"440\.3 mm .* limit 282\.0 mm") as caught:
         arm.move_to(500, 0, 0, 0)
     error = caught.value
-    assert (error.value, error.limit, error.unit, error.command) == (500, 282, "mm", "SetPTPCmd")
+    # Where the arm holds the suction cup that it has at power-up: 59.7 mm before it.
+    assert error.value == pytest.approx(440.3, abs=1e-3)
+    assert (error.limit, error.unit, error.command) == (282, "mm", "SetPTPCmd")
     assert isinstance(error, ValueError) and error.kind == "unreachable"
     with pytest.raises(errors.UnreachableError) as caught:
         arm.move_joints(0, 91.5, 45, 0)

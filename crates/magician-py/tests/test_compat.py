@@ -613,7 +613,7 @@ def test_ctrl_c_stops_the_arm_at_once(tmp_path: Path, waiting: int, rest: str, l
     assert done.returncode == -signal.SIGINT
     moving, waits, index, x, y = done.stdout.split()
     # The first move, the seventh command, was under way: 100 mm in twenty seconds.
-    assert (moving, waits, index) == ("False", "0", "7") and 199 < float(x) < 201 and 0 <= float(y) < 50
+    assert (moving, waits, index) == ("False", "0", "7") and 258 < float(x) < 260 and 0 <= float(y) < 50
     said = done.stderr.splitlines()
     assert said[0] == "magician.compat: interrupted, so the arm at sim:1 is stopped"
     assert said[1] == "Traceback (most recent call last):" and said[-1] == "KeyboardInterrupt"

@@ -90,7 +90,7 @@ def test_a_stop_during_the_check_counts(slow: Arm) -> None:
     how: dict[str, Any] = dict.fromkeys(["check", "keep", "require_homed", "unhomed", "allow_laser", "watched"], False)
     how |= {"stay": False, "park": None, "lift": None}
     running, over = core.run(plan.native, how | {"first_step": 1, "restore": True})
-    for call in (core.perform([words.line_by(dy=40)], [], False, False), running):
+    for call in (core.perform([words.line_by(dy=40)], [], False, False, False), running):
         slow.stop()
         with pytest.raises(errors.ClosedError):
             call.wait()
@@ -101,7 +101,7 @@ def test_a_stop_during_the_check_counts(slow: Arm) -> None:
 def test_calls_that_are_let_go_of_stop_the_arm(slow: Arm) -> None:
     """Before anybody in Python has done so."""
     core = slow._core  # pyright: ignore[reportPrivateUsage]
-    call = core.perform([words.wait(3600)], [], False, False)
+    call = core.perform([words.wait(3600)], [], False, False, False)
     assert not call.over() and slow.left_space() == 32
     call.listen(lambda: None)
     for status in slow.state(200):

@@ -159,7 +159,33 @@ def test_a_servo_lifts_the_pen() -> None:
     program = b"M3 S40\nG0 X220 Y0\nM3 S90\nG1 X240 F600\nM3 S40\n"
     plan = magician.load(_named("servo.gcode", program), dialect="servo", surface=-50, lift=10)
     assert plan.check().power is None
-    assert {step.values[2] for step in plan.steps if step.action in ("path", "move")} == {-50, -40}
+    # It comes from above: by the lift and 50 mm more.
+    assert [step.values[2] for step in plan.steps if step.action in ("path", "move")] == [10, -50, -50, -40]
+
+
+def test_gcode_is_placed_or_taken_as_it_stands(samples: Path) -> None:
+    file = samples / "pen_outline.gcode"
+    raw = magician.load(file)
+    assert magician.load(file, raw=True) == raw and raw.check().bounds[0][2] == 0  # type: ignore[index]
+    for placed in (magician.load(file, surface=-50), magician.load(file, surface=-50, place=True)):
+        (_, _, lowest), (_, _, highest) = placed.check().bounds or ((0, 0, 0), (0, 0, 0))
+        assert lowest == -50 and highest > -50 and placed.surface == Surface(-50)
+        assert "on the surface at z = -50.0" in str(placed.notes[0])
+        help = placed.notes[0].help or ""
+        assert "raw=True" in help and "pen_z=" in help
+    pressed = magician.load(file, surface=-50, pen_z=1).check().bounds
+    assert pressed is not None and pressed[0][2] == pytest.approx(-51)
+    with pytest.raises(InvalidInputError, match="nothing is drawn at Z -2 or below"):
+        magician.load(file, surface=-50, pen_z=-2)
+    assert magician.load(file, place=True).surface_is_assumed
+    with pytest.raises(InvalidInputError, match="place or raw, not both"):
+        magician.load(file, place=True, raw=True)
+    with pytest.raises(InvalidInputError, match="leave out raw=True"):
+        magician.load(file, raw=True, surface=-50)
+    with pytest.raises(InvalidInputError, match="place=True places G-code"):
+        magician.load(file, raw=True, pen_z=1)
+    with pytest.raises(InvalidInputError, match="leave out raw=True: at="):
+        magician.load(samples / "house.svg", raw=True)
 
 
 def test_transformations_give_new_plans() -> None:

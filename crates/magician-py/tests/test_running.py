@@ -8,6 +8,7 @@ import io
 import os
 import threading
 from pathlib import Path
+from typing import Any
 
 import magician
 import pytest
@@ -56,7 +57,7 @@ def test_what_the_arm_cannot_do_is_refused_before_anything_moves(arm: magician.A
 def test_a_check_begins_where_the_arm_stands(arm: magician.Arm) -> None:
     plan = Plan.of([words.line_by(60, 0, 0, 0)])
     assert arm.check(plan).ok
-    arm.run(Plan.path([(250, 0, 20)], by="joints"))
+    arm.run(Plan.path([(300, 0, 20)], by="joints"))
     assert not arm.check(plan).ok
     assert arm.preview(plan).svg.startswith("<svg")
 
@@ -105,7 +106,8 @@ def drawing(cell: VirtualArm) -> tuple[magician.Arm, Plan]:
 
 
 def test_ctrl_c_lifts_the_pen_of_a_drawing() -> None:
-    for more, up in ({"lift": 20.0}, 20.0), ({"stay": True}, 0.0):
+    endings: list[tuple[dict[str, Any], float]] = [({"lift": 20.0}, 20.0), ({"stay": True}, 0.0)]
+    for more, up in endings:
         cell = VirtualArm(speed=5.0)
         arm, plan = drawing(cell)
         interrupted: list[float] = []
@@ -116,7 +118,7 @@ def test_ctrl_c_lifts_the_pen_of_a_drawing() -> None:
                 _thread.interrupt_main()
 
         with pytest.raises(KeyboardInterrupt) as caught:
-            arm.run(plan, progress=interrupt, **more)  # type: ignore[arg-type]
+            arm.run(plan, progress=interrupt, **more)
         assert not cell.moving and cell.waiting == 0
         assert cell.position[2] == pytest.approx(-60 + up, abs=0.1)
         assert ("the pen is up by 20.0 mm" in notes(caught.value)) == (up > 0)
@@ -152,7 +154,7 @@ def test_a_drawing_ends_with_the_pen_up_and_may_be_parked(arm: magician.Arm, vir
     with pytest.raises(InvalidInputError, match="stay"):
         arm.run(plan, park=(200, -80, 40), stay=True)
     # A program that moves no pen ends where it leads.
-    result = arm.run(Plan.path([(220, 0, 20), (240, 0, 20)]))
+    result = arm.run(Plan.path([(220, 0, 20), (240, 0, 20)], by="line"))
     assert result.pen is None and virtual_arm.position[2] == pytest.approx(20, abs=1e-3)
 
 

@@ -224,8 +224,9 @@ def test_a_pulled_cable_and_late_answers_end() -> None:
     def pull(_: object) -> None:
         cell.unplug()
 
+    run = arm.begin(curve(30_000).commands(), patience=0.2)
     with pytest.raises((errors.ResponseTimeoutError, errors.UncertainError)):
-        arm.run(curve(30_000), progress=pull)
+        run.finish(progress=pull)
     cell.plug()
     cell.delay_answers(60)
     with pytest.raises(errors.ResponseTimeoutError):

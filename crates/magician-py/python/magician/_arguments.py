@@ -132,10 +132,11 @@ def flags(**values: bool) -> dict[str, bool]:
 
 def ending(stay: bool, park: Iterable[float] | None, lift: float | None) -> dict[str, Any]:
     """What becomes of pen and arm at the end of a run."""
-    if stay and park is not None:
+    asked = flags(stay=stay)
+    if asked["stay"] and park is not None:
         raise InvalidInputError("stay leaves the pen where it is, and park takes it elsewhere: give one of them")
     return {
-        **flags(stay=stay),
+        **asked,
         "park": None if park is None else numbers("park", park, 3, unit="mm"),
         "lift": number("lift", lift, above=0, unit="mm"),
     }

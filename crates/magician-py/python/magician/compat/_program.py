@@ -114,10 +114,10 @@ def _bases(found: _Import, path: Path, roots: list[Path]) -> list[Path]:
 def _files(base: Path, parts: list[str]) -> Iterator[Path]:
     """The files that are run when a name is imported: its packages' and its own."""
     at = base
+    candidates: list[Path] = []
     if not parts:
-        candidates = [base / "__init__.py"]
+        candidates.append(base / "__init__.py")
     else:
-        candidates = []
         for part in parts:
             at = at / part
             candidates += [at / "__init__.py", at.with_name(f"{part}.py")]

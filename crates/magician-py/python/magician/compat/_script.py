@@ -41,7 +41,7 @@ def names(source: str) -> set[str]:
 def which_pydobot(*sources: str) -> str:
     """Which library ``import pydobot`` means in a program of these modules: the one that is installed, else the one
     whose names are used."""
-    used = set().union(*map(names, sources))
+    used = {name for source in sources for name in names(source)}
     if "dobotplus" in used:
         return "pydobotplus"
     for other in ("pydobot2", "pydobot"):
