@@ -352,7 +352,15 @@ fn an_arm_that_was_not_homed_and_a_queue_that_is_not_empty() {
         .expect("text")
         .to_owned();
     assert!(message.contains("--keep"), "{message}");
-    assert!(place.run(&["run", &file, "--keep"]).status.success());
+    // What waits may burn, for all that can be read of it.
+    let unread = place.run(&["run", &file, "--keep"]);
+    assert_eq!(unread.status.code(), Some(2), "{unread:?}");
+    assert!(
+        place
+            .run(&["run", &file, "--keep", "--yes"])
+            .status
+            .success()
+    );
     let fresh = serve(&[]);
     let mut unhomed = command();
     let door = fresh.door("tcp");

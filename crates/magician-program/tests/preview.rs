@@ -161,7 +161,7 @@ fn a_plan_that_picks_and_places_is_shown_from_the_side() {
 fn any_title_and_an_empty_plan_make_a_picture() {
     let plan = Plan::new("<&\"\u{1}ä 字");
     let preview = preview(&plan, &PreviewOptions::default());
-    assert!(preview.to_svg().contains("&lt;&amp;&quot; ä 字"));
+    assert!(preview.to_svg().contains("&lt;&amp;&quot;\\u{1}ä 字"));
     assert!(preview.to_png(1.0).unwrap().starts_with(b"\x89PNG"));
 }
 

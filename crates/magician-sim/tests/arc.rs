@@ -185,6 +185,7 @@ fn speeds_that_are_none_are_refused() {
 fn an_arc_that_leaves_the_limits_on_its_way_ends_there() {
     // Out past the longest reach and back.
     let mut bench = running_arm();
+    bench.no_tool();
     bench.enqueue(&ptp(1, [250.0, -60.0, 0.0, 0.0]));
     bench.rest();
     let index = bench.enqueue(&arc([262.0, -40.0, 0.0, 0.0], [250.0, 60.0, 0.0, 0.0]));

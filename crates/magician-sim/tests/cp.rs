@@ -350,6 +350,7 @@ fn a_segment_out_of_reach_is_refused_and_the_path_rests_before_it() {
 #[test]
 fn a_segment_that_leaves_the_limits_on_its_way_ends_there() {
     let mut bench = running_arm();
+    bench.no_tool();
     // From one side of the base to the other the straight way leads too near to it.
     bench.enqueue(&ptp(1, [40.0, 140.0, 0.0, 0.0]));
     bench.rest();

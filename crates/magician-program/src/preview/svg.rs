@@ -282,7 +282,7 @@ mod tests {
         let text = svg.finish();
         assert!(text.contains("width=\"10mm\" height=\"5.5mm\" viewBox=\"0 0 10 5.5\""));
         assert!(
-            text.contains("a&quot;b") && text.contains("a &amp; b "),
+            text.contains("a&quot;b") && text.contains("a &amp; b\\u{7}<"),
             "{text}"
         );
         assert!(text.trim_end().ends_with("</g>\n</svg>"), "{text}");

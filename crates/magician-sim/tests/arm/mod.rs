@@ -187,8 +187,17 @@ impl Bench {
     }
 
     pub fn suction_bias(&mut self) {
+        self.bias(59.7);
+    }
+
+    /// As an arm that was never told of a tool: its reports are of the wrist.
+    pub fn no_tool(&mut self) {
+        self.bias(0.0);
+    }
+
+    fn bias(&mut self, x_bias: f32) {
         self.set(&EndEffectorParams {
-            x_bias: 59.7,
+            x_bias,
             y_bias: 0.0,
             z_bias: 0.0,
         });

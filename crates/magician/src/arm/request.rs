@@ -24,7 +24,8 @@ const TURN: Duration = Duration::from_millis(3);
 /// Requests.
 impl Arm {
     pub(super) fn deadline(&self) -> Instant {
-        self.call_deadline().max(Instant::now() + self.patience.min(FOREVER))
+        self.call_deadline()
+            .max(Instant::now() + self.patience.min(FOREVER))
     }
 
     /// As it is for calls that are no part of a run.

@@ -50,9 +50,16 @@ fn name_of(path: &Path) -> Option<String> {
     use std::os::unix::ffi::OsStrExt;
     use std::os::unix::fs::MetadataExt;
 
-    let folder = std::fs::metadata(path.parent()?).ok()?;
-    // FNV-1a, because such names are short and names of files may be long.
-    let sum = (path.file_name()?.as_bytes().iter()).fold(0xcbf2_9ce4_8422_2325, |sum, byte| {
+    let parent = match path.parent()? {
+        here if here.as_os_str().is_empty() => Path::new("."),
+        parent => parent,
+    };
+    // The number of a folder that is gone is soon another's, while the server that had it may still be ending: its path tells
+    // the two apart.
+    let place = std::fs::canonicalize(parent).ok()?.join(path.file_name()?);
+    let folder = std::fs::metadata(parent).ok()?;
+    // FNV-1a, because such names are short and paths may be long.
+    let sum = (place.as_os_str().as_bytes().iter()).fold(0xcbf2_9ce4_8422_2325, |sum, byte| {
         (sum ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
     });
     let (device, number) = (folder.dev(), folder.ino());

@@ -12,6 +12,7 @@ use super::jog::JogStart;
 use super::{Driver, Program, To, Waiting, micros};
 use crate::Result;
 use crate::arm::jog::Why;
+use crate::arm::shared::Mishap;
 use crate::connection::{Failure, Priority, Request, Stats};
 
 /// A handle's wish. Nearly all are requests, so their size is no waste.
@@ -69,7 +70,9 @@ impl Driver {
         let frame = request.frame().frame();
         let over = stops != self.shared.stops();
         if over && sets_going(&frame) {
-            let _ = reply.send(Err(explain(&frame, Failure::Stopped)));
+            // What befell the queue since the call began stops it as well, and says more.
+            let told = self.shared.mishap(Some(stops)).map(Mishap::told);
+            let _ = reply.send(told.unwrap_or_else(|| Err(explain(&frame, Failure::Stopped))));
         } else if !self.link_is_up() {
             self.owe(&frame);
             let _ = reply.send(Err(self.gone()));
