@@ -6,6 +6,7 @@ degrees, times in seconds.
 """
 
 import math
+import struct
 
 REAR_ARM = 135.0
 FOREARM = 147.0
@@ -14,9 +15,11 @@ JUMP_XYZ, MOVJ_XYZ, MOVL_XYZ, JUMP_ANGLE, MOVJ_ANGLE, MOVL_ANGLE = range(6)
 MOVJ_INC, MOVL_INC, MOVJ_XYZ_INC, JUMP_MOVL_XYZ = range(6, 10)
 
 POWER_UP_JOINTS = (0.0, 45.0, 45.0, 0.0)
+# How far the suction cup is in front of the flange: 59.7 to the nearest number that the wire has.
+SUCTION_CUP = struct.unpack("<f", struct.pack("<f", 59.7))[0]
 
 
-def forward(joints, bias_x=0.0):
+def forward(joints, bias_x=SUCTION_CUP):
     """x, y, z, r of four joint angles."""
     j1, j2, j3, j4 = joints
     a1, a2, a3 = math.radians(j1), math.radians(j2), math.radians(j3)
@@ -25,7 +28,7 @@ def forward(joints, bias_x=0.0):
     return reach * math.cos(a1), reach * math.sin(a1), height, j1 + j4
 
 
-def inverse(pose, bias_x=0.0):
+def inverse(pose, bias_x=SUCTION_CUP):
     """The four joint angles of x, y, z, r; elbow up."""
     x, y, z, r = pose
     out = math.hypot(x, y) - bias_x
@@ -98,7 +101,7 @@ class Arm:
         )
 
     def _vertical(self, start, end):
-        straight = math.hypot(start[0], start[1]) > FOREARM
+        straight = math.hypot(start[0], start[1]) > FOREARM + SUCTION_CUP
         return self._movl(start, end) if straight else self._movj(inverse(start), inverse(end))
 
     def _jump(self, start, end, straight):

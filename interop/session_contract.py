@@ -319,7 +319,7 @@ def queued_replies(checks, link):
         ("72 JOGCommonParams", 72, struct.pack("<2f", 50, 50), QUEUED),
         ("90 CPParams", 90, struct.pack("<3fB", 100, 100, 100, 0), QUEUED),
         ("100 ARCParams", 100, struct.pack("<4f", 200, 200, 200, 200), QUEUED),
-        ("60 EndEffectorParams", 60, bytes(12), QUEUED),
+        ("60 EndEffectorParams", 60, struct.pack("<3f", model.SUCTION_CUP, 0, 0), QUEUED),
         ("62 suction", 62, b"\1\0", QUEUED),
         ("63 gripper", 63, b"\1\0", QUEUED),
         ("61 laser", 61, b"\0\0", QUEUED),
