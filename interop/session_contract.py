@@ -403,8 +403,8 @@ def moves_take_time(checks, link, udp):
         ("r alone", model.MOVL_INC, (0, 0, 0, -120)),
         ("a move to where it stands", model.MOVJ_INC, (0, 0, 0, 0)),
         ("JUMP", model.JUMP_XYZ, (120, 180, 30, 0)),
-        ("JUMP from near the base", model.JUMP_XYZ, (0, 140, 10, 0)),
-        ("JUMP to near the base", model.JUMP_MOVL_XYZ, (60, 110, 0, 0)),
+        ("JUMP from near the base", model.JUMP_XYZ, (0, 190, 10, 0)),
+        ("JUMP to near the base", model.JUMP_MOVL_XYZ, (60, 185, 0, 0)),
     ):
         timed.append((name, link.queue(PTP, ptp(mode, *target)), arm.move(mode, *target)))
     timed.append(("WAIT of 1234 ms", link.queue(WAIT, struct.pack("<I", 1234)), 1.234))
