@@ -345,6 +345,7 @@ fn thin_posts_are_not_missed() {
         format!("[[object]]\nname = \"{nth}\"\nsize = [2, 2, 30]\nat = [200, {y}]\nz = -60\n")
     };
     let text: String = (0..8).map(post).collect();
+    let text = format!("[tool]\nkind = \"none\"\n{text}");
     let mut arm = Arm::new(&text, [260.0, 0.0, -40.0, 0.0]);
     arm.geometry = magician_motion::Geometry::default();
     arm.at = [200.0, -110.0, -40.0, 0.0].into();
