@@ -507,7 +507,8 @@ impl Context {
         let tool = self.global.virtual_tool;
         if tool.is_some() && !matches!(target, Target::Sim(_)) {
             let hint = "`magician set EndEffectorParams x_bias=X y_bias=Y z_bias=Z` tells the arm";
-            let message = format!("--tool chooses the tool of a virtual arm, and {target} is none");
+            let message =
+                format!("--tool chooses the tool of a virtual arm, and {target} is not one");
             return Err(Failure::usage(message).hint(hint));
         }
         let arm = match (target, self.stage.take()) {

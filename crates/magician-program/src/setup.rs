@@ -3,7 +3,7 @@
 use magician::words::{self, Preflight};
 use magician_motion::ToolBias;
 
-use crate::artwork::{Layout, Marking, Order, Sheet};
+use crate::artwork::{Layout, Marking, Order, Sheet, rotated};
 use crate::raster::{Engrave, Grid, Size, Trace};
 use crate::{
     Artwork, Content, Fit, Format, Placement, Plan, Power, Problem, Raster, Reach, Reading,
@@ -474,20 +474,9 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
         let help = "--width makes it smaller, --fit as small as need be";
         return Err(Problem::of_file(message).help(help));
     }
-    let half = turned(taken.map(|side| side / 2.0), sheet.rotation);
+    let half = rotated(taken.map(|side| side / 2.0), sheet.rotation);
     let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);
     Ok(Some((at, turn)))
-}
-
-fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
-    let (sin, cos) = match degrees.rem_euclid(360.0) {
-        0.0 => (0.0, 1.0),
-        90.0 => (1.0, 0.0),
-        180.0 => (0.0, -1.0),
-        270.0 => (-1.0, 0.0),
-        other => other.to_radians().sin_cos(),
-    };
-    [x * cos - y * sin, x * sin + y * cos]
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ mod place;
 
 pub use mark::Marking;
 pub use order::{Order, Saving};
+pub(crate) use place::rotated;
 pub use place::{Layout, Placed, Sheet};
 
 use crate::Origin;

@@ -335,7 +335,8 @@ impl<'a> Placer<'a> {
     }
 }
 
-fn rotated([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
+/// A point turned counter-clockwise about the origin.
+pub(crate) fn rotated([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
     // Quarters are exact: a sheet that lies straight has straight lines.
     let (sin, cos) = match degrees.rem_euclid(360.0) {
         0.0 => (0.0, 1.0),

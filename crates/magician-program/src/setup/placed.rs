@@ -3,7 +3,7 @@
 mod guide;
 mod marks;
 
-use super::{Setup, fitted, middle, turned};
+use super::{Setup, fitted, middle, rotated};
 use crate::artwork::{Layout, Marking, Sheet};
 use crate::formats::GcodeOptions;
 use crate::{Action, Artwork, Fit, Plan, Problem, Surface, Tool, Work};
@@ -177,7 +177,7 @@ impl Setup {
 /// Where the middle of a sheet is, if its size is known.
 fn middle_of_sheet(sheet: Sheet) -> Option<[f64; 2]> {
     let half = sheet.size?.map(|side| side / 2.0);
-    let [x, y] = turned(half, sheet.rotation);
+    let [x, y] = rotated(half, sheet.rotation);
     let [from_x, from_y] = sheet.corner;
     Some([from_x + x, from_y + y])
 }
@@ -186,7 +186,7 @@ fn middle_of_sheet(sheet: Sheet) -> Option<[f64; 2]> {
 struct Course {
     mirror: bool,
     rotate: f64,
-    /// The middle of what it draws, mirrored and turned.
+    /// The middle of what it draws, mirrored and rotated.
     middle: [f64; 2],
     sheet: f64,
     scale: f64,
@@ -198,17 +198,17 @@ impl Course {
     fn of(&self, [x, y, z]: [f64; 3]) -> ([f64; 2], f64) {
         let [x, y] = own([x, y], self.mirror, self.rotate);
         let [mx, my] = self.middle;
-        let way = turned([x - mx, y - my], self.sheet);
+        let way = rotated([x - mx, y - my], self.sheet);
         let at = [0, 1].map(|axis| self.at[axis] + self.scale * way[axis]);
         (at, z - self.touch)
     }
 }
 
 fn own([x, y]: [f64; 2], mirror: bool, rotate: f64) -> [f64; 2] {
-    turned([if mirror { -x } else { x }, y], rotate)
+    rotated([if mirror { -x } else { x }, y], rotate)
 }
 
-/// The least and the greatest x and y of a drawing, mirrored and turned.
+/// The least and the greatest x and y of a drawing, mirrored and rotated.
 fn turned_bounds(artwork: &Artwork, layout: &Layout) -> [[f64; 2]; 2] {
     let points = artwork.strokes.iter().flat_map(|stroke| &stroke.points);
     let points = points.map(|point| own(*point, layout.mirror, layout.rotate));

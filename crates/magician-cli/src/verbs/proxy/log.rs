@@ -99,7 +99,7 @@ impl Log {
     pub(super) fn exposed(&self, arm: &str, endpoints: &[Endpoint]) {
         for endpoint in endpoints.iter().filter(|endpoint| is_exposed(endpoint)) {
             let message = format!(
-                "every computer that reaches {endpoint} may move the arm at {arm}, and nobody is asked for a password; \
+                "every computer that reaches {endpoint} may move the arm at {arm} without a password; \
                  to let in programs of this computer alone, serve 127.0.0.1"
             );
             let object =
