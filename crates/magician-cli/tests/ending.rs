@@ -102,7 +102,7 @@ fn signal(name: &str, child: &Child) {
 
 #[test]
 fn the_first_signal_lifts_the_pen_and_resuming_goes_on() {
-    let place = Place::homed("1");
+    let place = Place::homed("3");
     for (name, more, up) in [
         ("-INT", &[][..], 10.0),
         ("-TERM", &["--resume"], 10.0),

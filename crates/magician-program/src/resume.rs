@@ -85,6 +85,15 @@ impl Tally {
     /// The steps that are finished when the arm has finished this index.
     #[must_use]
     pub fn finished(&self, current: u64) -> Span {
+        let Span { least, most } = self.commands(current);
+        Span {
+            least: least.saturating_sub(self.lead),
+            most: most.saturating_sub(self.lead),
+        }
+    }
+
+    /// The same in commands, with those before the first step.
+    pub(crate) fn commands(&self, current: u64) -> Span {
         let before = self.pairs.iter().rev().find(|(index, _)| *index <= current);
         let after = self.pairs.iter().find(|(index, _)| *index > current);
         let (mut least, mut most) = (0, u64::MAX);
@@ -107,8 +116,8 @@ impl Tally {
             (least, most) = (0, current.saturating_sub(self.rest.unwrap_or(current)));
         }
         Span {
-            least: least.saturating_sub(self.lead),
-            most: most.max(least).saturating_sub(self.lead),
+            least,
+            most: most.max(least),
         }
     }
 

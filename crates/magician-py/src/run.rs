@@ -115,6 +115,13 @@ struct Found {
     timetable: Timetable,
 }
 
+/// What must be known of a run that is given up in its middle.
+struct UnderWay {
+    tally: Tally,
+    /// How far the pen goes up then, mm.
+    lift: Option<f64>,
+}
+
 impl Drive {
     async fn run(self) -> Result<Done> {
         self.permit()?;
@@ -135,13 +142,17 @@ impl Drive {
         };
         let begun = self.clock().await?;
         self.owing.send_replace(true);
-        let mut lift = self.ending.after_stop(self.program.plan());
-        let outcome = self.perform_to_the_end(&found, begun, &mut lift).await;
+        let mut under_way = UnderWay {
+            tally: Tally::new(found.rest.lead(), true),
+            lift: self.ending.after_stop(self.program.plan()),
+        };
+        let done = self.perform_to_the_end(&found, begun, &mut under_way);
+        let outcome = done.await;
         if let Err(error) = &outcome {
             // The error that is on its way is the better story.
             match self.arm.stop().await {
                 Ok(()) => {
-                    self.lift_after(error, &found, lift).await;
+                    self.lift_after(error, &found, &under_way).await;
                     let _ = owed.give_back(&self.arm).await;
                 }
                 Err(doubt) => self.say(format!(
@@ -162,21 +173,21 @@ impl Drive {
         })
     }
 
-    /// Runs it, lifts the pen as far as the plan has not, and parks the tool. `lift` is what a stop has to lift meanwhile.
+    /// Runs it, lifts the pen as far as the plan has not, and parks the tool.
     async fn perform_to_the_end(
         &self,
         found: &Found,
         begun: u32,
-        lift: &mut Option<f64>,
+        under_way: &mut UnderWay,
     ) -> Result<(Ran, f64)> {
-        let ran = self.perform(found).await?;
+        let ran = self.perform(found, &mut under_way.tally).await?;
         let seconds = f64::from(self.clock().await?.wrapping_sub(begun)) / 1000.0;
         let pose = self.arm.get::<Pose>().await?;
         let at = [pose.x, pose.y, pose.z].map(f64::from);
-        *lift = self.ending.after_done(self.program.plan(), at);
-        if let Some(up) = *lift {
+        under_way.lift = self.ending.after_done(self.program.plan(), at);
+        if let Some(up) = under_way.lift {
             self.arm.lift(up).await?;
-            *lift = None;
+            under_way.lift = None;
         }
         if let Some(place) = self.ending.park {
             self.arm.park(place).await?;
@@ -185,13 +196,17 @@ impl Drive {
     }
 
     /// The pen of a drawing that was stopped goes up, unless something else than the end of the waiting has stopped the arm.
-    async fn lift_after(&self, error: &Error, found: &Found, lift: Option<f64>) {
+    async fn lift_after(&self, error: &Error, found: &Found, under_way: &UnderWay) {
         let wanted = self.left.load(Ordering::SeqCst) || error.kind().lifts();
-        let Some(height) = lift.filter(|_| wanted) else {
+        let Some(height) = under_way.lift.filter(|_| wanted) else {
             return;
         };
-        let pose = self.arm.get::<Pose>().await;
-        if pose.is_ok_and(|pose| !found.rest.has_moved(&pose)) {
+        let stands = async {
+            let pose = self.arm.get::<Pose>().await?;
+            Ok::<_, Error>((self.arm.current_index().await?.0, pose))
+        };
+        let has_moved = |(index, pose)| found.rest.has_moved(&under_way.tally, index, &pose);
+        if !stands.await.map_or(true, has_moved) {
             return;
         }
         self.say(match self.arm.lift(height).await {
@@ -244,9 +259,8 @@ impl Drive {
         }
     }
 
-    async fn perform(&self, found: &Found) -> Result<Ran> {
+    async fn perform(&self, found: &Found, tally: &mut Tally) -> Result<Ran> {
         let rest = &found.rest;
-        let mut tally = Tally::new(rest.lead(), true);
         let options = RunOptions::default().keep(self.how.keep);
         let run = self.arm.begin(rest.commands(), options);
         let run = run.along(rest.start().clone());

@@ -7,6 +7,7 @@ use magician::commands::Pose;
 use magician::words::{Guards, Preflight};
 
 use super::{Program, Timetable};
+use crate::resume::Tally;
 use crate::{Plan, Problem, Report};
 
 /// How far from where it should an arm may stand, mm: what 32 bits and a reading cost.
@@ -139,14 +140,26 @@ impl Rest {
         course.guards(Guards::default())
     }
 
-    /// Whether an arm that stands there has left the place where the rest began; yes where that is not known.
+    /// Whether the arm has moved since the rest began: it stands elsewhere, or it has finished a command that leads away from
+    /// where it stood, wherever it is by now. Yes where it is not known where the rest began.
     #[must_use]
-    pub fn has_moved(&self, pose: &Pose) -> bool {
-        self.start.arm().is_none_or(|began| {
-            let now = pose.joint_angle.map(f64::from);
-            let mut pairs = began.joints.to_array().into_iter().zip(now);
+    pub fn has_moved(&self, tally: &Tally, index: u64, pose: &Pose) -> bool {
+        let Some(began) = self.start.arm() else {
+            return true;
+        };
+        let began = began.joints.to_array();
+        let elsewhere = |now: [f64; 4]| {
+            let mut pairs = began.into_iter().zip(now);
             pairs.any(|(began, now)| (began - now).abs() > STILL)
-        })
+        };
+        let mut course = self.start.clone().guards(Guards::NONE);
+        let done = usize::try_from(tally.commands(index).least).unwrap_or(usize::MAX);
+        let mut ends = self.commands().take(done).map(|command| {
+            // What could not be checked was not sent.
+            let _ = course.check(&command);
+            course.arm().map(|arm| arm.joints.to_array())
+        });
+        elsewhere(pose.joint_angle.map(f64::from)) || ends.any(|end| end.is_none_or(elsewhere))
     }
 
     /// The plan of one round.
@@ -277,6 +290,37 @@ pub(super) mod tests {
         // Whoever begins later is told what was set before.
         assert_eq!(changes(Some(1), 4, vec![]), [slow]);
         assert_eq!(changes(None, 0, vec![]), [slow, slow]);
+    }
+
+    #[test]
+    fn an_arm_that_is_back_where_it_began_has_moved() {
+        let began = start().arm().expect("it stands").pose;
+        let mut plan = Plan::new("out, and back");
+        let [x, y, z, r] = [began.x, began.y, began.z, began.r].map(|value| value as f32);
+        for to in [[x + 20.0, y, z, r], [x, y, z, r]] {
+            let by = Travel::Line;
+            plan.push(Action::Move { to, by }, Origin::NONE);
+        }
+        let setting = vec![words::speed(10.0, 10.0)];
+        let program = Program::new(plan, Some(1)).with_settings(setting);
+        let rest = program.rest(0, start()).expect("within reach");
+        let joint_angle = JointAngles::HOME.to_array().map(|angle| angle as f32);
+        let pose = Pose {
+            x,
+            y,
+            z,
+            r,
+            joint_angle,
+        };
+        let mut tally = Tally::new(rest.lead(), false);
+        assert!(!rest.has_moved(&tally, 40, &pose));
+        // The setting has the index 40.
+        tally.note(3, 42);
+        let moved = [39, 40, 41, 42].map(|index| rest.has_moved(&tally, index, &pose));
+        assert_eq!(moved, [false, false, true, true]);
+        let mut away = pose;
+        away.joint_angle[1] += 0.1;
+        assert!(rest.has_moved(&tally, 39, &away));
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use magician::commands::{DeviceTime, Pose};
 use magician::{Arm, Error, ErrorKind};
+use magician_program::Rest;
 use magician_program::resume::{Seen, Span, Verdict, settle};
 use tokio::time::{sleep, timeout};
 
@@ -68,7 +69,9 @@ impl Drive<'_> {
     async fn lift(&self, arm: &Arm, stood: &Stood) -> Option<String> {
         let height = {
             let mut state = self.state.borrow_mut();
-            let moved = (state.rest.as_ref()).is_some_and(|rest| rest.has_moved(&stood.pose));
+            let State { rest, tally, .. } = &*state;
+            let moved = |rest: &Rest| rest.has_moved(tally, stood.index, &stood.pose);
+            let moved = rest.as_ref().is_some_and(moved);
             if !moved {
                 return None;
             }
