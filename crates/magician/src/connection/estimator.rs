@@ -53,12 +53,19 @@ impl Estimator {
 
     /// From when on an answer counts as lost.
     pub(crate) fn timeout(&self) -> Micros {
-        let base = match self.smoothed {
+        let timeout = self.first_timeout();
+        timeout
+            .saturating_mul(1 << self.doublings)
+            .min(self.ceiling)
+    }
+
+    /// The same without regard to what was lost lately.
+    pub(crate) fn first_timeout(&self) -> Micros {
+        let timeout = match self.smoothed {
             Some(smoothed) => smoothed.saturating_add(4 * self.deviation),
             None => self.initial,
         };
-        let base = base.clamp(self.floor, self.ceiling);
-        base.saturating_mul(1 << self.doublings).min(self.ceiling)
+        timeout.clamp(self.floor, self.ceiling)
     }
 }
 
@@ -82,6 +89,7 @@ mod tests {
         assert!(slow > 400_000 && slow < 600_000, "{slow}");
         estimator.back_off();
         assert_eq!(estimator.timeout(), 2 * slow);
+        assert_eq!(estimator.first_timeout(), slow);
         for _ in 0..100 {
             estimator.back_off();
         }

@@ -230,7 +230,12 @@ impl Connection {
         job.since = now;
         // One that is sent again while the first may still be answered keeps the next request of its key waiting.
         let lifetime = (self.lifetime.measured()).filter(|_| !planted(Flaw::NoLifetime));
-        let patience = self.estimator.timeout().max(lifetime.unwrap_or(0));
+        let patience = match job.priority {
+            // A line that loses much must not make a stop rarer: it can be said twice, and nothing else goes out meanwhile.
+            Priority::Stop => self.estimator.first_timeout(),
+            _ => self.estimator.timeout(),
+        };
+        let patience = patience.max(lifetime.unwrap_or(0));
         job.timer = now.saturating_add(patience);
         job.clears = self.ledger.clears();
         match job.queued() {

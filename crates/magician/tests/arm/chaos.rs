@@ -8,7 +8,7 @@ use magician::commands::{CpCmd, WaitCmd};
 use magician::protocol::{CpMode, FrameBuf};
 use magician::sim::{Controller, Event, LinkId, Profile};
 use magician::stream::STRAIGHT;
-use magician::{Arm, Ctrl, ErrorKind, Options, Ran, Run, RunOptions, Set, ToolBias};
+use magician::{Arm, Ctrl, ErrorKind, Options, Ran, Run, RunOptions, Set};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep, timeout};
@@ -44,7 +44,7 @@ struct Inner {
 impl Bench {
     fn new(seed: u64, lost: u64) -> Self {
         Self(Arc::new(Mutex::new(Inner {
-            controller: Controller::new(Profile::default()).with_tool(ToolBias::NONE),
+            controller: Controller::new(Profile::default()),
             begun: Instant::now(),
             dice: Dice(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1),
             lost: 0,
