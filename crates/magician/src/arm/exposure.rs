@@ -7,7 +7,7 @@ use magician_protocol::{
     Ctrl, Frame, FrameBuf, JogCommand, Layout, QueuedCmdIndex, Readable, Set, Writable,
 };
 
-use crate::burning::{frame_burns, raises_laser_pin};
+use crate::burning::{LASER_POWER, LASER_SUPPLY, frame_burns, raises_laser_pin};
 
 /// Commands after which the arm moves without the queue.
 const MOTIONS: [u8; 10] = [
@@ -51,14 +51,54 @@ pub(super) struct Exposure {
     current: u64,
     /// A motion outside the queue, or one without an end.
     free: bool,
-    /// It may have lit the laser.
-    laser: bool,
+    /// It may have lit the laser by its own commands.
+    beam: bool,
     /// It may have lit it by its pins.
-    pins: bool,
+    pins: RaisedPins,
     /// Queued commands that are handed to the connection and have not ended.
     unanswered: u32,
     /// A program runs.
     program: bool,
+}
+
+/// How the laser's pins may have been raised.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct RaisedPins {
+    supply: bool,
+    power: bool,
+    pulses: bool,
+}
+
+impl RaisedPins {
+    fn any(self) -> bool {
+        self != Self::default()
+    }
+
+    /// A command that raises one of them goes out.
+    fn raise(&mut self, command: &Set) {
+        match command {
+            Set::IoDo(output) if output.address == LASER_SUPPLY => self.supply = true,
+            Set::IoDo(_) => self.power = true,
+            Set::IoPwm(_) => self.pulses = true,
+            // Along its way, whichever of them.
+            _ => (self.supply, self.power) = (true, true),
+        }
+    }
+
+    /// An immediate command was answered, which may have lowered one of them.
+    fn lower(&mut self, command: &Set) {
+        match command {
+            Set::IoDo(output) if !output.level.is_on() => match output.address {
+                LASER_SUPPLY => self.supply = false,
+                LASER_POWER => self.power = false,
+                _ => {}
+            },
+            Set::IoPwm(output) if output.address == LASER_POWER && output.duty_cycle <= 0.0 => {
+                self.pulses = false;
+            }
+            _ => {}
+        }
+    }
 }
 
 impl Exposure {
@@ -89,8 +129,10 @@ impl Exposure {
             self.started = self.started.filter(|started| *started);
         }
         if frame_burns(request, true) {
-            self.laser = true;
-            self.pins |= Set::decode(id, params).is_ok_and(|command| raises_laser_pin(&command));
+            match Set::decode(id, params) {
+                Ok(command) if raises_laser_pin(&command) => self.pins.raise(&command),
+                _ => self.beam = true,
+            }
         }
         if id == JogCmd::ROW.id {
             self.free |= params.get(1).is_some_and(|cmd| *cmd != 0);
@@ -102,6 +144,11 @@ impl Exposure {
     /// A request was answered.
     pub(super) fn answered(&mut self, request: &Frame<'_>, reply: &FrameBuf) {
         let reply = reply.frame();
+        if request.ctrl() == Ctrl::SET
+            && let Ok(command) = Set::decode(request.id(), request.params())
+        {
+            self.pins.lower(&command);
+        }
         match request.id() {
             id if id == QueuedCmdStartExec::ROW.id => self.started = Some(true),
             id if id == QueuedCmdStopExec::ROW.id => self.started = Some(false),
@@ -115,7 +162,7 @@ impl Exposure {
                 self.last = under_way.map(|_| self.current.saturating_add(1));
             }
             id if id == SetEndEffectorLaser::ROW.id && request.ctrl() == Ctrl::SET => {
-                self.laser &= self.pins || frame_burns(request, true);
+                self.beam &= frame_burns(request, true);
             }
             id if id == <QueuedCmdCurrentIndex as Readable>::ROW.id => {
                 if let Ok(read) = QueuedCmdCurrentIndex::decode(reply.params()) {
@@ -168,7 +215,7 @@ impl Exposure {
 
     /// The laser's pins were lowered, and the laser was switched off.
     pub(super) fn darkened(&mut self) {
-        (self.laser, self.pins) = (false, false);
+        (self.beam, self.pins) = (false, RaisedPins::default());
     }
 
     /// The queue was held and emptied on a line that was found again; the command under way goes on.
@@ -181,11 +228,11 @@ impl Exposure {
 
     /// Whether the laser may burn because of this handle.
     pub(super) fn laser(&self) -> bool {
-        self.laser
+        self.beam || self.pins.any()
     }
 
     /// Whether that may be because of its pins.
     pub(super) fn pins(&self) -> bool {
-        self.pins
+        self.pins.any()
     }
 }

@@ -312,3 +312,34 @@ async fn homing_puts_a_laser_out_first_and_a_program_does_not_begin_with_one() {
     assert!(off.is_some() && off < home, "{ids:?}");
     assert!(!desk.with(|arm| arm.state().laser));
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_pin_that_was_lowered_again_is_left_alone_at_the_end() {
+    let (high, low) = (words::output(4, true), words::output(4, false));
+    let (fast, off) = (words::pwm(4, 1000.0, 20.0), words::pwm(4, 1000.0, 0.0));
+    for (raised, lowered, left) in [
+        (vec![high], vec![low], false),
+        (vec![fast], vec![off], false),
+        (vec![high, fast], vec![low, off], false),
+        (vec![high], vec![], true),
+        // Another pin, another form of the same, and a beam are other ways to light it.
+        (
+            vec![high, words::output(2, true)],
+            vec![words::output(4, false)],
+            true,
+        ),
+        (vec![high, fast], vec![low], true),
+        (vec![high], vec![words::laser(false)], true),
+        (vec![words::laser(true), high], vec![low], true),
+    ] {
+        let desk = Desk::new();
+        let arm = desk.connect(allowed()).await;
+        for command in raised.iter().chain(&lowered) {
+            arm.set_any(command).await.unwrap();
+        }
+        desk.heard();
+        arm.close().await;
+        let heard = desk.heard();
+        assert_eq!(!only_reads(&heard), left, "{raised:?} {lowered:?}");
+    }
+}
