@@ -161,7 +161,8 @@ impl Drive {
             }
         }
         let (ran, seconds) = outcome?;
-        owed.give_back(&self.arm).await?;
+        owed.give_back(&self.arm.patient(RunOptions::default().patience))
+            .await?;
         let draws = self.ending.draws(self.program.plan());
         Ok(Done {
             ran,
@@ -181,16 +182,19 @@ impl Drive {
         under_way: &mut UnderWay,
     ) -> Result<(Ran, f64)> {
         let ran = self.perform(found, &mut under_way.tally).await?;
-        let seconds = f64::from(self.clock().await?.wrapping_sub(begun)) / 1000.0;
-        let pose = self.arm.get::<Pose>().await?;
+        // What follows waits as long as the run did.
+        let arm = self.arm.patient(RunOptions::default().patience);
+        let clock = arm.get::<DeviceTime>().await?.g_systick;
+        let seconds = f64::from(clock.wrapping_sub(begun)) / 1000.0;
+        let pose = arm.get::<Pose>().await?;
         let at = [pose.x, pose.y, pose.z].map(f64::from);
         under_way.lift = self.ending.after_done(self.program.plan(), at);
         if let Some(up) = under_way.lift {
-            self.arm.lift(up).await?;
+            arm.lift(up).await?;
             under_way.lift = None;
         }
         if let Some(place) = self.ending.park {
-            self.arm.park(place).await?;
+            arm.park(place).await?;
         }
         Ok((ran, seconds))
     }

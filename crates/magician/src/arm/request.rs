@@ -34,8 +34,13 @@ impl Arm {
         Instant::now() + timeout.min(FOREVER)
     }
 
-    /// The same arm, for calls that wait for so long at least.
-    pub(super) fn patient(&self, patience: Duration) -> Self {
+    /// A handle of the same connection whose calls wait for an answer for so long at least, where [`Options::timeout`] is
+    /// shorter: for what belongs to a long job, which a line that is held for some seconds must not end. Runs have their own:
+    /// [`RunOptions::patience`](crate::RunOptions::patience).
+    ///
+    /// [`Options::timeout`]: super::Options::timeout
+    #[must_use]
+    pub fn patient(&self, patience: Duration) -> Self {
         Self {
             patience,
             ..self.clone()

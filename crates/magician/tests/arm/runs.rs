@@ -199,6 +199,20 @@ async fn a_line_that_is_held_does_not_end_a_run() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_patient_handle_waits_for_a_line_that_is_held() {
+    let (mut hasty, mut patient) = (0, 0);
+    for (patience, failed) in [(0, &mut hasty), (30, &mut patient)] {
+        let arm = held_now_and_then(8, 0.1).await;
+        let arm = arm.patient(Duration::from_secs(patience));
+        for _ in 0..20 {
+            *failed += u32::from(arm.get::<Pose>().await.is_err());
+        }
+    }
+    assert!(hasty > 0);
+    assert_eq!(patient, 0);
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_line_that_is_held_for_longer_than_a_runs_patience_ends_it_and_calls_end_as_ever() {
     let arm = held_now_and_then(60, 1.0).await;
     let begun = Instant::now();

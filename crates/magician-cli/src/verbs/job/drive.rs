@@ -194,6 +194,8 @@ impl Drive<'_> {
             Ok(ran) => ran,
             Err(failure) => return Err(self.fails(arm, failure).await),
         };
+        // What follows waits as long as the run did.
+        let arm = &arm.patient(RunOptions::default().patience);
         let seconds = ahead.begun.seconds(arm).await?;
         if let Some(journal) = self.state.borrow_mut().journal.take() {
             journal.remove();
