@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use magician::commands::{ClearAllAlarmsState, Pose};
+use magician::commands::{ClearAllAlarmsState, HomeCmd, Pose};
 use magician::connection::{Request, Settings};
 use magician::faults::Faults;
 use magician_protocol::{NoArgs, PtpMode};
@@ -51,6 +51,14 @@ pub(super) fn moves(scope: Scope) -> Result<Found, Box<dyn Error>> {
                 look(&mut pair);
             }
             if pair.arm.state().queue.held {
+                // A joint that stands at its limit has to leave it first.
+                if held {
+                    ask(&mut pair, Request::set(&HomeCmd { reserved: 0 })?).ok();
+                    while pair.arm.state().moving {
+                        let soon = pair.now + SECOND;
+                        pair.run_until(soon);
+                    }
+                }
                 held = true;
                 ask(&mut pair, Request::set(&ClearAllAlarmsState {})?).ok();
             }
