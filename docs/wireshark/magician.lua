@@ -231,7 +231,7 @@ LAYOUTS.DeviceTime = {
     prefix = "device_time.",
     head = 0,
     fields = {
-        { name = "g_systick", kind = "u32", unit = "ms", doc = "Time since power-up. Range: wraps at 2^32." },
+        { name = "g_systick", kind = "u32", unit = "ms", doc = "Time since power-up; begins again at 2^32." },
     },
     fits = {
         { from = 4, to = 4 },
@@ -737,7 +737,7 @@ LAYOUTS.PtpPoCmd = {
         { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y, or J2 in the angle modes." },
         { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z, or J3 in the angle modes." },
         { name = "r", kind = "f32", unit = "deg", doc = "Rotation, or J4 in the angle modes." },
-        { name = "po", kind = "outputs", unit = "", doc = "Outputs to switch. Range: at most 57." },
+        { name = "po", kind = "outputs", unit = "", doc = "Outputs to switch. Range: at most 57 outputs." },
     },
     fits = {
         { from = 17, to = 248 },
@@ -754,7 +754,7 @@ LAYOUTS.PtpPoWithLCmd = {
         { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z, or J3 in the angle modes." },
         { name = "r", kind = "f32", unit = "deg", doc = "Rotation, or J4 in the angle modes." },
         { name = "l", kind = "f32", unit = "mm", doc = "Rail position, or way on the rail in the incremental modes. Range: 0 to 1000." },
-        { name = "po", kind = "outputs", unit = "", doc = "Outputs to switch. Range: at most 56." },
+        { name = "po", kind = "outputs", unit = "", doc = "Outputs to switch. Range: at most 56 outputs." },
     },
     fits = {
         { from = 21, to = 248 },

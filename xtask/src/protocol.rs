@@ -144,7 +144,7 @@ fn unit(field: &Field) -> &'static str {
 
 fn about(field: &Field) -> String {
     let mut about = field.doc.to_owned();
-    if !field.range.is_empty() && !matches!(field.ty, FieldType::Enum(_) | FieldType::Flag) {
+    if !field.range.is_any() && !matches!(field.ty, FieldType::Enum(_) | FieldType::Flag) {
         let _ = write!(about, " Range: {}.", field.range);
     }
     match (field.optional, field.default) {

@@ -309,7 +309,7 @@ fn line(page: &mut String, field: &Field) {
         let _ = write!(about, "; {}", field.unit);
     }
     let counts = !matches!(field.ty, FieldType::Enum(_) | FieldType::Flag);
-    if !field.range.is_empty() && counts {
+    if !field.range.is_any() && counts {
         let _ = write!(about, "; {}", field.range);
     }
     let _ = writeln!(page, "    {}: {ty}{default}", field.name);

@@ -2,6 +2,7 @@ use core::fmt;
 
 use crate::alarm::AlarmSet;
 use crate::list::PoList;
+use crate::range::Range;
 use crate::text::{Lossy, until_nul};
 use crate::visible::visible;
 use crate::wire::{EnumInfo, FieldType, Reader, Scalar, Wire};
@@ -16,8 +17,8 @@ pub struct Field {
     pub ty: FieldType,
     /// Its unit, or what it is instead of a quantity.
     pub unit: &'static str,
-    /// Values it may take; empty when every value of its type makes sense.
-    pub range: &'static str,
+    /// Values it may take.
+    pub range: Range,
     /// What it means.
     pub doc: &'static str,
     /// Whether a host may leave it out.

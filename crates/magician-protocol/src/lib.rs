@@ -52,6 +52,7 @@ mod list;
 mod message;
 mod motor;
 mod parse;
+mod range;
 mod row;
 #[cfg(feature = "serde")]
 mod serialize;
@@ -81,6 +82,7 @@ pub use layout::{Field, FieldValue, Fields, Form, FormKind, LayoutInfo, Normalis
 pub use list::{PoCmd, PoList};
 pub use message::{QueuedCmdIndex, Request};
 pub use parse::{ParseError, encode_text};
+pub use range::{Case, Range};
 pub use row::{Chapter, Confidence, NameError, Row, Source};
 pub use text::{Bytes, Text};
 pub use visible::{Visible, is_deceptive, visible, visible_lines};

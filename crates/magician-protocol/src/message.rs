@@ -1,7 +1,7 @@
 use crate::commands::{Get, Set};
 use crate::layout::{Field, LayoutInfo};
 use crate::wire::{FieldType, Reader, Scalar, Wire};
-use crate::{DecodeError, Frame, Layout, Row, Writer};
+use crate::{DecodeError, Frame, Layout, Range, Row, Writer};
 
 /// What a frame asks of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,7 @@ impl Layout for QueuedCmdIndex {
             name: "queued_cmd_index",
             ty: FieldType::Scalar(Scalar::U64),
             unit: "index",
-            range: "",
+            range: Range::Any,
             doc: "Index given to the command, one more than the one before; 0 is never given.",
             optional: false,
             omittable: false,

@@ -52,7 +52,7 @@ macro_rules! layout {
     (
         $doc:expr, $name:ident {
             $( $field:ident : $type:ty $(= $default:literal)? $(| $required:ident)?,
-               $unit:literal, $range:literal, $about:literal; )*
+               $unit:literal, $range:tt, $about:literal; )*
         }
         [ $( $len:literal $kind:ident $(($skip:literal))? $note:literal ),* ]
     ) => {
@@ -69,7 +69,7 @@ macro_rules! layout {
                     name: crate::layout::field_name(stringify!($field)),
                     ty: <$type as Wire>::TYPE,
                     unit: $unit,
-                    range: $range,
+                    range: range!($range),
                     doc: $about,
                     optional: (<$type as Wire>::OPTIONAL || has!($($default)?)) && !has!($($required)?),
                     omittable: <$type as Wire>::OPTIONAL || has!($($default)?),
@@ -111,12 +111,53 @@ macro_rules! layout {
     };
 }
 
+/// A range as data.
+macro_rules! range {
+    ([]) => {
+        $crate::Range::Any
+    };
+    ([$least:literal..=$most:literal]) => {
+        $crate::Range::Within($least, $most)
+    };
+    ([above $limit:literal]) => {
+        $crate::Range::Above($limit)
+    };
+    ([$least:literal..=$most:literal capped]) => {
+        $crate::Range::Capped($least, $most)
+    };
+    ([at most $count:literal $of:literal]) => {
+        $crate::Range::AtMost($count, $of)
+    };
+    ([$( $field:ident $is:literal $name:literal $least:literal..=$most:literal ),+]) => {
+        $crate::Range::By(&[$( $crate::Case {
+            field: stringify!($field),
+            is: $is,
+            name: $name,
+            least: $least,
+            most: $most,
+        } ),+])
+    };
+}
+
+/// The same as a sentence of the documentation.
 macro_rules! range_doc {
-    ("") => {
+    ([]) => {
         ""
     };
-    ($range:literal) => {
-        concat!(" Range: ", $range, ".")
+    ([$least:literal..=$most:literal]) => {
+        concat!(" Range: ", $least, " to ", $most, ".")
+    };
+    ([above $limit:literal]) => {
+        concat!(" Range: above ", $limit, ".")
+    };
+    ([$least:literal..=$most:literal capped]) => {
+        concat!(" Range: ", $least, " to ", $most, "; more counts as ", $most, ".")
+    };
+    ([at most $count:literal $of:literal]) => {
+        concat!(" At most ", $count, " ", $of, ".")
+    };
+    ([$( $field:ident $is:literal $name:literal $least:literal..=$most:literal ),+]) => {
+        concat!(" Range:" $(, " ", $least, " to ", $most, " for ", $name, ";")+)
     };
 }
 
@@ -163,8 +204,9 @@ macro_rules! read_field {
 /// ```
 ///
 /// with any of the four left out that the command does not have, each followed by its tolerated
-/// forms, if any: `forms [ 14 Zeros "who sends it" ]`. A field is `name: type, "unit", "range",
-/// "meaning";`, with `= 0` after the type when it may be left out and is then 0, an `Option`
+/// forms, if any: `forms [ 14 Zeros "who sends it" ]`. A field is `name: type, "unit", [range],
+/// "meaning";` (a range is `[0..=9]`, `[above 0]`, `[1..=100 capped]`, `[at most 23 "bytes"]`,
+/// `[mode 0 "levels" 0..=1, mode 1 "analog values" 0..=3]` or, for any value, `[]`), with `= 0` after the type when it may be left out and is then 0, an `Option`
 /// when it may be left out and its absence means something, `| required` when only a lenient
 /// controller does without.
 macro_rules! commands {

@@ -1,4 +1,4 @@
-use magician_protocol::{Field, FieldType, LayoutInfo, Row, Scalar};
+use magician_protocol::{Field, FieldType, LayoutInfo, Range, Row, Scalar};
 
 /// Command lines that use a command, ready to be copied.
 pub(super) fn lines(row: &Row) -> Vec<String> {
@@ -43,7 +43,6 @@ fn value(field: &Field) -> String {
 }
 
 fn number(field: &Field, scalar: Scalar) -> String {
-    let range = field.range;
     let value = match (field.name, field.unit) {
         ("x", _) => 200,
         ("z", _) => 20,
@@ -52,7 +51,7 @@ fn number(field: &Field, scalar: Scalar) -> String {
         (_, "ms") => 500,
         (_, "Hz") => 1000,
         ("to_point", _) => 200,
-        _ if range.starts_with("above 0") => 100,
+        _ if matches!(field.range, Range::Above(_)) => 100,
         _ if scalar == Scalar::I32 => 10_000,
         _ => 0,
     };

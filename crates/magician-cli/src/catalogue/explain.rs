@@ -108,7 +108,7 @@ fn member(field: &'static Field, columns: &mut Columns) {
         unit => unit,
     };
     let mut about = field.doc.to_owned();
-    if !field.range.is_empty() && !matches!(field.ty, FieldType::Enum(_) | FieldType::Flag) {
+    if !field.range.is_any() && !matches!(field.ty, FieldType::Enum(_) | FieldType::Flag) {
         about.push_str(&format!(" Range: {}.", field.range));
     }
     match (field.optional, field.default) {

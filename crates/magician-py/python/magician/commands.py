@@ -408,7 +408,7 @@ class DeviceTime(Readable):
     LAYOUT = "DeviceTime"
 
     g_systick: int
-    """Time since power-up; ms; wraps at 2^32."""
+    """Time since power-up; begins again at 2^32; ms."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -1032,7 +1032,7 @@ class PtpPoCmd(Queueable):
     r: float
     """Rotation, or J4 in the angle modes; deg."""
     po: tuple[Output, ...]
-    """Outputs to switch; percent : EIO address : level; at most 57."""
+    """Outputs to switch; percent : EIO address : level; at most 57 outputs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -1058,7 +1058,7 @@ class PtpPoWithLCmd(Queueable):
     l: float
     """Rail position, or way on the rail in the incremental modes; mm; 0 to 1000."""
     po: tuple[Output, ...]
-    """Outputs to switch; percent : EIO address : level; at most 56."""
+    """Outputs to switch; percent : EIO address : level; at most 56 outputs."""
 
 
 @dataclass(frozen=True, slots=True)

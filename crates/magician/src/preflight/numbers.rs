@@ -1,6 +1,6 @@
 //! Numbers that are none, and values that the protocol's table does not allow.
 
-use magician_protocol::{CpMode, Ctrl, Field, FieldValue, FrameBuf, Set};
+use magician_protocol::{Case, CpMode, Ctrl, Field, FieldValue, Fields, FrameBuf, Range, Set};
 
 use crate::{Error, Result};
 
@@ -21,13 +21,51 @@ fn check_by_table(command: &Set) -> Result<()> {
         return Ok(());
     };
     let values = layout.values(frame.frame().params())?;
-    for (field, value) in values {
-        check_value(field, value)?;
+    for (field, value) in values.clone() {
+        let limits = limits(field, values.clone());
+        check_value(field, value, limits)?;
         value
             .items()
-            .try_for_each(|item| check_value(field, item))?;
+            .try_for_each(|item| check_value(field, item, limits))?;
     }
     Ok(())
+}
+
+/// Between what a number may lie.
+#[derive(Clone, Copy)]
+enum Limits {
+    None,
+    Above(f64),
+    Within(f64, f64),
+    Count(usize, &'static str),
+}
+
+/// The range of a field, beside the values of the others.
+fn limits(field: &Field, values: Fields<'_>) -> Limits {
+    match field.range {
+        Range::Within(..) if field.name == RAIL => Limits::None,
+        Range::Within(least, most) => Limits::Within(least.into(), most.into()),
+        Range::Above(limit) => Limits::Above(limit.into()),
+        // More is taken for the most, and does no harm.
+        Range::Capped(least, _) => Limits::Within(least.into(), f64::INFINITY),
+        Range::AtMost(count, of) => Limits::Count(count.into(), of),
+        Range::By(cases) => {
+            let applies = |case: &&Case| {
+                values.clone().any(|(field, value)| {
+                    let byte = match value {
+                        FieldValue::Enum(_, byte) | FieldValue::Flag(byte) => Some(byte),
+                        _ => None,
+                    };
+                    field.name == case.field && byte == Some(case.is)
+                })
+            };
+            let case = cases.iter().find(applies);
+            case.map_or(Limits::None, |case| {
+                Limits::Within(case.least.into(), case.most.into())
+            })
+        }
+        _ => Limits::None,
+    }
 }
 
 /// Whether nothing can be wrong with it, told without the table: of the segments of which drawings have a million.
@@ -44,47 +82,59 @@ fn is_plainly_sound(command: &Set) -> bool {
     }
 }
 
-fn check_value(field: &Field, value: FieldValue<'_>) -> Result<()> {
+fn check_value(field: &Field, value: FieldValue<'_>, limits: Limits) -> Result<()> {
     match value {
-        FieldValue::Float(number) => check_float(field, number),
-        FieldValue::Unsigned(number) => check_range(field, number as f64),
+        FieldValue::Float(number) if !number.is_finite() => {
+            let name = field.name;
+            let message = format!("{name} is {number}, which is no number");
+            Err(Error::invalid(message))
+        }
+        FieldValue::Float(number) => check_number(field, number.into(), limits),
+        FieldValue::Unsigned(number) => check_number(field, number as f64, limits),
+        FieldValue::Signed(number) => check_number(field, number.into(), limits),
         FieldValue::Enum(info, byte) if info.name_of(byte).is_none() => {
             let Field { name, range, .. } = field;
             let message = format!("{name} is {byte}, which does not exist; there are {range}");
             Err(Error::invalid(message).with_value(byte.into(), name))
         }
-        FieldValue::Outputs(list) => list.as_slice().iter().try_for_each(|output| {
-            check_within("ratio", output.ratio.into(), 0.0, 100.0, "%")?;
-            check_within("address", output.address.into(), 1.0, 20.0, "EIO address")?;
-            check_within("level", output.level.into(), 0.0, 1.0, "level")
-        }),
+        FieldValue::Enum(_, byte) => check_number(field, byte.into(), limits),
+        FieldValue::Text(text) => check_count(field, text.len(), limits),
+        FieldValue::Outputs(list) => {
+            check_count(field, list.as_slice().len(), limits)?;
+            list.as_slice().iter().try_for_each(|output| {
+                check_within("ratio", output.ratio.into(), 0.0, 100.0, "%")?;
+                check_within("address", output.address.into(), 1.0, 20.0, "EIO address")?;
+                check_within("level", output.level.into(), 0.0, 1.0, "level")
+            })
+        }
         _ => Ok(()),
     }
 }
 
-fn check_float(field: &Field, number: f32) -> Result<()> {
-    let name = field.name;
-    if !number.is_finite() {
-        return Err(Error::invalid(format!(
-            "{name} is {number}, which is no number"
-        )));
+fn check_number(field: &Field, number: f64, limits: Limits) -> Result<()> {
+    let Field { name, unit, .. } = *field;
+    match limits {
+        Limits::Above(limit) if number <= limit => {
+            let message = format!("{name} is {number} {unit}, it must be above {limit}");
+            Err(Error::invalid(message).with_limit(number, limit, unit))
+        }
+        Limits::Within(least, _) if number < least => {
+            let message = format!("{name} is {number}, it must be {} ({unit})", field.range);
+            Err(Error::invalid(message).with_limit(number, least, unit))
+        }
+        Limits::Within(_, most) if number > most => {
+            let message = format!("{name} is {number}, it must be {} ({unit})", field.range);
+            Err(Error::invalid(message).with_limit(number, most, unit))
+        }
+        _ => Ok(()),
     }
-    let above_zero = field.range == "above 0" || field.range.ends_with("more counts as 100");
-    if above_zero && number <= 0.0 {
-        let message = format!("{name} is {number} {}, it must be above 0", field.unit);
-        return Err(Error::invalid(message).with_limit(number.into(), 0.0, field.unit));
-    }
-    check_range(field, number.into())
 }
 
-/// The range of the table, if it is two numbers and nothing else.
-fn check_range(field: &Field, number: f64) -> Result<()> {
-    let Some((low, high)) = field.range.split_once(" to ") else {
-        return Ok(());
-    };
-    match (low.parse::<f64>(), high.parse::<f64>()) {
-        (Ok(low), Ok(high)) if field.name != RAIL => {
-            check_within(field.name, number, low, high, field.unit)
+fn check_count(field: &Field, count: usize, limits: Limits) -> Result<()> {
+    match limits {
+        Limits::Count(most, of) if count > most => {
+            let message = format!("{} has {count} {of}, at most {most} fit", field.name);
+            Err(Error::invalid(message).with_limit(count as f64, most as f64, of))
         }
         _ => Ok(()),
     }
@@ -101,9 +151,81 @@ fn check_within(name: &str, number: f64, low: f64, high: f64, unit: &'static str
 
 #[cfg(test)]
 mod tests {
-    use magician_protocol::commands::{CpCmd, CpLeCmd};
+    use magician_protocol::commands::{
+        CpCmd, CpLeCmd, DeviceSn, JogCommonParams, PtpCommonParams, TrigCmd,
+    };
+    use magician_protocol::{Text, TriggerCondition, TriggerMode};
 
     use super::*;
+
+    fn trigger(mode: u8, condition: u8, threshold: u16) -> Set {
+        Set::TrigCmd(TrigCmd {
+            address: 4,
+            mode: TriggerMode::from(mode),
+            condition: TriggerCondition::from(condition),
+            threshold,
+        })
+    }
+
+    #[test]
+    fn an_input_is_waited_for_with_values_that_it_can_have() {
+        for (mode, condition, threshold, sound) in [
+            (0, 0, 0, true),
+            (0, 1, 1, true),
+            (0, 2, 1, false),
+            (0, 3, 0, false),
+            (0, 0, 2, false),
+            (1, 3, 2, true),
+            (1, 3, 4095, true),
+            (1, 3, 4096, false),
+            (1, 0, 60_000, false),
+            (1, 4, 0, false),
+            (2, 0, 0, false),
+        ] {
+            let checked = check(&trigger(mode, condition, threshold));
+            assert_eq!(checked.is_ok(), sound, "{mode} {condition} {threshold}");
+        }
+        let error = check(&trigger(1, 0, 60_000)).unwrap_err();
+        assert_eq!(
+            (error.value(), error.limit()),
+            (Some(60_000.0), Some(4095.0))
+        );
+        let said = "threshold is 60000, it must be 0 or 1 for levels, 0 to 4095 for analog values \
+                    (level or counts)";
+        assert_eq!(error.to_string(), said);
+    }
+
+    #[test]
+    fn a_share_of_the_speed_is_one_percent_at_least_and_more_than_all_is_all() {
+        for (ratio, sound) in [
+            (0.001, false),
+            (0.99, false),
+            (1.0, true),
+            (100.0, true),
+            (500.0, true),
+        ] {
+            let [velocity_ratio, acceleration_ratio] = [ratio, 50.0];
+            let moves = PtpCommonParams {
+                velocity_ratio,
+                acceleration_ratio,
+            };
+            let jogs = JogCommonParams {
+                velocity_ratio: acceleration_ratio,
+                acceleration_ratio: velocity_ratio,
+            };
+            assert_eq!(check(&Set::from(moves)).is_ok(), sound, "{ratio}");
+            assert_eq!(check(&Set::from(jogs)).is_ok(), sound, "{ratio}");
+        }
+    }
+
+    #[test]
+    fn a_name_that_does_not_fit_is_refused() {
+        for (length, sound) in [(23, true), (24, false)] {
+            let device_sn = Text::new(&"A".repeat(length)).unwrap();
+            let checked = check(&Set::from(DeviceSn { device_sn }));
+            assert_eq!(checked.is_ok(), sound, "{length}");
+        }
+    }
 
     #[test]
     fn what_is_sound_without_the_table_is_sound_by_it() {

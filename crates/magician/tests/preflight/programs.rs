@@ -234,9 +234,10 @@ impl Tally {
                     other.run(&words::home());
                 }
                 // The rail ends where it ends, without an alarm, and a speed that is none is stored.
-                let message = error.to_string();
-                let silently =
-                    message.contains("must be above 0") || message.contains("the rail would be");
+                let silently = matches!(
+                    command,
+                    Set::PtpCommonParams(_) | Set::CircleCmd(CircleCmd { count: 0, .. })
+                ) || error.to_string().contains("the rail would be");
                 if other.alarmed() || silently {
                     self.far += 1;
                 } else {

@@ -1,0 +1,85 @@
+use core::fmt;
+
+/// What values a field may have.
+///
+/// ```
+/// use magician_protocol::commands::{PtpCommonParams, TrigCmd};
+/// use magician_protocol::{Layout, Range};
+///
+/// let field = &PtpCommonParams::INFO.fields[0];
+/// assert_eq!((field.name, field.range), ("velocity_ratio", Range::Capped(1, 100)));
+/// assert_eq!(field.range.to_string(), "1 to 100, more counts as 100");
+/// let threshold = &TrigCmd::INFO.fields[3];
+/// assert_eq!(threshold.range.to_string(), "0 or 1 for levels, 0 to 4095 for analog values");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Range {
+    /// Every value of its type.
+    Any,
+    /// From the first to the second.
+    Within(i32, i32),
+    /// Larger than this.
+    Above(i32),
+    /// From the first to the second; the arm takes larger ones for the second.
+    Capped(i32, i32),
+    /// At most so many of these (bytes of a text, elements of a list).
+    AtMost(u8, &'static str),
+    /// What another field says.
+    By(&'static [Case]),
+}
+
+/// What values a field may have when another one has a certain value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Case {
+    /// The other field.
+    pub field: &'static str,
+    /// Its value.
+    pub is: u8,
+    /// What that stands for.
+    pub name: &'static str,
+    /// The least.
+    pub least: i32,
+    /// The most.
+    pub most: i32,
+}
+
+impl Range {
+    /// Whether every value will do.
+    #[must_use]
+    pub fn is_any(&self) -> bool {
+        *self == Self::Any
+    }
+}
+
+/// In words; empty for every value of the type.
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Any => Ok(()),
+            Self::Within(least, most) => span(f, *least, *most),
+            Self::Above(limit) => write!(f, "above {limit}"),
+            Self::Capped(least, most) => {
+                span(f, *least, *most)?;
+                write!(f, ", more counts as {most}")
+            }
+            Self::AtMost(count, of) => write!(f, "at most {count} {of}"),
+            Self::By(cases) => {
+                for (at, case) in cases.iter().enumerate() {
+                    f.write_str(if at == 0 { "" } else { ", " })?;
+                    span(f, case.least, case.most)?;
+                    write!(f, " for {}", case.name)?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+fn span(f: &mut fmt::Formatter<'_>, least: i32, most: i32) -> fmt::Result {
+    match most.wrapping_sub(least) {
+        0 => write!(f, "{least}"),
+        1 => write!(f, "{least} or {most}"),
+        _ => write!(f, "{least} to {most}"),
+    }
+}
