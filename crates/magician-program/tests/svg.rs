@@ -655,16 +655,28 @@ fn texts_are_outlines_in_one_font() {
             "text is written in Roboto Regular instead of bold"
         ]
     );
-    let missing = problem(page("\n  <text id='label' y='20'>Hi 日本 日</text>"));
-    assert_eq!((missing.origin.line, missing.origin.column), (2, 3));
+}
+
+#[test]
+fn characters_that_the_font_lacks_are_left_out_and_named() {
+    let (artwork, notes) = reading(page("\n  <text id='label' y='20'>Hi 日本 日</text>"));
+    // H is one outline, i are two; nothing stands where the others would.
+    assert_eq!(artwork.strokes.len(), 3);
+    let told: Vec<String> = notes.iter().map(ToString::to_string).collect();
     assert_eq!(
-        missing.to_string(),
-        "line 2, column 3 (label): the font Roboto does not have 日 (U+65E5), 本 (U+672C)"
+        told,
+        [
+            "line 2, column 3 (label): U+65E5 '日' is left out: the font Roboto does not have it",
+            "line 2, column 3 (label): U+672C '本' is left out: the font Roboto does not have it",
+        ]
     );
     // What is not shown does not matter.
-    reading(page(
-        "<text y='20' visibility='hidden'>日</text><text y='20' display='none'>日</text>",
-    ));
+    let hidden = "<text y='20' visibility='hidden'>日</text><text y='20' display='none'>日</text>";
+    let (_, notes) = reading(page(&format!("<line x2='5' stroke='red'/>{hidden}")));
+    assert_eq!(notes, []);
+    // A text that is left out as a whole is told of too.
+    let (artwork, notes) = reading(page("<text y='20'>日本</text>"));
+    assert_eq!((artwork.strokes.len(), notes.len()), (0, 2));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use kurbo::{Affine, BezPath};
+use kurbo::{Affine, BezPath, PathEl, Shape};
 use usvg::{Color, Group, Node, Paint, Path, Stroke as Outline, Text, Transform};
 
 use super::area::encloses;
@@ -194,19 +194,14 @@ impl<'a> Walk<'a> {
 
     fn text(&mut self, text: &Text, outer: &Place) -> Result<(), Problem> {
         let place = self.inner(text.id(), outer);
-        let missing = font::missing(text);
-        if !missing.is_empty() {
-            let listed: Vec<String> = missing
-                .chars()
-                .map(|c| format!("{c} (U+{:04X})", c as u32))
-                .collect();
-            let message = format!(
-                "the font {} does not have {}",
-                font::NAME,
-                listed.join(", ")
+        for character in font::missing(text).chars() {
+            let code = u32::from(character);
+            let remark = format!(
+                "U+{code:04X} '{character}' is left out: the font {} does not have it",
+                font::NAME
             );
             let help = "turn the text into paths in the program that it was drawn with";
-            return Err(place.element.problem(message).help(help));
+            self.notes.add(place.element.problem(remark).help(help));
         }
         for wish in font::differences(text) {
             let remark = format!(
@@ -215,11 +210,11 @@ impl<'a> Walk<'a> {
             );
             self.notes.add(place.element.problem(remark));
         }
-        self.letters(text.flattened(), &place)
+        self.letters(text.flattened(), &place, font::speck(text))
     }
 
-    /// The outlines of a text's letters, whatever is done with other fills.
-    fn letters(&mut self, group: &Group, outer: &Place) -> Result<(), Problem> {
+    /// The outlines of a text's letters, whatever is done with other fills, but for those that are smaller than a speck.
+    fn letters(&mut self, group: &Group, outer: &Place, speck: f64) -> Result<(), Problem> {
         let to = outer.to * matrix(group.transform());
         let place = Place {
             to,
@@ -227,10 +222,16 @@ impl<'a> Walk<'a> {
         };
         for node in group.children() {
             match node {
-                Node::Group(group) => self.letters(group, &place)?,
+                Node::Group(group) => self.letters(group, &place, speck)?,
                 Node::Path(path) if path.is_visible() => {
-                    let lines = flatten(&self.curves(path, &place)?, self.tolerance, true);
-                    self.add(lines, &place)?;
+                    let curves = self.curves(path, &place)?;
+                    // Specks are told by the letters' own size, before any transform.
+                    let own = super::lines::curves(path.data(), Affine::IDENTITY);
+                    let outlines = outlines(&own).zip(outlines(&curves));
+                    let letters = outlines.filter(|(own, _)| extent(own) > speck);
+                    let letters: BezPath =
+                        letters.flat_map(|(_, placed)| placed).copied().collect();
+                    self.add(flatten(&letters, self.tolerance, true), &place)?;
                 }
                 _ => {}
             }
@@ -274,6 +275,18 @@ impl<'a> Walk<'a> {
         self.known.insert(name.to_owned(), index);
         index
     }
+}
+
+/// The parts of a path, each from where the pen is put down.
+fn outlines(path: &BezPath) -> impl Iterator<Item = &[PathEl]> {
+    let elements = path.elements();
+    elements.chunk_by(|_, next| !matches!(next, PathEl::MoveTo(_)))
+}
+
+/// The longer side of what holds it.
+fn extent(outline: &[PathEl]) -> f64 {
+    let path = BezPath::from_vec(outline.to_vec());
+    path.control_box().size().max_side()
 }
 
 /// As the curves' library has it.
