@@ -40,6 +40,18 @@ impl Speeds {
         acceleration_ratio: 50.0,
     };
 
+    /// The fastest the arm goes whatever has been set (model section 6); r turns as fast as the servo of J4.
+    pub const CEILINGS: Self = Self {
+        joint_velocity: [320.0, 320.0, 320.0, 480.0],
+        joint_acceleration: [300.0; 4],
+        linear_velocity: 300.0,
+        linear_acceleration: 400.0,
+        rotation_velocity: 480.0,
+        rotation_acceleration: 300.0,
+        velocity_ratio: 100.0,
+        acceleration_ratio: 100.0,
+    };
+
     /// The speeds of the last part of homing, which no setting scales (model section 11).
     pub const HOMING: Self = Self {
         joint_velocity: [30.0, 50.0, 50.0, 50.0],
@@ -66,24 +78,17 @@ impl Speeds {
     /// Velocity and acceleration of a joint, its index from 0.
     pub(crate) fn joint(&self, index: usize) -> Result<Rates, MotionError> {
         let name = u8::try_from(index + 1).unwrap_or(u8::MAX);
+        let of = |values: [f64; 4]| values.get(index).copied().unwrap_or(f64::NAN);
         self.rates(
             Setting {
                 quantity: SpeedQuantity::JointVelocity(name),
-                value: self.joint_velocity.get(index).copied().unwrap_or(f64::NAN),
-                ceiling: if index < 3 {
-                    ceiling::JOINT_VELOCITY
-                } else {
-                    ceiling::SERVO_VELOCITY
-                },
+                value: of(self.joint_velocity),
+                ceiling: of(Self::CEILINGS.joint_velocity),
             },
             Setting {
                 quantity: SpeedQuantity::JointAcceleration(name),
-                value: self
-                    .joint_acceleration
-                    .get(index)
-                    .copied()
-                    .unwrap_or(f64::NAN),
-                ceiling: ceiling::ROTARY_ACCELERATION,
+                value: of(self.joint_acceleration),
+                ceiling: of(Self::CEILINGS.joint_acceleration),
             },
         )
     }
@@ -94,12 +99,12 @@ impl Speeds {
             Setting {
                 quantity: SpeedQuantity::LinearVelocity,
                 value: self.linear_velocity,
-                ceiling: ceiling::LINEAR_VELOCITY,
+                ceiling: Self::CEILINGS.linear_velocity,
             },
             Setting {
                 quantity: SpeedQuantity::LinearAcceleration,
                 value: self.linear_acceleration,
-                ceiling: ceiling::LINEAR_ACCELERATION,
+                ceiling: Self::CEILINGS.linear_acceleration,
             },
         )
     }
@@ -110,12 +115,12 @@ impl Speeds {
             Setting {
                 quantity: SpeedQuantity::RotationVelocity,
                 value: self.rotation_velocity,
-                ceiling: ceiling::SERVO_VELOCITY,
+                ceiling: Self::CEILINGS.rotation_velocity,
             },
             Setting {
                 quantity: SpeedQuantity::RotationAcceleration,
                 value: self.rotation_acceleration,
-                ceiling: ceiling::ROTARY_ACCELERATION,
+                ceiling: Self::CEILINGS.rotation_acceleration,
             },
         )
     }
@@ -135,20 +140,6 @@ impl Default for Speeds {
     fn default() -> Self {
         Self::POWER_UP
     }
-}
-
-/// The fastest the arm goes whatever has been set (model section 6).
-mod ceiling {
-    /// J1 to J3, deg/s.
-    pub(super) const JOINT_VELOCITY: f64 = 320.0;
-    /// J4, deg/s; taken for r too, which the same servo turns.
-    pub(super) const SERVO_VELOCITY: f64 = 480.0;
-    /// Along a path, mm/s.
-    pub(super) const LINEAR_VELOCITY: f64 = 300.0;
-    /// Every joint, and r, deg/s2.
-    pub(super) const ROTARY_ACCELERATION: f64 = 300.0;
-    /// Along a path, mm/s2.
-    pub(super) const LINEAR_ACCELERATION: f64 = 400.0;
 }
 
 struct Setting {

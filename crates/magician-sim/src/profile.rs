@@ -179,7 +179,7 @@ pub struct LimitSet {
 }
 
 /// More than this counts as this when a motion is planned (model section 6). The values of the built-in profile are the
-/// planner's own; a profile can only lower them.
+/// planner's own; a profile can only lower them: one that raises them is refused.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ceilings {

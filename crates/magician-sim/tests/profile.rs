@@ -101,6 +101,17 @@ fn values_that_make_no_sense_are_refused_by_name() {
             "linear_velocity = 0.0",
             "ceilings.linear_velocity",
         ),
+        // What the planner caps at is not raised by a profile, and it does not pretend so.
+        (
+            "linear_velocity = 300.0",
+            "linear_velocity = 301.0",
+            "a profile can only lower a ceiling",
+        ),
+        (
+            "joint_velocity = [320.0, 320.0, 320.0, 480.0]",
+            "joint_velocity = [320.0, 321.0, 320.0, 480.0]",
+            "a profile can only lower a ceiling",
+        ),
         (
             "name = \"Dobot 2.0\"",
             "name = \"a\\u0000b\"",
