@@ -1,7 +1,7 @@
 //! What the driver's sentences say to do is the command line's; here it is what a Python program does.
 
 /// What the command line says, and what Python says.
-const PHRASES: [(&str, &str); 12] = [
+const PHRASES: [(&str, &str); 11] = [
     ("`magician alarms --clear`", "`arm.clear_alarms()`"),
     ("`magician queue start`", "`arm.start_queue()`"),
     ("`magician stop`", "`arm.stop()`"),
@@ -16,7 +16,6 @@ const PHRASES: [(&str, &str); 12] = [
     ),
     ("choose one with --port", "name one of them"),
     ("Arm::stop_jog", "`arm.stop_jog()`"),
-    ("laser(false)", "laser(False)"),
 ];
 
 /// What lets a laser burn.

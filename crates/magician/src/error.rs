@@ -82,6 +82,8 @@ struct Details {
     alarms: Option<AlarmSet>,
     /// It is refused because the laser was not allowed to burn.
     wants_laser: bool,
+    /// The check of a program that has refused it.
+    guard: Option<&'static str>,
     source: Option<io::Error>,
 }
 
@@ -136,6 +138,22 @@ impl Error {
         self.0.alarms.as_ref()
     }
 
+    /// The check of a program that has refused it, by its name in [`Guards`](crate::words::Guards), if it is one that can be
+    /// switched off.
+    ///
+    /// ```
+    /// use magician::words::{self, Preflight};
+    /// use magician::{JointAngles, ToolBias};
+    ///
+    /// let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    /// let error = start.program(&[words::laser(true)]).unwrap_err();
+    /// assert_eq!(error.guard(), Some("laser"));
+    /// ```
+    #[must_use]
+    pub fn guard(&self) -> Option<&'static str> {
+        self.0.guard
+    }
+
     /// Whether it was refused because the laser would or could burn, and nobody had allowed that
     /// ([`Options::allow_laser`](crate::Options::allow_laser)).
     #[must_use]
@@ -160,6 +178,7 @@ impl Error {
             to: None,
             alarms: None,
             wants_laser: false,
+            guard: None,
             source: None,
         }))
     }
@@ -205,6 +224,13 @@ impl Error {
     pub(crate) fn with_source(mut self, source: io::Error) -> Self {
         self.0.source = Some(source);
         self
+    }
+
+    /// Refused by the guard of this name.
+    pub(crate) fn guarded(guard: &'static str, message: String) -> Self {
+        let mut error = Self::invalid(message);
+        error.0.guard = Some(guard);
+        error
     }
 
     /// What was not sent because the laser would or could burn.

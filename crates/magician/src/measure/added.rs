@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use magician_protocol::commands::Pose;
 use magician_protocol::{Deframer, Event, FrameBuf, NoArgs, Readable};
+use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use tokio::time::Instant;
@@ -93,7 +94,7 @@ async fn measure(
 }
 
 fn bare_trips(path: &str, count: usize, times: &mut Vec<Duration>) -> io::Result<()> {
-    let mut line = File::options().read(true).write(true).open(path)?;
+    let mut line = open_line(path)?;
     let request = FrameBuf::get(&NoArgs, Pose::ROW).map_err(io::Error::other)?;
     let mut reply = [0; 64];
     for _ in 0..count {
@@ -111,13 +112,19 @@ fn bare_trips(path: &str, count: usize, times: &mut Vec<Duration>) -> io::Result
     Ok(())
 }
 
+/// Opens a terminal that does not become this process's own: a session's leader is hung up with its terminal.
+fn open_line(path: &str) -> io::Result<File> {
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+    Ok(File::from(rustix::fs::open(path, flags, Mode::empty())?))
+}
+
 /// A pseudo-terminal whose other end answers every request on a thread of its own: its path, a hold on it, the thread.
 fn responder() -> io::Result<(String, OwnedFd, JoinHandle<()>)> {
     let server = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
     grantpt(&server)?;
     unlockpt(&server)?;
     let path = ptsname(&server, Vec::new())?.to_string_lossy().into_owned();
-    let keep = OwnedFd::from(File::options().read(true).write(true).open(&path)?);
+    let keep = OwnedFd::from(open_line(&path)?);
     let mut modes = tcgetattr(&keep)?;
     modes.make_raw();
     tcsetattr(&keep, OptionalActions::Now, &modes)?;

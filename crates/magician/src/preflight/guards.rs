@@ -71,9 +71,9 @@ macro_rules! setters {
 setters! { reach unknown_start jog laser alarms require_homed }
 
 /// A refusal that the guard of this name has made, if it is on.
-pub(crate) fn refuse(on: bool, name: &str, why: impl std::fmt::Display) -> Result<()> {
+pub(crate) fn refuse(on: bool, name: &'static str, why: impl std::fmt::Display) -> Result<()> {
     if on {
-        Err(Error::invalid(format!("{why} (check `{name}`)")))
+        Err(Error::guarded(name, why.to_string()))
     } else {
         Ok(())
     }

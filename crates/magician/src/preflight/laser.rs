@@ -70,7 +70,7 @@ impl Laser {
             Doing::Drawing if self.along => "leaves the path that it was lit for",
             _ => return Ok(()),
         };
-        let why = format!("the laser would burn while the arm {doing}: put laser(false) before it");
+        let why = format!("the laser would burn while the arm {doing}: switch it off before that");
         refuse(guard, "laser", why)
     }
 

@@ -193,7 +193,7 @@ impl Preflight {
     /// # Errors
     /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if it leaves the laser burning.
     pub fn finish(&self) -> Result<()> {
-        let why = "the laser would burn on after the program: end it with laser(false)";
+        let why = "the laser would burn on after the program: switch it off at the end";
         refuse(self.guards.laser && self.laser.burns(), "laser", why)
     }
 

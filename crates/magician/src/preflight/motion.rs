@@ -323,8 +323,7 @@ impl Preflight {
 
     /// A jog goes on until a limit ends it.
     fn jog(&mut self, command: JogCommand) -> Result<u64> {
-        let why = "a jog in a program goes on until a limit stops it with an alarm; jog at once, and \
-                   end it with stop_jog";
+        let why = "a queued jog goes on until a limit stops it with an alarm: jog at once instead, and stop it";
         refuse(self.guards.jog, "jog", why)?;
         match command {
             JogCommand::RailPlus | JogCommand::RailMinus if !self.now.with_rail => return Ok(0),

@@ -19,7 +19,7 @@ fn somewhere() -> Preflight {
 fn refused(start: &Preflight, program: &[Set], guard: &str, off: Guards) {
     let error = start.clone().program(program).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidInput, "{error}");
-    assert!(error.to_string().contains(&format!("`{guard}`")), "{error}");
+    assert_eq!(error.guard(), Some(guard), "{error}");
     let passes = start.clone().guards(off).program(program);
     passes.unwrap_or_else(|error| panic!("{guard} is off: {error}"));
 }
