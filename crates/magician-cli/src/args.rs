@@ -62,7 +62,17 @@ pub(crate) struct Cli {
 impl Cli {
     /// Reads a command line; the first argument is the program's name.
     pub(crate) fn read(arguments: &[OsString]) -> Result<Self, clap::Error> {
-        let mut command = Self::with_virtual_tool();
+        Self::read_as(Self::with_virtual_tool(), arguments)
+    }
+
+    /// Reads a line of a shell, which has heard the environment itself.
+    pub(crate) fn read_line(arguments: &[OsString]) -> Result<Self, clap::Error> {
+        let deaf = |arg: Arg| arg.env(None::<&'static str>);
+        Self::read_as(Self::with_virtual_tool().mut_args(deaf), arguments)
+    }
+
+    fn read_as(mut command: clap::Command, arguments: &[OsString]) -> Result<Self, clap::Error> {
+        let arguments = arguments.iter().map(|word| plain_number(word));
         let matches = command.try_get_matches_from_mut(arguments)?;
         let mut cli =
             Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
@@ -94,6 +104,20 @@ impl Cli {
                 verb
             }
         })
+    }
+}
+
+/// A negative number as clap knows one: `-.5` and `-1e-3` look like options to it.
+fn plain_number(word: &OsString) -> OsString {
+    let text = word.to_str().unwrap_or_default();
+    let is_odd = text.starts_with("-.") || text.contains(['e', 'E']);
+    let begins =
+        |text: &str| text.starts_with(|first: char| first.is_ascii_digit() || first == '.');
+    let number = text.strip_prefix('-').filter(|text| is_odd && begins(text));
+    let number = number.and_then(|text| text.parse::<f64>().ok());
+    match number.filter(|number| number.is_finite()) {
+        Some(number) => format!("-{number}").into(),
+        None => word.clone(),
     }
 }
 
@@ -154,6 +178,43 @@ pub(crate) struct Global {
     /// The tool of a virtual arm, where the verb takes one; see `with_virtual_tool`.
     #[arg(skip)]
     pub(crate) virtual_tool: Option<ToolBias>,
+}
+
+impl Global {
+    /// The options of a line within a shell that was given `session`'s: the same connection, and what is said besides.
+    pub(crate) fn within(self, session: &Self) -> Result<Self, Failure> {
+        // All of them, so that a new one is not forgotten.
+        let Self {
+            port,
+            json,
+            yes,
+            timeout,
+            window,
+            trace,
+            faults,
+            verbose,
+            virtual_tool,
+        } = self;
+        for (name, is_given) in [
+            ("--port", port.is_some()),
+            ("--window", window.is_some()),
+            ("--trace", trace.is_some()),
+            ("--faults", faults.is_some()),
+            ("--tool", virtual_tool.is_some()),
+        ] {
+            if is_given {
+                let hint = format!("give {name} to the shell itself");
+                return Err(Failure::usage("a shell has one connection").hint(hint));
+            }
+        }
+        Ok(Self {
+            json: json || session.json,
+            yes: yes || session.yes,
+            timeout: timeout.or(session.timeout),
+            verbose: verbose.max(session.verbose),
+            ..session.clone()
+        })
+    }
 }
 
 /// What to do.
@@ -295,6 +356,7 @@ pub(crate) struct ToolOption {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::failure::Kind;
 
     #[test]
     fn the_command_line_contradicts_itself_nowhere() {
@@ -346,6 +408,33 @@ mod tests {
             wrong.contains("none, suction, gripper, pen, laser"),
             "{wrong}"
         );
+    }
+
+    #[test]
+    fn a_line_of_a_shell_has_the_options_of_the_shell() {
+        let words = |line: &str| line.split(' ').map(OsString::from).collect::<Vec<_>>();
+        let read = |line| Cli::read(&words(line)).unwrap().global;
+        let session =
+            read("magician -vv --port sim --window 4 --timeout 7 --faults drop=0.1 shell");
+        let line = |line: &str| {
+            let line = Cli::read_line(&words(line)).unwrap().global;
+            line.within(&session)
+        };
+        let same = line("magician pose").unwrap();
+        assert_eq!(format!("{same:?}"), format!("{session:?}"));
+        let more = line("magician pose --json --yes --timeout 9").unwrap();
+        assert!(more.json && more.yes);
+        assert_eq!(more.timeout, Some(Duration::from_secs(9)));
+        assert_eq!((more.window, more.verbose), (Some(4), 2));
+        for other in [
+            "--port sim",
+            "--window 2",
+            "--faults drop=0.2",
+            "--tool pen",
+        ] {
+            let error = line(&format!("magician pose {other}")).unwrap_err();
+            assert_eq!(error.kind, Kind::Usage, "{other}");
+        }
     }
 
     #[test]

@@ -351,6 +351,8 @@ impl Context {
                     None => self.connect(sim).await?,
                 };
                 let arm = &self.arm.insert(arm).arm;
+                let timeout = self.global.timeout;
+                arm.set_timeout(timeout.unwrap_or(Options::default().timeout));
                 match self.burns {
                     true => work(&arm.allowing_laser(), &mut self.out).await,
                     false => work(arm, &mut self.out).await,

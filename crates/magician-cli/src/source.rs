@@ -54,8 +54,14 @@ impl Source {
     pub(crate) fn format(&self, said: Option<Format>) -> Result<Format, Failure> {
         let known = said.or_else(|| Format::of(&self.name, &self.bytes));
         known.ok_or_else(|| {
-            let message = format!("{}: nothing tells what kind of file this is", self.name);
-            Failure::invalid(message).hint("--format says it")
+            let message = format!("{}: unrecognised file type", self.name);
+            let endings = Format::ALL.iter().flat_map(|format| format.endings());
+            let endings: Vec<_> = endings.copied().collect();
+            let hint = format!(
+                "files with these endings are read: {}; `--format` names the type of one with another ending",
+                endings.join(" ")
+            );
+            Failure::invalid(message).hint(hint)
         })
     }
 

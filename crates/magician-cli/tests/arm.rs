@@ -364,8 +364,49 @@ fn a_real_arm_does_not_move_without_yes() {
 }
 
 #[test]
+fn a_flag_that_does_not_exist_is_no_number() {
+    let run = run_with(
+        &[
+            "--port", "sim", "--json", "move", "220", "40", "30", "--slow",
+        ],
+        b"",
+    );
+    assert_eq!(
+        (run.status, run.error()["kind"].as_str()),
+        (2, Some("usage"))
+    );
+    let message = run.error()["message"]
+        .as_str()
+        .unwrap_or_default()
+        .to_owned();
+    assert!(message.contains("--slow"), "{message}");
+    for (text, y) in [
+        ("-40", -40.0),
+        ("-.5", -0.5),
+        ("-4e1", -40.0),
+        ("-2.5e-1", -0.25),
+    ] {
+        let run = run_with(&["--port", "sim", "--json", "move", "220", text, "30"], b"");
+        assert_eq!(run.status, 0, "{text}");
+        assert_eq!(
+            run.object()["y"].as_f64().map(|y| y.round_ties_even()),
+            Some(f64::round_ties_even(y)),
+            "{text}"
+        );
+    }
+}
+
+#[test]
 fn a_shell_has_one_connection_and_no_shell_in_it() {
-    for line in ["--port sim pose", "shell", "demo", "sim --udp 127.0.0.1"] {
+    for line in [
+        "--port sim pose",
+        "pose --window 4",
+        "pose --trace a.pcapng",
+        "pose --tool pen",
+        "shell",
+        "demo",
+        "sim --udp 127.0.0.1",
+    ] {
         let run = script(line);
         assert_eq!(
             (run.status, run.error()["kind"].as_str()),

@@ -1,7 +1,8 @@
 //! What was in a file becomes a plan for this arm: where it lies, with which tool, how fast.
 
+use magician::Set;
 use magician::words::{self, Preflight};
-use magician_motion::ToolBias;
+use magician_motion::{Speeds, ToolBias};
 
 use crate::artwork::{Layout, Marking, Order, Sheet, rotated};
 use crate::raster::{Engrave, Grid, Size, Trace};
@@ -170,6 +171,7 @@ impl Setup {
             let what = "nothing burns here: the power that was asked for changes nothing";
             notes.push(Problem::of_file(what));
         }
+        notes.extend(above_ceiling(&plan));
         Ok(Reading {
             content: plan,
             notes,
@@ -477,6 +479,22 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
     let half = rotated(taken.map(|side| side / 2.0), sheet.rotation);
     let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);
     Ok(Some((at, turn)))
+}
+
+/// Paths that are to be drawn faster than the arm goes.
+fn above_ceiling(plan: &Plan) -> Option<Problem> {
+    let speeds = plan.settings().filter_map(|setting| match setting {
+        Set::CpParams(speeds) => Some(f64::from(speeds.junction_vel)),
+        _ => None,
+    });
+    let fastest = speeds.fold(0.0, f64::max);
+    let ceiling = Speeds::CEILINGS.linear_velocity;
+    (fastest > ceiling).then(|| {
+        let what = format!(
+            "speed {fastest:.0} mm/s is above the arm's ceiling: it goes at {ceiling:.0} mm/s at most"
+        );
+        Problem::of_file(what)
+    })
 }
 
 #[cfg(test)]

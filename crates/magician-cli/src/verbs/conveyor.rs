@@ -31,13 +31,13 @@ enum Action {
     /// Run it until told otherwise
     Run {
         /// mm/s, the sign is the direction
-        #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+        #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         speed: f32,
     },
     /// Move it by so much and wait until it stands
     By {
         /// mm, the sign is the direction
-        #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+        #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         distance: f32,
         /// mm/s
         #[arg(long, value_name = "MM/S", default_value_t = 50.0, value_parser = number::<f32>)]

@@ -11,16 +11,16 @@ use crate::failure::Failure;
 #[derive(Args, Debug)]
 pub(crate) struct Forward {
     /// Base, degrees
-    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     j1: f64,
     /// Rear arm, degrees from the vertical
-    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     j2: f64,
     /// Forearm, degrees below the horizontal
-    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     j3: f64,
     /// End servo, degrees
-    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     j4: f64,
     #[command(flatten)]
     of: ToolOption,

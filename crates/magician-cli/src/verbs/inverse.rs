@@ -11,16 +11,16 @@ use crate::failure::Failure;
 #[derive(Args, Debug)]
 pub(crate) struct Inverse {
     /// Forward, mm
-    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     x: f64,
     /// To the left, mm
-    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     y: f64,
     /// Up, mm
-    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     z: f64,
     /// Rotation of the tool, degrees
-    #[arg(allow_hyphen_values = true, value_parser = number::<f64>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     r: f64,
     #[command(flatten)]
     of: ToolOption,

@@ -40,7 +40,7 @@ enum Action {
     /// Move to a place on the rail and wait until the arm is there
     To {
         /// mm, 0 to 1000
-        #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+        #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         place: f32,
         #[command(flatten)]
         how: How,
@@ -48,7 +48,7 @@ enum Action {
     /// Move along the rail by so much
     By {
         /// mm
-        #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+        #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         distance: f32,
         #[command(flatten)]
         how: How,

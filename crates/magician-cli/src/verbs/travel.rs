@@ -29,16 +29,16 @@ Examples:
 What is out of reach is refused before anything is sent.")]
 pub(crate) struct Move {
     /// x in mm, or J1 in degrees
-    #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
     x: f32,
     /// y in mm, or J2
-    #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
     y: f32,
     /// z in mm, or J3
-    #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
     z: f32,
     /// Rotation in degrees, or J4; as it is if left out
-    #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
     r: Option<f32>,
     /// On a straight line
     #[arg(long)]

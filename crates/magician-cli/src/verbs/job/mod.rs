@@ -20,6 +20,7 @@ use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, bur
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{Action, Content, Ending, Plan, Problem, Program, Setup, Work};
+use magician_protocol::visible_lines;
 use miette::Severity;
 
 use self::drive::{Done, Drive, State};
@@ -27,6 +28,7 @@ use self::options::{Beam, File, Look, Pen, Place, Way};
 use self::reading::Read;
 use crate::context::Context;
 use crate::failure::{Failure, Kind, incomplete};
+use crate::output::Paint;
 use crate::permission::Asks;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
@@ -89,7 +91,15 @@ impl Job {
             ));
         }
         let opened = self.opened()?;
-        let place = self.place(looks, context)?;
+        let place = match self.place(looks, context) {
+            Ok(place) => place,
+            Err(no_arm) => {
+                // What is wrong with the file would be wrong with every arm.
+                let read = self.read(opened, &Where::Nowhere, context)?;
+                self.made(read, &Where::Nowhere, context)?;
+                return Err(no_arm);
+            }
+        };
         let read = self.read(opened, &place, context)?;
         let picture = self.picture(&place, context)?;
         let made = self.made(read, &place, context)?;
@@ -370,17 +380,30 @@ fn needs_start() -> Failure {
         .hint("give --start X,Y,Z as well, as the run has said it that is to go on")
 }
 
-/// What was read in a certain way, for people.
+/// What was read in a certain way, for people: a line each, and with `-v` the place in the file.
 pub(crate) fn notes(source: &Source, notes: &[Problem], context: &Context) {
     if context.global.json {
         return;
     }
     for note in notes.iter().take(NOTES) {
-        say(&source.draw(note, Severity::Advice));
+        match context.global.verbose {
+            0 => say(&line_of(source, note)),
+            _ => say(&source.draw(note, Severity::Advice)),
+        }
     }
     if notes.len() > NOTES {
         say(&format!("and {} notes more", notes.len() - NOTES));
     }
+}
+
+fn line_of(source: &Source, note: &Problem) -> String {
+    let help = match &note.help {
+        Some(help) => format!(" ({help})"),
+        None => String::new(),
+    };
+    let text = format!("{}: {note}{help}", source.name);
+    let paint = Paint::for_stderr();
+    format!("{} {}", paint.note("note:"), visible_lines(&text))
 }
 
 /// Notes as JSON has them, each with what to do about it.

@@ -49,7 +49,7 @@ pub(crate) struct Jog {
     #[arg(requires = "distance")]
     axis: Option<Axis>,
     /// How far, mm or degrees
-    #[arg(allow_hyphen_values = true, value_parser = number::<f32>)]
+    #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
     distance: Option<f32>,
 }
 

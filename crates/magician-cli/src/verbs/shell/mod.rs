@@ -106,7 +106,7 @@ fn one(line: &str, session: &Global, context: &mut Context) -> Result<(), Failur
     let arguments = ["magician".to_owned()].into_iter().chain(words);
     let arguments: Vec<OsString> = arguments.map(OsString::from).collect();
     let json = session.json || crate::asks_for_json(&arguments);
-    let mut cli = match Cli::read(&arguments) {
+    let mut cli = match Cli::read_line(&arguments) {
         Ok(cli) => cli,
         Err(error) => return crate::usage(&error, json, &mut context.out),
     };
@@ -116,24 +116,6 @@ fn one(line: &str, session: &Global, context: &mut Context) -> Result<(), Failur
     ) {
         return Err(Failure::usage("this verb does not work within a shell"));
     }
-    let global = &mut cli.global;
-    if arguments
-        .iter()
-        .any(|word| word == "--port" || word == "-p")
-    {
-        let hint = "give --port to the shell itself";
-        return Err(Failure::usage("a shell has one connection").hint(hint));
-    }
-    if global.virtual_tool.is_some() {
-        let hint = "give --tool to the shell itself";
-        return Err(Failure::usage("a shell has one arm").hint(hint));
-    }
-    global.virtual_tool = session.virtual_tool;
-    global.port.clone_from(&session.port);
-    global.trace.clone_from(&session.trace);
-    global.faults = session.faults;
-    global.json |= session.json;
-    global.yes |= session.yes;
-    global.timeout = global.timeout.or(session.timeout);
+    cli.global = cli.global.within(session)?;
     context.line(cli)
 }
