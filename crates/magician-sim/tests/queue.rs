@@ -5,6 +5,7 @@ mod arm;
 use arm::{SECOND, arm, arm_with, hex, home, joints_to, ptp, running_arm, suck, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, FrameBuf};
+use magician_sim::Event;
 
 #[test]
 fn the_first_index_is_1_and_each_is_one_more_whatever_the_command() {
@@ -221,7 +222,18 @@ fn clear_drops_what_waits_and_lets_the_motion_finish() {
     bench.enqueue(&wait(0));
     bench.enqueue(&wait(0));
     bench.pass(SECOND);
+    let drops = |events: Vec<Event>| -> Vec<usize> {
+        let dropped = events.into_iter().filter_map(|event| match event {
+            Event::Dropped { count } => Some(count),
+            _ => None,
+        });
+        dropped.collect()
+    };
+    assert!(drops(bench.events()).is_empty());
     bench.set(&QueuedCmdClear {});
+    assert_eq!(drops(bench.events()), [2]);
+    bench.set(&QueuedCmdClear {});
+    assert!(drops(bench.events()).is_empty(), "nothing waits any more");
     assert_eq!(bench.left_space(), 31);
     assert_eq!(bench.current_index(), 0);
     bench.rest();
