@@ -7,10 +7,15 @@ use magician_protocol::{CpMode, PtpMode, Set};
 use super::{Action, Plan};
 use crate::{Problem, Step, Surface};
 
-/// Moves, scales or turns whatever has a place: `p' = scale R (p - about) + about + by`.
+/// Mirrors, moves, scales or turns whatever has a place: `p' = scale R M (p - about) + about + by`.
 #[derive(Clone, Copy, Debug)]
 struct Map {
+    /// Of x and y.
     scale: f64,
+    /// Of z.
+    upright: f64,
+    /// Left to right: x becomes -x.
+    mirror: bool,
     degrees: f64,
     /// Cosine and sine of the turn.
     turn: [f64; 2],
@@ -64,11 +69,44 @@ impl Plan {
                 "a plan cannot be scaled by {factor}: it must be above 0"
             )));
         }
-        let scale = factor;
         self.mapped(&Map {
-            scale,
+            scale: factor,
+            upright: factor,
             about,
             ..Map::identity("scaled")
+        })
+    }
+
+    /// The same in another size on its surface: x and y `factor` times as far from `about`, `[x, y]`. Lifts, depths and heights
+    /// of jumps stay, and so do speeds and rotations.
+    ///
+    /// # Errors
+    /// As [`scaled`](Self::scaled).
+    pub fn scaled_level(&self, factor: f64, [x, y]: [f64; 2]) -> Result<Self, Problem> {
+        finite(&[factor, x, y], "the factor")?;
+        if factor <= 0.0 {
+            return Err(Problem::of_file(format!(
+                "a plan cannot be scaled by {factor}: it must be above 0"
+            )));
+        }
+        self.mapped(&Map {
+            scale: factor,
+            about: [x, y, 0.0],
+            ..Map::identity("scaled")
+        })
+    }
+
+    /// The same mirrored left to right, about the line on which x is `x`. A rotation r becomes -r: a gripper has two jaws, and
+    /// holds from the other side.
+    ///
+    /// # Errors
+    /// As [`moved`](Self::moved).
+    pub fn mirrored(&self, x: f64) -> Result<Self, Problem> {
+        finite(&[x], "the line to mirror about")?;
+        self.mapped(&Map {
+            mirror: true,
+            about: [x, 0.0, 0.0],
+            ..Map::identity("mirrored")
         })
     }
 
@@ -206,6 +244,8 @@ impl Map {
     fn identity(done: &'static str) -> Self {
         Self {
             scale: 1.0,
+            upright: 1.0,
+            mirror: false,
             degrees: 0.0,
             turn: [1.0, 0.0],
             about: [0.0; 3],
@@ -216,7 +256,9 @@ impl Map {
 
     fn way(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let [cos, sin] = self.turn;
-        [x * cos - y * sin, x * sin + y * cos, z].map(|value| self.scale * value)
+        let x = if self.mirror { -x } else { x };
+        let [x, y] = [x * cos - y * sin, x * sin + y * cos].map(|value| self.scale * value);
+        [x, y, self.upright * z]
     }
 
     fn place(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -229,17 +271,19 @@ impl Map {
     fn height(&self, z: &mut f32) {
         let [_, _, about] = self.about;
         let [_, _, by] = self.by;
-        *z = (self.scale * (f64::from(*z) - about) + about + by) as f32;
+        *z = (self.upright * (f64::from(*z) - about) + about + by) as f32;
     }
 
     fn length(&self, length: &mut f32) {
-        *length = (self.scale * f64::from(*length)) as f32;
+        *length = (self.upright * f64::from(*length)) as f32;
     }
 
     fn surface(&self, surface: Surface) -> Surface {
         let [x, y] = surface.slope;
+        let x = if self.mirror { -x } else { x };
         let [cos, sin] = self.turn;
-        let slope = [x * cos - y * sin, x * sin + y * cos];
+        let steeper = self.upright / self.scale;
+        let slope = [x * cos - y * sin, x * sin + y * cos].map(|value| steeper * value);
         let [x, y, z] = self.place([0.0, 0.0, surface.height]);
         let [sx, sy] = slope;
         Surface {
@@ -255,8 +299,21 @@ impl Map {
     }
 
     fn pose(&self, [x, y, z, r]: &mut [f32; 4]) -> Outcome {
-        *r = (f64::from(*r) + self.degrees) as f32;
+        self.rotation(r);
         self.point([x, y, z])
+    }
+
+    /// A rotation r as a pose has it.
+    fn rotation(&self, r: &mut f32) {
+        self.turned_by(r);
+        *r = (f64::from(*r) + self.degrees) as f32;
+    }
+
+    /// A turn from where the tool stands, which turns nothing.
+    fn turned_by(&self, r: &mut f32) {
+        if self.mirror {
+            *r = -*r;
+        }
     }
 
     fn through(&self, via: &mut [f32; 4], to: &mut [f32; 4]) -> Outcome {
@@ -265,7 +322,7 @@ impl Map {
         Outcome::Through
     }
 
-    /// A way: its r is a turn, which turns nothing.
+    /// A way.
     fn onwards(&self, [x, y, z]: [&mut f32; 3]) -> Outcome {
         let way = self.way([f64::from(*x), f64::from(*y), f64::from(*z)]);
         [*x, *y, *z] = way.map(|value| value as f32);
@@ -277,8 +334,11 @@ impl Map {
             Action::Move { to, .. } => self.pose(to),
             Action::Joints { .. } => JOINTS,
             Action::Shift {
-                by: [x, y, z, _], ..
-            } => self.onwards([x, y, z]),
+                by: [x, y, z, r], ..
+            } => {
+                self.turned_by(r);
+                self.onwards([x, y, z])
+            }
             Action::Arc { via, to } => self.through(via, to),
             Action::Path { to: [x, y, z] } | Action::Burn { to: [x, y, z], .. } => {
                 self.point([x, y, z])
@@ -395,10 +455,13 @@ impl Map {
     fn ptp(&self, mode: PtpMode, [x, y, z, r]: [&mut f32; 4]) -> Outcome {
         match mode {
             PtpMode::JumpXyz | PtpMode::MovjXyz | PtpMode::MovlXyz | PtpMode::JumpMovlXyz => {
-                *r = (f64::from(*r) + self.degrees) as f32;
+                self.rotation(r);
                 self.point([x, y, z])
             }
-            PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => self.onwards([x, y, z]),
+            PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => {
+                self.turned_by(r);
+                self.onwards([x, y, z])
+            }
             PtpMode::JumpAngle
             | PtpMode::MovjAngle
             | PtpMode::MovlAngle

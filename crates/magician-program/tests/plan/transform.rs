@@ -185,6 +185,23 @@ proptest! {
     }
 
     #[test]
+    fn what_is_scaled_on_its_surface_keeps_its_heights(plan in program(), factor in 0.5f64..1.2) {
+        let about = [210.0, 0.0];
+        let scaled = plan.scaled_level(factor, about).unwrap();
+        is_same(&plan, &scaled, |[x, y, z, r]| {
+            let at = |value: f64, about: f64| factor * (value - about) + about;
+            [at(x, about[0]), at(y, about[1]), z, r]
+        })?;
+    }
+
+    #[test]
+    fn what_is_mirrored_ends_on_the_other_side(plan in program()) {
+        let mirrored = plan.mirrored(215.0).unwrap();
+        is_same(&plan, &mirrored, |[x, y, z, r]| [430.0 - x, y, z, -r])?;
+        prop_assert_eq!(mirrored.mirrored(215.0).unwrap(), plan);
+    }
+
+    #[test]
     fn four_quarter_turns_and_doubling_and_halving_change_nothing(plan in program()) {
         let mut turned = plan.clone();
         for _ in 0..4 {
