@@ -395,8 +395,17 @@ fn placing_moves_scales_turns_and_repeats() {
     };
     let plain = look(&[]);
     assert_eq!(look(&["--move", "0,0,5"])["drawn_mm"], plain["drawn_mm"]);
-    let half = number(&look(&["--scale", "0.5"])["drawn_mm"]) / number(&plain["drawn_mm"]);
-    assert!((half - 0.5).abs() < 0.01, "{half}");
+    let half = look(&["--scale", "0.5"]);
+    let y = |answer: &Value| [0, 1].map(|end| number(&answer["bounds"]["y"][end]));
+    let side = |answer: &Value| y(answer)[1] - y(answer)[0];
+    assert!((side(&half) / side(&plain) - 0.5).abs() < 0.001, "{half}");
+    assert_eq!(
+        half["bounds"]["z"], plain["bounds"]["z"],
+        "lifts and depths stay"
+    );
+    let mirrored = look(&["--mirror"]);
+    assert_eq!(mirrored["drawn_mm"], plain["drawn_mm"]);
+    assert_eq!(mirrored["bounds"]["y"], plain["bounds"]["y"]);
     let turned = look(&["--rotate", "90", "--at", "230,0"]);
     let straight = look(&["--at", "230,0"]);
     assert!((number(&turned["drawn_mm"]) - number(&straight["drawn_mm"])).abs() < 0.1);
@@ -782,4 +791,52 @@ fn a_feed_move_at_the_beginning_draws_nothing_from_where_the_arm_stands() {
     assert!((number(&done["drawn_mm"]) - 240.0).abs() < 0.1, "{done}");
     let said = run(&["run", &file, "--estimate"]);
     assert!(said.err.contains("begins with a feed move"), "{said:?}");
+}
+
+#[test]
+fn notes_are_objects_with_json() {
+    let place = Place::new();
+    let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='60mm' height='30mm' viewBox='0 0 60 30'>\n\
+               <text id='label' x='5' y='15' font-size='8'>A中</text></svg>";
+    let file = place.write("label.svg", svg);
+    let look = ["--surface", "-40", "--json"];
+    let note = json!({
+        "code": "left-out",
+        "text": "U+4E2D '中' is left out: the font Roboto does not have it (turn the text into paths in the \
+                 program that it was drawn with)",
+        "line": 2,
+        "element": "label",
+    });
+    let [check, estimate, ran] = ["--check", "--estimate", "--port=sim"].map(|how| {
+        let done = run(&[&["run", &file, how], &look[..]].concat());
+        assert_eq!(done.status, 0, "{done:?}");
+        let last = done.objects().pop().expect("an answer");
+        last["notes"][0].clone()
+    });
+    let out = place.path("label.csv");
+    let made = run(&[&["convert", &file, &out], &look[..]].concat()).object();
+    assert_eq!(
+        [check, estimate, ran, made["notes"][0].clone()],
+        [(); 4].map(|()| note.clone())
+    );
+}
+
+/// Playback with turns of the tool, drawings with arcs, images: what is made to fit is done.
+#[test]
+fn what_is_made_to_fit_passes_the_check() {
+    // A program that homes under another tool ends nobody knows where, wherever it lies.
+    let fits = |name: &&str| !name.ends_with(".blockly");
+    for name in SAMPLES.into_iter().filter(fits) {
+        for (tool, surface, more) in [
+            ("pen", "-60", &[][..]),
+            ("laser", "-60", &["--scale", "3"]),
+            ("gripper", "0", &["--scale", "3", "--rotate", "30"]),
+            ("suction", "-40", &["--scale", "3"]),
+        ] {
+            let file = sample(name);
+            let fit = ["run", &file, "--fit", "--surface", surface, "--tool", tool];
+            let checked = run(&[&fit[..], more, &["--check", "--json"]].concat());
+            assert_eq!(checked.status, 0, "{name} {tool} {more:?}: {checked:?}");
+        }
+    }
 }

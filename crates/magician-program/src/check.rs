@@ -9,7 +9,7 @@ use std::time::Duration;
 use magician::words::Preflight;
 use magician::{Error, Set};
 
-use crate::{Action, Origin, Plan, Problem};
+use crate::{Action, NoteCode, Origin, Plan, Problem};
 use pen::Pen;
 use way::length;
 
@@ -34,6 +34,7 @@ impl From<&Complaint> for Problem {
         Self {
             origin: complaint.origin,
             name: complaint.name.clone(),
+            code: NoteCode::Problem,
             message: complaint.error.to_string(),
             help: None,
             lacks: None,

@@ -50,7 +50,7 @@ pub use formats::{Content, Fills, Format, ReadOptions, Reading, read};
 pub use origin::{Lines, Origin};
 pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
 pub use power::Power;
-pub use problem::{Lack, Problem};
+pub use problem::{Lack, NoteCode, Problem};
 pub use program::{Program, Rest, Timetable};
 pub use raster::Raster;
 pub use reach::{Fit, Placement, Reach};

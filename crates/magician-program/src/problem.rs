@@ -11,12 +11,66 @@ pub struct Problem {
     pub origin: Origin,
     /// The id of the element or the name of the point, if it has one.
     pub name: Option<String>,
+    /// What kind of thing it is.
+    pub code: NoteCode,
     /// What.
     pub message: String,
     /// What to do about it.
     pub help: Option<String>,
     /// What is missing, where nothing is wrong with the file.
     pub lacks: Option<Lack>,
+}
+
+/// What kind of thing a [`Problem`] is, for programs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum NoteCode {
+    /// Something is wrong.
+    #[default]
+    Problem,
+    /// Something of the file is not done.
+    LeftOut,
+    /// What the file does not say, or says in a way that this arm has not, is taken in a certain way.
+    Assumed,
+    /// Where it lies, and how large it is.
+    Placed,
+    /// It is drawn in another order.
+    Reordered,
+    /// How strong the laser is.
+    Power,
+    /// How fast the arm is.
+    Speed,
+}
+
+impl NoteCode {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Problem,
+        Self::LeftOut,
+        Self::Assumed,
+        Self::Placed,
+        Self::Reordered,
+        Self::Power,
+        Self::Speed,
+    ];
+
+    /// Its name in JSON.
+    ///
+    /// ```
+    /// assert_eq!(magician_program::NoteCode::LeftOut.name(), "left-out");
+    /// ```
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Problem => "problem",
+            Self::LeftOut => "left-out",
+            Self::Assumed => "assumed",
+            Self::Placed => "placed",
+            Self::Reordered => "reordered",
+            Self::Power => "power",
+            Self::Speed => "speed",
+        }
+    }
 }
 
 /// What is not known when a file is read, and solves a [`Problem`] when it is.
@@ -34,6 +88,7 @@ impl Problem {
         Self {
             origin,
             name: None,
+            code: NoteCode::Problem,
             message: message.into(),
             help: None,
             lacks: None,
@@ -50,6 +105,13 @@ impl Problem {
     #[must_use]
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.name = Some(name.into());
+        self
+    }
+
+    /// As a note of this kind.
+    #[must_use]
+    pub fn coded(mut self, code: NoteCode) -> Self {
+        self.code = code;
         self
     }
 

@@ -1,18 +1,24 @@
 //! What was in a file becomes a plan for this arm: where it lies, with which tool, how fast.
 
-use magician::Set;
-use magician::words::{self, Preflight};
+use magician::words::{self, Guards, Preflight};
+use magician::{JointAngles, Set};
 use magician_motion::{Speeds, ToolBias};
 
 use crate::artwork::{Layout, Marking, Order, Sheet, rotated};
+use crate::check::check;
 use crate::raster::{Engrave, Grid, Size, Trace};
 use crate::{
-    Artwork, Content, Fit, Format, Placement, Plan, Power, Problem, Raster, Reach, Reading,
-    Surface, Tool,
+    Artwork, Content, Fit, Format, NoteCode, Placement, Plan, Power, Problem, Raster, Reach,
+    Reading, Surface, Tool,
 };
 
 /// An image that is larger than its sheet by no more than this is not, mm.
 const ROUNDED: f64 = 1.0;
+
+/// What does not pass the check is made smaller by this share at a time,
+const SHRINK: f64 = 0.98;
+/// and not below this share of the size at which its lines are within reach.
+const LEAST_SHRUNK: f64 = 0.5;
 
 /// What a person says of how a file is to be done. What is left open is as the file says, or has a default.
 #[derive(Clone, Debug)]
@@ -141,15 +147,55 @@ impl Setup {
         self.surface.or(sheet).or(self.usual_surface)
     }
 
-    /// The plan for what was in a file of this format.
+    /// The plan for what was in a file of this format. What is made to fit passes the check, if any size of it does: where the
+    /// ways between its lines, arcs or turns of the tool leave the reach, it becomes smaller still, and a plan that cannot be
+    /// brought elsewhere stays where it is.
     ///
     /// # Errors
     /// A [`Problem`] if it cannot be placed so, or a surface is needed and not known.
     pub fn plan(&self, format: Format, content: Content) -> Result<Reading<Plan>, Problem> {
+        if !self.placing.fit {
+            return Ok(self.made(format, content)?.reading);
+        }
+        let mut setup = self.clone();
+        let first = setup.made(format, content.clone())?;
+        if first.passes() {
+            return Ok(first.reading);
+        }
+        let mut scale = first.scale;
+        while scale > LEAST_SHRUNK * first.scale {
+            scale *= SHRINK;
+            setup.placing.scale = scale;
+            let smaller = setup.made(format, content.clone())?;
+            if smaller.passes() {
+                let mut reading = smaller.reading;
+                reading.notes.push(made_smaller(scale / self.placing.scale));
+                return Ok(reading);
+            }
+        }
+        if let Content::Plan(plan) = content
+            && format != Format::Gcode
+        {
+            setup.surface = None;
+            setup.placing = Placing {
+                fit: false,
+                at: None,
+                frame: Frame::Arm,
+                ..self.placing
+            };
+            let there = setup.made(format, Content::Plan(plan))?;
+            if there.passes() {
+                return Ok(there.reading);
+            }
+        }
+        Ok(first.reading)
+    }
+
+    fn made(&self, format: Format, content: Content) -> Result<Made, Problem> {
         let mut notes = Vec::new();
         let drawing = !matches!(content, Content::Plan(_));
         self.check_frame(format == Format::Gcode, drawing)?;
-        let plan = match content {
+        let (plan, scale) = match content {
             Content::Plan(plan) if format == Format::Gcode && self.places() => {
                 self.laid(plan, &mut notes)?
             }
@@ -169,13 +215,14 @@ impl Setup {
         };
         if self.power.is_some() && !plan.burns() {
             let what = "nothing burns here: the power that was asked for changes nothing";
-            notes.push(Problem::of_file(what));
+            notes.push(Problem::of_file(what).coded(NoteCode::Power));
         }
         notes.extend(above_ceiling(&plan));
-        Ok(Reading {
+        let reading = Reading {
             content: plan,
             notes,
-        })
+        };
+        Ok(Made { reading, scale })
     }
 
     /// A plan that is in the arm's coordinates already.
@@ -184,7 +231,7 @@ impl Setup {
         format: Format,
         mut plan: Plan,
         notes: &mut Vec<Problem>,
-    ) -> Result<Plan, Problem> {
+    ) -> Result<(Plan, f64), Problem> {
         if let Some(tool) = self.tool {
             plan.tool = Some(tool);
         } else if plan.tool.is_none() {
@@ -192,7 +239,8 @@ impl Setup {
             if format == Format::Playback && plan.tool.is_none() {
                 plan.tool = Some(Tool::Suction);
                 let what = "the file does not say which tool it was taught with: it is taken to be the suction cup";
-                notes.push(Problem::of_file(what).help("--tool NAME says it"));
+                let note = Problem::of_file(what).coded(NoteCode::Assumed);
+                notes.push(note.help("--tool NAME says it"));
             }
         }
         if plan.surface.is_none() {
@@ -204,7 +252,8 @@ impl Setup {
         if format == Format::Gcode {
             placed::raised(&mut plan, self.pen.lift);
         }
-        self.powered(self.placed(plan)?, notes)
+        let (plan, scale) = self.placed(plan)?;
+        Ok((self.powered(plan, notes)?, scale))
     }
 
     /// With the powers that are wanted.
@@ -234,7 +283,7 @@ impl Setup {
     }
 
     /// Mirrored, scaled, turned about the middle, brought where it belongs.
-    fn placed(&self, mut plan: Plan) -> Result<Plan, Problem> {
+    fn placed(&self, mut plan: Plan) -> Result<(Plan, f64), Problem> {
         let Placing {
             at,
             scale,
@@ -244,14 +293,13 @@ impl Setup {
             by,
             ..
         } = self.placing;
+        let [x, y, _] = middle(&plan);
         if mirror {
-            return Err(
-                Problem::of_file("what is in the arm's coordinates cannot be mirrored")
-                    .help("mirror the drawing that it was made of"),
-            );
+            plan = plan.mirrored(x)?;
         }
+        let mut scale = scale;
         if scale != 1.0 {
-            plan = plan.scaled(scale, middle(&plan))?;
+            plan = plan.scaled_level(scale, [x, y])?;
         }
         if rotate != 0.0 {
             let [x, y, _] = middle(&plan);
@@ -262,18 +310,23 @@ impl Setup {
             plan = plan.moved([x - from_x, y - from_y, 0.0])?;
         }
         if fit {
-            plan = fitted(plan, Fit::Shrink)?;
+            let (fitted, by) = fitted(plan, Fit::Shrink)?;
+            (plan, scale) = (fitted, scale * by);
         } else if at.is_none() && self.places() {
             plan = self.centred(plan)?;
         }
-        match by {
-            [0.0, 0.0, 0.0] => Ok(plan),
-            by => plan.moved(by),
+        if by != [0.0, 0.0, 0.0] {
+            plan = plan.moved(by)?;
         }
+        Ok((plan, scale))
     }
 
     /// Lines on a sheet.
-    fn drawn(&self, mut artwork: Artwork, notes: &mut Vec<Problem>) -> Result<Plan, Problem> {
+    fn drawn(
+        &self,
+        mut artwork: Artwork,
+        notes: &mut Vec<Problem>,
+    ) -> Result<(Plan, f64), Problem> {
         let marking = self.marking();
         let layout = self.layout()?;
         let order = match self.order {
@@ -286,16 +339,15 @@ impl Setup {
             let what = format!(
                 "drawn in another order, so that there are {after:.0} mm between its lines instead of {before:.0} mm"
             );
-            notes.push(Problem::of_file(what).help("--no-order keeps the order of the file"));
+            let note = Problem::of_file(what).coded(NoteCode::Reordered);
+            notes.push(note.help("--no-order keeps the order of the file"));
         }
         let placed = artwork.placed(&layout, &marking)?;
         if placed.scale < layout.scale {
-            let percent = 100.0 * placed.scale / layout.scale;
-            let what = format!("it is made smaller to fit: {percent:.0} % of its size");
-            notes.push(Problem::of_file(what));
+            notes.push(made_smaller(placed.scale / layout.scale));
         }
         let plan = placed.plan(&marking);
-        self.pushed(plan)
+        Ok((self.pushed(plan)?, placed.scale))
     }
 
     /// The tool that draws or burns: the one that was asked for, else the usual one if it can do that, else what the work
@@ -364,7 +416,7 @@ impl Setup {
     }
 
     /// Grey that becomes power.
-    fn engraved(&self, image: &Raster, engrave: Engrave) -> Result<Plan, Problem> {
+    fn engraved(&self, image: &Raster, engrave: Engrave) -> Result<(Plan, f64), Problem> {
         let engrave = self.engraving(engrave);
         let surface = self.needed_surface()?;
         let natural = image.size(self.size)?;
@@ -373,7 +425,7 @@ impl Setup {
         let grid = self.grid(size, &engrave, tool)?;
         let mut plan = image.plan(&grid, surface, &engrave)?;
         plan.tool = Some(tool);
-        self.pushed(plan)
+        Ok((self.pushed(plan)?, self.placing.scale))
     }
 
     /// Where an image goes: where it is told to, on the sheet, or where there is room.
@@ -426,10 +478,10 @@ fn extent(plan: &Plan) -> Option<[[f64; 3]; 2]> {
     }))
 }
 
-/// Brought where all of it is reached, and made smaller if that is wanted and need be.
-fn fitted(plan: Plan, fit: Fit) -> Result<Plan, Problem> {
+/// Brought where all of it is reached, and made smaller if that is wanted and need be: how much.
+fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Problem> {
     let Some([least, most]) = extent(&plan) else {
-        return Ok(plan);
+        return Ok((plan, 1.0));
     };
     let tool = plan.tool.map_or(ToolBias::NONE, Tool::bias);
     let reach = Reach::new(tool, Surface::level(least[2]), most[2] - least[2]);
@@ -443,9 +495,34 @@ fn fitted(plan: Plan, fit: Fit) -> Result<Plan, Problem> {
     let [x, y] = offset;
     let scaled = match scale {
         1.0 => plan,
-        scale => plan.scaled(scale, [0.0, 0.0, least[2]])?,
+        scale => plan.scaled_level(scale, [0.0, 0.0])?,
     };
-    scaled.moved([x, y, 0.0])
+    Ok((scaled.moved([x, y, 0.0])?, scale))
+}
+
+/// A plan as it was placed.
+struct Made {
+    reading: Reading<Plan>,
+    /// Its size, 1 being the true one.
+    scale: f64,
+}
+
+impl Made {
+    /// Whether the arm can do all of it, once it has come to where it begins.
+    fn passes(&self) -> bool {
+        let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+        check(
+            &self.reading.content,
+            &start.guards(Guards::NONE.reach(true)),
+        )
+        .is_good()
+    }
+}
+
+fn made_smaller(share: f64) -> Problem {
+    let percent = 100.0 * share;
+    let what = format!("it is made smaller to fit: {percent:.0} % of its size");
+    Problem::of_file(what).coded(NoteCode::Placed)
 }
 
 /// Where the middle of an image goes, and how it is turned there, as far as that was said: on a sheet its lower left corner
@@ -493,7 +570,7 @@ fn above_ceiling(plan: &Plan) -> Option<Problem> {
         let what = format!(
             "speed {fastest:.0} mm/s is above the arm's ceiling: it goes at {ceiling:.0} mm/s at most"
         );
-        Problem::of_file(what)
+        Problem::of_file(what).coded(NoteCode::Speed)
     })
 }
 

@@ -7,11 +7,11 @@ use clap::{Args, ValueHint};
 use magician_program::formats::playback::Playback;
 use magician_program::raster::Engrave;
 use magician_program::rehearse::{RehearseOptions, rehearse};
-use magician_program::{Action, Plan, Problem, Travel, Work};
+use magician_program::{Action, NoteCode, Plan, Problem, Travel, Work};
 use serde::Serialize;
 
 use super::job::options::{Beam, File, Look, Pen, Place, Way};
-use super::job::{Job, notes};
+use super::job::{Job, Note, notes};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::source::Source;
@@ -59,6 +59,8 @@ struct Answer {
     steps: usize,
     /// What the new file cannot say.
     lost: Vec<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    notes: Vec<Note>,
 }
 
 impl Convert {
@@ -81,7 +83,7 @@ impl Convert {
             pause: 0,
             runs: false,
         };
-        let (source, plan) = job.plan(context)?;
+        let (source, plan, read) = job.plan(context)?;
         let lost = write(kind, &plan, &self.to, &source)?;
         notes(&source, &lost, context);
         let answer = Answer {
@@ -89,6 +91,7 @@ impl Convert {
             to: self.to.display().to_string(),
             steps: plan.steps.len(),
             lost: lost.iter().map(ToString::to_string).collect(),
+            notes: Note::all(read.iter().chain(&lost)),
         };
         context.show(&answer, |out| {
             let (to, steps) = (&answer.to, answer.steps);
@@ -117,7 +120,7 @@ fn kind(path: &Path) -> Result<Kind, Failure> {
 
 /// Writes a plan as such a file; what that cannot say.
 fn write(kind: Kind, plan: &Plan, path: &Path, source: &Source) -> Result<Vec<Problem>, Failure> {
-    let lost = |what: &str| vec![Problem::of_file(what)];
+    let lost = |what: &str| vec![Problem::of_file(what).coded(NoteCode::LeftOut)];
     match kind {
         Kind::Plan => put(path, plan.to_json().as_bytes()).map(|()| Vec::new()),
         Kind::Playback => {

@@ -4,7 +4,7 @@ use magician::words::PathLaws;
 use magician::{Law, Set};
 
 use super::{Action, Plan, Step};
-use crate::{Power, Problem, Reading};
+use crate::{NoteCode, Power, Problem, Reading};
 
 /// No piece begins or ends more than this share of the feed from its mean speed: a tenth, less what numbers round.
 const OFF: f64 = 0.099;
@@ -240,7 +240,8 @@ fn unreached(steps: &[Step], laws: &[Option<Law>]) -> Option<Problem> {
         100.0 * speed / feed
     );
     let origin = steps.get(first).map(|step| step.origin).unwrap_or_default();
-    Some(Problem::new(origin, message).help(
+    let note = Problem::new(origin, message).coded(NoteCode::Power);
+    Some(note.help(
         "M3 burns with the power that S says at any speed; a lower F in the program is reached on shorter lines",
     ))
 }

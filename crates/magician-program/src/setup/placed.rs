@@ -3,10 +3,10 @@
 mod guide;
 mod marks;
 
-use super::{Setup, fitted, middle, rotated};
+use super::{Setup, fitted, made_smaller, middle, rotated};
 use crate::artwork::{Layout, Marking, Sheet};
 use crate::formats::GcodeOptions;
-use crate::{Action, Artwork, Fit, Plan, Problem, Surface, Tool, Work};
+use crate::{Action, Artwork, Fit, NoteCode, Plan, Problem, Surface, Tool, Work};
 use guide::Guide;
 use marks::Marks;
 
@@ -77,7 +77,11 @@ impl Setup {
 
     /// G-code in its own coordinates, laid where it belongs: the lowest Z at which it draws, or the one that was said, on the
     /// surface.
-    pub(super) fn laid(&self, plan: Plan, notes: &mut Vec<Problem>) -> Result<Plan, Problem> {
+    pub(super) fn laid(
+        &self,
+        plan: Plan,
+        notes: &mut Vec<Problem>,
+    ) -> Result<(Plan, f64), Problem> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
         let tool = self.tool_for(if laser { Tool::Laser } else { Tool::Pen });
         let surface = self.needed_surface()?;
@@ -87,9 +91,7 @@ impl Setup {
         let marking = Marking { tool, ..self.pen };
         let placed = marks.artwork.placed(&layout, &marking)?;
         if placed.scale < self.placing.scale {
-            let percent = 100.0 * placed.scale / self.placing.scale;
-            let what = format!("it is made smaller to fit: {percent:.0} % of its size");
-            notes.push(Problem::of_file(what));
+            notes.push(made_smaller(placed.scale / self.placing.scale));
         }
         let [x, y] = placed.middle;
         let what = format!(
@@ -98,7 +100,7 @@ impl Setup {
             surface.at(placed.middle),
         );
         let help = "--raw takes its coordinates as the arm's, --pen-z says another Z of touching";
-        notes.push(Problem::of_file(what).help(help));
+        notes.push(Problem::of_file(what).coded(NoteCode::Placed).help(help));
         let course = Course {
             mirror: layout.mirror,
             rotate: layout.rotate,
@@ -113,7 +115,7 @@ impl Setup {
         if let Some(speed) = self.speed {
             plan.path_at(speed);
         }
-        self.powered(self.pushed(plan)?, notes)
+        Ok((self.powered(self.pushed(plan)?, notes)?, placed.scale))
     }
 
     /// How it lies: with its middle where that was said, else on the middle of the sheet. With the size of what it draws, as
@@ -169,7 +171,7 @@ impl Setup {
                 let [from_x, from_y, _] = middle(&plan);
                 plan.moved([x - from_x, y - from_y, 0.0])
             }
-            None => fitted(plan, Fit::TrueSize),
+            None => Ok(fitted(plan, Fit::TrueSize)?.0),
         }
     }
 }

@@ -25,6 +25,8 @@ class Note:
     """The element or point of the file."""
     help: str | None = None
     """What to do about it."""
+    code: str = "problem"
+    """What kind of thing it is: ``"left-out"``, ``"assumed"``, ``"placed"``, ``"reordered"``, ``"power"``, ``"speed"``."""
 
     def __str__(self) -> str:
         help = f" ({self.help})" if self.help else ""

@@ -293,8 +293,8 @@ class Plan:
     def notes(self) -> list[Note]:
         """What was left out of the file or taken in a certain way."""
         return [
-            Note(message, line or None, column or None, name, help)
-            for line, column, name, message, help in self.native.notes
+            Note(message, line or None, column or None, name, help, code)
+            for line, column, name, message, help, code in self.native.notes
         ]
 
     @property

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use magician::Error;
 use magician_program::formats::playback::Playback;
-use magician_program::{Origin, Pallet, Plan, Problem, Surface, Tool};
+use magician_program::{NoteCode, Origin, Pallet, Plan, Problem, Surface, Tool};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -45,11 +45,18 @@ pub(crate) struct Source {
     pub(crate) lift: Option<f64>,
 }
 
-/// Line, column, name, what, and what to do about it.
-type NoteParts<'a> = (u32, u32, Option<&'a str>, &'a str, Option<String>);
+/// Line, column, name, what, what to do about it, and of what kind it is.
+type NoteParts<'a> = (
+    u32,
+    u32,
+    Option<&'a str>,
+    &'a str,
+    Option<String>,
+    &'static str,
+);
 
-/// A note as it is kept: line, column, length, name, what, and what to do about it.
-type KeptNote = (u32, u32, u32, Option<String>, String, Option<String>);
+/// A note as it is kept: line, column, length, name, what, what to do about it, and of what kind it is.
+type KeptNote = (u32, u32, u32, Option<String>, String, Option<String>, String);
 
 /// Where a plan came from, as it is kept: file, format, notes, whether its lines are rows, whether its surface is assumed, whether
 /// it needs an arm that was homed, and its lift.
@@ -73,7 +80,8 @@ impl Source {
                 ..
             } = note.origin;
             let (name, help) = (note.name.clone(), note.help.clone());
-            (line, column, length, name, note.message.clone(), help)
+            let code = note.code.name().to_owned();
+            (line, column, length, name, note.message.clone(), help, code)
         };
         let notes = self.notes.iter().map(note).collect();
         let (name, format) = (self.name.clone(), self.format.clone());
@@ -89,7 +97,9 @@ impl Source {
     }
 
     fn of_kept((name, format, notes, rows, assumed, needs_homed_arm, lift): KeptSource) -> Self {
-        let note = |(line, column, length, name, message, help): KeptNote| Problem {
+        let code_of = |name: String| NoteCode::ALL.into_iter().find(|code| code.name() == name);
+        let note = |(line, column, length, name, message, help, code): KeptNote| Problem {
+            code: code_of(code).unwrap_or_default(),
             origin: Origin {
                 line,
                 column,
@@ -251,6 +261,7 @@ impl PyPlan {
                 note.name.as_deref(),
                 note.message.as_str(),
                 help,
+                note.code.name(),
             )
         });
         parts.collect()

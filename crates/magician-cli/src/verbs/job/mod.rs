@@ -22,6 +22,7 @@ use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{Action, Content, Ending, Plan, Problem, Program, Setup, Work};
 use magician_protocol::visible_lines;
 use miette::Severity;
+use serde::Serialize;
 
 use self::drive::{Done, Drive, State};
 use self::options::{Beam, File, Look, Pen, Place, Way};
@@ -251,10 +252,13 @@ impl Job {
     }
 
     /// Reads it and makes a plan of it, for whoever does something else with it than running it.
-    pub(crate) fn plan(&self, context: &mut Context) -> Result<(Source, Plan), Failure> {
+    pub(crate) fn plan(
+        &self,
+        context: &mut Context,
+    ) -> Result<(Source, Plan, Vec<Problem>), Failure> {
         let read = self.read(self.opened()?, &Where::Nowhere, context)?;
         let made = self.made(read, &Where::Nowhere, context)?;
-        Ok((made.source, made.program.into_plan()))
+        Ok((made.source, made.program.into_plan(), made.notes))
     }
 
     /// Where it is tried or run. A port that only the file of settings names is not needed for a look.
@@ -406,13 +410,31 @@ fn line_of(source: &Source, note: &Problem) -> String {
     format!("{} {}", paint.note("note:"), visible_lines(&text))
 }
 
-/// Notes as JSON has them, each with what to do about it.
-pub(crate) fn sentences(notes: &[Problem]) -> Vec<String> {
-    let told = |note: &Problem| match &note.help {
-        Some(help) => format!("{note} ({help})"),
-        None => note.to_string(),
-    };
-    notes.iter().map(told).collect()
+/// A note as JSON has it.
+#[derive(Debug, Serialize)]
+pub(crate) struct Note {
+    code: &'static str,
+    text: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    element: Option<String>,
+}
+
+impl Note {
+    /// All of them, each with what to do about it.
+    pub(crate) fn all<'p>(notes: impl IntoIterator<Item = &'p Problem>) -> Vec<Self> {
+        let told = |note: &Problem| Self {
+            code: note.code.name(),
+            text: match &note.help {
+                Some(help) => format!("{} ({help})", note.message),
+                None => note.message.clone(),
+            },
+            line: Some(note.origin.line).filter(|line| *line > 0),
+            element: note.name.clone(),
+        };
+        notes.into_iter().map(told).collect()
+    }
 }
 
 /// A stderr that nobody reads is no reason to stop.

@@ -4,7 +4,7 @@ use magician::JointAngles;
 use magician::words::Preflight;
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_program::{
-    Content, Format, Lack, Origin, Plan, Problem, ReadOptions, Reading, Setup, Tool, tip,
+    Content, Format, Lack, NoteCode, Origin, Plan, Problem, ReadOptions, Reading, Setup, Tool, tip,
 };
 
 use super::{Job, Where, notes};
@@ -146,9 +146,11 @@ impl Job {
         options.gcode.start = Some(before(at, anywhere.is_some(), &setup));
         let mut from_there = source.read(Format::Gcode, options)?;
         let what = format!("it begins where the tool stands, at {x:.3},{y:.3},{z:.3}");
-        let note = Problem::new(Origin::NONE, what).help(format!(
-            "--start {x:.3},{y:.3},{z:.3} begins there again, wherever the tool is then"
-        ));
+        let note = Problem::new(Origin::NONE, what)
+            .coded(NoteCode::Assumed)
+            .help(format!(
+                "--start {x:.3},{y:.3},{z:.3} begins there again, wherever the tool is then"
+            ));
         from_there.notes.insert(0, note);
         let begun = Begun {
             at,

@@ -12,10 +12,10 @@ use magician_protocol::{Direction, describe};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use super::Note;
 use super::drive::{Done, End};
 use super::options::Look;
 use super::report::{Estimate, Refusal, failure};
-use super::sentences;
 use super::tell::clock;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
@@ -52,7 +52,7 @@ struct Answer {
     #[serde(skip_serializing_if = "Option::is_none")]
     preview: Option<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    notes: Vec<String>,
+    notes: Vec<Note>,
 }
 
 /// A command that would be sent, as JSON has it.
@@ -113,7 +113,7 @@ impl Shown<'_> {
                 .preview
                 .as_ref()
                 .map(|path| path.display().to_string()),
-            notes: sentences(self.notes),
+            notes: Note::all(self.notes),
         }
     }
 
@@ -228,7 +228,7 @@ pub(super) fn done(
         put("power", json!(power));
     }
     if !notes.is_empty() {
-        put("notes", json!(sentences(notes)));
+        put("notes", json!(Note::all(notes)));
     }
     put("first_index", json!(done.ran.first.map(|index| index.0)));
     put("last_index", json!(done.ran.last.map(|index| index.0)));

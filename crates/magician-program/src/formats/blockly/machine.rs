@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::course::Course;
 use super::tree::{Block, Tree};
 use super::value::Value;
-use crate::{Action, Plan, Problem, Reading};
+use crate::{Action, NoteCode, Plan, Problem, Reading};
 
 /// Blocks that are run before a program counts as one without end.
 pub(super) const MOST_STEPS: u32 = 200_000;
@@ -78,7 +78,8 @@ impl<'t> Machine<'t> {
         if let Some(block) = self.tree.blocks.get(index)
             && self.noted.insert((index, about))
         {
-            self.notes.push(block.problem(what));
+            self.notes
+                .push(block.problem(what).coded(NoteCode::Assumed));
         }
     }
 

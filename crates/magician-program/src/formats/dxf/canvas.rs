@@ -8,7 +8,7 @@ use kurbo::{Affine, Point};
 use super::drawing::{Drawing, Hidden};
 use super::entity;
 use super::pairs::Record;
-use crate::{Origin, Problem, Stroke};
+use crate::{NoteCode, Origin, Problem, Stroke};
 
 /// Points of all lines together, at most.
 pub(super) const MOST_POINTS: usize = 2_000_000;
@@ -84,7 +84,8 @@ impl<'p> Canvas<'p> {
                     1 => String::new(),
                     _ => format!(" {count} times"),
                 };
-                Problem::new(origin, format!("{kind} is left out{times}: {why}"))
+                let what = format!("{kind} is left out{times}: {why}");
+                Problem::new(origin, what).coded(NoteCode::LeftOut)
             })
             .collect();
         notes.sort_by(|one, other| (one.origin, &one.message).cmp(&(other.origin, &other.message)));
@@ -93,16 +94,18 @@ impl<'p> Canvas<'p> {
             let why = "the drawing does not say what its unit is: it is taken as mm";
             notes.insert(
                 0,
-                Problem::of_file(why).help("--scale makes it what it should be"),
+                Problem::of_file(why)
+                    .coded(NoteCode::Assumed)
+                    .help("--scale makes it what it should be"),
             );
         }
         if let Some((count, origin)) = self.flattened {
             let why = format!("{count} polylines rise and fall: they are drawn as seen from above");
-            notes.push(Problem::new(origin, why));
+            notes.push(Problem::new(origin, why).coded(NoteCode::Assumed));
         }
         if let Some(origin) = self.drawing.cut {
             let why = "the file does not end with EOF: it may be cut short";
-            notes.push(Problem::new(origin, why));
+            notes.push(Problem::new(origin, why).coded(NoteCode::Assumed));
         }
         (self.strokes, self.names, notes)
     }

@@ -8,8 +8,8 @@
 use super::block::Block;
 use super::machine::{Machine, Mode};
 use super::motion::AXES;
-use crate::Origin;
 use crate::formats::flaw::Flaw;
+use crate::{NoteCode, Origin};
 
 const FEED_FIRST: &str = "the program begins with a feed move (G1), and does not say where from: the arm goes to its end first, and \
      draws from there on";
@@ -95,7 +95,7 @@ impl Machine<'_> {
                 self.notes.add_without_start(origin, NAMES_LATER);
             }
             if feeds && (self.pen_is_down || !self.lifts) {
-                self.notes.add(origin, FEED_FIRST);
+                self.notes.add(NoteCode::Assumed, origin, FEED_FIRST);
             }
             self.begin.held = None;
             self.out.enter(place, origin);
@@ -125,7 +125,7 @@ impl Machine<'_> {
         origin: Origin,
     ) {
         if stray && feeds {
-            self.notes.add(origin, FEED_FIRST);
+            self.notes.add(NoteCode::Assumed, origin, FEED_FIRST);
         }
         let height = self.begin.held.map(|(height, _)| height).or(from[2]);
         let lower = height.filter(|height| *height > z);
@@ -140,7 +140,7 @@ impl Machine<'_> {
             }
             Some(height) => {
                 self.begin.held = Some((height, origin));
-                self.notes.add(origin, LOWERED_LATER);
+                self.notes.add(NoteCode::Assumed, origin, LOWERED_LATER);
             }
             None => {
                 self.begin.held = None;

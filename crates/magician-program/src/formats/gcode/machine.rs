@@ -9,7 +9,7 @@ use super::servo::Servo;
 use super::survey::{Kind, Survey};
 use super::{Line, is_left_out};
 use crate::formats::flaw::Flaw;
-use crate::{Lack, Origin, Plan, Problem};
+use crate::{Lack, NoteCode, Origin, Plan, Problem};
 
 /// The motion that a line without a code of its own repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +78,7 @@ impl<'o> Machine<'o> {
             if never && !survey.fan_lights() {
                 let message = "the program never says S: it burns with full power";
                 notes.add_with_help(
+                    NoteCode::Power,
                     Origin::NONE,
                     message,
                     "--power P makes full power P percent",
@@ -88,7 +89,12 @@ impl<'o> Machine<'o> {
             let message = format!(
                 "this is taken for a mill's program ({sign}): its S is a spindle's, and nothing burns"
             );
-            notes.add_with_help(origin, &message, "--dialect laser burns with it");
+            notes.add_with_help(
+                NoteCode::Power,
+                origin,
+                &message,
+                "--dialect laser burns with it",
+            );
         }
         let down = if lifts {
             survey.angles.down()?
@@ -135,7 +141,8 @@ impl<'o> Machine<'o> {
         if is_left_out(line.text) {
             let range = 0..line.text.trim_end().len();
             let message = "a line that may be skipped (/) or sets up a controller ($) is left out";
-            self.notes.add(line.origin(&range), message);
+            self.notes
+                .add(NoteCode::LeftOut, line.origin(&range), message);
             return Ok(());
         }
         let mut block = std::mem::take(&mut self.block);
@@ -167,7 +174,8 @@ impl<'o> Machine<'o> {
             self.out.darken(origin);
             let help = "end the program here, and run the rest as another one";
             let message = "a pause (M0, M1) is left out: the arm goes on";
-            self.notes.add_with_help(origin, message, help);
+            self.notes
+                .add_with_help(NoteCode::LeftOut, origin, message, help);
         }
         self.ended = block.has(b'M', 2) || block.has(b'M', 30);
         Ok(())
@@ -175,7 +183,8 @@ impl<'o> Machine<'o> {
 
     fn note_codes(&mut self, block: &Block, origin: Origin) {
         for code in block.codes.iter().filter(|code| code.letter == b'M') {
-            self.notes.add(origin, &format!("{code} is left out"));
+            self.notes
+                .add(NoteCode::LeftOut, origin, &format!("{code} is left out"));
         }
     }
 
@@ -213,9 +222,11 @@ impl<'o> Machine<'o> {
                 3..=5 | 280 | 300 if angle.is_some() => {}
                 300 => {
                     let message = "M300 (a tone, a servo that is switched off) is left out";
-                    self.notes.add(origin, message);
+                    self.notes.add(NoteCode::LeftOut, origin, message);
                 }
-                _ => self.notes.add(origin, &format!("{code} is left out")),
+                _ => self
+                    .notes
+                    .add(NoteCode::LeftOut, origin, &format!("{code} is left out")),
             }
         }
         match angle {
@@ -274,6 +285,7 @@ impl<'o> Machine<'o> {
             .is_some_and(|number| number.fract() != 0.0)
         {
             self.notes.add(
+                NoteCode::Assumed,
                 origin,
                 "P of a pause (G4) counts milliseconds; S counts seconds",
             );
@@ -281,7 +293,7 @@ impl<'o> Machine<'o> {
         if self.out.wait(milliseconds.round() as u32, origin) {
             let message =
                 "the laser is dark during pauses (G4): the arm would burn a hole where it stands";
-            self.notes.add(origin, message);
+            self.notes.add(NoteCode::Power, origin, message);
         }
         Ok(())
     }

@@ -40,7 +40,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::{Content, ReadOptions, Reading};
-use crate::{Origin, Problem};
+use crate::{NoteCode, Origin, Problem};
 
 use crate::formats::flaw::Flaw;
 use machine::Machine;
@@ -75,7 +75,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
     let (plan, mut notes) = machine.finish()?;
     if left > 0 {
         let message = format!("{left} lines behind the end of the program are left out");
-        notes.push(Problem::of_file(message));
+        notes.push(Problem::of_file(message).coded(NoteCode::LeftOut));
     }
     Ok(Reading {
         content: Content::Plan(plan),

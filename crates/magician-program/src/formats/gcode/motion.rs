@@ -8,7 +8,7 @@ use super::machine::{Machine, Mode};
 use super::notes::START_HELP;
 use super::settings::FASTEST;
 use crate::formats::flaw::Flaw;
-use crate::{Lack, Origin};
+use crate::{Lack, NoteCode, Origin};
 
 pub(super) const AXES: [u8; 3] = *b"XYZ";
 /// Beyond this no place is told apart from another within a thousandth of a millimetre.
@@ -22,7 +22,7 @@ impl Machine<'_> {
     pub(super) fn motion(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
         if block.has_any(b"ABCUVW") {
             let message = "axes beyond X, Y and Z (A, B, C, U, V, W) are left out";
-            self.notes.add(origin, message);
+            self.notes.add(NoteCode::LeftOut, origin, message);
         }
         if block.has(b'G', 28) {
             self.home(origin);
@@ -60,7 +60,8 @@ impl Machine<'_> {
         }
         let message = "homing (G28) is left out: the arm stays where it is";
         let help = "home the arm before the program";
-        self.notes.add_with_help(origin, message, help);
+        self.notes
+            .add_with_help(NoteCode::LeftOut, origin, message, help);
     }
 
     /// G92: from now on the place where the tool is has other coordinates.
@@ -225,7 +226,7 @@ impl Machine<'_> {
     pub(super) fn note_z(&mut self, block: &Block, origin: Origin) {
         if self.lifts && block.number(b'Z').is_some() {
             let message = "Z is left out: a servo lifts the pen, to the heights of the surface";
-            self.notes.add(origin, message);
+            self.notes.add(NoteCode::LeftOut, origin, message);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What was left out or taken in a certain way, said once with how often.
 
-use crate::{Lack, Origin, Problem};
+use crate::{Lack, NoteCode, Origin, Problem};
 
 /// More kinds of notes than this are not told apart.
 const MOST_KINDS: usize = 200;
@@ -16,19 +16,26 @@ pub(in crate::formats) struct Notes {
 
 impl Notes {
     /// Notes something; what has been said already is counted.
-    pub(in crate::formats) fn add(&mut self, origin: Origin, message: &str) {
+    pub(in crate::formats) fn add(&mut self, code: NoteCode, origin: Origin, message: &str) {
         if let Some((_, count)) = self.find(message) {
             *count += 1;
         } else if self.found.len() < MOST_KINDS {
-            self.found.push((Problem::new(origin, message), 1));
+            let problem = Problem::new(origin, message).coded(code);
+            self.found.push((problem, 1));
         } else {
             self.more += 1;
         }
     }
 
     /// As [`add`](Self::add), with what to do about it.
-    pub(in crate::formats) fn add_with_help(&mut self, origin: Origin, message: &str, help: &str) {
-        self.add(origin, message);
+    pub(in crate::formats) fn add_with_help(
+        &mut self,
+        code: NoteCode,
+        origin: Origin,
+        message: &str,
+        help: &str,
+    ) {
+        self.add(code, origin, message);
         if let Some((problem, 1)) = self.find(message) {
             problem.help = Some(help.to_owned());
         }
@@ -36,7 +43,7 @@ impl Notes {
 
     /// As [`add`](Self::add), of what would be otherwise if it were known where the arm stands.
     pub(in crate::formats) fn add_without_start(&mut self, origin: Origin, message: &str) {
-        self.add_with_help(origin, message, START_HELP);
+        self.add_with_help(NoteCode::Assumed, origin, message, START_HELP);
         if let Some((problem, _)) = self.find(message) {
             problem.lacks = Some(Lack::Start);
         }

@@ -3,7 +3,7 @@
 use super::Line;
 use super::block::Block;
 use super::notes::Notes;
-use crate::{Origin, Problem};
+use crate::{NoteCode, Origin, Problem};
 
 /// Full power where nothing else is known.
 const USUAL: f64 = 1000.0;
@@ -134,9 +134,17 @@ impl Full {
     pub(super) fn note(&self, notes: &mut Notes) {
         let Self { s, rule } = *self;
         match rule {
-            Rule::Said => notes.add(Origin::NONE, &format!("full power is S{s}, as it was said")),
+            Rule::Said => notes.add(
+                NoteCode::Power,
+                Origin::NONE,
+                &format!("full power is S{s}, as it was said"),
+            ),
             Rule::Setting(origin) => {
-                notes.add(origin, &format!("full power is S{s}, as $30 says"));
+                notes.add(
+                    NoteCode::Power,
+                    origin,
+                    &format!("full power is S{s}, as $30 says"),
+                );
             }
             Rule::Cut(cut) => {
                 let Cut {
@@ -147,17 +155,17 @@ impl Full {
                 } = cut;
                 let message =
                     format!("full power is S{s}, by LightBurn's comments: {percent} % is S{at}");
-                notes.add_with_help(origin, &message, SAY);
+                notes.add_with_help(NoteCode::Power, origin, &message, SAY);
             }
             Rule::Fan => {
                 let message = format!("full power is S{s}, that of a fan: M106 switches the laser");
-                notes.add_with_help(Origin::NONE, &message, SAY);
+                notes.add_with_help(NoteCode::Power, Origin::NONE, &message, SAY);
             }
             Rule::Usual => {
                 let message = format!(
                     "full power is taken to be S{s}: the file does not say it, and no S is above that"
                 );
-                notes.add_with_help(Origin::NONE, &message, SAY);
+                notes.add_with_help(NoteCode::Power, Origin::NONE, &message, SAY);
             }
         }
     }

@@ -2,8 +2,8 @@
 
 use super::block::{Block, Code};
 use super::machine::{Machine, Mode};
-use crate::Origin;
 use crate::formats::flaw::Flaw;
+use crate::{NoteCode, Origin};
 
 /// The arm's fastest speed along a line, mm/s (model section 6).
 pub(super) const FASTEST: f64 = 300.0;
@@ -43,7 +43,7 @@ impl Machine<'_> {
             (b'O', "program numbers (O) are left out"),
         ] {
             if block.number(letter).is_some() {
-                self.notes.add(origin, message);
+                self.notes.add(NoteCode::LeftOut, origin, message);
             }
         }
         if let Some(feed) = block.number(b'F').filter(|_| !block.has(b'G', 28)) {
@@ -68,7 +68,7 @@ impl Machine<'_> {
             150 | 400 | 490 | 500 | 540 | 610 | 611 | 640 | 690 | 940 | 970 | 980 | 990 => {}
             430 => {
                 let message = "the length of a tool (G43) is left out: coordinates are the arm's";
-                self.notes.add(origin, message);
+                self.notes.add(NoteCode::LeftOut, origin, message);
             }
             930 | 950 | 960 => {
                 let message =
@@ -98,7 +98,8 @@ impl Machine<'_> {
             return Err(Flaw::new(code.range.clone(), message)
                 .help("write lines and arcs (G0 to G3) from the program that made the file"));
         }
-        self.notes.add(origin, &format!("{code} is left out"));
+        self.notes
+            .add(NoteCode::LeftOut, origin, &format!("{code} is left out"));
         Ok(())
     }
 
@@ -111,7 +112,7 @@ impl Machine<'_> {
         if speed > FASTEST {
             let message =
                 "speeds above 300 mm/s (F18000) are taken as that: the arm goes no faster";
-            self.notes.add(origin, message);
+            self.notes.add(NoteCode::Speed, origin, message);
         }
         self.feed = Some(speed);
         Ok(())
@@ -122,8 +123,12 @@ impl Machine<'_> {
         if self.laser && self.feed.is_none() {
             let speed = self.options.laser_speed;
             let message = format!("the program burns before it says F: it begins at {speed} mm/s");
-            self.notes
-                .add_with_help(origin, &message, "--speed MM/S says another speed");
+            self.notes.add_with_help(
+                NoteCode::Speed,
+                origin,
+                &message,
+                "--speed MM/S says another speed",
+            );
             self.feed = Some(speed);
         }
         self.feed

@@ -6,7 +6,7 @@ use super::Notes;
 use super::lexer::Instruction;
 use super::scale::Scale;
 use crate::formats::flaw::Flaw;
-use crate::{Artwork, Lines, Problem, Stroke};
+use crate::{Artwork, Lines, NoteCode, Problem, Stroke};
 
 /// No sheet is as large, mm.
 const LARGEST: f64 = 1e5;
@@ -71,14 +71,15 @@ impl<'t> Plotter<'t> {
         if self.pens.len() > 1 {
             let pens: Vec<_> = self.pens.iter().map(ToString::to_string).collect();
             let message = format!("pens {} draw alike: there is one", pens.join(", "));
-            self.notes.add(crate::Origin::NONE, &message);
+            self.notes
+                .add(NoteCode::Assumed, crate::Origin::NONE, &message);
         }
         (self.artwork, self.notes.into_problems())
     }
 
     pub(super) fn note(&mut self, instruction: &Instruction, message: &str) {
-        self.notes
-            .add(self.lines.origin(instruction.range.clone()), message);
+        let origin = self.lines.origin(instruction.range.clone());
+        self.notes.add(NoteCode::LeftOut, origin, message);
     }
 
     pub(super) fn take(&mut self, instruction: &Instruction) -> Result<(), Flaw> {

@@ -3,7 +3,7 @@
 use super::figures::UNFILLED;
 use super::lexer::Instruction;
 use super::plotter::Plotter;
-use crate::Origin;
+use crate::{NoteCode, Origin};
 
 impl Plotter<'_> {
     /// PM: 0 begins a polygon, 1 another part of it, 2 ends it.
@@ -49,8 +49,11 @@ impl Plotter<'_> {
 
     pub(super) fn end_polygon(&mut self) {
         if self.polygon.take().is_some() && !self.edges.is_empty() {
-            self.notes
-                .add(Origin::NONE, "a polygon (PM) without an end is left out");
+            self.notes.add(
+                NoteCode::LeftOut,
+                Origin::NONE,
+                "a polygon (PM) without an end is left out",
+            );
         }
     }
 

@@ -8,7 +8,7 @@ use roxmltree::Node;
 use super::row::{Part, Places, numbered};
 use super::{Playback, Point, Row, Way};
 use crate::formats::xml;
-use crate::{Grip, Lines, Origin, Problem, Travel};
+use crate::{Grip, Lines, NoteCode, Origin, Problem, Travel};
 
 /// What the items are, for messages.
 const MEANINGS: [&str; 13] = [
@@ -103,7 +103,8 @@ impl File<'_> {
             }
             _ => {
                 let note = format!("`{name}` is not known: it is kept and not played");
-                playback.notes.push(Problem::new(self.start_of(node), note));
+                let note = Problem::new(self.start_of(node), note);
+                playback.notes.push(note.coded(NoteCode::LeftOut));
                 playback.others.extend(self.source(node));
             }
         }
@@ -169,7 +170,7 @@ impl File<'_> {
                 "row{} stands where row{nth} is expected; rows are played in the order of the file",
                 row.number
             );
-            let note = Problem::new(row.places.motion, message);
+            let note = Problem::new(row.places.motion, message).coded(NoteCode::Assumed);
             playback.notes.push(note);
         }
         let mut strange = BTreeSet::new();
@@ -188,7 +189,9 @@ impl File<'_> {
             let names: Vec<_> = strange.into_iter().collect();
             let names = names.join(", ");
             let note = format!("rows have what is not known ({names}): it is kept and not played");
-            playback.notes.push(Problem::of_file(note));
+            playback
+                .notes
+                .push(Problem::of_file(note).coded(NoteCode::LeftOut));
         }
     }
 }
@@ -281,6 +284,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
                 None if number == first + 3 => {
                     let note = "it has no R, which is taken for 0";
                     notes.push(Problem {
+                        code: NoteCode::Assumed,
                         message: note.to_owned(),
                         ..self.missing(number)
                     });

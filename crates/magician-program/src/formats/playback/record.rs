@@ -3,7 +3,7 @@
 use super::row::{numbered, setting};
 use super::write::can_be_said;
 use super::{Playback, Point, Row, Way};
-use crate::{Action, Grip, Plan, Problem, Step, Tool, Travel};
+use crate::{Action, Grip, NoteCode, Plan, Problem, Step, Tool, Travel};
 
 impl Playback {
     /// A plan as a file for DobotStudio 1.9, as far as such a file can say it: moves to poses with all joints, on lines and as
@@ -196,7 +196,8 @@ impl<'p> Recorder<'p> {
         }
         for what in self.left_out {
             let note = format!("the {what} are left out: a playback file does not have them");
-            self.notes.push(Problem::of_file(note));
+            self.notes
+                .push(Problem::of_file(note).coded(NoteCode::LeftOut));
         }
         let arcs = |point: &Point| matches!(point.way, Way::Arc { .. });
         let arcs = self.points.iter().any(arcs);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::row::{Field, Row, plan};
-use crate::{Lines, Plan, Problem, Reading};
+use crate::{Lines, NoteCode, Plan, Problem, Reading};
 
 /// Between cells, the usual one first.
 const BETWEEN: [char; 3] = [',', ';', '\t'];
@@ -44,7 +44,7 @@ pub(super) fn read(text: &str) -> Result<Reading<Plan>, Problem> {
                 "nobody knows what the column `{}` says: it is left out",
                 cell.trim()
             );
-            notes.push(Problem::new(origin, note));
+            notes.push(Problem::new(origin, note).coded(NoteCode::LeftOut));
         }
         columns.push(field);
     }

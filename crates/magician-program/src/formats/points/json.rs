@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::row::{Field, Row, plan};
 use crate::plan::json::Json;
-use crate::{Plan, Problem, Reading};
+use crate::{NoteCode, Plan, Problem, Reading};
 
 /// More rows has nobody taught.
 const MOST_ROWS: usize = 1_000_000;
@@ -37,7 +37,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
         match number_of(&key) {
             Some(number) => rows.push((number, value)),
             None => {
-                notes.push(json.problem(value, format!("`{key}` is not known: it is left out")))
+                let note = format!("`{key}` is not known: it is left out");
+                notes.push(json.problem(value, note).coded(NoteCode::LeftOut));
             }
         }
         Ok(())
@@ -74,7 +75,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
             let Some(field) = Field::named(&member.key) else {
                 if strangers.insert(member.key.to_string()) {
                     let note = format!("`{}` is not known: it is left out", member.key);
-                    notes.push(json.problem(member.value, note));
+                    notes.push(json.problem(member.value, note).coded(NoteCode::LeftOut));
                 }
                 continue;
             };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::{Action, Grip, Origin, Plan, Problem, Reading, Tool, Travel};
+use crate::{Action, Grip, NoteCode, Origin, Plan, Problem, Reading, Tool, Travel};
 
 /// Longest pause, s: more than four weeks is none that anybody means.
 const LONGEST_PAUSE: f32 = 2_500_000.0;
@@ -274,11 +274,12 @@ pub(super) fn plan(
     };
     plan.steps.retain(|step| !other(&step.action));
     if let Some(origin) = skipped {
-        notes.push(Problem::new(origin, "rows without a place are left out"));
+        let note = Problem::new(origin, "rows without a place are left out");
+        notes.push(note.coded(NoteCode::LeftOut));
     }
     if fields.contains(&Field::Speed) {
         let what = "velocity and acceleration are not taken: where such files were seen they held the pauses of a playback";
-        notes.push(Problem::of_file(what).help(
+        notes.push(Problem::of_file(what).coded(NoteCode::LeftOut).help(
             "`--speed-ratio` says how fast; a pause is taken from a column `Pause`, in seconds",
         ));
     }

@@ -21,7 +21,7 @@ use self::notes::Notes;
 use self::source::{Page, Source};
 use self::walk::Walk;
 use super::{Content, ReadOptions, Reading};
-use crate::{Artwork, Problem, Stroke};
+use crate::{Artwork, NoteCode, Problem, Stroke};
 
 /// Files may be as large, bytes.
 const LARGEST: usize = 64 << 20;
@@ -87,7 +87,7 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Reading<Artwork>, Proble
         let remark = format!(
             "no size is given; a unit is taken as 1/96 inch, so that the page is {width:.1} by {height:.1} mm"
         );
-        notes.add(Problem::of_file(remark));
+        notes.add(Problem::of_file(remark).coded(NoteCode::Assumed));
     }
     // Up is up, from the lower edge of the page.
     let to = Affine::new([PIXEL, 0.0, 0.0, -PIXEL, 0.0, page[1]]);
@@ -127,7 +127,7 @@ fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut No
     for stroke in strokes {
         if !stroke.points.iter().all(within) {
             let remark = "a line leaves the page, and is drawn there too";
-            notes.add(Problem::new(stroke.origin, remark));
+            notes.add(Problem::new(stroke.origin, remark).coded(NoteCode::Assumed));
         }
     }
 }

@@ -11,7 +11,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 use super::cost;
 use super::notes::Notes;
 use super::numbers;
-use crate::{Lines, Origin, Problem};
+use crate::{Lines, NoteCode, Origin, Problem};
 
 /// Elements that can be what a stroke came from.
 const DRAWING: [&str; 13] = [
@@ -121,7 +121,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Problem> 
                 .unwrap_or_else(|| node.tag_name().name().to_owned()),
         };
         for remark in remarks {
-            notes.add(element.problem(remark));
+            notes.add(element.problem(remark).coded(NoteCode::LeftOut));
         }
         let id = own.unwrap_or_else(|| {
             let id = format!("{prefix}{nth}");

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use kurbo::{Affine, BezPath, PathEl, Shape};
+use kurbo::{Affine, BezPath, PathEl};
 use usvg::{Color, Group, Node, Paint, Path, Stroke as Outline, Text, Transform};
 
 use super::area::encloses;
@@ -12,7 +12,7 @@ use super::lines::{Line, curves, dashed, flatten};
 use super::notes::Notes;
 use super::source::Element;
 use crate::formats::Fills;
-use crate::{Problem, Stroke};
+use crate::{NoteCode, Problem, Stroke};
 
 /// As many corners a drawing may have.
 const MOST_CORNERS: usize = 5_000_000;
@@ -137,7 +137,12 @@ impl<'a> Walk<'a> {
             (Fills::Outline, true) => (false, "white shapes without a line are left out"),
             (Fills::Outline, false) => (true, "filled shapes without a line are drawn as outlines"),
         };
-        self.notes.add(element.problem(remark));
+        let code = if take {
+            NoteCode::Assumed
+        } else {
+            NoteCode::LeftOut
+        };
+        self.notes.add(element.problem(remark).coded(code));
         take
     }
 
@@ -182,7 +187,8 @@ impl<'a> Walk<'a> {
         }
         let Some(mut dashes) = dashed(&flatten(&own, fine, false), &pattern, offset) else {
             let remark = "dashes too fine to be drawn are drawn as whole lines";
-            self.notes.add(place.element.problem(remark));
+            self.notes
+                .add(place.element.problem(remark).coded(NoteCode::Assumed));
             return Ok(whole());
         };
         for point in dashes.iter_mut().flatten() {
@@ -201,14 +207,16 @@ impl<'a> Walk<'a> {
                 font::NAME
             );
             let help = "turn the text into paths in the program that it was drawn with";
-            self.notes.add(place.element.problem(remark).help(help));
+            let note = place.element.problem(remark).help(help);
+            self.notes.add(note.coded(NoteCode::LeftOut));
         }
         for wish in font::differences(text) {
             let remark = format!(
                 "text is written in {} Regular instead of {wish}",
                 font::NAME
             );
-            self.notes.add(place.element.problem(remark));
+            self.notes
+                .add(place.element.problem(remark).coded(NoteCode::Assumed));
         }
         self.letters(text.flattened(), &place, font::speck(text))
     }
