@@ -72,7 +72,7 @@ impl Cli {
     }
 
     fn read_as(mut command: clap::Command, arguments: &[OsString]) -> Result<Self, clap::Error> {
-        let arguments = arguments.iter().map(|word| plain_number(word));
+        let arguments = arguments.iter().map(plain_number);
         let matches = command.try_get_matches_from_mut(arguments)?;
         let mut cli =
             Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;

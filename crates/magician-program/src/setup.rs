@@ -20,6 +20,9 @@ const SHRINK: f64 = 0.98;
 /// and not below this share of the size at which its lines are within reach.
 const LEAST_SHRUNK: f64 = 0.5;
 
+/// The tool of an arm that a plan does not tell of one: what it has at power-up.
+const UNSAID: ToolBias = ToolBias::SUCTION;
+
 /// What a person says of how a file is to be done. What is left open is as the file says, or has a default.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -483,7 +486,7 @@ fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Problem> {
     let Some([least, most]) = extent(&plan) else {
         return Ok((plan, 1.0));
     };
-    let tool = plan.tool.map_or(ToolBias::NONE, Tool::bias);
+    let tool = plan.tool.map_or(UNSAID, Tool::bias);
     let reach = Reach::new(tool, Surface::level(least[2]), most[2] - least[2]);
     let points: Vec<[f64; 2]> = plan
         .steps
@@ -510,7 +513,7 @@ struct Made {
 impl Made {
     /// Whether the arm can do all of it, once it has come to where it begins.
     fn passes(&self) -> bool {
-        let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+        let start = Preflight::at(JointAngles::HOME, UNSAID);
         check(
             &self.reading.content,
             &start.guards(Guards::NONE.reach(true)),

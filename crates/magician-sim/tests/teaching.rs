@@ -170,6 +170,8 @@ fn a_point_is_there_once_when_the_key_is_released() {
 fn points_are_there_period_by_period_while_the_key_is_held() {
     let mut bench = arm_with(|profile| profile.teach.period = 0.5);
     teach(&mut bench, TeachTrigger::Periodic);
+    // Periods count from when the key was pressed.
+    bench.pass(SECOND * 7 / 10);
     bench.arm.unlock(true);
     assert_eq!(bench.arm.poll_timeout(), None, "nothing happens by itself");
     let mut points = Vec::new();

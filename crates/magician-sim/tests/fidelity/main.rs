@@ -6,7 +6,7 @@ mod cases;
 
 use std::collections::BTreeSet;
 
-use arm::{Bench, arm, arm_with, home, ptp, wait};
+use arm::{Bench, arm, arm_with, home, joints_to, ptp, running_arm, suck, wait};
 use cases::{CASES, ask, now, queue, raw, start};
 use magician_protocol::Ctrl;
 use magician_protocol::commands::*;
@@ -196,4 +196,14 @@ fn the_list_is_of_one_mind() {
 fn a_refused_reading_is_answered_without_parameters_and_with_its_ctrl() {
     let reply = raw(&mut strict(), 10, 0x50, &[]);
     assert_eq!(reply[0].bytes(), [0xAA, 0xAA, 0x02, 0x0A, 0x50, 0xA6]);
+}
+
+#[test]
+fn what_ends_where_it_should_rests_on_nothing_about_refusals() {
+    let mut bench = running_arm();
+    bench.enqueue(&joints_to([20.0, 45.0, 45.0, 0.0]));
+    bench.enqueue(&suck(true));
+    bench.rest();
+    assert_eq!(bench.current_index(), 2);
+    assert_eq!(bench.arm.fidelity().uses(Basis::RefusedFinishes), 0);
 }
