@@ -26,7 +26,7 @@ class Note:
     help: str | None = None
     """What to do about it."""
     code: str = "problem"
-    """What kind of thing it is: ``"left-out"``, ``"assumed"``, ``"placed"``, ``"reordered"``, ``"power"``, ``"speed"``."""
+    """Of what kind it is: ``"left-out"``, ``"assumed"``, ``"placed"``, ``"reordered"``, ``"power"`` or ``"speed"``."""
 
     def __str__(self) -> str:
         help = f" ({self.help})" if self.help else ""
