@@ -135,9 +135,23 @@ fn write(kind: Kind, plan: &Plan, path: &Path, source: &Source) -> Result<Vec<Pr
         Kind::Picture => {
             let done = rehearse(plan, &RehearseOptions::default())?;
             if done.drawing.is_empty() {
-                let failure =
-                    Failure::invalid(format!("{}: nothing is drawn or burnt in it", source.name));
-                return Err(failure.hint("`magician run --preview` shows the way of the tool"));
+                let marks = |action: &Action| {
+                    matches!(
+                        action,
+                        Action::Path { .. } | Action::Burn { .. } | Action::Arc { .. }
+                    )
+                };
+                let (what, hint) = match plan.steps.iter().any(|step| marks(&step.action)) {
+                    true => (
+                        "the arm reaches nothing of what it draws",
+                        "`magician run --check` tells how far it is beyond the reach, `--fit` brings it within",
+                    ),
+                    false => (
+                        "nothing is drawn or burnt in it",
+                        "`magician run --preview` shows the way of the tool",
+                    ),
+                };
+                return Err(Failure::invalid(format!("{}: {what}", source.name)).hint(hint));
             }
             let picture = Picture::at(path.to_owned()).map_err(Failure::usage)?;
             picture.keep(&done.drawing)?;
