@@ -65,7 +65,18 @@ fn a_plan_is_placed_by_its_middle() {
         ]
     );
     setup.placing.mirror = true;
-    assert!(setup.plan(Format::Plan, Content::Plan(taught())).is_err());
+    let made = setup.plan(Format::Plan, Content::Plan(taught()));
+    let mirrored = made.expect("a plan").content;
+    let points = mirrored.steps.iter();
+    let points: Vec<_> = points.filter_map(|step| step.action.target()).collect();
+    assert_eq!(
+        points,
+        [
+            [260.0, 40.0, 25.0],
+            [220.0, 40.0, 25.0],
+            [220.0, 60.0, 25.0]
+        ]
+    );
 }
 
 #[test]
