@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::output::Output;
 
 /// Between two columns.
-pub(crate) const GAP: usize = 2;
+const GAP: usize = 2;
 
 /// Lines of cells.
 #[derive(Debug, Default)]

@@ -191,3 +191,26 @@ fn a_reader_that_leaves_is_no_error() {
     assert_eq!(output.status.code(), Some(0));
     assert!(output.stderr.is_empty());
 }
+
+#[test]
+fn help_has_topics() {
+    let all = run(&["help"]);
+    assert_eq!(all.status, 0);
+    for (topic, says) in [
+        ("units", "counter-clockwise"),
+        ("pen", "magician calibrate surface"),
+        ("laser", "goggles"),
+        ("resume", "--from STEP"),
+        ("exit-status", "uncertain"),
+    ] {
+        assert!(all.out.contains(&format!("  {topic} ")), "{topic}");
+        let help = run(&["help", topic]);
+        assert_eq!(help.status, 0, "{topic}");
+        assert!(help.out.contains(says), "{topic}");
+        assert!(help.out.lines().all(|line| line.chars().count() <= 100), "{topic}");
+        let json = run(&["help", topic, "--json"]).object();
+        assert!(json["text"].as_str().is_some_and(|text| text.contains(says)), "{topic}");
+    }
+    // The verb of the same name is explained with it.
+    assert!(run(&["help", "laser"]).out.contains("--keep-on"));
+}

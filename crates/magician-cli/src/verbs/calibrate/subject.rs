@@ -65,7 +65,7 @@ impl Subject {
     pub(super) fn points(self) -> &'static [&'static str] {
         match self {
             Self::Sheet => &["lower left", "lower right", "upper left"],
-            Self::Surface => &["anywhere on it"],
+            Self::Surface => &["anywhere"],
             Self::Tool => &["the point", "turned"],
         }
     }

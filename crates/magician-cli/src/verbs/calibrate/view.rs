@@ -115,7 +115,7 @@ fn points(touched: &Touched, theme: Theme) -> Vec<Line<'static>> {
             (None, _) => String::new(),
         };
         Line::from(vec![
-            Span::styled(format!("{sign} {} {name:<12}", nth + 1), style),
+            Span::styled(format!("{sign} {} {name:<12} ", nth + 1), style),
             Span::raw(place),
         ])
     };

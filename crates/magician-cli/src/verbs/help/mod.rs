@@ -1,3 +1,9 @@
+//! `help`: verbs, commands of the protocol, and topics.
+
+mod topics;
+
+use std::fmt::Write;
+
 use clap::Args;
 use clap::builder::StyledStr;
 
@@ -6,30 +12,12 @@ use crate::catalogue;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Text;
+use topics::{TOPICS, Topic};
 
-/// What the exit status says.
-const EXIT_STATUS: &str = "\
-Exit status, and the kind of the error object that --json writes to stderr:
-    0  done
-    1  bug            a mistake of this program
-    2  usage          the command line makes no sense, or --yes is missing
-    3  invalid-input  a value makes no sense
-       unreachable    the arm cannot get there
-    4  port           the port is not there, not allowed, in use, or gone
-       closed         the connection was closed, or a stop came first
-    5  timeout        no answer by the deadline
-    6  unexpected     the peer answered what it should not
-       unsupported    this build or this arm cannot do it
-    7  queue-full     the arm's queue has no room
-    8  alarm          an alarm holds the arm's queue
-    9  uncertain      a command may or may not have been taken: look at the arm
-   10  check-failed   what was checked is not right
-  130  interrupted    Ctrl-C";
-
-/// Explain a verb, a command of the protocol, or `exit-status`
+/// Explain a verb, a command of the protocol, or a topic: units, pen, laser, resume, exit-status
 #[derive(Args, Debug)]
 pub(crate) struct Help {
-    /// A verb, a command, a verb and a command (`get PTPJointParams`), or `exit-status`
+    /// A verb, a command, a verb and a command (`get PTPJointParams`), or a topic
     words: Vec<String>,
 }
 
@@ -38,16 +26,26 @@ impl Help {
         let mut description = Cli::description();
         let (first, second) = (self.words.first(), self.words.get(1));
         let Some(first) = first else {
-            return show(&description.render_long_help(), context);
+            let mut help = description.render_long_help();
+            // Writing to a text cannot fail.
+            let _ = write!(help, "{}", listed());
+            return show(&help, context);
         };
-        if first == "exit-status" {
-            let text = Text::from(EXIT_STATUS.to_owned());
-            return context.show(&text, |out| out.line(EXIT_STATUS));
-        }
+        let topic = TOPICS.iter().find(|topic| topic.name == first);
         let verb = description.find_subcommand_mut(first);
         match (verb, second) {
             (Some(_), Some(command)) => catalogue::explain(command, context),
-            (Some(verb), None) => show(&verb.render_long_help(), context),
+            (Some(verb), None) => {
+                let mut help = verb.render_long_help();
+                if let Some(topic) = topic {
+                    let _ = write!(help, "\n{}\n", topic.text);
+                }
+                show(&help, context)
+            }
+            (None, None) if let Some(topic) = topic => {
+                let text = Text::from(topic.text.to_owned());
+                context.show(&text, |out| out.line(topic.text))
+            }
             (None, _) => catalogue::explain(first, context).map_err(|failure| {
                 let verbs = description.get_subcommands().map(clap::Command::get_name);
                 match verbs
@@ -63,6 +61,13 @@ impl Help {
             }),
         }
     }
+}
+
+/// The topics, as the end of the list of verbs.
+fn listed() -> String {
+    let line = |topic: &Topic| format!("  {:<12} {}\n", topic.name, topic.about);
+    let lines: String = TOPICS.iter().map(line).collect();
+    format!("\nTopics (`magician help TOPIC`):\n{lines}")
 }
 
 /// Shows help that clap has styled.
