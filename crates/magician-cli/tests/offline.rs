@@ -207,9 +207,17 @@ fn help_has_topics() {
         let help = run(&["help", topic]);
         assert_eq!(help.status, 0, "{topic}");
         assert!(help.out.contains(says), "{topic}");
-        assert!(help.out.lines().all(|line| line.chars().count() <= 100), "{topic}");
+        assert!(
+            help.out.lines().all(|line| line.chars().count() <= 100),
+            "{topic}"
+        );
         let json = run(&["help", topic, "--json"]).object();
-        assert!(json["text"].as_str().is_some_and(|text| text.contains(says)), "{topic}");
+        assert!(
+            json["text"]
+                .as_str()
+                .is_some_and(|text| text.contains(says)),
+            "{topic}"
+        );
     }
     // The verb of the same name is explained with it.
     assert!(run(&["help", "laser"]).out.contains("--keep-on"));

@@ -33,11 +33,7 @@ pub(super) fn write(figures: &Figures, out: &mut Output) -> Result<(), Failure> 
         Some(h4) => stop(h4, &mut table),
         None => row(&mut table, "a stop", None),
     }
-    row(
-        &mut table,
-        "processor",
-        figures.h5.as_ref().map(processor),
-    );
+    row(&mut table, "processor", figures.h5.as_ref().map(processor));
     let added = figures.h7.as_ref().map(|added| {
         format!(
             "{} us in the median, {} us in 99 of 100",
