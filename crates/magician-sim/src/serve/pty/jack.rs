@@ -1,6 +1,11 @@
+use std::future::Future;
 use std::io;
 use std::path::Path;
+use std::pin::Pin;
 use std::task::{Context, Poll};
+use std::time::Duration;
+
+use tokio::time::{Sleep, sleep};
 
 use super::super::outbox::Outbox;
 use super::super::service::{Peer, Service};
@@ -10,6 +15,13 @@ use super::terminal::Terminal;
 use super::watch::{self, Seen, Watch};
 
 const BUFFER: usize = 4096;
+/// The system tells that a client closes before it lets go of the terminal, so that it may seem to be there still: so long
+/// after that it is looked for again.
+const LATER: [Duration; 3] = [
+    Duration::from_millis(2),
+    Duration::from_millis(20),
+    Duration::from_millis(200),
+];
 
 /// What a client opens: a pseudo-terminal and the path to it.
 pub(super) struct Jack {
@@ -20,6 +32,9 @@ pub(super) struct Jack {
     peer: Peer,
     outbox: Outbox,
     occupied: bool,
+    /// The next look for a client that closed the terminal and seemed to be there still, and how many there were.
+    look: Option<Pin<Box<Sleep>>>,
+    looks: usize,
 }
 
 impl Jack {
@@ -37,6 +52,8 @@ impl Jack {
             watch,
             outbox: Outbox::default(),
             occupied: false,
+            look: None,
+            looks: 0,
         })
     }
 
@@ -62,6 +79,12 @@ impl Jack {
         // First, because it may replace the descriptor that the rest registers with.
         while let Poll::Ready(seen) = self.watch.poll(cx)? {
             self.seen(&seen, cx, service)?;
+        }
+        while let Some(look) = &mut self.look
+            && look.as_mut().poll(cx).is_ready()
+        {
+            self.look = None;
+            self.client_left(cx, service)?;
         }
         self.send(cx, service)?;
         let mut turns = 0;
@@ -132,6 +155,7 @@ impl Jack {
             service.notice(Notice::Connected(self.symlink.to_string()));
         }
         if seen.closed {
+            (self.look, self.looks) = (None, 0);
             self.client_left(cx, service)?;
         }
         if watch::BLIND {
@@ -146,6 +170,8 @@ impl Jack {
         // question who is there; what is read after belongs to a successor.
         self.read_all(cx, service)?;
         if !self.terminal.alone(&mut self.watch)? {
+            self.look = LATER.get(self.looks).map(|time| Box::pin(sleep(*time)));
+            self.looks += 1;
             return Ok(());
         }
         self.outbox.clear();
