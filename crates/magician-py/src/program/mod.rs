@@ -56,7 +56,15 @@ type NoteParts<'a> = (
 );
 
 /// A note as it is kept: line, column, length, name, what, what to do about it, and of what kind it is.
-type KeptNote = (u32, u32, u32, Option<String>, String, Option<String>, String);
+type KeptNote = (
+    u32,
+    u32,
+    u32,
+    Option<String>,
+    String,
+    Option<String>,
+    String,
+);
 
 /// Where a plan came from, as it is kept: file, format, notes, whether its lines are rows, whether its surface is assumed, whether
 /// it needs an arm that was homed, and its lift.
