@@ -145,7 +145,7 @@ impl Error {
     /// use magician::words::{self, Preflight};
     /// use magician::{JointAngles, ToolBias};
     ///
-    /// let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    /// let mut start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     /// let error = start.program(&[words::laser(true)]).unwrap_err();
     /// assert_eq!(error.guard(), Some("laser"));
     /// ```
