@@ -255,7 +255,7 @@ def test_refused(arm: Arm) -> None:
 
 def test_require_homed() -> None:
     with Arm("sim") as arm:
-        with pytest.raises(errors.InvalidInputError, match=r"require_homed"):
+        with pytest.raises(errors.InvalidInputError, match="nobody has homed it"):
             arm.perform([words.wait(0.1)], require_homed=True)
         arm.home()
         arm.perform([words.wait(0.1)], require_homed=True)
