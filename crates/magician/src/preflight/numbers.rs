@@ -22,33 +22,19 @@ fn check_by_table(command: &Set) -> Result<()> {
     };
     let values = layout.values(frame.frame().params())?;
     for (field, value) in values.clone() {
-        let limits = limits(field, values.clone());
-        check_value(field, value, limits)?;
+        let range = range(field, values.clone());
+        check_value(field, value, range)?;
         value
             .items()
-            .try_for_each(|item| check_value(field, item, limits))?;
+            .try_for_each(|item| check_value(field, item, range))?;
     }
     Ok(())
 }
 
-/// Between what a number may lie.
-#[derive(Clone, Copy)]
-enum Limits {
-    None,
-    Above(f64),
-    Within(f64, f64),
-    Count(usize, &'static str),
-}
-
-/// The range of a field, beside the values of the others.
-fn limits(field: &Field, values: Fields<'_>) -> Limits {
+/// The range of a field, as it is beside the values of the others.
+fn range(field: &Field, values: Fields<'_>) -> Range {
     match field.range {
-        Range::Within(..) if field.name == RAIL => Limits::None,
-        Range::Within(least, most) => Limits::Within(least.into(), most.into()),
-        Range::Above(limit) => Limits::Above(limit.into()),
-        // More is taken for the most, and does no harm.
-        Range::Capped(least, _) => Limits::Within(least.into(), f64::INFINITY),
-        Range::AtMost(count, of) => Limits::Count(count.into(), of),
+        Range::Within(..) if field.name == RAIL => Range::Any,
         Range::By(cases) => {
             let applies = |case: &&Case| {
                 values.clone().any(|(field, value)| {
@@ -60,11 +46,9 @@ fn limits(field: &Field, values: Fields<'_>) -> Limits {
                 })
             };
             let case = cases.iter().find(applies);
-            case.map_or(Limits::None, |case| {
-                Limits::Within(case.least.into(), case.most.into())
-            })
+            case.map_or(Range::Any, |case| Range::Within(case.least, case.most))
         }
-        _ => Limits::None,
+        range => range,
     }
 }
 
@@ -82,25 +66,25 @@ fn is_plainly_sound(command: &Set) -> bool {
     }
 }
 
-fn check_value(field: &Field, value: FieldValue<'_>, limits: Limits) -> Result<()> {
+fn check_value(field: &Field, value: FieldValue<'_>, range: Range) -> Result<()> {
     match value {
         FieldValue::Float(number) if !number.is_finite() => {
             let name = field.name;
             let message = format!("{name} is {number}, which is no number");
             Err(Error::invalid(message))
         }
-        FieldValue::Float(number) => check_number(field, number.into(), limits),
-        FieldValue::Unsigned(number) => check_number(field, number as f64, limits),
-        FieldValue::Signed(number) => check_number(field, number.into(), limits),
+        FieldValue::Float(number) => check_number(field, number.into(), range),
+        FieldValue::Unsigned(number) => check_number(field, number as f64, range),
+        FieldValue::Signed(number) => check_number(field, number.into(), range),
         FieldValue::Enum(info, byte) if info.name_of(byte).is_none() => {
             let Field { name, range, .. } = field;
             let message = format!("{name} is {byte}, which does not exist; there are {range}");
             Err(Error::invalid(message).with_value(byte.into(), name))
         }
-        FieldValue::Enum(_, byte) => check_number(field, byte.into(), limits),
-        FieldValue::Text(text) => check_count(field, text.len(), limits),
+        FieldValue::Enum(_, byte) => check_number(field, byte.into(), range),
+        FieldValue::Text(text) => check_count(field, text.len(), range),
         FieldValue::Outputs(list) => {
-            check_count(field, list.as_slice().len(), limits)?;
+            check_count(field, list.as_slice().len(), range)?;
             list.as_slice().iter().try_for_each(|output| {
                 check_within("ratio", output.ratio.into(), 0.0, 100.0, "%")?;
                 check_within("address", output.address.into(), 1.0, 20.0, "EIO address")?;
@@ -111,30 +95,33 @@ fn check_value(field: &Field, value: FieldValue<'_>, limits: Limits) -> Result<(
     }
 }
 
-fn check_number(field: &Field, number: f64, limits: Limits) -> Result<()> {
+fn check_number(field: &Field, number: f64, range: Range) -> Result<()> {
     let Field { name, unit, .. } = *field;
-    match limits {
-        Limits::Above(limit) if number <= limit => {
-            let message = format!("{name} is {number} {unit}, it must be above {limit}");
-            Err(Error::invalid(message).with_limit(number, limit, unit))
+    let broken = match range {
+        Range::Above(limit) => Some(f64::from(limit)).filter(|limit| number <= *limit),
+        // More than the most of a capped one is taken for the most, and does no harm.
+        Range::Within(least, _) | Range::Capped(least, _) if number < f64::from(least) => {
+            Some(least.into())
         }
-        Limits::Within(least, _) if number < least => {
-            let message = format!("{name} is {number}, it must be {} ({unit})", field.range);
-            Err(Error::invalid(message).with_limit(number, least, unit))
-        }
-        Limits::Within(_, most) if number > most => {
-            let message = format!("{name} is {number}, it must be {} ({unit})", field.range);
-            Err(Error::invalid(message).with_limit(number, most, unit))
-        }
-        _ => Ok(()),
-    }
+        Range::Within(_, most) => Some(f64::from(most)).filter(|most| number > *most),
+        _ => None,
+    };
+    broken.map_or(Ok(()), |limit| {
+        let message = match range {
+            Range::Above(limit) => {
+                format!("{name} is {number} {unit}, it must be above {limit}")
+            }
+            _ => format!("{name} is {number}, it must be {} ({unit})", field.range),
+        };
+        Err(Error::invalid(message).with_limit(number, limit, unit))
+    })
 }
 
-fn check_count(field: &Field, count: usize, limits: Limits) -> Result<()> {
-    match limits {
-        Limits::Count(most, of) if count > most => {
+fn check_count(field: &Field, count: usize, range: Range) -> Result<()> {
+    match range {
+        Range::AtMost(most, of) if count > usize::from(most) => {
             let message = format!("{} has {count} {of}, at most {most} fit", field.name);
-            Err(Error::invalid(message).with_limit(count as f64, most as f64, of))
+            Err(Error::invalid(message).with_limit(count as f64, most.into(), of))
         }
         _ => Ok(()),
     }
