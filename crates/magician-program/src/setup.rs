@@ -302,7 +302,7 @@ impl Setup {
         }
         let mut scale = scale;
         if scale != 1.0 {
-            plan = plan.scaled_level(scale, [x, y])?;
+            plan = plan.scaled_xy(scale, [x, y])?;
         }
         if rotate != 0.0 {
             let [x, y, _] = middle(&plan);
@@ -498,7 +498,7 @@ fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Problem> {
     let [x, y] = offset;
     let scaled = match scale {
         1.0 => plan,
-        scale => plan.scaled_level(scale, [0.0, 0.0])?,
+        scale => plan.scaled_xy(scale, [0.0, 0.0])?,
     };
     Ok((scaled.moved([x, y, 0.0])?, scale))
 }

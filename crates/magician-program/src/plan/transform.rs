@@ -13,7 +13,7 @@ struct Map {
     /// Of x and y.
     scale: f64,
     /// Of z.
-    upright: f64,
+    scale_z: f64,
     /// Left to right: x becomes -x.
     mirror: bool,
     degrees: f64,
@@ -62,6 +62,20 @@ impl Plan {
     /// # Errors
     /// As [`moved`](Self::moved), and for a factor that is not above 0.
     pub fn scaled(&self, factor: f64, about: [f64; 3]) -> Result<Self, Problem> {
+        self.resized(factor, factor, about)
+    }
+
+    /// The same in another size on its surface: x and y `factor` times as far from `about`, `[x, y]`. Lifts, depths and heights
+    /// of jumps stay, and so do speeds and rotations.
+    ///
+    /// # Errors
+    /// As [`scaled`](Self::scaled).
+    pub fn scaled_xy(&self, factor: f64, [x, y]: [f64; 2]) -> Result<Self, Problem> {
+        self.resized(factor, 1.0, [x, y, 0.0])
+    }
+
+    /// With x and y scaled by a factor and z by another, `about` a point that stays where it is.
+    fn resized(&self, factor: f64, scale_z: f64, about: [f64; 3]) -> Result<Self, Problem> {
         finite(&[factor], "the factor")?;
         finite(&about, "the point that stays")?;
         if factor <= 0.0 {
@@ -71,27 +85,8 @@ impl Plan {
         }
         self.mapped(&Map {
             scale: factor,
-            upright: factor,
+            scale_z,
             about,
-            ..Map::identity("scaled")
-        })
-    }
-
-    /// The same in another size on its surface: x and y `factor` times as far from `about`, `[x, y]`. Lifts, depths and heights
-    /// of jumps stay, and so do speeds and rotations.
-    ///
-    /// # Errors
-    /// As [`scaled`](Self::scaled).
-    pub fn scaled_level(&self, factor: f64, [x, y]: [f64; 2]) -> Result<Self, Problem> {
-        finite(&[factor, x, y], "the factor")?;
-        if factor <= 0.0 {
-            return Err(Problem::of_file(format!(
-                "a plan cannot be scaled by {factor}: it must be above 0"
-            )));
-        }
-        self.mapped(&Map {
-            scale: factor,
-            about: [x, y, 0.0],
             ..Map::identity("scaled")
         })
     }
@@ -244,7 +239,7 @@ impl Map {
     fn identity(done: &'static str) -> Self {
         Self {
             scale: 1.0,
-            upright: 1.0,
+            scale_z: 1.0,
             mirror: false,
             degrees: 0.0,
             turn: [1.0, 0.0],
@@ -258,7 +253,7 @@ impl Map {
         let [cos, sin] = self.turn;
         let x = if self.mirror { -x } else { x };
         let [x, y] = [x * cos - y * sin, x * sin + y * cos].map(|value| self.scale * value);
-        [x, y, self.upright * z]
+        [x, y, self.scale_z * z]
     }
 
     fn place(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -271,18 +266,18 @@ impl Map {
     fn height(&self, z: &mut f32) {
         let [_, _, about] = self.about;
         let [_, _, by] = self.by;
-        *z = (self.upright * (f64::from(*z) - about) + about + by) as f32;
+        *z = (self.scale_z * (f64::from(*z) - about) + about + by) as f32;
     }
 
     fn length(&self, length: &mut f32) {
-        *length = (self.upright * f64::from(*length)) as f32;
+        *length = (self.scale_z * f64::from(*length)) as f32;
     }
 
     fn surface(&self, surface: Surface) -> Surface {
         let [x, y] = surface.slope;
         let x = if self.mirror { -x } else { x };
         let [cos, sin] = self.turn;
-        let steeper = self.upright / self.scale;
+        let steeper = self.scale_z / self.scale;
         let slope = [x * cos - y * sin, x * sin + y * cos].map(|value| steeper * value);
         let [x, y, z] = self.place([0.0, 0.0, surface.height]);
         let [sx, sy] = slope;
@@ -305,12 +300,12 @@ impl Map {
 
     /// A rotation r as a pose has it.
     fn rotation(&self, r: &mut f32) {
-        self.turned_by(r);
+        self.relative_rotation(r);
         *r = (f64::from(*r) + self.degrees) as f32;
     }
 
-    /// A turn from where the tool stands, which turns nothing.
-    fn turned_by(&self, r: &mut f32) {
+    /// A rotation relative to where the tool stands: only a mirror changes it.
+    fn relative_rotation(&self, r: &mut f32) {
         if self.mirror {
             *r = -*r;
         }
@@ -336,7 +331,7 @@ impl Map {
             Action::Shift {
                 by: [x, y, z, r], ..
             } => {
-                self.turned_by(r);
+                self.relative_rotation(r);
                 self.onwards([x, y, z])
             }
             Action::Arc { via, to } => self.through(via, to),
@@ -459,7 +454,7 @@ impl Map {
                 self.point([x, y, z])
             }
             PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => {
-                self.turned_by(r);
+                self.relative_rotation(r);
                 self.onwards([x, y, z])
             }
             PtpMode::JumpAngle

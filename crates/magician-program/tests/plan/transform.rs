@@ -187,7 +187,7 @@ proptest! {
     #[test]
     fn what_is_scaled_on_its_surface_keeps_its_heights(plan in program(), factor in 0.5f64..1.2) {
         let about = [210.0, 0.0];
-        let scaled = plan.scaled_level(factor, about).unwrap();
+        let scaled = plan.scaled_xy(factor, about).unwrap();
         is_same(&plan, &scaled, |[x, y, z, r]| {
             let at = |value: f64, about: f64| factor * (value - about) + about;
             [at(x, about[0]), at(y, about[1]), z, r]
