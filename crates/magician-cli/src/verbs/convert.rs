@@ -135,15 +135,9 @@ fn write(kind: Kind, plan: &Plan, path: &Path, source: &Source) -> Result<Vec<Pr
         Kind::Picture => {
             let done = rehearse(plan, &RehearseOptions::default())?;
             if done.drawing.is_empty() {
-                let marks = |action: &Action| {
-                    matches!(
-                        action,
-                        Action::Path { .. } | Action::Burn { .. } | Action::Arc { .. }
-                    )
-                };
-                let (what, hint) = match plan.steps.iter().any(|step| marks(&step.action)) {
+                let (what, hint) = match plan.steps.iter().any(|step| step.action.marks()) {
                     true => (
-                        "the arm reaches nothing of what it draws",
+                        "nothing that it draws is within reach",
                         "`magician run --check` tells how far it is beyond the reach, `--fit` brings it within",
                     ),
                     false => (

@@ -143,6 +143,15 @@ impl Action {
         }
     }
 
+    /// Whether it draws or burns a line: a segment of a path, a burn, an arc.
+    #[must_use]
+    pub fn marks(&self) -> bool {
+        matches!(
+            self,
+            Self::Path { .. } | Self::Burn { .. } | Self::Arc { .. }
+        )
+    }
+
     /// Whether it has to do with a laser: a step that switches it or says its power.
     pub(crate) fn is_of_a_laser(&self) -> bool {
         match self {

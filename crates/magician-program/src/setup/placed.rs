@@ -6,7 +6,7 @@ mod marks;
 use super::{Setup, fitted, made_smaller, middle, rotated};
 use crate::artwork::{Layout, Marking, Sheet};
 use crate::formats::GcodeOptions;
-use crate::{Action, Artwork, Fit, NoteCode, Plan, Problem, Surface, Tool, Work};
+use crate::{Artwork, Fit, NoteCode, Plan, Problem, Surface, Tool, Work};
 use guide::Guide;
 use marks::Marks;
 
@@ -231,12 +231,4 @@ fn middle_of(artwork: &Artwork, layout: &Layout) -> [f64; 2] {
 /// Where the first motion of a plan in the arm's coordinates comes from nowhere that is known, the arm comes from above.
 pub(super) fn raised(plan: &mut Plan, lift: f64) {
     guide::from_above(plan, lift);
-}
-
-/// Whether a step is one of the tool at work.
-fn feeds(action: &Action) -> bool {
-    matches!(
-        action,
-        Action::Path { .. } | Action::Burn { .. } | Action::Arc { .. }
-    )
 }

@@ -1,12 +1,14 @@
 //! What a line sets: the motion that follows, units, distances, speed.
 
+use magician_motion::Speeds;
+
 use super::block::{Block, Code};
 use super::machine::{Machine, Mode};
 use crate::formats::flaw::Flaw;
 use crate::{NoteCode, Origin};
 
 /// The arm's fastest speed along a line, mm/s (model section 6).
-pub(super) const FASTEST: f64 = 300.0;
+pub(super) const FASTEST: f64 = Speeds::CEILINGS.linear_velocity;
 /// mm of an inch.
 const INCH: f64 = 25.4;
 

@@ -2,7 +2,7 @@
 
 use magician_motion::ToolBias;
 
-use super::{Course, feeds};
+use super::Course;
 use crate::artwork::Marking;
 use crate::reach::{APPROACH, Above};
 use crate::{Action, Origin, Plan, Reach, Step, Surface, Tool, Travel};
@@ -40,11 +40,11 @@ impl<'a> Guide<'a> {
         let mut first = ([0.0; 3], Origin::NONE);
         for step in steps {
             let target = step.action.target().map(|to| to.map(f64::from));
-            if let (None, Some(to), false) = (self.at, target, feeds(&step.action)) {
+            if let (None, Some(to), false) = (self.at, target, step.action.marks()) {
                 first = (to, step.origin);
                 continue;
             }
-            if feeds(&step.action) && self.at.is_none() {
+            if step.action.marks() && self.at.is_none() {
                 let (to, origin) = first;
                 self.enter(self.above(to), origin);
             }

@@ -1,6 +1,5 @@
 //! What a program in its own coordinates draws or burns.
 
-use super::feeds;
 use crate::artwork::distance;
 use crate::{Action, Artwork, Plan, Problem, Stroke};
 
@@ -144,7 +143,7 @@ fn segments(plan: &Plan) -> Vec<Segment> {
         let Some(to) = step.action.target().map(|to| to.map(f64::from)) else {
             continue;
         };
-        if let Some(from) = at.filter(|_| feeds(&step.action)) {
+        if let Some(from) = at.filter(|_| step.action.marks()) {
             let (via, lit) = match &step.action {
                 Action::Arc {
                     via: [x, y, z, _], ..
