@@ -401,13 +401,17 @@ pub(crate) fn notes(source: &Source, notes: &[Problem], context: &Context) {
 }
 
 fn line_of(source: &Source, note: &Problem) -> String {
-    let help = match &note.help {
-        Some(help) => format!(" ({help})"),
-        None => String::new(),
-    };
-    let text = format!("{}: {note}{help}", source.name);
+    let text = with_help(format!("{}: {note}", source.name), note);
     let paint = Paint::for_stderr();
     format!("{} {}", paint.note("note:"), visible_lines(&text))
+}
+
+/// What is said of a note, with what to do about it.
+fn with_help(text: String, note: &Problem) -> String {
+    match &note.help {
+        Some(help) => format!("{text} ({help})"),
+        None => text,
+    }
 }
 
 /// A note as JSON has it.
@@ -426,10 +430,7 @@ impl Note {
     pub(crate) fn all<'p>(notes: impl IntoIterator<Item = &'p Problem>) -> Vec<Self> {
         let told = |note: &Problem| Self {
             code: note.code.name(),
-            text: match &note.help {
-                Some(help) => format!("{} ({help})", note.message),
-                None => note.message.clone(),
-            },
+            text: with_help(note.message.clone(), note),
             line: Some(note.origin.line).filter(|line| *line > 0),
             element: note.name.clone(),
         };
