@@ -65,10 +65,10 @@ impl Cli {
         Self::read_as(Self::with_virtual_tool(), arguments)
     }
 
-    /// Reads a line of a shell, which has heard the environment itself.
+    /// Reads a line of a shell. The shell itself has read the environment, so it is ignored here.
     pub(crate) fn read_line(arguments: &[OsString]) -> Result<Self, clap::Error> {
-        let deaf = |arg: Arg| arg.env(None::<&'static str>);
-        Self::read_as(Self::with_virtual_tool().mut_args(deaf), arguments)
+        let without_env = |arg: Arg| arg.env(None::<&'static str>);
+        Self::read_as(Self::with_virtual_tool().mut_args(without_env), arguments)
     }
 
     fn read_as(mut command: clap::Command, arguments: &[OsString]) -> Result<Self, clap::Error> {

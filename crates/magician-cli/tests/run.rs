@@ -824,7 +824,7 @@ fn notes_are_objects_with_json() {
 /// Playback with turns of the tool, drawings with arcs, images: what is made to fit is done.
 #[test]
 fn what_is_made_to_fit_passes_the_check() {
-    // A program that homes under another tool ends nobody knows where, wherever it lies.
+    // The pose after homing with another tool is unknown, so its check fails wherever it is placed.
     let fits = |name: &&str| !name.ends_with(".blockly");
     for name in SAMPLES.into_iter().filter(fits) {
         for (tool, surface, more) in [

@@ -674,7 +674,7 @@ fn characters_that_the_font_lacks_are_left_out_and_named() {
     let hidden = "<text y='20' visibility='hidden'>日</text><text y='20' display='none'>日</text>";
     let (_, notes) = reading(page(&format!("<line x2='5' stroke='red'/>{hidden}")));
     assert_eq!(notes, []);
-    // A text that is left out as a whole is told of too.
+    // A text without any known character has its notes as well.
     let (artwork, notes) = reading(page("<text y='20'>日本</text>"));
     assert_eq!((artwork.strokes.len(), notes.len()), (0, 2));
 }

@@ -190,7 +190,7 @@ impl Bench {
         self.bias(59.7);
     }
 
-    /// As an arm that was never told of a tool: its reports are of the wrist.
+    /// An arm with tool bias 0, which reports the pose of the wrist.
     pub fn no_tool(&mut self) {
         self.bias(0.0);
     }

@@ -31,12 +31,12 @@ pub(super) fn write(figures: &Figures, out: &mut Output) -> Result<(), Failure> 
     }
     match &figures.h4 {
         Some(h4) => stop(h4, &mut table),
-        None => row(&mut table, "a stop", None),
+        None => row(&mut table, "stop", None),
     }
     row(&mut table, "processor", figures.h5.as_ref().map(processor));
     let added = figures.h7.as_ref().map(|added| {
         format!(
-            "{} us in the median, {} us in 99 of 100",
+            "median {} us; 99 % below {} us",
             added.added_p50_us, added.added_p99_us
         )
     });
@@ -110,10 +110,10 @@ fn starvation(h3: &H3, table: &mut Columns) {
     let measured = |one: &Starvation| {
         let (rate, dry, looks) = (one.segments_per_s, one.dry_looks, one.looks);
         let fewest = match one.fewest_queued {
-            Some(fewest) => format!(", never fewer than {fewest} waiting"),
+            Some(fewest) => format!(", at least {fewest} queued"),
             None => String::new(),
         };
-        format!("{rate:.0} segments/s, the queue empty in {dry} of {looks} looks{fewest}")
+        format!("{rate:.0} segments/s, queue empty in {dry} of {looks} samples{fewest}")
     };
     row(table, "drawing in 0.2 mm", Some(measured(&h3.dense)));
     row(table, "drawing in 0.5 mm", Some(measured(&h3.fast)));
@@ -122,16 +122,12 @@ fn starvation(h3: &H3, table: &mut Columns) {
 fn stop(h4: &H4, table: &mut Columns) {
     let times = |p50: Option<f64>, p99: Option<f64>| {
         let text = |time: Option<f64>| time.map_or("?".to_owned(), |time| format!("{time:.2}"));
-        format!(
-            "{} ms in the median, {} ms in 99 of 100",
-            text(p50),
-            text(p99)
-        )
+        format!("median {} ms; 99 % below {} ms", text(p50), text(p99))
     };
     let sent = times(h4.on_the_line_p50_ms, h4.on_the_line_p99_ms);
-    row(table, "a stop, until sent", Some(sent));
+    row(table, "stop, until sent", Some(sent));
     let answered = times(h4.answered_p50_ms, h4.answered_p99_ms);
-    row(table, "a stop, until answered", Some(answered));
+    row(table, "stop, until answered", Some(answered));
 }
 
 fn processor(h5: &H5) -> String {

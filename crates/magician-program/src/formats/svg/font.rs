@@ -12,21 +12,21 @@ static ROBOTO: &[u8] = include_bytes!("../../../fonts/Roboto-Regular.ttf");
 static DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| {
     let mut database = Database::new();
     let mut font = ROBOTO.to_vec();
-    let shrunk = shrink_first_glyph(&mut font);
+    let shrunk = shrink_notdef(&mut font);
     debug_assert!(shrunk.is_some(), "the tables of the font");
     database.load_font_data(font);
     Arc::new(database)
 });
 
-/// Glyph 0 as it lies in `glyf`: a triangle of one unit, too small to be seen. One contour, its box, its last point, no
+/// The glyph `.notdef` as it lies in `glyf`: a triangle of one unit, too small to be seen. One contour, its box, its last point, no
 /// instructions, three points of the curve whose steps are a byte each and positive.
 const SPECK: [u8; 23] = [
     0, 1, 0, 0, 0, 0, 0, 1, 0, 1, 0, 2, 0, 0, 0x37, 0x37, 0x37, 0, 1, 0, 0, 0, 1,
 ];
 
-/// Makes glyph 0 a [`SPECK`]. It stands for every character that the font does not have, and is a box that nobody wants
-/// drawn. The layout of texts gives no way to leave it out, and passes over texts without any outline in silence.
-fn shrink_first_glyph(font: &mut [u8]) -> Option<()> {
+/// Replaces `.notdef` (glyph 0) by a [`SPECK`]. It stands for every character that the font lacks, and is a box that must not
+/// be drawn. usvg's text layout cannot leave it out, and drops a text without any outline without a word.
+fn shrink_notdef(font: &mut [u8]) -> Option<()> {
     let word = |font: &[u8], at: usize| {
         let bytes = font.get(at..at.checked_add(2)?)?;
         Some(u16::from_be_bytes(bytes.try_into().ok()?))

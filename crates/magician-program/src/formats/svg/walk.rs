@@ -232,10 +232,10 @@ impl<'a> Walk<'a> {
             match node {
                 Node::Group(group) => self.letters(group, &place, speck)?,
                 Node::Path(path) if path.is_visible() => {
-                    let curves = self.curves(path, &place)?;
-                    // Specks are told by the letters' own size, before any transform.
-                    let own = super::lines::curves(path.data(), Affine::IDENTITY);
-                    let outlines = outlines(&own).zip(outlines(&curves));
+                    let placed = self.curves(path, &place)?;
+                    // Specks are known by their size in the text's own units, before any transform.
+                    let own = curves(path.data(), Affine::IDENTITY);
+                    let outlines = outlines(&own).zip(outlines(&placed));
                     let letters = outlines.filter(|(own, _)| extent(own) > speck);
                     let letters: BezPath =
                         letters.flat_map(|(_, placed)| placed).copied().collect();

@@ -15,9 +15,9 @@ use super::terminal::Terminal;
 use super::watch::{self, Seen, Watch};
 
 const BUFFER: usize = 4096;
-/// The system tells that a client closes before it lets go of the terminal, so that it may seem to be there still: so long
-/// after that it is looked for again.
-const LATER: [Duration; 3] = [
+/// inotify reports a close before the kernel releases the terminal, so that the client may still be counted: the check is
+/// repeated after these times.
+const RECHECKS: [Duration; 3] = [
     Duration::from_millis(2),
     Duration::from_millis(20),
     Duration::from_millis(200),
@@ -32,9 +32,9 @@ pub(super) struct Jack {
     peer: Peer,
     outbox: Outbox,
     occupied: bool,
-    /// The next look for a client that closed the terminal and seemed to be there still, and how many there were.
-    look: Option<Pin<Box<Sleep>>>,
-    looks: usize,
+    /// The next check for a client that closed the terminal and was still counted, and how many checks there were.
+    recheck: Option<Pin<Box<Sleep>>>,
+    rechecks: usize,
 }
 
 impl Jack {
@@ -52,8 +52,8 @@ impl Jack {
             watch,
             outbox: Outbox::default(),
             occupied: false,
-            look: None,
-            looks: 0,
+            recheck: None,
+            rechecks: 0,
         })
     }
 
@@ -80,10 +80,10 @@ impl Jack {
         while let Poll::Ready(seen) = self.watch.poll(cx)? {
             self.seen(&seen, cx, service)?;
         }
-        while let Some(look) = &mut self.look
-            && look.as_mut().poll(cx).is_ready()
+        while let Some(timer) = &mut self.recheck
+            && timer.as_mut().poll(cx).is_ready()
         {
-            self.look = None;
+            self.recheck = None;
             self.client_left(cx, service)?;
         }
         self.send(cx, service)?;
@@ -155,7 +155,7 @@ impl Jack {
             service.notice(Notice::Connected(self.symlink.to_string()));
         }
         if seen.closed {
-            (self.look, self.looks) = (None, 0);
+            (self.recheck, self.rechecks) = (None, 0);
             self.client_left(cx, service)?;
         }
         if watch::BLIND {
@@ -170,8 +170,9 @@ impl Jack {
         // question who is there; what is read after belongs to a successor.
         self.read_all(cx, service)?;
         if !self.terminal.alone(&mut self.watch)? {
-            self.look = LATER.get(self.looks).map(|time| Box::pin(sleep(*time)));
-            self.looks += 1;
+            let delay = RECHECKS.get(self.rechecks);
+            self.recheck = delay.map(|delay| Box::pin(sleep(*delay)));
+            self.rechecks += 1;
             return Ok(());
         }
         self.outbox.clear();

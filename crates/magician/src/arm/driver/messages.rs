@@ -70,7 +70,7 @@ impl Driver {
         let frame = request.frame().frame();
         let over = stops != self.shared.stops();
         if over && sets_going(&frame) {
-            // What befell the queue since the call began stops it as well, and says more.
+            // A fault of the queue since the call began stops it as well, with a more specific error.
             let told = self.shared.mishap(Some(stops)).map(Mishap::told);
             let _ = reply.send(told.unwrap_or_else(|| Err(explain(&frame, Failure::Stopped))));
         } else if !self.link_is_up() {
