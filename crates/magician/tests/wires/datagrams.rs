@@ -109,11 +109,17 @@ async fn relay(front: tokio::net::UdpSocket, arm: SocketAddr, [there, here]: [Fa
                 host = Some(from);
                 to_arm.push(now(), &there[..count]);
             }
-            came = back.recv(&mut here) => to_host.push(now(), &here[..came.unwrap()]),
+            // The arm's end is closed when the test has ended.
+            came = back.recv(&mut here) => match came {
+                Ok(count) => to_host.push(now(), &here[..count]),
+                Err(_) => return,
+            },
             () = tokio::time::sleep_until(until) => {}
         }
         while let Some(Passed::Bytes(bytes)) = to_arm.poll(now()) {
-            back.send(&bytes).await.unwrap();
+            if back.send(&bytes).await.is_err() {
+                return;
+            }
         }
         while let Some(Passed::Bytes(bytes)) = to_host.poll(now()) {
             front.send_to(&bytes, host.unwrap()).await.unwrap();
@@ -192,11 +198,12 @@ async fn a_request_that_the_network_doubles_is_told_of() {
             }
         }
     }
-    if let Err(error) = arm.wait(QueueIndex(1)).await {
+    // The double of the last request comes when no call is under way, or so late that the next call
+    // tells of it. A wait after that only says that the queue was not started.
+    if told == 0 {
+        let error = arm.wait(QueueIndex(1)).await.unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}");
-        told += 1;
     }
-    assert!(told > 0);
     assert_eq!(stored(address).await % 2, 0);
 }
 
