@@ -1,4 +1,4 @@
-//! The laser of a real arm: nothing burns there before a person has said so.
+//! What a person has to say yes to: the laser of a real arm, and jobs that are hardly wanted.
 
 use std::io::{self, IsTerminal, Write};
 
@@ -80,12 +80,25 @@ impl Context {
             Some(port) => format!("{what} at {port}"),
             None => what.to_owned(),
         };
-        let person = io::stdin().is_terminal() && io::stderr().is_terminal();
-        if asks == Asks::AtTheTerminal && person && !self.global.json && says_yes(&place)? {
+        if self.may_ask(asks) && says_yes(&format!("{place}: {GOGGLES}"))? {
             self.allow_laser();
             return Ok(());
         }
         Err(refused(format!("{place}; nothing was sent")))
+    }
+
+    /// Lets a job begin that a person hardly wants, once a person has said so.
+    pub(crate) fn permit_doubtful(&mut self, asks: Asks, what: &str) -> Result<(), Failure> {
+        if self.global.yes || self.may_ask(asks) && says_yes(what)? {
+            return Ok(());
+        }
+        Err(Failure::usage(format!("{what}; nothing was sent")).hint("give --yes to go on"))
+    }
+
+    /// Whether a person is there to be asked.
+    fn may_ask(&self, asks: Asks) -> bool {
+        let person = io::stdin().is_terminal() && io::stderr().is_terminal();
+        asks == Asks::AtTheTerminal && person && !self.global.json
     }
 }
 
@@ -97,7 +110,7 @@ pub(crate) fn refused(message: impl Into<String>) -> Failure {
 /// Asks on stderr.
 fn says_yes(what: &str) -> io::Result<bool> {
     let mut stderr = io::stderr();
-    write!(stderr, "{what}: {GOGGLES}. Go on? y/n ")?;
+    write!(stderr, "{what}. Go on? y/n ")?;
     stderr.flush()?;
     let mut line = String::new();
     io::stdin().read_line(&mut line)?;

@@ -11,7 +11,7 @@ use magician::{Error, Set};
 
 use crate::{Action, NoteCode, Origin, Plan, Problem};
 use pen::Pen;
-use way::length;
+use way::{corners, length, point};
 
 /// As many complaints are kept; the others are counted.
 const MOST_COMPLAINTS: usize = 100;
@@ -65,8 +65,10 @@ pub struct Report {
     pub travelled: f64,
     /// The weakest and the strongest power that is burnt, percent; none if nothing is.
     pub power: Option<[f64; 2]>,
-    /// The least and the greatest x, y, z at which steps end.
+    /// The least and the greatest x, y, z of the ways that draw or burn; none if nothing is drawn.
     pub bounds: Option<[[f64; 3]; 2]>,
+    /// The least and the greatest x, y, z at which steps end.
+    pub travel_bounds: Option<[[f64; 3]; 2]>,
     /// The step with the longest way, from 0, and how long that is, mm.
     pub longest_way: Option<(usize, f64)>,
     /// The step that takes longest, from 0, and how long; segments of continuous paths aside, and what has no end that is
@@ -108,13 +110,6 @@ impl Report {
         }
     }
 
-    pub(crate) fn reach(&mut self, at: [f64; 3]) {
-        let [least, most] = self.bounds.get_or_insert([at, at]);
-        for ((least, most), at) in least.iter_mut().zip(most).zip(at) {
-            *least = least.min(at);
-            *most = most.max(at);
-        }
-    }
 
     pub(crate) fn burn(&mut self, percent: f64) {
         if percent > 0.0 {
@@ -178,6 +173,15 @@ pub fn check(plan: &Plan, start: &Preflight) -> Report {
     report
 }
 
+/// Bounds that hold a point as well.
+pub(crate) fn widen(bounds: &mut Option<[[f64; 3]; 2]>, at: [f64; 3]) {
+    let [least, most] = bounds.get_or_insert([at, at]);
+    for ((least, most), at) in least.iter_mut().zip(most).zip(at) {
+        *least = least.min(at);
+        *most = most.max(at);
+    }
+}
+
 struct Course {
     arm: Preflight,
     pen: Pen,
@@ -210,10 +214,15 @@ impl Course {
         if let (Some(from), Some(to)) = (before, done.end) {
             let way = length(command, &from, &to);
             if way > 0.0 {
-                self.report
-                    .travel(step, way, self.pen.draws(command, &from, &to));
+                let draws = self.pen.draws(command, &from, &to);
+                self.report.travel(step, way, draws);
+                if draws {
+                    for at in corners(command, &from, &to) {
+                        widen(&mut self.report.bounds, at);
+                    }
+                }
             }
-            self.report.reach([to.pose.x, to.pose.y, to.pose.z]);
+            widen(&mut self.report.travel_bounds, point(&to));
         }
         Ok(())
     }

@@ -54,7 +54,7 @@ pub use problem::{Lack, NoteCode, Problem};
 pub use program::{Program, Rest, Timetable};
 pub use raster::Raster;
 pub use reach::{Fit, Placement, Reach};
-pub use setup::{Frame, Placing, Setup, Work, tip};
+pub use setup::{Frame, Placing, Position, Prepared, Setup, Work, tip};
 pub use surface::Surface;
 pub use trail::{Follow, Mark, Trail};
 

@@ -40,11 +40,13 @@ pub enum NoteCode {
     Power,
     /// How fast the arm is.
     Speed,
+    /// It takes very long.
+    Long,
 }
 
 impl NoteCode {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Problem,
         Self::LeftOut,
         Self::Assumed,
@@ -52,6 +54,7 @@ impl NoteCode {
         Self::Reordered,
         Self::Power,
         Self::Speed,
+        Self::Long,
     ];
 
     /// Its name in JSON.
@@ -69,6 +72,7 @@ impl NoteCode {
             Self::Reordered => "reordered",
             Self::Power => "power",
             Self::Speed => "speed",
+            Self::Long => "long",
         }
     }
 }

@@ -1,24 +1,18 @@
 //! What was in a file becomes a plan for this arm: where it lies, with which tool, how fast.
 
-use magician::words::{self, Guards, Preflight};
-use magician::{JointAngles, Set};
+use magician::Set;
+use magician::words::{self, Preflight};
 use magician_motion::{Speeds, ToolBias};
 
 use crate::artwork::{Layout, Marking, Order, Sheet, rotated};
-use crate::check::check;
 use crate::raster::{Engrave, Grid, Size, Trace};
 use crate::{
     Artwork, Content, Fit, Format, NoteCode, Placement, Plan, Power, Problem, Raster, Reach,
-    Reading, Surface, Tool,
+    Surface, Tool,
 };
 
 /// An image that is larger than its sheet by no more than this is not, mm.
 const ROUNDED: f64 = 1.0;
-
-/// What does not pass the check is made smaller by this share at a time,
-const SHRINK: f64 = 0.98;
-/// and not below this share of the size at which its lines are within reach.
-const LEAST_SHRUNK: f64 = 0.5;
 
 /// The tool of an arm that a plan does not tell of one: what it has at power-up.
 const UNSAID: ToolBias = ToolBias::SUCTION;
@@ -57,8 +51,13 @@ pub struct Setup {
     pub usual_power: Option<Power>,
 }
 
+mod fitting;
+mod marks;
 mod placed;
 
+use fitting::Made;
+pub use fitting::{Position, Prepared};
+use marks::Marks;
 pub use placed::Frame;
 
 /// Where the tip of a tool is when an arm stands so; of the tool that the arm knows of, if none is named.
@@ -100,6 +99,8 @@ pub struct Placing {
     pub rotate: f64,
     /// Made smaller until it can be reached.
     pub fit: bool,
+    /// Whether what is made to fit may be turned by 90 degrees, where that lets it be larger.
+    pub turn: bool,
     /// Mirrored, left to right.
     pub mirror: bool,
     /// Moved on from there, mm.
@@ -115,6 +116,7 @@ impl Default for Placing {
             scale: 1.0,
             rotate: 0.0,
             fit: false,
+            turn: true,
             mirror: false,
             by: [0.0; 3],
         }
@@ -150,70 +152,20 @@ impl Setup {
         self.surface.or(sheet).or(self.usual_surface)
     }
 
-    /// The plan for what was in a file of this format. What is made to fit passes the check, if any size of it does: where the
-    /// ways between its lines, arcs or turns of the tool leave the reach, it becomes smaller still, and a plan that cannot be
-    /// brought elsewhere stays where it is.
-    ///
-    /// # Errors
-    /// A [`Problem`] if it cannot be placed so, or a surface is needed and not known.
-    pub fn plan(&self, format: Format, content: Content) -> Result<Reading<Plan>, Problem> {
-        if !self.placing.fit {
-            return Ok(self.made(format, content)?.reading);
-        }
-        let mut setup = self.clone();
-        let first = setup.made(format, content.clone())?;
-        if first.passes() {
-            return Ok(first.reading);
-        }
-        let mut scale = first.scale;
-        while scale > LEAST_SHRUNK * first.scale {
-            scale *= SHRINK;
-            setup.placing.scale = scale;
-            let smaller = setup.made(format, content.clone())?;
-            if smaller.passes() {
-                let mut reading = smaller.reading;
-                reading.notes.push(made_smaller(scale / self.placing.scale));
-                return Ok(reading);
-            }
-        }
-        if let Content::Plan(plan) = content
-            && format != Format::Gcode
-        {
-            setup.surface = None;
-            setup.placing = Placing {
-                fit: false,
-                at: None,
-                frame: Frame::Arm,
-                ..self.placing
-            };
-            let there = setup.made(format, Content::Plan(plan))?;
-            if there.passes() {
-                return Ok(there.reading);
-            }
-        }
-        Ok(first.reading)
-    }
-
-    fn made(&self, format: Format, content: Content) -> Result<Made, Problem> {
+    /// As it is laid with this scale and turn.
+    fn made(&self, format: Format, content: &Content) -> Result<Made, Problem> {
         let mut notes = Vec::new();
         let drawing = !matches!(content, Content::Plan(_));
         self.check_frame(format == Format::Gcode, drawing)?;
         let (plan, scale) = match content {
             Content::Plan(plan) if format == Format::Gcode && self.places() => {
-                self.laid(plan, &mut notes)?
+                self.laid(plan.clone(), &mut notes)?
             }
-            Content::Plan(plan) => self.taught(format, plan, &mut notes)?,
-            Content::Artwork(artwork) => self.drawn(artwork, &mut notes)?,
+            Content::Plan(plan) => self.taught(format, plan.clone(), &mut notes)?,
+            Content::Artwork(artwork) => self.drawn(artwork)?,
             Content::Image(image) => match &self.work {
-                Work::Draw(trace) => {
-                    let trace = Trace {
-                        size: self.size,
-                        ..trace.clone()
-                    };
-                    self.drawn(image.outlines(&trace)?, &mut notes)?
-                }
-                Work::Engrave(engrave) => self.engraved(&image, engrave.clone())?,
-                Work::Usual => self.engraved(&image, Engrave::default())?,
+                Work::Engrave(engrave) => self.engraved(image, engrave.clone())?,
+                _ => self.engraved(image, Engrave::default())?,
             },
         };
         if self.power.is_some() && !plan.burns() {
@@ -221,11 +173,33 @@ impl Setup {
             notes.push(Problem::of_file(what).coded(NoteCode::Power));
         }
         notes.extend(above_ceiling(&plan));
-        let reading = Reading {
-            content: plan,
-            notes,
+        Ok(Made { plan, notes, scale })
+    }
+
+    /// An image that is drawn as its outlines, and lines in the order in which they are drawn.
+    fn lines_of(&self, content: Content) -> Result<(Content, Option<Problem>), Problem> {
+        let mut artwork = match (content, &self.work) {
+            (Content::Image(image), Work::Draw(trace)) => image.outlines(&Trace {
+                size: self.size,
+                ..trace.clone()
+            })?,
+            (Content::Artwork(artwork), _) => artwork,
+            (content, _) => return Ok((content, None)),
         };
-        Ok(Made { reading, scale })
+        let order = match self.order {
+            true => Order::default(),
+            false => Order::OF_FILE,
+        };
+        let saving = artwork.put_in_order(&order);
+        let note = (saving.before_mm - saving.after_mm >= 1.0).then(|| {
+            let (before, after) = (saving.before_mm, saving.after_mm);
+            let what = format!(
+                "drawn in another order, so that there are {after:.0} mm between its lines instead of {before:.0} mm"
+            );
+            let note = Problem::of_file(what).coded(NoteCode::Reordered);
+            note.help("--no-order keeps the order of the file")
+        });
+        Ok((Content::Artwork(artwork), note))
     }
 
     /// A plan that is in the arm's coordinates already.
@@ -325,30 +299,9 @@ impl Setup {
     }
 
     /// Lines on a sheet.
-    fn drawn(
-        &self,
-        mut artwork: Artwork,
-        notes: &mut Vec<Problem>,
-    ) -> Result<(Plan, f64), Problem> {
+    fn drawn(&self, artwork: &Artwork) -> Result<(Plan, f64), Problem> {
         let marking = self.marking();
-        let layout = self.layout()?;
-        let order = match self.order {
-            true => Order::default(),
-            false => Order::OF_FILE,
-        };
-        let saving = artwork.put_in_order(&order);
-        if saving.before_mm - saving.after_mm >= 1.0 {
-            let (before, after) = (saving.before_mm, saving.after_mm);
-            let what = format!(
-                "drawn in another order, so that there are {after:.0} mm between its lines instead of {before:.0} mm"
-            );
-            let note = Problem::of_file(what).coded(NoteCode::Reordered);
-            notes.push(note.help("--no-order keeps the order of the file"));
-        }
-        let placed = artwork.placed(&layout, &marking)?;
-        if placed.scale < layout.scale {
-            notes.push(made_smaller(placed.scale / layout.scale));
-        }
+        let placed = artwork.placed(&self.layout()?, &marking)?;
         let plan = placed.plan(&marking);
         Ok((self.pushed(plan)?, placed.scale))
     }
@@ -428,7 +381,8 @@ impl Setup {
         let grid = self.grid(size, &engrave, tool)?;
         let mut plan = image.plan(&grid, surface, &engrave)?;
         plan.tool = Some(tool);
-        Ok((self.pushed(plan)?, self.placing.scale))
+        let [width, _] = grid.size();
+        Ok((self.pushed(plan)?, width / natural[0]))
     }
 
     /// Where an image goes: where it is told to, on the sheet, or where there is room.
@@ -461,9 +415,17 @@ impl Setup {
     }
 }
 
-/// Where the middle of a plan is, and its lowest point.
+/// Where the middle of what a plan draws or burns is, and its lowest point; of all the places to which it leads, if it draws
+/// nothing.
 fn middle(plan: &Plan) -> [f64; 3] {
-    let [least, most] = extent(plan).unwrap_or_default();
+    let drawn = Marks::of(plan, None).ok().and_then(|marks| {
+        let [least, most] = marks.artwork.bounds()?;
+        Some([
+            [least[0], least[1], marks.touch],
+            [most[0], most[1], marks.touch],
+        ])
+    });
+    let [least, most] = drawn.or_else(|| extent(plan)).unwrap_or_default();
     let middle = |axis: usize| f64::midpoint(least[axis], most[axis]);
     [middle(0), middle(1), least[2]]
 }
@@ -501,31 +463,6 @@ fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Problem> {
         scale => plan.scaled_xy(scale, [0.0, 0.0])?,
     };
     Ok((scaled.moved([x, y, 0.0])?, scale))
-}
-
-/// A plan as it was placed.
-struct Made {
-    reading: Reading<Plan>,
-    /// Its size, 1 being the true one.
-    scale: f64,
-}
-
-impl Made {
-    /// Whether the arm can do all of it, once it has come to where it begins.
-    fn passes(&self) -> bool {
-        let start = Preflight::at(JointAngles::HOME, UNSAID);
-        check(
-            &self.reading.content,
-            &start.guards(Guards::NONE.reach(true)),
-        )
-        .is_good()
-    }
-}
-
-fn made_smaller(share: f64) -> Problem {
-    let percent = 100.0 * share;
-    let what = format!("it is made smaller to fit: {percent:.0} % of its size");
-    Problem::of_file(what).coded(NoteCode::Placed)
 }
 
 /// Where the middle of an image goes, and how it is turned there, as far as that was said: on a sheet its lower left corner

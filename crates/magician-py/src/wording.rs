@@ -54,6 +54,7 @@ pub(crate) fn arguments(help: &str) -> String {
         said.push(match (flag, value) {
             ("fit" | "mirror" | "invert" | "place" | "raw", _) => format!("{flag}=True{rest}"),
             ("no-order", _) => format!("order=False{rest}"),
+            ("no-turn", _) => format!("turn=False{rest}"),
             ("dialect", Some(value)) => format!("dialect=\"{value}\""),
             (flag, None) => format!("{}={rest}", flag.replace('-', "_")),
             (flag, Some(value)) => {

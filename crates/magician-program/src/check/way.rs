@@ -1,51 +1,111 @@
-//! How long ways are.
+//! How long ways are, and how far they reach.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use magician::{ArmState, Set};
 
 type Point = [f64; 3];
 
-/// How long the way of a command is, mm; that of joints and of a jump as if it were straight.
-pub(super) fn length(command: &Set, from: &ArmState, to: &ArmState) -> f64 {
-    let start = [from.pose.x, from.pose.y, from.pose.z];
-    let point = |[x, y, z, _]: [f32; 4]| [x, y, z].map(f64::from);
-    let round = match command {
-        Set::ArcCmd(arc) => {
-            let arc = Arc::through(start, point(arc.cir_point), point(arc.to_point));
-            arc.map(|arc| arc.radius * arc.sweep)
-        }
-        Set::CircleCmd(circle) => {
-            let arc = Arc::through(start, point(circle.cir_point), point(circle.to_point));
-            arc.map(|arc| arc.radius * TAU * f64::from(circle.count))
-        }
-        _ => None,
-    };
-    round.unwrap_or_else(|| from.pose.distance_to(&to.pose))
+/// Where the tool is.
+pub(super) fn point(arm: &ArmState) -> Point {
+    [arm.pose.x, arm.pose.y, arm.pose.z]
 }
 
-/// A circle, and how far round it three points go, rad.
+/// How long the way of a command is, mm; that of joints and of a jump as if it were straight.
+pub(super) fn length(command: &Set, from: &ArmState, to: &ArmState) -> f64 {
+    match Arc::of(command, from) {
+        Some(arc) => arc.radius * arc.sweep,
+        None => from.pose.distance_to(&to.pose),
+    }
+}
+
+/// Points of the way of a command between whose least and greatest coordinates all of it lies.
+pub(super) fn corners(command: &Set, from: &ArmState, to: &ArmState) -> Vec<Point> {
+    let mut corners = vec![point(from), point(to)];
+    if let Some(arc) = Arc::of(command, from) {
+        corners.extend(arc.extremes());
+    }
+    corners
+}
+
+/// A circle, and how far round it a way goes, rad.
 struct Arc {
+    centre: Point,
     radius: f64,
     sweep: f64,
+    /// From the centre to the first point, and a quarter of a turn on.
+    axes: [Point; 2],
 }
 
 impl Arc {
+    /// The arc or the circle of a command.
+    fn of(command: &Set, from: &ArmState) -> Option<Self> {
+        let place = |[x, y, z, _]: [f32; 4]| [x, y, z].map(f64::from);
+        match command {
+            Set::ArcCmd(arc) => {
+                Self::through(point(from), place(arc.cir_point), place(arc.to_point))
+            }
+            Set::CircleCmd(circle) => {
+                let arc =
+                    Self::through(point(from), place(circle.cir_point), place(circle.to_point));
+                arc.map(|arc| Self {
+                    sweep: TAU * f64::from(circle.count),
+                    ..arc
+                })
+            }
+            _ => None,
+        }
+    }
+
     /// From the first through the second to the third; nothing for points on a straight line.
     fn through(from: Point, via: Point, to: Point) -> Option<Self> {
         let (first, second) = (way(from, via), way(via, to));
+        let normal = cross(first, second);
         // At the second point the way has turned by half of what it turns in all.
-        let half = norm(cross(first, second)).atan2(dot(first, second));
-        let radius = norm(way(from, to)) / (2.0 * half.sin());
-        (half > 0.0 && radius.is_finite()).then_some(Self {
+        let half = norm(normal).atan2(dot(first, second));
+        let chord = way(from, to);
+        let radius = norm(chord) / (2.0 * half.sin());
+        if half <= 0.0 || !radius.is_finite() {
+            return None;
+        }
+        let normal = scaled(normal, 1.0 / norm(normal));
+        // To the left of the chord by what is left of the radius there, to the right of a long way round.
+        let left = cross(normal, scaled(chord, 1.0 / norm(chord)));
+        let middle = sum(from, scaled(chord, 0.5));
+        let centre = sum(middle, scaled(left, radius * half.cos()));
+        let start = way(centre, from);
+        Some(Self {
+            centre,
             radius,
             sweep: 2.0 * half,
+            axes: [start, cross(normal, start)],
+        })
+    }
+
+    /// The points at which a coordinate is least or greatest on the way.
+    fn extremes(&self) -> impl Iterator<Item = Point> {
+        let [[ax, ay, az], [bx, by, bz]] = self.axes;
+        let turns = [bx.atan2(ax), by.atan2(ay), bz.atan2(az)];
+        let turns = turns.into_iter().flat_map(|turn| [turn, turn + PI]);
+        let turns = turns.map(|turn| turn.rem_euclid(TAU));
+        turns.filter(|turn| *turn <= self.sweep).map(|turn| {
+            let [first, second] = self.axes;
+            let (sin, cos) = turn.sin_cos();
+            sum(self.centre, sum(scaled(first, cos), scaled(second, sin)))
         })
     }
 }
 
 fn way([a, b, c]: Point, [x, y, z]: Point) -> Point {
     [x - a, y - b, z - c]
+}
+
+fn sum([a, b, c]: Point, [x, y, z]: Point) -> Point {
+    [a + x, b + y, c + z]
+}
+
+fn scaled(way: Point, by: f64) -> Point {
+    way.map(|value| value * by)
 }
 
 fn dot([a, b, c]: Point, [x, y, z]: Point) -> f64 {
@@ -75,6 +135,22 @@ mod tests {
             let arc = Arc::through(at(0.0), at(0.3), at(1.0)).unwrap();
             let length = 30.0 * degrees.to_radians();
             assert!((arc.radius * arc.sweep - length).abs() < 1e-6, "{degrees}");
+            for (found, centre) in arc.centre.into_iter().zip([200.0, 0.0, 0.0]) {
+                assert!((found - centre).abs() < 1e-6, "{degrees} {:?}", arc.centre);
+            }
+            // As far as it reaches, seen from many of its points.
+            for axis in 0..3 {
+                let all = (0..=3600).map(|nth| at(f64::from(nth) / 3600.0)[axis]);
+                let (least, most) = all.fold((f64::MAX, f64::MIN), |(least, most), value| {
+                    (least.min(value), most.max(value))
+                });
+                let ends = [at(0.0), at(1.0)];
+                let found: Vec<f64> = (arc.extremes().chain(ends)).map(|at| at[axis]).collect();
+                let reached = found.iter().copied().fold(f64::MAX, f64::min);
+                assert!((reached - least).abs() < 1e-4, "{degrees} {axis}");
+                let reached = found.iter().copied().fold(f64::MIN, f64::max);
+                assert!((reached - most).abs() < 1e-4, "{degrees} {axis}");
+            }
         }
         assert!(Arc::through([0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]).is_none());
         assert!(Arc::through([0.0; 3], [0.0; 3], [0.0; 3]).is_none());

@@ -3,6 +3,7 @@
 use magician::words::Preflight;
 
 use super::Rest;
+use crate::check::widen;
 use crate::{Complaint, Plan, Report, check};
 
 /// As many rounds are checked that each lead somewhere else.
@@ -71,9 +72,11 @@ fn add(report: &mut Report, round: Report, times: u64, steps: usize) {
     for percent in round.power.into_iter().flatten() {
         report.burn(percent);
     }
-    if let Some([least, most]) = round.bounds {
-        report.reach(least);
-        report.reach(most);
+    for at in round.bounds.into_iter().flatten() {
+        widen(&mut report.bounds, at);
+    }
+    for at in round.travel_bounds.into_iter().flatten() {
+        widen(&mut report.travel_bounds, at);
     }
 }
 
@@ -125,7 +128,7 @@ mod tests {
         let (twice, _) = check(Some(2), 0);
         assert!(twice.is_good());
         assert!((twice.travelled - 60.0).abs() < 1e-6);
-        assert!(twice.bounds.is_some_and(|[_, most]| most[0] > 250.0));
+        assert!(twice.travel_bounds.is_some_and(|[_, most]| most[0] > 250.0));
         // 200 mm and four rounds are more than the arm reaches.
         for (rounds, from) in [(Some(9), 0), (None, 0), (Some(9), 3)] {
             let (report, steps) = check(rounds, from);

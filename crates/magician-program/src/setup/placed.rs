@@ -1,14 +1,13 @@
 //! A program in coordinates of its own, laid before the arm: what it draws is what has a size, a middle and a height.
 
 mod guide;
-mod marks;
 
-use super::{Setup, fitted, made_smaller, middle, rotated};
+use super::marks::Marks;
+use super::{Setup, fitted, middle, rotated};
 use crate::artwork::{Layout, Marking, Sheet};
 use crate::formats::GcodeOptions;
 use crate::{Artwork, Fit, NoteCode, Plan, Problem, Surface, Tool, Work};
 use guide::Guide;
-use marks::Marks;
 
 /// What is larger than its sheet by no more than this is not, mm.
 const ROUNDED: f64 = 1.0;
@@ -90,9 +89,6 @@ impl Setup {
         self.check_sheet(&layout, marks_size)?;
         let marking = Marking { tool, ..self.pen };
         let placed = marks.artwork.placed(&layout, &marking)?;
-        if placed.scale < self.placing.scale {
-            notes.push(made_smaller(placed.scale / self.placing.scale));
-        }
         let [x, y] = placed.middle;
         let what = format!(
             "it is placed: the middle of what it draws at x = {x:.1}, y = {y:.1}, its Z {:.3} on the surface at z = {:.1}",

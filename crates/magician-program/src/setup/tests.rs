@@ -30,7 +30,7 @@ fn line() -> Artwork {
 fn a_taught_program_has_the_tool_that_is_named() {
     let tool = |format, setup: &Setup| {
         let made = setup.plan(format, Content::Plan(taught())).expect("a plan");
-        (made.content.tool, made.notes.len())
+        (made.plan.tool, made.notes.len())
     };
     let mut setup = Setup::default();
     assert_eq!(tool(Format::Gcode, &setup), (None, 0));
@@ -51,7 +51,7 @@ fn a_plan_is_placed_by_its_middle() {
         .plan(Format::Plan, Content::Plan(taught()))
         .expect("a plan");
     let points: Vec<_> = made
-        .content
+        .plan
         .steps
         .iter()
         .filter_map(|step| step.action.target())
@@ -66,7 +66,7 @@ fn a_plan_is_placed_by_its_middle() {
     );
     setup.placing.mirror = true;
     let made = setup.plan(Format::Plan, Content::Plan(taught()));
-    let mirrored = made.expect("a plan").content;
+    let mirrored = made.expect("a plan").plan;
     let points = mirrored.steps.iter();
     let points: Vec<_> = points.filter_map(|step| step.action.target()).collect();
     assert_eq!(
@@ -90,7 +90,7 @@ fn a_drawing_needs_a_surface_and_takes_the_one_that_is_nearest() {
         let made = setup
             .plan(Format::Svg, Content::Artwork(line()))
             .expect("a plan");
-        made.content.surface.map(|surface| surface.height)
+        made.plan.surface.map(|surface| surface.height)
     };
     setup.usual_surface = Some(Surface::level(-60.0));
     assert_eq!(height(&setup), Some(-60.0));
@@ -120,7 +120,7 @@ fn an_image_is_engraved_or_outlined() {
     };
     let tool = |setup: &Setup| {
         let made = setup.plan(Format::Image, Content::Image(image.clone()));
-        made.expect("a plan").content.tool
+        made.expect("a plan").plan.tool
     };
     assert_eq!(tool(&setup), Some(Tool::Laser));
     setup.work = Work::Draw(Trace::default());
@@ -157,7 +157,7 @@ fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
             setup.work = Work::Engrave(engrave);
             setup.placing.fit = true;
             let made = setup.plan(Format::Image, Content::Image(image)).unwrap();
-            let report = check(&made.content, &start);
+            let report = check(&made.plan, &start);
             assert!(report.is_good(), "{:?}", report.complaints.first());
             let [least, most] = report.bounds.unwrap();
             assert!(most[0] - least[0] > 40.0);
@@ -194,7 +194,7 @@ fn an_image_keeps_to_its_sheet() {
     let refused = made(&setup(60.0, 0.0)).expect_err("it is wider than the sheet");
     assert!(refused.message.contains("60.0 x 30.0 mm"), "{refused}");
     assert!(made(&setup(45.0, 90.0)).is_err(), "it is higher, turned");
-    let plan = made(&setup(30.0, 90.0)).expect("it fits").content;
+    let plan = made(&setup(30.0, 90.0)).expect("it fits").plan;
     let burnt = plan.steps.iter().filter_map(|step| match step.action {
         Action::Burn { to, power } if power > 0.0 => Some(to),
         _ => None,

@@ -8,7 +8,19 @@ from typing import Any
 
 from .errors import Error
 
-__all__ = ["Complaint", "Note", "Report", "clock", "report"]
+__all__ = ["Complaint", "Note", "Placed", "Report", "clock", "report"]
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """How a file was laid before the arm."""
+
+    scale: float
+    """Its size, 1 being the true one."""
+    turn: float
+    """By how many degrees it is turned counter-clockwise."""
+    at: tuple[float, float]
+    """The middle of what it draws or burns, in the arm's x and y, mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +38,8 @@ class Note:
     help: str | None = None
     """What to do about it."""
     code: str = "problem"
-    """Of what kind it is: ``"left-out"``, ``"assumed"``, ``"placed"``, ``"reordered"``, ``"power"`` or ``"speed"``."""
+    """Of what kind it is: ``"left-out"``, ``"assumed"``, ``"placed"``, ``"reordered"``, ``"power"``, ``"speed"``
+    or ``"long"``."""
 
     def __str__(self) -> str:
         help = f" ({self.help})" if self.help else ""
@@ -103,6 +116,8 @@ class Report:
     power: tuple[float, float] | None
     """The weakest and the strongest power that is burnt, percent; ``None`` if nothing burns."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None
+    """The least and the greatest x, y, z of the ways that draw or burn, mm; ``None`` if nothing is drawn."""
+    travel_bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None
     """The least and the greatest x, y, z at which steps end, mm."""
     longest_way: tuple[int, float] | None
     """The step with the longest way, from 1, and how long that is, mm."""
@@ -155,7 +170,7 @@ class Report:
 
 def report(found: dict[str, Any]) -> Report:
     """The report of what the native part has found."""
-    bounds = found["bounds"]
+    bounds, travel_bounds = found["bounds"], found["travel_bounds"]
     return Report(
         refused=found["refused"],
         complaints=[Complaint(**each) for each in found["complaints"]],
@@ -166,6 +181,7 @@ def report(found: dict[str, Any]) -> Report:
         travelled=found["travelled"],
         power=None if found["power"] is None else tuple(found["power"]),
         bounds=None if bounds is None else (tuple(bounds[0]), tuple(bounds[1])),
+        travel_bounds=None if travel_bounds is None else (tuple(travel_bounds[0]), tuple(travel_bounds[1])),
         longest_way=found["longest_way"],
         longest_time=found["longest_time"],
     )

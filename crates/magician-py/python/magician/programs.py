@@ -22,13 +22,14 @@ from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
 from ._points import Floats, Points, SupportsArray, column, rows, to_numpy, to_tuples
 from ._protocol import Queueable
-from ._reports import Complaint, Note, Report, report
+from ._reports import Complaint, Note, Placed, Report, report
 from .alarms import Alarm
 from .errors import InvalidInputError
 
 __all__ = [
     "Complaint",
     "Note",
+    "Placed",
     "Plan",
     "Points",
     "Rehearsal",
@@ -298,6 +299,12 @@ class Plan:
         ]
 
     @property
+    def placed(self) -> Placed | None:
+        """How the file was laid before the arm, if it was placed."""
+        found = self.native.placed
+        return None if found is None else Placed(found[0], found[1], (found[2][0], found[2][1]))
+
+    @property
     def tool(self) -> str | None:
         """The tool that it is made for: a name, or its bias ``"x,y,z"`` in mm. The arm is told of it first."""
         return self.native.tool
@@ -528,6 +535,7 @@ def load(
     scale: float = 1.0,
     rotate: float = 0.0,
     fit: bool = False,
+    turn: bool = True,
     mirror: bool = False,
     move: tuple[float, float, float] = (0.0, 0.0, 0.0),
     start: tuple[float, float, float] | None = None,
@@ -570,6 +578,7 @@ def load(
     :param scale: Its size, 1 being the true one.
     :param rotate: By how much it is turned to the left, degrees.
     :param fit: Whether it is made smaller until the arm reaches all of it.
+    :param turn: Whether ``fit`` may turn it by 90 degrees, where that lets it be larger.
     :param mirror: Whether it is mirrored, left to right.
     :param move: By how much it is moved then, mm.
     :param start: Where the tool stands when G-code that is not placed begins, for what depends on it, mm.
@@ -615,7 +624,7 @@ def load(
         "scale": number("scale", scale, above=0),
         "rotate": number("rotate", rotate, unit="deg"),
         **flags(
-            place=place, raw=raw, fit=fit, mirror=mirror, order=order, invert=invert, both_directions=both_directions
+            place=place, raw=raw, fit=fit, turn=turn, mirror=mirror, order=order, invert=invert, both_directions=both_directions
         ),
         "by": _three("move", move),
         "speed": number("speed", speed, above=0, unit="mm/s"),

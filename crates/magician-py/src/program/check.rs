@@ -125,6 +125,7 @@ pub(crate) fn findings<'py>(
     parts.set_item("travelled", report.travelled)?;
     parts.set_item("power", report.power)?;
     parts.set_item("bounds", report.bounds)?;
+    parts.set_item("travel_bounds", report.travel_bounds)?;
     let longest = report
         .longest_way
         .map(|(step, way)| (report.number(step), way));

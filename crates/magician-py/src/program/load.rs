@@ -5,7 +5,7 @@ use magician_program::artwork::Sheet;
 use magician_program::formats::Dialect;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
-    Content, Format, Frame, Lack, Placing, Plan, Power, Problem, ReadOptions, Reading, Setup,
+    Content, Format, Frame, Lack, Placing, Plan, Power, Prepared, Problem, ReadOptions, Reading, Setup,
     Surface, Work, read,
 };
 use pyo3::prelude::*;
@@ -34,6 +34,7 @@ struct Wanted {
     scale: f64,
     rotate: f64,
     fit: bool,
+    turn: bool,
     mirror: bool,
     by: [f64; 3],
     speed: Option<f64>,
@@ -80,7 +81,8 @@ impl Wanted {
         placing.pen_z = self.pen_z;
         (placing.at, placing.by) = (self.at, self.by);
         (placing.scale, placing.rotate) = (above_zero("scale", self.scale)?, self.rotate);
-        (placing.fit, placing.mirror) = (self.fit, self.mirror);
+        (placing.fit, placing.turn) = (self.fit, self.turn);
+        placing.mirror = self.mirror;
         setup.placing = placing;
         let positive =
             |name, value: Option<f64>| value.map(|value| above_zero(name, value)).transpose();
@@ -196,18 +198,19 @@ impl PyPlan {
         let options = wanted.options(title, &setup).map_err(refused)?;
         let placed = format == Format::Gcode && setup.places();
         let made = py.detach(|| made(format, bytes, &options, &setup));
-        let (plan, notes, taught) =
+        let (made, taught) =
             made.map_err(|problem| super::raise(py, Some(name), &said(problem)))?;
         let source = Source {
             name: Some(name.to_owned()),
             format: Some(format.name().to_owned()),
-            notes,
+            notes: made.notes,
+            placed: made.placed.map(|placed| (placed.scale, placed.turn, placed.at)),
             rows: false,
             assumed: (!taught || placed) && setup.surface.is_none(),
             needs_homed_arm: wanted.work.is_some() || format.needs_homed_arm(),
             lift: wanted.lift,
         };
-        Ok(Self::of(plan, source))
+        Ok(Self::of(made.plan, source))
     }
 
     /// A plan of the text of a plan file.
@@ -239,12 +242,12 @@ fn made(
     bytes: &[u8],
     options: &ReadOptions,
     setup: &Setup,
-) -> Result<(Plan, Vec<Problem>, bool), Problem> {
-    let Reading { content, mut notes } = read(format, bytes, options)?;
+) -> Result<(Prepared, bool), Problem> {
+    let Reading { content, notes } = read(format, bytes, options)?;
     let taught = matches!(content, Content::Plan(_));
-    let made = setup.plan(format, content)?;
-    notes.extend(made.notes);
-    Ok((made.content, notes, taught))
+    let mut made = setup.plan(format, content)?;
+    made.notes.splice(0..0, notes);
+    Ok((made, taught))
 }
 
 /// A problem that speaks of arguments.

@@ -35,6 +35,8 @@ pub(crate) struct Source {
     format: Option<String>,
     /// What was read in a certain way.
     notes: Vec<Problem>,
+    /// Its size, its turn in degrees, and where its middle lies, if it was placed.
+    placed: Option<(f64, f64, [f64; 2])>,
     /// Its lines are rows of an array, counted from 0.
     pub(crate) rows: bool,
     /// The surface is that of a virtual arm's table: nobody has said where the paper really lies.
@@ -66,12 +68,13 @@ type KeptNote = (
     String,
 );
 
-/// Where a plan came from, as it is kept: file, format, notes, whether its lines are rows, whether its surface is assumed, whether
+/// Where a plan came from, as it is kept: file, format, notes, how it was placed, whether its lines are rows, whether its surface is assumed, whether
 /// it needs an arm that was homed, and its lift.
 type KeptSource = (
     Option<String>,
     Option<String>,
     Vec<KeptNote>,
+    Option<(f64, f64, [f64; 2])>,
     bool,
     bool,
     bool,
@@ -97,6 +100,7 @@ impl Source {
             name,
             format,
             notes,
+            self.placed,
             self.rows,
             self.assumed,
             self.needs_homed_arm,
@@ -104,7 +108,7 @@ impl Source {
         )
     }
 
-    fn of_kept((name, format, notes, rows, assumed, needs_homed_arm, lift): KeptSource) -> Self {
+    fn of_kept((name, format, notes, placed, rows, assumed, needs_homed_arm, lift): KeptSource) -> Self {
         let code_of = |name: String| NoteCode::ALL.into_iter().find(|code| code.name() == name);
         let note = |(line, column, length, name, message, help, code): KeptNote| Problem {
             code: code_of(code).unwrap_or_default(),
@@ -123,6 +127,7 @@ impl Source {
             name,
             format,
             notes: notes.into_iter().map(note).collect(),
+            placed,
             rows,
             assumed,
             needs_homed_arm,
@@ -273,6 +278,12 @@ impl PyPlan {
             )
         });
         parts.collect()
+    }
+
+    /// Its size, its turn in degrees, and where its middle lies, if it was placed.
+    #[getter]
+    fn placed(&self) -> Option<(f64, f64, [f64; 2])> {
+        self.source.placed
     }
 
     fn moved(&self, py: Python<'_>, by: [f64; 3]) -> PyResult<Self> {

@@ -1,6 +1,7 @@
 //! What verbs that run a file have in common: read, place, check, and then look at it or run it.
 
 mod after;
+mod doubtful;
 mod drive;
 mod journal;
 pub(crate) mod options;
@@ -19,7 +20,7 @@ use magician::words::Preflight;
 use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, burns};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
-use magician_program::{Action, Content, Ending, Plan, Problem, Program, Setup, Work};
+use magician_program::{Action, Content, Ending, Plan, Position, Problem, Program, Setup, Work};
 use magician_protocol::visible_lines;
 use miette::Severity;
 use serde::Serialize;
@@ -65,6 +66,8 @@ struct Made {
     start: Option<[f64; 3]>,
     /// What of the file was taken in a certain way.
     notes: Vec<Problem>,
+    /// How it lies, if it was placed.
+    placed: Option<Position>,
     ending: Ending,
     /// Whether a real arm has to be homed for it.
     needs_homed_arm: bool,
@@ -119,6 +122,7 @@ impl Job {
             look: &self.look,
             sheet: made.setup.sheet,
             notes: &made.notes,
+            placed: made.placed,
             ending: made.ending,
         };
         match place {
@@ -166,8 +170,15 @@ impl Job {
 
     /// Runs it on an arm that is there.
     fn run_on_arm(&self, made: &Made, context: &mut Context) -> Result<(), Failure> {
+        let asks = match self.file.file == Path::new("-") {
+            true => Asks::Never,
+            false => Asks::AtTheTerminal,
+        };
         if self.way.keep {
             context.permit_queue()?;
+        }
+        if !self.way.resume {
+            made.permit_what_is_doubtful(self.way.from.map_or(0, |step| step - 1), asks, context)?;
         }
         let pins = context.laser_pins()?;
         let burns = made
@@ -176,10 +187,6 @@ impl Job {
             .commands()
             .any(|command| burns(&command, pins));
         if burns {
-            let asks = match self.file.file == Path::new("-") {
-                true => Asks::Never,
-                false => Asks::AtTheTerminal,
-            };
             context.permit_laser(asks)?;
             // A line that breaks is found again, to put the laser out.
             context.lasts = true;
@@ -215,12 +222,13 @@ impl Job {
         let made = setup.plan(format, content).map_err(refused)?;
         notes(&source, &made.notes, context);
         told.extend(made.notes);
-        let mut plan = self.on_grid(made.content).map_err(refused)?;
+        let placed = made.placed;
+        let mut plan = self.on_grid(made.plan).map_err(refused)?;
         if self.pause > 0 {
             plan.push(Action::Wait(self.pause), magician_program::Origin::NONE);
         }
         let leading = begun.as_ref().map_or(0, |_| match anywhere {
-            Some(Ok(anywhere)) => plan.leading_from(&anywhere.content),
+            Some(Ok(anywhere)) => plan.leading_from(&anywhere.plan),
             _ => plan.steps.len(),
         });
         let settings = self.settings(&mut plan, taught);
@@ -248,6 +256,7 @@ impl Job {
                 .map(|begun| begun.at),
             standing: begun.and_then(|begun| begun.standing),
             notes: told,
+            placed,
         })
     }
 
@@ -333,7 +342,7 @@ impl Job {
         let files = [("picture", &self.way.picture), ("record", &self.way.record)];
         let files =
             files.map(|(name, path)| (name, path.as_ref().map(|path| path.display().to_string())));
-        show::done(done, &made.program, &made.notes, &files, context)?;
+        show::done(done, made, &files, context)?;
         match &done.unrecorded {
             Some(why) => Err(incomplete("recording", &why.message)),
             None => Ok(()),

@@ -82,15 +82,18 @@ pub(crate) struct Place {
     /// Put its middle at this x and y, mm
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
     pub(super) at: Option<[f64; 2]>,
-    /// Make it so much larger
+    /// Scale it by this factor
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
     pub(super) scale: Option<f64>,
-    /// Turn it to the left, degrees
+    /// Rotate it counter-clockwise, degrees
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = number::<f64>)]
     pub(super) rotate: Option<f64>,
-    /// Make it smaller until the arm reaches all of it
+    /// Make it smaller until the arm reaches all of it, and turn it by 90 degrees where that lets it be larger
     #[arg(long)]
     pub(super) fit: bool,
+    /// With --fit: do not turn it
+    #[arg(long, requires = "fit")]
+    pub(super) no_turn: bool,
     /// Mirror it, left to right
     #[arg(long)]
     pub(super) mirror: bool,

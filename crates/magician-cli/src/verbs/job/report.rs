@@ -21,7 +21,12 @@ pub(super) struct Estimate {
     steps: Option<u64>,
     drawn_mm: f64,
     travel_mm: f64,
+    /// Of what draws or burns.
+    #[serde(skip_serializing_if = "Option::is_none")]
     bounds: Option<Bounds>,
+    /// Of all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    travel_bounds: Option<Bounds>,
     #[serde(skip_serializing_if = "Option::is_none")]
     power: Option<PowerRange>,
 }
@@ -33,7 +38,7 @@ pub(super) struct PowerRange {
     least: f64,
 }
 
-/// From where to where steps lead.
+/// The least and the greatest coordinates of something.
 #[derive(Debug, Serialize)]
 struct Bounds {
     x: [f64; 2],
@@ -57,22 +62,30 @@ pub(super) struct Refusal {
     figures: Figures,
 }
 
+fn rounded(value: f64) -> f64 {
+    (value * 1000.0).round() / 1000.0
+}
+
+impl Bounds {
+    fn new([least, most]: [[f64; 3]; 2]) -> Self {
+        let range = |axis: usize| [least[axis], most[axis]].map(rounded);
+        Self {
+            x: range(0),
+            y: range(1),
+            z: range(2),
+        }
+    }
+}
+
 impl Estimate {
     pub(super) fn new(report: &Report, steps: Option<u64>) -> Self {
-        let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
         Self {
             seconds: report.time.map(|time| time.as_secs_f64()),
             steps,
             drawn_mm: rounded(report.drawn),
             travel_mm: rounded(report.travelled),
-            bounds: report.bounds.map(|[least, most]| {
-                let range = |axis: usize| [least[axis], most[axis]].map(rounded);
-                Bounds {
-                    x: range(0),
-                    y: range(1),
-                    z: range(2),
-                }
-            }),
+            bounds: report.bounds.map(Bounds::new),
+            travel_bounds: report.travel_bounds.map(Bounds::new),
             power: report.power.map(|power| {
                 let [least, most] = power.map(rounded);
                 PowerRange { most, least }
@@ -119,7 +132,8 @@ impl Estimate {
 
     /// Where it is, for people.
     pub(super) fn place(&self) -> Option<String> {
-        let Bounds { x, y, z } = self.bounds.as_ref()?;
+        let bounds = self.bounds.as_ref().or(self.travel_bounds.as_ref());
+        let Bounds { x, y, z } = bounds?;
         let range = |name, [least, most]: [f64; 2]| format!("{name} {least:.1} to {most:.1}");
         Some(format!(
             "{}, {}, {} mm",

@@ -37,7 +37,8 @@ impl Job {
         placing.at = asked.at;
         placing.scale = asked.scale.unwrap_or(1.0);
         placing.rotate = asked.rotate.unwrap_or(0.0);
-        (placing.fit, placing.mirror) = (asked.fit, asked.mirror);
+        (placing.fit, placing.turn) = (asked.fit, !asked.no_turn);
+        placing.mirror = asked.mirror;
         placing.by = asked.by.unwrap_or_default();
         setup.placing = placing;
         let usual = Marking::pen();

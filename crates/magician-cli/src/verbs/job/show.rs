@@ -7,16 +7,17 @@ use magician::words::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_program::artwork::Sheet;
 use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
-use magician_program::{Ending, Problem, Program, Report, Rest};
+use magician_program::{Ending, Position, Problem, Program, Report, Rest};
 use magician_protocol::{Direction, describe};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::Note;
+use super::doubtful::doubts;
 use super::drive::{Done, End};
 use super::options::Look;
 use super::report::{Estimate, Refusal, failure};
 use super::tell::clock;
+use super::{Made, Note, notes};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
@@ -35,6 +36,8 @@ pub(super) struct Shown<'a> {
     pub(super) sheet: Option<Sheet>,
     /// What of the file was taken in a certain way.
     pub(super) notes: &'a [Problem],
+    /// How it lies, if it was placed.
+    pub(super) placed: Option<Position>,
     pub(super) ending: Ending,
 }
 
@@ -51,6 +54,8 @@ struct Answer {
     complaints: Option<Vec<Refusal>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     preview: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    placed: Option<Position>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     notes: Vec<Note>,
 }
@@ -78,7 +83,9 @@ impl Shown<'_> {
             self.commands(&rest, json, &mut context.out)?;
         }
         let parks = self.ending.check(&rest);
-        let answer = self.answer(&report, parks.is_ok());
+        let doubts = doubts(self.placed, report.time);
+        notes(self.source, &doubts, context);
+        let answer = self.answer(&report, &doubts, parks.is_ok());
         context.show(&answer, |out| self.lines(&answer, out))?;
         match report.is_good() {
             true => parks.map_err(|error| {
@@ -92,7 +99,7 @@ impl Shown<'_> {
         }
     }
 
-    fn answer(&self, report: &Report, parks: bool) -> Answer {
+    fn answer(&self, report: &Report, doubts: &[Problem], parks: bool) -> Answer {
         let check = self.look.check;
         let refusals = report
             .complaints
@@ -113,7 +120,8 @@ impl Shown<'_> {
                 .preview
                 .as_ref()
                 .map(|path| path.display().to_string()),
-            notes: Note::all(self.notes),
+            placed: self.placed,
+            notes: Note::all(self.notes.iter().chain(doubts)),
         }
     }
 
@@ -205,11 +213,11 @@ fn corners(sheet: &Sheet) -> Option<Vec<[f64; 2]>> {
 /// What a run has come to, and the files that it has left.
 pub(super) fn done(
     done: &Done,
-    program: &Program,
-    notes: &[Problem],
+    made: &Made,
     files: &[(&str, Option<String>)],
     context: &mut Context,
 ) -> Result<(), Failure> {
+    let program = &made.program;
     let steps = program.steps().unwrap_or(0).saturating_sub(done.from);
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
     let mut object = Map::new();
@@ -227,8 +235,11 @@ pub(super) fn done(
     if let Some(power) = estimate.power_range() {
         put("power", json!(power));
     }
-    if !notes.is_empty() {
-        put("notes", json!(Note::all(notes)));
+    if let Some(placed) = made.placed {
+        put("placed", json!(placed));
+    }
+    if !made.notes.is_empty() {
+        put("notes", json!(Note::all(&made.notes)));
     }
     put("first_index", json!(done.ran.first.map(|index| index.0)));
     put("last_index", json!(done.ran.last.map(|index| index.0)));

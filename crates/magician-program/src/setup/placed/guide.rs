@@ -3,6 +3,7 @@
 use magician_motion::ToolBias;
 
 use super::Course;
+use crate::setup::marks::TOUCH;
 use crate::artwork::Marking;
 use crate::reach::{APPROACH, Above};
 use crate::{Action, Origin, Plan, Reach, Step, Surface, Tool, Travel};
@@ -95,7 +96,7 @@ impl<'a> Guide<'a> {
             return;
         };
         let action = match step.action {
-            Action::Path { .. } if self.leads_to(to) || to.1 <= super::marks::TOUCH => {
+            Action::Path { .. } if self.leads_to(to) || to.1 <= TOUCH => {
                 Action::Path { to: self.point(to) }
             }
             Action::Burn { power, .. } => Action::Burn {

@@ -1,0 +1,205 @@
+//! What is made to fit: as large as it can be, turned where that helps, and never refused by the check.
+
+use magician::JointAngles;
+use magician::words::{Guards, Preflight};
+use serde::Serialize;
+
+use super::{Frame, Placing, Setup, UNSAID, middle};
+use crate::check::check;
+use crate::{Content, Format, NoteCode, Plan, Problem};
+
+/// What does not pass the check is made smaller by this share at a time,
+const SHRINK: f64 = 0.98;
+/// and not below this share of the size at which its lines are within reach.
+const LEAST_SHRUNK: f64 = 0.5;
+/// Turned is better if it is larger by this share.
+const LARGER: f64 = 1.001;
+/// A share that is taken for the whole.
+const WHOLE: f64 = 1.0 - 1e-6;
+/// Below this share of its size a drawing is hardly what a person wants.
+const TINY: f64 = 0.1;
+
+/// What became of a file: a plan for this arm.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Prepared {
+    /// The plan.
+    pub plan: Plan,
+    /// What was left out, or taken in a certain way.
+    pub notes: Vec<Problem>,
+    /// How it lies, if it was placed.
+    pub placed: Option<Position>,
+}
+
+/// How something was laid before the arm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Position {
+    /// Its size, 1 being the true one.
+    pub scale: f64,
+    /// By how many degrees it is turned counter-clockwise.
+    pub turn: f64,
+    /// The middle of what it draws or burns, in the arm's x and y, mm.
+    pub at: [f64; 2],
+}
+
+impl Position {
+    /// Whether it was made so small that a person should be asked.
+    ///
+    /// ```
+    /// # use magician_program::{Content, Format, Plan, Setup};
+    /// let prepared = Setup::default().plan(Format::Plan, Content::Plan(Plan::new("empty")))?;
+    /// assert!(!prepared.placed.is_some_and(|position| position.is_tiny()));
+    /// # Ok::<(), magician_program::Problem>(())
+    /// ```
+    #[must_use]
+    pub fn is_tiny(&self) -> bool {
+        self.scale < TINY
+    }
+}
+
+/// A plan as it was laid in one size and turn.
+pub(super) struct Made {
+    pub(super) plan: Plan,
+    pub(super) notes: Vec<Problem>,
+    /// Its size, 1 being the true one.
+    pub(super) scale: f64,
+}
+
+/// The largest that passes the check, or the first that was tried if none does.
+struct Shrunk {
+    made: Made,
+    passes: bool,
+}
+
+impl Made {
+    /// Whether the arm can do all of it, once it has come to where it begins.
+    fn passes(&self) -> bool {
+        let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
+        check(&self.plan, &start).is_good()
+    }
+}
+
+impl Setup {
+    /// The plan for what was in a file of this format. What is made to fit passes the check, if any size of it does: where the
+    /// ways between its lines, arcs or turns of the tool leave the reach, it becomes smaller still, and a plan that cannot be
+    /// brought elsewhere stays where it is.
+    ///
+    /// # Errors
+    /// A [`Problem`] if it cannot be placed so, or a surface is needed and not known.
+    pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Problem> {
+        let (content, reordered) = self.lines_of(content)?;
+        let (made, turned) = match self.placing.fit {
+            true => self.made_to_fit(format, &content)?,
+            false => (self.made(format, &content)?, 0.0),
+        };
+        let Made {
+            plan,
+            notes: laid,
+            scale,
+        } = made;
+        let mut notes: Vec<_> = reordered.into_iter().collect();
+        if self.placing.fit {
+            notes.extend(fitted_note(scale / self.placing.scale, turned));
+        }
+        notes.extend(laid);
+        let placed = self.places() || !matches!(content, Content::Plan(_));
+        let placed = placed.then(|| {
+            let [x, y, _] = middle(&plan);
+            let rounded = |value: f64| (value * 1e4).round() / 1e4;
+            Position {
+                scale: rounded(scale),
+                turn: self.placing.rotate + turned,
+                at: [x, y].map(rounded),
+            }
+        });
+        Ok(Prepared {
+            plan,
+            notes,
+            placed,
+        })
+    }
+
+    /// As large as it can be, and by how much it is turned for that.
+    fn made_to_fit(&self, format: Format, content: &Content) -> Result<(Made, f64), Problem> {
+        let straight = self.shrunk(format, content);
+        let passing = straight.as_ref().ok().filter(|straight| straight.passes);
+        let scale = passing.map_or(0.0, |straight| straight.made.scale);
+        if self.placing.turn
+            && scale < WHOLE * self.placing.scale
+            && let Ok(turned) = self.turned(90.0).shrunk(format, content)
+            && turned.passes
+            && turned.made.scale > LARGER * scale
+        {
+            return Ok((turned.made, 90.0));
+        }
+        let Shrunk { made, passes } = straight?;
+        let stays = !passes && matches!(content, Content::Plan(_)) && format != Format::Gcode;
+        let made = match stays.then(|| self.where_it_is(format, content)).flatten() {
+            Some(there) => there,
+            None => made,
+        };
+        Ok((made, 0.0))
+    }
+
+    fn turned(&self, degrees: f64) -> Self {
+        let mut setup = self.clone();
+        setup.placing.rotate += degrees;
+        setup
+    }
+
+    fn shrunk(&self, format: Format, content: &Content) -> Result<Shrunk, Problem> {
+        let first = self.made(format, content)?;
+        let passing = |made| Shrunk { made, passes: true };
+        if first.passes() {
+            return Ok(passing(first));
+        }
+        let mut setup = self.clone();
+        let mut scale = first.scale;
+        while scale > LEAST_SHRUNK * first.scale {
+            scale *= SHRINK;
+            setup.placing.scale = scale;
+            let smaller = setup.made(format, content)?;
+            if smaller.passes() {
+                return Ok(passing(smaller));
+            }
+        }
+        Ok(Shrunk {
+            made: first,
+            passes: false,
+        })
+    }
+
+    /// A plan that stays where it is, if it passes the check there.
+    fn where_it_is(&self, format: Format, content: &Content) -> Option<Made> {
+        let mut setup = self.clone();
+        setup.surface = None;
+        setup.placing = Placing {
+            fit: false,
+            at: None,
+            frame: Frame::Arm,
+            ..self.placing
+        };
+        setup.made(format, content).ok().filter(Made::passes)
+    }
+}
+
+/// What was done to make it fit, if anything was.
+fn fitted_note(share: f64, turned: f64) -> Option<Problem> {
+    let percent = 100.0 * share;
+    let smaller = (share < WHOLE).then(|| match percent {
+        percent if percent < 10.0 => format!("made smaller to fit: {percent:.1} % of its size"),
+        percent => format!("made smaller to fit: {percent:.0} % of its size"),
+    });
+    let turned = (turned != 0.0).then(|| {
+        format!("turned by {turned} degrees, which lets it be larger")
+    });
+    let turns = turned.is_some();
+    let done: Vec<String> = smaller.into_iter().chain(turned).collect();
+    let note = Problem::of_file(done.join(", ")).coded(NoteCode::Placed);
+    let note = match turns {
+        true => note.help("--no-turn leaves it as it lies"),
+        false => note,
+    };
+    (!done.is_empty()).then_some(note)
+}
