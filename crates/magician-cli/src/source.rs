@@ -13,6 +13,9 @@ use crate::failure::Failure;
 /// The largest file that is read, bytes.
 const LARGEST: u64 = 256 << 20;
 
+/// As many characters of a line are quoted in a sentence.
+const WORDS: usize = 40;
+
 /// A file that has been read.
 #[derive(Debug)]
 pub(crate) struct Source {
@@ -74,6 +77,19 @@ impl Source {
         options.title.clone_from(&self.title);
         magician_program::read(format, &self.bytes, &options)
             .map_err(|problem| self.failure(&problem))
+    }
+
+    /// What a line of it says, if it is text; no more than fits into a sentence.
+    pub(crate) fn words(&self, line: u32) -> Option<String> {
+        let text = std::str::from_utf8(&self.bytes).ok()?;
+        let nth = (line as usize).checked_sub(1)?;
+        let words = text.lines().nth(nth)?.trim();
+        let short: String = words.chars().take(WORDS).collect();
+        let short = match short.len() < words.len() {
+            true => format!("{}..", short.trim_end()),
+            false => short,
+        };
+        (!short.is_empty()).then_some(short)
     }
 
     /// A problem with it, as the user gets it.

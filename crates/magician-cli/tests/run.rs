@@ -93,11 +93,14 @@ fn an_estimate_has_time_steps_lengths_and_bounds() {
     let keys: Vec<_> = object.as_object().expect("an object").keys().collect();
     assert_eq!(
         keys,
-        ["seconds", "steps", "drawn_mm", "travel_mm", "bounds"]
+        ["seconds", "steps", "drawn_mm", "travel_mm", "travel_bounds"]
     );
     assert_eq!(object["steps"], 6);
     assert!(number(&object["seconds"]) > 5.0);
-    assert_eq!(object["bounds"]["x"].as_array().map(Vec::len), Some(2));
+    assert_eq!(
+        object["travel_bounds"]["x"].as_array().map(Vec::len),
+        Some(2)
+    );
     let text = run(&["run", &sample("suction_points_v194.playback"), "--estimate"]).out;
     assert!(
         text.contains("6 steps") && text.contains("travelled"),
@@ -146,8 +149,10 @@ fn complaints_have_their_place_in_the_file() {
         "far.gcode:4:1",
         "G1 X400",
         "^^^",
-        "limit 282.0 mm",
+        "G1 X400 is 71 mm beyond the reach",
+        "282.0 mm",
         "1 step is refused",
+        "--scale",
     ] {
         assert!(check.err.contains(part), "{part}: {}", check.err);
     }
@@ -167,6 +172,13 @@ fn complaints_have_their_place_in_the_file() {
         (&json!(4), &json!(1), &json!("unreachable"))
     );
     assert!(number(&complaint["value"]) > number(&complaint["limit"]));
+    assert_eq!(complaint["beyond"], 71.0);
+    let scale = number(&object["would_fit"]["scale"]);
+    let scaled = |scale: f64| {
+        let scale = format!("{scale:.3}");
+        run(&["run", &file, "--check", "--scale", &scale]).status
+    };
+    assert_eq!((scaled(scale), scaled(scale + 0.002)), (0, 10), "{scale}");
     let refused = run(&["--port", "sim", "run", &file, "--json"]);
     assert_eq!((refused.status, refused.out.as_str()), (3, ""));
     assert_eq!(refused.error()["kind"], "unreachable");
@@ -283,11 +295,110 @@ fn a_look_leaves_a_preview_and_a_run_a_picture() {
         );
     }
     assert!(place.text("left.svg").contains("<path"));
-    // A preview of what is refused shows why.
+    // A preview of what is refused shows why, also where a drawing does not fit.
     let far = place.write("far.gcode", FAR);
-    let refused = run(&["run", &far, "--preview", &place.path("far.svg")]);
-    assert_eq!(refused.status, 3);
-    assert!(place.text("far.svg").starts_with("<svg"));
+    for large in [
+        &["run", far.as_str()][..],
+        &["draw", file.as_str(), "--scale", "20"],
+        &["draw", file.as_str(), "--at", "0,0"],
+    ] {
+        let preview = place.path("far.svg");
+        let refused = run(&[large, &["--preview", &preview]].concat());
+        assert_eq!(refused.status, 10, "{large:?} {}", refused.err);
+        let picture = place.text("far.svg");
+        assert!(picture.contains("class=\"unreachable\""), "{large:?}");
+        assert!(picture.contains("out of reach"), "{large:?}");
+        std::fs::remove_file(&preview).expect("it is there");
+    }
+}
+
+#[test]
+fn what_does_not_fit_names_the_largest_scale_that_does() {
+    let large = ["draw", &sample("house.svg"), "--scale", "9", "--check"];
+    let refused = run(&[&large[..], &["--json"]].concat());
+    assert_eq!(refused.status, 10);
+    let object = refused.object();
+    let would = &object["would_fit"];
+    let (scale, rotate) = (number(&would["scale"]), number(&would["rotate"]));
+    let at = |scale: f64| {
+        let [scale, rotate] = [scale, rotate].map(|value| value.to_string());
+        let asked = ["--scale", &scale, "--rotate", &rotate];
+        run(&[&["draw", &sample("house.svg"), "--check"][..], &asked].concat()).status
+    };
+    assert_eq!(at(scale), 0, "{would}");
+    assert_eq!(at(scale * 1.02), 10, "{would}");
+    let complaints = object["complaints"].as_array().expect("a list");
+    assert!(complaints.len() <= 10 && !complaints.is_empty());
+    // Behind the base nothing would fit, in any size.
+    let nowhere = run(&[
+        "draw",
+        &sample("house.svg"),
+        "--at",
+        "0,0",
+        "--check",
+        "--json",
+    ]);
+    assert_eq!(nowhere.object()["would_fit"], Value::Null);
+}
+
+#[test]
+fn what_is_made_to_fit_is_turned_where_that_lets_it_be_larger() {
+    let place = Place::new();
+    let long = "<svg xmlns='http://www.w3.org/2000/svg' width='600mm' height='40mm' viewBox='0 0 600 40'><path d='M0 0H600V40H0Z' \
+                stroke='#000' fill='none'/></svg>";
+    let file = place.write("long.svg", long);
+    let fit = |more: &[&str]| {
+        let all = [&["draw", &file, "--fit", "--check", "--json"][..], more].concat();
+        let done = run(&all);
+        assert_eq!(done.status, 0, "{}", done.err);
+        done.object()["placed"].clone()
+    };
+    let (turned, straight) = (fit(&[]), fit(&["--no-turn"]));
+    assert_eq!(
+        (&turned["turn"], &straight["turn"]),
+        (&json!(90.0), &json!(0.0))
+    );
+    assert!(
+        number(&turned["scale"]) > 1.02 * number(&straight["scale"]),
+        "{turned} {straight}"
+    );
+    assert_eq!(turned["at"].as_array().map(Vec::len), Some(2));
+    // It says so, and how it can be said again.
+    let said = ["--scale", "--rotate", "--at"].map(str::to_owned);
+    let [scale, rotate, at] = said;
+    let again = run(&[
+        "draw",
+        &file,
+        "--check",
+        &scale,
+        &turned["scale"].to_string(),
+        &rotate,
+        "90",
+        &at,
+        &format!("{},{}", turned["at"][0], turned["at"][1]),
+    ]);
+    assert_eq!(again.status, 0, "{}", again.err);
+}
+
+#[test]
+fn what_becomes_tiny_or_takes_hours_is_told() {
+    let place = Place::new();
+    let huge = "<svg xmlns='http://www.w3.org/2000/svg' width='9000mm' height='9000mm' viewBox='0 0 9 9'><path d='M0 0H9V9' \
+                stroke='#000' fill='none'/></svg>";
+    let file = place.write("huge.svg", huge);
+    let check = run(&["draw", &file, "--fit", "--check"]);
+    assert_eq!(check.status, 0);
+    assert!(check.err.contains("very small"), "{}", check.err);
+    let slow = "<svg xmlns='http://www.w3.org/2000/svg' width='90mm' height='90mm' viewBox='0 0 9 9'><path d='M0 0H9V9' \
+                stroke='#000' fill='none'/></svg>";
+    let file = place.write("slow.svg", slow);
+    let check = run(&["draw", &file, "--speed", "0.01", "--check", "--json"]);
+    let notes = check.object()["notes"].clone();
+    let codes = notes.as_array().expect("notes").iter();
+    assert!(
+        codes.map(|note| &note["code"]).any(|code| code == "long"),
+        "{notes}"
+    );
 }
 
 #[test]

@@ -1,17 +1,22 @@
 //! What would become of a plan, before anything moves.
 
+mod beyond;
 mod pen;
 mod way;
+mod would_fit;
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use magician::words::Preflight;
-use magician::{Error, Set};
+use magician::{Error, Geometry, Set};
 
 use crate::{Action, NoteCode, Origin, Plan, Problem};
+use beyond::beyond;
+pub(crate) use beyond::reaches;
 use pen::Pen;
 use way::{corners, length, point};
+pub use would_fit::would_fit;
 
 /// As many complaints are kept; the others are counted.
 const MOST_COMPLAINTS: usize = 100;
@@ -27,6 +32,19 @@ pub struct Complaint {
     pub name: Option<String>,
     /// Why: with value, limit and unit where it is a matter of how much.
     pub error: Error,
+    /// Where the step leads, with which tool.
+    pub(crate) target: Option<(Geometry, [f64; 3])>,
+}
+
+impl Complaint {
+    /// How far the place that the step leads to is beyond the reach at its height: the distance to the nearest place in reach,
+    /// rounded up to mm. None if the place is in reach, or is not known.
+    #[must_use]
+    pub fn beyond(&self) -> Option<f64> {
+        self.target
+            .as_ref()
+            .and_then(|(geometry, at)| beyond(geometry, *at))
+    }
 }
 
 impl From<&Complaint> for Problem {
@@ -94,22 +112,21 @@ impl Report {
         step.unwrap_or(0).saturating_add(1)
     }
 
-    fn complain(&mut self, plan: &Plan, step: usize, error: Error) {
+    fn complain(&mut self, plan: &Plan, step: usize, error: Error, geometry: Geometry) {
         self.refused += 1;
         if self.complaints.len() < MOST_COMPLAINTS {
-            let origin = plan
-                .steps
-                .get(step)
-                .map_or(Origin::NONE, |step| step.origin);
+            let refused = plan.steps.get(step);
+            let origin = refused.map_or(Origin::NONE, |step| step.origin);
+            let target = refused.and_then(|step| step.action.target());
             self.complaints.push(Complaint {
                 step,
                 origin,
                 name: plan.name_of(&origin).map(str::to_owned),
                 error,
+                target: target.map(|at| (geometry, at.map(f64::from))),
             });
         }
     }
-
 
     pub(crate) fn burn(&mut self, percent: f64) {
         if percent > 0.0 {
@@ -151,7 +168,7 @@ pub fn check(plan: &Plan, start: &Preflight) -> Report {
     if let Some(tool) = plan.preamble()
         && let Err(error) = course.arm.check(&tool)
     {
-        course.report.complain(plan, 0, error);
+        course.complain(plan, 0, error);
     }
     let mut counts = [0; Action::NAMES.len()];
     for (at, step) in plan.steps.iter().enumerate() {
@@ -159,11 +176,11 @@ pub fn check(plan: &Plan, start: &Preflight) -> Report {
             *count += 1;
         }
         if let Err(error) = course.follow(at, &step.action.command()) {
-            course.report.complain(plan, at, error);
+            course.complain(plan, at, error);
         }
     }
     if let Err(error) = course.arm.finish() {
-        course.report.complain(plan, plan.steps.len(), error);
+        course.complain(plan, plan.steps.len(), error);
     }
     let rest = course.arm.rest();
     let mut report = course.report;
@@ -190,6 +207,11 @@ struct Course {
 }
 
 impl Course {
+    fn complain(&mut self, plan: &Plan, step: usize, error: Error) {
+        let geometry = self.arm.geometry();
+        self.report.complain(plan, step, error, geometry);
+    }
+
     fn follow(&mut self, step: usize, command: &Set) -> Result<(), Error> {
         let before = self.arm.arm().copied();
         if !command.row().queueable {

@@ -42,9 +42,9 @@ mod simplify;
 mod surface;
 mod trail;
 
-pub use artwork::{Artwork, Stroke};
+pub use artwork::{Artwork, Stroke, WouldFit};
 pub use calibrate::Tip;
-pub use check::{Complaint, Report, check};
+pub use check::{Complaint, Report, check, would_fit};
 pub use ending::Ending;
 pub use formats::{Content, Fills, Format, ReadOptions, Reading, read};
 pub use origin::{Lines, Origin};

@@ -4,7 +4,7 @@ use magician::Set;
 use magician::words::{self, Preflight};
 use magician_motion::{Speeds, ToolBias};
 
-use crate::artwork::{Layout, Marking, Order, Sheet, rotated};
+use crate::artwork::{Layout, Marking, Misfit, Order, Sheet, rotated};
 use crate::raster::{Engrave, Grid, Size, Trace};
 use crate::{
     Artwork, Content, Fit, Format, NoteCode, Placement, Plan, Power, Problem, Raster, Reach,
@@ -157,7 +157,11 @@ impl Setup {
         let mut notes = Vec::new();
         let drawing = !matches!(content, Content::Plan(_));
         self.check_frame(format == Format::Gcode, drawing)?;
-        let (plan, scale) = match content {
+        let Laid {
+            plan,
+            scale,
+            misfit,
+        } = match content {
             Content::Plan(plan) if format == Format::Gcode && self.places() => {
                 self.laid(plan.clone(), &mut notes)?
             }
@@ -173,7 +177,12 @@ impl Setup {
             notes.push(Problem::of_file(what).coded(NoteCode::Power));
         }
         notes.extend(above_ceiling(&plan));
-        Ok(Made { plan, notes, scale })
+        Ok(Made {
+            plan,
+            notes,
+            scale,
+            misfit,
+        })
     }
 
     /// An image that is drawn as its outlines, and lines in the order in which they are drawn.
@@ -208,7 +217,7 @@ impl Setup {
         format: Format,
         mut plan: Plan,
         notes: &mut Vec<Problem>,
-    ) -> Result<(Plan, f64), Problem> {
+    ) -> Result<Laid, Problem> {
         if let Some(tool) = self.tool {
             plan.tool = Some(tool);
         } else if plan.tool.is_none() {
@@ -230,7 +239,11 @@ impl Setup {
             placed::raised(&mut plan, self.pen.lift);
         }
         let (plan, scale) = self.placed(plan)?;
-        Ok((self.powered(plan, notes)?, scale))
+        Ok(Laid {
+            plan: self.powered(plan, notes)?,
+            scale,
+            misfit: None,
+        })
     }
 
     /// With the powers that are wanted.
@@ -299,11 +312,15 @@ impl Setup {
     }
 
     /// Lines on a sheet.
-    fn drawn(&self, artwork: &Artwork) -> Result<(Plan, f64), Problem> {
+    fn drawn(&self, artwork: &Artwork) -> Result<Laid, Problem> {
         let marking = self.marking();
-        let placed = artwork.placed(&self.layout()?, &marking)?;
+        let (placed, misfit) = artwork.laid(&self.layout()?, &marking)?;
         let plan = placed.plan(&marking);
-        Ok((self.pushed(plan)?, placed.scale))
+        Ok(Laid {
+            plan: self.pushed(plan)?,
+            scale: placed.scale,
+            misfit,
+        })
     }
 
     /// The tool that draws or burns: the one that was asked for, else the usual one if it can do that, else what the work
@@ -372,7 +389,7 @@ impl Setup {
     }
 
     /// Grey that becomes power.
-    fn engraved(&self, image: &Raster, engrave: Engrave) -> Result<(Plan, f64), Problem> {
+    fn engraved(&self, image: &Raster, engrave: Engrave) -> Result<Laid, Problem> {
         let engrave = self.engraving(engrave);
         let surface = self.needed_surface()?;
         let natural = image.size(self.size)?;
@@ -382,7 +399,11 @@ impl Setup {
         let mut plan = image.plan(&grid, surface, &engrave)?;
         plan.tool = Some(tool);
         let [width, _] = grid.size();
-        Ok((self.pushed(plan)?, width / natural[0]))
+        Ok(Laid {
+            plan: self.pushed(plan)?,
+            scale: width / natural[0],
+            misfit: None,
+        })
     }
 
     /// Where an image goes: where it is told to, on the sheet, or where there is room.
@@ -415,9 +436,18 @@ impl Setup {
     }
 }
 
+/// A plan as it lies.
+struct Laid {
+    plan: Plan,
+    /// Its size, 1 being the true one.
+    scale: f64,
+    /// Why it does not fit there, if that is known.
+    misfit: Option<Misfit>,
+}
+
 /// Where the middle of what a plan draws or burns is, and its lowest point; of all the places to which it leads, if it draws
 /// nothing.
-fn middle(plan: &Plan) -> [f64; 3] {
+pub(crate) fn middle(plan: &Plan) -> [f64; 3] {
     let drawn = Marks::of(plan, None).ok().and_then(|marks| {
         let [least, most] = marks.artwork.bounds()?;
         Some([

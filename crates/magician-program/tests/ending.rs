@@ -21,8 +21,8 @@ fn program() -> Program {
     let reading = read(Format::Svg, bytes, &ReadOptions::default()).expect("a drawing");
     let mut setup = Setup::default();
     setup.surface = Some(Surface::level(PAPER));
-    let plan = setup.plan(Format::Svg, reading.content).expect("it fits");
-    Program::new(plan.content, Some(1))
+    let made = setup.plan(Format::Svg, reading.content).expect("it fits");
+    Program::new(made.plan, Some(1))
 }
 
 /// An arm at its own speed, on a clock of the test's.

@@ -39,7 +39,7 @@ fn planned(format: Format, text: &str, fit: bool) -> Result<Plan, Problem> {
     let mut setup = Setup::default();
     setup.usual_surface = Some(Surface::level(-60.0));
     setup.placing.fit = fit;
-    Ok(setup.plan(format, content)?.plan)
+    Ok(setup.plan(format, content)?.fitting()?.plan)
 }
 
 /// What is accepted is done without an alarm; of what is refused nothing goes to the arm.

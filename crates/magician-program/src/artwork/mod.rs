@@ -6,8 +6,8 @@ mod place;
 
 pub use mark::Marking;
 pub use order::{Order, Saving};
-pub(crate) use place::rotated;
-pub use place::{Layout, Placed, Sheet};
+pub use place::{Layout, Placed, Sheet, WouldFit};
+pub(crate) use place::{Misfit, rotated};
 
 use crate::Origin;
 

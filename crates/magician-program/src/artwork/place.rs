@@ -10,6 +10,9 @@ use crate::{Fit, Origin, Placement, Problem, Reach, Surface};
 /// the arm.
 const MARGIN: f64 = 1e-4;
 
+/// So often the room for a larger size is halved.
+const GROWING: usize = 10;
+
 /// A sheet of paper before the arm, as it was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -90,6 +93,18 @@ impl Artwork {
     /// A [`Problem`] if there is nothing in it, a number of the layout is none, or it does not fit: with its size, the size
     /// that would fit, and what to do.
     pub fn placed(&self, layout: &Layout, marking: &Marking) -> Result<Placed, Problem> {
+        match self.laid(layout, marking)? {
+            (placed, None) => Ok(placed),
+            (_, Some(misfit)) => Err(misfit.problem),
+        }
+    }
+
+    /// As [`placed`](Self::placed); what does not fit is laid where it would go, with why it does not fit.
+    pub(crate) fn laid(
+        &self,
+        layout: &Layout,
+        marking: &Marking,
+    ) -> Result<(Placed, Option<Misfit>), Problem> {
         layout.check()?;
         let Some(bounds) = self.bounds() else {
             return Err(Problem::of_file("there is nothing to draw in it"));
@@ -101,10 +116,49 @@ impl Artwork {
             return Err(Problem::of_file(message));
         };
         let placer = Placer::new(self, bounds, layout, &reach);
-        match placer.largest() {
-            Some((scale, at)) if layout.fit || scale == layout.scale => Ok(placer.put(scale, at)),
-            largest => Err(placer.refusal(largest.map(|(scale, _)| scale), [near, far])),
+        let largest = placer.largest();
+        match largest {
+            Some((scale, at)) if layout.fit || scale == layout.scale => {
+                Ok((placer.put(scale, at), None))
+            }
+            _ => {
+                let middle = [f64::midpoint(near, far), 0.0];
+                let at = placer.middle(layout.scale);
+                let at = at.or(largest.map(|(_, at)| at)).unwrap_or(middle);
+                let misfit = placer.misfit(largest.map(|(scale, _)| scale), [near, far]);
+                Ok((placer.put(layout.scale, at), Some(misfit)))
+            }
         }
+    }
+}
+
+/// Why something does not fit where it is to lie.
+#[derive(Clone, Debug)]
+pub(crate) struct Misfit {
+    pub(crate) problem: Problem,
+    /// In which size and turn it would fit.
+    pub(crate) would_fit: Option<WouldFit>,
+}
+
+/// The size and the turn in which something would fit where it lies: the largest there is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct WouldFit {
+    /// Its size, 1 being the true one.
+    pub scale: f64,
+    /// By how many degrees it is turned counter-clockwise.
+    pub rotate: f64,
+}
+
+impl WouldFit {
+    pub(crate) fn new(scale: f64, rotate: f64) -> Self {
+        // As it can be said again, and not above what fits.
+        let scale = (scale * 1000.0).floor() / 1000.0;
+        Self { scale, rotate }
+    }
+
+    pub(crate) fn is_any(&self) -> bool {
+        self.scale > 0.0
     }
 }
 
@@ -205,7 +259,8 @@ impl<'a> Placer<'a> {
             let corners = self.hull.iter();
             let corners: Vec<_> = corners.map(|corner| corner.map(|at| wanted * at)).collect();
             let Placement { scale, offset } = self.reach.best_place(&corners, Fit::Shrink).ok()?;
-            return Some((scale * wanted, offset));
+            // That has every way from one of its points to another within reach: its lines alone allow for more.
+            return Some((self.grown(scale * wanted, offset), offset));
         }
         if let Some(at) = self.place(wanted) {
             return Some((wanted, at));
@@ -219,6 +274,23 @@ impl<'a> Placer<'a> {
             }
         }
         best
+    }
+
+    /// The largest size up to the one that is asked for in which its lines are within reach with their middle there, if it fits in
+    /// one already.
+    fn grown(&self, fits: f64, at: [f64; 2]) -> f64 {
+        let (mut fits, mut fails) = (fits, self.layout.scale);
+        if fits >= fails || self.is_within(at, fails) {
+            return fails.max(fits);
+        }
+        for _ in 0..GROWING {
+            let scale = f64::midpoint(fits, fails);
+            match self.is_within(at, scale * (1.0 + MARGIN)) {
+                true => fits = scale,
+                false => fails = scale,
+            }
+        }
+        fits
     }
 
     /// Where the middle of its lines is to go in this size, if that was said.
@@ -274,8 +346,9 @@ impl<'a> Placer<'a> {
         }
     }
 
-    /// Why it does not fit.
-    fn refusal(&self, most: Option<f64>, [near, far]: [f64; 2]) -> Problem {
+    /// Why it does not fit, and what would.
+    fn misfit(&self, most: Option<f64>, [near, far]: [f64; 2]) -> Misfit {
+        let turned = self.turned_by_90();
         let size = |scale: f64| {
             let [width, height] = self.size.map(|side| scale * side);
             format!("{width:.0} by {height:.0} mm")
@@ -288,11 +361,14 @@ impl<'a> Placer<'a> {
                     format!("nothing can be drawn around x = {x:.1}, y = {y:.1}; {reached}")
                 }
                 (None, Some(_)) => format!("the corner of the sheet cannot be reached; {reached}"),
-                (None, None) => {
-                    return Problem::of_file(format!("the drawing is {own}; {reached}"));
-                }
+                (None, None) => format!("the drawing is {own}; {reached}"),
             };
-            return Problem::of_file(message).help("place it elsewhere, with --at X,Y for one");
+            let would_fit = turned.map(|scale| WouldFit::new(scale, self.layout.rotate + 90.0));
+            return Misfit {
+                problem: Problem::of_file(message)
+                    .help("place it elsewhere, with --at X,Y for one"),
+                would_fit: would_fit.filter(WouldFit::is_any),
+            };
         };
         let place = match (self.layout.at, self.layout.sheet) {
             (Some(_), _) => "at most {} of that shape can be reached there",
@@ -300,15 +376,17 @@ impl<'a> Placer<'a> {
             (None, None) => "at most {} of that shape can be reached",
         };
         let message = format!("the drawing is {own}, {}", place.replace("{}", &size(most)));
-        let smaller = (most * 1000.0).floor() / 1000.0;
-        let mut help = format!("--fit shrinks it, --scale {smaller} would do");
-        if self
-            .turned_by_90()
-            .is_some_and(|other| other > most * 1.001)
-        {
-            help += ", --rotate 90 leaves it more room";
+        let mut would_fit = WouldFit::new(most, self.layout.rotate);
+        let mut help = format!("--fit shrinks it, --scale {} would do", would_fit.scale);
+        if let Some(other) = turned.filter(|other| *other > most * 1.001) {
+            let rotate = self.layout.rotate + 90.0;
+            would_fit = WouldFit::new(other, rotate);
+            help += &format!(", --rotate {rotate} leaves it more room");
         }
-        Problem::new(self.worst(), message).help(help)
+        Misfit {
+            problem: Problem::new(self.worst(), message).help(help),
+            would_fit: Some(would_fit).filter(WouldFit::is_any),
+        }
     }
 
     /// The largest size that would fit if it were turned.

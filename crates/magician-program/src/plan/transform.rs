@@ -5,7 +5,7 @@ use std::fmt::Display;
 use magician_protocol::{CpMode, PtpMode, Set};
 
 use super::{Action, Plan};
-use crate::{Problem, Step, Surface};
+use crate::{Problem, Step, Surface, Tool};
 
 /// Mirrors, moves, scales or turns whatever has a place: `p' = scale R M (p - about) + about + by`.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +17,8 @@ struct Map {
     /// Left to right: x becomes -x.
     mirror: bool,
     degrees: f64,
+    /// Whether it matters how the tool is turned.
+    turns_tool: bool,
     /// Cosine and sine of the turn.
     turn: [f64; 2],
     about: [f64; 3],
@@ -106,7 +108,8 @@ impl Plan {
     }
 
     /// The same turned by so many degrees, counter-clockwise seen from above, about the vertical through `[x, y]`. The
-    /// rotation r of poses turns along, and so do ways that are relative to where the arm stands.
+    /// rotation r of poses turns along, within -180 to 180 degrees, but for a pen and a laser, which are round; and so do ways
+    /// that are relative to where the arm stands.
     ///
     /// # Errors
     /// As [`moved`](Self::moved).
@@ -114,6 +117,7 @@ impl Plan {
         finite(&[degrees, x, y], "the turn")?;
         self.mapped(&Map {
             degrees,
+            turns_tool: !matches!(self.tool, Some(Tool::Pen | Tool::Laser)),
             turn: cos_sin(degrees),
             about: [x, y, 0.0],
             ..Map::identity("turned")
@@ -242,6 +246,7 @@ impl Map {
             scale_z: 1.0,
             mirror: false,
             degrees: 0.0,
+            turns_tool: true,
             turn: [1.0, 0.0],
             about: [0.0; 3],
             by: [0.0; 3],
@@ -301,7 +306,16 @@ impl Map {
     /// A rotation r as a pose has it.
     fn rotation(&self, r: &mut f32) {
         self.relative_rotation(r);
-        *r = (f64::from(*r) + self.degrees) as f32;
+        if self.degrees != 0.0 && self.turns_tool {
+            // The same direction within half a turn: the servo has no more.
+            let turned = (f64::from(*r) + self.degrees).rem_euclid(360.0);
+            let nearest = if turned > 180.0 {
+                turned - 360.0
+            } else {
+                turned
+            };
+            *r = nearest as f32;
+        }
     }
 
     /// A rotation relative to where the tool stands: only a mirror changes it.

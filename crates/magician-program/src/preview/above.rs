@@ -39,7 +39,12 @@ pub(super) fn draw(
     base(svg, panel);
     if let Some(sheet) = &options.sheet {
         let data = path(sheet.iter().map(|corner| panel.at(*corner)), true);
-        let look = [("fill", "#fff"), ("stroke", FAINT), ("stroke-width", "0.3")];
+        let look = [
+            ("class", "sheet"),
+            ("fill", "#fff"),
+            ("stroke", FAINT),
+            ("stroke-width", "0.3"),
+        ];
         svg.path(&data, &look);
     }
     panel.grid(svg);

@@ -2,7 +2,7 @@
 
 use super::svg::{Number, Svg};
 use super::trip::{Layer, Leaves, SHADES};
-use super::{BURNT, CARRIED, DRAWN, EMPTY};
+use super::{BURNT, CARRIED, CASING, DRAWN, EMPTY, UNREACHABLE};
 
 /// With more corners than this, and between the lines of an engraving, dashes are only a cloud.
 const DASHED: usize = 600;
@@ -17,6 +17,7 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> Str
         Leaves::Carried => 1,
         Leaves::Burn(shade) => 1 + shade,
         Leaves::Ink => 2 + SHADES,
+        Leaves::Unreachable => 3 + SHADES,
     });
     for layer in layers {
         let data = data(layer);
@@ -29,7 +30,11 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> Str
             (width, opacity)
         };
         let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
+        if layer.leaves == Leaves::Unreachable {
+            casing(svg, &data);
+        }
         let mut attributes = vec![
+            ("class", class(layer.leaves)),
             ("fill", "none"),
             ("stroke", colour),
             ("stroke-width", &width),
@@ -61,5 +66,28 @@ pub(super) fn look(leaves: Leaves) -> (&'static str, f64, f64, Option<&'static s
         Leaves::Carried => (CARRIED, 0.6, 1.0, None),
         Leaves::Ink => (DRAWN, 0.5, 1.0, None),
         Leaves::Burn(shade) => (BURNT, 0.2, shade as f64 / SHADES as f64, None),
+        Leaves::Unreachable => (UNREACHABLE, 0.5, 1.0, Some("2 1.2")),
     }
+}
+
+/// What a program that reads the picture finds it by.
+fn class(leaves: Leaves) -> &'static str {
+    match leaves {
+        Leaves::Nothing | Leaves::Carried => "travel",
+        Leaves::Ink => "drawn",
+        Leaves::Burn(_) => "burnt",
+        Leaves::Unreachable => "unreachable",
+    }
+}
+
+/// A white rim, so that the dashes are seen on anything.
+pub(super) fn casing(svg: &mut Svg, data: &str) {
+    let look = [
+        ("fill", "none"),
+        ("stroke", CASING),
+        ("stroke-width", "1.1"),
+        ("stroke-linecap", "round"),
+        ("stroke-linejoin", "round"),
+    ];
+    svg.path(data, &look);
 }

@@ -108,6 +108,7 @@ fn entries_of(trip: &Trip) -> Vec<(Sign, String)> {
         Work::Carries(_) => "with nothing held",
     };
     lines(Leaves::Nothing, nothing);
+    lines(Leaves::Unreachable, "out of reach");
     if burns {
         entries.insert(0, (Sign::Shades, "burnt, 10 to 100 % power".to_owned()));
     }

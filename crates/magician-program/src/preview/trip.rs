@@ -28,6 +28,8 @@ pub(super) enum Leaves {
     Ink,
     /// A burnt line, by how dark it is: 1 to [`SHADES`].
     Burn(usize),
+    /// Nothing: the arm does not come there.
+    Unreachable,
 }
 
 /// Lines that look the same, seen from above and from the side (distance from the base axis and z).

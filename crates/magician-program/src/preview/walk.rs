@@ -9,6 +9,7 @@ use super::marks::{Mark, MarkKind};
 use super::track::Track;
 use super::trip::{Layer, Leaves, MOST_COMPLAINTS, Trip};
 use super::work::Work;
+use crate::check::reaches;
 use crate::{Action, Grip, Plan, Report, Travel};
 
 /// Corners are merged within this, mm: half of what is seen of a pen's line.
@@ -19,6 +20,9 @@ const MOST_MARKS: usize = 400;
 const CORNERS: [f64; 2] = [24.0, 240.0];
 /// A corner of a curve for so many mm from end to end.
 const CORNER_EACH: f64 = 1.0;
+/// What leaves the reach is looked at in pieces of this length, mm, and in no more than so many.
+const PIECE: f64 = 1.0;
+const MOST_PIECES: f64 = 1000.0;
 /// A place that is farther off is as good as nowhere, mm.
 const FARTHEST: f64 = 10_000.0;
 
@@ -259,16 +263,39 @@ impl Walk {
             Leaves::Ink if !self.begun => Leaves::Nothing,
             leaves => leaves,
         };
-        self.draw(leaves, from, to);
+        let geometry = self.course.geometry();
+        if [from, to].iter().all(|end| reaches(&geometry, *end)) {
+            return self.draw(leaves, leaves, from, to);
+        }
+        let apart = (0..3)
+            .map(|axis| (to[axis] - from[axis]).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        let pieces = (apart / PIECE).ceil().clamp(1.0, MOST_PIECES);
+        let at =
+            |nth: f64| [0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * nth / pieces);
+        let within = |nth: u32| reaches(&geometry, at(f64::from(nth) + 0.5));
+        let mut begun = 0;
+        for nth in 1..=pieces as u32 {
+            if nth == pieces as u32 || within(nth) != within(begun) {
+                let shown = match within(begun) {
+                    true => leaves,
+                    false => Leaves::Unreachable,
+                };
+                self.draw(shown, leaves, at(f64::from(begun)), at(f64::from(nth)));
+                begun = nth;
+            }
+        }
     }
 
-    fn draw(&mut self, leaves: Leaves, from: [f64; 3], to: [f64; 3]) {
+    /// A part of the way as it is shown, and as it counts.
+    fn draw(&mut self, shown: Leaves, leaves: Leaves, from: [f64; 3], to: [f64; 3]) {
         let trip = &mut self.trip;
-        let known = trip.layers.iter().position(|layer| layer.leaves == leaves);
+        let known = (trip.layers.iter()).position(|layer| layer.leaves == shown);
         let nth = known.unwrap_or_else(|| {
             let (above, side) = (Track::new(FINE), Track::new(FINE));
             trip.layers.push(Layer {
-                leaves,
+                leaves: shown,
                 above,
                 side,
             });
@@ -295,7 +322,9 @@ impl Walk {
                     *high = [high[0].max(x), high[1].max(y)];
                 }
             }
-            Leaves::Nothing | Leaves::Carried => trip.other += squares.sqrt(),
+            Leaves::Nothing | Leaves::Carried | Leaves::Unreachable => {
+                trip.other += squares.sqrt();
+            }
         }
     }
 

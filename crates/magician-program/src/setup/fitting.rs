@@ -5,8 +5,9 @@ use magician::words::{Guards, Preflight};
 use serde::Serialize;
 
 use super::{Frame, Placing, Setup, UNSAID, middle};
+use crate::artwork::{Misfit, WouldFit};
 use crate::check::check;
-use crate::{Content, Format, NoteCode, Plan, Problem};
+use crate::{Content, Format, NoteCode, Plan, Problem, Report};
 
 /// What does not pass the check is made smaller by this share at a time,
 const SHRINK: f64 = 0.98;
@@ -29,6 +30,10 @@ pub struct Prepared {
     pub notes: Vec<Problem>,
     /// How it lies, if it was placed.
     pub placed: Option<Position>,
+    /// Why it cannot be done there, and the check will refuse it; if that shows before the check.
+    pub misfit: Option<Problem>,
+    /// In which size and turn it would fit there, if it does not and there is one.
+    pub would_fit: Option<WouldFit>,
 }
 
 /// How something was laid before the arm.
@@ -41,6 +46,19 @@ pub struct Position {
     pub turn: f64,
     /// The middle of what it draws or burns, in the arm's x and y, mm.
     pub at: [f64; 2],
+}
+
+impl Prepared {
+    /// The same, if it fits where it lies.
+    ///
+    /// # Errors
+    /// Why it does not.
+    pub fn fitting(self) -> Result<Self, Problem> {
+        match self.misfit {
+            Some(misfit) => Err(misfit),
+            None => Ok(self),
+        }
+    }
 }
 
 impl Position {
@@ -64,6 +82,7 @@ pub(super) struct Made {
     pub(super) notes: Vec<Problem>,
     /// Its size, 1 being the true one.
     pub(super) scale: f64,
+    pub(super) misfit: Option<Misfit>,
 }
 
 /// The largest that passes the check, or the first that was tried if none does.
@@ -73,10 +92,28 @@ struct Shrunk {
 }
 
 impl Made {
-    /// Whether the arm can do all of it, once it has come to where it begins.
-    fn passes(&self) -> bool {
+    /// What the check says of it, once the arm has come to where it begins.
+    fn report(&self) -> Report {
         let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
-        check(&self.plan, &start).is_good()
+        check(&self.plan, &start)
+    }
+
+    /// Whether the arm can do all of it.
+    fn passes(&self) -> bool {
+        self.misfit.is_none() && self.report().is_good()
+    }
+
+    /// With why the arm cannot do it in any size.
+    fn misfitting(self) -> Self {
+        let report = self.report();
+        let why = report.complaints.first().map(|complaint| Misfit {
+            problem: Problem::from(complaint),
+            would_fit: None,
+        });
+        Self {
+            misfit: self.misfit.or(why),
+            ..self
+        }
     }
 }
 
@@ -86,7 +123,8 @@ impl Setup {
     /// brought elsewhere stays where it is.
     ///
     /// # Errors
-    /// A [`Problem`] if it cannot be placed so, or a surface is needed and not known.
+    /// A [`Problem`] if there is nothing to place or nowhere, or a surface is needed and not known. What does not fit where it
+    /// lies is no error here: it is told of in [`misfit`](Prepared::misfit), so that it can be looked at.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Problem> {
         let (content, reordered) = self.lines_of(content)?;
         let (made, turned) = match self.placing.fit {
@@ -97,6 +135,7 @@ impl Setup {
             plan,
             notes: laid,
             scale,
+            misfit,
         } = made;
         let mut notes: Vec<_> = reordered.into_iter().collect();
         if self.placing.fit {
@@ -108,15 +147,19 @@ impl Setup {
             let [x, y, _] = middle(&plan);
             let rounded = |value: f64| (value * 1e4).round() / 1e4;
             Position {
-                scale: rounded(scale),
+                // Said again, it is not larger than what fits.
+                scale: (scale * 1e4).floor() / 1e4,
                 turn: self.placing.rotate + turned,
                 at: [x, y].map(rounded),
             }
         });
+        let would_fit = misfit.as_ref().and_then(|misfit| misfit.would_fit);
         Ok(Prepared {
             plan,
             notes,
             placed,
+            misfit: misfit.map(|misfit| misfit.problem),
+            would_fit,
         })
     }
 
@@ -134,10 +177,13 @@ impl Setup {
             return Ok((turned.made, 90.0));
         }
         let Shrunk { made, passes } = straight?;
-        let stays = !passes && matches!(content, Content::Plan(_)) && format != Format::Gcode;
-        let made = match stays.then(|| self.where_it_is(format, content)).flatten() {
-            Some(there) => there,
-            None => made,
+        let stays = matches!(content, Content::Plan(_)) && format != Format::Gcode;
+        let made = match passes {
+            true => made,
+            false => {
+                let there = stays.then(|| self.where_it_is(format, content)).flatten();
+                there.unwrap_or_else(|| made.misfitting())
+            }
         };
         Ok((made, 0.0))
     }
@@ -191,9 +237,8 @@ fn fitted_note(share: f64, turned: f64) -> Option<Problem> {
         percent if percent < 10.0 => format!("made smaller to fit: {percent:.1} % of its size"),
         percent => format!("made smaller to fit: {percent:.0} % of its size"),
     });
-    let turned = (turned != 0.0).then(|| {
-        format!("turned by {turned} degrees, which lets it be larger")
-    });
+    let turned =
+        (turned != 0.0).then(|| format!("turned by {turned} degrees, which lets it be larger"));
     let turns = turned.is_some();
     let done: Vec<String> = smaller.into_iter().chain(turned).collect();
     let note = Problem::of_file(done.join(", ")).coded(NoteCode::Placed);

@@ -3,7 +3,7 @@
 mod guide;
 
 use super::marks::Marks;
-use super::{Setup, fitted, middle, rotated};
+use super::{Laid, Setup, fitted, middle, rotated};
 use crate::artwork::{Layout, Marking, Sheet};
 use crate::formats::GcodeOptions;
 use crate::{Artwork, Fit, NoteCode, Plan, Problem, Surface, Tool, Work};
@@ -76,11 +76,7 @@ impl Setup {
 
     /// G-code in its own coordinates, laid where it belongs: the lowest Z at which it draws, or the one that was said, on the
     /// surface.
-    pub(super) fn laid(
-        &self,
-        plan: Plan,
-        notes: &mut Vec<Problem>,
-    ) -> Result<(Plan, f64), Problem> {
+    pub(super) fn laid(&self, plan: Plan, notes: &mut Vec<Problem>) -> Result<Laid, Problem> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
         let tool = self.tool_for(if laser { Tool::Laser } else { Tool::Pen });
         let surface = self.needed_surface()?;
@@ -88,7 +84,7 @@ impl Setup {
         let (layout, marks_size) = self.layout_for(&marks.artwork, surface)?;
         self.check_sheet(&layout, marks_size)?;
         let marking = Marking { tool, ..self.pen };
-        let placed = marks.artwork.placed(&layout, &marking)?;
+        let (placed, misfit) = marks.artwork.laid(&layout, &marking)?;
         let [x, y] = placed.middle;
         let what = format!(
             "it is placed: the middle of what it draws at x = {x:.1}, y = {y:.1}, its Z {:.3} on the surface at z = {:.1}",
@@ -111,7 +107,11 @@ impl Setup {
         if let Some(speed) = self.speed {
             plan.path_at(speed);
         }
-        Ok((self.powered(self.pushed(plan)?, notes)?, placed.scale))
+        Ok(Laid {
+            plan: self.powered(self.pushed(plan)?, notes)?,
+            scale: placed.scale,
+            misfit,
+        })
     }
 
     /// How it lies: with its middle where that was said, else on the middle of the sheet. With the size of what it draws, as

@@ -286,7 +286,7 @@ fn made(
     let reading = read(Format::Gcode, text.as_bytes(), &options)?;
     assert!(matches!(reading.content, Content::Plan(_)));
     let made = setup.plan(Format::Gcode, reading.content)?;
-    Ok((made.content, made.notes))
+    Ok((made.plan, made.notes))
 }
 
 fn standing() -> JointAngles {

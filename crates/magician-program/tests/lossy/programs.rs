@@ -54,7 +54,7 @@ fn laid_out(name: &str, format: Format, bytes: &[u8]) -> Result<Plan, Problem> {
     if let Content::Image(_) = content {
         setup.size = Size::Width(WIDTH);
     }
-    let mut plan = setup.plan(format, content)?.plan;
+    let mut plan = setup.plan(format, content)?.fitting()?.plan;
     plan.title = name.to_owned();
     // An arm that restarts forgets which tool it has: it is told by the plan.
     plan.tool = Some(tool_of(&plan, &RehearseOptions::default()));

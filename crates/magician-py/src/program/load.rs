@@ -245,7 +245,7 @@ fn made(
 ) -> Result<(Prepared, bool), Problem> {
     let Reading { content, notes } = read(format, bytes, options)?;
     let taught = matches!(content, Content::Plan(_));
-    let mut made = setup.plan(format, content)?;
+    let mut made = setup.plan(format, content)?.fitting()?;
     made.notes.splice(0..0, notes);
     Ok((made, taught))
 }

@@ -15,25 +15,20 @@ use crate::permission::Asks;
 /// A job that takes longer than this is asked about.
 const LONG: Duration = Duration::from_secs(2 * 3600);
 
-/// What is doubtful about a job.
-pub(super) fn doubts(placed: Option<Position>, time: Option<Duration>) -> Vec<Problem> {
-    let mut doubts = Vec::new();
-    if let Some(placed) = placed.filter(Position::is_tiny) {
-        let percent = 100.0 * placed.scale;
-        let what = format!("it becomes very small: {percent:.1} % of its size");
-        doubts.push(Problem::of_file(what).coded(NoteCode::Placed));
-    }
-    if let Some(time) = time.filter(|time| *time > LONG) {
-        let what = format!("it takes {}", clock(time));
-        doubts.push(Problem::of_file(what).coded(NoteCode::Long));
-    }
-    doubts
-}
-
 impl Made {
     /// What is doubtful about it, as a check found it.
     pub(super) fn doubts(&self, report: &Report) -> Vec<Problem> {
-        doubts(self.placed, report.time)
+        let mut doubts = Vec::new();
+        if let Some(placed) = self.placed.filter(Position::is_tiny) {
+            let percent = 100.0 * placed.scale;
+            let what = format!("it becomes very small: {percent:.1} % of its size");
+            doubts.push(Problem::of_file(what).coded(NoteCode::Placed));
+        }
+        if let Some(time) = report.time.filter(|time| *time > LONG) {
+            let what = format!("it takes {}", clock(time));
+            doubts.push(Problem::of_file(what).coded(NoteCode::Long));
+        }
+        doubts
     }
 
     /// Asks a person before a real arm begins with what is doubtful.

@@ -15,12 +15,11 @@ use magician_program::{Ending, Program, Report, Rest, Timetable};
 
 use super::journal::Journal;
 use super::tell::Teller;
-use super::{needs_start, report};
+use super::{Made, needs_start, report};
 use crate::debts::Debts;
 use crate::failure::{Failure, Kind};
 use crate::output::{Output, Paint};
 use crate::recording::{Clock, Options, Recorder};
-use crate::source::Source;
 
 /// Readings of a recording for a second of the arm's clock, and the most for one of ours.
 const RATE: f64 = 20.0;
@@ -28,7 +27,7 @@ const MOST: f64 = 500.0;
 
 /// What is to run, and how.
 pub(super) struct Drive<'a> {
-    pub(super) source: &'a Source,
+    pub(super) made: &'a Made,
     pub(super) program: &'a Program,
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
@@ -148,10 +147,11 @@ impl Drive<'_> {
         let rests_at = journal.mark.rest;
         let start = arm.preflight_for(&self.program.kinds()).await?;
         let rest = self.program.rest(from, start);
-        let rest = rest.map_err(|problem| self.source.failure(&problem))?;
+        let rest = rest.map_err(|problem| self.made.source.failure(&problem))?;
         let report = rest.check();
         if !report.is_good() {
-            return Err(report::failure(&report, self.source, false));
+            let would_fit = self.made.would_fit(&rest);
+            return Err(report::failure(self.made, &report, false, would_fit));
         }
         self.ending.check(&rest)?;
         let ahead = Ahead {

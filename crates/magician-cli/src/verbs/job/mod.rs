@@ -20,7 +20,9 @@ use magician::words::Preflight;
 use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, burns};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
-use magician_program::{Action, Content, Ending, Plan, Position, Problem, Program, Setup, Work};
+use magician_program::{
+    Action, Content, Ending, Format, Plan, Position, Problem, Program, Setup, Work, WouldFit,
+};
 use magician_protocol::visible_lines;
 use miette::Severity;
 use serde::Serialize;
@@ -68,6 +70,10 @@ struct Made {
     notes: Vec<Problem>,
     /// How it lies, if it was placed.
     placed: Option<Position>,
+    /// Why it does not fit there, if it is only looked at, and what would.
+    misfit: Option<Problem>,
+    would_fit: Option<WouldFit>,
+    format: Format,
     ending: Ending,
     /// Whether a real arm has to be homed for it.
     needs_homed_arm: bool,
@@ -116,14 +122,9 @@ impl Job {
             return Err(needs_start());
         }
         let look = show::Shown {
-            source: &made.source,
-            program: &made.program,
+            made: &made,
             from,
             look: &self.look,
-            sheet: made.setup.sheet,
-            notes: &made.notes,
-            placed: made.placed,
-            ending: made.ending,
         };
         match place {
             Where::Nowhere => look.show(made.start_on_stage()?, context),
@@ -209,7 +210,7 @@ impl Job {
         let config = context.config()?;
         let setup = self.setup(place, &config)?;
         // What cannot be laid before the arm is what a check is for; a surface that nobody knows is not.
-        let fails = self.look.check && setup.known_surface().is_some();
+        let fails = self.look.checks() && setup.known_surface().is_some();
         let refused = |problem: Problem| {
             let mut failure = source.failure(&problem);
             if fails {
@@ -222,7 +223,13 @@ impl Job {
         let made = setup.plan(format, content).map_err(refused)?;
         notes(&source, &made.notes, context);
         told.extend(made.notes);
-        let placed = made.placed;
+        let (placed, would_fit) = (made.placed, made.would_fit);
+        let misfit = match self.look.is_wanted() {
+            true => made.misfit,
+            false => made
+                .misfit
+                .map_or(Ok(None), |misfit| Err(refused(misfit)))?,
+        };
         let mut plan = self.on_grid(made.plan).map_err(refused)?;
         if self.pause > 0 {
             plan.push(Action::Wait(self.pause), magician_program::Origin::NONE);
@@ -257,6 +264,9 @@ impl Job {
             standing: begun.and_then(|begun| begun.standing),
             notes: told,
             placed,
+            misfit,
+            would_fit,
+            format,
         })
     }
 
@@ -318,7 +328,7 @@ impl Job {
     ) -> Drive<'a> {
         let way = &self.way;
         Drive {
-            source: &made.source,
+            made,
             program: &made.program,
             from: way.from,
             resume: way.resume,
@@ -453,6 +463,11 @@ fn say(text: &str) {
 }
 
 impl Look {
+    /// Whether what the arm cannot do is a check that failed: a picture of it is asked for to see that.
+    fn checks(&self) -> bool {
+        self.check || self.preview.is_some()
+    }
+
     /// Whether anything is to be looked at.
     fn is_wanted(&self) -> bool {
         self.check || self.estimate || self.preview.is_some() || self.dry_run

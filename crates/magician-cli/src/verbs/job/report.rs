@@ -1,16 +1,16 @@
 //! What a check has found, for people and for programs.
 
 use magician::ErrorKind;
-use magician_program::{Complaint, Problem, Report};
+use magician_program::{Complaint, Format, Problem, Report, Rest, WouldFit, would_fit};
 use miette::Severity;
 use serde::Serialize;
 
+use super::Made;
 use super::tell::clock;
 use crate::failure::{Failure, Figures, Kind};
-use crate::source::Source;
 
-/// As many complaints are shown to people.
-const SHOWN: usize = 10;
+/// As many complaints are told.
+pub(super) const SHOWN: usize = 10;
 
 /// What a program does, in figures.
 #[derive(Debug, Serialize)]
@@ -58,6 +58,9 @@ pub(super) struct Refusal {
     name: Option<String>,
     kind: &'static str,
     message: String,
+    /// How far the place is beyond the reach, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beyond: Option<f64>,
     #[serde(flatten)]
     figures: Figures,
 }
@@ -163,6 +166,7 @@ impl Refusal {
             name: complaint.name.clone(),
             kind: error.kind().name(),
             message: error.to_string(),
+            beyond: complaint.beyond(),
             figures: figures(error),
         }
     }
@@ -178,19 +182,49 @@ fn figures(error: &magician::Error) -> Figures {
     }
 }
 
-/// The complaints as a failure: drawn for people, the first of them for programs. Of kind `check` if only a check was
-/// asked for.
-pub(super) fn failure(report: &Report, source: &Source, check: bool) -> Failure {
-    let shown = report.complaints.iter().take(SHOWN);
-    let drawn = shown.map(|complaint| {
-        let mut problem = Problem::from(complaint);
-        problem.message = sentence(report, complaint);
-        source.draw(&problem, Severity::Error)
-    });
-    let mut drawn: Vec<String> = drawn.collect();
-    let all = report.refused;
-    let shown = drawn.len();
+impl Made {
+    /// In which size it would fit where it lies.
+    pub(super) fn would_fit(&self, rest: &Rest) -> Option<WouldFit> {
+        let placing = &self.setup.placing;
+        match self.misfit.is_some() || placing.fit {
+            true => self.would_fit,
+            false => would_fit(rest.first(), rest.start(), placing.scale, placing.rotate),
+        }
+    }
+
+    /// What a person can do about steps that are refused where they lie; a misfit says it itself.
+    fn way_out(&self, would_fit: Option<WouldFit>) -> Option<String> {
+        let WouldFit { scale, .. } = would_fit.filter(|_| self.misfit.is_none())?;
+        Some(format!(
+            "--scale {scale} would do there, --fit finds it a place"
+        ))
+    }
+}
+
+/// Why it is refused, as a failure: that it does not fit and the first complaints, drawn for people, the first of all for
+/// programs. Of kind `check` if it was only looked at.
+pub(super) fn failure(
+    made: &Made,
+    report: &Report,
+    check: bool,
+    would_fit: Option<WouldFit>,
+) -> Failure {
+    let way_out = made.way_out(would_fit);
+    let source = &made.source;
+    let problem = |complaint: &Complaint| Problem {
+        message: sentence(made, report, complaint),
+        ..Problem::from(complaint)
+    };
+    let problems: Vec<Problem> = (made.misfit.iter().cloned())
+        .chain(report.complaints.iter().take(SHOWN).map(problem))
+        .collect();
+    let drawn = problems.iter();
+    let mut drawn: Vec<String> = drawn
+        .map(|problem| source.draw(problem, Severity::Error))
+        .collect();
+    let (all, shown) = (report.refused, report.complaints.len().min(SHOWN));
     let count = match (all, shown < all) {
+        (0, _) => "nothing was sent".to_owned(),
         (1, _) => "1 step is refused; nothing was sent".to_owned(),
         (all, false) => format!("{all} steps are refused; nothing was sent"),
         (all, true) => {
@@ -198,32 +232,38 @@ pub(super) fn failure(report: &Report, source: &Source, check: bool) -> Failure 
         }
     };
     drawn.push(count.clone());
-    let first_of_all = report.complaints.first();
-    let message = match first_of_all {
-        Some(complaint) => {
-            let problem = Problem {
-                message: sentence(report, complaint),
-                ..Problem::from(complaint)
-            };
-            format!("{}: {problem}; {count}", source.name)
-        }
+    let message = match problems.first() {
+        Some(problem) => format!("{}: {problem}; {count}", source.name),
         None => count,
     };
-    let kind = first_of_all.map_or(ErrorKind::InvalidInput, |complaint| complaint.error.kind());
-    let kind = if check {
-        Kind::CheckFailed
-    } else {
-        Kind::Driver(kind)
+    let first = report.complaints.first();
+    let kind = first.map_or(ErrorKind::InvalidInput, |complaint| complaint.error.kind());
+    let kind = match check {
+        true => Kind::CheckFailed,
+        false => Kind::Driver(kind),
     };
-    let about = first_of_all.map(|complaint| figures(&complaint.error));
-    Failure::new(kind, message)
+    let about = first.map(|complaint| figures(&complaint.error));
+    let failure = Failure::new(kind, message)
         .about(about.unwrap_or_default())
-        .drawn(drawn.join("\n"))
+        .drawn(drawn.join("\n"));
+    match way_out {
+        Some(way_out) => failure.hint(way_out),
+        None => failure,
+    }
 }
 
-/// What is wrong, with the step and by how much.
-fn sentence(report: &Report, complaint: &Complaint) -> String {
+/// What is wrong, with the step and by how much, in the words of the file where it has words.
+fn sentence(made: &Made, report: &Report, complaint: &Complaint) -> String {
     let error = &complaint.error;
+    let step = format!("step {}", report.number(complaint.step));
+    if let Some(beyond) = complaint.beyond() {
+        let words = match made.format {
+            Format::Gcode | Format::Points => made.source.words(complaint.origin.line),
+            _ => None,
+        };
+        let what = words.unwrap_or(step);
+        return format!("{what} is {beyond:.0} mm beyond the reach: {error}");
+    }
     let over = match (error.value(), error.limit(), error.unit()) {
         (Some(value), Some(limit), Some(unit)) => {
             let by = (value - limit).abs();
@@ -231,5 +271,5 @@ fn sentence(report: &Report, complaint: &Complaint) -> String {
         }
         _ => String::new(),
     };
-    format!("step {}: {error}{over}", report.number(complaint.step))
+    format!("{step}: {error}{over}")
 }

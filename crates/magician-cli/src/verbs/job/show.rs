@@ -7,38 +7,29 @@ use magician::words::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_program::artwork::Sheet;
 use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
-use magician_program::{Ending, Position, Problem, Program, Report, Rest};
+use magician_program::{Position, Problem, Report, Rest, WouldFit};
 use magician_protocol::{Direction, describe};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::doubtful::doubts;
 use super::drive::{Done, End};
 use super::options::Look;
-use super::report::{Estimate, Refusal, failure};
+use super::report::{Estimate, Refusal, SHOWN, failure};
 use super::tell::clock;
 use super::{Made, Note, notes};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
-use crate::source::Source;
 
 /// Resolution of a PNG: about 200 dots an inch.
 const PIXELS_PER_MM: f64 = 8.0;
 
 /// A program to be looked at.
 pub(super) struct Shown<'a> {
-    pub(super) source: &'a Source,
-    pub(super) program: &'a Program,
+    pub(super) made: &'a Made,
     /// The first step, from 0.
     pub(super) from: u64,
     pub(super) look: &'a Look,
-    pub(super) sheet: Option<Sheet>,
-    /// What of the file was taken in a certain way.
-    pub(super) notes: &'a [Problem],
-    /// How it lies, if it was placed.
-    pub(super) placed: Option<Position>,
-    pub(super) ending: Ending,
 }
 
 /// A look as JSON has it.
@@ -50,6 +41,9 @@ struct Answer {
     estimate: Estimate,
     #[serde(skip_serializing_if = "Option::is_none")]
     refused: Option<usize>,
+    /// None within if there is no such size.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    would_fit: Option<Option<WouldFit>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     complaints: Option<Vec<Refusal>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -72,8 +66,11 @@ struct Order<'a> {
 impl Shown<'_> {
     /// Checks it from there, and shows what was asked for.
     pub(super) fn show(&self, start: Preflight, context: &mut Context) -> Result<(), Failure> {
-        let rest = self.program.rest(self.from, start);
-        let rest = rest.map_err(|problem| self.source.failure(&problem))?;
+        let Made {
+            source, program, ..
+        } = self.made;
+        let rest = program.rest(self.from, start);
+        let rest = rest.map_err(|problem| source.failure(&problem))?;
         let report = rest.check();
         if let Some(path) = &self.look.preview {
             self.draw(path, &rest, &report)?;
@@ -82,53 +79,57 @@ impl Shown<'_> {
             let json = context.global.json;
             self.commands(&rest, json, &mut context.out)?;
         }
-        let parks = self.ending.check(&rest);
-        let doubts = doubts(self.placed, report.time);
-        notes(self.source, &doubts, context);
-        let answer = self.answer(&report, &doubts, parks.is_ok());
+        let doubts = self.made.doubts(&report);
+        notes(source, &doubts, context);
+        let parks = self.made.ending.check(&rest);
+        let is_good = report.is_good() && self.made.misfit.is_none();
+        let would_fit = match is_good {
+            true => None,
+            false => self.made.would_fit(&rest),
+        };
+        let answer = Answer {
+            ok: self.look.check.then_some(is_good && parks.is_ok()),
+            refused: self.look.check.then_some(report.refused),
+            would_fit: (self.look.check && !is_good).then_some(would_fit),
+            ..self.answer(&report, &doubts)
+        };
         context.show(&answer, |out| self.lines(&answer, out))?;
-        match report.is_good() {
+        match is_good {
             true => parks.map_err(|error| {
                 let mut failure = Failure::from(error);
-                if self.look.check {
+                if self.look.checks() {
                     failure.kind = Kind::CheckFailed;
                 }
                 failure
             }),
-            false => Err(failure(&report, self.source, self.look.check)),
+            false => Err(failure(self.made, &report, self.look.checks(), would_fit)),
         }
     }
 
-    fn answer(&self, report: &Report, doubts: &[Problem], parks: bool) -> Answer {
-        let check = self.look.check;
-        let refusals = report
-            .complaints
-            .iter()
-            .map(|complaint| Refusal::of(report, complaint));
+    fn answer(&self, report: &Report, doubts: &[Problem]) -> Answer {
+        let refusals = report.complaints.iter().take(SHOWN);
+        let refusals = refusals.map(|complaint| Refusal::of(report, complaint));
+        let steps = self.made.program.steps();
         Answer {
-            ok: check.then_some(report.is_good() && parks),
-            estimate: Estimate::new(
-                report,
-                self.program
-                    .steps()
-                    .map(|steps| steps.saturating_sub(self.from)),
-            ),
-            refused: check.then_some(report.refused),
-            complaints: check.then(|| refusals.collect()),
+            ok: None,
+            estimate: Estimate::new(report, steps.map(|steps| steps.saturating_sub(self.from))),
+            refused: None,
+            would_fit: None,
+            complaints: self.look.check.then(|| refusals.collect()),
             preview: self
                 .look
                 .preview
                 .as_ref()
                 .map(|path| path.display().to_string()),
-            placed: self.placed,
-            notes: Note::all(self.notes.iter().chain(doubts)),
+            placed: self.made.placed,
+            notes: Note::all(self.made.notes.iter().chain(doubts)),
         }
     }
 
     fn lines(&self, answer: &Answer, out: &mut Output) -> Result<(), Failure> {
         out.line(format_args!(
             "{}: {}",
-            self.source.name,
+            self.made.source.name,
             answer.estimate.line()
         ))?;
         if let Some(place) = answer.estimate.place() {
@@ -149,7 +150,7 @@ impl Shown<'_> {
     fn draw(&self, path: &Path, rest: &Rest, report: &Report) -> Result<(), Failure> {
         let end = path.extension().map(|end| end.to_ascii_lowercase());
         let mut options = PreviewOptions::default();
-        options.sheet = self.sheet.and_then(|sheet| corners(&sheet));
+        options.sheet = self.made.setup.sheet.and_then(|sheet| corners(&sheet));
         let preview = Preview::new(rest.first(), report, rest.told(), &options);
         let wrong = |error: &dyn std::fmt::Display| {
             Failure::invalid(format!("{} cannot be written: {error}", path.display()))

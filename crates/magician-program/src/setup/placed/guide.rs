@@ -3,9 +3,9 @@
 use magician_motion::ToolBias;
 
 use super::Course;
-use crate::setup::marks::TOUCH;
 use crate::artwork::Marking;
 use crate::reach::{APPROACH, Above};
+use crate::setup::marks::TOUCH;
 use crate::{Action, Origin, Plan, Reach, Step, Surface, Tool, Travel};
 
 /// A way that leaves the reach is followed up to this share of it.

@@ -1,0 +1,79 @@
+//! How far a place is beyond what the tool reaches.
+
+use std::f64::consts::TAU;
+
+use magician::{Geometry, Limits};
+use magician_motion::Pose;
+
+/// A place farther off is not looked for, mm.
+const FARTHEST: f64 = 1e6;
+/// The arm reaches no farther than its links and its tool, and this, mm.
+const SLACK: f64 = 1.0;
+/// Directions that are looked into.
+const DIRECTIONS: u32 = 240;
+
+/// Whether a tool can be at a place, however it is turned.
+pub(crate) fn reaches(geometry: &Geometry, [x, y, z]: [f64; 3]) -> bool {
+    // Straight on from the base the servo stands near its middle.
+    let r = y.atan2(x).to_degrees();
+    let pose = Pose::new(x, y, z, r);
+    geometry.inverse_within(&pose, &Limits::CONTROLLER).is_ok()
+}
+
+/// The distance at its height to the nearest place in reach, rounded up to mm; none if it is in reach, or there is nothing near.
+pub(super) fn beyond(geometry: &Geometry, [x, y, z]: [f64; 3]) -> Option<f64> {
+    if reaches(geometry, [x, y, z]) {
+        return None;
+    }
+    let tool = geometry.tool;
+    let longest = geometry.rear_arm + geometry.forearm + tool.x.abs() + tool.y.abs();
+    let nearest = (x.hypot(y) - longest - SLACK).max(0.0);
+    // What is no number is not below anything.
+    if !(nearest < FARTHEST) {
+        return None;
+    }
+    let mut distance = nearest.floor() + 1.0;
+    while distance <= nearest + 2.0 * longest {
+        let mut ring = (0..DIRECTIONS).map(|nth| {
+            let (sin, cos) = (TAU * f64::from(nth) / f64::from(DIRECTIONS)).sin_cos();
+            [x + distance * cos, y + distance * sin, z]
+        });
+        if ring.any(|place| reaches(geometry, place)) {
+            return Some(distance);
+        }
+        distance += 1.0;
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use magician::ToolBias;
+
+    use super::*;
+
+    #[test]
+    fn it_is_the_distance_to_the_nearest_place_in_reach() {
+        let arm = Geometry::magician(ToolBias::PEN);
+        let edge = |heading: f64| {
+            let (sin, cos) = heading.to_radians().sin_cos();
+            let mut radius = 250.0;
+            while reaches(&arm, [radius * cos, radius * sin, -40.0]) {
+                radius += 0.01;
+            }
+            radius
+        };
+        for heading in [0.0, 40.0, -90.0, 130.0] {
+            let (sin, cos) = f64::to_radians(heading).sin_cos();
+            let far = edge(heading) + 117.4;
+            assert_eq!(beyond(&arm, [far * cos, far * sin, -40.0]), Some(118.0));
+        }
+        assert_eq!(beyond(&arm, [240.0, 0.0, -40.0]), None);
+        // Behind the base the nearest place is round its side.
+        let behind = beyond(&arm, [-200.0, 0.0, -40.0]).unwrap();
+        assert!((141.0..=142.0).contains(&behind), "{behind}");
+        assert_eq!(beyond(&arm, [240.0, 0.0, 900.0]), None);
+        assert_eq!(beyond(&arm, [f64::NAN, 0.0, 0.0]), None);
+        assert_eq!(beyond(&arm, [1e30, 0.0, 0.0]), None);
+    }
+}
