@@ -951,3 +951,34 @@ fn what_is_made_to_fit_passes_the_check() {
         }
     }
 }
+
+#[test]
+fn a_recording_runs_like_any_file_and_takes_as_long() {
+    let place = Place::new();
+    let house = sample("house.svg");
+    for name in ["way.csv", "way.mcap"] {
+        let file = place.path(name);
+        let drawn = run(&["--port", "sim", "draw", &house, "--record", &file, "--json"]);
+        assert_eq!(drawn.status, 0, "{}", drawn.err);
+        let objects = drawn.objects();
+        let took = number(&objects.last().expect("a result")["seconds"]);
+        let check = run(&["run", &file, "--check", "--json"]);
+        assert_eq!(check.status, 0, "{}", check.err);
+        let object = check.object();
+        let takes = number(&object["seconds"]);
+        assert!((takes - took).abs() < 0.02 * took, "{name}: {takes} {took}");
+        let notes = object["notes"].as_array().expect("notes");
+        assert_eq!(notes.len(), 1, "{notes:?}");
+        let again = run(&["--port", "sim", "run", &file]);
+        assert_eq!(again.status, 0, "{}", again.err);
+    }
+    // What is cut off is followed as far as it goes; what is empty is refused.
+    let whole = std::fs::read(place.path("way.mcap")).expect("it is there");
+    for share in [0.0, 0.01, 0.3, 0.9, 0.999] {
+        let cut = place.path("cut.mcap");
+        let end = (whole.len() as f64 * share) as usize;
+        std::fs::write(&cut, &whole[..end]).expect("it is written");
+        let check = run(&["run", &cut, "--check"]);
+        assert!([0, 3].contains(&check.status), "{share} {}", check.err);
+    }
+}

@@ -222,3 +222,73 @@ fn many_rows_in_one_line_take_no_longer_than_their_number() {
     let text = format!("{{{}}}", rows.collect::<Vec<_>>().join(","));
     assert_eq!(actions(&text).len(), 20_000);
 }
+
+/// A way of some seconds with a rest, seen so often a second: along a figure of eight, faster and slower.
+fn recording(seconds: f64, rate: f64) -> String {
+    let rows = (0..=(seconds * rate) as u32).map(|nth| {
+        let t = f64::from(nth) / rate;
+        // From rest to rest, a pause in the middle.
+        let share = match t / seconds {
+            share if share < 0.4 => share / 0.8,
+            share if share < 0.6 => 0.5,
+            share => (share - 0.2) / 0.8,
+        };
+        let part = (share * 2.0).fract();
+        let eased = (share * 2.0).floor() + part * part * (3.0 - 2.0 * part);
+        let turn = eased / 2.0 * std::f64::consts::TAU;
+        let (x, y) = (220.0 + 30.0 * turn.cos(), 40.0 * (2.0 * turn).sin());
+        format!("{t:.3},{x:.4},{y:.4},10,0,0,0,45,0,7,30,,\n")
+    });
+    let header = "t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms,step\n";
+    header.to_owned() + &rows.collect::<String>()
+}
+
+#[test]
+fn a_recording_takes_as_long_as_it_took() {
+    for (seconds, rate) in [
+        (7.7, 20.0),
+        (7.7, 10.0),
+        (7.7, 50.0),
+        (7.7, 240.0),
+        (12.0, 20.0),
+    ] {
+        let (plan, notes) = points(&recording(seconds, rate)).unwrap();
+        assert_eq!(notes.len(), 1, "its own columns are known: {notes:?}");
+        // From where it begins.
+        let mut there = Plan::new("there");
+        there.push(plan.steps[0].action.clone(), magician_program::Origin::NONE);
+        let begun = start_of(&stage(&there, &RehearseOptions::default()).unwrap());
+        let way = check(&there, &begun).time.unwrap();
+        let report = check(&plan, &begun);
+        assert!(report.is_good(), "{:?}", report.complaints.first());
+        let taken = (report.time.unwrap() - way).as_secs_f64();
+        assert!(
+            (taken - seconds).abs() < 0.02 * seconds,
+            "{taken} s for {seconds} s at {rate} Hz"
+        );
+        let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
+        assert!(done.is_good(), "{:?}", done.alarms);
+        let waits = (plan.steps.iter()).filter(|step| matches!(step.action, Action::Wait(_)));
+        assert!(waits.count() >= 1, "it rests in its middle");
+    }
+}
+
+#[test]
+fn a_recording_that_is_cut_off_or_goes_back_is_told_of() {
+    let whole = recording(2.0, 20.0);
+    let cut = &whole[..whole.len() - 30];
+    let (plan, notes) = points(cut).unwrap();
+    assert!(plan.steps.len() > 10);
+    assert!(
+        notes[0].contains("without a time or a place are left out: 1"),
+        "{notes:?}"
+    );
+    let back = "t,x,y,z\n0,200,0,0\n1,210,0,0\n0.5,220,0,0\n";
+    assert_eq!(
+        refused(back),
+        "line 4, column 1: the time goes back from 1 to 0.5 s"
+    );
+    assert!(refused("t,x,y,z\n").contains("no rows"));
+    assert!(refused("t,x,y,z\n0,200,0,0\n1e9,210,0,0\n").contains("too long"));
+    assert!(refused("t,x,y,z\nnan,200,0,0\n").contains("a time is a number"));
+}

@@ -50,7 +50,7 @@ impl Format {
             Self::Dxf => &[".dxf"],
             Self::Blockly => &[".blockly"],
             Self::Image => &[".png", ".jpg", ".jpeg", ".bmp"],
-            Self::Points => &[".csv", ".xyz"],
+            Self::Points => &[".csv", ".xyz", ".mcap"],
         }
     }
 
@@ -84,7 +84,7 @@ impl Format {
             Self::Dxf => "DXF drawing",
             Self::Blockly => "DobotBlockly workspace",
             Self::Image => "PNG, JPEG or BMP image",
-            Self::Points => "points as CSV, JSON or text",
+            Self::Points => "points as CSV, JSON or text, and recordings as CSV or MCAP",
         }
     }
 
@@ -127,6 +127,9 @@ impl Format {
             || begins(b"BM") && head.contains(&0)
         {
             return Some(Self::Image);
+        }
+        if points::is_recording(head) {
+            return Some(Self::Points);
         }
         if begins(b"AutoCAD Binary DXF\r\n") {
             return Some(Self::Dxf);

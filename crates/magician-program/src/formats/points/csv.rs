@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use super::recording;
 use super::row::{Field, Row, plan};
 use crate::{Lines, NoteCode, Plan, Problem, Reading};
 
@@ -86,7 +87,21 @@ pub(super) fn read(text: &str) -> Result<Reading<Plan>, Problem> {
         }
         rows.push(row);
     }
-    plan(rows, &fields, notes)
+    if !fields.contains(&Field::Time) {
+        return plan(rows, &fields, notes);
+    }
+    // The last row of a recording that was cut off is not whole.
+    let seen: Vec<_> = rows.iter().filter_map(Row::seen).collect();
+    if seen.len() < rows.len() {
+        let what = format!(
+            "rows without a time or a place are left out: {}",
+            rows.len() - seen.len()
+        );
+        notes.push(Problem::of_file(what).coded(NoteCode::LeftOut));
+    }
+    let mut reading = recording::plan(&seen)?;
+    reading.notes.splice(0..0, notes);
+    Ok(reading)
 }
 
 /// The lines with something in them, and where they begin.

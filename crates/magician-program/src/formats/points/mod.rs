@@ -6,12 +6,16 @@
 //!   of, so that they are not taken for speeds; a pause is taken from a column *Pause* or *PauseTime*.
 //! * JSON (`{"rows": {"row0": {"MotionStyle": "MOVL", "X": 200, ..}}}`, or the rows at the top): the same by the names of its
 //!   members, and arcs, whose end is `_X` to `_R`.
+//! * Recordings (`magician record`, `run --record`): CSV with a column `t`, and MCAP with `/pose`. They are followed in their own
+//!   time.
 //! * Text: `x,y,z` lines without a header, each run of them a stroke of the pen.
 //!
 //! Format document section 7.
 
 mod csv;
 mod json;
+mod mcap;
+mod recording;
 mod row;
 mod strokes;
 
@@ -20,6 +24,14 @@ use crate::{Lines, Origin, Problem};
 
 /// Reads a list of points of any of the three kinds.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+    if bytes.starts_with(mcap::MAGIC) {
+        let mut reading = mcap::read(bytes)?;
+        reading.content.title.clone_from(&options.title);
+        return Ok(Reading {
+            content: Content::Plan(reading.content),
+            notes: reading.notes,
+        });
+    }
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let known = bytes.get(..error.valid_up_to()).unwrap_or_default();
         let known = std::str::from_utf8(known).unwrap_or_default();
@@ -38,6 +50,11 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
         content: Content::Plan(reading.content),
         notes: reading.notes,
     })
+}
+
+/// Whether bytes, of which this is the head, are a recording that is no text.
+pub(super) fn is_recording(head: &[u8]) -> bool {
+    head.starts_with(mcap::MAGIC)
 }
 
 /// Whether a text, of which this is the head, is a list of points.

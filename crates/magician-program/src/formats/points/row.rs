@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::recording::Seen;
 use crate::{Action, Grip, NoteCode, Origin, Plan, Problem, Reading, Tool, Travel};
 
 /// Longest pause, s: more than four weeks is none that anybody means.
@@ -21,6 +22,10 @@ pub(super) enum Field {
     Suction,
     /// Not what it is called.
     Speed,
+    /// Of a recording: when, s.
+    Time,
+    /// Of a recording: the angle of J4.
+    J4,
     /// Of no use here.
     Idle,
 }
@@ -45,6 +50,9 @@ impl Field {
             "gripper" => Self::Gripper,
             "suction" | "suctioncup" => Self::Suction,
             "velocity" | "acceleration" | "speed" => Self::Speed,
+            "t" => Self::Time,
+            "j4" => Self::J4,
+            "j1" | "j2" | "j3" | "left_space" | "alarms" | "time" => Self::Idle,
             "step" | "line" | "index" | "no" | "" => Self::Idle,
             _ => return None,
         })
@@ -74,6 +82,8 @@ pub(super) struct Row {
     pause: u32,
     gripper: Option<Grip>,
     suction: Option<bool>,
+    t: Option<f64>,
+    j4: Option<f64>,
     /// The row as a whole.
     origin: Origin,
 }
@@ -145,9 +155,31 @@ impl Row {
                     }
                 });
             }
+            Field::Time | Field::J4 => {
+                let value = text.parse().ok().filter(|value: &f64| value.is_finite());
+                let value = value.ok_or_else(|| match field {
+                    Field::Time => super::no_number(origin, "a time", text),
+                    _ => super::no_number(origin, "an angle", text),
+                })?;
+                match field {
+                    Field::Time => self.t = Some(value),
+                    _ => self.j4 = Some(value),
+                }
+            }
             Field::Speed | Field::Idle => {}
         }
         Ok(())
+    }
+
+    /// As a row of a recording; nothing if it is not whole.
+    pub(super) fn seen(&self) -> Option<Seen> {
+        let [x, y, z, r] = self.place;
+        Some(Seen {
+            t: self.t?,
+            pose: [x?, y?, z?, r.unwrap_or(0.0)].map(f64::from),
+            j4: self.j4,
+            origin: self.origin,
+        })
     }
 
     /// Where it leads; nothing if it has no place at all.

@@ -1,0 +1,307 @@
+//! Recordings of an arm as programs: the tool follows them in their own time.
+//!
+//! A recording is rows of a time and a place. While the tool moves it follows a continuous path in real-time mode (document
+//! 1.11.1, errata E31): a segment takes a period, so that rows come after even times. Where it stands it waits as long.
+
+use magician::commands::CpParams;
+use magician_motion::Speeds;
+use magician_protocol::Flag;
+
+use crate::{Action, NoteCode, Origin, Plan, Problem, Reading, Travel};
+
+/// What stays within this stands, mm,
+const STILL: f64 = 0.05;
+/// if it does for so many periods.
+const STANDS: usize = 3;
+/// A shorter way takes an arm no time, mm.
+const NO_WAY: f64 = 1e-3;
+/// J4 is held by its motor: what is less than this was read, not meant, deg.
+const HELD: f64 = 0.5;
+/// A segment of a path takes about so long, s.
+const PERIOD: f64 = 0.02;
+/// The longest rest that one step can keep, s.
+const LONGEST: f64 = 86_400.0;
+/// The arm is not told to be faster than it was by more than this share.
+const MOST_HASTE: f64 = 0.1;
+/// More periods than this are no recording that anybody made: five weeks.
+const MOST: f64 = 1.5e8;
+
+/// Where the arm was at a time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    /// s.
+    pub(super) t: f64,
+    /// x, y, z, r; mm and deg.
+    pub(super) pose: [f64; 4],
+    /// The angle of J4 where it is known, deg.
+    pub(super) j4: Option<f64>,
+    pub(super) origin: Origin,
+}
+
+/// The program that repeats it: to where it begins, and along it.
+pub(super) fn plan(rows: &[Seen]) -> Result<Reading<Plan>, Problem> {
+    let mut last = f64::NEG_INFINITY;
+    for row in rows {
+        if row.t < last {
+            let message = format!("the time goes back from {last} to {} s", row.t);
+            return Err(Problem::new(row.origin, message));
+        }
+        last = row.t;
+    }
+    let [Some(first), Some(end)] = [rows.first(), rows.last()] else {
+        return Err(Problem::of_file("there are no rows in the recording"));
+    };
+    let period = period(rows);
+    let even = evenly(rows, period)?;
+    let mut replay = Replay::at(first, period * (1.0 - haste(&even, period)));
+    let mut at = 0;
+    while at + 1 < even.len() {
+        match standing(&even[at..]) {
+            0 => {
+                let moving = even[at..].iter().enumerate().skip(1);
+                let stands = |(nth, _): &(usize, &Seen)| standing(&even[at + nth..]) > 0;
+                let end = moving.take_while(|each| !stands(each)).count() + 1;
+                let end = (at + end).min(even.len() - 1);
+                replay.follow(&even[at..=end]);
+                at = end;
+            }
+            periods => at += periods,
+        }
+    }
+    replay.wait_until(end.t, end.origin);
+    let what = format!(
+        "a recording: it is followed in its own time, {:.1} s from its first place",
+        end.t - first.t
+    );
+    let mut notes = vec![Problem::of_file(what).coded(NoteCode::Assumed)];
+    if replay.turned > HELD {
+        let what = format!(
+            "J4 turns by up to {:.0} degrees on the way, and a continuous path does not turn it: it is turned at the end of each",
+            replay.turned
+        );
+        notes.push(Problem::of_file(what).coded(NoteCode::Assumed));
+    }
+    Ok(Reading {
+        content: replay.plan,
+        notes,
+    })
+}
+
+/// The period of the path: the usual time from one row to the next, or an even part of it.
+fn period(rows: &[Seen]) -> f64 {
+    let mut steps: Vec<f64> = rows.windows(2).filter_map(step).collect();
+    steps.sort_by(f64::total_cmp);
+    let usual = steps.get(steps.len() / 2).copied().unwrap_or(PERIOD);
+    let usual = usual.max(PERIOD);
+    usual / (usual / PERIOD).round()
+}
+
+/// The time between two rows, if it is any.
+fn step(pair: &[Seen]) -> Option<f64> {
+    match pair {
+        [before, after] => Some(after.t - before.t).filter(|step| *step > 0.0),
+        _ => None,
+    }
+}
+
+/// The rows after each period. Between those that were seen every coordinate goes on smoothly, and not beyond them: by the cubic
+/// of Fritsch and Carlson.
+fn evenly(rows: &[Seen], period: f64) -> Result<Vec<Seen>, Problem> {
+    // Of two rows at the same time the first counts.
+    let mut rows = rows.to_vec();
+    rows.dedup_by(|later, earlier| later.t <= earlier.t);
+    let [Some(first), Some(last)] = [rows.first(), rows.last()] else {
+        return Ok(Vec::new());
+    };
+    let count = ((last.t - first.t) / period).ceil();
+    if count > MOST {
+        let time = last.t - first.t;
+        let message = format!("the recording takes {time:.0} s, which is too long");
+        return Err(Problem::new(last.origin, message));
+    }
+    let slopes = slopes(&rows);
+    let mut at = 0;
+    let even = (0..=count as u64).map(|nth| {
+        let t = (first.t + nth as f64 * period).min(last.t);
+        while rows.get(at + 1).is_some_and(|row| row.t < t) {
+            at += 1;
+        }
+        let ends = [at, at + 1].map(|nth| rows.get(nth).zip(slopes.get(nth)));
+        match ends {
+            [Some((before, leaving)), Some((after, arriving))] => {
+                before.towards(after, [leaving, arriving], t)
+            }
+            _ => Seen { t, ..*last },
+        }
+    });
+    Ok(even.collect())
+}
+
+/// How fast each coordinate changes at each row: not at all where it turns round.
+fn slopes(rows: &[Seen]) -> Vec<[f64; 4]> {
+    let speeds = rows.windows(2).map(|pair| match pair {
+        [a, b] => [0, 1, 2, 3].map(|axis| (b.pose[axis] - a.pose[axis]) / (b.t - a.t)),
+        _ => [0.0; 4],
+    });
+    let speeds: Vec<[f64; 4]> = speeds.collect();
+    let between = |nth: usize| nth.checked_sub(1).and_then(|nth| speeds.get(nth));
+    let slope = |nth: usize| match (between(nth), speeds.get(nth)) {
+        (Some(before), Some(after)) => [0, 1, 2, 3].map(|axis| {
+            let (before, after) = (before[axis], after[axis]);
+            match before * after > 0.0 {
+                true => 2.0 * before * after / (before + after),
+                false => 0.0,
+            }
+        }),
+        _ => [0.0; 4],
+    };
+    (0..rows.len()).map(slope).collect()
+}
+
+/// For how many periods the tool stands at the first of these rows; none if that is too short to be a rest.
+fn standing(rows: &[Seen]) -> usize {
+    let Some(first) = rows.first() else { return 0 };
+    let same = rows
+        .iter()
+        .skip(1)
+        .take_while(|row| first.apart(row) <= STILL);
+    let periods = same.count();
+    let ends = periods + 1 == rows.len();
+    if periods >= STANDS || ends {
+        periods
+    } else {
+        0
+    }
+}
+
+impl Seen {
+    /// How far it is to another place, mm.
+    fn apart(&self, other: &Self) -> f64 {
+        let sides = self.pose.iter().zip(other.pose).take(3);
+        sides.map(|(a, b)| (b - a) * (b - a)).sum::<f64>().sqrt()
+    }
+
+    /// Between this row and a later one, with the speeds at both.
+    fn towards(&self, later: &Self, [leaving, arriving]: [&[f64; 4]; 2], t: f64) -> Self {
+        let step = later.t - self.t;
+        let share = ((t - self.t) / step).clamp(0.0, 1.0);
+        let (square, cube) = (share * share, share * share * share);
+        let pose = [0, 1, 2, 3].map(|axis| {
+            let (from, to) = (self.pose[axis], later.pose[axis]);
+            let ends = from + (3.0 * square - 2.0 * cube) * (to - from);
+            let leaving = (cube - 2.0 * square + share) * step * leaving[axis];
+            ends + leaving + (cube - square) * step * arriving[axis]
+        });
+        let j4 = self.j4.zip(later.j4);
+        Self {
+            t,
+            pose,
+            j4: j4.map(|(from, to)| from + share * (to - from)),
+            origin: later.origin,
+        }
+    }
+}
+
+/// How much shorter a segment is told to be than it is to take: the arm is late at each change of its speed by
+/// `change^2 / (2 acceleration speed)` (model section 8).
+fn haste(rows: &[Seen], period: f64) -> f64 {
+    let speeds = rows.windows(2).map(|pair| match pair {
+        [from, to] => from.apart(to) / period,
+        _ => 0.0,
+    });
+    let speeds: Vec<f64> = speeds.filter(|speed| speed * period > NO_WAY).collect();
+    let late = speeds.windows(2).map(|pair| match pair {
+        [before, after] => {
+            let change = after - before;
+            change * change / (2.0 * Speeds::CEILINGS.linear_acceleration * before.max(*after))
+        }
+        _ => 0.0,
+    });
+    let late: f64 = late.sum();
+    let time = speeds.len() as f64 * period;
+    if time > 0.0 {
+        (late / time).min(MOST_HASTE)
+    } else {
+        0.0
+    }
+}
+
+/// A program that is being made.
+struct Replay {
+    plan: Plan,
+    /// Up to when it is made, s.
+    t: f64,
+    period: f64,
+    /// Whether the arm was told of it.
+    told: bool,
+    j4: Option<f64>,
+    /// How far J4 turned on a way, at most, deg.
+    turned: f64,
+}
+
+impl Replay {
+    fn at(first: &Seen, period: f64) -> Self {
+        let mut plan = Plan::default();
+        let to = first.pose.map(|value| value as f32);
+        let by = Travel::Joints;
+        plan.push(Action::Move { to, by }, first.origin);
+        Self {
+            plan,
+            t: first.t,
+            period,
+            told: false,
+            j4: first.j4,
+            turned: 0.0,
+        }
+    }
+
+    fn wait_until(&mut self, t: f64, origin: Origin) {
+        let milliseconds = ((t - self.t).min(LONGEST) * 1000.0).round();
+        if milliseconds >= 1.0 {
+            self.plan.push(Action::Wait(milliseconds as u32), origin);
+            self.t += milliseconds / 1000.0;
+        }
+    }
+
+    /// Along these rows, a period from each to the next.
+    fn follow(&mut self, rows: &[Seen]) {
+        let Some(last) = rows.last() else { return };
+        self.tell(last.origin);
+        for pair in rows.windows(2) {
+            let [from, to] = pair else { continue };
+            if from.apart(to) < NO_WAY {
+                continue;
+            }
+            self.wait_until(from.t, from.origin);
+            let [x, y, z, _] = to.pose.map(|value| value as f32);
+            self.plan.push(Action::Path { to: [x, y, z] }, to.origin);
+            self.t = to.t;
+        }
+        let turned = self
+            .j4
+            .zip(last.j4)
+            .map_or(0.0, |(from, to)| (to - from).abs());
+        if turned > HELD {
+            self.turned = self.turned.max(turned);
+            let to = last.pose.map(|value| value as f32);
+            let by = Travel::Line;
+            self.plan.push(Action::Move { to, by }, last.origin);
+            self.j4 = last.j4;
+        }
+    }
+
+    /// Tells the arm how long a segment takes.
+    fn tell(&mut self, origin: Origin) {
+        if std::mem::replace(&mut self.told, true) {
+            return;
+        }
+        let params = CpParams {
+            plan_acc: Speeds::CEILINGS.linear_acceleration as f32,
+            junction_vel: Speeds::CEILINGS.linear_velocity as f32,
+            acc_or_period: (self.period * 1000.0) as f32,
+            real_time_track: Flag::ON,
+        };
+        self.plan
+            .push(Action::Command(Box::new(params.into())), origin);
+    }
+}
