@@ -1,7 +1,7 @@
 //! Arcs against circles.
 
-use magician_program::Action;
 use magician_program::formats::Arcs;
+use magician_program::{Action, Format, Frame, ReadOptions, Setup, Surface, Tool, read};
 
 use crate::{actions, actions_with, motions, notes, path, problem, travel};
 
@@ -94,6 +94,60 @@ fn a_helix_is_lines_that_rise_steadily() {
 }
 
 #[test]
+fn arcs_of_g18_and_g19_are_lines_within_the_tolerance() {
+    let start = "G0 X250 Y0 Z0\n";
+    // Each with its centre, the highest point, and what of X, Y and Z it does not turn.
+    for (arc, centre, top, across) in [
+        ("G18 G2 X240 I-5", [245.0, 0.0, 0.0], 5.0, 1),
+        ("G18 G3 X260 I5 K0", [255.0, 0.0, 0.0], 5.0, 1),
+        ("G18 G2 X240 R5", [245.0, 0.0, 0.0], 5.0, 1),
+        ("G18 G3 X240 I-5", [245.0, 0.0, 0.0], 0.0, 1),
+        ("G18 G2 X245 Z5 I-5", [245.0, 0.0, 0.0], 5.0, 1),
+        ("G18 G90.1 G2 X240 I245 K0", [245.0, 0.0, 0.0], 5.0, 1),
+        ("G18 G91 G2 X-10 I-5", [245.0, 0.0, 0.0], 5.0, 1),
+        ("G18 G3 K5", [250.0, 0.0, 5.0], 10.0, 1),
+        ("G19 G3 Y-10 J-5", [250.0, -5.0, 0.0], 5.0, 0),
+        ("G19 G2 Y10 J5", [250.0, 5.0, 0.0], 5.0, 0),
+        ("G19 G2 Y10 R5", [250.0, 5.0, 0.0], 5.0, 0),
+        ("G19 G20 G2 Y0.4 J0.2", [250.0, 5.08, 0.0], 5.08, 0),
+        // A helix: Y rises steadily while X and Z turn.
+        ("G18 G2 X240 Y12 I-5", [245.0, 0.0, 0.0], 5.0, 1),
+    ] {
+        for setting in ["", "M3 S255\n"] {
+            let program = format!("{setting}{start}{arc}\nG17\n");
+            let arms = actions(&program);
+            assert!(
+                arms.iter().all(|one| !matches!(one, Action::Arc { .. })),
+                "{arc}"
+            );
+            let points = points(&arms);
+            assert!(points.len() > 5, "{arc}: {points:?}");
+            let in_plane = |[x, y, z]: [f64; 3]| match across {
+                0 => [y - centre[1], z - centre[2]],
+                _ => [x - centre[0], z - centre[2]],
+            };
+            let radius = |point| in_plane(point)[0].hypot(in_plane(point)[1]);
+            let size = radius([250.0, 0.0, 0.0]);
+            let mut last = [250.0, 0.0, 0.0];
+            for point in &points {
+                assert!((radius(*point) - size).abs() < 1e-3, "{arc}: {point:?}");
+                let middle = [0, 1, 2].map(|axis| f64::midpoint(last[axis], point[axis]));
+                assert!(size - radius(middle) < 0.051, "{arc}: {point:?}");
+                last = *point;
+            }
+            let highest = points.iter().map(|point| point[2]).fold(0.0, f64::max);
+            assert!((highest - top).abs() < 0.06, "{arc}: {highest}");
+            let steps = points.len() as f64;
+            for (nth, point) in (1..).zip(&points) {
+                let from = [250.0, 0.0, 0.0][across];
+                let steady = from + (last[across] - from) * f64::from(nth) / steps;
+                assert!((point[across] - steady).abs() < 1e-4, "{arc}: {point:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn an_arc_as_flat_as_the_tolerance_is_a_line_of_the_path() {
     // 2 mm of a circle of 20 mm are 0.025 mm high.
     assert_eq!(
@@ -128,8 +182,16 @@ fn arcs_that_are_none_are_refused_with_what_is_wrong() {
         ),
         ("G2 I0 J0", "line 2, column 1: the arc begins at its centre"),
         (
-            "G18 G2 X240 I-5",
-            "line 2, column 1: arcs in the plane of G18 are not done, only those of G17",
+            "G18 G2 X240",
+            "line 2, column 1: the arc has neither a centre (I, K) nor a radius (R)",
+        ),
+        (
+            "G19 G2 Y10 J5 R5",
+            "line 2, column 1: the arc has both a centre (J, K) and a radius (R)",
+        ),
+        (
+            "G19 G2 X260 R5",
+            "line 2, column 1: an arc given by its radius must end somewhere else; a circle needs J and K",
         ),
         (
             "G2 I-20 P0.5",
@@ -145,4 +207,54 @@ fn arcs_that_are_none_are_refused_with_what_is_wrong() {
     // Programs round: within a twentieth of a millimetre the ends may differ.
     assert_eq!(notes(&format!("{start}G3 X230 Y20.03 I-20 J0\n")), [""; 0]);
     assert!(problem("G2 X240 Y0 I5").contains("it is not known where"));
+}
+
+#[test]
+fn a_placed_arc_of_g18_is_scaled_and_turned_across_and_keeps_its_heights() {
+    let text = "G0 X0 Y0 Z5\nG1 Z0 F600\nX10\nG18 G3 X20 Y4 I5 K0\nG1 X30 Y0\nG0 Z5\n";
+    let mut setup = Setup::default();
+    setup.tool = Some(Tool::Pen);
+    setup.usual_surface = Some(Surface::level(-40.0));
+    setup.placing.frame = Frame::Own;
+    setup.placing.at = Some([240.0, 0.0]);
+    for (mirror, rotate, scale) in [
+        (false, 0.0, 1.0),
+        (true, 90.0, 2.0),
+        (false, 30.0, 0.5),
+        (true, -45.0, 3.0),
+    ] {
+        setup.placing.mirror = mirror;
+        (setup.placing.rotate, setup.placing.scale) = (rotate, scale);
+        let mut options = ReadOptions::default();
+        setup.prepare(&mut options.gcode, None);
+        let reading = read(Format::Gcode, text.as_bytes(), &options).expect("it is read");
+        let made = setup.plan(Format::Gcode, reading.content).expect("a plan");
+        let points = points(
+            &made
+                .content
+                .steps
+                .iter()
+                .map(|step| step.action.clone())
+                .collect::<Vec<_>>(),
+        );
+        // Back into the file's coordinates; its marks are from 0 to 30 and 0 to 4.
+        let (sin, cos) = f64::to_radians(-rotate).sin_cos();
+        let own = points.iter().map(|[x, y, z]| {
+            let [x, y] = [x - 240.0, *y];
+            let [x, y] = [cos * x - sin * y, sin * x + cos * y].map(|value| value / scale);
+            [if mirror { -x } else { x }, y, z + 40.0]
+        });
+        let arc: Vec<_> = own.filter(|[_, _, z]| *z > 1e-3).collect();
+        assert!(arc.len() > 5, "{arc:?}");
+        let first = arc[0];
+        for [x, _, z] in &arc {
+            assert!((0.0..5.05).contains(z), "{x} {z}");
+        }
+        let middle = f64::midpoint(first[0], arc[arc.len() - 1][0]);
+        for [x, _, z] in &arc {
+            assert!(((x - middle).hypot(*z) - 5.0).abs() < 1e-2, "{x} {z}");
+        }
+        let rise = arc[arc.len() - 1][1] - first[1];
+        assert!(rise > 2.5, "the helix goes across: {rise}");
+    }
 }

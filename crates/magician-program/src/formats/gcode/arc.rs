@@ -1,4 +1,4 @@
-//! Arcs in the XY plane, with a straight third coordinate.
+//! Arcs in the planes of G17, G18 and G19, with a straight third coordinate.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,19 +14,61 @@ const WIDEST: f64 = PI * 5.0 / 3.0;
 /// More pieces than this are no arc of a drawing.
 const MOST_PIECES: f64 = 2000.0;
 
+/// The plane in which arcs are: of G17, G18 or G19.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Plane {
+    #[default]
+    Xy,
+    Zx,
+    Yz,
+}
+
+impl Plane {
+    /// Its two axes and the one that stands on it: turning from the first to the second is counter-clockwise.
+    pub(super) fn axes(self) -> [usize; 3] {
+        match self {
+            Self::Xy => [0, 1, 2],
+            Self::Zx => [2, 0, 1],
+            Self::Yz => [1, 2, 0],
+        }
+    }
+
+    /// The words of an arc's centre.
+    pub(super) fn centre_words(self) -> &'static str {
+        match self {
+            Self::Xy => "I, J",
+            Self::Zx => "I, K",
+            Self::Yz => "J, K",
+        }
+    }
+
+    fn project(self, point: [f64; 3]) -> [f64; 3] {
+        self.axes().map(|axis| point[axis])
+    }
+
+    fn unproject(self, point: [f64; 3]) -> [f64; 3] {
+        let mut out = [0.0; 3];
+        for (axis, value) in self.axes().into_iter().zip(point) {
+            out[axis] = value;
+        }
+        out
+    }
+}
+
 /// From where to where, and which way round.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ends {
+    pub(super) plane: Plane,
     pub(super) from: [f64; 3],
     pub(super) to: [f64; 3],
-    /// Clockwise, seen from above (G2).
+    /// Clockwise, seen from the positive end of the axis that stands on the plane (G2).
     pub(super) clockwise: bool,
 }
 
 /// How a program says which circle it is.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Round {
-    /// About this point.
+    /// About this point, in the axes of the plane.
     Centre([f64; 2]),
     /// With this radius; the longer way if it is negative.
     Radius(f64),
@@ -35,6 +77,7 @@ pub(super) enum Round {
 /// An arc. Where its two radii differ within the rounding, one goes over into the other on the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Arc {
+    plane: Plane,
     from: [f64; 3],
     to: [f64; 3],
     centre: [f64; 2],
@@ -52,6 +95,12 @@ impl Arc {
         turns: u32,
         tolerance: f64,
     ) -> Result<Self, String> {
+        let plane = ends.plane;
+        let ends = &Ends {
+            from: plane.project(ends.from),
+            to: plane.project(ends.to),
+            ..*ends
+        };
         let [[ax, ay, _], [bx, by, _]] = [ends.from, ends.to];
         let chord = distance([ax, ay], [bx, by]);
         let centre = match round {
@@ -79,6 +128,7 @@ impl Arc {
         };
         sweep += TAU * f64::from(turns);
         Ok(Self {
+            plane,
             from: ends.from,
             to: ends.to,
             centre,
@@ -91,19 +141,20 @@ impl Arc {
     /// The point at a share of the way.
     pub(super) fn at(&self, share: f64) -> [f64; 3] {
         if share >= 1.0 {
-            return self.to;
+            return self.plane.unproject(self.to);
         }
         let [first, last] = self.radii;
         let radius = first + (last - first) * share;
         let (sin, cos) = (self.start + self.sweep * share).sin_cos();
         let [x, y] = self.centre;
         let z = self.from[2] + (self.to[2] - self.from[2]) * share;
-        [x + radius * cos, y + radius * sin, z]
+        let point = [x + radius * cos, y + radius * sin, z];
+        self.plane.unproject(point)
     }
 
     /// Whether it stays at one height.
     pub(super) fn is_level(&self) -> bool {
-        (self.from[2] - self.to[2]).abs() < SAME
+        self.plane == Plane::Xy && (self.from[2] - self.to[2]).abs() < SAME
     }
 
     /// How far it is from its chord, mm.
@@ -149,9 +200,10 @@ impl Arc {
 fn centre_of(ends: &Ends, chord: f64, radius: f64, tolerance: f64) -> Result<[f64; 2], String> {
     let [[ax, ay, _], [bx, by, _]] = [ends.from, ends.to];
     if chord < SAME {
-        return Err(
-            "an arc given by its radius must end somewhere else; a circle needs I and J".into(),
-        );
+        let words = ends.plane.centre_words().replace(", ", " and ");
+        return Err(format!(
+            "an arc given by its radius must end somewhere else; a circle needs {words}"
+        ));
     }
     let (size, half) = (radius.abs(), chord / 2.0);
     if half - size > tolerance.max(ROUNDING * half) {
@@ -181,6 +233,7 @@ mod tests {
 
     fn arc(from: [f64; 2], to: [f64; 2], clockwise: bool, round: Round) -> Arc {
         let ends = Ends {
+            plane: Plane::Xy,
             from: [from[0], from[1], 5.0],
             to: [to[0], to[1], 5.0],
             clockwise,
@@ -252,6 +305,7 @@ mod tests {
     #[test]
     fn what_is_no_arc_is_refused_with_both_values() {
         let ends = Ends {
+            plane: Plane::Xy,
             from: [0.0, 0.0, 0.0],
             to: [10.0, 0.0, 0.0],
             clockwise: true,

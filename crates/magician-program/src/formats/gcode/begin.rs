@@ -154,7 +154,7 @@ impl Machine<'_> {
 
     /// An arc is what it is only from a place that the program means.
     pub(super) fn begins_somewhere(&self, block: &Block) -> Result<(), Flaw> {
-        let about = self.absolute_centres && block.has_any(b"IJ") && !self.begin.is_own();
+        let about = self.absolute_centres && block.has_any(b"IJK") && !self.begin.is_own();
         if self.at[0].is_none() || self.at[1].is_none() || !(self.is_stray(block) || about) {
             return Ok(());
         }
@@ -197,6 +197,14 @@ impl Machine<'_> {
             && let [Some(x), Some(y), _] = self.at
         {
             self.out.travel([x, y, 0.0], origin);
+        }
+    }
+
+    /// As [`put_down`](Self::put_down), of a pen that is to leave the surface from there: it is where the program has it.
+    pub(super) fn lower_to_draw(&mut self, origin: Origin) {
+        if self.begin.lifted {
+            self.put_down(origin);
+            self.at[2] = Some(0.0);
         }
     }
 

@@ -1,5 +1,6 @@
 //! What the lines of a program have set by now, and what each of them does.
 
+use super::arc::Plane;
 use super::begin::Begin;
 use super::block::{Block, Code};
 use super::emit::Emitter;
@@ -35,7 +36,7 @@ pub(super) struct Machine<'o> {
     pub(super) unit: f64,
     pub(super) relative: bool,
     pub(super) absolute_centres: bool,
-    pub(super) plane: u32,
+    pub(super) plane: Plane,
     /// F as the program says it, mm/s.
     pub(super) feed: Option<f64>,
     /// Whether M3, M4 or M106 has switched the laser on.
@@ -115,7 +116,7 @@ impl<'o> Machine<'o> {
             unit: 1.0,
             relative: false,
             absolute_centres: false,
-            plane: 17,
+            plane: Plane::default(),
             feed: None,
             follows_speed: false,
             range,

@@ -8,9 +8,9 @@
 //! |---|---|
 //! | G0 | a straight move; within a laser's path a segment without power |
 //! | G1 | a segment of a continuous path, for a laser with its power |
-//! | G2, G3 with I J (G90.1: absolute) or R, P turns | arcs of the arm; lines for a laser, for helices, and for what is as flat as the tolerance |
+//! | G2, G3 with I J K (G90.1: absolute) or R, P turns | arcs of the arm; lines for a laser, for helices, in the planes of G18 and G19, and for what is as flat as the tolerance |
 //! | G4 P (ms) or S (s) | a wait, with the laser dark |
-//! | G17, G20, G21, G90, G91, G90.1, G91.1, G92, G92.1, G53, G80, G94 | as everywhere |
+//! | G17, G18, G19, G20, G21, G90, G91, G90.1, G91.1, G92, G92.1, G53, G80, G94 | as everywhere |
 //! | G28 | left out (`home` in the options homes) |
 //! | M3, M5, S; M106, M107 without extruding | the laser's power |
 //! | M4 | that, in proportion to speed: [`Step::feed`](crate::Step::feed) |

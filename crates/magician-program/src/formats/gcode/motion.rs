@@ -1,6 +1,6 @@
 //! Where the lines of a program lead.
 
-use super::arc::{Arc, Ends, Round};
+use super::arc::{Arc, Ends, Plane, Round};
 use super::begin::Begin;
 use super::block::Block;
 use super::emit::Work;
@@ -11,6 +11,8 @@ use crate::formats::flaw::Flaw;
 use crate::{Lack, NoteCode, Origin};
 
 pub(super) const AXES: [u8; 3] = *b"XYZ";
+/// The word of an arc's centre along each axis.
+const CENTRES: [u8; 3] = *b"IJK";
 /// Beyond this no place is told apart from another within a thousandth of a millimetre.
 const FARTHEST: f64 = 1e6;
 /// The two radii of an arc may differ by the tolerance, and by no more than this, mm.
@@ -143,12 +145,8 @@ impl Machine<'_> {
 
     fn arc(&mut self, block: &Block, clockwise: bool, origin: Origin) -> Result<(), Flaw> {
         let refused = |message: String| Flaw::new(block.range.clone(), message);
-        if self.plane != 17 {
-            let message = format!(
-                "arcs in the plane of G{} are not done, only those of G17",
-                self.plane
-            );
-            return Err(refused(message));
+        if self.plane != Plane::Xy {
+            self.stand_at_a_height(block, origin)?;
         }
         self.note_z(block, origin);
         self.hear_z(block);
@@ -161,6 +159,7 @@ impl Machine<'_> {
         let to = self.place(to, true, origin).unwrap_or(from);
         let round = self.round(block, from)?;
         let ends = Ends {
+            plane: self.plane,
             from,
             to,
             clockwise,
@@ -173,29 +172,47 @@ impl Machine<'_> {
         Ok(())
     }
 
-    fn round(&self, block: &Block, [x, y, _]: [f64; 3]) -> Result<Round, Flaw> {
-        let centre = block.has_any(b"IJ");
+    /// An arc through Z is what it is only from a height that the program means.
+    fn stand_at_a_height(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        if self.lifts {
+            let message = "an arc of G18 or G19 needs Z, and a servo lifts this pen";
+            return Err(Flaw::new(block.range.clone(), message)
+                .help("write it as lines, or in the plane of G17"));
+        }
+        self.lower_to_draw(origin);
+        match self.at[2] {
+            Some(_) => Ok(()),
+            None => Err(unknown_start(block)),
+        }
+    }
+
+    fn round(&self, block: &Block, from: [f64; 3]) -> Result<Round, Flaw> {
+        let [first, second, _] = self.plane.axes();
+        let words = [first, second].map(|axis| CENTRES[axis]);
+        let centre = block.has_any(&words);
         if let Some(radius) = block.number(b'R') {
             if centre {
-                let message = "the arc has both a centre (I, J) and a radius (R)";
+                let words = self.plane.centre_words();
+                let message = format!("the arc has both a centre ({words}) and a radius (R)");
                 return Err(Flaw::new(block.range.clone(), message));
             }
             return Ok(Round::Radius(radius * self.unit));
         }
         if !centre {
-            let message = "the arc has neither a centre (I, J) nor a radius (R)";
+            let words = self.plane.centre_words();
+            let message = format!("the arc has neither a centre ({words}) nor a radius (R)");
             return Err(Flaw::new(block.range.clone(), message));
         }
-        let [from_i, from_j] = if self.absolute_centres {
-            [self.offset[0], self.offset[1]]
+        let zero = if self.absolute_centres {
+            self.offset
         } else {
-            [x, y]
+            from
         };
-        let [i, j] = [b'I', b'J'].map(|letter| block.number(letter).map(|way| way * self.unit));
-        Ok(Round::Centre([
-            i.map_or(x, |i| from_i + i),
-            j.map_or(y, |j| from_j + j),
-        ]))
+        let centre = |axis: usize| match block.number(CENTRES[axis]) {
+            Some(way) => zero[axis] + way * self.unit,
+            None => from[axis],
+        };
+        Ok(Round::Centre([centre(first), centre(second)]))
     }
 
     /// Where the pen of a servo is over a point.

@@ -2,6 +2,7 @@
 
 use magician_motion::Speeds;
 
+use super::arc::Plane;
 use super::block::{Block, Code};
 use super::machine::{Machine, Mode};
 use crate::formats::flaw::Flaw;
@@ -56,7 +57,9 @@ impl Machine<'_> {
 
     fn setting(&mut self, code: &Code, block: &Block, origin: Origin) -> Result<(), Flaw> {
         match code.tenths {
-            170 | 180 | 190 => self.plane = code.tenths / 10,
+            170 => self.plane = Plane::Xy,
+            180 => self.plane = Plane::Zx,
+            190 => self.plane = Plane::Yz,
             200 => self.unit = INCH,
             210 => self.unit = 1.0,
             900 => self.relative = false,
