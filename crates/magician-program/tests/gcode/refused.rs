@@ -72,20 +72,28 @@ fn what_is_wrong_says_where_and_why() {
             "line 1, column 1: G81 may move the arm, and is not done here",
         ),
         (
-            "G30",
-            "line 1, column 1: G30 may move the arm, and is not done here",
+            "G33 Z1 K1",
+            "line 1, column 1: G33 may move the arm, and is not done here",
         ),
         (
             "G999 X5",
             "line 1, column 1: G999 may move the arm, and is not done here",
         ),
         (
-            "G55",
-            "line 1, column 1: G55 changes where things are, and is not done here",
+            "G10 L3 P1 X5",
+            "line 1, column 1: G10 changes where things are, and is not done here",
         ),
         (
-            "G10 L2 P1 X5",
-            "line 1, column 1: G10 changes where things are, and is not done here",
+            "G10 L2 P10 X5",
+            "line 1, column 8: there is no coordinate system P10; P is 0 to 9",
+        ),
+        (
+            "G10 L20 P1.5 X5",
+            "line 1, column 9: there is no coordinate system P1.5; P is 0 to 9",
+        ),
+        (
+            "G10 L2 P1 X5 R45",
+            "line 1, column 14: a coordinate system that is turned (R45) is not done",
         ),
         (
             "G68 X0 Y0 R45",
@@ -134,7 +142,7 @@ fn line() -> impl Strategy<Value = String> {
         1 => (1_u32..30_000).prop_map(|f| format!("F{f}")),
         1 => (0_u32..400).prop_map(|p| format!("G4 P{p}")),
         1 => prop::sample::select(vec!["M3 S200", "M5", "S0", "M4 S1", "M106 S9", "M107"]).prop_map(str::to_owned),
-        1 => prop::sample::select(vec!["G92 X250 Y0", "G92.1", "G20\nG91\nG0 X0.1\nG21\nG90", "G80", "G28", "M0"])
+        1 => prop::sample::select(vec!["G92 X250 Y0", "G92.1", "G20\nG91\nG0 X0.1\nG21\nG90", "G80", "G28", "M0", "G55", "G54", "G10 L20 P2 X230 Z5", "G10 L2 P1 X5", "G52 Y3"])
             .prop_map(str::to_owned),
     ]
 }

@@ -22,6 +22,18 @@ fn the_same_program_may_be_written_in_many_ways() {
         "G0 X220 Y0 Z10\nG92 X0 Y0 Z0\nG1 Z-10\nX20 Y-20.5\n",
         "G0 X220 Y0 Z10\nG92\nG1 Z-10\nG53 X240 Y-20.5 Z0\n",
         "G0 X220 Y0 Z10\nG92 X5\nG92.1\nG1 Z0\nX240 Y-20.5\n",
+        "G55\nG0 X220 Y0 Z10\nG1 Z0\nX240 Y-20.5\n",
+        "G10 L2 P1 X200 Z-1\nG0 X20 Y0 Z11\nG1 Z1\nX40 Y-20.5\n",
+        "G10 L2 P2 X200\nG55 G0 X20 Y0 Z10\nG1 Z0\nG54 X240 Y-20.5\n",
+        "G10 L2 P9 X200\nG59.3 G0 X20 Y0 Z10\nG1 Z0\nG53 X240 Y-20.5\n",
+        "G59\nG20 G10 L2 Y1\nG21 G0 X220 Y-25.4 Z10\nG1 Z0\nG10 L2 P0 Y0\nX240 Y-20.5\n",
+        "G0 X220 Y0 Z10\nG10 L20 P1 X0 Y0 Z0\nG1 Z-10\nX20 Y-20.5\n",
+        "G0 X220 Y0 Z10\nG92 X7\nG10 L20 X1 Y0 Z0\nG1 Z-10\nX21 Y-20.5\n",
+        "G0 X220 Y0 Z10\nG52 X220 Y1\nG1 Z0\nX20 Y-21.5\n",
+        "G0 X220 Y0 Z10\nG52 X220 Y1\nG52 X0 Y0\nG1 Z0\nX240 Y-20.5\n",
+        "G10 L2 X200\nG0 X20 Y0 Z10\nG92 X5\nG1 Z0\nX25 Y-20.5\n",
+        "G0 X220 Y0 Z10\nG92 X0 Y0\nG92.2\nG1 X220 Y0 Z0\nG92.3\nX20 Y-20.5\n",
+        "G10 L1 P1 Z30\nG0 G80 X220 Y0 Z10 G40\nG1 G80 Z0\nX240 Y-20.5\nG28.1 X1\nG30\n",
         "/G0 X1\n$X\nG0 X220 Y0 Z10 F3000 T1\nM6 T2\nM8\nG1 Z0 E5\nM84 X Y E\nG1 X240 Y-20.5 A90\nM117 Hello (X1) World\n",
     ] {
         assert_eq!(motions(text), expected, "{text}");
@@ -90,6 +102,51 @@ fn pauses_are_waits() {
             Action::Wait(0)
         ]
     );
+}
+
+#[test]
+fn a_second_coordinate_system_that_the_file_does_not_set_is_told() {
+    assert_eq!(
+        notes("G54\nG0 X220 Y0 Z0\nG55\nG0 X230\nG10 L2 P3 X1\nG56\nG0 X231\n"),
+        [
+            "line 3, column 1: the zero of G55 is kept by a controller and not known here: it is taken to be that of the machine"
+        ]
+    );
+    assert_eq!(notes("G58\nG0 X220 Y0 Z0\nG58\nG0 X230\n"), [""; 0]);
+}
+
+#[test]
+fn machine_coordinates_of_a_placed_program_lift_the_pen_and_draw_nothing() {
+    let placed = |text: &str| {
+        let all = actions_with(text, |options| options.placed = true);
+        let all = all.into_iter().filter(|action| action.target().is_some());
+        all.collect::<Vec<_>>()
+    };
+    for away in [
+        "G53 G0 Z0",
+        "G28",
+        "G91 G28 Z0\nG90",
+        "G30 Z0",
+        "G53 G0 X-300 Y-200 Z-1",
+    ] {
+        let text = format!("G0 X10 Y10 Z5\nG1 Z-1 F600\nX20\n{away}\nG0 X5 Y5\nG1 Z-1\nX6\n");
+        assert_eq!(
+            placed(&text),
+            [
+                travel(10.0, 10.0, 5.0),
+                path(10.0, 10.0, -1.0),
+                path(20.0, 10.0, -1.0),
+                travel(20.0, 10.0, 5.0),
+                travel(5.0, 5.0, 5.0),
+                path(5.0, 5.0, -1.0),
+                path(6.0, 5.0, -1.0),
+            ],
+            "{away}"
+        );
+    }
+    let fed = try_with("G0 X1 Y1 Z1\nG53 G1 X5\n", |options| options.placed = true);
+    let fed = fed.expect_err("it is not known where that is").to_string();
+    assert!(fed.starts_with("line 2, column 1: G53 works at"), "{fed}");
 }
 
 #[test]

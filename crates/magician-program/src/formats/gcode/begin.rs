@@ -47,6 +47,13 @@ impl Begin {
         self.own == [true; 2]
     }
 
+    /// Where the tool is along X or Y is not what the program means.
+    pub(super) fn forgets(&mut self, axis: usize) {
+        if let Some(own) = self.own.get_mut(axis) {
+            *own = false;
+        }
+    }
+
     /// G92: where the tool is counts for the program from now on.
     pub(super) fn takes(&mut self, axis: usize) {
         if let Some(own) = self.own.get_mut(axis) {

@@ -5,6 +5,7 @@ use super::begin::Begin;
 use super::block::{Block, Code};
 use super::emit::Emitter;
 use super::notes::{Notes, START_HELP};
+use super::offsets::Offsets;
 use super::options::GcodeOptions;
 use super::servo::Servo;
 use super::survey::{Kind, Survey};
@@ -55,8 +56,8 @@ pub(super) struct Machine<'o> {
     /// Where the tool is in the arm's coordinates, as far as that is known.
     pub(super) at: [Option<f64>; 3],
     pub(super) begin: Begin,
-    /// The program's origin in the arm's coordinates.
-    pub(super) offset: [f64; 3],
+    /// The program's zero in the arm's coordinates.
+    pub(super) offsets: Offsets,
     ended: bool,
 }
 
@@ -128,7 +129,7 @@ impl<'o> Machine<'o> {
             pen_is_down: false,
             at: options.begins_at().map_or([None; 3], |at| at.map(Some)),
             begin: Begin::new(options.placed),
-            offset: [0.0; 3],
+            offsets: Offsets::default(),
             ended: false,
         })
     }

@@ -32,15 +32,18 @@ impl Mill {
             || setting(text, "$32").is_some_and(|mode| mode == 1.0);
     }
 
-    /// Looks at the words of a line; `marks` is whether X or Y is fed on it.
-    pub(super) fn look(&mut self, block: &Block, line: &Line<'_>, relative: bool, marks: bool) {
+    /// Looks at the words of a line; `relative` and `places` are what its Z is, `marks` whether X or Y is fed on it.
+    pub(super) fn look(
+        &mut self,
+        block: &Block,
+        line: &Line<'_>,
+        (relative, places): (bool, bool),
+        marks: bool,
+    ) {
         self.moved |= block.has_any(b"XYZ");
-        if let Some(z) = block.number(b'Z').filter(|_| !block.has(b'G', 28)) {
-            let from = if relative && !block.has(b'G', 92) {
-                self.z
-            } else {
-                0.0
-            };
+        let called = block.has(b'G', 92);
+        if let Some(z) = block.number(b'Z').filter(|_| called || !places) {
+            let from = if relative && !called { self.z } else { 0.0 };
             self.z = from + z;
         }
         let tool = block.number(b'T');

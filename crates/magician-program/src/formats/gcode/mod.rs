@@ -10,8 +10,10 @@
 //! | G1 | a segment of a continuous path, for a laser with its power |
 //! | G2, G3 with I J K (G90.1: absolute) or R, P turns | arcs of the arm; lines for a laser, for helices, in the planes of G18 and G19, and for what is as flat as the tolerance |
 //! | G4 P (ms) or S (s) | a wait, with the laser dark |
-//! | G17, G18, G19, G20, G21, G90, G91, G90.1, G91.1, G92, G92.1, G53, G80, G94 | as everywhere |
-//! | G28 | left out (`home` in the options homes) |
+//! | G17, G18, G19, G20, G21, G90, G91, G90.1, G91.1, G80, G94 | as everywhere |
+//! | G54 to G59.3, G10 L2 and L20, G52, G92 to G92.3 | where the zero is, from 0 on |
+//! | G53 | the arm's coordinates; of a placed program only up, as the machine's zero is not known |
+//! | G28, G30 | left out, but for up (`home` in the options homes) |
 //! | M3, M5, S; M106, M107 without extruding | the laser's power |
 //! | M4 | that, in proportion to speed: [`Step::feed`](crate::Step::feed) |
 //! | M300 S30, S50; M280 S | a servo's pen down and up, at the heights of the options |
@@ -30,6 +32,7 @@ mod machine;
 mod mill;
 mod motion;
 mod notes;
+mod offsets;
 mod options;
 mod power;
 mod servo;

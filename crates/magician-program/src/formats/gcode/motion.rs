@@ -2,15 +2,20 @@
 
 use super::arc::{Arc, Ends, Plane, Round};
 use super::begin::Begin;
-use super::block::Block;
+use super::block::{Block, Code};
 use super::emit::Work;
 use super::machine::{Machine, Mode};
 use super::notes::START_HELP;
+use super::offsets::Setting;
 use super::settings::FASTEST;
 use crate::formats::flaw::Flaw;
 use crate::{Lack, NoteCode, Origin};
 
 pub(super) const AXES: [u8; 3] = *b"XYZ";
+const G92_UNKNOWN: &str =
+    "G92 is left out where it is not known where the arm stands: coordinates stay the arm's";
+const G10_UNKNOWN: &str =
+    "G10 L20 is left out where it is not known where the arm stands: coordinates stay the arm's";
 /// The word of an arc's centre along each axis.
 const CENTRES: [u8; 3] = *b"IJK";
 /// Beyond this no place is told apart from another within a thousandth of a millimetre.
@@ -26,19 +31,22 @@ impl Machine<'_> {
             let message = "axes beyond X, Y and Z (A, B, C, U, V, W) are left out";
             self.notes.add(NoteCode::LeftOut, origin, message);
         }
-        if block.has(b'G', 28) {
-            self.home(origin);
-            return Ok(());
+        for code in block.codes.iter().filter(|code| code.letter == b'G') {
+            match code.tenths {
+                280 | 300 => {
+                    self.home(code, block, origin);
+                    return Ok(());
+                }
+                920 => return Ok(self.set_origin(block, origin)),
+                921..=923 => return Ok(self.offsets.reset(code.tenths)),
+                520 => return Ok(self.shift(block)),
+                100 if Setting::of(block).is_some() => return self.set_system(block, origin),
+                40 | 281 | 301 => return Ok(()),
+                _ => {}
+            }
         }
-        if block
-            .codes
-            .iter()
-            .any(|code| code.letter == b'G' && (920..=923).contains(&code.tenths))
-        {
-            return self.set_origin(block, origin);
-        }
-        if block.has(b'G', 4) {
-            return Ok(());
+        if block.has(b'G', 53) && self.options.placed && block.has_any(&AXES) {
+            return self.machine_place(block, origin);
         }
         let axes = block.has_any(&AXES);
         match self.mode {
@@ -54,36 +62,55 @@ impl Machine<'_> {
         }
     }
 
-    fn home(&mut self, origin: Origin) {
-        if self.options.home {
+    /// G28, G30: to a place of the machine.
+    fn home(&mut self, code: &Code, block: &Block, origin: Origin) {
+        if self.options.home && code.is(b'G', 28) {
             self.out.home(origin);
             (self.at, self.begin) = ([None; 3], Begin::default());
             return;
         }
-        let message = "homing (G28) is left out: the arm stays where it is";
+        let message = format!("homing ({code}) is left out: the arm stays where it is");
         let help = "home the arm before the program";
         self.notes
-            .add_with_help(NoteCode::LeftOut, origin, message, help);
+            .add_with_help(NoteCode::LeftOut, origin, &message, help);
+        if self.options.placed && (block.number(b'Z').is_some() || !block.has_any(&AXES)) {
+            self.rise(origin);
+        }
+    }
+
+    /// G53 of a program that is placed: where the machine's zero is cannot be known, but Z goes there to be out of the way.
+    fn machine_place(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        if self.mode != Mode::Travel {
+            let message = "G53 works at the machine's own coordinates, and where those are is not known of a program that is placed";
+            let help = "write it in the program's own coordinates, or run it with --raw";
+            return Err(Flaw::new(block.range.clone(), message).help(help));
+        }
+        let message = "the machine's own coordinates (G53) are left out where the program is placed: Z goes as high as the program says";
+        self.notes.add(NoteCode::LeftOut, origin, message);
+        if block.number(b'Z').is_some() {
+            self.rise(origin);
+        }
+        for (axis, letter) in AXES[..2].iter().enumerate() {
+            if block.number(*letter).is_some() {
+                self.begin.forgets(axis);
+            }
+        }
+        Ok(())
+    }
+
+    /// A pen goes up to the highest that the program says, if it is below that.
+    fn rise(&mut self, origin: Origin) {
+        let highest = self.survey.highest_z.filter(|_| !self.laser && !self.lifts);
+        if let (Some(highest), [Some(x), Some(y), Some(z)]) = (highest, self.at)
+            && z < highest
+        {
+            self.out.travel([x, y, highest], origin);
+            self.arrive([x, y, highest]);
+        }
     }
 
     /// G92: from now on the place where the tool is has other coordinates.
-    fn set_origin(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
-        let resets = |tenths| {
-            block
-                .codes
-                .iter()
-                .any(|code| code.letter == b'G' && code.tenths == tenths)
-        };
-        if resets(921) || resets(922) {
-            self.offset = [0.0; 3];
-            return Ok(());
-        }
-        if resets(923) {
-            return Err(Flaw::new(
-                block.range.clone(),
-                "G92.3 (an origin that was kept) is not done",
-            ));
-        }
+    fn set_origin(&mut self, block: &Block, origin: Origin) {
         let bare = !block.has_any(b"XYZE");
         for (axis, letter) in AXES.into_iter().enumerate() {
             let Some(number) = block.number(letter).or(bare.then_some(0.0)) else {
@@ -91,12 +118,42 @@ impl Machine<'_> {
             };
             match self.at[axis] {
                 Some(at) => {
-                    self.offset[axis] = at - number * self.unit;
+                    self.offsets.call(axis, at, number * self.unit);
                     self.begin.takes(axis);
                 }
-                None => {
-                    let message = "G92 is left out where it is not known where the arm stands: coordinates stay the arm's";
-                    self.notes.add_without_start(origin, message);
+                None => self.note_unknown(G92_UNKNOWN, origin),
+            }
+        }
+    }
+
+    fn note_unknown(&mut self, message: &str, origin: Origin) {
+        self.notes.add_without_start(origin, message);
+    }
+
+    /// G52: the zero is that far from the one of the coordinate system.
+    fn shift(&mut self, block: &Block) {
+        for (axis, letter) in AXES.into_iter().enumerate() {
+            if let Some(number) = block.number(letter) {
+                self.offsets.shift(axis, number * self.unit);
+            }
+        }
+    }
+
+    /// G10: the zero of a coordinate system.
+    fn set_system(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        let Some(setting) = Setting::of(block).filter(|setting| *setting != Setting::Tool) else {
+            let message = "the table of tools (G10 L1, L10, L11) is left out";
+            self.notes.add(NoteCode::LeftOut, origin, message);
+            return Ok(());
+        };
+        let missing = self.offsets.set(setting, block, self.unit, self.at)?;
+        if missing.contains(&true) {
+            self.note_unknown(G10_UNKNOWN, origin);
+        }
+        if setting == Setting::Here {
+            for (axis, letter) in AXES.into_iter().enumerate() {
+                if block.number(letter).is_some() && !missing[axis] {
+                    self.begin.takes(axis);
                 }
             }
         }
@@ -106,6 +163,7 @@ impl Machine<'_> {
     /// Where a line leads, as far as that is known.
     pub(super) fn target(&self, block: &Block) -> Result<[Option<f64>; 3], Flaw> {
         let mut to = self.at;
+        let zero = self.offsets.zero();
         for (axis, letter) in AXES.into_iter().enumerate() {
             let Some(number) = block.number(letter) else {
                 continue;
@@ -114,7 +172,7 @@ impl Machine<'_> {
             let place = if block.has(b'G', 53) {
                 number
             } else if !self.relative {
-                number + self.offset[axis]
+                number + zero[axis]
             } else if let Some(at) = self.at[axis] {
                 at + number
             } else {
@@ -204,7 +262,7 @@ impl Machine<'_> {
             return Err(Flaw::new(block.range.clone(), message));
         }
         let zero = if self.absolute_centres {
-            self.offset
+            self.offsets.zero()
         } else {
             from
         };

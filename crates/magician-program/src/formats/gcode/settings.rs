@@ -5,6 +5,7 @@ use magician_motion::Speeds;
 use super::arc::Plane;
 use super::block::{Block, Code};
 use super::machine::{Machine, Mode};
+use super::offsets::{Offsets, Setting};
 use crate::formats::flaw::Flaw;
 use crate::{NoteCode, Origin};
 
@@ -28,13 +29,16 @@ impl Machine<'_> {
                     continue;
                 }
             };
-            self.mode = mode;
-            motions += 1;
+            // Headers write G80 beside the motion that follows the cycle.
+            motions += u32::from(mode != Mode::None);
             if motions > 1 {
                 return Err(Flaw::new(
                     code.range.clone(),
                     "two motions stand on one line",
                 ));
+            }
+            if mode != Mode::None || motions == 0 {
+                self.mode = mode;
             }
         }
         for (letter, message) in [
@@ -67,10 +71,17 @@ impl Machine<'_> {
             901 => self.absolute_centres = true,
             911 => self.absolute_centres = false,
             // Done with the motion.
-            40 | 280 | 530 | 920..=923 => {}
-            // No polar coordinates, compensation, scaling, rotation or cycle; the one coordinate system, exact or
-            // continuous paths, speeds a minute: as it is here anyway.
-            150 | 400 | 490 | 500 | 540 | 610 | 611 | 640 | 690 | 940 | 970 | 980 | 990 => {}
+            40 | 280 | 300 | 520 | 530 | 920..=923 => {}
+            540 | 550 | 560 | 570 | 580 | 590..=593 => self.select(code, origin),
+            100 if Setting::of(block).is_some() => {}
+            281 | 301 => {
+                let message =
+                    format!("{code} is left out: places that a controller keeps are not used");
+                self.notes.add(NoteCode::LeftOut, origin, &message);
+            }
+            // No polar coordinates, compensation, scaling, rotation or cycle; exact or continuous paths, speeds a minute: as it is
+            // here anyway.
+            150 | 400 | 490 | 500 | 610 | 611 | 640 | 690 | 940 | 970 | 980 | 990 => {}
             430 => {
                 let message = "the length of a tool (G43) is left out: coordinates are the arm's";
                 self.notes.add(NoteCode::LeftOut, origin, message);
@@ -85,12 +96,25 @@ impl Machine<'_> {
         Ok(())
     }
 
+    /// G54 to G59.3.
+    fn select(&mut self, code: &Code, origin: Origin) {
+        let system = Offsets::system_of(code.tenths).unwrap_or_default();
+        if self.offsets.select(system) {
+            let message = format!(
+                "the zero of {code} is kept by a controller and not known here: it is taken to be that of the machine"
+            );
+            let help = "set it with G10 L2 in the file, or run the parts one by one";
+            self.notes
+                .add_with_help(NoteCode::Assumed, origin, &message, help);
+        }
+    }
+
     /// A G code that is not known. It may not move, nor change where things are.
     fn other(&mut self, code: &Code, block: &Block, origin: Origin) -> Result<(), Flaw> {
-        let places = matches!(code.tenths, 160 | 410..=429 | 431 | 510 | 550..=599 | 680 | 100);
+        let places = matches!(code.tenths, 160 | 410..=429 | 431 | 510 | 594..=599 | 680 | 100);
         let moves = matches!(
             code.tenths,
-            50..=79 | 120 | 260 | 281 | 283..=389 | 730 | 740 | 760 | 810..=899
+            50..=79 | 120 | 260 | 282..=389 | 730 | 740 | 760 | 810..=899
         );
         let harmless = matches!(code.tenths, 100 | 110) && !block.has_any(b"XYZLP");
         if (places || moves || block.has_any(b"XYZIJR")) && !harmless {

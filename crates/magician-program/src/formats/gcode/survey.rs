@@ -7,6 +7,9 @@ use super::power::Powers;
 use super::servo::Angles;
 use super::{Line, is_left_out};
 
+/// G codes whose axis words are no places in the program's own coordinates.
+const NOT_MOVED: [u32; 6] = [10, 28, 30, 52, 53, 92];
+
 /// What a program is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -95,9 +98,9 @@ impl Survey {
                 _ => {}
             }
         }
-        let places = block.has(b'G', 92) || block.has(b'G', 28);
+        let places = NOT_MOVED.iter().any(|code| block.has(b'G', *code));
         let marks = self.feeds && !places && block.has_any(b"XYIJ");
-        self.mill.look(block, line, self.relative, marks);
+        self.mill.look(block, line, (self.relative, places), marks);
         self.angles.look(block, marks, line);
         self.m300 |= block.has(b'M', 300) && block.number(b'S').is_some_and(|s| s < 100.0);
         self.m280 |= block.has(b'M', 280) && block.number(b'S').is_some();
