@@ -5,6 +5,7 @@ mod gcode {
     mod begin;
     mod drawn;
     mod full_power;
+    mod interpreter;
     mod power;
     mod refused;
     mod samples;

@@ -29,14 +29,6 @@ fn what_is_wrong_says_where_and_why() {
             "line 2, column 1: the line says where and not how: G80 has ended the last motion",
         ),
         (
-            "#1=5",
-            "line 1, column 1: parameters and expressions are not read",
-        ),
-        (
-            "G1 X[1+2]",
-            "line 1, column 5: parameters and expressions are not read",
-        ),
-        (
             "G1 @5",
             "line 1, column 4: '@' is no part of a G-code program",
         ),

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::lexer::Words;
+use super::lexer::{Item, Words};
+use super::parameters::{Key, Parameters};
 use crate::formats::flaw::Flaw;
 
 /// More codes than this on a line are no program.
@@ -48,6 +49,8 @@ pub(super) struct Block {
     pub(super) codes: Vec<Code>,
     /// The first letter that has none.
     pub(super) bare: Option<(char, Range<usize>)>,
+    /// Parameters that it sets, each with its new value and where that stands.
+    pub(super) sets: Vec<(Key, f64, Range<usize>)>,
     /// From its first word to its last.
     pub(super) range: Range<usize>,
 }
@@ -57,14 +60,21 @@ fn index(letter: u8) -> usize {
 }
 
 impl Block {
-    /// Sorts a line.
-    pub(super) fn fill(&mut self, line: &str) -> Result<(), Flaw> {
+    /// Sorts a line, with the values that parameters have before it.
+    pub(super) fn fill(&mut self, line: &str, values: &Parameters) -> Result<(), Flaw> {
         self.given = 0;
         self.codes.clear();
         self.bare = None;
         self.range = 0..0;
-        for word in Words::new(line) {
-            let word = word?;
+        self.sets.clear();
+        for item in Words::new(line, values) {
+            let word = match item? {
+                Item::Word(word) => word,
+                Item::Set(key, value, range) => {
+                    self.sets.push((key, value, range));
+                    continue;
+                }
+            };
             if self.range.end == 0 {
                 self.range.start = word.range.start;
             }
@@ -122,6 +132,20 @@ impl Block {
             (*to, *place) = (number, (range.start, range.end));
         }
         Ok(())
+    }
+
+    /// Takes a code off the line.
+    pub(super) fn remove(&mut self, letter: u8, number: u32) -> bool {
+        let before = self.codes.len();
+        self.codes.retain(|code| !code.is(letter, number));
+        self.codes.len() < before
+    }
+
+    /// Takes the number of a letter off the line.
+    pub(super) fn take(&mut self, letter: u8) -> Option<f64> {
+        let number = self.number(letter);
+        self.given &= !(1 << index(letter));
+        number
     }
 
     /// Whether there is nothing on the line.

@@ -1,7 +1,8 @@
-//! A line of G-code as words: a letter and a number each.
+//! A line of G-code as words: a letter and a number each, and what it sets of parameters.
 
 use std::ops::Range;
 
+use super::parameters::{Key, Parameters};
 use crate::formats::flaw::Flaw;
 
 /// No number of a program for this arm is as great, whatever its unit.
@@ -25,43 +26,56 @@ pub(super) struct Word {
     pub(super) range: Range<usize>,
 }
 
+/// What a line consists of.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Item {
+    Word(Word),
+    /// A parameter that has this value after the line, and where that stands.
+    Set(Key, f64, Range<usize>),
+}
+
 /// The words of a line. Spaces may stand anywhere but inside a number; comments, the percent signs around a program and
 /// a checksum at the end are passed over.
 #[derive(Debug)]
 pub(super) struct Words<'l> {
-    line: &'l str,
-    at: usize,
+    pub(super) line: &'l str,
+    pub(super) at: usize,
+    pub(super) values: &'l Parameters,
+    /// A comment within another one is not closed: the first parenthesis closes comments.
+    unbalanced: bool,
 }
 
 impl<'l> Words<'l> {
-    pub(super) fn new(line: &'l str) -> Self {
-        Self { line, at: 0 }
+    pub(super) fn new(line: &'l str, values: &'l Parameters) -> Self {
+        Self {
+            line,
+            at: 0,
+            values,
+            unbalanced: false,
+        }
     }
 
-    fn peek(&self) -> Option<u8> {
+    pub(super) fn peek(&self) -> Option<u8> {
         self.line.as_bytes().get(self.at).copied()
     }
 
-    fn skip(&mut self, passes: impl Fn(u8) -> bool) {
+    pub(super) fn pass(&mut self, passes: impl Fn(u8) -> bool) {
         while self.peek().is_some_and(&passes) {
             self.at += 1;
         }
     }
 
-    fn skip_blanks(&mut self) {
-        self.skip(|byte| byte.is_ascii_whitespace() || byte == b'\x0b');
+    pub(super) fn skip_blanks(&mut self) {
+        self.pass(|byte| byte.is_ascii_whitespace() || byte == b'\x0b');
     }
 
     /// The first byte of the next word; nothing at the end of what counts.
-    fn begin(&mut self) -> Option<u8> {
+    pub(super) fn begin(&mut self) -> Option<u8> {
         loop {
             self.skip_blanks();
             match self.peek()? {
                 b'%' => self.at += 1,
-                b'(' => {
-                    self.skip(|byte| byte != b')');
-                    self.at += 1;
-                }
+                b'(' => self.skip_comment(),
                 // A checksum ends a line, and so does the sign that ends a DOS file.
                 b';' | b'*' | b'\x1a' => return None,
                 byte => return Some(byte),
@@ -69,18 +83,42 @@ impl<'l> Words<'l> {
         }
     }
 
+    /// From a parenthesis to the one that closes it; to the first where not all are closed.
+    fn skip_comment(&mut self) {
+        let (mut depth, start) = (0_u32, self.at);
+        while let Some(byte) = self.peek().filter(|_| !self.unbalanced) {
+            self.at += 1;
+            match byte {
+                b'(' => depth += 1,
+                b')' => depth -= 1,
+                _ => {}
+            }
+            if depth == 0 {
+                return;
+            }
+        }
+        self.unbalanced = true;
+        self.at = start;
+        self.pass(|byte| byte != b')');
+        self.at += 1;
+    }
+
     fn word(&mut self, letter: u8) -> Result<Word, Flaw> {
         let start = self.at;
         self.at += 1;
         self.skip_blanks();
         let from = self.at;
-        let number = self.number();
+        let number = self.value()?;
         if number.is_none() {
             self.at = start + 1;
         }
         let range = start..self.at;
-        if number.is_some() && self.has_exponent() {
-            self.skip(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'+' | b'-'));
+        let bytes = self.line.as_bytes();
+        let is_number = bytes
+            .get(from)
+            .is_some_and(|byte| !matches!(byte, b'[' | b'#'));
+        if number.is_some() && is_number && self.has_exponent() {
+            self.pass(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'+' | b'-'));
             let text = self.line.get(from..self.at).unwrap_or_default();
             let message = format!("{text} may be one number or a number and a word E");
             let help = "write numbers without an exponent, and a space before E";
@@ -117,7 +155,7 @@ impl<'l> Words<'l> {
     }
 
     /// Sign, digits, point, digits.
-    fn number(&mut self) -> Option<f64> {
+    pub(super) fn number(&mut self) -> Option<f64> {
         let start = self.at;
         let negative = self.peek() == Some(b'-');
         if negative || self.peek() == Some(b'+') {
@@ -150,23 +188,43 @@ impl<'l> Words<'l> {
     }
 }
 
+impl Words<'_> {
+    /// A parameter and what it is set to.
+    fn set(&mut self) -> Result<Item, Flaw> {
+        let start = self.at;
+        let key = self.key()?;
+        self.skip_blanks();
+        let is_set = self.peek() == Some(b'=');
+        let message = if is_set {
+            self.at += 1;
+            self.skip_blanks();
+            if let Some(value) = self.value()? {
+                return Ok(Item::Set(key, value, start..self.at));
+            }
+            format!("{key} is set to no value")
+        } else {
+            format!("{key} stands without a letter before it or = behind it")
+        };
+        Err(Flaw::new(start..self.at, message))
+    }
+}
+
 impl Iterator for Words<'_> {
-    type Item = Result<Word, Flaw>;
+    type Item = Result<Item, Flaw>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let first = self.begin()?;
         if first.is_ascii_alphabetic() {
-            return Some(self.word(first));
+            return Some(self.word(first).map(Item::Word));
+        }
+        if first == b'#' {
+            return Some(self.set());
         }
         let start = self.at;
         let sign = self.line.get(start..)?.chars().next()?;
         self.at = self.line.len();
         let flaw = match sign {
-            '#' | '[' | '=' => {
-                Flaw::new(start..start + 1, "parameters and expressions are not read")
-                    .help("let the program that made the file write numbers")
-            }
-            '0'..='9' | '.' | '-' | '+' => {
+            '[' | '0'..='9' | '.' | '-' | '+' => {
                 Flaw::new(start..start + 1, "a number stands without its letter")
             }
             _ => {
@@ -183,10 +241,13 @@ mod tests {
     use super::*;
 
     fn words(line: &str) -> Vec<(char, Option<f64>)> {
-        let words = Words::new(line).map(|word| word.expect("a word"));
-        words
-            .map(|word| (char::from(word.letter), word.number))
-            .collect()
+        let none = Parameters::none();
+        let items = Words::new(line, &none).map(|item| item.expect("a word"));
+        let words = items.map(|item| match item {
+            Item::Word(word) => (char::from(word.letter), word.number),
+            other => panic!("{other:?}"),
+        });
+        words.collect()
     }
 
     #[test]
@@ -201,6 +262,15 @@ mod tests {
             assert_eq!(words(line), expected, "{line}");
         }
         assert_eq!(words("(not closed G1 X2"), []);
+        assert_eq!(
+            words("((a) b (c (d))) X1 (e) (f ;) Y2").len(),
+            2,
+            "comments within comments"
+        );
+        // What is not closed ends where it would without others in it.
+        assert_eq!(words("(a (b) X1 (c) Y2").len(), 2);
+        let many = "(()".repeat(100_000);
+        assert_eq!(words(&many), []);
         assert_eq!(
             words("G28 X Y"),
             [('G', Some(28.0)), ('X', None), ('Y', None)]
@@ -233,13 +303,14 @@ mod tests {
     #[test]
     fn what_is_no_word_says_where_it_is() {
         let flaw = |line: &str| {
-            let found = Words::new(line).find_map(Result::err);
+            let none = Parameters::none();
+            let found = Words::new(line, &none).find_map(Result::err);
             let flaw = found.expect("a flaw");
             (flaw.range, flaw.message)
         };
         assert_eq!(flaw("X1.2e3").0, 0..6);
         assert_eq!(flaw("X1E-999 Y2").0, 0..7);
-        assert_eq!(flaw("G1 #1=5").0, 3..4);
+        assert_eq!(flaw("G1 #1").0, 3..5);
         assert_eq!(flaw("G1 ü").1, "'ü' is no part of a G-code program");
         let forty = "1".repeat(40);
         let long = format!("G1 X{forty}");

@@ -1,15 +1,16 @@
 //! What the lines of a program have set by now, and what each of them does.
 
+use super::Line;
 use super::arc::Plane;
 use super::begin::Begin;
 use super::block::{Block, Code};
 use super::emit::Emitter;
+use super::interpreter::Stepped;
 use super::notes::{Notes, START_HELP};
 use super::offsets::Offsets;
 use super::options::GcodeOptions;
 use super::servo::Servo;
 use super::survey::{Kind, Survey};
-use super::{Line, is_left_out};
 use crate::formats::flaw::Flaw;
 use crate::{Lack, NoteCode, Origin, Plan, Problem};
 
@@ -31,7 +32,6 @@ pub(super) struct Machine<'o> {
     pub(super) survey: Survey,
     pub(super) out: Emitter<'o>,
     pub(super) notes: Notes,
-    block: Block,
     pub(super) mode: Mode,
     /// mm of the unit in force.
     pub(super) unit: f64,
@@ -58,7 +58,6 @@ pub(super) struct Machine<'o> {
     pub(super) begin: Begin,
     /// The program's zero in the arm's coordinates.
     pub(super) offsets: Offsets,
-    ended: bool,
 }
 
 impl<'o> Machine<'o> {
@@ -112,7 +111,6 @@ impl<'o> Machine<'o> {
             tolerance,
             out,
             notes,
-            block: Block::default(),
             mode: Mode::Travel,
             unit: 1.0,
             relative: false,
@@ -130,33 +128,36 @@ impl<'o> Machine<'o> {
             at: options.begins_at().map_or([None; 3], |at| at.map(Some)),
             begin: Begin::new(options.placed),
             offsets: Offsets::default(),
-            ended: false,
         })
     }
 
-    pub(super) fn has_ended(&self) -> bool {
-        self.ended
+    /// How many steps the plan has.
+    pub(super) fn steps(&self) -> usize {
+        self.out.plan.steps.len()
     }
 
-    /// Does what a line says.
-    pub(super) fn take(&mut self, line: &Line<'_>) -> Result<(), Problem> {
-        if is_left_out(line.text) {
-            let range = 0..line.text.trim_end().len();
-            let message = "a line that may be skipped (/) or sets up a controller ($) is left out";
-            self.notes
-                .add(NoteCode::LeftOut, line.origin(&range), message);
-            return Ok(());
-        }
-        let mut block = std::mem::take(&mut self.block);
-        let filled = block.fill(line.text);
-        let done = filled.and_then(|()| {
-            if block.is_empty() {
-                return Ok(());
+    /// Does what a line says; its words are in the block.
+    pub(super) fn take(
+        &mut self,
+        line: &Line<'_>,
+        stepped: Stepped,
+        block: &Block,
+    ) -> Result<(), Problem> {
+        match stepped {
+            Stepped::LeftOut => {
+                let range = 0..line.text.trim_end().len();
+                let message =
+                    "a line that may be skipped (/) or sets up a controller ($) is left out";
+                self.notes
+                    .add(NoteCode::LeftOut, line.origin(&range), message);
+                Ok(())
             }
-            self.follow(&block, line.origin(&block.range))
-        });
-        self.block = block;
-        done.map_err(|flaw| line.problem(flaw))
+            Stepped::Words if !block.is_empty() => {
+                let done = self.follow(block, line.origin(&block.range));
+                done.map_err(|flaw| line.problem(flaw))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// In the order that G-code has: settings, switches, pauses, motion, end.
@@ -179,7 +180,6 @@ impl<'o> Machine<'o> {
             self.notes
                 .add_with_help(NoteCode::LeftOut, origin, message, help);
         }
-        self.ended = block.has(b'M', 2) || block.has(b'M', 30);
         Ok(())
     }
 

@@ -27,13 +27,19 @@ mod arc;
 mod begin;
 mod block;
 mod emit;
+mod expression;
+mod flow;
+mod interpreter;
 mod lexer;
 mod machine;
 mod mill;
+mod modes;
 mod motion;
 mod notes;
 mod offsets;
 mod options;
+mod oword;
+mod parameters;
 mod power;
 mod servo;
 mod settings;
@@ -46,36 +52,47 @@ use super::{Content, ReadOptions, Reading};
 use crate::{NoteCode, Origin, Problem};
 
 use crate::formats::flaw::Flaw;
+use block::Block;
+use interpreter::{Interpreter, Program};
 use machine::Machine;
+use modes::Modes;
 pub(super) use notes::Notes;
 
 pub use options::{Arcs, Dialect, GcodeOptions};
 use survey::Survey;
 
+/// A program that repeats lines makes no more moves than this.
+const MOST_STEPS: usize = 1_000_000;
 /// No arc is followed more closely than this, mm.
 const FINEST: f64 = 1e-4;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
     let text = text_of(bytes);
-    let lines = || (1..).zip(text.lines());
-    let lines = || lines().map(|(number, text)| Line { number, text });
-    let survey = Survey::of(lines(), &options.gcode);
+    let program = Program::new(&text)?;
+    let gcode = &options.gcode;
+    let interpreter = || Interpreter::new(&program, Modes::new(gcode.begins_at(), gcode.placed));
+    let survey = Survey::of(interpreter(), gcode);
     let tolerance = options.tolerance;
     let tolerance = if tolerance > FINEST {
         tolerance
     } else {
         FINEST
     };
-    let mut machine = Machine::new(&options.title, &options.gcode, tolerance, survey)?;
-    let mut left = 0_u32;
-    for line in lines() {
-        if machine.has_ended() {
-            left += u32::from(!line.text.trim().is_empty());
-            continue;
+    let mut machine = Machine::new(&options.title, gcode, tolerance, survey)?;
+    let mut interpreter = interpreter();
+    let mut block = Block::default();
+    while let Some((line, stepped)) = interpreter.step(&mut block)? {
+        machine.take(&line, stepped, &block)?;
+        if program.repeats() && machine.steps() > MOST_STEPS {
+            let message = format!("the program makes more than {MOST_STEPS} moves");
+            let help = "let it repeat less, or write it out with the program that made the file";
+            let origin = line.origin(&(0..line.text.trim_end().len()));
+            return Err(Problem::new(origin, message).help(help));
         }
-        machine.take(&line)?;
     }
+    let left = interpreter.left();
     let (plan, mut notes) = machine.finish()?;
+    notes.extend(interpreter.notes.into_problems());
     if left > 0 {
         let message = format!("{left} lines behind the end of the program are left out");
         notes.push(Problem::of_file(message).coded(NoteCode::LeftOut));
@@ -86,9 +103,28 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
     })
 }
 
+/// Where in a line the first sign is that is neither a blank nor of the line's number.
+fn behind_number(line: &str) -> usize {
+    let blank = |byte: &u8| byte.is_ascii_whitespace() || *byte == b'\x0b';
+    let bytes = line.as_bytes();
+    let blanks = |from: usize| {
+        let rest = bytes.get(from..).unwrap_or_default();
+        from + rest.iter().take_while(|byte| blank(byte)).count()
+    };
+    let start = blanks(0);
+    if !matches!(bytes.get(start), Some(b'n' | b'N')) {
+        return start;
+    }
+    let digits = blanks(start + 1);
+    let rest = bytes.get(digits..).unwrap_or_default();
+    let number = (rest.iter()).take_while(|byte| byte.is_ascii_digit() || **byte == b'.');
+    blanks(digits + number.count())
+}
+
 /// Whether a line may be skipped (`/`), or sets up a controller (`$`).
 fn is_left_out(line: &str) -> bool {
-    line.trim_start().starts_with(['/', '$'])
+    let first = line.as_bytes().get(behind_number(line));
+    matches!(first, Some(b'/' | b'$'))
 }
 
 /// A text of any encoding: what is not UTF-8 stands in comments, and each byte of it is taken for a character.

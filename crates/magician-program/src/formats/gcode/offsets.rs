@@ -59,6 +59,16 @@ impl Offsets {
         if self.suspended { [0.0; 3] } else { self.local }
     }
 
+    /// The number of the coordinate system in force, 1 being that of G54.
+    pub(super) fn system(&self) -> usize {
+        self.active + 1
+    }
+
+    /// Where the zero of a coordinate system is.
+    pub(super) fn zero_of(&self, system: usize) -> Option<[f64; 3]> {
+        self.systems.get(system.checked_sub(1)?).copied()
+    }
+
     /// The coordinate system that a code (in tenths) is of.
     pub(super) fn system_of(tenths: u32) -> Option<usize> {
         match tenths {

@@ -5,14 +5,13 @@ use magician_motion::Speeds;
 use super::arc::Plane;
 use super::block::{Block, Code};
 use super::machine::{Machine, Mode};
+use super::modes::INCH;
 use super::offsets::{Offsets, Setting};
 use crate::formats::flaw::Flaw;
 use crate::{NoteCode, Origin};
 
 /// The arm's fastest speed along a line, mm/s (model section 6).
 pub(super) const FASTEST: f64 = Speeds::CEILINGS.linear_velocity;
-/// mm of an inch.
-const INCH: f64 = 25.4;
 
 impl Machine<'_> {
     pub(super) fn settings(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {

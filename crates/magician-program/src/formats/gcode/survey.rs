@@ -1,11 +1,13 @@
 //! What a program turns out to be when all of it has been looked at.
 
+use super::Line;
 use super::block::Block;
+use super::interpreter::{Interpreter, Stepped};
 use super::mill::Mill;
+use super::modes::Modes;
 use super::options::{Dialect, GcodeOptions};
 use super::power::Powers;
 use super::servo::Angles;
-use super::{Line, is_left_out};
 
 /// G codes whose axis words are no places in the program's own coordinates.
 const NOT_MOVED: [u32; 6] = [10, 28, 30, 52, 53, 92];
@@ -38,15 +40,11 @@ pub(super) struct Survey {
     m280: bool,
     /// The highest that it says it goes to, mm.
     pub(super) highest_z: Option<f64>,
-    /// Units and distances as the program has set them by then, and whether motions feed.
-    inches: bool,
-    relative: bool,
-    feeds: bool,
 }
 
 impl Survey {
-    /// Looks at all lines up to the end of the program. What is wrong with them is found later.
-    pub(super) fn of<'t>(lines: impl Iterator<Item = Line<'t>>, options: &GcodeOptions) -> Self {
+    /// Looks at all lines as they are carried out. What is wrong with them is found later.
+    pub(super) fn of(mut interpreter: Interpreter<'_, '_>, options: &GcodeOptions) -> Self {
         let mut survey = Self {
             switches: false,
             lights: false,
@@ -58,29 +56,20 @@ impl Survey {
             m300: false,
             m280: false,
             highest_z: None,
-            inches: false,
-            relative: false,
-            feeds: false,
         };
         let mut block = Block::default();
-        for line in lines {
+        while let Ok(Some((line, stepped))) = interpreter.step(&mut block) {
             survey.powers.read(&line);
             survey.mill.read(line.text);
-            if is_left_out(line.text) {
-                continue;
-            }
-            if block.fill(line.text).is_err() {
-                break;
-            }
-            survey.look(&block, &line);
-            if block.has(b'M', 2) || block.has(b'M', 30) {
-                break;
+            if stepped == Stepped::Words {
+                survey.look(&block, &line, interpreter.modes());
             }
         }
         survey
     }
 
-    fn look(&mut self, block: &Block, line: &Line<'_>) {
+    /// Looks at a line; `modes` are those that it has set.
+    fn look(&mut self, block: &Block, line: &Line<'_>, modes: &Modes) {
         if block.is_foreign() || block.is_empty() {
             return;
         }
@@ -89,24 +78,14 @@ impl Survey {
         self.fan |= block.has(b'M', 106);
         self.extrudes |= block.number(b'E').is_some();
         self.powers.look(block, line);
-        self.inches = (self.inches || block.has(b'G', 20)) && !block.has(b'G', 21);
-        self.relative = (self.relative || block.has(b'G', 91)) && !block.has(b'G', 90);
-        for code in block.codes.iter().filter(|code| code.letter == b'G') {
-            match code.tenths {
-                0 | 800 => self.feeds = false,
-                10 | 20 | 30 => self.feeds = true,
-                _ => {}
-            }
-        }
         let places = NOT_MOVED.iter().any(|code| block.has(b'G', *code));
-        let marks = self.feeds && !places && block.has_any(b"XYIJ");
-        self.mill.look(block, line, (self.relative, places), marks);
+        let marks = modes.feeds() && !places && block.has_any(b"XYIJ");
+        self.mill.look(block, line, (modes.relative, places), marks);
         self.angles.look(block, marks, line);
         self.m300 |= block.has(b'M', 300) && block.number(b'S').is_some_and(|s| s < 100.0);
         self.m280 |= block.has(b'M', 280) && block.number(b'S').is_some();
-        let moves = !(self.relative || places);
-        if let Some(z) = block.number(b'Z').filter(|_| moves) {
-            let z = if self.inches { z * 25.4 } else { z };
+        let moves = block.number(b'Z').is_some() && !(modes.relative || places);
+        if let Some(z) = modes.at[2].filter(|_| moves) {
             self.highest_z = Some(self.highest_z.map_or(z, |highest| highest.max(z)));
         }
     }

@@ -1,0 +1,329 @@
+//! Real values as RS-274 has them: numbers, parameters, expressions in brackets, and functions of those.
+
+use super::lexer::Words;
+use super::parameters::{Key, LAST};
+use crate::formats::flaw::Flaw;
+
+/// Brackets and parameters within each other; more are no program.
+const DEEPEST: u32 = 60;
+/// Numbers that differ by less are equal.
+const EQUAL: f64 = 1e-6;
+/// A parameter's number may differ from a whole one by this.
+const WHOLE: f64 = 1e-4;
+
+const FUNCTIONS: [&str; 14] = [
+    "ABS", "ACOS", "ASIN", "ATAN", "COS", "EXISTS", "EXP", "FIX", "FUP", "LN", "ROUND", "SIN",
+    "SQRT", "TAN",
+];
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Operator {
+    Power,
+    Times,
+    By,
+    Modulo,
+    Plus,
+    Minus,
+    Equal,
+    Unequal,
+    Greater,
+    GreaterOrEqual,
+    Less,
+    LessOrEqual,
+    And,
+    Or,
+    Xor,
+}
+
+use Operator::{
+    And, By, Equal, Greater, GreaterOrEqual, Less, LessOrEqual, Minus, Modulo, Or, Plus, Power,
+    Times, Unequal, Xor,
+};
+
+/// As they are written: the longer of two that begin alike first.
+const OPERATORS: [(&str, Operator); 15] = [
+    ("**", Power),
+    ("*", Times),
+    ("/", By),
+    ("MOD", Modulo),
+    ("+", Plus),
+    ("-", Minus),
+    ("EQ", Equal),
+    ("NE", Unequal),
+    ("GT", Greater),
+    ("GE", GreaterOrEqual),
+    ("LT", Less),
+    ("LE", LessOrEqual),
+    ("AND", And),
+    ("OR", Or),
+    ("XOR", Xor),
+];
+
+impl Operator {
+    /// The higher is done first; of the same, the left one.
+    fn precedence(self) -> u8 {
+        match self {
+            Power => 5,
+            Times | By | Modulo => 4,
+            Plus | Minus => 3,
+            Equal | Unequal | Greater | GreaterOrEqual | Less | LessOrEqual => 2,
+            And | Or | Xor => 1,
+        }
+    }
+
+    fn of(self, left: f64, right: f64) -> f64 {
+        let truth = |holds: bool| f64::from(u8::from(holds));
+        let equal = (left - right).abs() < EQUAL;
+        let (a, b) = (left != 0.0, right != 0.0);
+        match self {
+            Power => left.powf(right),
+            Times => left * right,
+            By => left / right,
+            Modulo => left.rem_euclid(right),
+            Plus => left + right,
+            Minus => left - right,
+            Equal => truth(equal),
+            Unequal => truth(!equal),
+            Greater => truth(left > right && !equal),
+            GreaterOrEqual => truth(left > right || equal),
+            Less => truth(left < right && !equal),
+            LessOrEqual => truth(left < right || equal),
+            And => truth(a && b),
+            Or => truth(a || b),
+            Xor => truth(a != b),
+        }
+    }
+}
+
+impl Words<'_> {
+    /// A real value, if one begins here.
+    pub(super) fn value(&mut self) -> Result<Option<f64>, Flaw> {
+        self.value_at(0)
+    }
+
+    fn value_at(&mut self, depth: u32) -> Result<Option<f64>, Flaw> {
+        let start = self.at;
+        if let Some(number) = self.number() {
+            return Ok(Some(number));
+        }
+        self.at = start;
+        let mut sign = 1.0;
+        while let Some(byte @ (b'+' | b'-')) = self.peek() {
+            if byte == b'-' {
+                sign = -sign;
+            }
+            self.at += 1;
+            self.skip_blanks();
+        }
+        if self.at > start
+            && let Some(number) = self.number()
+        {
+            return Ok(Some(sign * number));
+        }
+        if depth > DEEPEST {
+            let message = format!("values stand more than {DEEPEST} deep within each other");
+            return Err(Flaw::new(start..self.at + 1, message));
+        }
+        let value = match self.peek() {
+            Some(b'[') => self.bracket(depth)?,
+            Some(b'#') => {
+                let start = self.at;
+                let key = self.key_at(depth)?;
+                let read = self.values.read(&key);
+                read.map_err(|message| self.unknown(start, message))?
+            }
+            Some(byte) if byte.is_ascii_alphabetic() => match self.function(depth)? {
+                Some(value) => value,
+                None => {
+                    self.at = start;
+                    return Ok(None);
+                }
+            },
+            _ => {
+                self.at = start;
+                return Ok(None);
+            }
+        };
+        Ok(Some(sign * value))
+    }
+
+    fn unknown(&self, start: usize, message: String) -> Flaw {
+        Flaw::new(start..self.at, message)
+            .help("let the program that made the file write numbers, or set it in the file")
+    }
+
+    /// `#` and which parameter.
+    pub(super) fn key(&mut self) -> Result<Key, Flaw> {
+        self.key_at(0)
+    }
+
+    fn key_at(&mut self, depth: u32) -> Result<Key, Flaw> {
+        let start = self.at;
+        self.at += 1;
+        self.skip_blanks();
+        if self.peek() == Some(b'<') {
+            return self.name().map(Key::Name);
+        }
+        let Some(number) = self.value_at(depth + 1)? else {
+            let message = "# stands without the number or the name of a parameter";
+            return Err(Flaw::new(start..start + 1, message));
+        };
+        let whole = number.round();
+        if (number - whole).abs() < WHOLE && (1.0..=f64::from(LAST)).contains(&whole) {
+            return Ok(Key::Number(whole as u16));
+        }
+        let message = format!("there is no parameter #{number}; they are #1 to #{LAST}");
+        Err(Flaw::new(start..self.at, message))
+    }
+
+    /// A name in angle brackets, in lower case and without blanks.
+    pub(super) fn name(&mut self) -> Result<Box<str>, Flaw> {
+        let start = self.at;
+        let rest = self.line.get(start + 1..).unwrap_or_default();
+        let Some(length) = rest.find('>') else {
+            return Err(Flaw::new(
+                start..start + 1,
+                "a name ends with > on its line",
+            ));
+        };
+        self.at = start + length + 2;
+        let letters = rest.get(..length).unwrap_or_default().chars();
+        let letters = letters.filter(|letter| !letter.is_whitespace());
+        let name: String = letters.map(|letter| letter.to_ascii_lowercase()).collect();
+        if name.is_empty() {
+            return Err(Flaw::new(start..self.at, "a name has no letter"));
+        }
+        Ok(name.into())
+    }
+
+    /// An expression from its bracket to the one that closes it.
+    pub(super) fn bracket(&mut self, depth: u32) -> Result<f64, Flaw> {
+        let start = self.at;
+        self.at += 1;
+        let value = self.terms(depth, 0)?;
+        self.skip_blanks();
+        if self.peek() != Some(b']') {
+            return Err(Flaw::new(start..start + 1, "this bracket is not closed"));
+        }
+        self.at += 1;
+        Ok(value)
+    }
+
+    /// Values with operators of at least this precedence between them.
+    fn terms(&mut self, depth: u32, least: u8) -> Result<f64, Flaw> {
+        self.skip_blanks();
+        let start = self.at;
+        let Some(mut left) = self.value_at(depth + 1)? else {
+            return Err(Flaw::new(start..start + 1, "a value is missing here"));
+        };
+        loop {
+            self.skip_blanks();
+            let before = self.at;
+            let Some(operator) = self.operator() else {
+                return Ok(left);
+            };
+            if operator.precedence() < least {
+                self.at = before;
+                return Ok(left);
+            }
+            let right = self.terms(depth, operator.precedence() + 1)?;
+            let value = operator.of(left, right);
+            if !value.is_finite() {
+                let name = self.line.get(before..before + 1).unwrap_or_default();
+                let what = if operator == By || operator == Modulo {
+                    "divides by 0".to_owned()
+                } else {
+                    format!("of {left} and {right} is no number ({name}..)")
+                };
+                return Err(Flaw::new(start..self.at, format!("this {what}")));
+            }
+            left = value;
+        }
+    }
+
+    fn operator(&mut self) -> Option<Operator> {
+        let rest = self.line.as_bytes().get(self.at..)?;
+        let (name, operator) = OPERATORS.into_iter().find(|(name, _)| {
+            let begin = rest.get(..name.len());
+            begin.is_some_and(|begin| begin.eq_ignore_ascii_case(name.as_bytes()))
+        })?;
+        self.at += name.len();
+        Some(operator)
+    }
+
+    /// A function and its value; nothing if there is none of this name here.
+    fn function(&mut self, depth: u32) -> Result<Option<f64>, Flaw> {
+        let start = self.at;
+        self.pass(|byte| byte.is_ascii_alphabetic());
+        let name = self.line.get(start..self.at).unwrap_or_default();
+        let mut names = FUNCTIONS.into_iter();
+        let Some(name) = names.find(|known| known.eq_ignore_ascii_case(name)) else {
+            return Ok(None);
+        };
+        self.skip_blanks();
+        if self.peek() != Some(b'[') {
+            return Ok(None);
+        }
+        if name == "EXISTS" {
+            return self.exists(start).map(Some);
+        }
+        let of = self.bracket(depth + 1)?;
+        let value = match name {
+            "ABS" => of.abs(),
+            "ACOS" => of.acos().to_degrees(),
+            "ASIN" => of.asin().to_degrees(),
+            "ATAN" => {
+                self.skip_blanks();
+                let by = self.at;
+                self.at += usize::from(self.peek() == Some(b'/'));
+                self.skip_blanks();
+                if by == self.at || self.peek() != Some(b'[') {
+                    let message = "ATAN takes two values: ATAN[1]/[2]";
+                    return Err(Flaw::new(start..self.at, message));
+                }
+                of.atan2(self.bracket(depth + 1)?).to_degrees()
+            }
+            "COS" => of.to_radians().cos(),
+            "EXP" => of.exp(),
+            "FIX" => of.floor(),
+            "FUP" => of.ceil(),
+            "LN" => of.ln(),
+            "ROUND" => of.round(),
+            "SIN" => of.to_radians().sin(),
+            "SQRT" => of.sqrt(),
+            _ => of.to_radians().tan(),
+        };
+        match value.is_finite() {
+            true => Ok(Some(value)),
+            false => Err(Flaw::new(
+                start..self.at,
+                format!("{name} of {of} is no number"),
+            )),
+        }
+    }
+
+    fn exists(&mut self, start: usize) -> Result<f64, Flaw> {
+        self.at += 1;
+        self.skip_blanks();
+        let mut exists = None;
+        if self.peek() == Some(b'#') {
+            self.at += 1;
+            self.skip_blanks();
+            if self.peek() == Some(b'<') {
+                let name = self.name()?;
+                exists = Some(self.values.exists(&name));
+            }
+        }
+        self.skip_blanks();
+        match exists.filter(|_| self.peek() == Some(b']')) {
+            Some(exists) => {
+                self.at += 1;
+                Ok(f64::from(u8::from(exists)))
+            }
+            None => Err(Flaw::new(
+                start..self.at,
+                "EXISTS asks for a named parameter: EXISTS[#<name>]",
+            )),
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! Where O-words lead a program: branches, loops and subroutines.
+
+use super::Line;
+use super::interpreter::{Called, DEEPEST, FILES, Frame, Interpreter};
+use super::lexer::Words;
+use super::oword::{Keyword, Label, Oword, Place, line_at};
+use crate::formats::flaw::Flaw;
+
+/// A call has no more values than this.
+const MOST_ARGUMENTS: usize = 30;
+
+impl<'p, 't> Interpreter<'p, 't> {
+    /// The line behind an O-word.
+    fn after_oword(&self, at: usize) -> Place {
+        let oword = self.program.owords.all.get(at);
+        oword.map_or(self.place, |oword| self.after(oword.place))
+    }
+
+    /// Does what an O-word says.
+    pub(super) fn lead(
+        &mut self,
+        oword: &'p Oword,
+        own: usize,
+        line: &Line<'t>,
+    ) -> Result<(), Flaw> {
+        let all = &self.program.owords.all;
+        match oword.keyword {
+            Keyword::Sub => self.place = self.after_oword(oword.other),
+            Keyword::Call => return self.call_sub(oword, line),
+            Keyword::EndSub | Keyword::Return => {
+                let value = self.optional(oword, line)?;
+                if let Some(Frame {
+                    of: Called::Sub(_), ..
+                }) = self.frames.last()
+                {
+                    self.leave();
+                    self.parameters.value = value;
+                } else {
+                    let message = format!("{} returns, and nothing has called it", oword.label);
+                    return Err(Flaw::new(0..oword.rest, message));
+                }
+            }
+            Keyword::If => self.branch(own, line)?,
+            // They are reached at the end of the branch before them.
+            Keyword::ElseIf | Keyword::Else => {
+                let mut end = own;
+                while all[end].keyword != Keyword::EndIf {
+                    end = all[end].other;
+                    self.done += 1;
+                }
+                self.place = self.after_oword(end);
+            }
+            Keyword::While => {
+                if self.condition(oword, line)? == 0.0 {
+                    self.place = self.after_oword(oword.other);
+                }
+            }
+            Keyword::EndWhile => self.place = all[oword.other].place,
+            Keyword::DoWhile => {
+                if self.condition(oword, line)? != 0.0 {
+                    self.place = self.after_oword(oword.other);
+                }
+            }
+            Keyword::Repeat => {
+                let times = self.condition(oword, line)?.round().max(0.0) as u64;
+                if times == 0 {
+                    self.place = self.after_oword(oword.other);
+                } else if let Some(frame) = self.frames.last_mut() {
+                    frame.repeats.retain(|(begin, _)| *begin != own);
+                    frame.repeats.push((own, times));
+                }
+            }
+            Keyword::EndRepeat => self.repeat(oword.other),
+            Keyword::Break => {
+                self.place = self.after_oword(all[oword.other].other);
+            }
+            Keyword::Continue => match all[oword.other].keyword {
+                Keyword::Repeat => self.repeat(oword.other),
+                Keyword::While => self.place = all[oword.other].place,
+                _ => self.place = all[all[oword.other].other].place,
+            },
+            Keyword::Do | Keyword::EndIf => {}
+        }
+        Ok(())
+    }
+
+    /// The next time of a `repeat`, if there is one.
+    fn repeat(&mut self, begin: usize) {
+        let frame = self.frames.last_mut();
+        let mut counts = frame.into_iter().flat_map(|frame| &mut frame.repeats);
+        let again = match counts.find(|(own, _)| *own == begin) {
+            Some((_, left)) if *left > 1 => {
+                *left -= 1;
+                true
+            }
+            _ => false,
+        };
+        let end = self.program.owords.all[begin].other;
+        self.place = self.after_oword(if again { begin } else { end });
+    }
+
+    /// The first branch of an `if` whose condition holds.
+    fn branch(&mut self, begin: usize, line: &Line<'t>) -> Result<(), Flaw> {
+        let all = &self.program.owords.all;
+        let mut at = begin;
+        loop {
+            let oword = &all[at];
+            let holds = match oword.keyword {
+                Keyword::If => self.condition(oword, line)? != 0.0,
+                Keyword::ElseIf => {
+                    let Some((line, _)) = line_at(self.program.text, oword.place) else {
+                        return Ok(());
+                    };
+                    self.done += 1;
+                    self.condition(oword, &line)? != 0.0
+                }
+                _ => true,
+            };
+            if holds {
+                self.place = self.after_oword(at);
+                return Ok(());
+            }
+            at = oword.other;
+        }
+    }
+
+    fn call_sub(&mut self, oword: &Oword, line: &Line<'t>) -> Result<(), Flaw> {
+        let label = match oword.label {
+            Label::Computed => self.computed(oword, line)?,
+            ref known => known.clone(),
+        };
+        let mut words = Words::new(line.text, &self.parameters);
+        words.at = oword.rest;
+        let mut arguments = Vec::new();
+        while let Some(byte) = words.begin() {
+            if byte != b'[' || arguments.len() == MOST_ARGUMENTS {
+                let message = format!(
+                    "call takes up to {MOST_ARGUMENTS} values in brackets, as in o100 call [1] [#2]"
+                );
+                return Err(Flaw::new(words.at..words.at + 1, message));
+            }
+            arguments.push(words.bracket(0)?);
+        }
+        let Some(sub) = self.program.owords.sub(&label) else {
+            let message =
+                format!("{label} is called, and there is no such subroutine in this file");
+            return Err(Flaw::new(0..oword.rest, message).help(FILES));
+        };
+        if self.frames.len() > DEEPEST {
+            let message = format!("subroutines call each other more than {DEEPEST} deep");
+            return Err(Flaw::new(0..oword.rest, message));
+        }
+        let saved = self.parameters.enter(&arguments);
+        self.call(Called::Sub(saved), 0..oword.rest)?;
+        self.place = self.after_oword(sub);
+        Ok(())
+    }
+
+    fn computed(&self, oword: &Oword, line: &Line<'t>) -> Result<Label, Flaw> {
+        let mut words = Words::new(line.text, &self.parameters);
+        words.pass(|byte| !matches!(byte, b'[' | b'#'));
+        let number = words.value()?.unwrap_or(-1.0);
+        match number {
+            number if number >= 0.0 && number.fract() == 0.0 && number <= f64::from(u32::MAX) => {
+                Ok(Label::Number(number as u32))
+            }
+            number => {
+                let message = format!("there is no subroutine o{number}");
+                Err(Flaw::new(0..oword.rest, message))
+            }
+        }
+    }
+
+    /// The one value of an O-word.
+    fn condition(&self, oword: &Oword, line: &Line<'_>) -> Result<f64, Flaw> {
+        self.optional(oword, line)?.ok_or_else(|| {
+            let message = format!("{} has no value in brackets", oword.label);
+            Flaw::new(0..oword.rest, message)
+        })
+    }
+
+    fn optional(&self, oword: &Oword, line: &Line<'_>) -> Result<Option<f64>, Flaw> {
+        let mut words = Words::new(line.text, &self.parameters);
+        words.at = oword.rest;
+        let value = match words.begin() {
+            None => return Ok(None),
+            Some(b'[') => words.bracket(0)?,
+            Some(_) => words.value()?.unwrap_or_default(),
+        };
+        match words.begin() {
+            None => Ok(Some(value)),
+            Some(_) => Err(Flaw::new(
+                words.at..line.text.trim_end().len(),
+                "this stands behind the value of an O-word",
+            )),
+        }
+    }
+}

@@ -1,0 +1,339 @@
+//! The lines of a program in the order in which they are carried out: RS-274's parameters, O-words and subprograms (M98), with
+//! bounded work.
+
+use super::block::Block;
+use super::modes::Modes;
+use super::notes::Notes;
+use super::oword::{Owords, Place, line_at};
+use super::parameters::{Parameters, Saved};
+use super::{Line, is_left_out};
+use crate::formats::flaw::Flaw;
+use crate::{NoteCode, Problem};
+
+/// A program may carry out so many lines more than it has.
+const MOST_REPEATED: u64 = 300_000;
+/// A long line counts for one more for each so many bytes.
+const BYTES_OF_A_LINE: usize = 25;
+/// Calls within each other.
+pub(super) const DEEPEST: usize = 100;
+
+/// A program that can be carried out from its beginning, as often as it is asked for.
+#[derive(Debug)]
+pub(super) struct Program<'t> {
+    pub(super) text: &'t str,
+    pub(super) owords: Owords,
+    /// So many lines may be carried out.
+    allowed: u64,
+}
+
+impl<'t> Program<'t> {
+    pub(super) fn new(text: &'t str) -> Result<Self, Problem> {
+        let lines = text.bytes().filter(|byte| *byte == b'\n').count() + 1;
+        let all = lines + text.len() / BYTES_OF_A_LINE;
+        Ok(Self {
+            text,
+            owords: Owords::of(text)?,
+            allowed: MOST_REPEATED + all as u64,
+        })
+    }
+
+    /// Whether it may carry out a line more than once.
+    pub(super) fn repeats(&self) -> bool {
+        !(self.owords.all.is_empty() && self.owords.numbered.is_empty())
+    }
+}
+
+/// A call under way.
+#[derive(Debug)]
+pub(super) struct Frame {
+    /// Where it goes on afterwards.
+    back: Place,
+    pub(super) of: Called,
+    /// How often each loop under way is still to be done.
+    pub(super) repeats: Vec<(usize, u64)>,
+}
+
+#[derive(Debug)]
+pub(super) enum Called {
+    Main,
+    Sub(Saved),
+    /// A numbered program, and how often it is still to be done.
+    Numbered(u32, u64),
+}
+
+/// What is to be done with a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stepped {
+    /// Its words are in the block.
+    Words,
+    /// It may be skipped (`/`), or sets up a controller (`$`).
+    LeftOut,
+    /// It has led the program elsewhere.
+    Led,
+}
+
+#[derive(Debug)]
+pub(super) struct Interpreter<'p, 't> {
+    pub(super) program: &'p Program<'t>,
+    /// The line that comes next.
+    pub(super) place: Place,
+    /// The main program and the calls under way.
+    pub(super) frames: Vec<Frame>,
+    pub(super) parameters: Parameters,
+    /// How many lines were carried out.
+    pub(super) done: u64,
+    /// A word has been carried out.
+    begun: bool,
+    ended: bool,
+    pub(super) notes: Notes,
+}
+
+impl<'p, 't> Interpreter<'p, 't> {
+    pub(super) fn new(program: &'p Program<'t>, modes: Modes) -> Self {
+        let place = Place {
+            number: 1,
+            ..Place::default()
+        };
+        Self {
+            program,
+            place,
+            frames: vec![Frame {
+                back: place,
+                of: Called::Main,
+                repeats: Vec::new(),
+            }],
+            parameters: Parameters::new(modes),
+            done: 0,
+            begun: false,
+            ended: false,
+            notes: Notes::default(),
+        }
+    }
+
+    pub(super) fn modes(&self) -> &Modes {
+        &self.parameters.modes
+    }
+
+    /// Carries out the next line, as far as that is a matter of parameters and of where the program leads. Nothing at the end.
+    pub(super) fn step(
+        &mut self,
+        block: &mut Block,
+    ) -> Result<Option<(Line<'t>, Stepped)>, Problem> {
+        if self.ended {
+            return Ok(None);
+        }
+        let here = self.place;
+        let Some((line, next)) = line_at(self.program.text, here) else {
+            self.ended = true;
+            return match self.frames.len() {
+                0 | 1 => Ok(None),
+                _ => Err(Problem::of_file(
+                    "the program ends within a subprogram: M99 is missing",
+                )),
+            };
+        };
+        self.place = Place {
+            at: next,
+            number: here.number.saturating_add(1),
+            oword: here.oword,
+        };
+        let stepped = self.carry_out(&line, here, block);
+        let stepped = stepped.map_err(|flaw| line.problem(flaw))?;
+        Ok(Some((line, stepped)))
+    }
+
+    fn carry_out(
+        &mut self,
+        line: &Line<'t>,
+        here: Place,
+        block: &mut Block,
+    ) -> Result<Stepped, Flaw> {
+        self.done += 1 + (line.text.len() / BYTES_OF_A_LINE) as u64;
+        if self.done > self.program.allowed {
+            let message = format!(
+                "the program repeats more than {MOST_REPEATED} lines: it is taken to have no end"
+            );
+            let help = "end its loops, or write it out with the program that made the file";
+            return Err(Flaw::new(0..line.text.trim_end().len(), message).help(help));
+        }
+        if is_left_out(line.text) {
+            return Ok(Stepped::LeftOut);
+        }
+        if line.text.trim() == "%" {
+            self.ended = self.begun;
+            return Ok(Stepped::Led);
+        }
+        self.parameters.line = line.number;
+        let owords = &self.program.owords.all;
+        if let Some(oword) = owords
+            .get(here.oword)
+            .filter(|oword| oword.place.at == here.at)
+        {
+            self.begun = true;
+            self.place.oword = here.oword + 1;
+            self.lead(oword, here.oword, line)?;
+            self.note_unset(line);
+            return Ok(Stepped::Led);
+        }
+        block.fill(line.text, &self.parameters)?;
+        self.note_unset(line);
+        for (key, value, range) in block.sets.drain(..) {
+            let set = self.parameters.set(key, value);
+            set.map_err(|message| Flaw::new(range, message))?;
+        }
+        self.begun |= !block.is_empty();
+        self.subprogram(block, line)?;
+        self.parameters.modes.follow(block);
+        let ends = block.has(b'M', 2) || block.has(b'M', 30);
+        self.ended |= ends && !block.is_foreign();
+        Ok(Stepped::Words)
+    }
+
+    fn note_unset(&mut self, line: &Line<'_>) {
+        if let Some(number) = self.parameters.take_unset() {
+            let message = format!("#{number} is read before it is set: it is taken as 0");
+            let origin = line.origin(&(0..line.text.trim_end().len()));
+            self.notes.add(NoteCode::Assumed, origin, &message);
+        }
+    }
+
+    /// M98 and M99.
+    fn subprogram(&mut self, block: &mut Block, line: &Line<'_>) -> Result<(), Flaw> {
+        if block.remove(b'M', 98) {
+            let Some(number) = block.take(b'P') else {
+                let message = "M98 has no P: the number of the program that it calls";
+                return Err(Flaw::new(block.range.clone(), message));
+            };
+            let times = block.take(b'L').unwrap_or(1.0).max(0.0).floor();
+            let programs = &self.program.owords.numbered;
+            let found = programs.get(&(number as u32));
+            let Some(place) = found.filter(|_| number >= 0.0 && number.fract() == 0.0) else {
+                let message = format!("M98 calls the program O{number}, which is not in this file");
+                return Err(Flaw::new(block.range.clone(), message).help(FILES));
+            };
+            if times > 0.0 {
+                let of = Called::Numbered(number as u32, times as u64 - 1);
+                let place = *place;
+                self.call(of, block.range.clone())?;
+                self.place = self.after(place);
+            }
+        }
+        if block.remove(b'M', 99) {
+            self.end_of_subprogram(block, line);
+        }
+        Ok(())
+    }
+
+    fn end_of_subprogram(&mut self, block: &Block, line: &Line<'_>) {
+        match self.frames.last_mut() {
+            Some(Frame {
+                of: Called::Numbered(number, left),
+                ..
+            }) if *left > 0 => {
+                *left -= 1;
+                let place = self.program.owords.numbered.get(number).copied();
+                self.place = self.after(place.unwrap_or_default());
+            }
+            Some(Frame {
+                of: Called::Numbered(..),
+                ..
+            }) => self.leave(),
+            _ => {
+                self.ended = true;
+                let message = "M99 would begin the program again: it ends there";
+                let help = "--loops says how often it is done";
+                let origin = line.origin(&block.range);
+                self.notes
+                    .add_with_help(NoteCode::Assumed, origin, message, help);
+            }
+        }
+    }
+
+    pub(super) fn call(&mut self, of: Called, range: std::ops::Range<usize>) -> Result<(), Flaw> {
+        if self.frames.len() > DEEPEST {
+            let message = format!("subroutines call each other more than {DEEPEST} deep");
+            return Err(Flaw::new(range, message));
+        }
+        self.frames.push(Frame {
+            back: self.place,
+            of,
+            repeats: Vec::new(),
+        });
+        self.parameters.level = self.frames.len() - 1;
+        Ok(())
+    }
+
+    /// Back to where the last call came from.
+    pub(super) fn leave(&mut self) {
+        let Some(frame) = self.frames.pop() else {
+            return;
+        };
+        self.place = frame.back;
+        if let Called::Sub(saved) = frame.of {
+            self.parameters.leave(saved);
+        }
+        self.parameters.level = self.frames.len() - 1;
+    }
+
+    /// The line behind a place.
+    pub(super) fn after(&self, place: Place) -> Place {
+        let next = line_at(self.program.text, place).map_or(place.at, |(_, next)| next);
+        let owords = &self.program.owords.all;
+        let is_one = owords
+            .get(place.oword)
+            .is_some_and(|oword| oword.place.at == place.at);
+        Place {
+            at: next,
+            number: place.number.saturating_add(1),
+            oword: place.oword + usize::from(is_one),
+        }
+    }
+
+    /// How many lines stand behind the end of the program that are no subprograms.
+    pub(super) fn left(&self) -> u32 {
+        if self.program.repeats() {
+            return 0;
+        }
+        let rest = self.program.text.get(self.place.at..).unwrap_or_default();
+        let left = rest.lines().filter(|line| !line.trim().is_empty()).count();
+        u32::try_from(left).unwrap_or(u32::MAX)
+    }
+}
+
+pub(super) const FILES: &str = "put it into the file: other files are not read";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_loop_has_an_end_and_long_lines_count_for_more() {
+        let long = format!("o1 while [1]\n#1=[{}1]\no1 endwhile\n", "1+".repeat(10_000));
+        for (text, most) in [
+            ("o1 while [1]\no1 endwhile\n", 1000),
+            ("o1 do\n#1=[#1+1]\no1 while [#1 GE 0]\n", 1000),
+            ("o1 repeat [1999999999]\no1 endrepeat\n", 1000),
+            (
+                "o1 repeat [1999]\no2 repeat [1999]\no2 endrepeat\no1 endrepeat\n",
+                1000,
+            ),
+            ("O1\nM98 P1 L5\nM99\n", 1000),
+            (&long, 10),
+        ] {
+            let mut program = Program::new(text).expect("it is matched");
+            program.allowed = 1000;
+            let mut interpreter = Interpreter::new(&program, Modes::new(None, false));
+            let mut block = Block::default();
+            let mut steps = 0;
+            let problem = loop {
+                match interpreter.step(&mut block) {
+                    Ok(Some(_)) => steps += 1,
+                    Ok(None) => panic!("{text} ends"),
+                    Err(problem) => break problem.to_string(),
+                }
+            };
+            assert!(steps <= most, "{steps} {text:.20}");
+            assert!(problem.starts_with("line "), "{problem}");
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! O-words: what leads a program elsewhere than to the next line, and which of them belong together.
+
+use std::collections::HashMap;
+
+use super::lexer::Words;
+use super::parameters::Parameters;
+use super::{Line, behind_number, is_left_out};
+use crate::Problem;
+use crate::formats::flaw::Flaw;
+
+/// More of them than this are no program.
+const MOST: usize = 100_000;
+/// So deep may they stand within each other.
+const DEEPEST: usize = 200;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Keyword {
+    Sub,
+    EndSub,
+    Return,
+    Call,
+    If,
+    ElseIf,
+    Else,
+    EndIf,
+    While,
+    EndWhile,
+    Do,
+    /// The `while` that ends a `do`.
+    DoWhile,
+    Repeat,
+    EndRepeat,
+    Break,
+    Continue,
+}
+
+use Keyword::{
+    Break, Call, Continue, Do, DoWhile, Else, ElseIf, EndIf, EndRepeat, EndSub, EndWhile, If,
+    Repeat, Return, Sub, While,
+};
+
+const KEYWORDS: [(&str, Keyword); 15] = [
+    ("sub", Sub),
+    ("endsub", EndSub),
+    ("return", Return),
+    ("call", Call),
+    ("if", If),
+    ("elseif", ElseIf),
+    ("else", Else),
+    ("endif", EndIf),
+    ("while", While),
+    ("endwhile", EndWhile),
+    ("do", Do),
+    ("repeat", Repeat),
+    ("endrepeat", EndRepeat),
+    ("break", Break),
+    ("continue", Continue),
+];
+
+impl Keyword {
+    fn name(self) -> &'static str {
+        let own = if self == DoWhile { While } else { self };
+        let mut names = KEYWORDS.iter();
+        names
+            .find(|(_, keyword)| *keyword == own)
+            .map_or("", |(name, _)| name)
+    }
+
+    fn opens(self) -> bool {
+        matches!(self, Sub | If | While | Do | Repeat)
+    }
+
+    fn is_loop(self) -> bool {
+        matches!(self, While | Do | Repeat)
+    }
+
+    /// Whether this one may end or divide what that one has begun.
+    fn follows(self, begun: Self) -> bool {
+        match self {
+            EndSub => begun == Sub,
+            ElseIf | Else | EndIf => matches!(begun, If | ElseIf) || self == EndIf && begun == Else,
+            EndWhile => begun == While,
+            DoWhile => begun == Do,
+            EndRepeat => begun == Repeat,
+            _ => false,
+        }
+    }
+}
+
+/// The number or the name behind O.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Label {
+    Number(u32),
+    Name(Box<str>),
+    /// It is computed when the line is reached.
+    Computed,
+}
+
+impl std::fmt::Display for Label {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "o{number}"),
+            Self::Name(name) => write!(f, "o<{name}>"),
+            Self::Computed => f.write_str("o[..]"),
+        }
+    }
+}
+
+/// A place in the text: a line and its number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Place {
+    pub(super) at: usize,
+    pub(super) number: u32,
+    /// The first O-word that is not before it.
+    pub(super) oword: usize,
+}
+
+/// A line that is an O-word.
+#[derive(Clone, Debug)]
+pub(super) struct Oword {
+    pub(super) keyword: Keyword,
+    pub(super) label: Label,
+    pub(super) place: Place,
+    /// Where in the line its values begin.
+    pub(super) rest: usize,
+    /// What it leads to: of what opens or divides the next of its kind, of all others the first.
+    pub(super) other: usize,
+}
+
+/// All O-words of a program, and its numbered programs (`O100` to M99).
+#[derive(Debug, Default)]
+pub(super) struct Owords {
+    pub(super) all: Vec<Oword>,
+    subs: HashMap<Label, usize>,
+    pub(super) numbered: HashMap<u32, Place>,
+}
+
+/// The line at a place, and where the next one begins.
+pub(super) fn line_at(text: &str, place: Place) -> Option<(Line<'_>, usize)> {
+    let rest = text.get(place.at..).filter(|rest| !rest.is_empty())?;
+    let (line, next) = match rest.find('\n') {
+        Some(end) => (rest.get(..end)?, place.at + end + 1),
+        None => (rest, text.len()),
+    };
+    let text = line.strip_suffix('\r').unwrap_or(line);
+    let number = place.number;
+    Some((Line { number, text }, next))
+}
+
+impl Owords {
+    pub(super) fn of(text: &str) -> Result<Self, Problem> {
+        let mut found = Self::default();
+        let mut open: Vec<usize> = Vec::new();
+        let mut place = Place {
+            number: 1,
+            ..Place::default()
+        };
+        while let Some((line, next)) = line_at(text, place) {
+            place.oword = found.all.len();
+            found
+                .take(&line, place, &mut open)
+                .map_err(|flaw| line.problem(flaw))?;
+            (place.at, place.number) = (next, place.number.saturating_add(1));
+        }
+        if let Some(first) = open.last().and_then(|first| found.all.get(*first))
+            && let Some((line, _)) = line_at(text, first.place)
+        {
+            let message = format!("{} {} is not ended", first.label, first.keyword.name());
+            return Err(line.problem(Flaw::new(0..line.text.trim_end().len(), message)));
+        }
+        Ok(found)
+    }
+
+    /// The subroutine of this label.
+    pub(super) fn sub(&self, label: &Label) -> Option<usize> {
+        self.subs.get(label).copied()
+    }
+
+    fn take(&mut self, line: &Line<'_>, place: Place, open: &mut Vec<usize>) -> Result<(), Flaw> {
+        if is_left_out(line.text) {
+            return Ok(());
+        }
+        let Some(head) = head(line.text)? else {
+            return Ok(());
+        };
+        let Some((word, mut keyword)) = head.keyword else {
+            if let (Label::Number(number), true) = (&head.label, head.is_alone) {
+                self.numbered.entry(*number).or_insert(place);
+            }
+            return Ok(());
+        };
+        let flaw = |message: String| Flaw::new(word.clone(), message);
+        let own = self.all.len();
+        if own == MOST {
+            return Err(flaw(format!("the program has more than {MOST} O-words")));
+        }
+        if head.label == Label::Computed && keyword != Call {
+            return Err(flaw(format!(
+                "the number of {} is computed, which only that of call can be",
+                keyword.name()
+            )));
+        }
+        let top = open.last().copied();
+        let is_own = |at: &usize| self.all.get(*at).is_some_and(|one| one.label == head.label);
+        let begun = top.filter(is_own);
+        let begun_as = begun.and_then(|at| self.all.get(at)).map(|one| one.keyword);
+        if keyword == While && begun_as == Some(Do) {
+            keyword = DoWhile;
+        }
+        let mut other = own;
+        if keyword.opens() {
+            if open.len() == DEEPEST {
+                return Err(flaw(format!("O-words stand {DEEPEST} deep in each other")));
+            }
+            if keyword == Sub {
+                let inside = open.iter().any(|at| self.all[*at].keyword == Sub);
+                if inside {
+                    return Err(flaw("a subroutine begins within another one".to_owned()));
+                }
+                if self.subs.insert(head.label.clone(), own).is_some() {
+                    return Err(flaw(format!("there are two subroutines {}", head.label)));
+                }
+            }
+            open.push(own);
+        } else if matches!(keyword, Break | Continue) {
+            let mut loops = open.iter().rev().filter(|at| is_own(at));
+            let found = loops.find(|at| self.all[**at].keyword.is_loop());
+            let Some(found) = found else {
+                let (name, label) = (keyword.name(), &head.label);
+                return Err(flaw(format!("{name} stands in no loop {label}")));
+            };
+            other = *found;
+        } else if !matches!(keyword, Return | Call) {
+            let matching = begun.filter(|_| begun_as.is_some_and(|begun| keyword.follows(begun)));
+            let Some(begun) = matching else {
+                let what = match top.and_then(|at| self.all.get(at)) {
+                    Some(top) => format!(
+                        "{} {} of line {} is open here",
+                        top.label,
+                        top.keyword.name(),
+                        top.place.number
+                    ),
+                    None => "nothing is open here".to_owned(),
+                };
+                let (name, label) = (keyword.name(), &head.label);
+                return Err(flaw(format!("{label} {name} does not match: {what}")));
+            };
+            open.pop();
+            self.all[begun].other = own;
+            other = begun;
+            if matches!(keyword, ElseIf | Else) {
+                open.push(own);
+            }
+        }
+        self.all.push(Oword {
+            keyword,
+            label: head.label,
+            place,
+            rest: head.rest,
+            other,
+        });
+        Ok(())
+    }
+}
+
+struct Head {
+    label: Label,
+    keyword: Option<(std::ops::Range<usize>, Keyword)>,
+    rest: usize,
+    /// Nothing else stands on the line.
+    is_alone: bool,
+}
+
+/// The O-word that a line begins with, behind its number.
+fn head(text: &str) -> Result<Option<Head>, Flaw> {
+    let start = behind_number(text);
+    if !matches!(text.as_bytes().get(start), Some(b'o' | b'O')) {
+        return Ok(None);
+    }
+    let none = Parameters::none();
+    let mut words = Words::new(text, &none);
+    words.at = start;
+    words.at += 1;
+    words.skip_blanks();
+    let label = match words.peek() {
+        Some(b'<') => Label::Name(words.name()?),
+        Some(b'[' | b'#') => {
+            // Its value is asked for when the line is done.
+            return Ok(computed(text, start));
+        }
+        Some(byte) if byte.is_ascii_digit() => match words.number() {
+            Some(number) if number.fract() == 0.0 && number <= f64::from(u32::MAX) => {
+                Label::Number(number as u32)
+            }
+            _ => return Ok(None),
+        },
+        _ => return Ok(None),
+    };
+    words.skip_blanks();
+    let begin = words.at;
+    words.pass(|byte| byte.is_ascii_alphabetic());
+    let name = text.get(begin..words.at).unwrap_or_default();
+    let mut keywords = KEYWORDS.into_iter();
+    let keyword = keywords.find(|(known, _)| known.eq_ignore_ascii_case(name));
+    let keyword = keyword.map(|(_, keyword)| (start..words.at, keyword));
+    let rest = words.at;
+    words.at = begin;
+    let is_alone = words.begin().is_none();
+    Ok(Some(Head {
+        label,
+        keyword,
+        rest,
+        is_alone,
+    }))
+}
+
+/// A call whose number is computed: `o[#1+2] call`, `o#1 call`.
+fn computed(text: &str, start: usize) -> Option<Head> {
+    let lower = text.to_ascii_lowercase();
+    let at = lower.get(start..)?.find("call")? + start;
+    Some(Head {
+        label: Label::Computed,
+        keyword: Some((start..at + 4, Call)),
+        rest: at + 4,
+        is_alone: false,
+    })
+}

@@ -1,0 +1,229 @@
+//! The parameters of a program: numbered (`#1`), named (`#<depth>`, `#<_global>`), and what they tell of its state.
+
+use std::cell::Cell;
+use std::collections::HashMap;
+
+use super::modes::Modes;
+
+/// The parameters of a subroutine's call: they are its own.
+const CALL: usize = 30;
+/// Beyond this they are the machine's.
+const LAST_FREE: u16 = 5000;
+/// There is no parameter beyond this.
+pub(super) const LAST: u16 = 5602;
+/// More names than this at once are no program.
+const MOST_NAMES: usize = 100_000;
+
+/// Which parameter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Key {
+    Number(u16),
+    /// In lower case, without blanks.
+    Name(Box<str>),
+}
+
+impl std::fmt::Display for Key {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "#{number}"),
+            Self::Name(name) => write!(f, "#<{name}>"),
+        }
+    }
+}
+
+type Names = HashMap<Box<str>, f64>;
+
+/// The parameters of a call as they were before it.
+#[derive(Debug)]
+pub(super) struct Saved([Option<f64>; CALL]);
+
+#[derive(Debug)]
+pub(super) struct Parameters {
+    numbered: HashMap<u16, f64>,
+    globals: Names,
+    /// Those of the main program and of each call under way.
+    locals: Vec<Names>,
+    names: usize,
+    pub(super) modes: Modes,
+    /// What the last subroutine gave back.
+    pub(super) value: Option<f64>,
+    pub(super) level: usize,
+    pub(super) line: u32,
+    /// The first that was read without having been set.
+    unset: Cell<Option<u16>>,
+}
+
+impl Parameters {
+    pub(super) fn new(modes: Modes) -> Self {
+        Self {
+            numbered: HashMap::new(),
+            globals: Names::new(),
+            locals: vec![Names::new()],
+            names: 0,
+            modes,
+            value: None,
+            level: 0,
+            line: 0,
+            unset: Cell::new(None),
+        }
+    }
+
+    /// No parameter has a value yet.
+    pub(super) fn none() -> Self {
+        Self::new(Modes::new(None, false))
+    }
+
+    /// The value of a parameter, or why there is none.
+    pub(super) fn read(&self, key: &Key) -> Result<f64, String> {
+        match key {
+            Key::Number(number) if *number <= LAST_FREE => {
+                let value = self.numbered.get(number).copied();
+                if value.is_none() && self.unset.get().is_none() {
+                    self.unset.set(Some(*number));
+                }
+                Ok(value.unwrap_or(0.0))
+            }
+            Key::Number(number) => self.of_machine(*number),
+            Key::Name(name) => match self.named(name)? {
+                Some(value) => Ok(value),
+                None => Err(format!("{key} is read, and nothing has set it")),
+            },
+        }
+    }
+
+    /// The parameter that was read without having been set, once.
+    pub(super) fn take_unset(&self) -> Option<u16> {
+        self.unset.take()
+    }
+
+    pub(super) fn exists(&self, name: &str) -> bool {
+        matches!(self.named(name), Ok(Some(_)))
+    }
+
+    fn of_machine(&self, number: u16) -> Result<f64, String> {
+        let axis = |first: u16| usize::from(number - first);
+        let place = |place: Option<f64>| {
+            place.ok_or_else(|| format!("#{number} is where the tool is, which is not known here"))
+        };
+        let modes = &self.modes;
+        let unknown = |what: &str| Err(format!("#{number} is {what}, which is not known here"));
+        match number {
+            5021..=5023 => place(modes.machine_place(axis(5021))),
+            5420..=5422 => place(modes.place(axis(5420))),
+            5024..=5029 | 5423..=5428 => Ok(0.0),
+            5061..=5070 => unknown("the result of a probe"),
+            5161..=5169 | 5181..=5189 => unknown("a place that a controller keeps (G28, G30)"),
+            5210 => Ok(f64::from(u8::from(modes.offsets.local() != [0.0; 3]))),
+            5211..=5213 => Ok(modes.offsets.local()[axis(5211)] / modes.unit),
+            5214..=5219 => Ok(0.0),
+            5220 => Ok(modes.offsets.system() as f64),
+            5221..=5390 if (number - 5221) % 20 < 10 => {
+                let zero = modes.offsets.zero_of(axis(5221) / 20 + 1);
+                let zero = zero.and_then(|zero| zero.get(axis(5221) % 20).copied());
+                Ok(zero.unwrap_or(0.0) / modes.unit)
+            }
+            5399 => unknown("an input of a machine (M66)"),
+            5081..=5089 | 5400..=5413 => unknown("of a machine's tool"),
+            5599 => Ok(1.0),
+            _ => unknown("of a machine"),
+        }
+    }
+
+    /// The value of a name, if it has one.
+    fn named(&self, name: &str) -> Result<Option<f64>, String> {
+        let Some(rest) = name.strip_prefix('_') else {
+            let local = self.locals.last().and_then(|names| names.get(name));
+            return Ok(local.copied());
+        };
+        if let Some(value) = self.globals.get(name) {
+            return Ok(Some(*value));
+        }
+        let axis = |name: &str| ["x", "y", "z"].iter().position(|axis| *axis == name);
+        let place = |place: Option<f64>| match place {
+            Some(place) => Ok(Some(place)),
+            None => Err(format!(
+                "#<{name}> is where the tool is, which is not known here"
+            )),
+        };
+        if let Some(axis) = axis(rest) {
+            return place(self.modes.place(axis));
+        }
+        if let Some(axis) = rest.strip_prefix("abs_").and_then(axis) {
+            return place(self.modes.machine_place(axis));
+        }
+        let unknown = ["ini[", "hal[", "current_", "selected_"];
+        if unknown.iter().any(|begin| rest.starts_with(begin)) {
+            return Err(format!("#<{name}> is of a machine, and not known here"));
+        }
+        Ok(match rest {
+            "value" => Some(self.value.unwrap_or(0.0)),
+            "value_returned" => Some(f64::from(u8::from(self.value.is_some()))),
+            "call_level" => Some(self.level as f64),
+            "line" => Some(f64::from(self.line)),
+            "a" | "b" | "c" | "u" | "v" | "w" => Some(0.0),
+            _ => self.modes.named(name),
+        })
+    }
+
+    /// Sets a parameter, or says why it cannot be set.
+    pub(super) fn set(&mut self, key: Key, value: f64) -> Result<(), String> {
+        match key {
+            Key::Number(number) if number <= LAST_FREE => {
+                self.numbered.insert(number, value);
+                Ok(())
+            }
+            Key::Number(number) => Err(format!("#{number} is of a machine, and cannot be set")),
+            Key::Name(name) if self.is_read_only(&name) => {
+                Err(format!("#<{name}> can be read, and not set"))
+            }
+            Key::Name(name) => {
+                let names = if name.starts_with('_') {
+                    Some(&mut self.globals)
+                } else {
+                    self.locals.last_mut()
+                };
+                let is_new = names.is_some_and(|names| names.insert(name, value).is_none());
+                self.names += usize::from(is_new);
+                if self.names > MOST_NAMES {
+                    return Err(format!(
+                        "the program has more than {MOST_NAMES} named parameters"
+                    ));
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn is_read_only(&self, name: &str) -> bool {
+        name.starts_with('_')
+            && !self.globals.contains_key(name)
+            && !matches!(self.named(name), Ok(None))
+    }
+
+    /// A subroutine is called: these are its first parameters, names are its own.
+    pub(super) fn enter(&mut self, arguments: &[f64]) -> Saved {
+        let mut saved = [None; CALL];
+        for (number, saved) in (1..).zip(&mut saved) {
+            *saved = self.numbered.get(&number).copied();
+        }
+        for (number, value) in (1..).zip(arguments.iter().take(CALL)) {
+            self.numbered.insert(number, *value);
+        }
+        self.locals.push(Names::new());
+        self.value = None;
+        Saved(saved)
+    }
+
+    /// It is left again.
+    pub(super) fn leave(&mut self, Saved(saved): Saved) {
+        for (number, value) in (1..).zip(saved) {
+            match value {
+                Some(value) => self.numbered.insert(number, value),
+                None => self.numbered.remove(&number),
+            };
+        }
+        if let Some(names) = self.locals.pop() {
+            self.names -= names.len();
+        }
+    }
+}
