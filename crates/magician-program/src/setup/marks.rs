@@ -34,11 +34,14 @@ impl Marks {
             return Err(Problem::of_file(message).help("--raw runs it as it stands"));
         };
         let touch = pen_z.unwrap_or(lowest);
+        // Where all lines only come down to it, as in reliefs and arcs through Z, they are what it draws.
+        let slants = !laser && !all.iter().any(|segment| segment.touches(touch));
         let mut strokes: Vec<Stroke> = Vec::new();
         let mut last = None;
         for segment in all.iter().filter(works) {
             let ends = [segment.from, segment.to];
-            if !laser && !segment.touches(touch) {
+            let touches = segment.touches(touch) || slants && segment.low() <= touch + TOUCH;
+            if !laser && !touches {
                 continue;
             }
             let points = segment.points();

@@ -168,6 +168,10 @@ fn a_mill_burns_nothing() {
             "switches coolant",
         ),
         ("M7\nG0 X220 Y0 Z0\nG1 X240 F300 S800\n", "switches coolant"),
+        (
+            "G43 H1\nM3 S800\nG0 X220 Y0 Z5\nG1 Z1 F100\nG1 X240 F300\nM5\n",
+            "length of a tool",
+        ),
     ];
     for (text, sign) in mills {
         assert_eq!(powers(text), [0.0; 0], "{text}");
@@ -194,6 +198,15 @@ fn a_mill_burns_nothing() {
     }
     // A header is what stands before the first move.
     assert_eq!(powers(&format!("{}; laser\n", mills[0].0)), [0.0; 0]);
+    // What is lifted, led across and fed down again is a tool; a laser goes down to its work once.
+    let cut = "G1 Z0.5 F100\nX240 F300\nG0 Z5\nX220 Y5\n";
+    let text = format!("M3 S12000\nG0 X220 Y0 Z5\n{cut}{cut}M5\n");
+    assert_eq!(powers(&text), [0.0; 0]);
+    assert!(notes(&text)[0].contains("it lifts its tool between cuts"));
+    let text = format!("S1000\nG0 X220 Y0 Z5\no1 repeat [2]\n{cut}o1 endrepeat\n");
+    assert_eq!(powers(&text), [0.0; 0]);
+    let once = powers(&format!("G0 X220 Y0 Z5\nM3 S800\n{cut}G1 X240\nM5\n"));
+    assert!(once.contains(&80.0), "{once:?}");
     // One tool, and a Z below 0 where nothing is fed, are no mill's.
     assert_eq!(
         powers("T1\nM3 S800\nG0 X220 Y0 Z-5\nG0 Z0\nG1 X240 F300\nM5\n"),

@@ -19,6 +19,10 @@ fn what_is_wrong_says_where_and_why() {
             "G1 X1e999",
             "line 1, column 4: 1e999 may be one number or a number and a word E",
         ),
+        (
+            "G91\nM72",
+            "line 2, column 1: M72 brings settings of before back, and is not done",
+        ),
         ("G0 X1 X2", "line 1, column 7: X stands twice on one line"),
         (
             "G0 G1 X2",

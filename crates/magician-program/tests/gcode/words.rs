@@ -22,6 +22,7 @@ fn the_same_program_may_be_written_in_many_ways() {
         "G0 X220 Y0 Z10\nG92 X0 Y0 Z0\nG1 Z-10\nX20 Y-20.5\n",
         "G0 X220 Y0 Z10\nG92\nG1 Z-10\nG53 X240 Y-20.5 Z0\n",
         "G0 X220 Y0 Z10\nG92 X5\nG92.1\nG1 Z0\nX240 Y-20.5\n",
+        "G0 X220 Y0 Y0 Z10\nG1 Z0 Z0\nG96 S10 D20\nX240 Y-20.5\n",
         "G55\nG0 X220 Y0 Z10\nG1 Z0\nX240 Y-20.5\n",
         "G10 L2 P1 X200 Z-1\nG0 X20 Y0 Z11\nG1 Z1\nX40 Y-20.5\n",
         "G10 L2 P2 X200\nG55 G0 X20 Y0 Z10\nG1 Z0\nG54 X240 Y-20.5\n",

@@ -47,6 +47,11 @@ impl Begin {
         self.own == [true; 2]
     }
 
+    /// Whether a step has brought the tool somewhere.
+    pub(super) fn moved(&self) -> bool {
+        self.moved
+    }
+
     /// Where the tool is along X or Y is not what the program means.
     pub(super) fn forgets(&mut self, axis: usize) {
         if let Some(own) = self.own.get_mut(axis) {

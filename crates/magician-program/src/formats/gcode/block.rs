@@ -123,7 +123,7 @@ impl Block {
 
     fn set(&mut self, letter: u8, number: f64, range: &Range<usize>) -> Result<(), Flaw> {
         let at = index(letter);
-        if self.given & (1 << at) != 0 {
+        if self.number(letter).is_some_and(|known| known != number) {
             let message = format!("{} stands twice on one line", char::from(letter));
             return Err(Flaw::new(range.clone(), message));
         }

@@ -162,6 +162,13 @@ impl<'o> Machine<'o> {
 
     /// In the order that G-code has: settings, switches, pauses, motion, end.
     fn follow(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+        for code in block.codes.iter() {
+            if code.is(b'M', 72) || code.is(b'M', 73) {
+                let message = format!("{code} brings settings of before back, and is not done");
+                let help = "write the settings out (G20, G91, F) where they change";
+                return Err(Flaw::new(code.range.clone(), message).help(help));
+            }
+        }
         if block.is_foreign() {
             self.note_codes(block, origin);
             return Ok(());

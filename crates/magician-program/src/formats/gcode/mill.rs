@@ -2,8 +2,38 @@
 
 use super::Line;
 use super::block::Block;
+use super::modes::Modes;
 use super::power::setting;
 use crate::Origin;
+
+/// Whether a tool is lifted, led across, and fed down again: no laser is.
+#[derive(Clone, Debug, Default)]
+struct Lifts {
+    /// Z of the last cut.
+    cut: Option<f64>,
+    /// The Z above it at which the tool was led across since, and whether it was fed down from there.
+    across: Option<f64>,
+    fed_down: bool,
+}
+
+impl Lifts {
+    /// Follows a line from a Z to another one. Whether a second cut begins on it.
+    fn follow(&mut self, from: f64, to: f64, (travels, feeds, marks): (bool, bool, bool)) -> bool {
+        if travels && self.cut.is_some_and(|cut| to > cut) {
+            self.across = Some(to);
+        }
+        self.fed_down |= feeds && to < from && self.across.is_some();
+        if !marks {
+            return false;
+        }
+        let again = self.fed_down && self.across.is_some_and(|across| to < across);
+        *self = Self {
+            cut: Some(to),
+            ..Self::default()
+        };
+        again
+    }
+}
 
 /// What a program does that a laser's does not, and whether its header is a laser's.
 #[derive(Clone, Debug, Default)]
@@ -16,6 +46,7 @@ pub(super) struct Mill {
     /// The height by then, in the program's own unit and coordinates.
     z: f64,
     tool: Option<f64>,
+    lifts: Lifts,
 }
 
 impl Mill {
@@ -32,29 +63,45 @@ impl Mill {
             || setting(text, "$32").is_some_and(|mode| mode == 1.0);
     }
 
-    /// Looks at the words of a line; `relative` and `places` are what its Z is, `marks` whether X or Y is fed on it.
+    /// Looks at the words of a line; `places` is whether they are no places in the program's coordinates, `marks` whether X or Y
+    /// is fed on it.
     pub(super) fn look(
         &mut self,
         block: &Block,
         line: &Line<'_>,
-        (relative, places): (bool, bool),
-        marks: bool,
+        modes: &Modes,
+        (places, marks): (bool, bool),
     ) {
         self.moved |= block.has_any(b"XYZ");
+        let before = self.z;
         let called = block.has(b'G', 92);
         if let Some(z) = block.number(b'Z').filter(|_| called || !places) {
-            let from = if relative && !called { self.z } else { 0.0 };
+            let from = if modes.relative && !called {
+                self.z
+            } else {
+                0.0
+            };
             self.z = from + z;
         }
         let tool = block.number(b'T');
         let changes = tool.is_some() && self.tool.is_some() && tool != self.tool;
         self.tool = tool.or(self.tool);
+        let travels = !modes.feeds() && !places && block.has_any(b"XY");
+        let lifts = self
+            .lifts
+            .follow(before, self.z, (travels, modes.feeds(), marks));
         let sign = if marks && self.z < 0.0 {
             format!("it cuts in depth, at Z{}", self.z)
         } else if block.has(b'M', 6) || changes {
             "it changes tools".to_owned()
         } else if block.has(b'M', 7) || block.has(b'M', 8) {
             "it switches coolant".to_owned()
+        } else if block.has(b'G', 43) {
+            "it counts in the length of a tool, G43".to_owned()
+        } else if block.has(b'G', 96) {
+            "it turns at the speed of a surface, G96".to_owned()
+        } else if lifts {
+            "it lifts its tool between cuts".to_owned()
         } else {
             return;
         };

@@ -103,7 +103,7 @@ impl Modes {
             let mut codes = block.codes.iter();
             codes.any(|code| code.letter == b'G' && code.tenths == tenths)
         };
-        if has(280) || has(300) {
+        if has(280) || has(282) || has(300) {
             for (at, letter) in self.at.iter_mut().zip(AXES) {
                 if block.number(letter).is_some() || !block.has_any(&AXES) {
                     *at = None;

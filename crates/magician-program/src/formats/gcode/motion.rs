@@ -33,7 +33,7 @@ impl Machine<'_> {
         }
         for code in block.codes.iter().filter(|code| code.letter == b'G') {
             match code.tenths {
-                280 | 300 => {
+                280 | 282 | 300 => {
                     self.home(code, block, origin);
                     return Ok(());
                 }
@@ -100,7 +100,8 @@ impl Machine<'_> {
 
     /// A pen goes up to the highest that the program says, if it is below that.
     fn rise(&mut self, origin: Origin) {
-        let highest = self.survey.highest_z.filter(|_| !self.laser && !self.lifts);
+        let is_pen = !self.laser && !self.lifts && self.begin.moved();
+        let highest = self.survey.highest_z.filter(|_| is_pen);
         if let (Some(highest), [Some(x), Some(y), Some(z)]) = (highest, self.at)
             && z < highest
         {

@@ -172,6 +172,8 @@ impl Parameters {
                 self.numbered.insert(number, value);
                 Ok(())
             }
+            // Whether messages are shown.
+            Key::Number(5599) => Ok(()),
             Key::Number(number) => Err(format!("#{number} is of a machine, and cannot be set")),
             Key::Name(name) if self.is_read_only(&name) => {
                 Err(format!("#<{name}> can be read, and not set"))

@@ -70,7 +70,7 @@ impl Machine<'_> {
             901 => self.absolute_centres = true,
             911 => self.absolute_centres = false,
             // Done with the motion.
-            40 | 280 | 300 | 520 | 530 | 920..=923 => {}
+            40 | 280 | 282 | 300 | 520 | 530 | 920..=923 => {}
             540 | 550 | 560 | 570 | 580 | 590..=593 => self.select(code, origin),
             100 if Setting::of(block).is_some() => {}
             281 | 301 => {
@@ -85,7 +85,11 @@ impl Machine<'_> {
                 let message = "the length of a tool (G43) is left out: coordinates are the arm's";
                 self.notes.add(NoteCode::LeftOut, origin, message);
             }
-            930 | 950 | 960 => {
+            960 => {
+                let message = "G96 is left out: it is a spindle's";
+                self.notes.add(NoteCode::LeftOut, origin, message);
+            }
+            930 | 950 => {
                 let message =
                     format!("{code} is not done: F is a speed in mm or inches a minute (G94)");
                 return Err(Flaw::new(code.range.clone(), message));
@@ -113,7 +117,7 @@ impl Machine<'_> {
         let places = matches!(code.tenths, 160 | 410..=429 | 431 | 510 | 594..=599 | 680 | 100);
         let moves = matches!(
             code.tenths,
-            50..=79 | 120 | 260 | 282..=389 | 730 | 740 | 760 | 810..=899
+            50..=79 | 120 | 260 | 283..=389 | 730 | 740 | 760 | 810..=899
         );
         let harmless = matches!(code.tenths, 100 | 110) && !block.has_any(b"XYZLP");
         if (places || moves || block.has_any(b"XYZIJR")) && !harmless {

@@ -80,7 +80,7 @@ impl Survey {
         self.powers.look(block, line);
         let places = NOT_MOVED.iter().any(|code| block.has(b'G', *code));
         let marks = modes.feeds() && !places && block.has_any(b"XYIJ");
-        self.mill.look(block, line, (modes.relative, places), marks);
+        self.mill.look(block, line, modes, (places, marks));
         self.angles.look(block, marks, line);
         self.m300 |= block.has(b'M', 300) && block.number(b'S').is_some_and(|s| s < 100.0);
         self.m280 |= block.has(b'M', 280) && block.number(b'S').is_some();
