@@ -64,6 +64,8 @@ fn values_are_computed_as_rs_274_has_them() {
         ("EXISTS[#<width>]", 1.0),
         ("EXISTS[#<height>]", 0.0),
         ("[EXISTS[#<_deep>] + 1]", 2.0),
+        ("EXISTS[#99]", 1.0),
+        ("EXISTS[#99999]", 0.0),
     ] {
         let before = "#1=3 #2=12 #3=7\n#<width>=20 #<_DEEP>=1.5";
         let found = value(before, text);

@@ -265,7 +265,7 @@ impl Words<'_> {
             return Ok(None);
         }
         if name == "EXISTS" {
-            return self.exists(start).map(Some);
+            return self.exists(start, depth).map(Some);
         }
         let of = self.bracket(depth + 1)?;
         let value = match name {
@@ -302,7 +302,8 @@ impl Words<'_> {
         }
     }
 
-    fn exists(&mut self, start: usize) -> Result<f64, Flaw> {
+    /// Every numbered parameter exists; a named one once it is set.
+    fn exists(&mut self, start: usize, depth: u32) -> Result<f64, Flaw> {
         self.at += 1;
         self.skip_blanks();
         let mut exists = None;
@@ -312,6 +313,8 @@ impl Words<'_> {
             if self.peek() == Some(b'<') {
                 let name = self.name()?;
                 exists = Some(self.values.exists(&name));
+            } else if let Some(number) = self.value_at(depth + 1)? {
+                exists = Some((1.0..=f64::from(LAST)).contains(&number));
             }
         }
         self.skip_blanks();
@@ -322,7 +325,7 @@ impl Words<'_> {
             }
             None => Err(Flaw::new(
                 start..self.at,
-                "EXISTS asks for a named parameter: EXISTS[#<name>]",
+                "EXISTS asks for a parameter: EXISTS[#<name>]",
             )),
         }
     }

@@ -22,6 +22,9 @@
 //! | M2, M30 | the end |
 //!
 //! Other M codes, E, T and rotary axes are noted and left out; other G codes that move, or say where things are, are refused.
+//!
+//! A program may compute: `interpreter` gives its lines in the order in which they are carried out, with the values of parameters
+//! and expressions in their words. It is run twice, once for what the whole program tells (`survey`), once for the plan.
 
 mod arc;
 mod begin;

@@ -33,17 +33,15 @@ impl Machine<'_> {
         }
         for code in block.codes.iter().filter(|code| code.letter == b'G') {
             match code.tenths {
-                280 | 282 | 300 => {
-                    self.home(code, block, origin);
-                    return Ok(());
-                }
-                920 => return Ok(self.set_origin(block, origin)),
-                921..=923 => return Ok(self.offsets.reset(code.tenths)),
-                520 => return Ok(self.shift(block)),
+                280 | 282 | 300 => self.home(code, block, origin),
+                920 => self.set_origin(block, origin),
+                921..=923 => self.offsets.reset(code.tenths),
+                520 => self.shift(block),
                 100 if Setting::of(block).is_some() => return self.set_system(block, origin),
-                40 | 281 | 301 => return Ok(()),
-                _ => {}
+                40 | 281 | 301 => {}
+                _ => continue,
             }
+            return Ok(());
         }
         if block.has(b'G', 53) && self.options.placed && block.has_any(&AXES) {
             return self.machine_place(block, origin);

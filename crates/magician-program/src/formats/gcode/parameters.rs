@@ -35,7 +35,7 @@ type Names = HashMap<Box<str>, f64>;
 
 /// The parameters of a call as they were before it.
 #[derive(Debug)]
-pub(super) struct Saved([Option<f64>; CALL]);
+pub(super) struct Saved(Box<[Option<f64>; CALL]>);
 
 #[derive(Debug)]
 pub(super) struct Parameters {
@@ -213,12 +213,12 @@ impl Parameters {
         }
         self.locals.push(Names::new());
         self.value = None;
-        Saved(saved)
+        Saved(Box::new(saved))
     }
 
     /// It is left again.
     pub(super) fn leave(&mut self, Saved(saved): Saved) {
-        for (number, value) in (1..).zip(saved) {
+        for (number, value) in (1..).zip(*saved) {
             match value {
                 Some(value) => self.numbered.insert(number, value),
                 None => self.numbered.remove(&number),
