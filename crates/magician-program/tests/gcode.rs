@@ -3,6 +3,8 @@
 mod gcode {
     mod arcs;
     mod begin;
+    mod cycles;
+    mod depths;
     mod drawn;
     mod full_power;
     mod interpreter;

@@ -101,6 +101,7 @@ impl Setup {
             scale: placed.scale,
             at: placed.middle,
             touch: marks.touch,
+            deepest: self.placing.pen_z.map_or(0.0, |_| f64::NEG_INFINITY),
         };
         let mut plan = Guide::new(plan, &course, surface, &marking).lead();
         (plan.tool, plan.surface) = (Some(tool), Some(surface));
@@ -190,6 +191,8 @@ struct Course {
     scale: f64,
     at: [f64; 2],
     touch: f64,
+    /// No hole goes deeper than this above the surface; where the Z of touching was said, that is the person's.
+    deepest: f64,
 }
 
 impl Course {

@@ -258,24 +258,3 @@ fn a_placed_arc_of_g18_is_scaled_and_turned_across_and_keeps_its_heights() {
         assert!(rise > 2.5, "the helix goes across: {rise}");
     }
 }
-
-#[test]
-fn lines_that_only_come_down_to_the_surface_are_what_is_drawn() {
-    let mut setup = Setup::default();
-    setup.tool = Some(Tool::Pen);
-    setup.usual_surface = Some(Surface::level(-40.0));
-    setup.placing.frame = Frame::Own;
-    for text in [
-        "G19\nG1 Y0 Z20 F200\nG2 Y20 Z0 J0 K-20\n",
-        "G0 X0 Y0 Z0\nG1 X5 Y5 Z-5 F9\nX10 Y10 Z0\n",
-    ] {
-        let mut options = ReadOptions::default();
-        setup.prepare(&mut options.gcode, None);
-        let reading = read(Format::Gcode, text.as_bytes(), &options).expect("it is read");
-        let made = setup.plan(Format::Gcode, reading.content);
-        let plan = made.expect("it has a size").content;
-        let heights = plan.steps.iter().filter_map(|step| step.action.target());
-        let lowest = heights.map(|[_, _, z]| z).fold(f32::MAX, f32::min);
-        assert_eq!(lowest, -40.0, "{text}");
-    }
-}

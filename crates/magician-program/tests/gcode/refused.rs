@@ -64,8 +64,8 @@ fn what_is_wrong_says_where_and_why() {
             "line 1, column 1: G5 may move the arm, and is not done here",
         ),
         (
-            "G81 X1 Y1 Z1 R1",
-            "line 1, column 1: G81 may move the arm, and is not done here",
+            "G84 X1 Y1 Z1 R1",
+            "line 1, column 1: G84 may move the arm, and is not done here",
         ),
         (
             "G33 Z1 K1",

@@ -134,6 +134,23 @@ impl Block {
         Ok(())
     }
 
+    /// A line with these numbers alone, in the place of this one.
+    pub(super) fn instead(&self, numbers: &[(u8, f64)]) -> Self {
+        let mut block = Self {
+            range: self.range.clone(),
+            ..Self::default()
+        };
+        for (letter, number) in numbers {
+            let at = index(*letter);
+            block.given |= 1 << at;
+            if let Some(to) = block.numbers.get_mut(at) {
+                *to = *number;
+            }
+        }
+        block.ranges = [(self.range.start, self.range.end); 26];
+        block
+    }
+
     /// Takes a code off the line.
     pub(super) fn remove(&mut self, letter: u8, number: u32) -> bool {
         let before = self.codes.len();

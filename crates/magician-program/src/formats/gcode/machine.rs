@@ -4,6 +4,7 @@ use super::Line;
 use super::arc::Plane;
 use super::begin::Begin;
 use super::block::{Block, Code};
+use super::cycle::Cycle;
 use super::emit::Emitter;
 use super::interpreter::Stepped;
 use super::notes::{Notes, START_HELP};
@@ -21,6 +22,8 @@ pub(super) enum Mode {
     Line,
     /// Clockwise or not.
     Arc(bool),
+    /// A drill's cycle, in tenths of its G.
+    Cycle(u32),
     /// G80: none.
     None,
 }
@@ -38,6 +41,7 @@ pub(super) struct Machine<'o> {
     pub(super) relative: bool,
     pub(super) absolute_centres: bool,
     pub(super) plane: Plane,
+    pub(super) cycle: Cycle,
     /// F as the program says it, mm/s.
     pub(super) feed: Option<f64>,
     /// Whether M3, M4 or M106 has switched the laser on.
@@ -116,6 +120,7 @@ impl<'o> Machine<'o> {
             relative: false,
             absolute_centres: false,
             plane: Plane::default(),
+            cycle: Cycle::default(),
             feed: None,
             follows_speed: false,
             range,

@@ -96,6 +96,8 @@ impl Mill {
             "it changes tools".to_owned()
         } else if block.has(b'M', 7) || block.has(b'M', 8) {
             "it switches coolant".to_owned()
+        } else if modes.drills() {
+            "it drills, G81 to G89".to_owned()
         } else if block.has(b'G', 43) {
             "it counts in the length of a tool, G43".to_owned()
         } else if block.has(b'G', 96) {

@@ -9,6 +9,7 @@
 //! | G0 | a straight move; within a laser's path a segment without power |
 //! | G1 | a segment of a continuous path, for a laser with its power |
 //! | G2, G3 with I J K (G90.1: absolute) or R, P turns | arcs of the arm; lines for a laser, for helices, in the planes of G18 and G19, and for what is as flat as the tolerance |
+//! | G73, G81 to G83, G85, G86, G89, G98, G99 | holes of a pen: one way down and up each |
 //! | G4 P (ms) or S (s) | a wait, with the laser dark |
 //! | G17, G18, G19, G20, G21, G90, G91, G90.1, G91.1, G80, G94 | as everywhere |
 //! | G54 to G59.3, G10 L2 and L20, G52, G92 to G92.3 | where the zero is, from 0 on |
@@ -29,6 +30,7 @@
 mod arc;
 mod begin;
 mod block;
+mod cycle;
 mod emit;
 mod expression;
 mod flow;

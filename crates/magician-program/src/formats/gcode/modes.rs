@@ -8,7 +8,7 @@ use super::offsets::{Offsets, Setting};
 /// mm of an inch.
 pub(super) const INCH: f64 = 25.4;
 /// G codes of motion and what follows them, in tenths, as `#<_motion_mode>` has them.
-const MOTIONS: [u32; 5] = [0, 10, 20, 30, 800];
+const MOTIONS: [u32; 12] = [0, 10, 20, 30, 800, 730, 810, 820, 830, 850, 860, 890];
 
 /// The state of a program between two lines.
 #[derive(Clone, Debug)]
@@ -57,6 +57,11 @@ impl Modes {
         matches!(self.motion, 10 | 20 | 30)
     }
 
+    /// Whether a drill's cycle is in force.
+    pub(super) fn drills(&self) -> bool {
+        self.motion > 30 && self.motion != 800
+    }
+
     /// Follows a line.
     pub(super) fn follow(&mut self, block: &Block) {
         if block.is_foreign() {
@@ -99,6 +104,10 @@ impl Modes {
 
     /// Where the line leads, and where it puts the zero.
     fn go(&mut self, block: &Block) {
+        // Most lines only say where.
+        if !block.has_g() {
+            return self.arrive(block, false);
+        }
         let has = |tenths: u32| {
             let mut codes = block.codes.iter();
             codes.any(|code| code.letter == b'G' && code.tenths == tenths)
@@ -144,6 +153,9 @@ impl Modes {
             };
             self.at[axis] = if machine {
                 Some(number).filter(|_| !self.placed)
+            } else if axis == 2 && self.drills() {
+                // It is up again afterwards: at R, or where it was.
+                None
             } else if self.relative {
                 self.at[axis].map(|at| at + number)
             } else {

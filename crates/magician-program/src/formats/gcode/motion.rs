@@ -53,6 +53,7 @@ impl Machine<'_> {
                 "the line says where and not how: G80 has ended the last motion",
             )),
             Mode::Travel | Mode::Line if axes => self.straight(block, origin),
+            Mode::Cycle(cycle) if axes => self.drill(block, cycle, origin),
             Mode::Arc(clockwise) if axes || block.has_any(b"IJKR") => {
                 self.arc(block, clockwise, origin)
             }

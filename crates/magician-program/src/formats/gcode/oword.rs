@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::lexer::Words;
 use super::parameters::Parameters;
-use super::{Line, behind_number, is_left_out};
+use super::{Line, behind_number};
 use crate::Problem;
 use crate::formats::flaw::Flaw;
 
@@ -177,9 +177,6 @@ impl Owords {
     }
 
     fn take(&mut self, line: &Line<'_>, place: Place, open: &mut Vec<usize>) -> Result<(), Flaw> {
-        if is_left_out(line.text) {
-            return Ok(());
-        }
         let Some(head) = head(line.text)? else {
             return Ok(());
         };

@@ -23,6 +23,10 @@ impl Machine<'_> {
                 20 => Mode::Arc(true),
                 30 => Mode::Arc(false),
                 800 => Mode::None,
+                cycle @ (730 | 810..=830 | 850 | 860 | 890) if cycle % 10 == 0 => {
+                    self.cycle.begin();
+                    Mode::Cycle(cycle)
+                }
                 _ => {
                     self.setting(code, block, origin)?;
                     continue;
@@ -80,7 +84,9 @@ impl Machine<'_> {
             }
             // No polar coordinates, compensation, scaling, rotation or cycle; exact or continuous paths, speeds a minute: as it is
             // here anyway.
-            150 | 400 | 490 | 500 | 610 | 611 | 640 | 690 | 940 | 970 | 980 | 990 => {}
+            150 | 400 | 490 | 500 | 610 | 611 | 640 | 690 | 940 | 970 => {}
+            980 => self.cycle.back = true,
+            990 => self.cycle.back = false,
             430 => {
                 let message = "the length of a tool (G43) is left out: coordinates are the arm's";
                 self.notes.add(NoteCode::LeftOut, origin, message);

@@ -85,7 +85,12 @@ impl Survey {
         self.m300 |= block.has(b'M', 300) && block.number(b'S').is_some_and(|s| s < 100.0);
         self.m280 |= block.has(b'M', 280) && block.number(b'S').is_some();
         let moves = block.number(b'Z').is_some() && !(modes.relative || places);
-        if let Some(z) = modes.at[2].filter(|_| moves) {
+        // A drill is lifted to R.
+        let lifted = block
+            .number(b'R')
+            .map(|r| r * modes.unit + modes.offsets.zero()[2]);
+        let z = if modes.drills() { lifted } else { modes.at[2] };
+        if let Some(z) = z.filter(|_| moves) {
             self.highest_z = Some(self.highest_z.map_or(z, |highest| highest.max(z)));
         }
     }

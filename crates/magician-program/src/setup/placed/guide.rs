@@ -95,6 +95,13 @@ impl<'a> Guide<'a> {
             self.steps.push(step);
             return;
         };
+        // A hole is a dot on the surface, however deep a drill would go.
+        let to = match (&step.action, self.at) {
+            (Action::Path { .. }, Some(from)) if from.0 == to.0 => {
+                (to.0, to.1.max(self.course.deepest))
+            }
+            _ => to,
+        };
         let action = match step.action {
             Action::Path { .. } if self.leads_to(to) || to.1 <= TOUCH => {
                 Action::Path { to: self.point(to) }

@@ -1,0 +1,132 @@
+//! Canned cycles of drills (G73, G81 to G83, G85, G86, G89): a pen goes to each hole, down, and up again. Pecking, dwelling and
+//! what a spindle does at the bottom are nothing to a pen.
+
+use super::arc::Plane;
+use super::block::Block;
+use super::machine::{Machine, Mode};
+use super::motion::AXES;
+use crate::formats::flaw::Flaw;
+use crate::{NoteCode, Origin};
+
+/// A line makes no more holes than this.
+const MOST_HOLES: f64 = 1000.0;
+
+/// What the lines of a cycle share, as it stands; mm in the coordinates of the program.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cycle {
+    z: Option<f64>,
+    r: Option<f64>,
+    /// G98: up to where the tool was before, not only to R.
+    pub(super) back: bool,
+}
+
+impl Default for Cycle {
+    fn default() -> Self {
+        Self {
+            z: None,
+            r: None,
+            back: true,
+        }
+    }
+}
+
+impl Cycle {
+    /// A cycle begins: what the one before has said counts no more.
+    pub(super) fn begin(&mut self) {
+        (self.z, self.r) = (None, None);
+    }
+}
+
+/// Whether the tool is fed up again.
+fn feeds_up(cycle: u32) -> bool {
+    matches!(cycle, 850 | 890)
+}
+
+impl Machine<'_> {
+    pub(super) fn drill(&mut self, block: &Block, cycle: u32, origin: Origin) -> Result<(), Flaw> {
+        let flaw = |message: String| Flaw::new(block.range.clone(), message);
+        let name = format!("G{}", cycle / 10);
+        if self.laser || self.lifts || self.plane != Plane::Xy {
+            let message =
+                format!("{name} drills, which is done with a pen and in the plane of G17");
+            return Err(flaw(message));
+        }
+        let zero = self.offsets.zero();
+        let place = |axis: usize| self.at[axis].map(|at| at - zero[axis]);
+        let [x, y, now] = [0, 1, 2].map(place);
+        let (unit, relative) = (self.unit, self.relative);
+        let word = |letter: u8| block.number(letter).map(|number| number * unit);
+        let from = |at: Option<f64>| if relative { at } else { Some(0.0) };
+        let r = match word(b'R') {
+            Some(r) => from(now).map(|now| now + r),
+            None => self.cycle.r,
+        };
+        // Without R it begins where the tool is.
+        let Some(r) = r.or(now) else {
+            return Err(flaw(format!(
+                "{name} needs R: the height that it begins at"
+            )));
+        };
+        let z = match word(b'Z') {
+            Some(z) => Some(if relative { r + z } else { z }),
+            None => self.cycle.z,
+        };
+        let Some(z) = z.filter(|z| *z <= r) else {
+            return Err(flaw(format!("{name} needs Z: how deep it goes, below R")));
+        };
+        (self.cycle.z, self.cycle.r) = (Some(z), Some(r));
+        let holes = if relative {
+            block.number(b'L').unwrap_or(1.0)
+        } else {
+            1.0
+        };
+        if !(0.0..=MOST_HOLES).contains(&holes) {
+            return Err(flaw(format!(
+                "{name} makes {holes} holes; {MOST_HOLES} are the most"
+            )));
+        }
+        let message = format!("{name} is done as one way down and up for each hole");
+        self.notes.add(NoteCode::Assumed, origin, &message);
+        let up = now.filter(|now| self.cycle.back && *now > r).unwrap_or(r);
+        let (mut at, mut height) = ([x, y], now);
+        for _ in 0..holes as u32 {
+            for (axis, letter) in AXES[..2].iter().enumerate() {
+                if let Some(to) = word(*letter) {
+                    at[axis] = from(at[axis]).map(|from| from + to);
+                }
+            }
+            let [Some(x), Some(y)] = at else {
+                return Err(flaw(format!("{name} drills, and X and Y are not known")));
+            };
+            if height.is_none_or(|height| height < r) {
+                self.leg(Mode::Travel, &[(b'Z', r)], block, origin)?;
+            }
+            self.leg(Mode::Travel, &[(b'X', x), (b'Y', y)], block, origin)?;
+            self.leg(Mode::Travel, &[(b'Z', r)], block, origin)?;
+            self.leg(Mode::Line, &[(b'Z', z)], block, origin)?;
+            let mode = if feeds_up(cycle) {
+                Mode::Line
+            } else {
+                Mode::Travel
+            };
+            self.leg(mode, &[(b'Z', up)], block, origin)?;
+            height = Some(up);
+        }
+        Ok(())
+    }
+
+    /// One straight move of a cycle, as if it were a line of its own.
+    fn leg(
+        &mut self,
+        mode: Mode,
+        to: &[(u8, f64)],
+        block: &Block,
+        origin: Origin,
+    ) -> Result<(), Flaw> {
+        let before = (self.mode, self.relative, self.unit);
+        (self.mode, self.relative, self.unit) = (mode, false, 1.0);
+        let done = self.straight(&block.instead(to), origin);
+        (self.mode, self.relative, self.unit) = before;
+        done
+    }
+}
