@@ -22,6 +22,8 @@ fn each_hole_is_one_way_down_and_up() {
         ("G98 G82 X210 Z-1 R2 P0.5\nX220 Y10\n", 5.0),
         ("G83 X210 Z-1 R2 Q0.5\nX220 Y10 Z-1\n", 5.0),
         ("G91 G81 X10 Z-3 R-3\nX10 Y10\n", 5.0),
+        ("G91 G81 X10 Z-3 R-3\nG81 X10 Y10 R-3\n", 5.0),
+        ("G91 G99 G81 X10 Z-3 R-3\nG81 X10 Y10 Z-3 R-3\n", 2.0),
         ("G92 Z0\nG73 X210 Z-6 R-3 Q1\nX220 Y10\n", 5.0),
     ] {
         let mut found = motions(&format!("{start}{text}"));

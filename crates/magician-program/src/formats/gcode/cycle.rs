@@ -16,6 +16,8 @@ const MOST_HOLES: f64 = 1000.0;
 pub(super) struct Cycle {
     z: Option<f64>,
     r: Option<f64>,
+    /// How high the tool was when the first of a series of cycles began.
+    from: Option<f64>,
     /// G98: up to where the tool was before, not only to R.
     pub(super) back: bool,
 }
@@ -25,15 +27,16 @@ impl Default for Cycle {
         Self {
             z: None,
             r: None,
+            from: None,
             back: true,
         }
     }
 }
 
 impl Cycle {
-    /// A cycle begins: what the one before has said counts no more.
+    /// A series of cycles begins: what the one before has said counts no more.
     pub(super) fn begin(&mut self) {
-        (self.z, self.r) = (None, None);
+        (self.z, self.r, self.from) = (None, None, None);
     }
 }
 
@@ -57,8 +60,9 @@ impl Machine<'_> {
         let (unit, relative) = (self.unit, self.relative);
         let word = |letter: u8| block.number(letter).map(|number| number * unit);
         let from = |at: Option<f64>| if relative { at } else { Some(0.0) };
+        let first = self.cycle.from.or(now);
         let r = match word(b'R') {
-            Some(r) => from(now).map(|now| now + r),
+            Some(r) => from(first).map(|first| first + r),
             None => self.cycle.r,
         };
         // Without R it begins where the tool is.
@@ -74,7 +78,7 @@ impl Machine<'_> {
         let Some(z) = z.filter(|z| *z <= r) else {
             return Err(flaw(format!("{name} needs Z: how deep it goes, below R")));
         };
-        (self.cycle.z, self.cycle.r) = (Some(z), Some(r));
+        (self.cycle.z, self.cycle.r, self.cycle.from) = (Some(z), Some(r), first);
         let holes = if relative {
             block.number(b'L').unwrap_or(1.0)
         } else {
@@ -87,7 +91,8 @@ impl Machine<'_> {
         }
         let message = format!("{name} is done as one way down and up for each hole");
         self.notes.add(NoteCode::Assumed, origin, &message);
-        let up = now.filter(|now| self.cycle.back && *now > r).unwrap_or(r);
+        let up = first.filter(|first| self.cycle.back && *first > r);
+        let up = up.unwrap_or(r);
         let (mut at, mut height) = ([x, y], now);
         for _ in 0..holes as u32 {
             for (axis, letter) in AXES[..2].iter().enumerate() {

@@ -5,7 +5,7 @@ use crate::Surface;
 pub enum Dialect {
     /// A pen that a servo lifts, if the program moves one (M280, M300); a laser if it switches a spindle or a laser (M3, M4), a
     /// fan without extruding (M106), or gives a power S, and is not a mill's: one that cuts in depth (Z below 0 while X or Y
-    /// feeds), changes tools, switches coolant, counts in a tool's length (G43), turns at the speed of a surface (G96), or lifts its
+    /// feeds), changes tools, switches coolant, counts in a tool's length (G43), turns at the speed of a surface (G96), drills, or lifts its
     /// tool between cuts, without the header of a laser's program. A pen otherwise.
     #[default]
     Detect,

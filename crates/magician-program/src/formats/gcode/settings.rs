@@ -24,7 +24,9 @@ impl Machine<'_> {
                 30 => Mode::Arc(false),
                 800 => Mode::None,
                 cycle @ (730 | 810..=830 | 850 | 860 | 890) if cycle % 10 == 0 => {
-                    self.cycle.begin();
+                    if self.mode != Mode::Cycle(cycle) {
+                        self.cycle.begin();
+                    }
                     Mode::Cycle(cycle)
                 }
                 _ => {
