@@ -6,7 +6,7 @@ use super::modes::Modes;
 use super::notes::Notes;
 use super::oword::{Owords, Place, line_at};
 use super::parameters::{Parameters, Saved};
-use super::{Line, is_left_out};
+use super::{Line, behind_number};
 use crate::formats::flaw::Flaw;
 use crate::{NoteCode, Problem};
 
@@ -156,12 +156,13 @@ impl<'p, 't> Interpreter<'p, 't> {
             let help = "end its loops, or write it out with the program that made the file";
             return Err(Flaw::new(0..line.text.trim_end().len(), message).help(help));
         }
-        if is_left_out(line.text) {
-            return Ok(Stepped::LeftOut);
-        }
-        if line.text.trim() == "%" {
-            self.ended = self.begun;
-            return Ok(Stepped::Led);
+        match line.text.as_bytes().get(behind_number(line.text)) {
+            Some(b'/' | b'$') => return Ok(Stepped::LeftOut),
+            Some(b'%') if line.text.trim() == "%" => {
+                self.ended = self.begun;
+                return Ok(Stepped::Led);
+            }
+            _ => {}
         }
         self.parameters.line = line.number;
         let owords = &self.program.owords.all;
@@ -182,10 +183,13 @@ impl<'p, 't> Interpreter<'p, 't> {
             set.map_err(|message| Flaw::new(range, message))?;
         }
         self.begun |= !block.is_empty();
-        self.subprogram(block, line)?;
+        // Most lines have no code.
+        if !block.codes.is_empty() {
+            self.subprogram(block, line)?;
+            let ends = block.has(b'M', 2) || block.has(b'M', 30);
+            self.ended |= ends && !block.is_foreign();
+        }
         self.parameters.modes.follow(block);
-        let ends = block.has(b'M', 2) || block.has(b'M', 30);
-        self.ended |= ends && !block.is_foreign();
         Ok(Stepped::Words)
     }
 

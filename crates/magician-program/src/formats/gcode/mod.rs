@@ -112,6 +112,10 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
 fn behind_number(line: &str) -> usize {
     let blank = |byte: &u8| byte.is_ascii_whitespace() || *byte == b'\x0b';
     let bytes = line.as_bytes();
+    // Most lines begin with a word.
+    if let Some(b'G' | b'X' | b'Y') = bytes.first() {
+        return 0;
+    }
     let blanks = |from: usize| {
         let rest = bytes.get(from..).unwrap_or_default();
         from + rest.iter().take_while(|byte| blank(byte)).count()
@@ -124,12 +128,6 @@ fn behind_number(line: &str) -> usize {
     let rest = bytes.get(digits..).unwrap_or_default();
     let number = (rest.iter()).take_while(|byte| byte.is_ascii_digit() || **byte == b'.');
     blanks(digits + number.count())
-}
-
-/// Whether a line may be skipped (`/`), or sets up a controller (`$`).
-fn is_left_out(line: &str) -> bool {
-    let first = line.as_bytes().get(behind_number(line));
-    matches!(first, Some(b'/' | b'$'))
 }
 
 /// A text of any encoding: what is not UTF-8 stands in comments, and each byte of it is taken for a character.
