@@ -140,11 +140,135 @@ fn user_units_count_where_the_file_says_what_they_are() {
     assert_eq!(strokes(reset), [[[2.0, 2.0], [4.0, 4.0]]]);
     let factors = "IP400,800,0,0;SC0,40,0,80,2;PU0,0;PD1,1;";
     assert_eq!(strokes(factors), [[[10.0, 20.0], [11.0, 22.0]]]);
-    assert_eq!(
-        problem("IN;SC0,100,0,100;"),
-        "line 1, column 4: SC scales to the plotter's own frame, and the file does not say which (IP)"
-    );
     assert!(problem("IP0,0,40,40;SC0,0,0,1;").ends_with("the scale of SC is no number"));
+}
+
+#[test]
+fn user_units_without_a_frame_are_those_of_a4_and_say_so() {
+    let (artwork, notes) = try_read("IN;SC0,100,0,200;PU0,0;PD100,200;").expect("it is all right");
+    assert_eq!(artwork.strokes[0].points, [[15.075, 13.025], [265.075, 193.025]]);
+    assert_eq!(
+        notes,
+        ["line 1, column 4: SC without IP scales to the plotter's own frame: taken as that of A4, 250 by 180 mm"]
+    );
+    // Without numbers IP is where it was; a page of its own is the frame.
+    assert_eq!(
+        strokes("IP0,0,40,40;IP;SC0,100,0,200;PD100,200;"),
+        [[[0.0, 0.0], [265.075, 193.025]]]
+    );
+    let (artwork, notes) = try_read("PS8000,4000;SC0,2,0,1;PD2,1;").expect("it is all right");
+    assert_eq!(artwork.strokes[0].points, [[0.0, 0.0], [200.0, 100.0]]);
+    assert_eq!((artwork.page, notes.len()), (Some([200.0, 100.0]), 0));
+}
+
+#[test]
+fn p2_follows_p1_and_user_units_follow_both() {
+    // 100 mm square from 0, then from 20 and 40.
+    let follows = "IP0,0,4000,4000;IP800,1600;SC0,1,0,1;PU0,0;PD1,1;";
+    assert_eq!(strokes(follows), [[[20.0, 40.0], [120.0, 140.0]]]);
+    let later = "SC0,1,0,1;IP0,0,4000,4000;IP800,1600;PU0,0;PD1,1;";
+    assert_eq!(strokes(later), strokes(follows));
+    let shares = "PS4000,2000;IR0,0,100,100;IR50,50;SC0,1,0,1;PU0,0;PD1,1;";
+    assert_eq!(strokes(shares), [[[50.0, 25.0], [150.0, 75.0]]]);
+}
+
+#[test]
+fn square_units_lie_where_they_are_told_to() {
+    // The frame is 200 by 100 mm, the plot is square: 100 mm are left over across.
+    for (shares, left) in [("", 50.0), (",0,0", 0.0), (",100,50", 100.0)] {
+        let plot = format!("IP0,0,8000,4000;SC0,10,0,10,1{shares};PU0,0;PD10,10;");
+        assert_eq!(strokes(&plot), [[[left, 0.0], [left + 100.0, 100.0]]], "{plot}");
+    }
+    assert!(problem("SC0,1,0,1,3;").contains("SC has no type 3"));
+}
+
+#[test]
+fn the_coordinate_system_is_turned_and_the_pen_stays() {
+    let shape = |turn: &str| strokes(&format!("PS4000,2000;{turn}PU400,0;PD800,0,800,400;"));
+    for (turn, expected) in [
+        ("RO0;", [[10.0, 0.0], [20.0, 0.0], [20.0, 10.0]]),
+        ("RO90;", [[100.0, 10.0], [100.0, 20.0], [90.0, 20.0]]),
+        ("RO180;", [[90.0, 50.0], [80.0, 50.0], [80.0, 40.0]]),
+        ("RO270;", [[0.0, 40.0], [0.0, 30.0], [10.0, 30.0]]),
+        ("RO90;RO;", [[10.0, 0.0], [20.0, 0.0], [20.0, 10.0]]),
+        ("RO90;IN;", [[10.0, 0.0], [20.0, 0.0], [20.0, 10.0]]),
+    ] {
+        assert_eq!(shape(turn), [expected], "{turn}");
+    }
+    assert_eq!(
+        strokes("PS4000,2000;PU400,0;RO90;PR;PD0,400;"),
+        [[[10.0, 0.0], [0.0, 0.0]]]
+    );
+    // IP without numbers brings P1 and P2 back onto the sheet, which now stands upright.
+    assert_eq!(
+        strokes("PS4000,2000;RO90;IP;SC0,1,0,1;PU0,0;PD1,1;"),
+        [[[100.0, 0.0], [0.0, 50.0]]]
+    );
+}
+
+#[test]
+fn what_lies_outside_of_a_window_is_cut_off() {
+    assert_eq!(
+        strokes("IW400,400,800,800;PU0,600;PD1200,600;IW;PD1200,0;"),
+        [[[10.0, 15.0], [20.0, 15.0]], [[30.0, 15.0], [30.0, 0.0]]]
+    );
+    // In user units, where there are some; polygons and circles too.
+    let user = "IP0,0,4000,4000;SC0,100,0,100;IW20,20,10,10;PU0,15;PD30,15;";
+    assert_eq!(strokes(user), [[[10.0, 15.0], [20.0, 15.0]]]);
+    let polygon = "IW0,0,400,400;PU200,200;PM0;PD600,200;PM2;EP;";
+    assert_eq!(strokes(polygon)[0][..2], [[10.0, 5.0], [5.0, 5.0]]);
+}
+
+#[test]
+fn encoded_polylines_are_the_lines_that_they_stand_for() {
+    let plain = strokes("IN;SP1;PU40,80;PD50,80,50,70;PU60,70;PD61,70;");
+    // To the base of 64, whose bytes are no UTF-8, to that of 32, and with a bit behind the point.
+    for bytes in [
+        &b"IN;SP1;PE<=O\xc0_\xc1\xd3\xbf\xbf\xd4<\xd3\xbf\xc1\xbf;"[..],
+        b"IN;SP1;PE7<=Oa?ds__t<s_a_;",
+        b"IN;SP1;PE7>a<=?d?iG`__H`;PU60,70;PE7a_;",
+    ] {
+        let reading = read(Format::Hpgl, bytes, &ReadOptions::default()).expect("it is all right");
+        let Content::Artwork(artwork) = reading.content else {
+            panic!("no drawing")
+        };
+        let found: Vec<_> = artwork.strokes.into_iter().map(|stroke| stroke.points).collect();
+        assert_eq!(found, plain, "{}", bytes.escape_ascii());
+    }
+    assert_eq!(plain.len(), 2);
+}
+
+#[test]
+fn an_arc_goes_through_its_three_points() {
+    for text in [
+        "PU4000,4000;PD;AT5000,5000,6000,4000;",
+        "PU4000,4000;PD;RT1000,1000,2000,0;",
+    ] {
+        let arc = strokes(text);
+        is_round(&arc[0], [125.0, 100.0], 25.0);
+        assert_eq!(arc[0].last(), Some(&[150.0, 100.0]));
+        assert!(arc[0].iter().all(|point| point[1] >= 99.9));
+    }
+    let circle = strokes("PU4000,4000;PD;AT6000,4000,4000,4000;");
+    is_round(&circle[0], [125.0, 100.0], 25.0);
+    assert_eq!(
+        strokes("PU0,0;PD;AT40,0,80,0;"),
+        [[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]]
+    );
+}
+
+#[test]
+fn texts_are_quoted_in_one_note() {
+    let plot = "PU0,0;LBfirst\r\n\u{3}LBfirst\u{3}DT#;LBsecond; PD1#DT;LB \u{3}PD40,0;";
+    let (artwork, notes) = try_read(plot).expect("it is all right");
+    assert_eq!(artwork.strokes.len(), 1);
+    assert_eq!(
+        notes,
+        ["line 1, column 7: text (LB) is left out: \"first\", \"second; PD1\""]
+    );
+    let many: String = (0..9).map(|nth| format!("LB{nth}\u{3}")).collect();
+    let (_, notes) = try_read(&many).expect("it is all right");
+    assert!(notes[0].ends_with("\"3\", \"4\" and 4 more"), "{notes:?}");
 }
 
 #[test]
@@ -169,13 +293,14 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
         notes,
         [
             "line 1, column 8: line types (LT) are left out: all lines are drawn through",
-            "line 1, column 26: text (LB) is left out: write it as curves",
             "line 1, column 48: XX is left out",
+            "line 1, column 26: text (LB) is left out: \"hello PD1\"",
             "pens 1, 2 draw alike: there is one",
         ]
     );
-    assert!(problem("IN;\nPE<=abc;").starts_with("line 2, column 1: encoded polylines"));
-    assert!(problem("RO90;").contains("RO is not done"));
+    assert!(problem("IN;\nPE<=abc;").starts_with("line 2, column 1: an encoded polyline (PE) is cut"));
+    assert!(problem("RO45;").contains("turned by 0, 90, 180 or 270"));
+    assert!(problem("IW1,2;").contains("IW needs two points"));
     assert!(problem("PD1,2,3;").contains("PD has an x without a y"));
     assert!(problem("CI;").contains("CI needs a radius"));
 }
@@ -184,7 +309,8 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
 fn nearly() -> impl Strategy<Value = String> {
     let name = prop::sample::select(vec![
         "IN", "PA", "PR", "PU", "PD", "SP", "CI", "AA", "AR", "EA", "ER", "EW", "RA", "WG", "IP",
-        "SC", "PM", "EP", "FP", "BZ", "BR", "LB", "DT", "\u{1b}.", "PE", "LT",
+        "SC", "PM", "EP", "FP", "BZ", "BR", "LB", "DT", "\u{1b}.", "PE", "LT", "RO", "IR", "PS",
+        "IW", "AT", "RT", "PE7<=", "PE7a_", "PE7>b", "\u{1b}%0A", "\u{1b}%0B", "\u{1b}E", "CO\"",
     ]);
     let number = prop_oneof![
         (-9000_i32..9000).prop_map(f64::from),

@@ -1,5 +1,6 @@
 //! Lines on a sheet, wherever they came from, and how they become what the arm does.
 
+mod clip;
 mod mark;
 mod order;
 mod place;

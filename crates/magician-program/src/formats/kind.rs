@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Format, points};
+use super::{Format, hpgl, points};
 
 /// So much of a file is looked at.
 const HEAD: usize = 4096;
@@ -194,8 +194,8 @@ fn is_dxf(text: &str) -> bool {
 
 /// It begins with an instruction of two letters that plots begin with, and has another.
 fn is_hpgl(text: &str) -> bool {
-    const FIRST: [&str; 8] = ["IN", "DF", "SP", "PU", "PD", "PA", "PG", "VS"];
-    let text = text.trim_start_matches([';', ':', '\u{1B}']);
+    const FIRST: [&str; 9] = ["IN", "DF", "SP", "PU", "PD", "PA", "PG", "VS", "BP"];
+    let text = hpgl::without_escapes(text).trim_start_matches([';', ':']);
     let first = text.get(..2).map(str::to_ascii_uppercase);
     let rest = text.get(2..).unwrap_or_default();
     first.is_some_and(|first| FIRST.contains(&first.as_str()))
@@ -315,7 +315,13 @@ mod tests {
             is("a", "%\n(a comment)\n; another\nN10 G0 X - 1.5 Y2"),
             Some(Format::Gcode)
         );
-        assert_eq!(is("a", "IN;SP1;PU0,0;"), Some(Format::Hpgl));
+        for plot in [
+            "IN;SP1;PU0,0;",
+            "\u{1B}.(\u{1B}.I81;;17:\u{1B}.N;19:IN;SP1;",
+            "\u{1B}E\u{1B}%-12345X@PJL ENTER LANGUAGE=HPGL2\n\u{1B}%0BBP5,1;IN;",
+        ] {
+            assert_eq!(is("a", plot), Some(Format::Hpgl), "{plot}");
+        }
         for text in [
             "",
             "Good 1 morning",

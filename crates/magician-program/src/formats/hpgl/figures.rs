@@ -17,6 +17,28 @@ fn needs(instruction: &Instruction, what: &str) -> Flaw {
     Flaw::new(instruction.range.clone(), message)
 }
 
+/// The centre of a circle through three points, and by how many degrees it goes round from the first to the last.
+fn circle_through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<([f64; 2], f64)> {
+    if a == c {
+        let centre = [0, 1].map(|axis| f64::midpoint(a[axis], b[axis]));
+        return (a != b).then_some((centre, 360.0));
+    }
+    let [b, c] = [b, c].map(|point| [point[0] - a[0], point[1] - a[1]]);
+    let turn = 2.0 * (b[0] * c[1] - b[1] * c[0]);
+    let [to_b, to_c] = [b, c].map(|[x, y]| x * x + y * y);
+    let centre = [
+        (c[1] * to_b - b[1] * to_c) / turn,
+        (b[0] * to_c - c[0] * to_b) / turn,
+    ];
+    if !centre.iter().all(|side| side.is_finite()) {
+        return None;
+    }
+    let angle = |[x, y]: [f64; 2]| (y - centre[1]).atan2(x - centre[0]).to_degrees();
+    let round = (angle(c) - angle([0.0; 2])).rem_euclid(360.0);
+    let sweep = if turn > 0.0 { round } else { round - 360.0 };
+    Some(([a[0] + centre[0], a[1] + centre[1]], sweep))
+}
+
 impl Plotter<'_> {
     /// One of them.
     pub(super) fn figure(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
@@ -54,6 +76,24 @@ impl Plotter<'_> {
         let corners = self.arc(centre, self.at, sweep, instruction)?;
         let mut corners = corners.into_iter();
         corners.try_for_each(|corner| self.line(corner, instruction))
+    }
+
+    /// An arc from where the pen is, through a second point to a third one; a whole circle if that is where it began, and a line
+    /// if they lie on one.
+    pub(super) fn arc_through(&mut self, from: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+        let &[x1, y1, x2, y2, ..] = &instruction.numbers[..] else {
+            return Err(needs(instruction, "two points"));
+        };
+        let begin = self.at;
+        let [through, end] = [[x1, y1], [x2, y2]].map(|[x, y]| [from[0] + x, from[1] + y]);
+        let Some((centre, sweep)) = circle_through(begin, through, end) else {
+            self.line(through, instruction)?;
+            return self.line(end, instruction);
+        };
+        for corner in self.arc(centre, begin, sweep, instruction)? {
+            self.line(corner, instruction)?;
+        }
+        self.line(end, instruction)
     }
 
     fn wedge(&mut self, instruction: &Instruction) -> Result<(), Flaw> {

@@ -16,6 +16,8 @@ pub(super) struct Instruction {
     /// Its letters, in upper case.
     pub(super) name: [u8; 2],
     pub(super) numbers: Vec<f64>,
+    /// What is no number in it: a label, an encoded polyline, a comment.
+    pub(super) text: String,
     /// Which bytes it takes.
     pub(super) range: Range<usize>,
 }
@@ -43,6 +45,12 @@ impl<'t> Instructions<'t> {
         }
     }
 
+    /// From the next instruction on.
+    pub(super) fn rest(mut self) -> &'t str {
+        self.begin();
+        self.text.get(self.at..).unwrap_or_default()
+    }
+
     fn peek(&self) -> Option<u8> {
         self.text.as_bytes().get(self.at).copied()
     }
@@ -66,16 +74,46 @@ impl<'t> Instructions<'t> {
             match self.peek()? {
                 ESCAPE => self.escape(),
                 // A line for the printer around the plot.
-                b'@' => self.skip(|byte| byte != b'\n'),
+                b'@' => self.line_for_the_printer(),
                 byte => return Some(byte),
             }
         }
     }
 
-    /// `ESC . letter numbers :`, or `ESC % number letter` and its like of printers.
+    /// `@PJL ENTER LANGUAGE=HPGL2` and its like.
+    fn line_for_the_printer(&mut self) {
+        let start = self.at;
+        self.skip(|byte| byte != b'\n');
+        let line = self.text.get(start..self.at).unwrap_or_default();
+        if line.to_ascii_uppercase().contains("LANGUAGE") && line.to_ascii_uppercase().contains("PCL")
+        {
+            self.to_the_plot();
+        }
+    }
+
+    /// What a printer is told is passed over, as far as the plot within it: `ESC % number B` begins one.
+    fn to_the_plot(&mut self) -> bool {
+        let rest = self.text.get(self.at..).unwrap_or_default();
+        let begins = rest.match_indices("\u{1b}%").find(|(at, sign)| {
+            let number = rest.get(at + sign.len()..).unwrap_or_default();
+            let letter = number.trim_start_matches(|sign: char| sign.is_ascii_digit() || sign == '-');
+            number.len() - letter.len() <= 2 && letter.starts_with('B')
+        });
+        if let Some((at, _)) = begins {
+            self.at += at;
+        }
+        begins.is_some()
+    }
+
+    /// `ESC . letter numbers :` of plotters, or `ESC % number letter` and its like of printers. `ESC % number A` ends a plot
+    /// within what a printer is told, and so does `ESC E` where another one follows.
     fn escape(&mut self) {
+        let start = self.at;
         self.at += 1;
         match self.take() {
+            Some(b'E') => {
+                self.to_the_plot();
+            }
             Some(b'.') => {
                 self.at += usize::from(self.peek().is_some_and(|byte| byte.is_ascii()));
                 self.skip(|byte| byte.is_ascii_digit() || byte == b';');
@@ -84,6 +122,13 @@ impl<'t> Instructions<'t> {
             Some(b'%' | b'&' | b'*' | b'(' | b')') => {
                 self.skip(|byte| !byte.is_ascii_uppercase() && byte.is_ascii_graphic());
                 self.at += usize::from(self.peek().is_some_and(|byte| byte.is_ascii_uppercase()));
+                let sequence = self.text.get(start..self.at).unwrap_or_default();
+                if sequence.starts_with("\u{1b}%")
+                    && sequence.ends_with('A')
+                    && !self.to_the_plot()
+                {
+                    self.at = self.text.len();
+                }
             }
             _ => {}
         }
@@ -105,20 +150,33 @@ impl<'t> Instructions<'t> {
         self.at += 1;
         let name = [first, second].map(|letter| letter.to_ascii_uppercase());
         let mut numbers = Vec::new();
+        let mut text = String::new();
+        let within = self.at;
         match &name {
-            b"LB" => {
+            // Labels, also those that are kept for later or shown on the plotter itself.
+            b"LB" | b"BL" | b"PB" | b"WD" => {
                 let end = self.end_of_text;
                 self.skip(|byte| byte != end);
+                text = self.text.get(within..self.at).unwrap_or_default().to_owned();
                 self.skip_one(end);
             }
             b"DT" => self.set_end_of_text(),
-            b"PE" => self.skip(|byte| byte != b';'),
+            // The sign that stands at each point, if there is one.
+            b"SM" => {
+                self.at += usize::from(self.peek().is_some_and(|sign| sign.is_ascii()));
+                text = self.text.get(within..self.at).unwrap_or_default().to_owned();
+            }
+            b"PE" => {
+                self.skip(|byte| byte != b';' && byte != ESCAPE);
+                text = self.text.get(within..self.at).unwrap_or_default().to_owned();
+            }
             _ => self.numbers(&mut numbers)?,
         }
         let range = start..self.at;
         Ok(Instruction {
             name,
             numbers,
+            text,
             range,
         })
     }
@@ -138,6 +196,13 @@ impl<'t> Instructions<'t> {
     fn numbers(&mut self, numbers: &mut Vec<f64>) -> Result<(), Flaw> {
         loop {
             self.skip(|byte| byte == b',' || is_blank(byte));
+            if self.peek() == Some(b'"') {
+                // A comment or a title in quotes.
+                self.at += 1;
+                self.skip(|byte| byte != b'"');
+                self.skip_one(b'"');
+                continue;
+            }
             let start = self.at;
             let sign = |byte| byte == b'-' || byte == b'+';
             if !self
@@ -212,9 +277,12 @@ mod tests {
             "\u{1b}.(\u{1b}.I81;;17:\u{1b}%0BPU1600 2600;LBPD1 2\u{3}PD-5.0 .5",
             "\u{1b}E\u{1b}%-12345X@PJL ENTER LANGUAGE=HPGL2\nPU1600 2600PD-5 .5\u{1b}%0A",
             "DT*;LBtext*PU1600 2600DT;PD-5 .5",
+            "\u{1b}.Y\u{1b}.@;0:\u{1b}.M500;;;10;:\u{1b}.N;19:CO\"PD3 4;\"PU1600 2600;MG \"PD\";PD-5 .5",
+            // Within what a printer is told: what it prints beside the plot is no part of it.
+            "\u{1b}E\u{1b}&l1o3A\u{1b}*p0x0YHello; \u{1b}%0BPU1600 2600\u{1b}%1A PD7 7;\u{1b}%-1BPD-5 .5\u{1b}%0ABye\u{1b}E",
         ] {
             let mut found = all(text);
-            found.retain(|(name, _)| name != "LB" && name != "DT");
+            found.retain(|(name, _)| !matches!(name.as_str(), "LB" | "DT" | "CO" | "MG"));
             assert_eq!(found, expected, "{text:?}");
         }
     }

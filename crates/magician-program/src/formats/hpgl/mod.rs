@@ -3,24 +3,31 @@
 //! | instructions | what becomes of them |
 //! |---|---|
 //! | PU, PD, PA, PR | strokes |
-//! | CI, AA, AR, EA, ER, EW | arcs within the tolerance, outlines |
+//! | PE | strokes: the same, encoded |
+//! | CI, AA, AR, AT, RT, EA, ER, EW | arcs within the tolerance, outlines |
 //! | BZ, BR | curves within the tolerance |
 //! | RA, RR, WG | outlines, with a note: nothing is filled |
 //! | PM, EP, FP | polygons, as outlines |
-//! | IP, SC | scaling to user units; without IP it is the plotter's own and refused |
+//! | IP, IR, SC, PS | scaling to user units; where the file does not say where P1 and P2 are, as on a sheet of A4, with a note |
+//! | RO | the coordinate system is turned |
+//! | IW | what lies outside of it is cut off |
 //! | SP | SP0 is no pen; all others draw alike |
 //! | IN, DF, LT, VS, PW, WU ... | as it is here anyway |
-//! | LB | text, left out with a note |
-//! | PE, RO, AT, RT | refused |
+//! | LB | text, left out with a note that quotes it |
 //!
-//! Any of space, comma and nothing may stand between numbers, and a semicolon or nothing behind an instruction.
+//! Any of space, comma and nothing may stand between numbers, and a semicolon or nothing behind an instruction. What the plotter
+//! itself is told (`ESC .`), and what a printer is told around a plot (`ESC E`, `ESC %0A`, `@PJL`), is passed over.
+//!
+//! Instructions are those of the HP-GL/2 and HP RTL reference guide and of the HP 7475A.
 
 mod curves;
+mod encoded;
 mod figures;
 mod lexer;
 mod plotter;
 mod polygon;
 mod scale;
+mod text;
 
 use super::gcode::{Notes, text_of};
 use super::{Content, ReadOptions, Reading};
@@ -34,6 +41,7 @@ const FINEST: f64 = 1e-4;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
     let text = text_of(bytes);
+    let latin = std::str::from_utf8(bytes).is_err();
     let lines = Lines::new(&text);
     let tolerance = options.tolerance;
     let tolerance = if tolerance > FINEST {
@@ -41,7 +49,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
     } else {
         FINEST
     };
-    let mut plotter = Plotter::new(&options.title, tolerance, &lines);
+    let mut plotter = Plotter::new(&options.title, tolerance, &lines, latin);
     for instruction in Instructions::new(&text) {
         let done = instruction.and_then(|instruction| plotter.take(&instruction));
         done.map_err(|flaw| {
@@ -54,4 +62,9 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
         content: Content::Artwork(artwork),
         notes,
     })
+}
+
+/// A text without what plotters and printers are told before a plot.
+pub(super) fn without_escapes(text: &str) -> &str {
+    Instructions::new(text).rest()
 }

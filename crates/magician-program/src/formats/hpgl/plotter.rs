@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::Notes;
 use super::lexer::Instruction;
 use super::scale::Scale;
+use super::text::Texts;
 use crate::formats::flaw::Flaw;
 use crate::{Artwork, Lines, NoteCode, Problem, Stroke};
 
@@ -40,10 +41,15 @@ pub(super) struct Plotter<'t> {
     pub(super) polygon: Option<usize>,
     /// The strokes of the last one.
     pub(super) edges: Vec<Stroke>,
+    pub(super) texts: Texts,
+    /// What is outside of this is not drawn (IW), mm.
+    window: Option<[[f64; 2]; 2]>,
+    /// Whether characters above 127 are single bytes of the file.
+    latin: bool,
 }
 
 impl<'t> Plotter<'t> {
-    pub(super) fn new(title: &str, tolerance: f64, lines: &'t Lines<'t>) -> Self {
+    pub(super) fn new(title: &str, tolerance: f64, lines: &'t Lines<'t>, latin: bool) -> Self {
         let artwork = Artwork {
             title: title.to_owned(),
             ..Artwork::default()
@@ -62,12 +68,25 @@ impl<'t> Plotter<'t> {
             open: None,
             polygon: None,
             edges: Vec::new(),
+            texts: Texts::default(),
+            window: None,
+            latin,
+        }
+    }
+
+    /// A text of the file as the bytes that it is there.
+    pub(super) fn bytes_of(&self, text: &str) -> Vec<u8> {
+        match self.latin {
+            true => text.chars().map(|sign| sign as u8).collect(),
+            false => text.as_bytes().to_vec(),
         }
     }
 
     pub(super) fn finish(mut self) -> (Artwork, Vec<Problem>) {
         self.lift();
         self.end_polygon();
+        self.tell_texts();
+        self.artwork.page = self.scale.page();
         if self.pens.len() > 1 {
             let pens: Vec<_> = self.pens.iter().map(ToString::to_string).collect();
             let message = format!("pens {} draw alike: there is one", pens.join(", "));
@@ -97,16 +116,22 @@ impl<'t> Plotter<'t> {
                 self.go(instruction)?;
             }
             b"SP" => {
-                self.lift_for_a_moment();
-                self.pen = instruction.numbers.first().copied().unwrap_or(0.0);
+                self.select(instruction.numbers.first().copied().unwrap_or(0.0));
             }
-            b"IN" | b"DF" => self.reset(&instruction.name == b"IN"),
-            b"IP" => self.scale.corners(instruction)?,
-            b"SC" => {
-                self.lift_for_a_moment();
-                let place = self.scale.place(self.at);
-                self.scale.units(instruction)?;
-                self.stay(place);
+            b"PE" => self.encoded(instruction)?,
+            // Every plot begins anew, as IN does (HP-GL/2).
+            b"IN" | b"BP" => self.reset(true),
+            b"DF" => self.reset(false),
+            b"IP" | b"IR" | b"PS" | b"RO" | b"SC" => self.scaled(instruction)?,
+            b"IW" => self.windowed(instruction)?,
+            b"LB" => self.text(instruction),
+            b"AT" | b"RT" => {
+                let from = if &instruction.name == b"RT" {
+                    self.at
+                } else {
+                    [0.0; 2]
+                };
+                self.arc_through(from, instruction)?;
             }
             b"CI" | b"AA" | b"AR" | b"EA" | b"ER" | b"RA" | b"RR" | b"EW" | b"WG" | b"BZ"
             | b"BR" => {
@@ -123,36 +148,22 @@ impl<'t> Plotter<'t> {
     fn other(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
         let name = instruction.name();
         match name.as_str() {
-            "LB" => {
-                self.note(instruction, "text (LB) is left out: write it as curves");
-            }
             "LT" if !instruction.numbers.is_empty() => {
                 self.note(
                     instruction,
                     "line types (LT) are left out: all lines are drawn through",
                 );
             }
-            "PE" => {
-                return Err(Flaw::new(
-                    instruction.range.clone(),
-                    "encoded polylines (PE) are not read",
-                )
-                .help("write the plot as plain HPGL, with PU and PD"));
-            }
-            "RO" if instruction
-                .numbers
-                .first()
-                .is_none_or(|angle| *angle == 0.0) => {}
-            "RO" | "AT" | "RT" => {
-                let message = format!("{name} is not done here");
-                return Err(Flaw::new(instruction.range.clone(), message));
-            }
             // Pen speed and force, widths, colours, label styles, fills, the plotter and its paper.
             "LT" | "VS" | "VA" | "VN" | "FS" | "AS" | "PW" | "WU" | "PT" | "PC" | "NP" | "CR"
-            | "CO" | "LA" | "LO" | "DI" | "DR" | "DV" | "SI" | "SR" | "SL" | "SD" | "AD" | "CS"
-            | "CA" | "SS" | "SA" | "CP" | "ES" | "DT" | "FT" | "AC" | "UL" | "SV" | "TR" | "MC"
-            | "PG" | "AF" | "AH" | "EC" | "BP" | "PS" | "QL" | "MG" | "MT" | "ST" | "NR" | "RP"
-            | "IW" | "OE" | "OI" | "OS" | "OA" | "OH" | "OP" => {}
+            | "CO" | "LA" | "LO" | "LM" | "DI" | "DR" | "DV" | "SI" | "SR" | "SL" | "SD" | "AD"
+            | "CS" | "CA" | "SS" | "SA" | "CP" | "ES" | "DT" | "FT" | "AC" | "UL" | "SV" | "TR"
+            | "MC" | "PP" | "RF" | "SB" | "TD" | "DL" | "PG" | "AF" | "AH" | "EC" | "QL" | "MG"
+            | "MT" | "ST" | "NR" | "RP" | "CM" | "CT" | "CV" | "CF" | "IM" | "IV" | "FI" | "FN"
+            | "GM" | "TL" | "BL" | "WD" | "OA" | "OB" | "OC" | "OD" | "OE" | "OF" | "OG" | "OH"
+            | "OI" | "OK" | "OL" | "OO" | "OP" | "OS" | "OT" | "OW" => {}
+            // Symbols at each point (SM) that are none.
+            "SM" if matches!(instruction.text.as_str(), "" | ";") => {}
             _ => self.note(instruction, &format!("{name} is left out")),
         }
         Ok(())
@@ -162,13 +173,65 @@ impl<'t> Plotter<'t> {
         self.lift();
         self.end_polygon();
         self.edges.clear();
-        let place = self.scale.place(self.at);
-        (self.scale, self.relative) = (Scale::default(), false);
+        (self.relative, self.window) = (false, None);
         if moves {
+            self.scale.reset();
             self.at = [0.0; 2];
         } else {
+            let place = self.scale.place(self.at);
+            self.scale.unscale();
             self.stay(place);
         }
+    }
+
+    /// What changes which place a pair of numbers is: the pen does not move.
+    fn scaled(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+        self.lift_for_a_moment();
+        let place = self.scale.place(self.at);
+        match &instruction.name {
+            b"IP" => self.scale.corners(instruction),
+            b"IR" => self.scale.shares(instruction),
+            b"PS" => self.scale.sized(instruction),
+            b"RO" => self.scale.rotate(instruction),
+            _ => self.scale.units(instruction),
+        }?;
+        self.stay(place);
+        if &instruction.name == b"SC" && self.scale.assumes_frame() {
+            let [width, height] = self.scale.frame();
+            let message = format!(
+                "SC without IP scales to the plotter's own frame: taken as that of A4, {width:.0} by {height:.0} mm"
+            );
+            let origin = self.lines.origin(instruction.range.clone());
+            let help = "IP before SC says it, --width and --scale make it another size";
+            self.notes
+                .add_with_help(NoteCode::Assumed, origin, &message, help);
+        }
+        Ok(())
+    }
+
+    /// IW: what lies outside of a rectangle is not drawn.
+    fn windowed(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+        self.lift_for_a_moment();
+        self.window = match instruction.numbers[..] {
+            [] => None,
+            [x1, y1, x2, y2] => {
+                let [a, b] = [[x1, y1], [x2, y2]].map(|corner| self.scale.place(corner));
+                Some([
+                    [a[0].min(b[0]), a[1].min(b[1])],
+                    [a[0].max(b[0]), a[1].max(b[1])],
+                ])
+            }
+            _ => {
+                let message = "IW needs two points or nothing";
+                return Err(Flaw::new(instruction.range.clone(), message));
+            }
+        };
+        Ok(())
+    }
+
+    pub(super) fn select(&mut self, pen: f64) {
+        self.lift_for_a_moment();
+        self.pen = pen;
     }
 
     /// The pen is where it was on the sheet: that place has other numbers now.
@@ -195,7 +258,7 @@ impl<'t> Plotter<'t> {
         self.open = Some(Open { points, range, dot });
     }
 
-    fn lift(&mut self) {
+    pub(super) fn lift(&mut self) {
         self.down = false;
         self.lift_for_a_moment();
     }
@@ -217,7 +280,15 @@ impl<'t> Plotter<'t> {
         if self.polygon.is_some() {
             self.edges.push(stroke);
         } else {
-            self.artwork.strokes.push(stroke);
+            self.put(stroke);
+        }
+    }
+
+    /// What of a stroke is within the window.
+    pub(super) fn put(&mut self, stroke: Stroke) {
+        match self.window {
+            None => self.artwork.strokes.push(stroke),
+            Some(window) => self.artwork.strokes.extend(stroke.within(window)),
         }
     }
 

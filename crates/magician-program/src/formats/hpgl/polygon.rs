@@ -66,6 +66,8 @@ impl Plotter<'_> {
                 return;
             }
         }
-        self.artwork.strokes.append(&mut self.edges);
+        for edge in std::mem::take(&mut self.edges) {
+            self.put(edge);
+        }
     }
 }

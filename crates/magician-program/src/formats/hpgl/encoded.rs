@@ -1,0 +1,174 @@
+//! Polylines encoded in signs (PE), HP-GL/2: numbers to the base of 64 or 32, with the least digit first.
+//!
+//! A number is doubled, and one more if it is negative. To the base of 64 a digit is a sign from 63, the last one from 191;
+//! to the base of 32 (flag 7) the last one is from 95. Flags: `:` a pen, `<` a move with the pen up, `>` how many bits are
+//! behind the point, `=` an absolute point. Points without a flag are relative to the one before, and drawn.
+
+use super::lexer::Instruction;
+use super::plotter::Plotter;
+use crate::formats::flaw::Flaw;
+
+/// The first digit that more follow, and the last ones to each base.
+const MORE: u8 = 63;
+const LAST_OF_64: u8 = 191;
+const LAST_OF_32: u8 = 95;
+/// A number has as many digits; more do not fit on any sheet.
+const MOST_DIGITS: u32 = 8;
+/// Bits behind the point.
+const MOST_BITS: f64 = 26.0;
+
+/// One thing of an encoded polyline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Item {
+    Pen(f64),
+    Up,
+    Absolute,
+    /// The number of bits behind the point has been read.
+    Point([f64; 2]),
+}
+
+/// What an encoded polyline says; `None` for what is cut off or no number.
+pub(super) fn items(bytes: &[u8]) -> Option<Vec<Item>> {
+    let mut numbers = Numbers {
+        bytes,
+        base: 64,
+        last: LAST_OF_64,
+    };
+    let mut items = Vec::new();
+    let mut share = 1.0;
+    while let Some((byte, rest)) = numbers.bytes.split_first() {
+        let flag = matches!(byte, b':' | b'<' | b'>' | b'=' | b'7');
+        if flag || *byte < MORE {
+            // Blanks between numbers say nothing.
+            numbers.bytes = rest;
+        }
+        match byte {
+            b':' => items.push(Item::Pen(numbers.next()?)),
+            b'<' => items.push(Item::Up),
+            b'=' => items.push(Item::Absolute),
+            b'7' => (numbers.base, numbers.last) = (32, LAST_OF_32),
+            b'>' => {
+                let bits = numbers.next()?;
+                if bits.abs() > MOST_BITS {
+                    return None;
+                }
+                share = (-bits).exp2();
+            }
+            byte if *byte >= MORE => {
+                let point = [numbers.next()?, numbers.next()?];
+                items.push(Item::Point(point.map(|number| number * share)));
+            }
+            _ => {}
+        }
+    }
+    Some(items)
+}
+
+struct Numbers<'b> {
+    bytes: &'b [u8],
+    base: u64,
+    last: u8,
+}
+
+impl Numbers<'_> {
+    fn next(&mut self) -> Option<f64> {
+        let (mut value, mut digits) = (0_u64, 0);
+        loop {
+            let (byte, rest) = self.bytes.split_first()?;
+            self.bytes = rest;
+            // To the base of 32 there are seven bits in a sign.
+            let byte = match self.base {
+                32 => byte & 0x7F,
+                _ => *byte,
+            };
+            if byte < MORE {
+                continue;
+            }
+            let ends = byte >= self.last;
+            let digit = u64::from(byte - if ends { self.last } else { MORE });
+            if digit >= self.base || digits == MOST_DIGITS {
+                return None;
+            }
+            value += digit * self.base.pow(digits);
+            digits += 1;
+            if ends {
+                let size = (value >> 1) as f64;
+                return Some(if value & 1 == 1 { -size } else { size });
+            }
+        }
+    }
+}
+
+impl Plotter<'_> {
+    /// PE: afterwards coordinates are absolute or relative as before, and the pen stays up after a move with the pen up.
+    pub(super) fn encoded(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+        let broken = || {
+            let message = "an encoded polyline (PE) is cut off or damaged";
+            Flaw::new(instruction.range.clone(), message)
+        };
+        let (mut up, mut absolute) = (false, false);
+        for item in items(&self.bytes_of(&instruction.text)).ok_or_else(broken)? {
+            match item {
+                Item::Pen(pen) => self.select(pen),
+                Item::Up => up = true,
+                Item::Absolute => absolute = true,
+                Item::Point([x, y]) => {
+                    let from = if absolute { [0.0; 2] } else { self.at };
+                    if up {
+                        self.lift();
+                    } else {
+                        self.down = true;
+                    }
+                    self.line([from[0] + x, from[1] + y], instruction)?;
+                    (up, absolute) = (false, false);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_as_the_manual_has_them() {
+        // 82.23 with 7 bits behind the point, in the manual's example.
+        let [to_64, to_32] = [&[121, 71, 196][..], b"YPs"];
+        for (flags, digits) in [(&b""[..], to_64), (b"7", to_32)] {
+            let bytes = [flags, digits, digits].concat();
+            assert_eq!(items(&bytes), Some(vec![Item::Point([10525.0, 10525.0])]));
+        }
+        let negative = [121 + 1, 71, 196, 191, b';'];
+        assert_eq!(
+            items(&negative[..4]),
+            Some(vec![Item::Point([-10525.0, 0.0])])
+        );
+    }
+
+    #[test]
+    fn flags_and_fractions_are_followed_and_rubbish_is_none() {
+        // 1 bit behind the point: 3 halves, minus one half.
+        let found = items(b"7:c\r\n<=>aec").unwrap();
+        assert_eq!(
+            found,
+            [
+                Item::Pen(2.0),
+                Item::Up,
+                Item::Absolute,
+                Item::Point([1.5, 1.0])
+            ]
+        );
+        for none in [
+            &b"7e"[..],
+            b"7?????????_e",
+            b":",
+            b"7>?bee",
+            &[121, 121],
+            &[255, 191],
+        ] {
+            assert_eq!(items(none), None, "{none:?}");
+        }
+    }
+}
