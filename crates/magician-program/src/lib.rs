@@ -46,7 +46,7 @@ pub use artwork::{Artwork, Stroke, WouldFit};
 pub use calibrate::Tip;
 pub use check::{Complaint, Report, check, would_fit};
 pub use ending::Ending;
-pub use formats::{Content, Fills, Format, ReadOptions, Reading, read};
+pub use formats::{Content, Fills, Format, ReadOptions, Reading, White, read};
 pub use origin::{Lines, Origin};
 pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
 pub use power::Power;

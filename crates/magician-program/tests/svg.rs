@@ -1,7 +1,7 @@
 //! SVG drawings as strokes: lengths, places, sizes, what is left out and what is refused.
 
 use magician_program::{
-    Artwork, Content, Fills, Format, Lines, Problem, ReadOptions, Reading, Stroke, read,
+    Artwork, Content, Fills, Format, Lines, Problem, ReadOptions, Reading, Stroke, White, read,
 };
 
 const HOUSE: &[u8] = include_bytes!("../samples/house.svg");
@@ -477,7 +477,7 @@ fn filled_shapes_are_outlined_or_left_out() {
         told,
         [
             "filled shapes without a line are drawn as outlines",
-            "white shapes without a line are left out"
+            "white on white is left out: it would not be seen"
         ]
     );
     let mut options = ReadOptions::default();
@@ -615,6 +615,143 @@ fn clip_paths_cut_lines_off() {
 }
 
 #[test]
+fn masks_cut_off_what_they_hide() {
+    let masked = |mask: &str| {
+        reading(page(&format!(
+            r##"<mask id="m" maskUnits="userSpaceOnUse" x="0" y="0" width="80" height="100" {mask}</mask><line x1="0" y1="50" x2="100" y2="50" stroke="black" mask="url(#m)"/>"##
+        )))
+    };
+    let spans = |mask: &str| -> Vec<[f64; 2]> {
+        let (artwork, notes) = masked(mask);
+        assert!(notes.is_empty(), "{mask}: {notes:?}");
+        let ends = |stroke: &Stroke| [stroke.points[0][0], stroke.points.last().unwrap()[0]];
+        let rounded = |stroke: &Stroke| ends(stroke).map(|x| (x * 1000.0).round() / 1000.0);
+        artwork.strokes.iter().map(rounded).collect()
+    };
+    let white = r#"<rect width="100" height="100" fill="white"/>"#;
+    let hole = r#"<rect x="40" y="40" width="20" height="20"/>"#;
+    assert_eq!(spans(&format!(">{white}")), [[0.0, 80.0]]);
+    assert_eq!(spans(&format!(">{white}{hole}")), [[0.0, 40.0], [60.0, 80.0]]);
+    assert_eq!(spans(&format!(">{hole}")), [[0.0; 2]; 0]);
+    // In the alpha of a mask black shows, too; what shows however faintly shows.
+    assert_eq!(spans(&format!(r#"mask-type="alpha">{hole}"#)), [[40.0, 60.0]]);
+    assert_eq!(
+        spans(r#"><g opacity="0.5"><rect x="10" width="20" height="99" fill="gray"/></g>"#),
+        [[10.0, 30.0]]
+    );
+    // What is drawn on black afterwards shows; black that is seen through does not hide; lines count as wide as they are.
+    let island = r#"<rect x="45" y="40" width="10" height="20" fill="red"/>"#;
+    assert_eq!(
+        spans(&format!(">{white}{hole}{island}")),
+        [[0.0, 40.0], [45.0, 55.0], [60.0, 80.0]]
+    );
+    assert_eq!(
+        spans(&format!(r#">{white}<g opacity="0.9">{hole}</g>"#)),
+        [[0.0, 80.0]]
+    );
+    assert_eq!(
+        spans(r#"><line x1="50" y1="0" x2="50" y2="100" stroke="white" stroke-width="10"/>"#),
+        [[45.0, 55.0]]
+    );
+    // A gradient that shows all along is as good as white; from white to black it hides by degrees.
+    let gradient = |to: &str| {
+        format!(
+            r##"><linearGradient id="g"><stop stop-color="white"/><stop offset="1" stop-color="{to}"/></linearGradient><rect width="50" height="100" fill="url(#g)"/>"##
+        )
+    };
+    assert_eq!(spans(&gradient("gray")), [[0.0, 50.0]]);
+    let (artwork, notes) = masked(&gradient("black"));
+    assert_eq!(artwork.strokes.len(), 1);
+    assert!(notes[0].message.contains("is ignored"), "{notes:?}");
+    assert_eq!(notes[0].name.as_deref(), Some("line"));
+}
+
+#[test]
+fn white_is_drawn_where_it_is_seen() {
+    let count = |inside: &str| {
+        let (artwork, notes) = reading(page(inside));
+        let told = notes.iter().filter(|note| note.message.contains("white"));
+        (artwork.strokes.len(), told.count())
+    };
+    let dark = r#"<rect x="10" y="10" width="50" height="50" fill="blue"/>"#;
+    let line = r#"<path d="M20 20h20" stroke="white"/>"#;
+    let bent = r#"<path d="M20 20h20v9" fill="none" stroke="white"/>"#;
+    let shape = r##"<rect x="20" y="20" width="9" height="9" fill="#fff"/>"##;
+    let text = r#"<text x="15" y="30" font-size="9" fill="white">l</text>"#;
+    let black = r#"<path d="M5 5h5" stroke="black"/>"#;
+    for white in [line, bent, shape, text] {
+        // On white, and below what is dark.
+        assert_eq!(count(&format!("{black}{white}")), (1, 1), "{white}");
+        assert_eq!(count(&format!("{white}{dark}")), (1, 1), "{white}");
+        // On something dark, unless white lies between.
+        assert_eq!(count(&format!("{dark}{white}")), (2, 0), "{white}");
+        let between = r#"<rect x="15" y="15" width="40" height="40" fill="white"/>"#;
+        assert_eq!(count(&format!("{dark}{between}{white}")), (2, 1), "{white}");
+        // All there is.
+        assert_eq!(count(white), (1, 1), "{white}");
+        let mut options = ReadOptions::default();
+        options.white = White::Draw;
+        let both = page(&format!("{black}{white}"));
+        let (artwork, _) = reading_with(both, &options).unwrap();
+        assert_eq!(artwork.strokes.len(), 2, "{white}");
+    }
+    // A shape with a line of another colour is drawn, and one of another colour with a white line.
+    assert_eq!(
+        count(r#"<rect width="9" height="9" fill="white" stroke="red"/>"#),
+        (1, 0)
+    );
+    assert_eq!(
+        count(r#"<rect width="9" height="9" fill="red" stroke="white"/>"#),
+        (1, 0)
+    );
+    // Half of the line is on it.
+    assert_eq!(
+        count(&format!(r#"{dark}<path d="M50 20h5v5h20" fill="none" stroke="white"/>"#)),
+        (2, 0)
+    );
+}
+
+#[test]
+fn lines_beyond_the_page_are_cut_off_if_that_is_wanted() {
+    let mut options = ReadOptions::default();
+    options.clip_page = true;
+    let text = page(
+        r#"<path d="M90 10h20" stroke="black"/><rect width="100" height="100" fill="none" stroke="black"/><path d="M-9 -9h5" stroke="black"/>"#,
+    );
+    let (artwork, notes) = reading_with(&text, &options).unwrap();
+    assert_eq!(artwork.strokes.len(), 2);
+    near(artwork.strokes[0].points[1][0], 100.0, 2e-3);
+    assert!(artwork.strokes[1].is_closed());
+    let told: Vec<&str> = notes.iter().map(|note| note.message.as_str()).collect();
+    assert_eq!(
+        told,
+        ["what lies beyond the page (100.0 by 100.0 mm) is cut off: 2 lines"]
+    );
+    let (_, notes) = reading(&text);
+    assert_eq!(notes[0].help.as_deref(), Some("--clip-page cuts it off"));
+    let pageless = r#"<svg xmlns="http://www.w3.org/2000/svg"><path d="M1 1h5" stroke="black"/></svg>"#;
+    let (_, notes) = reading_with(pageless, &options).unwrap();
+    assert!(notes[0].message.contains("nothing is cut off"), "{notes:?}");
+}
+
+#[test]
+fn packed_drawings_are_unpacked_as_far_as_that_is_bounded() {
+    let packed = |bytes: &[u8]| {
+        let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        std::io::Write::write_all(&mut packer, bytes).unwrap();
+        packer.finish().unwrap()
+    };
+    let text = page(r#"<path d="M1 1h5" stroke="black"/>"#);
+    let (artwork, _) = reading(packed(text.as_bytes()));
+    assert_eq!(artwork.strokes, reading(&text).0.strokes);
+    assert_eq!(Format::of("a", &packed(text.as_bytes())), Some(Format::Svg));
+    let bomb = packed(&vec![b' '; (64 << 20) + 1]);
+    assert!(problem(bomb).message.contains("unpacked it has more than"));
+    let damaged = &packed(text.as_bytes())[..40];
+    assert!(problem(damaged).message.contains("damaged"));
+}
+
+#[test]
 fn styles_and_markers_are_followed() {
     let (artwork, _) = reading(page(
         r#"<style><![CDATA[ .cut { fill: none; stroke: red } #gone { display: none } ]]></style><path class="cut" d="M1 1h5"/><path id="gone" class="cut" d="M1 3h5"/>"#,
@@ -682,7 +819,7 @@ fn characters_that_the_font_lacks_are_left_out_and_named() {
 #[test]
 fn what_is_left_out_is_told() {
     let (artwork, notes) = reading(page(
-        r##"<image href="/etc/passwd" width="9" height="9"/><image href="data:image/png;base64,AAAA" width="9" height="9"/><foreignObject/><mask id="m"><rect/></mask><filter id="f"/><line x2="5" stroke="red" mask="url(#m)" style="filter:url(#f)"/>"##,
+        r##"<image href="/etc/passwd" width="9" height="9"/><image href="data:image/png;base64,AAAA" width="9" height="9"/><foreignObject/><filter id="f"/><line x2="5" stroke="red" style="filter:url(#f)"/>"##,
     ));
     assert_eq!(artwork.strokes.len(), 1);
     let told: Vec<&str> = notes.iter().map(|note| note.message.as_str()).collect();
@@ -691,7 +828,6 @@ fn what_is_left_out_is_told() {
         [
             "images in the drawing are left out (2 times)",
             "what is not SVG is left out",
-            "masks are left out: what they hide is drawn",
             "filters are left out",
         ]
     );
@@ -750,6 +886,11 @@ fn bombs_do_not_go_off() {
         "<use id='a' href='#b'/><use id='b' href='#c'/><use id='c' href='#a'/>",
         "<clipPath id='a' clip-path='url(#b)'><rect width='9' height='9'/></clipPath><clipPath id='b' clip-path='url(#a)'><rect width='9' height='9'/></clipPath><rect clip-path='url(#a)' width='9' height='9'/>",
         "<pattern id='p' width='9' height='9'><rect width='9' height='9' fill='url(#p)'/></pattern><rect width='9' height='9' fill='url(#p)'/>",
+        "<mask id='a' mask='url(#a)'><rect width='9' height='9' mask='url(#a)'/></mask><rect mask='url(#a)' width='9' height='9'/>",
+        "<clipPath id='a' clip-path='url(#b)'><rect width='9' height='9'/></clipPath><clipPath id='b' clip-path='url(#c)'><rect width='9' height='9'/></clipPath><clipPath id='c' clip-path='url(#a)'><rect width='9' height='9'/></clipPath><rect clip-path='url(#a)' width='9' height='9'/>",
+        "<mask id='a' mask='url(#b)'><rect width='9' height='9'/></mask><mask id='b' mask='url(#c)'><rect width='9' height='9'/></mask><mask id='c'><use href='#u'/></mask><rect id='u' mask='url(#a)' width='9' height='9'/>",
+        "<style>.x{mask:url(#a)} .y{mask:url(#b)} #z{mask:url(#c)}</style><mask id='a'><rect class='y' width='9' height='9'/></mask><mask id='b'><rect id='z' width='9' height='9'/></mask><mask id='c'><rect class='x' width='9' height='9'/></mask><rect mask='url(#a)' width='9' height='9'/>",
+        "<mask id='a'><rect clip-path='url(#c)' width='9' height='9'/></mask><clipPath id='c'><rect mask='url(#a)' width='9' height='9'/></clipPath><rect mask='url(#a)' width='9' height='9'/>",
         "<marker id='m'><path d='M0 0h1v1' marker-mid='url(#m)' stroke='red'/></marker><path d='M0 0h1v1' marker-mid='url(#m)'/>",
     ] {
         let _ = reading_with(page(circle), &ReadOptions::default());

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use super::svg::GZIP;
 use super::{Format, hpgl, points};
 
 /// So much of a file is looked at.
@@ -130,6 +131,10 @@ impl Format {
         }
         if points::is_recording(head) {
             return Some(Self::Points);
+        }
+        // Nothing else that is read is packed.
+        if begins(&GZIP) {
+            return Some(Self::Svg);
         }
         if begins(b"AutoCAD Binary DXF\r\n") {
             return Some(Self::Dxf);

@@ -16,7 +16,8 @@ pub use gcode::{Arcs, Dialect, GcodeOptions};
 
 use crate::plan::file;
 use crate::raster::Raster;
-use crate::{Artwork, Plan, Problem};
+use crate::{Artwork, NoteCode, Plan, Problem};
+use std::str::FromStr;
 
 /// What a file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -54,6 +55,10 @@ pub struct ReadOptions {
     pub gcode: GcodeOptions,
     /// What becomes of filled shapes that have no line of their own.
     pub fills: Fills,
+    /// What becomes of white in a drawing.
+    pub white: White,
+    /// Whether what lies beyond the page of a drawing is cut off.
+    pub clip_page: bool,
 }
 
 /// What becomes of filled shapes without a line in a drawing.
@@ -66,6 +71,28 @@ pub enum Fills {
     Ignore,
 }
 
+/// What becomes of white lines and shapes in a drawing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum White {
+    /// They are drawn on darker shapes, and where nothing else would be drawn; otherwise they are left out.
+    #[default]
+    Skip,
+    /// They are drawn.
+    Draw,
+}
+
+impl FromStr for White {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "skip" => Ok(Self::Skip),
+            "draw" => Ok(Self::Draw),
+            other => Err(format!("white is `skip` or `draw`, not `{other}`")),
+        }
+    }
+}
+
 impl Default for ReadOptions {
     fn default() -> Self {
         Self {
@@ -73,6 +100,8 @@ impl Default for ReadOptions {
             tolerance: 0.05,
             gcode: GcodeOptions::default(),
             fills: Fills::default(),
+            white: White::default(),
+            clip_page: false,
         }
     }
 }
@@ -103,7 +132,7 @@ pub struct Reading<T = Content> {
 /// # Errors
 /// The first [`Problem`] that makes it unreadable, with its place.
 pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
-    match format {
+    let mut reading = match format {
         Format::Plan => file::read(bytes, options).map(Reading::of_plan),
         Format::Playback => playback::read(bytes, options),
         Format::Gcode => gcode::read(bytes, options),
@@ -113,10 +142,46 @@ pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Readi
         Format::Blockly => blockly::read(bytes, options),
         Format::Image => image::read(bytes, options),
         Format::Points => points::read(bytes, options),
+    }?;
+    if options.clip_page {
+        let note = reading.clip_to_page();
+        reading.notes.extend(note);
     }
+    Ok(reading)
 }
 
+/// What is no farther beyond the edge of a page is on it, mm: numbers are rounded.
+const ON_THE_EDGE: f64 = 1e-3;
+
 impl Reading {
+    /// Cuts off what lies beyond the page; what there is to be said of that.
+    fn clip_to_page(&mut self) -> Option<Problem> {
+        let page = match &self.content {
+            Content::Artwork(artwork) => artwork.page,
+            _ => None,
+        };
+        let (Content::Artwork(artwork), Some([width, height])) = (&mut self.content, page) else {
+            let message = "the file does not say how large its page is: nothing is cut off";
+            return Some(Problem::of_file(message).coded(NoteCode::Assumed));
+        };
+        let window = [
+            [-ON_THE_EDGE; 2],
+            [width + ON_THE_EDGE, height + ON_THE_EDGE],
+        ];
+        let mut cut = 0;
+        let strokes = std::mem::take(&mut artwork.strokes);
+        for stroke in strokes {
+            let pieces = stroke.within(window);
+            cut += usize::from(pieces != [stroke]);
+            artwork.strokes.extend(pieces);
+        }
+        let lines = if cut == 1 { "line" } else { "lines" };
+        let message = format!(
+            "what lies beyond the page ({width:.1} by {height:.1} mm) is cut off: {cut} {lines}"
+        );
+        (cut > 0).then(|| Problem::of_file(message).coded(NoteCode::LeftOut))
+    }
+
     fn of_plan(read: Reading<Plan>) -> Self {
         Self {
             content: Content::Plan(read.content),

@@ -15,13 +15,14 @@ const EDGE: f64 = 1e-3;
 /// A region that lines are clipped to: inside any of its shapes, and inside each further region.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Region {
-    shapes: Vec<Shape>,
+    /// In the order in which they are painted, and whether each shows what is within; a clip path's all do.
+    shapes: Vec<(Shape, bool)>,
     /// The regions that its clip path itself, and those around it, are clipped to.
     also: Vec<Region>,
 }
 
 #[derive(Clone, Debug)]
-struct Shape {
+pub(super) struct Shape {
     edges: Vec<[[f64; 2]; 2]>,
     rule: FillRule,
     /// What clips this shape alone.
@@ -35,9 +36,25 @@ impl Region {
         let mut shapes = Vec::new();
         collect(clip.root(), to_own, &[], tolerance, &mut shapes);
         let also = clip.clip_path().map(|outer| Self::of(outer, to, tolerance));
+        let shows = shapes.into_iter().map(|shape| (shape, true));
         Self {
-            shapes,
+            shapes: shows.collect(),
             also: also.into_iter().collect(),
+        }
+    }
+
+    /// Where the uppermost shape shows something.
+    pub(super) fn painted(shapes: Vec<(Shape, bool)>, also: Vec<Self>) -> Self {
+        Self { shapes, also }
+    }
+
+    /// Within one closed line.
+    pub(super) fn inside(corners: &[[f64; 2]]) -> Self {
+        let closed: Line = corners.iter().chain(corners.first()).copied().collect();
+        let shape = Shape::new(&[closed], FillRule::NonZero, &[]);
+        Self {
+            shapes: vec![(shape, true)],
+            also: Vec::new(),
         }
     }
 
@@ -45,18 +62,19 @@ impl Region {
         let own = self
             .shapes
             .iter()
-            .map(|shape| shape.edges.len() + shape.within.iter().map(Self::edges).sum::<usize>());
+            .map(|(shape, _)| shape.edges());
         own.sum::<usize>() + self.also.iter().map(Self::edges).sum::<usize>()
     }
 
     fn contains(&self, at: [f64; 2]) -> bool {
-        self.shapes.iter().any(|shape| shape.contains(at))
+        let uppermost = self.shapes.iter().rev().find(|(shape, _)| shape.contains(at));
+        uppermost.is_some_and(|(_, shows)| *shows)
             && self.also.iter().all(|region| region.contains(at))
     }
 
     /// Where a way crosses any edge, as shares of it.
     fn crossings(&self, from: [f64; 2], to: [f64; 2], found: &mut Vec<f64>) {
-        for shape in &self.shapes {
+        for (shape, _) in &self.shapes {
             let own = shape
                 .edges
                 .iter()
@@ -128,7 +146,23 @@ fn rejoin(line: &Line, pieces: &mut Vec<Line>) {
 }
 
 impl Shape {
-    fn contains(&self, [x, y]: [f64; 2]) -> bool {
+    /// Of closed lines, as far as it lies within each of these regions.
+    pub(super) fn new(outline: &[Line], rule: FillRule, within: &[Region]) -> Self {
+        let edges = outline
+            .iter()
+            .flat_map(|line| line.iter().zip(line.iter().skip(1)));
+        Self {
+            edges: edges.map(|(from, to)| [*from, *to]).collect(),
+            rule,
+            within: within.to_vec(),
+        }
+    }
+
+    pub(super) fn edges(&self) -> usize {
+        self.edges.len() + self.within.iter().map(Region::edges).sum::<usize>()
+    }
+
+    pub(super) fn contains(&self, [x, y]: [f64; 2]) -> bool {
         let mut winding = 0;
         for [from, to] in &self.edges {
             let up = from[1] <= y && to[1] > y;
@@ -195,14 +229,7 @@ fn collect(group: &Group, to: Affine, within: &[Region], tolerance: f64, shapes:
             Node::Path(path) => {
                 let rule = path.fill().map_or(FillRule::NonZero, |fill| fill.rule());
                 let outline = flatten(&curves(path.data(), to), tolerance, true);
-                let edges = outline
-                    .iter()
-                    .flat_map(|line| line.iter().zip(line.iter().skip(1)));
-                shapes.push(Shape {
-                    edges: edges.map(|(from, to)| [*from, *to]).collect(),
-                    rule,
-                    within: within.to_vec(),
-                });
+                shapes.push(Shape::new(&outline, rule, within));
             }
             Node::Text(text) => collect(text.flattened(), to, within, tolerance, shapes),
             Node::Image(_) => {}

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use roxmltree::{Document, Node, NodeId};
 
+use super::circles::in_a_circle;
 use super::source::is;
 use crate::{Origin, Problem};
 
@@ -30,9 +31,10 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Problem> {
             ids.entry(id).or_insert(node);
         }
     }
-    let sheets: String = (document.descendants().filter(|node| is(node, "style")))
-        .filter_map(|node| node.text())
-        .collect();
+    if let Some(node) = in_a_circle(document) {
+        return Err(too_deep(document, &node));
+    }
+    let sheets = style_sheets(document);
     let rules = sheets.matches('{').count();
     if rules as f64 * depths.len() as f64 > MOST_STYLING {
         let message = format!(
@@ -41,7 +43,7 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Problem> {
         );
         return Err(Problem::of_file(message));
     }
-    let costly = |id: &&str| ids.get(id).is_some_and(|node| is(node, "clipPath"));
+    let costly = |id: &&str| ids.get(id).is_some_and(is_followed);
     let mut everywhere: Vec<&str> = references(&sheets).filter(costly).collect();
     everywhere.sort_unstable();
     everywhere.dedup();
@@ -67,6 +69,17 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Problem> {
     Ok(())
 }
 
+/// All style sheets of a drawing.
+pub(super) fn style_sheets(document: &Document<'_>) -> String {
+    let sheets = document.descendants().filter(|node| is(node, "style"));
+    sheets.filter_map(|node| node.text()).collect()
+}
+
+/// Whether an element is written out wherever another one refers to it.
+fn is_followed(node: &Node<'_, '_>) -> bool {
+    is(node, "clipPath") || is(node, "mask")
+}
+
 fn too_deep(document: &Document<'_>, node: &Node<'_, '_>) -> Problem {
     let at = document.text_pos_at(node.range().start);
     // Ids that were added have moved what follows on the line.
@@ -89,7 +102,7 @@ fn markers(document: &Document<'_>) -> f64 {
 }
 
 /// `url(#id)` in a style.
-fn references(style: &str) -> impl Iterator<Item = &str> {
+pub(super) fn references(style: &str) -> impl Iterator<Item = &str> {
     style.split("url(").skip(1).filter_map(|rest| {
         let inner = rest.split(')').next()?;
         inner
@@ -145,10 +158,9 @@ impl<'a, 'i> Costs<'a, 'i> {
                 .filter(|attribute| attribute.name() == "href");
             names.extend(links.filter_map(|link| link.value().trim().strip_prefix('#')));
         }
-        let clips = [node.attribute("clip-path"), node.attribute("style")];
+        let clips = ["clip-path", "mask", "style"].map(|name| node.attribute(name));
         let clips = clips.into_iter().flatten().flat_map(references);
-        let is_clip = |id: &&str| self.ids.get(id).is_some_and(|node| is(node, "clipPath"));
-        names.extend(clips.filter(is_clip));
+        names.extend(clips.filter(|id| self.ids.get(id).is_some_and(is_followed)));
         names.extend(&self.everywhere);
         names
             .iter()

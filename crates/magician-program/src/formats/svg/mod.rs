@@ -1,25 +1,32 @@
 //! SVG drawings: every visible line as a stroke, true to size.
 //!
 //! A stroke is the middle of a line, however wide it is painted; of a filled shape without a line it is the edge. What comes
-//! from `use`, markers, nested drawings and styles is drawn where it appears; clip paths cut lines off. Texts are written in a
-//! font of our own, as outlines. Images, masks and filters are left out, which a note tells.
+//! from `use`, markers, nested drawings and styles is drawn where it appears; clip paths cut lines off, and so do masks that
+//! show or hide, and nothing by degrees. White is drawn on darker shapes alone. Texts are written in a font of our own, as outlines.
+//! Images and filters are left out, which a note tells.
 
 mod area;
+mod circles;
 mod clip;
 mod cost;
 pub(crate) mod font;
 mod lines;
+mod mask;
 mod notes;
 mod numbers;
+mod packed;
 mod source;
 mod walk;
+mod white;
 
 use kurbo::Affine;
 use usvg::{ImageHrefResolver, Options, Tree};
 
 use self::notes::Notes;
+pub(in crate::formats) use self::packed::GZIP;
 use self::source::{Page, Source};
 use self::walk::Walk;
+use self::white::Whites;
 use super::{Content, ReadOptions, Reading};
 use crate::{Artwork, NoteCode, Problem, Stroke};
 
@@ -33,8 +40,8 @@ const BESIDE: f64 = 1.0;
 const STACK: usize = 64 << 20;
 /// Finer is of no use to any arm, mm.
 const FINEST: f64 = 1e-3;
-/// What is not followed, or not followed without end: masks and filters, and markers on the lines of markers.
-const STYLE: &str = "* { mask: none !important; filter: none !important }
+/// What is not followed, or not followed without end: filters, and markers on the lines of markers.
+const STYLE: &str = "* { filter: none !important }
 marker * { marker-start: none !important; marker-mid: none !important; marker-end: none !important }
 marker use { display: none !important }";
 
@@ -43,9 +50,8 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
         let message = format!("it has {} bytes, at most {LARGEST} are read", bytes.len());
         return Err(Problem::of_file(message));
     }
-    if bytes.starts_with(&[0x1f, 0x8b]) {
-        return Err(Problem::of_file("it is packed").help("unpack it with `gzip -d` first"));
-    }
+    let bytes = packed::unpacked(bytes, LARGEST)?;
+    let bytes = bytes.as_ref();
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let at = error.valid_up_to();
         Problem::of_file(format!("it is not UTF-8 from byte {at} on"))
@@ -100,10 +106,11 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Reading<Artwork>, Proble
         page: says,
         ..
     } = source;
-    let mut walk = Walk::new(&elements, tolerance, options.fills, &mut notes);
+    let whites = Whites::of(tree.root(), options.white);
+    let mut walk = Walk::new(&elements, tolerance, options.fills, whites, &mut notes);
     walk.all(tree.root(), to)?;
     let Walk { strokes, names, .. } = walk;
-    if says != Page::Unknown {
+    if says != Page::Unknown && !options.clip_page {
         beyond_the_page(&strokes, page, &mut notes);
     }
     let artwork = Artwork {
@@ -127,7 +134,8 @@ fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut No
     for stroke in strokes {
         if !stroke.points.iter().all(within) {
             let remark = "a line leaves the page, and is drawn there too";
-            notes.add(Problem::new(stroke.origin, remark).coded(NoteCode::Assumed));
+            let note = Problem::new(stroke.origin, remark).coded(NoteCode::Assumed);
+            notes.add(note.help("--clip-page cuts it off"));
         }
     }
 }

@@ -24,10 +24,7 @@ const LEFT_OUT: [(&str, &str); 2] = [
     ("foreignObject", "what is not SVG is left out"),
 ];
 /// Properties that are not followed.
-const IGNORED: [(&str, &str); 2] = [
-    ("mask", "masks are left out: what they hide is drawn"),
-    ("filter", "filters are left out"),
-];
+const IGNORED: [(&str, &str); 1] = [("filter", "filters are left out")];
 /// As many elements are read, those in definitions included.
 const MOST_NODES: u32 = 2_000_000;
 const SVG: &str = "http://www.w3.org/2000/svg";

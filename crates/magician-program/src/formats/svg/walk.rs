@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use kurbo::{Affine, BezPath, PathEl};
-use usvg::{Color, Group, Node, Paint, Path, Stroke as Outline, Text, Transform};
+use usvg::{Group, Node, Paint, Path, Stroke as Outline, Text, Transform};
 
 use super::area::encloses;
 use super::clip::Region;
@@ -11,6 +11,7 @@ use super::font;
 use super::lines::{Line, curves, dashed, flatten};
 use super::notes::Notes;
 use super::source::Element;
+use super::white::Whites;
 use crate::formats::Fills;
 use crate::{NoteCode, Problem, Stroke};
 
@@ -27,6 +28,7 @@ pub(super) struct Walk<'a> {
     pub(super) notes: &'a mut Notes,
     pub(super) strokes: Vec<Stroke>,
     pub(super) names: Vec<String>,
+    pub(super) whites: Whites,
     /// Where a name is in the list.
     known: HashMap<String, usize>,
     corners: usize,
@@ -48,12 +50,14 @@ impl<'a> Walk<'a> {
         elements: &'a HashMap<String, Element>,
         tolerance: f64,
         fills: Fills,
+        whites: Whites,
         notes: &'a mut Notes,
     ) -> Self {
         Self {
             elements,
             tolerance,
             fills,
+            whites,
             notes,
             strokes: Vec::new(),
             names: Vec::new(),
@@ -69,7 +73,30 @@ impl<'a> Walk<'a> {
             clips: Vec::new(),
             element: Element::default(),
         };
-        self.group(root, &place)
+        self.group(root, &place)?;
+        self.tell_white();
+        Ok(())
+    }
+
+    /// Where all is white, all is drawn; otherwise what was left out is told of.
+    fn tell_white(&mut self) {
+        let Some((element, count)) = self.whites.left_out.take() else {
+            return;
+        };
+        if self.strokes.is_empty() {
+            self.strokes = std::mem::take(&mut self.whites.kept);
+            let remark = "all of it is white: it is drawn all the same";
+            self.notes
+                .add(element.problem(remark).coded(NoteCode::Assumed));
+            return;
+        }
+        let times = match count {
+            1 => String::new(),
+            times => format!(" ({times} elements)"),
+        };
+        let remark = format!("white on white is left out: it would not be seen{times}");
+        let note = element.problem(remark).coded(NoteCode::LeftOut);
+        self.notes.add(note.help("--white draw keeps it"));
     }
 
     fn group(&mut self, group: &Group, outer: &Place) -> Result<(), Problem> {
@@ -81,6 +108,17 @@ impl<'a> Walk<'a> {
         if let Some(clip) = group.clip_path() {
             place.clips.push(Region::of(clip, place.to, self.tolerance));
         }
+        if let Some(mask) = group.mask() {
+            match Region::of_mask(mask, place.to, self.tolerance) {
+                Some(region) => place.clips.push(region),
+                None => {
+                    let remark = "a mask that hides by degrees is ignored: what it hides is drawn";
+                    let element = self.first(group).unwrap_or(&place.element);
+                    self.notes
+                        .add(element.problem(remark).coded(NoteCode::LeftOut));
+                }
+            }
+        }
         for node in group.children() {
             match node {
                 Node::Group(group) => self.group(group, &place)?,
@@ -90,6 +128,15 @@ impl<'a> Walk<'a> {
             }
         }
         Ok(())
+    }
+
+    /// The first element in a group: one that there is for a mask alone has no id.
+    fn first(&self, group: &Group) -> Option<&'a Element> {
+        let within = group.children().iter().find_map(|node| match node {
+            Node::Group(group) => self.first(group),
+            other => self.elements.get(other.id()),
+        });
+        self.elements.get(group.id()).or(within)
     }
 
     fn inner(&self, id: &str, outer: &Place) -> Place {
@@ -107,10 +154,38 @@ impl<'a> Walk<'a> {
         let place = self.inner(path.id(), outer);
         let stroke = path.stroke().filter(|stroke| stroke.opacity().get() > 0.0);
         let fill = path.fill().filter(|fill| fill.opacity().get() > 0.0);
-        let lines = match (stroke, fill) {
-            (Some(stroke), _) => self.stroked(path, stroke, &place)?,
+        let white_line = stroke.is_some_and(|stroke| self.whites.is_white(stroke.paint()));
+        let darker = |fill: &usvg::Fill| !self.whites.is_white(fill.paint());
+        // A white line round a darker shape is the edge of the shape, if there is anything in it.
+        let edge_alone = white_line
+            && fill.is_some_and(darker)
+            && flatten(&self.curves(path, &place)?, self.tolerance, true)
+                .iter()
+                .any(encloses);
+        let white = match stroke {
+            Some(_) => white_line && !edge_alone,
+            None => !fill.is_none_or(darker),
+        };
+        let stroke = stroke.filter(|_| !edge_alone);
+        let drawn = self.lines_of(path, stroke, fill, &place)?;
+        self.add(drawn, &place, white)?;
+        self.whites
+            .paint(path, place.to, &place.clips, self.tolerance);
+        Ok(())
+    }
+
+    /// The lines of a path that are drawn: those of its stroke, else the edge of its fill.
+    fn lines_of(
+        &mut self,
+        path: &Path,
+        stroke: Option<&Outline>,
+        fill: Option<&usvg::Fill>,
+        place: &Place,
+    ) -> Result<Vec<Line>, Problem> {
+        match (stroke, fill) {
+            (Some(stroke), _) => self.stroked(path, stroke, place),
             (None, Some(fill)) => {
-                let mut lines = flatten(&self.curves(path, &place)?, self.tolerance, true);
+                let mut lines = flatten(&self.curves(path, place)?, self.tolerance, true);
                 let all = lines.len();
                 lines.retain(encloses);
                 if lines.len() < all {
@@ -120,22 +195,21 @@ impl<'a> Walk<'a> {
                         .add(note.help("give them a stroke to have them drawn"));
                 }
                 if lines.is_empty() || !self.takes_fill(fill.paint(), &place.element) {
-                    return Ok(());
+                    return Ok(Vec::new());
                 }
-                lines
+                Ok(lines)
             }
-            (None, None) => return Ok(()),
-        };
-        self.add(lines, &place)
+            (None, None) => Ok(Vec::new()),
+        }
     }
 
     /// Whether the edge of a filled shape is drawn.
     fn takes_fill(&mut self, paint: &Paint, element: &Element) -> bool {
-        let white = matches!(paint, Paint::Color(color) if *color == Color::white());
-        let (take, remark) = match (self.fills, white) {
-            (Fills::Ignore, _) => (false, "filled shapes without a line are left out"),
-            (Fills::Outline, true) => (false, "white shapes without a line are left out"),
-            (Fills::Outline, false) => (true, "filled shapes without a line are drawn as outlines"),
+        let (take, remark) = match self.fills {
+            Fills::Ignore => (false, "filled shapes without a line are left out"),
+            // What becomes of white ones is told of where it is known.
+            Fills::Outline if self.whites.is_white(paint) => return true,
+            Fills::Outline => (true, "filled shapes without a line are drawn as outlines"),
         };
         let code = if take {
             NoteCode::Assumed
@@ -239,7 +313,10 @@ impl<'a> Walk<'a> {
                     let letters = outlines.filter(|(own, _)| extent(own) > speck);
                     let letters: BezPath =
                         letters.flat_map(|(_, placed)| placed).copied().collect();
-                    self.add(flatten(&letters, self.tolerance, true), &place)?;
+                    let white = self.whites.is_all_white(path);
+                    self.add(flatten(&letters, self.tolerance, true), &place, white)?;
+                    self.whites
+                        .paint(path, place.to, &place.clips, self.tolerance);
                 }
                 _ => {}
             }
@@ -247,8 +324,8 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    /// Takes lines, as far as they are not clipped away.
-    fn add(&mut self, mut lines: Vec<Line>, place: &Place) -> Result<(), Problem> {
+    /// Takes lines, as far as they are not clipped away, and white ones only where they are seen.
+    fn add(&mut self, mut lines: Vec<Line>, place: &Place, white: bool) -> Result<(), Problem> {
         for region in &place.clips {
             let clipped: Option<Vec<Vec<Line>>> =
                 lines.iter().map(|line| region.clip(line)).collect();
@@ -262,6 +339,34 @@ impl<'a> Walk<'a> {
             return Ok(());
         }
         let origin = place.element.origin.named(self.name(&place.element.name));
+        if white {
+            let (seen, unseen): (Vec<Line>, Vec<Line>) = lines
+                .into_iter()
+                .partition(|line| self.whites.lies_on_darker(line));
+            if !unseen.is_empty() {
+                let left_out = &mut self.whites.left_out;
+                left_out.get_or_insert_with(|| (place.element.clone(), 0)).1 += 1;
+            }
+            if self.strokes.is_empty() && seen.is_empty() {
+                self.count(&unseen)?;
+                let unseen = unseen.into_iter();
+                let strokes = unseen.map(|points| Stroke { points, origin });
+                self.whites.kept.extend(strokes);
+            }
+            lines = seen;
+        }
+        if !lines.is_empty() {
+            self.whites.kept = Vec::new();
+        }
+        self.count(&lines)?;
+        let strokes = lines.into_iter();
+        let strokes = strokes.map(|points| Stroke { points, origin });
+        self.strokes.extend(strokes);
+        Ok(())
+    }
+
+    /// Refuses more corners than can be drawn.
+    fn count(&mut self, lines: &[Line]) -> Result<(), Problem> {
         for points in lines {
             self.corners += points.len();
             if self.corners > MOST_CORNERS {
@@ -269,7 +374,6 @@ impl<'a> Walk<'a> {
                 let help = "a larger tolerance makes fewer corners";
                 return Err(Problem::of_file(message).help(help));
             }
-            self.strokes.push(Stroke { points, origin });
         }
         Ok(())
     }

@@ -1,0 +1,166 @@
+//! What a mask leaves of a line.
+//!
+//! What a mask shows however faintly is drawn, as what is painted however faintly is. So a mask is a region if each of its shapes
+//! either shows or hides: in black it hides, in any other colour it shows. One that does both is none.
+
+use kurbo::Affine;
+use usvg::{Group, Mask, MaskType, Node, Paint, Path, Stop};
+
+use super::clip::{Region, Shape};
+use super::lines::{curves, flatten};
+use super::walk::matrix;
+
+/// What is painted more faintly than this is not seen; and what is painted more strongly hides all below it.
+const FAINT: f32 = 1e-3;
+const SOLID: f32 = 0.999;
+
+impl Region {
+    /// Of a mask of something drawn in these coordinates; `None` if it cannot be said of a place whether it is shown.
+    pub(super) fn of_mask(mask: &Mask, to: Affine, tolerance: f64) -> Option<Self> {
+        let mut shapes = Vec::new();
+        let how = How {
+            kind: mask.kind(),
+            tolerance,
+            solid: true,
+        };
+        painted(mask.root(), to, &[], how, &mut shapes)?;
+        let rect = mask.rect();
+        let corners = [
+            [rect.left(), rect.top()],
+            [rect.right(), rect.top()],
+            [rect.right(), rect.bottom()],
+            [rect.left(), rect.bottom()],
+        ];
+        let corners = corners.map(|[x, y]| {
+            let at = to * kurbo::Point::new(x.into(), y.into());
+            [at.x, at.y]
+        });
+        let mut also = vec![Self::inside(&corners)];
+        if let Some(outer) = mask.mask() {
+            also.push(Self::of_mask(outer, to, tolerance)?);
+        }
+        Some(Self::painted(shapes, also))
+    }
+}
+
+#[derive(Clone, Copy)]
+struct How {
+    kind: MaskType,
+    tolerance: f64,
+    /// Whether all around is as strong as can be.
+    solid: bool,
+}
+
+/// What a paint does.
+#[derive(Clone, Copy, PartialEq)]
+enum Does {
+    Nothing,
+    Show,
+    Hide,
+}
+
+fn painted(
+    group: &Group,
+    to: Affine,
+    within: &[Region],
+    how: How,
+    shapes: &mut Vec<(Shape, bool)>,
+) -> Option<()> {
+    for node in group.children() {
+        match node {
+            Node::Group(group) => {
+                if group.opacity().get() < FAINT {
+                    continue;
+                }
+                let own = to * matrix(group.transform());
+                let mut inner = within.to_vec();
+                if let Some(clip) = group.clip_path() {
+                    inner.push(Region::of(clip, own, how.tolerance));
+                }
+                if let Some(mask) = group.mask() {
+                    inner.push(Region::of_mask(mask, own, how.tolerance)?);
+                }
+                let how = How {
+                    solid: how.solid && group.opacity().get() > SOLID && group.mask().is_none(),
+                    ..how
+                };
+                painted(group, own, &inner, how, shapes)?;
+            }
+            Node::Path(path) => path_of(path, to, within, how, shapes)?,
+            Node::Text(text) => painted(text.flattened(), to, within, how, shapes)?,
+            Node::Image(_) => return None,
+        }
+    }
+    Some(())
+}
+
+fn path_of(
+    path: &Path,
+    to: Affine,
+    within: &[Region],
+    how: How,
+    shapes: &mut Vec<(Shape, bool)>,
+) -> Option<()> {
+    if !path.is_visible() {
+        return Some(());
+    }
+    let fill = path
+        .fill()
+        .map(|fill| (fill.paint(), fill.opacity().get(), fill.rule()));
+    if let Some((paint, opacity, rule)) = fill {
+        let does = does(paint, opacity, how)?;
+        if does != Does::Nothing {
+            let outline = flatten(&curves(path.data(), to), how.tolerance, true);
+            shapes.push((Shape::new(&outline, rule, within), does == Does::Show));
+        }
+    }
+    if let Some(stroke) = path.stroke() {
+        let does = does(stroke.paint(), stroke.opacity().get(), how)?;
+        if does != Does::Nothing {
+            let [a, b, c, d, ..] = to.as_coeffs();
+            let scale = a.hypot(b).max(c.hypot(d)).max(1.0) as f32;
+            let outline = path.data().stroke(&stroke.to_tiny_skia(), scale)?;
+            let outline = flatten(&curves(&outline, to), how.tolerance, true);
+            let rule = usvg::FillRule::NonZero;
+            shapes.push((Shape::new(&outline, rule, within), does == Does::Show));
+        }
+    }
+    Some(())
+}
+
+/// What a paint does; `None` if it does one thing here and another there.
+fn does(paint: &Paint, opacity: f32, how: How) -> Option<Does> {
+    match paint {
+        Paint::Color(color) => Some(one(*color, opacity, how)),
+        Paint::LinearGradient(gradient) => all(gradient.stops(), opacity, how),
+        Paint::RadialGradient(gradient) => all(gradient.stops(), opacity, how),
+        Paint::Pattern(_) => None,
+    }
+}
+
+fn all(stops: &[Stop], opacity: f32, how: How) -> Option<Does> {
+    let mut does = stops
+        .iter()
+        .map(|stop| one(stop.color(), opacity * stop.opacity().get(), how));
+    let first = does.next()?;
+    does.all(|other| other == first).then_some(first)
+}
+
+fn one(color: usvg::Color, opacity: f32, how: How) -> Does {
+    let light = match how.kind {
+        MaskType::Alpha => 1.0,
+        MaskType::Luminance => {
+            let [red, green, blue] = [color.red, color.green, color.blue].map(f32::from);
+            (0.2125 * red + 0.7154 * green + 0.0721 * blue) / 255.0
+        }
+    };
+    if opacity < FAINT {
+        Does::Nothing
+    } else if light > FAINT {
+        Does::Show
+    } else if opacity > SOLID && how.solid {
+        Does::Hide
+    } else {
+        Does::Nothing
+    }
+}

@@ -1,0 +1,28 @@
+//! Files packed with gzip (`.svgz`).
+
+use std::borrow::Cow;
+use std::io::Read;
+
+use flate2::read::MultiGzDecoder;
+
+use crate::Problem;
+
+/// What gzip files begin with (RFC 1952, section 2.3.1).
+pub(in crate::formats) const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// The bytes as they are, or what was packed in them; no more than so many.
+pub(super) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Problem> {
+    if !bytes.starts_with(&GZIP) {
+        return Ok(bytes.into());
+    }
+    let mut unpacked = Vec::new();
+    MultiGzDecoder::new(bytes)
+        .take(largest as u64 + 1)
+        .read_to_end(&mut unpacked)
+        .map_err(|error| Problem::of_file(format!("it is packed (gzip) and damaged: {error}")))?;
+    if unpacked.len() > largest {
+        let message = format!("unpacked it has more than {largest} bytes, which are not read");
+        return Err(Problem::of_file(message));
+    }
+    Ok(unpacked.into())
+}

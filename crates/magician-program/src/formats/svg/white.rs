@@ -1,0 +1,131 @@
+//! White on white is not seen, so it is not drawn; white on something darker is.
+
+use kurbo::{Affine, Rect, Shape as _};
+use usvg::{Color, Group, Node, Paint, Path};
+
+use super::clip::{Region, Shape};
+use super::lines::{Line, curves, flatten};
+use crate::Stroke;
+use crate::formats::White;
+
+use super::source::Element;
+
+/// As many points of a line are looked at.
+const SAMPLES: usize = 32;
+/// As many edges are looked at in all. What is left over counts as seen.
+const MOST_WORK: usize = 50_000_000;
+
+/// What was painted, and what of it was left out because it is white.
+#[derive(Default)]
+pub(super) struct Whites {
+    /// Whether anything is white, and white is left out at all.
+    any: bool,
+    /// The filled shapes so far.
+    painted: Vec<Painted>,
+    work: usize,
+    /// White lines, as long as there are no others.
+    pub(super) kept: Vec<Stroke>,
+    /// The first element that was left out, and how many there were.
+    pub(super) left_out: Option<(Element, usize)>,
+}
+
+struct Painted {
+    shape: Shape,
+    bounds: Rect,
+    white: bool,
+}
+
+impl Whites {
+    pub(super) fn of(root: &Group, white: White) -> Self {
+        Self {
+            any: white == White::Skip && has_white(root),
+            ..Self::default()
+        }
+    }
+
+    /// Whether a paint is not seen where nothing darker lies below it.
+    pub(super) fn is_white(&self, paint: &Paint) -> bool {
+        self.any && is_white(paint)
+    }
+
+    /// Whether the colour of a path is white: of its line, or of its fill if it has none.
+    pub(super) fn is_all_white(&self, path: &Path) -> bool {
+        let visible_stroke = path.stroke().filter(|stroke| stroke.opacity().get() > 0.0);
+        let visible_fill = path.fill().filter(|fill| fill.opacity().get() > 0.0);
+        let paints = [
+            visible_stroke.map(usvg::Stroke::paint),
+            visible_fill.map(usvg::Fill::paint),
+        ];
+        let mut paints = paints.into_iter().flatten().peekable();
+        self.any && paints.peek().is_some() && paints.all(is_white)
+    }
+
+    /// A filled shape lies on all before it.
+    pub(super) fn paint(&mut self, path: &Path, to: Affine, clips: &[Region], tolerance: f64) {
+        let Some(fill) = path.fill().filter(|fill| fill.opacity().get() > 0.0) else {
+            return;
+        };
+        if !self.any {
+            return;
+        }
+        let curves = curves(path.data(), to);
+        self.painted.push(Painted {
+            bounds: curves.bounding_box().inflate(tolerance, tolerance),
+            shape: Shape::new(&flatten(&curves, tolerance, true), fill.rule(), clips),
+            white: is_white(fill.paint()),
+        });
+    }
+
+    /// Whether at least half of a line lies on something that is not white.
+    pub(super) fn lies_on_darker(&mut self, line: &Line) -> bool {
+        let middles = line.iter().zip(line.iter().skip(1));
+        let middles: Vec<[f64; 2]> = match line.as_slice() {
+            [dot] => vec![*dot],
+            _ => middles
+                .map(|(from, to)| [0, 1].map(|axis| f64::midpoint(from[axis], to[axis])))
+                .collect(),
+        };
+        let each = middles.len().div_ceil(SAMPLES).max(1);
+        let (mut on, mut all) = (0, 0);
+        for at in middles.into_iter().step_by(each) {
+            all += 1;
+            on += usize::from(self.is_darker_at(at));
+        }
+        2 * on >= all && all > 0
+    }
+
+    fn is_darker_at(&mut self, at: [f64; 2]) -> bool {
+        if self.work > MOST_WORK {
+            return true;
+        }
+        let point = kurbo::Point::new(at[0], at[1]);
+        for painted in self.painted.iter().rev() {
+            self.work += 1;
+            if !painted.bounds.contains(point) {
+                continue;
+            }
+            self.work += painted.shape.edges();
+            if painted.shape.contains(at) {
+                return !painted.white;
+            }
+        }
+        false
+    }
+}
+
+fn is_white(paint: &Paint) -> bool {
+    matches!(paint, Paint::Color(color) if *color == Color::white())
+}
+
+fn has_white(group: &Group) -> bool {
+    group.children().iter().any(|node| match node {
+        Node::Group(group) => has_white(group),
+        Node::Path(path) => {
+            let stroke = path.stroke().map(usvg::Stroke::paint);
+            let fill = path.fill().map(usvg::Fill::paint);
+            stroke.into_iter().chain(fill).any(is_white)
+        }
+        Node::Text(text) => has_white(text.flattened()),
+        Node::Image(_) => false,
+    })
+}
