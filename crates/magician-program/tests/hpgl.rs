@@ -223,7 +223,10 @@ fn what_lies_outside_of_a_window_is_cut_off() {
 fn encoded_polylines_are_the_lines_that_they_stand_for() {
     let plain = strokes("IN;SP1;PU40,80;PD50,80,50,70;PU60,70;PD61,70;");
     // To the base of 64, whose bytes are no UTF-8, to that of 32, and with a bit behind the point.
+    // And once more as a program saves it that takes the bytes for characters.
+    let saved: String = b"IN;SP1;PE<=O\xc0_\xc1\xd3\xbf\xbf\xd4<\xd3\xbf\xc1\xbf;".iter().map(|byte| char::from(*byte)).collect();
     for bytes in [
+        saved.as_bytes(),
         &b"IN;SP1;PE<=O\xc0_\xc1\xd3\xbf\xbf\xd4<\xd3\xbf\xc1\xbf;"[..],
         b"IN;SP1;PE7<=Oa?ds__t<s_a_;",
         b"IN;SP1;PE7>a<=?d?iG`__H`;PU60,70;PE7a_;",
@@ -298,7 +301,9 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
             "pens 1, 2 draw alike: there is one",
         ]
     );
-    assert!(problem("IN;\nPE<=abc;").starts_with("line 2, column 1: an encoded polyline (PE) is cut"));
+    assert!(problem("IN;\nPE<=\u{100};").starts_with("line 2, column 1: an encoded polyline (PE) is damaged"));
+    let (_, notes) = try_read("PE7<=aaaaPU;").expect("it is all right");
+    assert_eq!(notes, ["line 1, column 1: the end of an encoded polyline (PE) is cut off"]);
     assert!(problem("RO45;").contains("turned by 0, 90, 180 or 270"));
     assert!(problem("IW1,2;").contains("IW needs two points"));
     assert!(problem("PD1,2,3;").contains("PD has an x without a y"));

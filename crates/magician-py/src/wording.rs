@@ -45,17 +45,19 @@ pub(crate) fn arguments(help: &str) -> String {
         let end = flag.find(|letter: char| !letter.is_ascii_lowercase() && letter != '-');
         let (flag, rest) = flag.split_at(end.unwrap_or(flag.len()));
         let is_value = |next: &&str| {
-            flag == "dialect"
+            matches!(flag, "dialect" | "white")
                 || next
                     .starts_with(|first: char| first.is_ascii_digit() || first.is_ascii_uppercase())
         };
         let value = words.next_if(|next| rest.is_empty() && is_value(next));
         let rest = rest.trim_start_matches('`');
         said.push(match (flag, value) {
-            ("fit" | "mirror" | "invert" | "place" | "raw", _) => format!("{flag}=True{rest}"),
+            ("fit" | "mirror" | "invert" | "place" | "raw" | "clip-page", _) => {
+                format!("{}=True{rest}", flag.replace('-', "_"))
+            }
             ("no-order", _) => format!("order=False{rest}"),
             ("no-turn", _) => format!("turn=False{rest}"),
-            ("dialect", Some(value)) => format!("dialect=\"{value}\""),
+            ("dialect" | "white", Some(value)) => format!("{flag}=\"{value}\""),
             (flag, None) => format!("{}={rest}", flag.replace('-', "_")),
             (flag, Some(value)) => {
                 let plain = value.trim_end_matches(['`', ',']);

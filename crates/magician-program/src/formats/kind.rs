@@ -50,7 +50,9 @@ impl Format {
             Self::Hpgl => &[".plt", ".hpgl", ".hgl"],
             Self::Dxf => &[".dxf"],
             Self::Blockly => &[".blockly"],
-            Self::Image => &[".png", ".jpg", ".jpeg", ".bmp"],
+            Self::Image => &[
+                ".png", ".jpg", ".jpeg", ".bmp", ".webp", ".gif", ".tif", ".tiff",
+            ],
             Self::Points => &[".csv", ".xyz", ".mcap"],
         }
     }
@@ -84,7 +86,7 @@ impl Format {
             Self::Hpgl => "HPGL plot",
             Self::Dxf => "DXF drawing",
             Self::Blockly => "DobotBlockly workspace",
-            Self::Image => "PNG, JPEG or BMP image",
+            Self::Image => "PNG, JPEG, BMP, WebP, GIF or TIFF image",
             Self::Points => "points as CSV, JSON or text, and recordings as CSV or MCAP",
         }
     }
@@ -126,6 +128,10 @@ impl Format {
         if begins(b"\x89PNG\r\n\x1A\n")
             || begins(b"\xFF\xD8\xFF")
             || begins(b"BM") && head.contains(&0)
+            || begins(b"GIF8")
+            || begins(b"II*\0")
+            || begins(b"MM\0*")
+            || begins(b"RIFF") && head.get(8..12) == Some(b"WEBP")
         {
             return Some(Self::Image);
         }

@@ -37,7 +37,7 @@ pub enum Format {
     Dxf,
     /// DobotBlockly workspaces.
     Blockly,
-    /// PNG, JPEG and BMP images.
+    /// PNG, JPEG, BMP, WebP, GIF and TIFF images.
     Image,
     /// Lists of points: CSV, JSON, text.
     Points,

@@ -537,6 +537,8 @@ def load(
     fit: bool = False,
     turn: bool = True,
     mirror: bool = False,
+    clip_page: bool = False,
+    white: Literal["skip", "draw"] = "skip",
     move: tuple[float, float, float] = (0.0, 0.0, 0.0),
     start: tuple[float, float, float] | None = None,
     speed: float | None = None,
@@ -580,6 +582,9 @@ def load(
     :param fit: Whether it is made smaller until the arm reaches all of it.
     :param turn: Whether ``fit`` may turn it by 90 degrees, where that lets it be larger.
     :param mirror: Whether it is mirrored, left to right.
+    :param clip_page: Whether what lies beyond the page of a drawing is cut off.
+    :param white: White lines and shapes of an SVG: ``"skip"`` leaves them out, but on darker shapes and where nothing
+        else would be drawn; ``"draw"`` draws them all.
     :param move: By how much it is moved then, mm.
     :param start: Where the tool stands when G-code that is not placed begins, for what depends on it, mm.
     :param speed: Along lines that are drawn or burnt, mm/s.
@@ -624,13 +629,22 @@ def load(
         "scale": number("scale", scale, above=0),
         "rotate": number("rotate", rotate, unit="deg"),
         **flags(
-            place=place, raw=raw, fit=fit, turn=turn, mirror=mirror, order=order, invert=invert, both_directions=both_directions
+            place=place,
+            raw=raw,
+            fit=fit,
+            turn=turn,
+            mirror=mirror,
+            clip_page=clip_page,
+            order=order,
+            invert=invert,
+            both_directions=both_directions,
         ),
         "by": _three("move", move),
         "speed": number("speed", speed, above=0, unit="mm/s"),
         "travel_speed": number("travel_speed", travel_speed, above=0, unit="mm/s"),
         "lift": number("lift", lift, above=0, unit="mm"),
         "tolerance": number("tolerance", tolerance, above=0, unit="mm"),
+        "white": text("white", white),
         "dialect": text("dialect", dialect),
         "s_max": number("s_max", s_max, above=0),
         "work": text("work", work),

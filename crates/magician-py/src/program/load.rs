@@ -36,6 +36,8 @@ struct Wanted {
     fit: bool,
     turn: bool,
     mirror: bool,
+    clip_page: bool,
+    white: Option<String>,
     by: [f64; 3],
     speed: Option<f64>,
     travel_speed: Option<f64>,
@@ -157,6 +159,10 @@ impl Wanted {
             }
         };
         options.gcode.s_max = self.s_max;
+        options.clip_page = self.clip_page;
+        if let Some(white) = &self.white {
+            options.white = white.parse()?;
+        }
         Ok(options)
     }
 }

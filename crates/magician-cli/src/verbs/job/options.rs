@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::{Args, ValueHint};
 use magician_program::formats::Dialect;
 use magician_program::raster::{Size, Trace};
-use magician_program::{Format, Power, Tool};
+use magician_program::{Format, Power, Tool, White};
 
 use crate::args::number;
 
@@ -27,6 +27,10 @@ pub(crate) struct File {
     /// else 1000
     #[arg(long, value_name = "N", value_parser = positive)]
     pub(super) s_max: Option<f64>,
+    /// White lines and shapes of an SVG: `skip` leaves them out, but on darker shapes and where nothing else would be drawn,
+    /// `draw` draws them all
+    #[arg(long, value_name = "skip|draw", default_value = "skip", hide_default_value = true)]
+    pub(super) white: White,
 }
 
 /// How strong what burns is.
@@ -94,6 +98,9 @@ pub(crate) struct Place {
     /// With --fit: do not turn it
     #[arg(long, requires = "fit")]
     pub(super) no_turn: bool,
+    /// Cut off what lies beyond the page of a drawing
+    #[arg(long)]
+    pub(super) clip_page: bool,
     /// Mirror it, left to right
     #[arg(long)]
     pub(super) mirror: bool,

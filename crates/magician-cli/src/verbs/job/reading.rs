@@ -87,6 +87,8 @@ impl Job {
     fn options(&self) -> ReadOptions {
         let mut options = ReadOptions::default();
         options.tolerance = self.pen.tolerance.unwrap_or(options.tolerance);
+        options.white = self.file.white;
+        options.clip_page = self.place.clip_page;
         options
     }
 

@@ -27,14 +27,31 @@ pub(super) enum Item {
     Point([f64; 2]),
 }
 
-/// What an encoded polyline says; `None` for what is cut off or no number.
-pub(super) fn items(bytes: &[u8]) -> Option<Vec<Item>> {
+/// Why there is no number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum End {
+    /// Its last digit does not come.
+    CutOff,
+    /// A sign is no digit.
+    Damaged,
+}
+
+/// What an encoded polyline says, and whether its last number is cut off; `None` if something in it is no number.
+pub(super) fn items(bytes: &[u8]) -> Option<(Vec<Item>, bool)> {
+    let mut items = Vec::new();
+    match gather(bytes, &mut items) {
+        Ok(()) => Some((items, false)),
+        Err(End::CutOff) => Some((items, true)),
+        Err(End::Damaged) => None,
+    }
+}
+
+fn gather(bytes: &[u8], items: &mut Vec<Item>) -> Result<(), End> {
     let mut numbers = Numbers {
         bytes,
         base: 64,
         last: LAST_OF_64,
     };
-    let mut items = Vec::new();
     let mut share = 1.0;
     while let Some((byte, rest)) = numbers.bytes.split_first() {
         let flag = matches!(byte, b':' | b'<' | b'>' | b'=' | b'7');
@@ -50,7 +67,7 @@ pub(super) fn items(bytes: &[u8]) -> Option<Vec<Item>> {
             b'>' => {
                 let bits = numbers.next()?;
                 if bits.abs() > MOST_BITS {
-                    return None;
+                    return Err(End::Damaged);
                 }
                 share = (-bits).exp2();
             }
@@ -61,7 +78,7 @@ pub(super) fn items(bytes: &[u8]) -> Option<Vec<Item>> {
             _ => {}
         }
     }
-    Some(items)
+    Ok(())
 }
 
 struct Numbers<'b> {
@@ -71,10 +88,10 @@ struct Numbers<'b> {
 }
 
 impl Numbers<'_> {
-    fn next(&mut self) -> Option<f64> {
+    fn next(&mut self) -> Result<f64, End> {
         let (mut value, mut digits) = (0_u64, 0);
         loop {
-            let (byte, rest) = self.bytes.split_first()?;
+            let (byte, rest) = self.bytes.split_first().ok_or(End::CutOff)?;
             self.bytes = rest;
             // To the base of 32 there are seven bits in a sign.
             let byte = match self.base {
@@ -87,27 +104,39 @@ impl Numbers<'_> {
             let ends = byte >= self.last;
             let digit = u64::from(byte - if ends { self.last } else { MORE });
             if digit >= self.base || digits == MOST_DIGITS {
-                return None;
+                return Err(End::Damaged);
             }
             value += digit * self.base.pow(digits);
             digits += 1;
             if ends {
                 let size = (value >> 1) as f64;
-                return Some(if value & 1 == 1 { -size } else { size });
+                return Ok(if value & 1 == 1 { -size } else { size });
             }
         }
     }
 }
 
+/// Characters as bytes, as far as they are some.
+fn as_bytes(text: &str) -> Option<Vec<u8>> {
+    let bytes = text.chars().map(|sign| u8::try_from(u32::from(sign)));
+    bytes.collect::<Result<_, _>>().ok()
+}
+
 impl Plotter<'_> {
     /// PE: afterwards coordinates are absolute or relative as before, and the pen stays up after a move with the pen up.
     pub(super) fn encoded(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
-        let broken = || {
-            let message = "an encoded polyline (PE) is cut off or damaged";
-            Flaw::new(instruction.range.clone(), message)
+        // A file that was saved as UTF-8 has a character for each of its bytes; none of those is a number in bytes.
+        let read = items(&self.bytes_of(&instruction.text))
+            .or_else(|| items(&as_bytes(&instruction.text)?));
+        let Some((items, cut_off)) = read else {
+            let message = "an encoded polyline (PE) is damaged: a sign in it is no digit";
+            return Err(Flaw::new(instruction.range.clone(), message));
         };
+        if cut_off {
+            self.note(instruction, "the end of an encoded polyline (PE) is cut off");
+        }
         let (mut up, mut absolute) = (false, false);
-        for item in items(&self.bytes_of(&instruction.text)).ok_or_else(broken)? {
+        for item in items {
             match item {
                 Item::Pen(pen) => self.select(pen),
                 Item::Up => up = true,
@@ -138,12 +167,13 @@ mod tests {
         let [to_64, to_32] = [&[121, 71, 196][..], b"YPs"];
         for (flags, digits) in [(&b""[..], to_64), (b"7", to_32)] {
             let bytes = [flags, digits, digits].concat();
-            assert_eq!(items(&bytes), Some(vec![Item::Point([10525.0, 10525.0])]));
+            let point = Item::Point([10525.0, 10525.0]);
+            assert_eq!(items(&bytes), Some((vec![point], false)));
         }
         let negative = [121 + 1, 71, 196, 191, b';'];
         assert_eq!(
             items(&negative[..4]),
-            Some(vec![Item::Point([-10525.0, 0.0])])
+            Some((vec![Item::Point([-10525.0, 0.0])], false))
         );
     }
 
@@ -151,24 +181,18 @@ mod tests {
     fn flags_and_fractions_are_followed_and_rubbish_is_none() {
         // 1 bit behind the point: 3 halves, minus one half.
         let found = items(b"7:c\r\n<=>aec").unwrap();
-        assert_eq!(
-            found,
-            [
-                Item::Pen(2.0),
-                Item::Up,
-                Item::Absolute,
-                Item::Point([1.5, 1.0])
-            ]
-        );
-        for none in [
-            &b"7e"[..],
-            b"7?????????_e",
-            b":",
-            b"7>?bee",
-            &[121, 121],
-            &[255, 191],
-        ] {
+        let expected = vec![
+            Item::Pen(2.0),
+            Item::Up,
+            Item::Absolute,
+            Item::Point([1.5, 1.0]),
+        ];
+        assert_eq!(found, (expected, false));
+        for none in [&b"7?????????_e"[..], b"7>?bee", &[255, 191]] {
             assert_eq!(items(none), None, "{none:?}");
+        }
+        for cut in [&b"7e"[..], b":", &[121, 121]] {
+            assert_eq!(items(cut), Some((vec![], true)), "{cut:?}");
         }
     }
 }

@@ -166,6 +166,14 @@ impl<'t> Instructions<'t> {
                 self.at += usize::from(self.peek().is_some_and(|sign| sign.is_ascii()));
                 text = self.text.get(within..self.at).unwrap_or_default().to_owned();
             }
+            // A comment, in quotes (HP-GL/2) or without.
+            b"CO" => {
+                self.skip(is_blank);
+                match self.peek() {
+                    Some(b'"') => self.numbers(&mut numbers)?,
+                    _ => self.skip(|byte| byte != b';'),
+                }
+            }
             b"PE" => {
                 self.skip(|byte| byte != b';' && byte != ESCAPE);
                 text = self.text.get(within..self.at).unwrap_or_default().to_owned();
@@ -233,7 +241,7 @@ fn is_blank(byte: u8) -> bool {
 }
 
 fn is_between(byte: u8) -> bool {
-    is_blank(byte) || matches!(byte, b';' | b',' | END_OF_TEXT | b'\x1a')
+    is_blank(byte) || matches!(byte, b';' | b':' | b',' | END_OF_TEXT | b'\x1a')
 }
 
 impl Iterator for Instructions<'_> {
@@ -277,7 +285,7 @@ mod tests {
             "\u{1b}.(\u{1b}.I81;;17:\u{1b}%0BPU1600 2600;LBPD1 2\u{3}PD-5.0 .5",
             "\u{1b}E\u{1b}%-12345X@PJL ENTER LANGUAGE=HPGL2\nPU1600 2600PD-5 .5\u{1b}%0A",
             "DT*;LBtext*PU1600 2600DT;PD-5 .5",
-            "\u{1b}.Y\u{1b}.@;0:\u{1b}.M500;;;10;:\u{1b}.N;19:CO\"PD3 4;\"PU1600 2600;MG \"PD\";PD-5 .5",
+            "\u{1b}.Y\u{1b}.@;0:\u{1b}.M500;;;10;:\u{1b}.N;19:CO\"PD3 4;\"CO Circles, PD3 4;PU1600 2600:MG \"PD\";PD-5 .5",
             // Within what a printer is told: what it prints beside the plot is no part of it.
             "\u{1b}E\u{1b}&l1o3A\u{1b}*p0x0YHello; \u{1b}%0BPU1600 2600\u{1b}%1A PD7 7;\u{1b}%-1BPD-5 .5\u{1b}%0ABye\u{1b}E",
         ] {

@@ -77,7 +77,10 @@ impl<'t> Plotter<'t> {
     /// A text of the file as the bytes that it is there.
     pub(super) fn bytes_of(&self, text: &str) -> Vec<u8> {
         match self.latin {
-            true => text.chars().map(|sign| sign as u8).collect(),
+            true => text
+                .chars()
+                .filter_map(|sign| u8::try_from(u32::from(sign)).ok())
+                .collect(),
             false => text.as_bytes().to_vec(),
         }
     }

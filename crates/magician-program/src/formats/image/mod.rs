@@ -1,18 +1,22 @@
-//! PNG, JPEG and BMP images.
+//! PNG, JPEG, BMP, WebP, GIF (its first picture) and TIFF images.
 //!
 //! Colours become grey by the weights of Rec. 709 (0.2126, 0.7152, 0.0722) on the values as they are stored; what is transparent
 //! shows white below it; 16 bits are rounded to 8. An image that a camera holds turned (EXIF) is turned upright.
+//! PNG and JPEG of any size are made smaller while they are read, which a note tells.
 
 mod density;
+mod large;
 #[cfg(test)]
 mod tests;
 
 use std::io::Cursor;
 
-use ::image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use ::image::{DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 
 use super::{Content, ReadOptions, Reading};
-use crate::{Problem, Raster};
+use crate::{NoteCode, Problem, Raster};
+
+use large::Smaller;
 
 /// Pixels on a side, at most.
 const MOST_SIDE: u32 = 30_000;
@@ -23,52 +27,128 @@ const MOST_MEMORY: u64 = 512 << 20;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
     let format = ::image::guess_format(bytes).ok();
-    let known = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Bmp];
     let format = format
-        .filter(|format| known.contains(format))
-        .ok_or_else(|| Problem::of_file("this is no PNG, JPEG or BMP image"))?;
-    let (image, turned) = decode(bytes, format).map_err(refused)?;
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    let pixel = density::pixel(format, bytes);
+        .filter(|format| KNOWN.contains(format))
+        .ok_or_else(unknown)?;
+    let Decoded {
+        image,
+        size: [width, height],
+        turned,
+    } = decode(bytes, format).map_err(refused)?;
+    let kept = [image.width(), image.height()];
+    let mut pixel = density::pixel(format, bytes);
+    let mut notes = Vec::new();
+    let upright = if turned {
+        [height, width]
+    } else {
+        [width, height]
+    };
+    if kept != upright {
+        // It becomes as large as it would have been.
+        let [across, down] = pixel.unwrap_or([Raster::PIXEL; 2]);
+        let kept = if turned { [kept[1], kept[0]] } else { kept };
+        let more = |pixels: u32, kept: u32| f64::from(pixels) / f64::from(kept);
+        pixel = Some([
+            across * more(width, kept[0]),
+            down * more(height, kept[1]),
+        ]);
+        let message = format!(
+            "the image has {width} by {height} pixels: it is scaled down to {} by {} while it is read",
+            kept[0], kept[1]
+        );
+        notes.push(Problem::of_file(message).coded(NoteCode::Assumed));
+    }
     let raster = Raster {
         title: options.title.clone(),
-        width,
-        height,
+        width: kept[0] as usize,
+        height: kept[1] as usize,
         grey: grey(image),
         pixel: pixel.map(|[x, y]| if turned { [y, x] } else { [x, y] }),
     };
     Ok(Reading {
         content: Content::Image(raster),
-        notes: Vec::new(),
+        notes,
     })
 }
 
-/// The image, upright, and whether its sides have changed places for that.
-fn decode(bytes: &[u8], format: ImageFormat) -> Result<(DynamicImage, bool), Refused> {
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MOST_SIDE);
-    limits.max_image_height = Some(MOST_SIDE);
-    limits.max_alloc = Some(MOST_MEMORY);
+/// What is read.
+const KNOWN: [ImageFormat; 6] = [
+    ImageFormat::Png,
+    ImageFormat::Jpeg,
+    ImageFormat::Bmp,
+    ImageFormat::WebP,
+    ImageFormat::Gif,
+    ImageFormat::Tiff,
+];
+
+fn unknown() -> Problem {
+    Problem::of_file("this is no PNG, JPEG, BMP, WebP, GIF or TIFF image")
+        .help("save it as one of these")
+}
+
+/// An image, upright.
+struct Decoded {
+    image: DynamicImage,
+    /// As many pixels the file has, before it was turned or made smaller.
+    size: [u32; 2],
+    /// Whether its sides have changed places.
+    turned: bool,
+}
+
+fn decode(bytes: &[u8], format: ImageFormat) -> Result<Decoded, Refused> {
+    let limits = |side: u32| {
+        let mut limits = Limits::default();
+        limits.max_image_width = Some(side);
+        limits.max_image_height = Some(side);
+        limits.max_alloc = Some(MOST_MEMORY);
+        limits
+    };
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    reader.limits(limits);
+    // Those that are made smaller while they are read may have any size.
+    reader.limits(limits(match format {
+        ImageFormat::Png | ImageFormat::Jpeg => u32::MAX,
+        _ => MOST_SIDE,
+    }));
     let mut decoder = reader.into_decoder()?;
-    let (width, height) = decoder.dimensions();
-    if u64::from(width) * u64::from(height) > MOST_PIXELS {
-        return Err(Refused::TooLarge([width, height]));
-    }
+    let size @ [width, height] = <[u32; 2]>::from(decoder.dimensions());
     // A turn that cannot be read is none.
     let orientation = decoder.orientation().ok();
-    let mut image = DynamicImage::from_decoder(decoder)?;
+    let large = width.max(height) > MOST_SIDE
+        || u64::from(width) * u64::from(height) > MOST_PIXELS;
+    let mut image = if large {
+        let smaller = match format {
+            ImageFormat::Png => large::png(bytes),
+            ImageFormat::Jpeg => large::jpeg(bytes),
+            _ => return Err(Refused::TooLarge(size)),
+        };
+        let Smaller {
+            width,
+            height,
+            grey,
+        } = smaller.map_err(Refused::Large)?;
+        let image = GrayImage::from_raw(width, height, grey);
+        DynamicImage::from(image.ok_or_else(|| Refused::Large("it is cut off".to_owned()))?)
+    } else {
+        decoder.set_limits(limits(MOST_SIDE))?;
+        DynamicImage::from_decoder(decoder)?
+    };
+    let before = [image.width(), image.height()];
     if let Some(orientation) = orientation {
         image.apply_orientation(orientation);
     }
-    let turned = width != height && (image.width(), image.height()) == (height, width);
-    Ok((image, turned))
+    let turned = before[0] != before[1] && before == [image.height(), image.width()];
+    Ok(Decoded {
+        image,
+        size,
+        turned,
+    })
 }
 
 /// Why an image was not decoded.
 enum Refused {
     TooLarge([u32; 2]),
+    /// Of one that would have been made smaller.
+    Large(String),
     By(ImageError),
 }
 
@@ -81,13 +161,17 @@ impl From<ImageError> for Refused {
 fn refused(refused: Refused) -> Problem {
     let (why, too_large) = match refused {
         Refused::TooLarge([width, height]) => (format!("{width} by {height} pixels"), true),
+        Refused::Large(why) => {
+            return Problem::of_file(format!("the image is too large to be read at once: {why}"));
+        }
         Refused::By(error @ ImageError::Limits(_)) => (error.to_string(), true),
         Refused::By(error) => (error.to_string(), false),
     };
     if too_large {
         let megapixels = MOST_PIXELS / 1_000_000;
         let most = format!("at most {MOST_SIDE} pixels on a side and {megapixels} million in all");
-        return Problem::of_file(format!("the image is too large: {why}")).help(most);
+        let help = format!("{most}; PNG and JPEG of any size are read");
+        return Problem::of_file(format!("the image is too large: {why}")).help(help);
     }
     Problem::of_file(format!("the image cannot be decoded: {why}"))
 }
@@ -104,6 +188,27 @@ fn grey(image: DynamicImage) -> Vec<u8> {
         }
         (true, true) => over_white(image.into_luma_alpha16().as_raw(), 65_535, to_8_bits),
     }
+}
+
+/// The grey of pixels of 8 bits: grey, grey and opacity, colours, colours and opacity.
+fn grey_of(row: &[u8], samples: usize) -> impl Iterator<Item = u8> {
+    let luma = |red: u8, green: u8, blue: u8| {
+        // As the library that decodes smaller images has it.
+        let sum = 2126 * u32::from(red) + 7152 * u32::from(green) + 722 * u32::from(blue);
+        u8::try_from(sum / 10_000).unwrap_or(u8::MAX)
+    };
+    let over = |grey: u8, opacity: u8| {
+        let (grey, opacity) = (u32::from(grey), u32::from(opacity));
+        let shown = (grey * opacity + 255 * (255 - opacity) + 127) / 255;
+        u8::try_from(shown).unwrap_or(u8::MAX)
+    };
+    row.chunks_exact(samples.max(1)).map(move |pixel| match *pixel {
+        [grey] => grey,
+        [grey, opacity] => over(grey, opacity),
+        [red, green, blue] => luma(red, green, blue),
+        [red, green, blue, opacity] => over(luma(red, green, blue), opacity),
+        _ => u8::MAX,
+    })
 }
 
 /// Pairs of grey and opacity over white, narrowed.

@@ -113,8 +113,10 @@ fn a_bitmap_tells_its_density_in_pixels_per_metre() {
 
 #[test]
 fn what_is_too_large_or_no_image_is_refused() {
-    assert_eq!(refusal(b""), "this is no PNG, JPEG or BMP image");
-    assert_eq!(refusal(b"GIF89a"), "this is no PNG, JPEG or BMP image");
+    let unknown = "this is no PNG, JPEG, BMP, WebP, GIF or TIFF image";
+    assert_eq!(refusal(b""), unknown);
+    assert_eq!(refusal(b"\x8aMNG"), unknown);
+    assert!(refusal(b"GIF89a").starts_with("the image cannot be decoded"));
     assert!(refusal(&PALETTE[..60]).starts_with("the image cannot be decoded"));
     // The header of a bitmap is believed before there are pixels.
     let sized = |width: u32, height: u32| {
@@ -123,16 +125,76 @@ fn what_is_too_large_or_no_image_is_refused() {
         bytes[22..26].copy_from_slice(&height.to_le_bytes());
         bytes
     };
-    for bomb in [sized(40_000, 1), sized(1, 40_000), sized(29_000, 29_000)] {
+    for bomb in [sized(40_000, 1), sized(1, 40_000), sized(9_000, 9_000)] {
         let why = refusal(&bomb);
         assert!(why.starts_with("the image is too large"), "{why}");
     }
 }
 
+#[test]
+fn webp_gif_and_tiff_are_read() {
+    let mut image = DynamicImage::new_rgb8(3, 2);
+    image.put_pixel(1, 0, Rgba([255; 4]));
+    for format in [ImageFormat::WebP, ImageFormat::Gif, ImageFormat::Tiff] {
+        let bytes = encoded(image.clone(), format);
+        assert_eq!(raster(&bytes).grey, [0, 255, 0, 0, 0, 0], "{format:?}");
+        assert_eq!(Format::of("a", &bytes), Some(Format::Image), "{format:?}");
+    }
+}
+
+/// A PNG of so many pixels: black on the left, white in the right tenth.
+fn wide_png(width: u32, height: u32) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::One);
+    encoder.set_compression(png::Compression::Fastest);
+    let mut header = encoder.write_header().unwrap();
+    let mut writer = header.stream_writer().unwrap();
+    let side = width.div_ceil(8) as usize;
+    let row: Vec<u8> = (0..side).map(|at| if at >= side * 9 / 10 { 255 } else { 0 }).collect();
+    for _ in 0..height {
+        std::io::Write::write_all(&mut writer, &row).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(header);
+    bytes
+}
+
+#[test]
+fn images_of_any_size_are_made_smaller_while_they_are_read() {
+    let reading = read(Format::Image, &wide_png(40_000, 500), &ReadOptions::default()).unwrap();
+    let told: Vec<&str> = reading.notes.iter().map(|note| note.message.as_str()).collect();
+    assert_eq!(
+        told,
+        ["the image has 40000 by 500 pixels: it is scaled down to 20000 by 250 while it is read"]
+    );
+    let Content::Image(image) = reading.content else {
+        panic!("no image");
+    };
+    assert_eq!((image.width, image.height), (20_000, 250));
+    assert_eq!(image.grey.len(), 20_000 * 250);
+    assert_eq!((image.grey[0], image.grey[19_999]), (0, 255));
+    // As large as it would have been.
+    let [width, height] = image.size(crate::raster::Size::Natural).unwrap();
+    assert!((width - 8000.0).abs() < 1e-6 && (height - 100.0).abs() < 1e-6, "{width} {height}");
+    let too_many = refusal(&wide_png(200_000, 1)[..40]);
+    assert!(too_many.starts_with("the image"), "{too_many}");
+}
+
+#[test]
+fn only_the_brightness_of_a_large_jpeg_is_decoded() {
+    let small = large::jpeg(&photo(1)).unwrap();
+    assert_eq!((small.width, small.height), (16, 8));
+    assert!(small.grey[0] < 10 && small.grey[15] > 245);
+    assert!(large::png(PALETTE).unwrap().grey == [0, 54, 18, 255]);
+    assert!(large::jpeg(&photo(1)[..200]).is_err());
+}
+
 proptest! {
     #[test]
     fn broken_images_are_refused_or_read_whole(
-        which in 0..4_usize,
+        which in 0..8_usize,
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12),
         cut in any::<prop::sample::Index>(),
         whole in any::<bool>(),
@@ -141,6 +203,10 @@ proptest! {
             0 => PALETTE.to_vec(),
             1 => photo(8),
             2 => encoded(DynamicImage::new_rgb8(5, 4), ImageFormat::Bmp),
+            3 => encoded(DynamicImage::new_rgb8(5, 4), ImageFormat::Gif),
+            4 => encoded(DynamicImage::new_rgb8(5, 4), ImageFormat::Tiff),
+            5 => encoded(DynamicImage::new_rgb8(5, 4), ImageFormat::WebP),
+            6 => wide_png(30_100, 3),
             _ => encoded(DynamicImage::new_rgba16(5, 4), ImageFormat::Png),
         };
         for (at, value) in changes {
