@@ -146,10 +146,15 @@ fn user_units_count_where_the_file_says_what_they_are() {
 #[test]
 fn user_units_without_a_frame_are_those_of_a4_and_say_so() {
     let (artwork, notes) = try_read("IN;SC0,100,0,200;PU0,0;PD100,200;").expect("it is all right");
-    assert_eq!(artwork.strokes[0].points, [[15.075, 13.025], [265.075, 193.025]]);
+    assert_eq!(
+        artwork.strokes[0].points,
+        [[15.075, 13.025], [265.075, 193.025]]
+    );
     assert_eq!(
         notes,
-        ["line 1, column 4: SC without IP scales to the plotter's own frame: taken as that of A4, 250 by 180 mm"]
+        [
+            "line 1, column 4: SC without IP scales to the plotter's own frame: taken as that of A4, 250 by 180 mm"
+        ]
     );
     // Without numbers IP is where it was; a page of its own is the frame.
     assert_eq!(
@@ -177,7 +182,11 @@ fn square_units_lie_where_they_are_told_to() {
     // The frame is 200 by 100 mm, the plot is square: 100 mm are left over across.
     for (shares, left) in [("", 50.0), (",0,0", 0.0), (",100,50", 100.0)] {
         let plot = format!("IP0,0,8000,4000;SC0,10,0,10,1{shares};PU0,0;PD10,10;");
-        assert_eq!(strokes(&plot), [[[left, 0.0], [left + 100.0, 100.0]]], "{plot}");
+        assert_eq!(
+            strokes(&plot),
+            [[[left, 0.0], [left + 100.0, 100.0]]],
+            "{plot}"
+        );
     }
     assert!(problem("SC0,1,0,1,3;").contains("SC has no type 3"));
 }
@@ -224,7 +233,10 @@ fn encoded_polylines_are_the_lines_that_they_stand_for() {
     let plain = strokes("IN;SP1;PU40,80;PD50,80,50,70;PU60,70;PD61,70;");
     // To the base of 64, whose bytes are no UTF-8, to that of 32, and with a bit behind the point.
     // And once more as a program saves it that takes the bytes for characters.
-    let saved: String = b"IN;SP1;PE<=O\xc0_\xc1\xd3\xbf\xbf\xd4<\xd3\xbf\xc1\xbf;".iter().map(|byte| char::from(*byte)).collect();
+    let saved: String = b"IN;SP1;PE<=O\xc0_\xc1\xd3\xbf\xbf\xd4<\xd3\xbf\xc1\xbf;"
+        .iter()
+        .map(|byte| char::from(*byte))
+        .collect();
     for bytes in [
         saved.as_bytes(),
         &b"IN;SP1;PE<=O\xc0_\xc1\xd3\xbf\xbf\xd4<\xd3\xbf\xc1\xbf;"[..],
@@ -235,7 +247,11 @@ fn encoded_polylines_are_the_lines_that_they_stand_for() {
         let Content::Artwork(artwork) = reading.content else {
             panic!("no drawing")
         };
-        let found: Vec<_> = artwork.strokes.into_iter().map(|stroke| stroke.points).collect();
+        let found: Vec<_> = artwork
+            .strokes
+            .into_iter()
+            .map(|stroke| stroke.points)
+            .collect();
         assert_eq!(found, plain, "{}", bytes.escape_ascii());
     }
     assert_eq!(plain.len(), 2);
@@ -301,9 +317,15 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
             "pens 1, 2 draw alike: there is one",
         ]
     );
-    assert!(problem("IN;\nPE<=\u{100};").starts_with("line 2, column 1: an encoded polyline (PE) is damaged"));
+    assert!(
+        problem("IN;\nPE<=\u{100};")
+            .starts_with("line 2, column 1: an encoded polyline (PE) is damaged")
+    );
     let (_, notes) = try_read("PE7<=aaaaPU;").expect("it is all right");
-    assert_eq!(notes, ["line 1, column 1: the end of an encoded polyline (PE) is cut off"]);
+    assert_eq!(
+        notes,
+        ["line 1, column 1: the end of an encoded polyline (PE) is cut off"]
+    );
     assert!(problem("RO45;").contains("turned by 0, 90, 180 or 270"));
     assert!(problem("IW1,2;").contains("IW needs two points"));
     assert!(problem("PD1,2,3;").contains("PD has an x without a y"));
@@ -313,9 +335,45 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
 /// Programs of instructions that are nearly right.
 fn nearly() -> impl Strategy<Value = String> {
     let name = prop::sample::select(vec![
-        "IN", "PA", "PR", "PU", "PD", "SP", "CI", "AA", "AR", "EA", "ER", "EW", "RA", "WG", "IP",
-        "SC", "PM", "EP", "FP", "BZ", "BR", "LB", "DT", "\u{1b}.", "PE", "LT", "RO", "IR", "PS",
-        "IW", "AT", "RT", "PE7<=", "PE7a_", "PE7>b", "\u{1b}%0A", "\u{1b}%0B", "\u{1b}E", "CO\"",
+        "IN",
+        "PA",
+        "PR",
+        "PU",
+        "PD",
+        "SP",
+        "CI",
+        "AA",
+        "AR",
+        "EA",
+        "ER",
+        "EW",
+        "RA",
+        "WG",
+        "IP",
+        "SC",
+        "PM",
+        "EP",
+        "FP",
+        "BZ",
+        "BR",
+        "LB",
+        "DT",
+        "\u{1b}.",
+        "PE",
+        "LT",
+        "RO",
+        "IR",
+        "PS",
+        "IW",
+        "AT",
+        "RT",
+        "PE7<=",
+        "PE7a_",
+        "PE7>b",
+        "\u{1b}%0A",
+        "\u{1b}%0B",
+        "\u{1b}E",
+        "CO\"",
     ]);
     let number = prop_oneof![
         (-9000_i32..9000).prop_map(f64::from),

@@ -631,10 +631,16 @@ fn masks_cut_off_what_they_hide() {
     let white = r#"<rect width="100" height="100" fill="white"/>"#;
     let hole = r#"<rect x="40" y="40" width="20" height="20"/>"#;
     assert_eq!(spans(&format!(">{white}")), [[0.0, 80.0]]);
-    assert_eq!(spans(&format!(">{white}{hole}")), [[0.0, 40.0], [60.0, 80.0]]);
+    assert_eq!(
+        spans(&format!(">{white}{hole}")),
+        [[0.0, 40.0], [60.0, 80.0]]
+    );
     assert_eq!(spans(&format!(">{hole}")), [[0.0; 2]; 0]);
     // In the alpha of a mask black shows, too; what shows however faintly shows.
-    assert_eq!(spans(&format!(r#"mask-type="alpha">{hole}"#)), [[40.0, 60.0]]);
+    assert_eq!(
+        spans(&format!(r#"mask-type="alpha">{hole}"#)),
+        [[40.0, 60.0]]
+    );
     assert_eq!(
         spans(r#"><g opacity="0.5"><rect x="10" width="20" height="99" fill="gray"/></g>"#),
         [[10.0, 30.0]]
@@ -706,7 +712,9 @@ fn white_is_drawn_where_it_is_seen() {
     );
     // Half of the line is on it.
     assert_eq!(
-        count(&format!(r#"{dark}<path d="M50 20h5v5h20" fill="none" stroke="white"/>"#)),
+        count(&format!(
+            r#"{dark}<path d="M50 20h5v5h20" fill="none" stroke="white"/>"#
+        )),
         (2, 0)
     );
 }
@@ -729,7 +737,8 @@ fn lines_beyond_the_page_are_cut_off_if_that_is_wanted() {
     );
     let (_, notes) = reading(&text);
     assert_eq!(notes[0].help.as_deref(), Some("--clip-page cuts it off"));
-    let pageless = r#"<svg xmlns="http://www.w3.org/2000/svg"><path d="M1 1h5" stroke="black"/></svg>"#;
+    let pageless =
+        r#"<svg xmlns="http://www.w3.org/2000/svg"><path d="M1 1h5" stroke="black"/></svg>"#;
     let (_, notes) = reading_with(pageless, &options).unwrap();
     assert!(notes[0].message.contains("nothing is cut off"), "{notes:?}");
 }

@@ -44,7 +44,8 @@ impl Stroke {
         // A corner that only touches the edge from outside is no line.
         pieces.retain(|piece| piece.iter().any(|point| Some(point) != piece.first()));
         if self.is_closed() && pieces.len() > 1 {
-            let goes_on = |piece: Option<&Vec<[f64; 2]>>, end: fn(&[[f64; 2]]) -> Option<&[f64; 2]>| {
+            let goes_on = |piece: Option<&Vec<[f64; 2]>>,
+                           end: fn(&[[f64; 2]]) -> Option<&[f64; 2]>| {
                 piece.and_then(|piece| end(piece)).copied() == self.points.first().copied()
             };
             if goes_on(pieces.first(), <[_]>::first)
@@ -107,9 +108,15 @@ mod tests {
             ]
         );
         // Across without a corner within.
-        assert_eq!(pieces(&[[-5.0, 0.0], [15.0, 5.0]]), [[[0.0, 1.25], [10.0, 3.75]]]);
+        assert_eq!(
+            pieces(&[[-5.0, 0.0], [15.0, 5.0]]),
+            [[[0.0, 1.25], [10.0, 3.75]]]
+        );
         // On the edge is within, beside it is not.
-        assert_eq!(pieces(&[[0.0, 0.0], [0.0, 5.0]]), [[[0.0, 0.0], [0.0, 5.0]]]);
+        assert_eq!(
+            pieces(&[[0.0, 0.0], [0.0, 5.0]]),
+            [[[0.0, 0.0], [0.0, 5.0]]]
+        );
         assert!(pieces(&[[-1.0, 0.0], [-1.0, 5.0]]).is_empty());
         assert!(pieces(&[[-1.0, 1.0], [1.0, -1.0]]).is_empty());
         assert!(pieces(&[[12.0, 1.0]]).is_empty());

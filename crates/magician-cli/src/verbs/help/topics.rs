@@ -71,6 +71,7 @@ Draw with a pen:
     4. Draw: magician draw FILE
 
 Where and how large: --at X,Y, --fit, --scale, --rotate, --mirror.
+What: --clip-page cuts at the page, --white draw keeps white on white.
 How: --speed MM/S, --lift MM between lines, --no-order.
 
 The first Ctrl-C stops the arm and lifts the pen (--stay leaves it down), a

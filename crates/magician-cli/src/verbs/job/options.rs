@@ -29,7 +29,12 @@ pub(crate) struct File {
     pub(super) s_max: Option<f64>,
     /// White lines and shapes of an SVG: `skip` leaves them out, but on darker shapes and where nothing else would be drawn,
     /// `draw` draws them all
-    #[arg(long, value_name = "skip|draw", default_value = "skip", hide_default_value = true)]
+    #[arg(
+        long,
+        value_name = "skip|draw",
+        default_value = "skip",
+        hide_default_value = true
+    )]
     pub(super) white: White,
 }
 

@@ -133,7 +133,10 @@ impl Plotter<'_> {
             return Err(Flaw::new(instruction.range.clone(), message));
         };
         if cut_off {
-            self.note(instruction, "the end of an encoded polyline (PE) is cut off");
+            self.note(
+                instruction,
+                "the end of an encoded polyline (PE) is cut off",
+            );
         }
         let (mut up, mut absolute) = (false, false);
         for item in items {

@@ -80,7 +80,11 @@ impl Plotter<'_> {
 
     /// An arc from where the pen is, through a second point to a third one; a whole circle if that is where it began, and a line
     /// if they lie on one.
-    pub(super) fn arc_through(&mut self, from: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn arc_through(
+        &mut self,
+        from: [f64; 2],
+        instruction: &Instruction,
+    ) -> Result<(), Flaw> {
         let &[x1, y1, x2, y2, ..] = &instruction.numbers[..] else {
             return Err(needs(instruction, "two points"));
         };

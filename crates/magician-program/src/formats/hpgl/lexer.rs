@@ -85,18 +85,20 @@ impl<'t> Instructions<'t> {
         let start = self.at;
         self.skip(|byte| byte != b'\n');
         let line = self.text.get(start..self.at).unwrap_or_default();
-        if line.to_ascii_uppercase().contains("LANGUAGE") && line.to_ascii_uppercase().contains("PCL")
+        if line.to_ascii_uppercase().contains("LANGUAGE")
+            && line.to_ascii_uppercase().contains("PCL")
         {
-            self.to_the_plot();
+            self.skip_to_plot();
         }
     }
 
     /// What a printer is told is passed over, as far as the plot within it: `ESC % number B` begins one.
-    fn to_the_plot(&mut self) -> bool {
+    fn skip_to_plot(&mut self) -> bool {
         let rest = self.text.get(self.at..).unwrap_or_default();
         let begins = rest.match_indices("\u{1b}%").find(|(at, sign)| {
             let number = rest.get(at + sign.len()..).unwrap_or_default();
-            let letter = number.trim_start_matches(|sign: char| sign.is_ascii_digit() || sign == '-');
+            let letter =
+                number.trim_start_matches(|sign: char| sign.is_ascii_digit() || sign == '-');
             number.len() - letter.len() <= 2 && letter.starts_with('B')
         });
         if let Some((at, _)) = begins {
@@ -112,7 +114,7 @@ impl<'t> Instructions<'t> {
         self.at += 1;
         match self.take() {
             Some(b'E') => {
-                self.to_the_plot();
+                self.skip_to_plot();
             }
             Some(b'.') => {
                 self.at += usize::from(self.peek().is_some_and(|byte| byte.is_ascii()));
@@ -123,9 +125,7 @@ impl<'t> Instructions<'t> {
                 self.skip(|byte| !byte.is_ascii_uppercase() && byte.is_ascii_graphic());
                 self.at += usize::from(self.peek().is_some_and(|byte| byte.is_ascii_uppercase()));
                 let sequence = self.text.get(start..self.at).unwrap_or_default();
-                if sequence.starts_with("\u{1b}%")
-                    && sequence.ends_with('A')
-                    && !self.to_the_plot()
+                if sequence.starts_with("\u{1b}%") && sequence.ends_with('A') && !self.skip_to_plot()
                 {
                     self.at = self.text.len();
                 }
@@ -157,14 +157,22 @@ impl<'t> Instructions<'t> {
             b"LB" | b"BL" | b"PB" | b"WD" => {
                 let end = self.end_of_text;
                 self.skip(|byte| byte != end);
-                text = self.text.get(within..self.at).unwrap_or_default().to_owned();
+                text = self
+                    .text
+                    .get(within..self.at)
+                    .unwrap_or_default()
+                    .to_owned();
                 self.skip_one(end);
             }
             b"DT" => self.set_end_of_text(),
             // The sign that stands at each point, if there is one.
             b"SM" => {
                 self.at += usize::from(self.peek().is_some_and(|sign| sign.is_ascii()));
-                text = self.text.get(within..self.at).unwrap_or_default().to_owned();
+                text = self
+                    .text
+                    .get(within..self.at)
+                    .unwrap_or_default()
+                    .to_owned();
             }
             // A comment, in quotes (HP-GL/2) or without.
             b"CO" => {
@@ -176,7 +184,11 @@ impl<'t> Instructions<'t> {
             }
             b"PE" => {
                 self.skip(|byte| byte != b';' && byte != ESCAPE);
-                text = self.text.get(within..self.at).unwrap_or_default().to_owned();
+                text = self
+                    .text
+                    .get(within..self.at)
+                    .unwrap_or_default()
+                    .to_owned();
             }
             _ => self.numbers(&mut numbers)?,
         }

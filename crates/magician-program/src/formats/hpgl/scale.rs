@@ -197,7 +197,12 @@ impl Scale {
     /// SC: which coordinates P1 and P2 have.
     pub(super) fn units(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
         let refused = |message: &str| Err(Flaw::new(instruction.range.clone(), message));
-        let share = |nth: usize| instruction.numbers.get(nth).map_or(0.5, |share| share / 100.0);
+        let share = |nth: usize| {
+            instruction
+                .numbers
+                .get(nth)
+                .map_or(0.5, |share| share / 100.0)
+        };
         self.user = match instruction.numbers[..] {
             [] => None,
             [x1, x2, y1, y2, ref kind @ ..] => match kind.first().copied().unwrap_or(0.0) {
@@ -240,11 +245,13 @@ impl Scale {
                 let units = [x2 - x1, y2 - y1];
                 let size = [0, 1].map(|axis| (across[axis] / units[axis]).abs());
                 let unit = size[0].min(size[1]);
-                let factor =
-                    [0, 1].map(|axis| unit * (across[axis] / units[axis]).signum());
+                let factor = [0, 1].map(|axis| unit * (across[axis] / units[axis]).signum());
                 let left = [0, 1].map(|axis| across[axis] - factor[axis] * units[axis]);
                 let begin = [px + left[0] * shares[0], py + left[1] * shares[1]];
-                (factor, [begin[0] - factor[0] * x1, begin[1] - factor[1] * y1])
+                (
+                    factor,
+                    [begin[0] - factor[0] * x1, begin[1] - factor[1] * y1],
+                )
             }
             Some(Units::Factors([x1, y1], factor)) => {
                 (factor, [px - factor[0] * x1, py - factor[1] * y1])

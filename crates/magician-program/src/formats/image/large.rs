@@ -128,7 +128,9 @@ pub(super) fn jpeg(bytes: &[u8]) -> Result<Smaller, Why> {
         .set_max_height(JPEG_SIDE)
         .jpeg_set_out_colorspace(ColorSpace::Luma);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    decoder.decode_headers().map_err(|error| error.to_string())?;
+    decoder
+        .decode_headers()
+        .map_err(|error| error.to_string())?;
     let info = decoder.info().ok_or("its header says no size")?;
     let size @ [width, height] = [u32::from(info.width), u32::from(info.height)];
     let pixels = u64::from(width) * u64::from(height);

@@ -11,7 +11,9 @@ mod tests;
 
 use std::io::Cursor;
 
-use ::image::{DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use ::image::{
+    DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits,
+};
 
 use super::{Content, ReadOptions, Reading};
 use crate::{NoteCode, Problem, Raster};
@@ -48,10 +50,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
         let [across, down] = pixel.unwrap_or([Raster::PIXEL; 2]);
         let kept = if turned { [kept[1], kept[0]] } else { kept };
         let more = |pixels: u32, kept: u32| f64::from(pixels) / f64::from(kept);
-        pixel = Some([
-            across * more(width, kept[0]),
-            down * more(height, kept[1]),
-        ]);
+        pixel = Some([across * more(width, kept[0]), down * more(height, kept[1])]);
         let message = format!(
             "the image has {width} by {height} pixels: it is scaled down to {} by {} while it is read",
             kept[0], kept[1]
@@ -113,8 +112,7 @@ fn decode(bytes: &[u8], format: ImageFormat) -> Result<Decoded, Refused> {
     let size @ [width, height] = <[u32; 2]>::from(decoder.dimensions());
     // A turn that cannot be read is none.
     let orientation = decoder.orientation().ok();
-    let large = width.max(height) > MOST_SIDE
-        || u64::from(width) * u64::from(height) > MOST_PIXELS;
+    let large = width.max(height) > MOST_SIDE || u64::from(width) * u64::from(height) > MOST_PIXELS;
     let mut image = if large {
         let smaller = match format {
             ImageFormat::Png => large::png(bytes),
@@ -202,13 +200,14 @@ fn grey_of(row: &[u8], samples: usize) -> impl Iterator<Item = u8> {
         let shown = (grey * opacity + 255 * (255 - opacity) + 127) / 255;
         u8::try_from(shown).unwrap_or(u8::MAX)
     };
-    row.chunks_exact(samples.max(1)).map(move |pixel| match *pixel {
-        [grey] => grey,
-        [grey, opacity] => over(grey, opacity),
-        [red, green, blue] => luma(red, green, blue),
-        [red, green, blue, opacity] => over(luma(red, green, blue), opacity),
-        _ => u8::MAX,
-    })
+    row.chunks_exact(samples.max(1))
+        .map(move |pixel| match *pixel {
+            [grey] => grey,
+            [grey, opacity] => over(grey, opacity),
+            [red, green, blue] => luma(red, green, blue),
+            [red, green, blue, opacity] => over(luma(red, green, blue), opacity),
+            _ => u8::MAX,
+        })
 }
 
 /// Pairs of grey and opacity over white, narrowed.

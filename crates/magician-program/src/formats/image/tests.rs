@@ -152,7 +152,9 @@ fn wide_png(width: u32, height: u32) -> Vec<u8> {
     let mut header = encoder.write_header().unwrap();
     let mut writer = header.stream_writer().unwrap();
     let side = width.div_ceil(8) as usize;
-    let row: Vec<u8> = (0..side).map(|at| if at >= side * 9 / 10 { 255 } else { 0 }).collect();
+    let row: Vec<u8> = (0..side)
+        .map(|at| if at >= side * 9 / 10 { 255 } else { 0 })
+        .collect();
     for _ in 0..height {
         std::io::Write::write_all(&mut writer, &row).unwrap();
     }
@@ -163,8 +165,17 @@ fn wide_png(width: u32, height: u32) -> Vec<u8> {
 
 #[test]
 fn images_of_any_size_are_made_smaller_while_they_are_read() {
-    let reading = read(Format::Image, &wide_png(40_000, 500), &ReadOptions::default()).unwrap();
-    let told: Vec<&str> = reading.notes.iter().map(|note| note.message.as_str()).collect();
+    let reading = read(
+        Format::Image,
+        &wide_png(40_000, 500),
+        &ReadOptions::default(),
+    )
+    .unwrap();
+    let told: Vec<&str> = reading
+        .notes
+        .iter()
+        .map(|note| note.message.as_str())
+        .collect();
     assert_eq!(
         told,
         ["the image has 40000 by 500 pixels: it is scaled down to 20000 by 250 while it is read"]
@@ -177,7 +188,10 @@ fn images_of_any_size_are_made_smaller_while_they_are_read() {
     assert_eq!((image.grey[0], image.grey[19_999]), (0, 255));
     // As large as it would have been.
     let [width, height] = image.size(crate::raster::Size::Natural).unwrap();
-    assert!((width - 8000.0).abs() < 1e-6 && (height - 100.0).abs() < 1e-6, "{width} {height}");
+    assert!(
+        (width - 8000.0).abs() < 1e-6 && (height - 100.0).abs() < 1e-6,
+        "{width} {height}"
+    );
     let too_many = refusal(&wide_png(200_000, 1)[..40]);
     assert!(too_many.starts_with("the image"), "{too_many}");
 }

@@ -59,15 +59,16 @@ impl Region {
     }
 
     fn edges(&self) -> usize {
-        let own = self
-            .shapes
-            .iter()
-            .map(|(shape, _)| shape.edges());
+        let own = self.shapes.iter().map(|(shape, _)| shape.edges());
         own.sum::<usize>() + self.also.iter().map(Self::edges).sum::<usize>()
     }
 
     fn contains(&self, at: [f64; 2]) -> bool {
-        let uppermost = self.shapes.iter().rev().find(|(shape, _)| shape.contains(at));
+        let uppermost = self
+            .shapes
+            .iter()
+            .rev()
+            .find(|(shape, _)| shape.contains(at));
         uppermost.is_some_and(|(_, shows)| *shows)
             && self.also.iter().all(|region| region.contains(at))
     }
