@@ -23,6 +23,7 @@
 mod curves;
 mod encoded;
 mod figures;
+mod frame;
 mod lexer;
 mod plotter;
 mod polygon;

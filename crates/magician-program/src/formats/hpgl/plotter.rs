@@ -31,7 +31,7 @@ pub(super) struct Plotter<'t> {
     /// In the plot's units.
     pub(super) at: [f64; 2],
     pub(super) down: bool,
-    relative: bool,
+    pub(super) relative: bool,
     /// 0 is none.
     pub(super) pen: f64,
     /// The pens that have drawn.
@@ -43,7 +43,7 @@ pub(super) struct Plotter<'t> {
     pub(super) edges: Vec<Stroke>,
     pub(super) texts: Texts,
     /// What is outside of this is not drawn (IW), mm.
-    window: Option<[[f64; 2]; 2]>,
+    pub(super) window: Option<[[f64; 2]; 2]>,
     /// Whether characters above 127 are single bytes of the file.
     latin: bool,
 }
@@ -172,74 +172,9 @@ impl<'t> Plotter<'t> {
         Ok(())
     }
 
-    fn reset(&mut self, moves: bool) {
-        self.lift();
-        self.end_polygon();
-        self.edges.clear();
-        (self.relative, self.window) = (false, None);
-        if moves {
-            self.scale.reset();
-            self.at = [0.0; 2];
-        } else {
-            let place = self.scale.place(self.at);
-            self.scale.unscale();
-            self.stay(place);
-        }
-    }
-
-    /// What changes which place a pair of numbers is: the pen does not move.
-    fn scaled(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
-        self.lift_for_a_moment();
-        let place = self.scale.place(self.at);
-        match &instruction.name {
-            b"IP" => self.scale.corners(instruction),
-            b"IR" => self.scale.shares(instruction),
-            b"PS" => self.scale.sized(instruction),
-            b"RO" => self.scale.rotate(instruction),
-            _ => self.scale.units(instruction),
-        }?;
-        self.stay(place);
-        if &instruction.name == b"SC" && self.scale.assumes_frame() {
-            let [width, height] = self.scale.frame();
-            let message = format!(
-                "SC without IP scales to the plotter's own frame: taken as that of A4, {width:.0} by {height:.0} mm"
-            );
-            let origin = self.lines.origin(instruction.range.clone());
-            let help = "IP before SC says it, --width and --scale make it another size";
-            self.notes
-                .add_with_help(NoteCode::Assumed, origin, &message, help);
-        }
-        Ok(())
-    }
-
-    /// IW: what lies outside of a rectangle is not drawn.
-    fn windowed(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
-        self.lift_for_a_moment();
-        self.window = match instruction.numbers[..] {
-            [] => None,
-            [x1, y1, x2, y2] => {
-                let [a, b] = [[x1, y1], [x2, y2]].map(|corner| self.scale.place(corner));
-                Some([
-                    [a[0].min(b[0]), a[1].min(b[1])],
-                    [a[0].max(b[0]), a[1].max(b[1])],
-                ])
-            }
-            _ => {
-                let message = "IW needs two points or nothing";
-                return Err(Flaw::new(instruction.range.clone(), message));
-            }
-        };
-        Ok(())
-    }
-
     pub(super) fn select(&mut self, pen: f64) {
         self.lift_for_a_moment();
         self.pen = pen;
-    }
-
-    /// The pen is where it was on the sheet: that place has other numbers now.
-    fn stay(&mut self, place: [f64; 2]) {
-        self.at = self.scale.at(place);
     }
 
     pub(super) fn draws(&self) -> bool {
@@ -284,14 +219,6 @@ impl<'t> Plotter<'t> {
             self.edges.push(stroke);
         } else {
             self.put(stroke);
-        }
-    }
-
-    /// What of a stroke is within the window.
-    pub(super) fn put(&mut self, stroke: Stroke) {
-        match self.window {
-            None => self.artwork.strokes.push(stroke),
-            Some(window) => self.artwork.strokes.extend(stroke.within(window)),
         }
     }
 

@@ -16,6 +16,7 @@ mod notes;
 mod numbers;
 mod packed;
 mod source;
+mod text;
 mod walk;
 mod white;
 

@@ -2,12 +2,11 @@
 
 use std::collections::HashMap;
 
-use kurbo::{Affine, BezPath, PathEl};
-use usvg::{Group, Node, Paint, Path, Stroke as Outline, Text, Transform};
+use kurbo::{Affine, BezPath};
+use usvg::{Group, Node, Paint, Path, Stroke as Outline, Transform};
 
 use super::area::encloses;
 use super::clip::Region;
-use super::font;
 use super::lines::{Line, curves, dashed, flatten};
 use super::notes::Notes;
 use super::source::Element;
@@ -36,13 +35,13 @@ pub(super) struct Walk<'a> {
 
 /// Where in the drawing the walk is.
 #[derive(Clone)]
-struct Place {
+pub(super) struct Place {
     /// From the coordinates here to mm on the sheet.
-    to: Affine,
+    pub(super) to: Affine,
     /// What clips it.
-    clips: Vec<Region>,
+    pub(super) clips: Vec<Region>,
     /// The innermost element with an id that is known.
-    element: Element,
+    pub(super) element: Element,
 }
 
 impl<'a> Walk<'a> {
@@ -76,27 +75,6 @@ impl<'a> Walk<'a> {
         self.group(root, &place)?;
         self.tell_white();
         Ok(())
-    }
-
-    /// Where all is white, all is drawn; otherwise what was left out is told of.
-    fn tell_white(&mut self) {
-        let Some((element, count)) = self.whites.left_out.take() else {
-            return;
-        };
-        if self.strokes.is_empty() {
-            self.strokes = std::mem::take(&mut self.whites.kept);
-            let remark = "all of it is white: it is drawn all the same";
-            self.notes
-                .add(element.problem(remark).coded(NoteCode::Assumed));
-            return;
-        }
-        let times = match count {
-            1 => String::new(),
-            times => format!(" ({times} elements)"),
-        };
-        let remark = format!("white on white is left out: it would not be seen{times}");
-        let note = element.problem(remark).coded(NoteCode::LeftOut);
-        self.notes.add(note.help("--white draw keeps it"));
     }
 
     fn group(&mut self, group: &Group, outer: &Place) -> Result<(), Problem> {
@@ -139,7 +117,7 @@ impl<'a> Walk<'a> {
         self.elements.get(group.id()).or(within)
     }
 
-    fn inner(&self, id: &str, outer: &Place) -> Place {
+    pub(super) fn inner(&self, id: &str, outer: &Place) -> Place {
         let known = self.elements.get(id);
         Place {
             element: known.unwrap_or(&outer.element).clone(),
@@ -220,7 +198,7 @@ impl<'a> Walk<'a> {
         take
     }
 
-    fn curves(&self, path: &Path, place: &Place) -> Result<BezPath, Problem> {
+    pub(super) fn curves(&self, path: &Path, place: &Place) -> Result<BezPath, Problem> {
         let curves = curves(path.data(), place.to);
         let bounds = curves.control_box();
         let sides = [bounds.x0, bounds.y0, bounds.x1, bounds.y1];
@@ -272,60 +250,8 @@ impl<'a> Walk<'a> {
         Ok(dashes)
     }
 
-    fn text(&mut self, text: &Text, outer: &Place) -> Result<(), Problem> {
-        let place = self.inner(text.id(), outer);
-        for character in font::missing(text).chars() {
-            let code = u32::from(character);
-            let remark = format!(
-                "U+{code:04X} '{character}' is left out: the font {} does not have it",
-                font::NAME
-            );
-            let help = "turn the text into paths in the program that it was drawn with";
-            let note = place.element.problem(remark).help(help);
-            self.notes.add(note.coded(NoteCode::LeftOut));
-        }
-        for wish in font::differences(text) {
-            let remark = format!(
-                "text is written in {} Regular instead of {wish}",
-                font::NAME
-            );
-            self.notes
-                .add(place.element.problem(remark).coded(NoteCode::Assumed));
-        }
-        self.letters(text.flattened(), &place, font::speck(text))
-    }
-
-    /// The outlines of a text's letters, whatever is done with other fills, but for those that are smaller than a speck.
-    fn letters(&mut self, group: &Group, outer: &Place, speck: f64) -> Result<(), Problem> {
-        let to = outer.to * matrix(group.transform());
-        let place = Place {
-            to,
-            ..outer.clone()
-        };
-        for node in group.children() {
-            match node {
-                Node::Group(group) => self.letters(group, &place, speck)?,
-                Node::Path(path) if path.is_visible() => {
-                    let placed = self.curves(path, &place)?;
-                    // Specks are known by their size in the text's own units, before any transform.
-                    let own = curves(path.data(), Affine::IDENTITY);
-                    let outlines = outlines(&own).zip(outlines(&placed));
-                    let letters = outlines.filter(|(own, _)| extent(own) > speck);
-                    let letters: BezPath =
-                        letters.flat_map(|(_, placed)| placed).copied().collect();
-                    let white = self.whites.is_all_white(path);
-                    self.add(flatten(&letters, self.tolerance, true), &place, white)?;
-                    self.whites
-                        .paint(path, place.to, &place.clips, self.tolerance);
-                }
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-
     /// Takes lines, as far as they are not clipped away, and white ones only where they are seen.
-    fn add(&mut self, mut lines: Vec<Line>, place: &Place, white: bool) -> Result<(), Problem> {
+    pub(super) fn add(&mut self, mut lines: Vec<Line>, place: &Place, white: bool) -> Result<(), Problem> {
         for region in &place.clips {
             let clipped: Option<Vec<Vec<Line>>> =
                 lines.iter().map(|line| region.clip(line)).collect();
@@ -387,18 +313,6 @@ impl<'a> Walk<'a> {
         self.known.insert(name.to_owned(), index);
         index
     }
-}
-
-/// The parts of a path, each from where the pen is put down.
-fn outlines(path: &BezPath) -> impl Iterator<Item = &[PathEl]> {
-    let elements = path.elements();
-    elements.chunk_by(|_, next| !matches!(next, PathEl::MoveTo(_)))
-}
-
-/// The longer side of what holds it.
-fn extent(outline: &[PathEl]) -> f64 {
-    let path = BezPath::from_vec(outline.to_vec());
-    path.control_box().size().max_side()
 }
 
 /// As the curves' library has it.

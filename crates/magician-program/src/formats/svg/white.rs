@@ -5,10 +5,10 @@ use usvg::{Color, Group, Node, Paint, Path};
 
 use super::clip::{Region, Shape};
 use super::lines::{Line, curves, flatten};
-use crate::Stroke;
-use crate::formats::White;
-
 use super::source::Element;
+use super::walk::Walk;
+use crate::formats::White;
+use crate::{NoteCode, Stroke};
 
 /// As many points of a line are looked at.
 const SAMPLES: usize = 32;
@@ -110,6 +110,29 @@ impl Whites {
             }
         }
         false
+    }
+}
+
+impl Walk<'_> {
+    /// Where all is white, all is drawn; otherwise what was left out is told of.
+    pub(super) fn tell_white(&mut self) {
+        let Some((element, count)) = self.whites.left_out.take() else {
+            return;
+        };
+        if self.strokes.is_empty() {
+            self.strokes = std::mem::take(&mut self.whites.kept);
+            let remark = "all of it is white: it is drawn all the same";
+            self.notes
+                .add(element.problem(remark).coded(NoteCode::Assumed));
+            return;
+        }
+        let times = match count {
+            1 => String::new(),
+            times => format!(" ({times} elements)"),
+        };
+        let remark = format!("white on white is left out: it would not be seen{times}");
+        let note = element.problem(remark).coded(NoteCode::LeftOut);
+        self.notes.add(note.help("--white draw keeps it"));
     }
 }
 

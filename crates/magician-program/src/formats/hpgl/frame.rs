@@ -1,0 +1,81 @@
+//! What the plot's numbers mean on the sheet, and what of the sheet is drawn on.
+
+use super::lexer::Instruction;
+use super::plotter::Plotter;
+use crate::formats::flaw::Flaw;
+use crate::{NoteCode, Stroke};
+
+impl Plotter<'_> {
+    pub(super) fn reset(&mut self, moves: bool) {
+        self.lift();
+        self.end_polygon();
+        self.edges.clear();
+        (self.relative, self.window) = (false, None);
+        if moves {
+            self.scale.reset();
+            self.at = [0.0; 2];
+        } else {
+            let place = self.scale.place(self.at);
+            self.scale.unscale();
+            self.stay(place);
+        }
+    }
+
+    /// What changes which place a pair of numbers is: the pen does not move.
+    pub(super) fn scaled(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+        self.lift_for_a_moment();
+        let place = self.scale.place(self.at);
+        match &instruction.name {
+            b"IP" => self.scale.corners(instruction),
+            b"IR" => self.scale.shares(instruction),
+            b"PS" => self.scale.sized(instruction),
+            b"RO" => self.scale.rotate(instruction),
+            _ => self.scale.units(instruction),
+        }?;
+        self.stay(place);
+        if &instruction.name == b"SC" && self.scale.assumes_frame() {
+            let [width, height] = self.scale.frame();
+            let message = format!(
+                "SC without IP scales to the plotter's own frame: taken as that of A4, {width:.0} by {height:.0} mm"
+            );
+            let origin = self.lines.origin(instruction.range.clone());
+            let help = "IP before SC says it, --width and --scale make it another size";
+            self.notes
+                .add_with_help(NoteCode::Assumed, origin, &message, help);
+        }
+        Ok(())
+    }
+
+    /// IW: what lies outside of a rectangle is not drawn.
+    pub(super) fn windowed(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+        self.lift_for_a_moment();
+        self.window = match instruction.numbers[..] {
+            [] => None,
+            [x1, y1, x2, y2] => {
+                let [a, b] = [[x1, y1], [x2, y2]].map(|corner| self.scale.place(corner));
+                Some([
+                    [a[0].min(b[0]), a[1].min(b[1])],
+                    [a[0].max(b[0]), a[1].max(b[1])],
+                ])
+            }
+            _ => {
+                let message = "IW needs two points or nothing";
+                return Err(Flaw::new(instruction.range.clone(), message));
+            }
+        };
+        Ok(())
+    }
+
+    /// The pen is where it was on the sheet: that place has other numbers now.
+    fn stay(&mut self, place: [f64; 2]) {
+        self.at = self.scale.at(place);
+    }
+
+    /// What of a stroke is within the window.
+    pub(super) fn put(&mut self, stroke: Stroke) {
+        match self.window {
+            None => self.artwork.strokes.push(stroke),
+            Some(window) => self.artwork.strokes.extend(stroke.within(window)),
+        }
+    }
+}
