@@ -904,6 +904,11 @@ fn bombs_do_not_go_off() {
     ] {
         let _ = reading_with(page(circle), &ReadOptions::default());
     }
+    // Classes that have the same style are no circle, however many of them there are.
+    let clips: String = (0..5)
+        .map(|n| format!("<style>.c{n}{{clip-path:url(#p{n})}}</style><clipPath id='p{n}'><rect class='d' width='90' height='90'/></clipPath><path class='c{n}' d='M1 1h{n}v1z'/>"))
+        .collect();
+    assert_eq!(reading(page(&clips)).0.strokes.len(), 4);
     let corners = "l1 1".repeat(100_000);
     let marked = format!(
         "<marker id='m'>{}</marker><path d='M0 0{corners}' stroke='red' marker-mid='url(#m)'/>",

@@ -34,6 +34,8 @@ pub(super) struct Instructions<'t> {
     text: &'t str,
     at: usize,
     end_of_text: u8,
+    /// Whether another plot may begin within what a printer is told: what was looked for in vain is not looked for again.
+    more_plots: bool,
 }
 
 impl<'t> Instructions<'t> {
@@ -42,6 +44,7 @@ impl<'t> Instructions<'t> {
             text,
             at: 0,
             end_of_text: END_OF_TEXT,
+            more_plots: true,
         }
     }
 
@@ -94,6 +97,9 @@ impl<'t> Instructions<'t> {
 
     /// What a printer is told is passed over, as far as the plot within it: `ESC % number B` begins one.
     fn skip_to_plot(&mut self) -> bool {
+        if !self.more_plots {
+            return false;
+        }
         let rest = self.text.get(self.at..).unwrap_or_default();
         let begins = rest.match_indices("\u{1b}%").find(|(at, sign)| {
             let number = rest.get(at + sign.len()..).unwrap_or_default();
@@ -104,7 +110,8 @@ impl<'t> Instructions<'t> {
         if let Some((at, _)) = begins {
             self.at += at;
         }
-        begins.is_some()
+        self.more_plots = begins.is_some();
+        self.more_plots
     }
 
     /// `ESC . letter numbers :` of plotters, or `ESC % number letter` and its like of printers. `ESC % number A` ends a plot
@@ -125,7 +132,9 @@ impl<'t> Instructions<'t> {
                 self.skip(|byte| !byte.is_ascii_uppercase() && byte.is_ascii_graphic());
                 self.at += usize::from(self.peek().is_some_and(|byte| byte.is_ascii_uppercase()));
                 let sequence = self.text.get(start..self.at).unwrap_or_default();
-                if sequence.starts_with("\u{1b}%") && sequence.ends_with('A') && !self.skip_to_plot()
+                if sequence.starts_with("\u{1b}%")
+                    && sequence.ends_with('A')
+                    && !self.skip_to_plot()
                 {
                     self.at = self.text.len();
                 }

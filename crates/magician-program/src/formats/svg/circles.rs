@@ -49,9 +49,32 @@ impl Graph {
                 ids.entry(id).or_insert(node.id().get_usize());
             }
         }
-        let sheets = style_sheets(document);
-        let rules: Vec<Rule<'_>> = sheets.split('}').filter_map(Rule::of).collect();
         let mut ways = vec![Vec::new(); count];
+        // A rule of a style sheet is a place of its own, and so is each class and id that it speaks of.
+        let sheets = style_sheets(document);
+        let mut meant: HashMap<Meant<'_>, usize> = HashMap::new();
+        for rule in sheets.split('}') {
+            let Some((selector, body)) = rule.split_once('{') else {
+                continue;
+            };
+            let refers_to: Vec<usize> = references(body)
+                .filter_map(|name| ids.get(name).copied())
+                .collect();
+            if refers_to.is_empty() {
+                continue;
+            }
+            let style = ways.len();
+            ways.push(refers_to);
+            for who in selector.split(',').flat_map(Meant::by) {
+                let place = *meant.entry(who).or_insert_with(|| {
+                    ways.push(Vec::new());
+                    ways.len() - 1
+                });
+                if let Some(way) = ways.get_mut(place) {
+                    way.push(style);
+                }
+            }
+        }
         for node in document.descendants().filter(Node::is_element) {
             let mut names: Vec<&str> = Vec::new();
             for attribute in node.attributes() {
@@ -60,14 +83,18 @@ impl Graph {
                     _ => names.extend(references(attribute.value())),
                 }
             }
-            for rule in rules.iter().filter(|rule| rule.may_be_of(&node)) {
-                names.extend(&rule.refers_to);
-            }
+            let classes = node.attribute("class").unwrap_or_default();
+            let classes = classes.split_whitespace().map(Meant::Class);
+            let own = node.attribute("id").map(Meant::Id);
+            let styled = classes
+                .chain(own)
+                .chain([Meant::All])
+                .filter_map(|who| meant.get(&who).copied());
             let referred = names.iter().filter_map(|name| ids.get(name).copied());
             let within = node.children().filter(Node::is_element);
             let within = within.map(|child| child.id().get_usize());
             if let Some(way) = ways.get_mut(node.id().get_usize()) {
-                way.extend(referred.chain(within));
+                way.extend(referred.chain(styled).chain(within));
             }
         }
         Self { ways }
@@ -123,35 +150,32 @@ fn walk(ways: &[Vec<usize>], start: usize, seen: &mut HashSet<usize>, order: &mu
     }
 }
 
-/// A rule of a style sheet that refers to elements.
-struct Rule<'s> {
-    selector: &'s str,
-    refers_to: Vec<&'s str>,
+/// Whom a selector of a style sheet may mean.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Meant<'s> {
+    All,
+    Class(&'s str),
+    Id(&'s str),
 }
 
-impl<'s> Rule<'s> {
-    fn of(text: &'s str) -> Option<Self> {
-        let (selector, body) = text.split_once('{')?;
-        let refers_to: Vec<&str> = references(body).collect();
-        (!refers_to.is_empty()).then_some(Self {
-            selector,
-            refers_to,
-        })
-    }
-
-    /// Whether an element may be meant: it has a class or the id of the selector, or the selector asks for neither.
-    fn may_be_of(&self, node: &Node<'_, '_>) -> bool {
-        let named = |sign: char, name: &str| {
-            let mut parts = self.selector.split(sign).skip(1);
-            parts.any(|part| {
-                part.strip_prefix(name).is_some_and(|rest| {
-                    !rest.starts_with(|next: char| next.is_alphanumeric() || "-_".contains(next))
-                })
-            })
+impl<'s> Meant<'s> {
+    /// All that have one of its classes or ids; all elements if it asks for neither.
+    fn by(selector: &'s str) -> Vec<Self> {
+        let name = |from: usize| {
+            let rest = selector.get(from..).unwrap_or_default();
+            let ends = |sign: char| !(sign.is_alphanumeric() || sign == '-' || sign == '_');
+            rest.get(..rest.find(ends).unwrap_or(rest.len()))
         };
-        let classes = node.attribute("class").unwrap_or_default();
-        !self.selector.contains(['.', '#'])
-            || classes.split_whitespace().any(|class| named('.', class))
-            || node.attribute("id").is_some_and(|id| named('#', id))
+        let named: Vec<Self> = selector
+            .match_indices(['.', '#'])
+            .filter_map(|(at, sign)| match sign {
+                "." => name(at + 1).map(Self::Class),
+                _ => name(at + 1).map(Self::Id),
+            })
+            .collect();
+        match named.is_empty() {
+            true => vec![Self::All],
+            false => named,
+        }
     }
 }

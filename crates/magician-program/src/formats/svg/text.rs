@@ -1,6 +1,6 @@
 //! Texts, as the outlines of their letters.
 
-use kurbo::{Affine, BezPath, PathEl, Shape as _};
+use kurbo::{Affine, BezPath, PathEl};
 use usvg::{Group, Node, Text};
 
 use super::font;

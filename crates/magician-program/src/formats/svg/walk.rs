@@ -251,7 +251,12 @@ impl<'a> Walk<'a> {
     }
 
     /// Takes lines, as far as they are not clipped away, and white ones only where they are seen.
-    pub(super) fn add(&mut self, mut lines: Vec<Line>, place: &Place, white: bool) -> Result<(), Problem> {
+    pub(super) fn add(
+        &mut self,
+        mut lines: Vec<Line>,
+        place: &Place,
+        white: bool,
+    ) -> Result<(), Problem> {
         for region in &place.clips {
             let clipped: Option<Vec<Vec<Line>>> =
                 lines.iter().map(|line| region.clip(line)).collect();
