@@ -28,8 +28,7 @@ pub(super) fn beyond(geometry: &Geometry, [x, y, z]: [f64; 3]) -> Option<f64> {
     let tool = geometry.tool;
     let longest = geometry.rear_arm + geometry.forearm + tool.x.abs() + tool.y.abs();
     let nearest = (x.hypot(y) - longest - SLACK).max(0.0);
-    // What is no number is not below anything.
-    if !(nearest < FARTHEST) {
+    if nearest.is_nan() || nearest >= FARTHEST {
         return None;
     }
     let mut distance = nearest.floor() + 1.0;

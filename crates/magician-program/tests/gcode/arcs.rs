@@ -231,7 +231,7 @@ fn a_placed_arc_of_g18_is_scaled_and_turned_across_and_keeps_its_heights() {
         let made = setup.plan(Format::Gcode, reading.content).expect("a plan");
         let points = points(
             &made
-                .content
+                .plan
                 .steps
                 .iter()
                 .map(|step| step.action.clone())

@@ -14,7 +14,7 @@ fn placed(text: &str, pen_z: Option<f64>) -> Plan {
     setup.prepare(&mut options.gcode, None);
     let reading = read(Format::Gcode, text.as_bytes(), &options).expect("it is read");
     let made = setup.plan(Format::Gcode, reading.content);
-    made.expect("it has a size").content
+    made.expect("it has a size").plan
 }
 
 fn lowest(plan: &Plan) -> f32 {

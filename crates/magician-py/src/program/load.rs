@@ -5,8 +5,8 @@ use magician_program::artwork::Sheet;
 use magician_program::formats::Dialect;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
-    Content, Format, Frame, Lack, Placing, Plan, Power, Prepared, Problem, ReadOptions, Reading, Setup,
-    Surface, Work, read,
+    Content, Format, Frame, Lack, Placing, Plan, Power, Prepared, Problem, ReadOptions, Reading,
+    Setup, Surface, Work, read,
 };
 use pyo3::prelude::*;
 
@@ -210,7 +210,9 @@ impl PyPlan {
             name: Some(name.to_owned()),
             format: Some(format.name().to_owned()),
             notes: made.notes,
-            placed: made.placed.map(|placed| (placed.scale, placed.turn, placed.at)),
+            placed: made
+                .placed
+                .map(|placed| (placed.scale, placed.turn, placed.at)),
             rows: false,
             assumed: (!taught || placed) && setup.surface.is_none(),
             needs_homed_arm: wanted.work.is_some() || format.needs_homed_arm(),

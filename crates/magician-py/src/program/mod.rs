@@ -108,7 +108,9 @@ impl Source {
         )
     }
 
-    fn of_kept((name, format, notes, placed, rows, assumed, needs_homed_arm, lift): KeptSource) -> Self {
+    fn of_kept(
+        (name, format, notes, placed, rows, assumed, needs_homed_arm, lift): KeptSource,
+    ) -> Self {
         let code_of = |name: String| NoteCode::ALL.into_iter().find(|code| code.name() == name);
         let note = |(line, column, length, name, message, help, code): KeptNote| Problem {
             code: code_of(code).unwrap_or_default(),
