@@ -78,7 +78,7 @@ How well they match is measured by rasterising both, input and result, and by ho
 nearest of the other. The input is followed by code that shares nothing with the readers of this software but the parser
 of SVG. For an image it is the difference in darkness, in cells of a millimetre.
 
-`cargo xtask programs` runs and draws them all again. The files: [samples](../crates/magician-program/samples).
+`cargo xtask programs` runs and draws them all again. The files: `crates/magician-program/samples`.
 ";
 
 /// Runs every program, draws it into `docs/programs` and lists them in `docs/PROGRAMS.md`.
