@@ -168,7 +168,7 @@ def test_gcode_is_placed_or_taken_as_it_stands(samples: Path) -> None:
     raw = magician.load(file)
     assert magician.load(file, raw=True) == raw and raw.check().bounds[0][2] == 0  # type: ignore[index]
     for placed in (magician.load(file, surface=-50), magician.load(file, surface=-50, place=True)):
-        (_, _, lowest), (_, _, highest) = placed.check().bounds or ((0, 0, 0), (0, 0, 0))
+        (_, _, lowest), (_, _, highest) = placed.check().travel_bounds or ((0, 0, 0), (0, 0, 0))
         assert lowest == -50 and highest > -50 and placed.surface == Surface(-50)
         assert "on the surface at z = -50.0" in str(placed.notes[0])
         help = placed.notes[0].help or ""

@@ -1,5 +1,6 @@
 //! Streams against a virtual arm in virtual time: order, horizon, laser, losses, interruptions.
 
+mod doubled;
 mod flow;
 mod full_line;
 mod laser;
