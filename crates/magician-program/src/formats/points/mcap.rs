@@ -1,12 +1,20 @@
 //! Recordings as MCAP: the messages of `/pose` (<https://mcap.dev/spec>, foxglove.PoseInFrame as JSON).
+//!
+//! The records are taken apart here, and not by the library that writes them: it panics over chunks whose lengths do not fit.
 
+use flate2::Crc;
 use serde::Deserialize;
 
 use super::recording::{self, Seen};
 use crate::{NoteCode, Origin, Plan, Problem, Reading};
 
 /// What such a file begins with.
-pub(super) use mcap::MAGIC;
+pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+
+/// Records by their number.
+const CHANNEL: u8 = 0x04;
+const MESSAGE: u8 = 0x05;
+const CHUNK: u8 = 0x06;
 
 const NANOS: f64 = 1e9;
 const MILLIMETRES: f64 = 1000.0;
@@ -37,62 +45,155 @@ struct Orientation {
     w: f64,
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
-    let wrong =
-        |error: mcap::McapError| Problem::of_file(format!("this is no whole MCAP file: {error}"));
-    let messages =
-        mcap::MessageStream::new_with_options(bytes, mcap::read::Options::IgnoreEndMagic.into());
-    let mut seen = Vec::new();
-    let (mut first, mut cut_off) = (None, None);
-    for message in messages.map_err(wrong)? {
-        let message = match message {
-            Ok(message) => message,
-            // A recording that was cut off is followed as far as it goes.
-            Err(error) if !seen.is_empty() => {
-                cut_off = Some(error);
-                break;
-            }
-            Err(error) => return Err(wrong(error)),
-        };
-        if message.channel.topic != "/pose" {
-            continue;
-        }
-        if message.channel.message_encoding != "json" {
-            let what = format!(
-                "the messages of /pose are {}, and only JSON is read",
-                message.channel.message_encoding
-            );
-            return Err(Problem::of_file(what));
-        }
-        let PoseInFrame { pose } = serde_json::from_slice(&message.data).map_err(|error| {
-            Problem::of_file(format!(
-                "a message of /pose is no foxglove.PoseInFrame: {error}"
-            ))
-        })?;
-        let begun = *first.get_or_insert(message.log_time);
-        let Position { x, y, z } = pose.position;
-        let r = 2.0 * pose.orientation.z.atan2(pose.orientation.w).to_degrees();
-        let pose = [x * MILLIMETRES, y * MILLIMETRES, z * MILLIMETRES, r];
-        if pose.iter().any(|value| !value.is_finite()) {
-            continue;
-        }
-        seen.push(Seen {
-            t: message.log_time.saturating_sub(begun) as f64 / NANOS,
-            pose,
-            j4: None,
-            origin: Origin::NONE,
-        });
+/// What is left of some bytes.
+#[derive(Clone, Copy)]
+struct Bytes<'a>(&'a [u8]);
+
+impl<'a> Bytes<'a> {
+    fn take(&mut self, count: u64) -> Option<&'a [u8]> {
+        let (taken, rest) = self.0.split_at_checked(usize::try_from(count).ok()?)?;
+        self.0 = rest;
+        Some(taken)
     }
-    if seen.is_empty() {
+
+    /// A number of so many bytes, the lowest first.
+    fn number(&mut self, bytes: u64) -> Option<u64> {
+        let taken = self.take(bytes)?.iter().rev();
+        Some(taken.fold(0, |number, byte| number << 8 | u64::from(*byte)))
+    }
+
+    fn text(&mut self) -> Option<&'a [u8]> {
+        let length = self.number(4)?;
+        self.take(length)
+    }
+
+    /// The next record; nothing where the file is cut off or has ended.
+    fn record(&mut self) -> Option<(u8, Bytes<'a>)> {
+        let mut ahead = *self;
+        let kind = ahead.number(1)?;
+        let length = ahead.number(8)?;
+        let content = ahead.take(length)?;
+        *self = ahead;
+        Some((kind as u8, Bytes(content)))
+    }
+}
+
+/// What was found so far.
+#[derive(Default)]
+struct Found {
+    /// The channel of `/pose`.
+    channel: Option<u64>,
+    first: Option<u64>,
+    seen: Vec<Seen>,
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
+    let mut records = Bytes(bytes.get(MAGIC.len()..).unwrap_or_default());
+    let mut found = Found::default();
+    while let Some((kind, content)) = records.record() {
+        match kind {
+            CHUNK => found.chunk(content)?,
+            kind => found.record(kind, content)?,
+        }
+    }
+    if found.seen.is_empty() {
         return Err(Problem::of_file(
             "there is no /pose in it: no way of the tool was recorded",
         ));
     }
-    let mut reading = recording::plan(&seen)?;
-    if let Some(error) = cut_off {
-        let what = format!("the recording is cut off: {error}");
-        let note = Problem::of_file(what).coded(NoteCode::LeftOut);
-        reading.notes.push(note);
+    let mut reading = recording::plan(&found.seen)?;
+    // Behind its last record a whole file has its magic bytes once more.
+    if records.0 != MAGIC {
+        let note = Problem::of_file("the recording is cut off: it is followed as far as it goes");
+        reading.notes.push(note.coded(NoteCode::LeftOut));
     }
     Ok(reading)
+}
+
+fn damaged(what: &str) -> Problem {
+    Problem::of_file(format!("the recording is damaged: {what}"))
+}
+
+impl Found {
+    /// Records in a piece, with a checksum: what was damaged is not followed to another place.
+    fn chunk(&mut self, mut content: Bytes<'_>) -> Result<(), Problem> {
+        let mut parts = || {
+            content.take(8 + 8 + 8)?;
+            let checksum = content.number(4)?;
+            let compression = content.text()?;
+            let length = content.number(8)?;
+            Some((checksum, compression, content.take(length)?))
+        };
+        let (checksum, compression, data) =
+            parts().ok_or_else(|| damaged("a chunk is shorter than it says"))?;
+        if !compression.is_empty() {
+            let what = String::from_utf8_lossy(compression).into_owned();
+            let problem = Problem::of_file(format!("chunks packed with {what} are not read"));
+            return Err(problem.help("write it without compression"));
+        }
+        let mut crc = Crc::new();
+        crc.update(data);
+        if checksum != 0 && checksum != u64::from(crc.sum()) {
+            return Err(damaged("a chunk has another checksum"));
+        }
+        let mut records = Bytes(data);
+        while let Some((kind, content)) = records.record() {
+            self.record(kind, content)?;
+        }
+        Ok(())
+    }
+
+    fn record(&mut self, kind: u8, mut content: Bytes<'_>) -> Result<(), Problem> {
+        let short = || damaged("a record is shorter than it says");
+        match kind {
+            CHANNEL => {
+                let mut parts = || {
+                    let id = content.number(2)?;
+                    content.take(2)?;
+                    Some((id, content.text()?, content.text()?))
+                };
+                let (id, topic, encoding) = parts().ok_or_else(short)?;
+                if topic == b"/pose" {
+                    if encoding != b"json" {
+                        let what = "the messages of /pose are no JSON, and only that is read";
+                        return Err(Problem::of_file(what));
+                    }
+                    self.channel = Some(id);
+                }
+            }
+            MESSAGE => {
+                let mut parts = || {
+                    let channel = content.number(2)?;
+                    content.take(4)?;
+                    let time = content.number(8)?;
+                    content.take(8)?;
+                    Some((channel, time))
+                };
+                let (channel, time) = parts().ok_or_else(short)?;
+                if self.channel == Some(channel) {
+                    self.message(time, content.0)?;
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn message(&mut self, time: u64, data: &[u8]) -> Result<(), Problem> {
+        let PoseInFrame { pose } = serde_json::from_slice(data).map_err(|error| {
+            Problem::of_file(format!(
+                "a message of /pose is no foxglove.PoseInFrame: {error}"
+            ))
+        })?;
+        let begun = *self.first.get_or_insert(time);
+        let Position { x, y, z } = pose.position;
+        let r = 2.0 * pose.orientation.z.atan2(pose.orientation.w).to_degrees();
+        self.seen.push(Seen {
+            t: time.saturating_sub(begun) as f64 / NANOS,
+            pose: [x * MILLIMETRES, y * MILLIMETRES, z * MILLIMETRES, r],
+            j4: None,
+            origin: Origin::NONE,
+        });
+        Ok(())
+    }
 }
