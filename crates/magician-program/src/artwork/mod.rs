@@ -70,6 +70,25 @@ impl Artwork {
     }
 }
 
+/// The centre of the circle through three points, and by how many degrees it goes round from the first through the second to the
+/// third, counter-clockwise above 0. None for points on a line.
+pub(crate) fn circle_through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<([f64; 2], f64)> {
+    let [b, c] = [b, c].map(|point| [point[0] - a[0], point[1] - a[1]]);
+    let turn = 2.0 * (b[0] * c[1] - b[1] * c[0]);
+    let [to_b, to_c] = [b, c].map(|[x, y]| x * x + y * y);
+    let centre = [
+        (c[1] * to_b - b[1] * to_c) / turn,
+        (b[0] * to_c - c[0] * to_b) / turn,
+    ];
+    if !centre.iter().all(|side| side.is_finite()) {
+        return None;
+    }
+    let angle = |[x, y]: [f64; 2]| (y - centre[1]).atan2(x - centre[0]).to_degrees();
+    let round = (angle(c) - angle([0.0; 2])).rem_euclid(360.0);
+    let sweep = if turn > 0.0 { round } else { round - 360.0 };
+    Some(([a[0] + centre[0], a[1] + centre[1]], sweep))
+}
+
 /// Between two points.
 pub(crate) fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
     (other[0] - one[0]).hypot(other[1] - one[1])

@@ -3,14 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Artwork, Marking, Stroke};
-use crate::reach::hull;
+use crate::reach::{bisect, hull};
 use crate::{Fit, Origin, Placement, Problem, Reach, Surface};
 
 /// Room kept free at the edges by what is made to fit, as a share of its size: coordinates are rounded to 32 bits on their way to
 /// the arm.
 const MARGIN: f64 = 1e-4;
 
-/// So often the room for a larger size is halved.
+/// So often the room for the largest size is halved where the place was said, and where one was found that has room for all ways.
+const HALVINGS: usize = 16;
 const GROWING: usize = 10;
 
 /// A sheet of paper before the arm, as it was measured.
@@ -265,32 +266,22 @@ impl<'a> Placer<'a> {
         if let Some(at) = self.place(wanted) {
             return Some((wanted, at));
         }
-        let (mut best, mut fails) = (None, wanted);
-        for _ in 0..16 {
-            let scale = f64::midpoint(best.map_or(0.0, |(scale, _)| scale), fails);
-            match self.place(scale * (1.0 + MARGIN)) {
-                Some(_) => best = Some((scale, self.middle(scale)?)),
-                None => fails = scale,
-            }
-        }
-        best
+        let fits = |scale| self.place(scale * (1.0 + MARGIN)).is_some();
+        let scale = bisect(0.0, wanted, HALVINGS, fits);
+        self.middle(scale)
+            .filter(|_| scale > 0.0)
+            .map(|at| (scale, at))
     }
 
     /// The largest size up to the one that is asked for in which its lines are within reach with their middle there, if it fits in
     /// one already.
     fn grown(&self, fits: f64, at: [f64; 2]) -> f64 {
-        let (mut fits, mut fails) = (fits, self.layout.scale);
-        if fits >= fails || self.is_within(at, fails) {
-            return fails.max(fits);
+        let wanted = self.layout.scale;
+        if fits >= wanted || self.is_within(at, wanted) {
+            return wanted.max(fits);
         }
-        for _ in 0..GROWING {
-            let scale = f64::midpoint(fits, fails);
-            match self.is_within(at, scale * (1.0 + MARGIN)) {
-                true => fits = scale,
-                false => fails = scale,
-            }
-        }
-        fits
+        let is_within = |scale| self.is_within(at, scale * (1.0 + MARGIN));
+        bisect(fits, wanted, GROWING, is_within)
     }
 
     /// Where the middle of its lines is to go in this size, if that was said.

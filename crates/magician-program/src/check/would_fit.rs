@@ -5,6 +5,7 @@ use magician::words::Preflight;
 
 use super::{check, reaches};
 use crate::artwork::WouldFit;
+use crate::reach::bisect;
 use crate::{Plan, Tool};
 
 /// So often the room for a larger size is halved.
@@ -29,14 +30,7 @@ pub fn would_fit(plan: &Plan, start: &Preflight, scale: f64, rotate: f64) -> Opt
             reaches(&geometry, [x + share * (tx - x), y + share * (ty - y), tz])
         })
     };
-    let (mut fits, mut fails) = (0.0, 1.0);
-    for _ in 0..HALVINGS {
-        let share = f64::midpoint(fits, fails);
-        match all_within(share) {
-            true => fits = share,
-            false => fails = share,
-        }
-    }
+    let fits = bisect(0.0, 1.0, HALVINGS, all_within);
     let mut passing = (0..SHRINKING)
         .map(|nth| WouldFit::new(scale * fits * SHRINK.powi(nth as i32), rotate))
         .filter(WouldFit::is_any);

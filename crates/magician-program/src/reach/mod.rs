@@ -60,6 +60,24 @@ pub struct Placement {
     pub offset: [f64; 2],
 }
 
+/// The largest size that is found to do by so many halvings, between one that does and one that does not.
+pub(crate) fn bisect(
+    does: f64,
+    does_not: f64,
+    halvings: usize,
+    check: impl Fn(f64) -> bool,
+) -> f64 {
+    let (mut does, mut does_not) = (does, does_not);
+    for _ in 0..halvings {
+        let scale = f64::midpoint(does, does_not);
+        match check(scale) {
+            true => does = scale,
+            false => does_not = scale,
+        }
+    }
+    does
+}
+
 impl Placement {
     /// Where a point of the sheet comes to lie.
     #[must_use]

@@ -1,6 +1,6 @@
 //! What a program in its own coordinates draws or burns.
 
-use crate::artwork::distance;
+use crate::artwork::{circle_through, distance};
 use crate::{Action, Artwork, Plan, Problem, Stroke};
 
 /// So far above the Z of touching a pen still draws, mm.
@@ -110,28 +110,14 @@ impl Segment {
 
 /// Points of the arc from the first through the second to the third; nothing if they are on a line.
 fn round(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<Vec<[f64; 2]>> {
-    let way = |p: [f64; 2]| [p[0] - a[0], p[1] - a[1]];
-    let ([bx, by], [cx, cy]) = (way(b), way(c));
-    let cross = 2.0 * (bx * cy - by * cx);
-    let (bb, cc) = (bx * bx + by * by, cx * cx + cy * cy);
-    let centre = [
-        a[0] + (cy * bb - by * cc) / cross,
-        a[1] + (bx * cc - cx * bb) / cross,
-    ];
-    if !centre.iter().all(|value| value.is_finite()) {
-        return None;
-    }
-    let angle = |p: [f64; 2]| (p[1] - centre[1]).atan2(p[0] - centre[0]);
-    let turn = |from: f64, to: f64| (to - from).rem_euclid(std::f64::consts::TAU);
-    let (start, radius) = (angle(a), distance(a, centre));
-    let left = turn(start, angle(c));
-    let sweep = match turn(start, angle(b)) <= left {
-        true => left,
-        false => left - std::f64::consts::TAU,
-    };
-    let count = (sweep.abs().to_degrees() / PIECE).ceil().max(1.0);
+    let (centre, sweep) = circle_through(a, b, c)?;
+    let (start, radius) = (
+        (a[1] - centre[1]).atan2(a[0] - centre[0]),
+        distance(a, centre),
+    );
+    let count = (sweep.abs() / PIECE).ceil().max(1.0);
     let point = |nth: u32| {
-        let (sin, cos) = (start + sweep * f64::from(nth) / count).sin_cos();
+        let (sin, cos) = (start + sweep.to_radians() * f64::from(nth) / count).sin_cos();
         [centre[0] + radius * cos, centre[1] + radius * sin]
     };
     let between = (1..count as u32).map(point);

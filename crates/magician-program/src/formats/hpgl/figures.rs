@@ -3,7 +3,7 @@
 use super::curves;
 use super::lexer::Instruction;
 use super::plotter::{Plotter, pairs};
-use crate::artwork::distance;
+use crate::artwork::{circle_through, distance};
 use crate::formats::flaw::Flaw;
 
 /// More turns than this are no arc of a drawing, degrees.
@@ -15,28 +15,6 @@ pub(super) const UNFILLED: &str = "nothing is filled: filled shapes are outlines
 fn needs(instruction: &Instruction, what: &str) -> Flaw {
     let message = format!("{} needs {what}", instruction.name());
     Flaw::new(instruction.range.clone(), message)
-}
-
-/// The centre of a circle through three points, and by how many degrees it goes round from the first to the last.
-fn circle_through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<([f64; 2], f64)> {
-    if a == c {
-        let centre = [0, 1].map(|axis| f64::midpoint(a[axis], b[axis]));
-        return (a != b).then_some((centre, 360.0));
-    }
-    let [b, c] = [b, c].map(|point| [point[0] - a[0], point[1] - a[1]]);
-    let turn = 2.0 * (b[0] * c[1] - b[1] * c[0]);
-    let [to_b, to_c] = [b, c].map(|[x, y]| x * x + y * y);
-    let centre = [
-        (c[1] * to_b - b[1] * to_c) / turn,
-        (b[0] * to_c - c[0] * to_b) / turn,
-    ];
-    if !centre.iter().all(|side| side.is_finite()) {
-        return None;
-    }
-    let angle = |[x, y]: [f64; 2]| (y - centre[1]).atan2(x - centre[0]).to_degrees();
-    let round = (angle(c) - angle([0.0; 2])).rem_euclid(360.0);
-    let sweep = if turn > 0.0 { round } else { round - 360.0 };
-    Some(([a[0] + centre[0], a[1] + centre[1]], sweep))
 }
 
 impl Plotter<'_> {
@@ -90,7 +68,15 @@ impl Plotter<'_> {
         };
         let begin = self.at;
         let [through, end] = [[x1, y1], [x2, y2]].map(|[x, y]| [from[0] + x, from[1] + y]);
-        let Some((centre, sweep)) = circle_through(begin, through, end) else {
+        let circle = match begin == end {
+            // A whole circle, the other point opposite.
+            true => (begin != through).then(|| {
+                let centre = [0, 1].map(|axis| f64::midpoint(begin[axis], through[axis]));
+                (centre, 360.0)
+            }),
+            false => circle_through(begin, through, end),
+        };
+        let Some((centre, sweep)) = circle else {
             self.line(through, instruction)?;
             return self.line(end, instruction);
         };
