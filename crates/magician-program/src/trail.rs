@@ -10,7 +10,7 @@ const STILL: f64 = 0.2;
 /// Who stands for longer rests, s.
 const REST: f64 = 1.0;
 /// J4 is held by its motor: what is less than this was read, not meant, deg.
-const HELD: f64 = 0.5;
+pub(crate) const HELD: f64 = 0.5;
 /// So many marks are thinned at once.
 const CHUNK: usize = 2048;
 /// Speeds of a program, mm/s: what is slower is not worth waiting for, and the arm goes no faster (model section 6).
@@ -18,7 +18,7 @@ const SPEEDS: [f64; 2] = [1.0, 300.0];
 /// Accelerations of a program, mm/s2.
 const ACCELERATIONS: [f64; 2] = [50.0, 400.0];
 /// The longest rest that one step can keep, ms.
-const LONGEST: f64 = 86_400_000.0;
+pub(crate) const LONGEST: f64 = 86_400_000.0;
 
 /// Where the arm was seen.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -290,5 +290,7 @@ fn a_recording_that_is_cut_off_or_goes_back_is_told_of() {
     );
     assert!(refused("t,x,y,z\n").contains("no rows"));
     assert!(refused("t,x,y,z\n0,200,0,0\n1e9,210,0,0\n").contains("too long"));
+    // Two rows a fortnight apart take no memory for what lies between.
+    assert!(refused("t,x,y,z\n0,200,0,0\n1e6,210,0,0\n").contains("too long"));
     assert!(refused("t,x,y,z\nnan,200,0,0\n").contains("a time is a number"));
 }

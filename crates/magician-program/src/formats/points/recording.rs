@@ -1,12 +1,13 @@
-//! Recordings of an arm as programs: the tool follows them in their own time.
+//! Recordings of an arm as programs: the tool follows them at the speed at which they were made.
 //!
 //! A recording is rows of a time and a place. While the tool moves it follows a continuous path in real-time mode (document
 //! 1.11.1, errata E31): a segment takes a period, so that rows come after even times. Where it stands it waits as long.
 
 use magician::commands::CpParams;
-use magician_motion::Speeds;
+use magician_motion::{Pose, Speeds};
 use magician_protocol::Flag;
 
+use crate::trail::{HELD, LONGEST};
 use crate::{Action, NoteCode, Origin, Plan, Problem, Reading, Travel};
 
 /// What stays within this stands, mm,
@@ -15,16 +16,14 @@ const STILL: f64 = 0.05;
 const STANDS: usize = 3;
 /// A shorter way takes an arm no time, mm.
 const NO_WAY: f64 = 1e-3;
-/// J4 is held by its motor: what is less than this was read, not meant, deg.
-const HELD: f64 = 0.5;
 /// A segment of a path takes about so long, s.
 const PERIOD: f64 = 0.02;
-/// The longest rest that one step can keep, s.
-const LONGEST: f64 = 86_400.0;
-/// The arm is not told to be faster than it was by more than this share.
-const MOST_HASTE: f64 = 0.1;
-/// More periods than this are no recording that anybody made: five weeks.
-const MOST: f64 = 1.5e8;
+/// The period is shortened by no more than this share.
+const MOST_LAG: f64 = 0.1;
+/// Periods up to which a recording is cut, however few its rows are, and so many more for each row: a small file with a gap of
+/// years takes no memory for it.
+const MOST_PERIODS: f64 = 1e6;
+const PERIODS_OF_A_ROW: f64 = 10.0;
 
 /// Where the arm was at a time.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +52,7 @@ pub(super) fn plan(rows: &[Seen]) -> Result<Reading<Plan>, Problem> {
     };
     let period = period(rows);
     let even = evenly(rows, period)?;
-    let mut replay = Replay::at(first, period * (1.0 - haste(&even, period)));
+    let mut replay = Replay::at(first, period * (1.0 - lag(&even, period)));
     let mut at = 0;
     while at + 1 < even.len() {
         match standing(&even[at..]) {
@@ -70,13 +69,13 @@ pub(super) fn plan(rows: &[Seen]) -> Result<Reading<Plan>, Problem> {
     }
     replay.wait_until(end.t, end.origin);
     let what = format!(
-        "a recording: it is followed in its own time, {:.1} s from its first place",
+        "a recording: replayed at its own speed, {:.1} s from its first pose",
         end.t - first.t
     );
     let mut notes = vec![Problem::of_file(what).coded(NoteCode::Assumed)];
     if replay.turned > HELD {
         let what = format!(
-            "J4 turns by up to {:.0} degrees on the way, and a continuous path does not turn it: it is turned at the end of each",
+            "J4 turns by up to {:.0} degrees during a motion; a continuous path cannot turn it, so it turns at the end of the motion",
             replay.turned
         );
         notes.push(Problem::of_file(what).coded(NoteCode::Assumed));
@@ -114,7 +113,7 @@ fn evenly(rows: &[Seen], period: f64) -> Result<Vec<Seen>, Problem> {
         return Ok(Vec::new());
     };
     let count = ((last.t - first.t) / period).ceil();
-    if count > MOST {
+    if count > MOST_PERIODS + PERIODS_OF_A_ROW * rows.len() as f64 {
         let time = last.t - first.t;
         let message = format!("the recording takes {time:.0} s, which is too long");
         return Err(Problem::new(last.origin, message));
@@ -177,8 +176,7 @@ fn standing(rows: &[Seen]) -> usize {
 impl Seen {
     /// How far it is to another place, mm.
     fn apart(&self, other: &Self) -> f64 {
-        let sides = self.pose.iter().zip(other.pose).take(3);
-        sides.map(|(a, b)| (b - a) * (b - a)).sum::<f64>().sqrt()
+        Pose::from(self.pose).distance_to(&Pose::from(other.pose))
     }
 
     /// Between this row and a later one, with the speeds at both.
@@ -202,9 +200,9 @@ impl Seen {
     }
 }
 
-/// How much shorter a segment is told to be than it is to take: the arm is late at each change of its speed by
-/// `change^2 / (2 acceleration speed)` (model section 8).
-fn haste(rows: &[Seen], period: f64) -> f64 {
+/// The share of the time by which the arm lags: at each change of its speed by `change^2 / (2 acceleration speed)` (model
+/// section 8). A period that is shorter by this makes up for it.
+fn lag(rows: &[Seen], period: f64) -> f64 {
     let speeds = rows.windows(2).map(|pair| match pair {
         [from, to] => from.apart(to) / period,
         _ => 0.0,
@@ -220,7 +218,7 @@ fn haste(rows: &[Seen], period: f64) -> f64 {
     let late: f64 = late.sum();
     let time = speeds.len() as f64 * period;
     if time > 0.0 {
-        (late / time).min(MOST_HASTE)
+        (late / time).min(MOST_LAG)
     } else {
         0.0
     }
@@ -232,8 +230,8 @@ struct Replay {
     /// Up to when it is made, s.
     t: f64,
     period: f64,
-    /// Whether the arm was told of it.
-    told: bool,
+    /// Whether a step sets it.
+    has_period: bool,
     j4: Option<f64>,
     /// How far J4 turned on a way, at most, deg.
     turned: f64,
@@ -249,14 +247,14 @@ impl Replay {
             plan,
             t: first.t,
             period,
-            told: false,
+            has_period: false,
             j4: first.j4,
             turned: 0.0,
         }
     }
 
     fn wait_until(&mut self, t: f64, origin: Origin) {
-        let milliseconds = ((t - self.t).min(LONGEST) * 1000.0).round();
+        let milliseconds = ((t - self.t) * 1000.0).round().min(LONGEST);
         if milliseconds >= 1.0 {
             self.plan.push(Action::Wait(milliseconds as u32), origin);
             self.t += milliseconds / 1000.0;
@@ -266,7 +264,7 @@ impl Replay {
     /// Along these rows, a period from each to the next.
     fn follow(&mut self, rows: &[Seen]) {
         let Some(last) = rows.last() else { return };
-        self.tell(last.origin);
+        self.set_period(last.origin);
         for pair in rows.windows(2) {
             let [from, to] = pair else { continue };
             if from.apart(to) < NO_WAY {
@@ -290,9 +288,9 @@ impl Replay {
         }
     }
 
-    /// Tells the arm how long a segment takes.
-    fn tell(&mut self, origin: Origin) {
-        if std::mem::replace(&mut self.told, true) {
+    /// Sets, once, how long a segment takes.
+    fn set_period(&mut self, origin: Origin) {
+        if std::mem::replace(&mut self.has_period, true) {
             return;
         }
         let params = CpParams {
