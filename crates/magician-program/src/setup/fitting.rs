@@ -123,8 +123,8 @@ impl Setup {
     /// brought elsewhere stays where it is.
     ///
     /// # Errors
-    /// A [`Problem`] if there is nothing to place or nowhere, or a surface is needed and not known. What does not fit where it
-    /// lies is no error here: it is told of in [`misfit`](Prepared::misfit), so that it can be looked at.
+    /// A [`Problem`] if there is nothing to place or nowhere, or a surface is needed and not known. A drawing that does not
+    /// fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so that the plan can still be previewed.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Problem> {
         let (content, reordered) = self.lines_of(content)?;
         let (made, turned) = match self.placing.fit {

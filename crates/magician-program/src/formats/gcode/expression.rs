@@ -251,7 +251,7 @@ impl Words<'_> {
         Some(operator)
     }
 
-    /// A function and its value; nothing if there is none of this name here.
+    /// A function call and its value; `None` if no function of this name begins here.
     fn function(&mut self, depth: u32) -> Result<Option<f64>, Flaw> {
         let start = self.at;
         self.pass(|byte| byte.is_ascii_alphabetic());

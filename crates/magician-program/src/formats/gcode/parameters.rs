@@ -73,7 +73,7 @@ impl Parameters {
         Self::new(Modes::new(None, false))
     }
 
-    /// The value of a parameter, or why there is none.
+    /// The value of a parameter, or why it cannot be known.
     pub(super) fn read(&self, key: &Key) -> Result<f64, String> {
         match key {
             Key::Number(number) if *number <= LAST_FREE => {

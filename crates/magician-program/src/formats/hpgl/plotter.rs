@@ -165,7 +165,7 @@ impl<'t> Plotter<'t> {
             | "MT" | "ST" | "NR" | "RP" | "CM" | "CT" | "CV" | "CF" | "IM" | "IV" | "FI" | "FN"
             | "GM" | "TL" | "BL" | "WD" | "OA" | "OB" | "OC" | "OD" | "OE" | "OF" | "OG" | "OH"
             | "OI" | "OK" | "OL" | "OO" | "OP" | "OS" | "OT" | "OW" => {}
-            // Symbols at each point (SM) that are none.
+            // SM switches off symbols at each point.
             "SM" if matches!(instruction.text.as_str(), "" | ";") => {}
             _ => self.note(instruction, &format!("{name} is left out")),
         }

@@ -6,7 +6,7 @@ use crate::formats::flaw::Flaw;
 /// Plotter units of a millimetre.
 const UNITS: f64 = 40.0;
 
-/// Where P1 and P2 are on a sheet of A4 that nobody has said anything of, plotter units: those of the HP 7475A, whose manual has
+/// The default P1 and P2 on a sheet of A4, plotter units: those of the HP 7475A, whose manual has
 /// them in the table "Default Coordinate Values for Scaling Points P1 and P2".
 const A4: [f64; 4] = [603.0, 521.0, 10_603.0, 7721.0];
 

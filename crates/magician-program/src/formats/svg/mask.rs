@@ -1,7 +1,7 @@
 //! What a mask leaves of a line.
 //!
 //! What a mask shows however faintly is drawn, as what is painted however faintly is. So a mask is a region if each of its shapes
-//! either shows or hides: in black it hides, in any other colour it shows. One that does both is none.
+//! either shows or hides: in black it hides, in any other colour it shows. A mask with a shape that does both is no region.
 
 use kurbo::Affine;
 use usvg::{Group, Mask, MaskType, Node, Paint, Path, Stop};

@@ -185,7 +185,7 @@ impl<'a> Walk<'a> {
     fn takes_fill(&mut self, paint: &Paint, element: &Element) -> bool {
         let (take, remark) = match self.fills {
             Fills::Ignore => (false, "filled shapes without a line are left out"),
-            // What becomes of white ones is told of where it is known.
+            // Whether white is drawn is decided, and reported, after the walk.
             Fills::Outline if self.whites.is_white(paint) => return true,
             Fills::Outline => (true, "filled shapes without a line are drawn as outlines"),
         };

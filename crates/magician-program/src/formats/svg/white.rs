@@ -114,7 +114,7 @@ impl Whites {
 }
 
 impl Walk<'_> {
-    /// Where all is white, all is drawn; otherwise what was left out is told of.
+    /// If everything is white, everything is drawn; otherwise a note reports what was left out.
     pub(super) fn tell_white(&mut self) {
         let Some((element, count)) = self.whites.left_out.take() else {
             return;
