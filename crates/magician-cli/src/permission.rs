@@ -1,4 +1,4 @@
-//! What a person has to say yes to: the laser of a real arm, and jobs that are hardly wanted.
+//! What a person has to confirm: the laser of a real arm, and unusual jobs.
 
 use std::io::{self, IsTerminal, Write};
 
@@ -87,8 +87,8 @@ impl Context {
         Err(refused(format!("{place}; nothing was sent")))
     }
 
-    /// Lets a job begin that a person hardly wants, once a person has said so.
-    pub(crate) fn permit_doubtful(&mut self, asks: Asks, what: &str) -> Result<(), Failure> {
+    /// Asks for confirmation of something unusual; `--yes` confirms it.
+    pub(crate) fn confirm(&mut self, asks: Asks, what: &str) -> Result<(), Failure> {
         if self.global.yes || self.may_ask(asks) && says_yes(what)? {
             return Ok(());
         }

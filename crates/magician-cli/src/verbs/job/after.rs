@@ -28,7 +28,7 @@ impl Drive<'_> {
     pub(super) async fn fails(&self, arm: &Arm, failure: Failure) -> Failure {
         let gone = matches!(failure.kind, Kind::Driver(ErrorKind::Port));
         // On a line that is found again the laser is put out first.
-        let gone = gone && !(self.program.plan().burns() && self.is_back(arm).await);
+        let gone = gone && !(self.made.program.plan().burns() && self.is_back(arm).await);
         let asked = async {
             arm.stop().await?;
             let pose = arm.get::<Pose>().await?;
@@ -78,7 +78,7 @@ impl Drive<'_> {
             state.lift.take()
         };
         let Some(height) = height else {
-            let stays = self.ending.stay && self.ending.draws(self.program.plan());
+            let stays = self.made.ending.stay && self.made.ending.draws(self.made.program.plan());
             return stays.then(|| "the pen stays down (`--stay`)".to_owned());
         };
         Some(match arm.lift(height).await {
@@ -125,7 +125,7 @@ impl Drive<'_> {
     /// Steps that have been given to the arm, at most.
     fn handed(&self, state: &State) -> u64 {
         let steps = state.from() + state.pulled;
-        steps.min(self.program.steps().unwrap_or(u64::MAX))
+        steps.min(self.made.program.steps().unwrap_or(u64::MAX))
     }
 
     /// The run is over before its end: what is known is kept, and the failure says how to go on.
@@ -206,8 +206,8 @@ impl Drive<'_> {
             clock: arm.get::<DeviceTime>().await?.g_systick,
         };
         let pose = arm.get::<Pose>().await?;
-        let start = arm.preflight_for(&self.program.kinds()).await?;
-        let whole = self.program.rest(0, start).ok();
+        let start = arm.preflight_for(&self.made.program.kinds()).await?;
+        let whole = self.made.program.rest(0, start).ok();
         let seen = self.lasting.then_some(seen);
         let verdict = mark.verdict(seen, |steps| whole?.stands_after(steps, &pose, false));
         let steps = match verdict {
@@ -230,7 +230,7 @@ impl Drive<'_> {
                 return Err(failure.hint(self.in_doubt(span)));
             }
         };
-        if self.program.steps().is_some_and(|all| steps >= all) {
+        if self.made.program.steps().is_some_and(|all| steps >= all) {
             journal.remove();
             return Err(Failure::invalid(
                 "there is nothing to resume: all steps are done",
@@ -291,8 +291,8 @@ impl Drive<'_> {
 
     /// What has to be said besides, for a program that began where the tool stood.
     fn with_start(&self) -> String {
-        match self.start {
-            Some([x, y, z]) if self.program.depends_throughout() => {
+        match self.made.start {
+            Some([x, y, z]) if self.made.program.depends_throughout() => {
                 format!("--start {x:.3},{y:.3},{z:.3} ")
             }
             _ => String::new(),

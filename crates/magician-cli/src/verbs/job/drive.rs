@@ -11,7 +11,7 @@ use magician::commands::{DeviceSn, DeviceTime, Pose};
 use magician::words::Guards;
 use magician::{Arm, ErrorKind, Owed, Progress, Ran, RunOptions, Set};
 use magician_program::resume::{Mark, Tally};
-use magician_program::{Ending, Program, Report, Rest, Timetable};
+use magician_program::{Report, Rest, Timetable};
 
 use super::journal::Journal;
 use super::tell::Teller;
@@ -28,18 +28,14 @@ const MOST: f64 = 500.0;
 /// What is to run, and how.
 pub(super) struct Drive<'a> {
     pub(super) made: &'a Made,
-    pub(super) program: &'a Program,
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
-    /// Where the program was begun, if that has to be said when it goes on.
-    pub(super) start: Option<[f64; 3]>,
     pub(super) keep: bool,
     /// The driver may put commands of its own between those of the program, or pass over indices.
     pub(super) mixed: bool,
     pub(super) require_homed: bool,
     /// Whether an arm that was not homed is refused, because of what the program is.
     pub(super) refuses_unhomed: bool,
-    pub(super) ending: Ending,
     pub(super) record: Option<&'a Path>,
     pub(super) json: bool,
     /// Whether the arm outlives this program.
@@ -119,8 +115,8 @@ impl Drive<'_> {
         debts: &Debts,
     ) -> Result<Done, Failure> {
         let guards = Guards::default().require_homed(self.require_homed);
-        let first: Vec<Set> = self.program.plan().commands().take(1).collect();
-        if self.resume && self.program.plan().burns() {
+        let first: Vec<Set> = self.made.program.plan().commands().take(1).collect();
+        if self.resume && self.made.program.plan().burns() {
             // A run that died may have left it burning.
             arm.darken().await?;
             arm.stop_gentle().await?;
@@ -135,7 +131,7 @@ impl Drive<'_> {
             (true, _) => self.resumed(arm, &journal).await?,
             (false, from) => from.map_or(0, |step| step - 1),
         };
-        if self.start.is_some() && self.program.depends_on_start(from) {
+        if self.made.start.is_some() && self.made.program.depends_on_start(from) {
             return Err(needs_start());
         }
         if !self.keep {
@@ -145,15 +141,15 @@ impl Drive<'_> {
         let begun = Begun::now(arm).await?;
         journal.begins(from, begun.clock, at_rest(arm).await?);
         let rests_at = journal.mark.rest;
-        let start = arm.preflight_for(&self.program.kinds()).await?;
-        let rest = self.program.rest(from, start);
+        let start = arm.preflight_for(&self.made.program.kinds()).await?;
+        let rest = self.made.program.rest(from, start);
         let rest = rest.map_err(|problem| self.made.source.failure(&problem))?;
         let report = rest.check();
         if !report.is_good() {
             let would_fit = self.made.would_fit(&rest);
             return Err(report::failure(self.made, &report, false, would_fit));
         }
-        self.ending.check(&rest)?;
+        self.made.ending.check(&rest)?;
         let ahead = Ahead {
             timetable: rest.timetable(&report),
             begun,
@@ -178,10 +174,10 @@ impl Drive<'_> {
             tally: Tally::new(ahead.rest.lead(), self.passes_over(arm)).from_rest(rests_at),
             pulled: 0,
             rest: Some(ahead.rest.clone()),
-            lift: self.ending.after_stop(self.program.plan()),
+            lift: self.made.ending.after_stop(self.made.program.plan()),
             advice: None,
         };
-        let teller = Teller::new(out, self.json, self.program.steps());
+        let teller = Teller::new(out, self.json, self.made.program.steps());
         if from > 0 {
             teller.say(&format!("beginning at step {}{}", from + 1, self.of()));
         }
@@ -217,7 +213,7 @@ impl Drive<'_> {
 
     /// All is done: the pen goes up as far as the program has not lifted it, and the tool to where it is parked.
     async fn ends(&self, arm: &Arm) -> Result<Option<End>, Failure> {
-        let (plan, ending) = (self.program.plan(), &self.ending);
+        let (plan, ending) = (self.made.program.plan(), &self.made.ending);
         if !ending.draws(plan) && ending.park.is_none() {
             return Ok(None);
         }
@@ -241,7 +237,8 @@ impl Drive<'_> {
 
     /// `of 800`.
     pub(super) fn of(&self) -> String {
-        self.program
+        self.made
+            .program
             .steps()
             .map(|steps| format!(" of {steps}"))
             .unwrap_or_default()
@@ -264,9 +261,9 @@ impl Drive<'_> {
             (true, "") => arm.name(),
             (true, serial) => serial,
         };
-        let title = &self.program.plan().title;
-        let mark = Mark::new(title, self.program.steps(), self.passes_over(arm));
-        Journal::new(&self.program.key(), name, mark, self.lasting)
+        let title = &self.made.program.plan().title;
+        let mark = Mark::new(title, self.made.program.steps(), self.passes_over(arm));
+        Journal::new(&self.made.program.key(), name, mark, self.lasting)
     }
 
     async fn perform(

@@ -1,7 +1,6 @@
 //! What verbs that run a file have in common: read, place, check, and then look at it or run it.
 
 mod after;
-mod doubtful;
 mod drive;
 mod journal;
 pub(crate) mod options;
@@ -10,6 +9,7 @@ mod report;
 mod setting;
 mod show;
 mod tell;
+mod unusual;
 
 use std::cell::RefCell;
 use std::io::{self, Write};
@@ -179,7 +179,7 @@ impl Job {
             context.permit_queue()?;
         }
         if !self.way.resume {
-            made.permit_what_is_doubtful(self.way.from.map_or(0, |step| step - 1), asks, context)?;
+            made.confirm_unusual(self.way.from.map_or(0, |step| step - 1), asks, context)?;
         }
         let pins = context.laser_pins()?;
         let burns = made
@@ -329,16 +329,13 @@ impl Job {
         let way = &self.way;
         Drive {
             made,
-            program: &made.program,
             from: way.from,
             resume: way.resume,
-            start: made.start,
             keep: way.keep,
             mixed: made.program.plan().burns()
                 || context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,
             refuses_unhomed: real && made.needs_homed_arm && !way.unhomed,
-            ending: made.ending,
             record: way.record.as_deref(),
             json: context.global.json,
             lasting: pace.is_none(),

@@ -196,7 +196,7 @@ impl Made {
     fn way_out(&self, would_fit: Option<WouldFit>) -> Option<String> {
         let WouldFit { scale, .. } = would_fit.filter(|_| self.misfit.is_none())?;
         Some(format!(
-            "--scale {scale} would do there, --fit finds it a place"
+            "--scale {scale} would fit there; --fit chooses place and size"
         ))
     }
 }

@@ -79,8 +79,8 @@ impl Shown<'_> {
             let json = context.global.json;
             self.commands(&rest, json, &mut context.out)?;
         }
-        let doubts = self.made.doubts(&report);
-        notes(source, &doubts, context);
+        let warnings = self.made.warnings(&report);
+        notes(source, &warnings, context);
         let parks = self.made.ending.check(&rest);
         let is_good = report.is_good() && self.made.misfit.is_none();
         let would_fit = match is_good {
@@ -91,7 +91,7 @@ impl Shown<'_> {
             ok: self.look.check.then_some(is_good && parks.is_ok()),
             refused: self.look.check.then_some(report.refused),
             would_fit: (self.look.check && !is_good).then_some(would_fit),
-            ..self.answer(&report, &doubts)
+            ..self.answer(&report, &warnings)
         };
         context.show(&answer, |out| self.lines(&answer, out))?;
         match is_good {
@@ -106,7 +106,7 @@ impl Shown<'_> {
         }
     }
 
-    fn answer(&self, report: &Report, doubts: &[Problem]) -> Answer {
+    fn answer(&self, report: &Report, warnings: &[Problem]) -> Answer {
         let refusals = report.complaints.iter().take(SHOWN);
         let refusals = refusals.map(|complaint| Refusal::of(report, complaint));
         let steps = self.made.program.steps();
@@ -122,7 +122,7 @@ impl Shown<'_> {
                 .as_ref()
                 .map(|path| path.display().to_string()),
             placed: self.made.placed,
-            notes: Note::all(self.made.notes.iter().chain(doubts)),
+            notes: Note::all(self.made.notes.iter().chain(warnings)),
         }
     }
 

@@ -1,4 +1,4 @@
-//! What a person hardly wants: a drawing that became tiny, a job of many hours.
+//! Jobs that are probably a mistake: a drawing scaled below a tenth, or more than two hours of work.
 
 use std::time::Duration;
 
@@ -16,23 +16,23 @@ use crate::permission::Asks;
 const LONG: Duration = Duration::from_secs(2 * 3600);
 
 impl Made {
-    /// What is doubtful about it, as a check found it.
-    pub(super) fn doubts(&self, report: &Report) -> Vec<Problem> {
-        let mut doubts = Vec::new();
+    /// Warnings about the job, from the result of a check.
+    pub(super) fn warnings(&self, report: &Report) -> Vec<Problem> {
+        let mut warnings = Vec::new();
         if let Some(placed) = self.placed.filter(Position::is_tiny) {
             let percent = 100.0 * placed.scale;
             let what = format!("it becomes very small: {percent:.1} % of its size");
-            doubts.push(Problem::of_file(what).coded(NoteCode::Placed));
+            warnings.push(Problem::of_file(what).coded(NoteCode::Placed));
         }
         if let Some(time) = report.time.filter(|time| *time > LONG) {
             let what = format!("it takes {}", clock(time));
-            doubts.push(Problem::of_file(what).coded(NoteCode::Long));
+            warnings.push(Problem::of_file(what).coded(NoteCode::Long));
         }
-        doubts
+        warnings
     }
 
-    /// Asks a person before a real arm begins with what is doubtful.
-    pub(super) fn permit_what_is_doubtful(
+    /// Asks for confirmation before a real arm begins an unusual job.
+    pub(super) fn confirm_unusual(
         &self,
         from: u64,
         asks: Asks,
@@ -43,11 +43,12 @@ impl Made {
         let report = rest
             .map_err(|problem| self.source.failure(&problem))?
             .check();
-        let doubts = self.doubts(&report);
-        if doubts.is_empty() {
+        let warnings: Vec<String> = (self.warnings(&report).into_iter())
+            .map(|warning| warning.message)
+            .collect();
+        if warnings.is_empty() {
             return Ok(());
         }
-        let doubts: Vec<String> = doubts.into_iter().map(|doubt| doubt.message).collect();
-        context.permit_doubtful(asks, &doubts.join(", and "))
+        context.confirm(asks, &warnings.join(", and "))
     }
 }
