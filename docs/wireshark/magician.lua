@@ -706,7 +706,7 @@ LAYOUTS.PtpWithLCmd = {
         { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y, or J2 in the angle modes." },
         { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z, or J3 in the angle modes." },
         { name = "r", kind = "f32", unit = "deg", doc = "Rotation, or J4 in the angle modes." },
-        { name = "l", kind = "f32", unit = "mm", doc = "Rail position, or way on the rail in the incremental modes. Range: 0 to 1000." },
+        { name = "l", kind = "f32", unit = "mm", doc = "Rail position, or way on the rail in the incremental modes. Range: 0 to 1000 in absolute modes." },
     },
     fits = {
         { from = 21, to = 21 },
@@ -753,7 +753,7 @@ LAYOUTS.PtpPoWithLCmd = {
         { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y, or J2 in the angle modes." },
         { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z, or J3 in the angle modes." },
         { name = "r", kind = "f32", unit = "deg", doc = "Rotation, or J4 in the angle modes." },
-        { name = "l", kind = "f32", unit = "mm", doc = "Rail position, or way on the rail in the incremental modes. Range: 0 to 1000." },
+        { name = "l", kind = "f32", unit = "mm", doc = "Rail position, or way on the rail in the incremental modes. Range: 0 to 1000 in absolute modes." },
         { name = "po", kind = "outputs", unit = "", doc = "Outputs to switch. Range: at most 56 outputs." },
     },
     fits = {

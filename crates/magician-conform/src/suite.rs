@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use magician_protocol::{Chapter, Deframer, Event, Row};
+use magician_protocol::{Deframer, Event, Row};
 use magician_sim::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
@@ -145,7 +145,7 @@ impl Case {
             if row.dangerous && !kept {
                 return Some(format!("{} is dangerous: say why it `hurts`", row.set_name));
             }
-            if moves(row) && !self.moves {
+            if row.effect.moves() && !self.moves {
                 return Some(format!(
                     "{} moves the arm: say `moves = true`",
                     row.set_name
@@ -154,19 +154,6 @@ impl Case {
         }
         None
     }
-}
-
-/// Whether a command sets something in motion.
-fn moves(row: &Row) -> bool {
-    let chapters = [
-        Chapter::Home,
-        Chapter::Jog,
-        Chapter::Ptp,
-        Chapter::Cp,
-        Chapter::Arc,
-    ];
-    let motors = ["EMotor", "EMotorS", "AutoLeveling"];
-    row.value.is_none() && chapters.contains(&row.chapter) || motors.contains(&row.name)
 }
 
 /// Whether a name fits a pattern in which `*` stands for anything.

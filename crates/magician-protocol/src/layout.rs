@@ -10,6 +10,7 @@ use crate::{DecodeError, Writer};
 
 /// A field of a layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Field {
     /// Its name, as in JSON and on the command line.
     pub name: &'static str,
@@ -32,6 +33,7 @@ pub struct Field {
 
 /// A parameter count that is not the layout's own but is accepted from the hosts that send it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Form {
     /// Parameter bytes.
     pub len: usize,
@@ -43,6 +45,7 @@ pub struct Form {
 
 /// How a tolerated form maps to its layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum FormKind {
     /// The missing tail is zero.
     Zeros,
@@ -54,6 +57,7 @@ pub enum FormKind {
 
 /// The fields of one form of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct LayoutInfo {
     /// Name of the Rust type.
     pub name: &'static str,

@@ -82,8 +82,8 @@ pub use layout::{Field, FieldValue, Fields, Form, FormKind, LayoutInfo, Normalis
 pub use list::{PoCmd, PoList};
 pub use message::{QueuedCmdIndex, Request};
 pub use parse::{ParseError, encode_text};
-pub use range::{Case, Range};
-pub use row::{Chapter, Confidence, NameError, Row, Source};
+pub use range::{Bounds, Case, Range};
+pub use row::{Chapter, Confidence, Effect, NameError, Row, Source};
 pub use text::{Bytes, Text};
 pub use visible::{Visible, is_deceptive, visible, visible_lines};
 pub use wire::{EnumInfo, FieldType, Layout, NoArgs, Reader, Scalar, Variant, Wire, Writer};

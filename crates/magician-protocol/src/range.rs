@@ -23,6 +23,8 @@ pub enum Range {
     Above(i32),
     /// From the first to the second; the arm takes larger ones for the second.
     Capped(i32, i32),
+    /// From the first to the second where the command's mode is absolute; where it is a way, both ends of it count.
+    Absolute(i32, i32),
     /// At most so many of these (bytes of a text, elements of a list).
     AtMost(u8, &'static str),
     /// What another field says.
@@ -44,7 +46,53 @@ pub struct Case {
     pub most: i32,
 }
 
+/// The least and the most of a number, as far as they do not depend on other fields.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Bounds {
+    /// It is this or more.
+    pub minimum: Option<i32>,
+    /// It is more than this.
+    pub exclusive_minimum: Option<i32>,
+    /// It is this or less. A range that is capped has none: the arm takes more for the most.
+    pub maximum: Option<i32>,
+}
+
 impl Range {
+    /// The bounds of a number, as a JSON schema has them; of what depends on another field the widest, none of anything else.
+    ///
+    /// ```
+    /// use magician_protocol::Range;
+    ///
+    /// let bounds = Range::Capped(1, 100).bounds();
+    /// assert_eq!((bounds.minimum, bounds.maximum), (Some(1), None));
+    /// assert_eq!(Range::Above(0).bounds().exclusive_minimum, Some(0));
+    /// ```
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        let none = Bounds::default();
+        match *self {
+            Self::Any | Self::AtMost(..) | Self::Absolute(..) => none,
+            Self::Within(least, most) => Bounds {
+                minimum: Some(least),
+                maximum: Some(most),
+                ..none
+            },
+            Self::Above(limit) => Bounds {
+                exclusive_minimum: Some(limit),
+                ..none
+            },
+            Self::Capped(least, _) => Bounds {
+                minimum: Some(least),
+                ..none
+            },
+            Self::By(cases) => Bounds {
+                minimum: cases.iter().map(|case| case.least).min(),
+                maximum: cases.iter().map(|case| case.most).max(),
+                ..none
+            },
+        }
+    }
+
     /// Whether every value will do.
     #[must_use]
     pub fn is_any(&self) -> bool {
@@ -59,6 +107,10 @@ impl fmt::Display for Range {
             Self::Any => Ok(()),
             Self::Within(least, most) => span(f, *least, *most),
             Self::Above(limit) => write!(f, "above {limit}"),
+            Self::Absolute(least, most) => {
+                span(f, *least, *most)?;
+                f.write_str(" in absolute modes")
+            }
             Self::Capped(least, most) => {
                 span(f, *least, *most)?;
                 write!(f, ", more counts as {most}")

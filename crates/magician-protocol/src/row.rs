@@ -6,6 +6,7 @@ use crate::{AlarmSet, Ctrl, FieldType, LayoutInfo};
 
 /// Area of the protocol a command belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Chapter {
     /// The device itself: name, version, clock (1.3).
     Info,
@@ -45,6 +46,7 @@ pub enum Chapter {
 
 /// Where a command is described.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Source {
     /// The vendor's document V1.1.3.
     Document,
@@ -56,6 +58,7 @@ pub enum Source {
 
 /// How sure the layout is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Confidence {
     /// Several independent sources agree.
     High,
@@ -65,8 +68,67 @@ pub enum Confidence {
     Low,
 }
 
+/// What a command does, as far as anybody who sends it has to care.
+///
+/// ```
+/// use magician_protocol::{Effect, Row};
+///
+/// assert_eq!(Row::find("PTPCmd").unwrap().effect, Effect::Motion);
+/// assert_eq!(Row::find("GetPose").unwrap().effect, Effect::Look);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum Effect {
+    /// It reports and changes nothing.
+    Look,
+    /// It reports and clears what it reports (errata, open question 11).
+    Consume,
+    /// It sets something to a value, until it is set again or the arm is switched off.
+    Setting,
+    /// It changes what the arm keeps without power.
+    Store,
+    /// It moves the arm, and has finished when the arm stands.
+    Motion,
+    /// It moves the arm until another command stops it.
+    Jog,
+    /// It runs an external motor.
+    Motor,
+    /// It switches the laser.
+    Laser,
+    /// It lets time pass.
+    Wait,
+    /// It changes whether the queue runs, or what is in it.
+    Queue,
+}
+
+impl Effect {
+    /// Its name, as in JSON and on pages.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Look => "look",
+            Self::Consume => "consume",
+            Self::Setting => "setting",
+            Self::Store => "store",
+            Self::Motion => "motion",
+            Self::Jog => "jog",
+            Self::Motor => "motor",
+            Self::Laser => "laser",
+            Self::Wait => "wait",
+            Self::Queue => "queue",
+        }
+    }
+
+    /// Whether something turns or travels: the arm or an external motor.
+    #[must_use]
+    pub const fn moves(self) -> bool {
+        matches!(self, Self::Motion | Self::Jog | Self::Motor)
+    }
+}
+
 /// A command of the protocol.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Row {
     /// Id in the frame.
     pub id: u8,
@@ -88,6 +150,12 @@ pub struct Row {
     pub resendable: bool,
     /// Whether it can brick, unlearn or unlock something.
     pub dangerous: bool,
+    /// What it does; of a row that can be got and set, what its set does.
+    pub effect: Effect,
+    /// Whether a set can light the laser, which depends on its parameters.
+    pub may_burn: bool,
+    /// Whether the controller acts on a set at once, queued or not.
+    pub(crate) steers: bool,
     /// Name of the get form.
     pub get_name: &'static str,
     /// Name of the set form.
@@ -261,17 +329,18 @@ impl Row {
     }
 
     /// Whether a frame with this Ctrl only looks: it changes nothing, and one answer will do for
-    /// several hosts that ask at the same time. A look at the hand teaching trigger (42) does not:
-    /// it may take away what it reads (errata, open question 11).
+    /// several hosts that ask at the same time. A get that clears what it reports
+    /// ([`Effect::Consume`]) does not.
     #[must_use]
     pub const fn only_looks(&self, ctrl: Ctrl) -> bool {
-        self.value.is_some() && !self.sets(ctrl) && ctrl.destination() == 0 && self.id != 42
+        let consumes = matches!(self.effect, Effect::Consume);
+        self.value.is_some() && !self.sets(ctrl) && ctrl.destination() == 0 && !consumes
     }
 
-    /// Ids 240 to 245: they steer the queue, act at once and are never queued themselves.
+    /// Whether it steers the queue (`queue ignored` in the table): it acts at once and is never queued itself.
     #[must_use]
     pub const fn steers_queue(&self) -> bool {
-        matches!(self.id, 240..=245)
+        self.steers
     }
 }
 

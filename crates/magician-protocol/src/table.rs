@@ -21,18 +21,25 @@ macro_rules! writable {
         writable! { $id no [$set] }
         impl Queueable for $set {}
     };
-    ($id:literal no [$set:ident]) => {
+    ($id:literal $queue:ident [$set:ident]) => {
         impl Writable for $set {
             const ROW: &'static Row = Row::of($id);
         }
     };
 }
 
-macro_rules! yes {
-    (yes) => {
+/// Whether the word of a row is the one that is asked for.
+macro_rules! is {
+    (yes yes) => {
         true
     };
-    (no) => {
+    (ignored ignored) => {
+        true
+    };
+    (burn burn) => {
+        true
+    };
+    ($asked:ident $($other:ident)?) => {
         false
     };
 }
@@ -119,6 +126,9 @@ macro_rules! range {
     ([$least:literal..=$most:literal]) => {
         $crate::Range::Within($least, $most)
     };
+    ([$least:literal..=$most:literal where absolute]) => {
+        $crate::Range::Absolute($least, $most)
+    };
     ([above $limit:literal]) => {
         $crate::Range::Above($limit)
     };
@@ -146,6 +156,9 @@ macro_rules! range_doc {
     };
     ([$least:literal..=$most:literal]) => {
         concat!(" Range: ", $least, " to ", $most, ".")
+    };
+    ([$least:literal..=$most:literal where absolute]) => {
+        concat!(" Range: ", $least, " to ", $most, " in absolute modes.")
     };
     ([above $limit:literal]) => {
         concat!(" Range: above ", $limit, ".")
@@ -196,23 +209,24 @@ macro_rules! read_field {
 ///
 /// ```text
 /// ID "VendorName" "what it is for" [Chapter "section" Source Confidence]
-///     [queue yes|no, resend yes|no, danger yes|no]
+///     [queue yes|no|ignored, resend yes|no, danger yes|no, effect Effect]
 ///     query Args { fields }     what a get carries, when it carries something
 ///     state Value { fields }    a value that can be got
 ///     param Value { fields }    a value that can be got and set
 ///     action Order { fields }   what a set carries
 /// ```
 ///
-/// with any of the four left out that the command does not have, each followed by its tolerated
+/// (`, may burn` after the effect where parameters can light the laser; `queue ignored` where the controller does not look at
+/// the bit isQueued) with any of the four left out that the command does not have, each followed by its tolerated
 /// forms, if any: `forms [ 14 Zeros "who sends it" ]`. A field is `name: type, "unit", [range],
-/// "meaning";` (a range is `[0..=9]`, `[above 0]`, `[1..=100 capped]`, `[at most 23 "bytes"]`,
+/// "meaning";` (a range is `[0..=9]`, `[0..=9 where absolute]`, `[above 0]`, `[1..=100 capped]`, `[at most 23 "bytes"]`,
 /// `[mode 0 "levels" 0..=1, mode 1 "analog values" 0..=3]` or, for any value, `[]`), with `= 0` after the type when it may be left out and is then 0, an `Option`
 /// when it may be left out and its absence means something, `| required` when only a lenient
 /// controller does without.
 macro_rules! commands {
     ($(
         $id:literal $vendor:literal $doc:literal [$chapter:ident $section:literal $source:ident $confidence:ident]
-        [queue $queue:ident, resend $resend:ident, danger $danger:ident]
+        [queue $queue:ident, resend $resend:ident, danger $danger:ident, effect $effect:ident $(, may $may:ident)?]
         $( query $query:ident $query_body:tt $( forms $query_forms:tt )? )?
         $( state $state:ident $state_body:tt $( forms $state_forms:tt )? )?
         $( param $param:ident $param_body:tt $( forms $param_forms:tt )? )?
@@ -245,9 +259,12 @@ macro_rules! commands {
             section: section($section),
             source: Source::$source,
             confidence: Confidence::$confidence,
-            queueable: yes!($queue),
-            resendable: yes!($resend),
-            dangerous: yes!($danger),
+            queueable: is!(yes $queue),
+            steers: is!(ignored $queue),
+            resendable: is!(yes $resend),
+            dangerous: is!(yes $danger),
+            effect: Effect::$effect,
+            may_burn: is!(burn $($may)?),
             get_name: concat!("Get", $vendor),
             set_name: name_or!(concat!("Set", $vendor) $( $(, $action_name)? )?),
             query: first!( $( <$state as Readable>::Query::INFO )? $( <$param as Readable>::Query::INFO )? ),
@@ -257,6 +274,7 @@ macro_rules! commands {
 
         /// A request to report a value, by the value asked for.
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
         pub enum Get {
             $( $( #[doc = concat!("Asks for [`", stringify!($state), "`].")]
                   $state(<$state as Readable>::Query), )?
@@ -297,6 +315,7 @@ macro_rules! commands {
 
         /// A value to set or an action to do: an element of the controller's queue.
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
         pub enum Set {
             $( $( #[doc = concat!("Sets [`", stringify!($param), "`].")] $param($param), )?
                $( #[doc = concat!("Orders [`", stringify!($action), "`].")] $action($action), )? )+

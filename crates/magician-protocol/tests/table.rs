@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use magician_protocol::{
-    Confidence, Ctrl, Field, FieldType, LayoutInfo, NameError, Row, Scalar, Source, TABLE,
+    Confidence, Ctrl, Effect, Field, FieldType, LayoutInfo, NameError, Row, Scalar, Source, TABLE,
 };
 use toml::{Table, Value};
 
@@ -316,6 +316,44 @@ fn commands_that_need_care_say_so() {
         assert!(!row.resendable || row.name == "WAITCmd", "{}", row.name);
     }
     assert!(TABLE.iter().all(|row| row.set.is_some() || row.resendable));
+}
+
+/// An effect agrees with the forms that a row has, and with what else it says.
+#[test]
+fn effects_agree_with_the_rest_of_the_row() {
+    for row in TABLE {
+        let (name, effect) = (row.name, row.effect);
+        let reads = matches!(effect, Effect::Look | Effect::Consume);
+        assert_eq!(reads, row.set.is_none(), "{name}");
+        assert!(!effect.moves() || !row.resendable, "{name}");
+        assert!(
+            effect != Effect::Store || row.dangerous || row.name == "DeviceName",
+            "{name}"
+        );
+        assert!(!row.may_burn || row.queueable, "{name}");
+        assert_eq!(row.steers_queue(), (240..=245).contains(&row.id), "{name}");
+        let acts = ["Cmd", "Motor", "MotorS"]
+            .iter()
+            .any(|end| row.name.ends_with(end));
+        assert!(
+            effect != Effect::Setting || !acts || row.name == "LostStepCmd",
+            "{name}"
+        );
+    }
+    let of = |effect| -> Vec<u8> {
+        let rows = TABLE.iter().filter(|row| row.effect == effect);
+        rows.map(|row| row.id).collect()
+    };
+    assert_eq!(
+        of(Effect::Motion),
+        [31, 32, 84, 86, 88, 89, 91, 92, 101, 102, 230]
+    );
+    assert_eq!(of(Effect::Jog), [73]);
+    assert_eq!(of(Effect::Motor), [135, 136]);
+    assert_eq!(of(Effect::Laser), [61]);
+    assert_eq!(of(Effect::Wait), [110, 120]);
+    assert_eq!(of(Effect::Queue), [20, 21, 240, 241, 242, 243, 244, 245]);
+    assert_eq!(of(Effect::Consume), [42]);
 }
 
 /// What only looks can be asked once for several hosts. Each look at the trigger of hand teaching may take away what it reads

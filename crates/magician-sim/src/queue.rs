@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use magician_protocol::Set;
+use magician_protocol::{Effect, Set};
 
 use crate::Micros;
 use crate::chapter::trigger::Trigger;
@@ -31,21 +31,7 @@ impl Order {
 
 /// Whether a command moves the arm and is done when it has; a jog is done when it begins.
 pub(crate) fn moves(set: &Set) -> bool {
-    use Set::{
-        ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, PtpCmd, PtpPoCmd, PtpPoWithLCmd, PtpWithLCmd,
-    };
-    matches!(
-        set,
-        PtpCmd(_)
-            | PtpWithLCmd(_)
-            | PtpPoCmd(_)
-            | PtpPoWithLCmd(_)
-            | CpCmd(_)
-            | CpLeCmd(_)
-            | ArcCmd(_)
-            | CircleCmd(_)
-            | HomeCmd(_)
-    )
+    set.row().effect == Effect::Motion
 }
 
 /// A command that waits.

@@ -1,29 +1,16 @@
 //! What lights the laser: one classification of commands for every door.
 
-use magician_protocol::commands::{
-    ClearAlarmsState, CpLeCmd, IoDo, IoPwm, PtpPoCmd, PtpPoWithLCmd, QueuedCmdStartExec,
-    SetEndEffectorLaser,
-};
-use magician_protocol::{Frame, PoList, Set, Writable};
+use magician_protocol::commands::{ClearAlarmsState, ClearAllAlarmsState, QueuedCmdStartExec};
+use magician_protocol::{Frame, PoList, Row, Set, Writable};
 
 /// EIO address of the laser's supply (model section 13).
 pub(crate) const LASER_SUPPLY: u8 = 2;
 /// EIO address of the laser's modulation (model section 13).
 pub(crate) const LASER_POWER: u8 = 4;
 
-/// Commands that can burn, whatever their parameters.
-const IDS: [u8; 6] = [
-    SetEndEffectorLaser::ROW.id,
-    CpLeCmd::ROW.id,
-    IoDo::ROW.id,
-    IoPwm::ROW.id,
-    PtpPoCmd::ROW.id,
-    PtpPoWithLCmd::ROW.id,
-];
-
-/// Whether a command may light the laser: [`SetEndEffectorLaser`] enabled and on, [`CpLeCmd`] with a power above 0, and
-/// what raises one of the laser's pins: [`IoPwm`] on EIO 4, [`IoDo`] on EIO 2 or 4, [`PtpPoCmd`] and [`PtpPoWithLCmd`] that
-/// switch these on. `laser_pins` says whether a laser may be wired to the pins; `false` is for an arm that has none, whose
+/// Whether a command may light the laser: `SetEndEffectorLaser` enabled and on, `CpLeCmd` with a power above 0, and what
+/// raises one of the laser's pins: `IoPwm` on EIO 4, `IoDo` on EIO 2 or 4, `PtpPoCmd` and `PtpPoWithLCmd` that switch these
+/// on. `laser_pins` says whether a laser may be wired to the pins; `false` is for an arm that has none, whose
 /// pins drive something else.
 ///
 /// ```
@@ -69,7 +56,8 @@ fn is_above_zero(share: f32) -> bool {
 
 /// As [`burns`], for a frame. One that can burn and cannot be read counts as one that does.
 pub(crate) fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
-    if !acts(frame) || !IDS.contains(&frame.id()) {
+    let row = Row::with_id(frame.id());
+    if !acts(frame) || !row.is_some_and(|row| row.may_burn) {
         return false;
     }
     let command = Set::decode(frame.id(), frame.params());
@@ -78,7 +66,11 @@ pub(crate) fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
 
 /// Whether a frame may let a queue run that stands: what waits in it begins, whoever put it there.
 pub(crate) fn frame_releases_queue(frame: &Frame<'_>) -> bool {
-    let releases = [QueuedCmdStartExec::ROW.id, ClearAlarmsState::ROW.id];
+    let releases = [
+        QueuedCmdStartExec::ROW.id,
+        ClearAlarmsState::ROW.id,
+        ClearAllAlarmsState::ROW.id,
+    ];
     acts(frame) && releases.contains(&frame.id())
 }
 
@@ -88,11 +80,34 @@ fn acts(frame: &Frame<'_>) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use magician_protocol::commands::{PtpCmd, QueuedCmdStopExec};
+    use magician_protocol::commands::{
+        CpLeCmd, IoDo, IoPwm, PtpCmd, PtpPoCmd, PtpPoWithLCmd, QueuedCmdStopExec,
+        SetEndEffectorLaser,
+    };
     use magician_protocol::{CpMode, Ctrl, Flag, FrameBuf, PoCmd, PtpMode};
 
     use super::*;
     use crate::words;
+
+    /// A row that says that it cannot burn is never asked.
+    #[test]
+    fn the_table_knows_what_may_burn() {
+        use magician_protocol::commands::TABLE;
+        let may: Vec<u8> = TABLE
+            .iter()
+            .filter(|row| row.may_burn)
+            .map(|row| row.id)
+            .collect();
+        let burning = [
+            SetEndEffectorLaser::ROW.id,
+            PtpPoCmd::ROW.id,
+            PtpPoWithLCmd::ROW.id,
+            CpLeCmd::ROW.id,
+            IoDo::ROW.id,
+            IoPwm::ROW.id,
+        ];
+        assert_eq!(may, burning);
+    }
 
     fn path(power: f32) -> Set {
         Set::CpLeCmd(CpLeCmd {
@@ -223,9 +238,11 @@ mod tests {
 
     #[test]
     fn what_could_burn_and_cannot_be_read_burns() {
-        for id in IDS {
+        for (command, ..) in table() {
+            let id = command.row().id;
             let frame = FrameBuf::new(id, Ctrl::SET, &[1]).unwrap();
-            assert!(frame_burns(&frame.frame(), true), "{id}");
+            let may = command.row().may_burn;
+            assert_eq!(frame_burns(&frame.frame(), true), may, "{id}");
         }
         let other = FrameBuf::new(PtpCmd::ROW.id, Ctrl::SET, &[1]).unwrap();
         assert!(!frame_burns(&other.frame(), true));
@@ -239,6 +256,7 @@ mod tests {
         };
         assert!(releases(QueuedCmdStartExec::ROW.id, Ctrl::SET));
         assert!(releases(ClearAlarmsState::ROW.id, Ctrl::SET));
+        assert!(releases(ClearAllAlarmsState::ROW.id, Ctrl::SET));
         assert!(!releases(ClearAlarmsState::ROW.id, Ctrl::GET));
         assert!(!releases(QueuedCmdStopExec::ROW.id, Ctrl::SET));
     }

@@ -8,9 +8,8 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use magician::commands::{HomeCmd, Pose, TrigCmd, WaitCmd};
-use magician::protocol::Row;
-use magician::protocol::Writable;
+use magician::commands::{HomeCmd, Pose};
+use magician::protocol::{Effect, Row, Writable};
 use magician::{Alarm, AlarmSet, QueueIndex, blocking};
 
 use super::registry::lock;
@@ -57,8 +56,9 @@ impl Standstill {
     pub(super) fn queued(&self, QueueIndex(index): QueueIndex, row: &Row) {
         let mut seen = lock(&self.seen);
         seen.last = index;
-        if [HomeCmd::ROW.id, WaitCmd::ROW.id, TrigCmd::ROW.id].contains(&row.id) {
-            seen.quiet.insert(index, row.id == HomeCmd::ROW.id);
+        let homes = row.id == HomeCmd::ROW.id;
+        if homes || row.effect == Effect::Wait {
+            seen.quiet.insert(index, homes);
             if seen.quiet.len() > MOST_QUIET {
                 seen.quiet.pop_first();
             }

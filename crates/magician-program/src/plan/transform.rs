@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use magician_protocol::{CpMode, PtpMode, Set};
+use magician_protocol::{CpMode, Effect, PtpMode, Set};
 
 use super::{Action, Plan};
 use crate::{Problem, Step, Surface, Tool};
@@ -360,7 +360,7 @@ impl Map {
         }
     }
 
-    /// A command as the protocol has it. Every row stands here, so that a new one cannot be forgotten.
+    /// A command as the protocol has it.
     fn command(&self, command: &mut Set) -> Outcome {
         match command {
             Set::PtpCmd(ptp) => self.ptp(
@@ -402,62 +402,11 @@ impl Map {
             Set::ResetPose(_) | Set::PulseMode(_) | Set::SetAutoLeveling(_) => {
                 Outcome::Refused("changes where the arm takes itself to be")
             }
-            Set::DeviceSn(_)
-            | Set::DeviceName(_)
-            | Set::SetDeviceWithL(_)
-            | Set::ClearAlarmsState(_)
-            | Set::ClearAllAlarmsState(_)
-            | Set::HhtTrigMode(_)
-            | Set::HhtTrigOutputEnabled(_)
-            | Set::ArmOrientation(_)
-            | Set::EndEffectorParams(_)
-            | Set::SetEndEffectorLaser(_)
-            | Set::SetEndEffectorSuctionCup(_)
-            | Set::SetEndEffectorGripper(_)
-            | Set::JogJointParams(_)
-            | Set::JogCoordinateParams(_)
-            | Set::JogCommonParams(_)
-            | Set::JogLParams(_)
-            | Set::PtpJointParams(_)
-            | Set::PtpCoordinateParams(_)
-            | Set::PtpCommonParams(_)
-            | Set::PtpLParams(_)
-            | Set::CpParams(_)
-            | Set::CpRHeadHoldEnable(_)
-            | Set::CpCommonParams(_)
-            | Set::ArcParams(_)
-            | Set::ArcCommonParams(_)
-            | Set::WaitCmd(_)
-            | Set::TrigCmd(_)
-            | Set::IoMultiplexing(_)
-            | Set::IoDo(_)
-            | Set::IoPwm(_)
-            | Set::EMotor(_)
-            | Set::EMotorS(_)
-            | Set::SetColorSensor(_)
-            | Set::SetIrSwitch(_)
-            | Set::AngleSensorStaticError(_)
-            | Set::AngleSensorCoef(_)
-            | Set::BaseDecoderStaticError(_)
-            | Set::WifiConfigMode(_)
-            | Set::WifiSsid(_)
-            | Set::WifiPassword(_)
-            | Set::WifiIpAddress(_)
-            | Set::WifiNetmask(_)
-            | Set::WifiGateway(_)
-            | Set::WifiDns(_)
-            | Set::FirmwareSwitch(_)
-            | Set::FirmwareMode(_)
-            | Set::LostStepParams(_)
-            | Set::LostStepCmd(_)
-            | Set::Uart4PeripheralsEnabled(_)
-            | Set::ZdfCalibRequest(_)
-            | Set::QueuedCmdStartExec(_)
-            | Set::QueuedCmdStopExec(_)
-            | Set::QueuedCmdForceStopExec(_)
-            | Set::QueuedCmdStartDownload(_)
-            | Set::QueuedCmdStopDownload(_)
-            | Set::QueuedCmdClear(_) => Outcome::Done,
+            // It moves the arm in a way that nothing here knows.
+            other if matches!(other.row().effect, Effect::Motion | Effect::Jog) => {
+                Outcome::Refused("moves the arm to a place that cannot be told")
+            }
+            _ => Outcome::Done,
         }
     }
 

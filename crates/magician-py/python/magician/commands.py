@@ -990,7 +990,7 @@ class PtpWithLCmd(Queueable):
     r: float
     """Rotation, or J4 in the angle modes; deg."""
     l: float
-    """Rail position, or way on the rail in the incremental modes; mm; 0 to 1000."""
+    """Rail position, or way on the rail in the incremental modes; mm; 0 to 1000 in absolute modes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -1056,7 +1056,7 @@ class PtpPoWithLCmd(Queueable):
     r: float
     """Rotation, or J4 in the angle modes; deg."""
     l: float
-    """Rail position, or way on the rail in the incremental modes; mm; 0 to 1000."""
+    """Rail position, or way on the rail in the incremental modes; mm; 0 to 1000 in absolute modes."""
     po: tuple[Output, ...]
     """Outputs to switch; percent : EIO address : level; at most 56 outputs."""
 

@@ -1,31 +1,16 @@
 use magician_protocol::commands::{
-    ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, JogCmd, PtpCmd, PtpPoCmd, PtpPoWithLCmd,
-    PtpWithLCmd, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdStartExec,
+    JogCmd, QueuedCmdClear, QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdStartExec,
     QueuedCmdStopExec, SetEndEffectorLaser,
 };
 use magician_protocol::{
-    Ctrl, Frame, FrameBuf, JogCommand, Layout, QueuedCmdIndex, Readable, Set, Writable,
+    Ctrl, Effect, Frame, FrameBuf, JogCommand, Layout, QueuedCmdIndex, Readable, Row, Set, Writable,
 };
 
 use crate::burning::{LASER_POWER, LASER_SUPPLY, frame_burns, raises_laser_pin};
 
-/// Commands after which the arm moves without the queue.
-const MOTIONS: [u8; 10] = [
-    HomeCmd::ROW.id,
-    JogCmd::ROW.id,
-    PtpCmd::ROW.id,
-    PtpWithLCmd::ROW.id,
-    PtpPoCmd::ROW.id,
-    PtpPoWithLCmd::ROW.id,
-    CpCmd::ROW.id,
-    CpLeCmd::ROW.id,
-    ArcCmd::ROW.id,
-    CircleCmd::ROW.id,
-];
-
 /// Whether a command moves the arm.
 pub(super) fn moves(id: u8) -> bool {
-    MOTIONS.contains(&id)
+    Row::with_id(id).is_some_and(|row| matches!(row.effect, Effect::Motion | Effect::Jog))
 }
 
 /// Whether a command that is done at once moves the arm, or lets a queue do so that stands.

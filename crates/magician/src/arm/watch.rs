@@ -3,10 +3,8 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use magician_protocol::commands::{
-    HomeCmd, Pose, PoseL, PtpPoWithLCmd, PtpWithLCmd, QueuedCmdCurrentIndex, TrigCmd,
-};
-use magician_protocol::{Set, Writable};
+use magician_protocol::Set;
+use magician_protocol::commands::{Pose, PoseL, QueuedCmdCurrentIndex};
 use tokio::time::{Instant, sleep};
 
 use super::Arm;
@@ -72,13 +70,11 @@ impl Pace {
                 let seconds = f64::from(motor.distance) / f64::from(motor.speed).abs();
                 Self::Motor(Duration::try_from_secs_f64(seconds).unwrap_or_default())
             }
-            other => match other.row().id {
-                id if id == HomeCmd::ROW.id => Self::Home,
-                id if id == TrigCmd::ROW.id => Self::Trigger,
-                id if id == PtpWithLCmd::ROW.id || id == PtpPoWithLCmd::ROW.id => Self::Rail,
-                id if moves(id) => Self::Motion,
-                _ => Self::Moment,
-            },
+            Set::HomeCmd(_) => Self::Home,
+            Set::TrigCmd(_) => Self::Trigger,
+            Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) => Self::Rail,
+            other if moves(other.row().id) => Self::Motion,
+            _ => Self::Moment,
         }
     }
 }

@@ -5,7 +5,7 @@ use magician_motion::{
     Speeds, Target, Transfer,
 };
 use magician_protocol::commands::{CircleCmd, EMotorS};
-use magician_protocol::{CpMode, JogCommand, PtpMode, Set};
+use magician_protocol::{CpMode, Effect, JogCommand, PtpMode, Set};
 
 use super::guards::refuse;
 use super::{FOREVER, Preflight};
@@ -89,6 +89,11 @@ impl Preflight {
                 self.home = Some([home.x, home.y, home.z, home.r].map(f64::from).into());
                 self.home_is_set = true;
                 Ok(0)
+            }
+            // It moves the arm by rules of its own, to where nobody can tell.
+            other if other.row().effect == Effect::Motion => {
+                self.at = None;
+                Ok(FOREVER)
             }
             _ => {
                 self.now.note(command);

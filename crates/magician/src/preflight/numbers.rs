@@ -4,9 +4,6 @@ use magician_protocol::{Case, CpMode, Ctrl, Field, FieldValue, Fields, FrameBuf,
 
 use crate::{Error, Result};
 
-/// The rail's place, or the way there: what it may be depends on the mode.
-const RAIL: &str = "l";
-
 /// Every number of a command is one, and within the range that its row tells.
 pub(super) fn check(command: &Set) -> Result<()> {
     match is_plainly_sound(command) {
@@ -34,7 +31,8 @@ fn check_by_table(command: &Set) -> Result<()> {
 /// The range of a field, as it is beside the values of the others.
 fn range(field: &Field, values: Fields<'_>) -> Range {
     match field.range {
-        Range::Within(..) if field.name == RAIL => Range::Any,
+        // Where the rail's carriage is sent is checked with the motion, which knows the mode.
+        Range::Absolute(..) => Range::Any,
         Range::By(cases) => {
             let applies = |case: &&Case| {
                 values.clone().any(|(field, value)| {

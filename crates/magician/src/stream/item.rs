@@ -1,5 +1,5 @@
 use magician_protocol::commands::{PtpCmd, PtpWithLCmd, SetEndEffectorLaser};
-use magician_protocol::{CpMode, Flag, PtpMode, Set};
+use magician_protocol::{CpMode, Effect, Flag, PtpMode, Set};
 
 use crate::connection::{Micros, Ticket};
 
@@ -196,17 +196,8 @@ fn is_repeatable(command: &Set) -> bool {
 
 /// Whether a second copy right behind the first changes nothing: what is repeatable, and what sets something to a value.
 fn bears_doubling(command: &Set) -> bool {
-    let sets = matches!(
-        command,
-        Set::EndEffectorParams(_)
-            | Set::PtpJointParams(_)
-            | Set::PtpCoordinateParams(_)
-            | Set::PtpJumpParams(_)
-            | Set::PtpCommonParams(_)
-            | Set::CpParams(_)
-            | Set::SetEndEffectorSuctionCup(_)
-            | Set::SetEndEffectorGripper(_)
-    );
+    let row = command.row();
+    let sets = row.effect == Effect::Setting && row.resendable && !row.may_burn;
     sets || is_repeatable(command)
 }
 

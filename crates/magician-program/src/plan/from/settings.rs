@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use magician::{Set, words};
-use magician_protocol::{PoList, PtpMode, Row};
+use magician_protocol::commands::EMotor;
+use magician_protocol::{Effect, PoList, PtpMode, Row, Writable};
 
 /// What can be set to one value at a time: a command, of a pin, a motor or a connector if it has several.
 type Slot = (u8, u8);
@@ -121,20 +122,18 @@ fn motor_slot(index: u8) -> Slot {
 }
 
 /// The id under which motors run until told otherwise.
-const EXTERNAL_MOTOR: u8 = 135;
+const EXTERNAL_MOTOR: u8 = EMotor::ROW.id;
 
-/// What a command sets and leaves set; nothing for one that does something. The table knows: what may be sent twice sets a
-/// value, but for a wait; what may not does something, but for a motor that then runs.
+/// What a command sets and leaves set; nothing for one that does something. A motor runs on until it is told otherwise.
 fn slot(command: &Set) -> Option<Slot> {
     let row: &Row = command.row();
     match command {
-        Set::WaitCmd(_) => None,
         Set::EMotor(motor) => Some(motor_slot(motor.index.into())),
         Set::IoMultiplexing(pin) => Some((row.id, pin.address)),
         Set::IoDo(pin) => Some((row.id, pin.address)),
         Set::IoPwm(pin) => Some((row.id, pin.address)),
         Set::SetColorSensor(sensor) => Some((row.id, sensor.port.into())),
         Set::SetIrSwitch(sensor) => Some((row.id, sensor.port.into())),
-        _ => row.resendable.then_some((row.id, 0)),
+        _ => (row.effect == Effect::Setting && row.resendable).then_some((row.id, 0)),
     }
 }
