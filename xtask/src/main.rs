@@ -8,6 +8,7 @@ mod exports;
 mod fidelity;
 mod gallery;
 mod library;
+mod plan_schema;
 mod programs;
 mod protocol;
 mod python;
@@ -26,6 +27,8 @@ Usage: cargo xtask CHORE
   vendor-functions
              list every function of the drop-in for the vendor's library: docs/VENDOR-FUNCTIONS.md
   python     write the Python package's commands and alarms: crates/magician-py/python/magician/*.py
+  plan-schema
+             write the commands into the schema of plan files: crates/magician-program/plan.schema.json
   gallery    draw each motion mode on the virtual arm: docs/gallery/*.svg and docs/GALLERY.md
   programs   run programs of every kind on the virtual arm: docs/programs/* and docs/PROGRAMS.md
   vendor-headers
@@ -50,6 +53,7 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "programs" => programs::write(&root),
         Some((chore, [])) if chore == "protocol" => protocol::write(&docs),
         Some((chore, [])) if chore == "python" => python::write(&root),
+        Some((chore, [])) if chore == "plan-schema" => plan_schema::write(&root),
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),

@@ -1,4 +1,4 @@
-use magician_protocol::{Field, FieldType, LayoutInfo, Row};
+use magician_protocol::{Effect, Field, FieldType, LayoutInfo, Row};
 
 use super::record::{chapter_name, confidence, section, source, type_name};
 use super::{Entry, example, find};
@@ -48,6 +48,9 @@ fn facts(row: &Row) -> Columns {
     let names: Vec<_> = names.into_iter().flatten().collect();
     columns.row(["forms", &names.join(", ")]);
     columns.row(["queue", queue(row)]);
+    if row.set.is_some() {
+        columns.row(["effect", effect(row)]);
+    }
     if row.dangerous {
         columns.row([
             "danger",
@@ -68,9 +71,27 @@ fn facts(row: &Row) -> Columns {
     columns
 }
 
+/// What a set does, in words.
+fn effect(row: &Row) -> &'static str {
+    match row.effect {
+        Effect::Look | Effect::Consume => "",
+        Effect::Setting if row.may_burn => "sets a value; can light the laser",
+        Effect::Setting => "sets a value",
+        Effect::Store => "changes what is kept without power",
+        Effect::Motion if row.may_burn => "moves the arm; can light the laser",
+        Effect::Motion => "moves the arm",
+        Effect::Jog => "moves the arm until it is stopped",
+        Effect::Motor => "runs an external motor",
+        Effect::Laser => "switches the laser",
+        Effect::Wait => "makes the queue wait",
+        Effect::Queue => "decides whether the queue runs, or what is in it",
+    }
+}
+
 fn queue(row: &Row) -> &'static str {
     match (row.set, row.queueable) {
         (None, _) => "no: it is only read",
+        (Some(_), _) if row.steers_queue() => "no: it acts at once, whatever the bit isQueued says",
         (Some(_), true) => "a set may be queued",
         (Some(_), false) => "no: a set acts at once",
     }

@@ -1,4 +1,4 @@
-use magician_protocol::{Confidence, Field, FieldType, LayoutInfo, Row, Scalar, Source};
+use magician_protocol::{Bounds, Confidence, Field, FieldType, LayoutInfo, Row, Scalar, Source};
 use serde::Serialize;
 
 use super::find::kebab;
@@ -12,6 +12,8 @@ pub(crate) struct Entry {
     set: Option<&'static str>,
     queueable: bool,
     dangerous: bool,
+    effect: &'static str,
+    may_burn: bool,
     chapter: String,
     about: &'static str,
     section: &'static str,
@@ -41,6 +43,12 @@ struct Member {
     r#type: String,
     unit: &'static str,
     range: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    minimum: Option<i32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exclusive_minimum: Option<i32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    maximum: Option<i32>,
     about: &'static str,
     optional: bool,
     default: Option<u8>,
@@ -71,6 +79,8 @@ impl Entry {
             set: row.set.map(|_| row.set_name),
             queueable: row.queueable,
             dangerous: row.dangerous,
+            effect: row.effect.name(),
+            may_burn: row.may_burn,
             chapter: chapter_name(row),
             about: row.doc,
             section: section(row),
@@ -106,11 +116,19 @@ fn layout(info: &'static LayoutInfo) -> Layout {
 }
 
 fn member(field: &'static Field) -> Member {
+    let Bounds {
+        minimum,
+        exclusive_minimum,
+        maximum,
+    } = field.range.bounds();
     Member {
         name: field.name,
         r#type: type_name(field.ty),
         unit: field.unit,
         range: field.range.to_string(),
+        minimum,
+        exclusive_minimum,
+        maximum,
         about: field.doc,
         optional: field.optional,
         default: field.default,
