@@ -353,8 +353,10 @@ fn links(page: &str) -> Vec<String> {
     found
 }
 
-/// The names of the headings of a page, as links call them.
+/// The names of the headings of a page, as links call them, and its explicit anchors.
 fn headings(page: &str) -> Vec<String> {
+    let anchors = page.split("<a id=\"").skip(1);
+    let anchors = anchors.filter_map(|rest| Some(rest.split_once('"')?.0.to_owned()));
     let titles = page.lines().filter(|line| line.starts_with('#'));
     let named = titles.map(|line| {
         let title = line.trim_start_matches('#').trim().to_lowercase();
@@ -363,7 +365,7 @@ fn headings(page: &str) -> Vec<String> {
             .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
         kept.map(|c| if c == ' ' { '-' } else { c }).collect()
     });
-    named.collect()
+    named.chain(anchors).collect()
 }
 
 #[test]
