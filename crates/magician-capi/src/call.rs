@@ -136,7 +136,7 @@ pub fn set_text<T: Writable>(
     set(arm, &row(text))
 }
 
-/// What the vendor's library makes of the caller's `isQueued` (symbols, section 4).
+/// What the vendor's library was seen to make of the caller's `isQueued`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Queued {
     /// It is not looked at: the command is always queued.

@@ -2,7 +2,7 @@ use std::fmt;
 
 use magician::{Error, ErrorKind};
 
-/// What the functions return (interface section 2).
+/// What the functions return: the numbers of the vendor's headers (docs/VENDOR-LIBRARY.md, Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Code {
@@ -18,7 +18,7 @@ pub enum Code {
     InvalidDevice = 4,
 }
 
-/// What `ConnectDobot` returns (interface section 2).
+/// What `ConnectDobot` returns: the numbers of the vendor's headers (docs/VENDOR-LIBRARY.md, Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub(crate) enum Connected {

@@ -1,4 +1,4 @@
-//! The C structures, packed, and the rows of the protocol that they are laid out as (interface section 3).
+//! The C structures, packed, and the rows of the protocol that they are laid out as in the vendor's headers.
 //!
 //! They are bytes here. What the bytes mean is written once, in the protocol's table; their members have names in the
 //! C headers and in the Python modules.

@@ -41,11 +41,11 @@ struct Connection {
     firmware: Firmware,
     /// The arm, if one answers.
     arm: Option<Arc<Session>>,
-    /// `DevType` (interface section 3).
+    /// `DevType` of the vendor's `ConnectInfo`.
     kind: i32,
 }
 
-/// `ConnectDobot` (interface section 2).
+/// `ConnectDobot`, as each family has it (docs/VENDOR-LIBRARY.md).
 impl Registry {
     /// Of `v1`: whatever was connected before is closed, and opened again if it is the same.
     pub fn connect_v1(&self, port: Text, baud: u32, firmware: Buffer, version: Buffer) -> c_int {
@@ -271,7 +271,7 @@ const IDLE: i32 = 0;
 /// `DevType` of a Magician.
 const MAGICIAN: i32 = 2;
 
-/// `ConnectInfo` (interface section 3): the arm itself as the master.
+/// `ConnectInfo` of family v3: the arm itself as the master.
 fn described(connection: &Connection) -> ConnectInfo {
     let (name, version, run_time) = match &connection.arm {
         Some(arm) => ("Dobot", version_of(arm), run_time_of(arm)),

@@ -88,7 +88,7 @@ impl Surroundings {
     }
 }
 
-/// What the vendor's library lists: adapters with one of these in their description (symbols section 4).
+/// What the vendor's library lists: adapters with one of these in their description.
 const DESCRIPTIONS: [&str; 5] = [
     "USB-to-Serial",
     "CH340",

@@ -15,7 +15,7 @@ use super::{Session, Surroundings};
 use crate::code::{Code, Fault, Outcome};
 use crate::{Family, notice};
 
-/// Default of `SetCmdTimeout` (interface section 2).
+/// Default of `SetCmdTimeout`: the vendor's 3000 ms.
 const TIMEOUT: Duration = Duration::from_secs(3);
 /// Most ids for which a timeout is remembered that is not asked for any more.
 const MOST_TIMEOUTS: usize = 256;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician::{RawLine, Target};
 use tokio::time::{Instant, timeout_at};
 
-/// What the vendor's library says (symbols section 4); the arm ignores it.
+/// What the vendor's library writes to a new connection; the arm ignores it.
 const QUESTION: &[u8] = b"\nM10\nM10\nM10\nM10\nM10\n";
 /// Text that is kept; more than any such firmware says in this time.
 const MOST: usize = 64 * 1024;

@@ -45,7 +45,7 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// How large a pixel is of an image that does not say so, mm (program_formats.md, section 6: 0.1 to 0.2).
+    /// How large a pixel is of an image that does not say so, mm (DobotStudio engraves at 0.1 to 0.2).
     pub const PIXEL: f64 = 0.2;
 
     /// As many mm across and down.

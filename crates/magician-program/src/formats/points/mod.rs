@@ -9,8 +9,6 @@
 //! * Recordings (`magician record`, `run --record`): CSV with a column `t`, and MCAP with `/pose`. They are followed in their own
 //!   time.
 //! * Text: `x,y,z` lines without a header, each run of them a stroke of the pen.
-//!
-//! Format document section 7.
 
 mod csv;
 mod json;
