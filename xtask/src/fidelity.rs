@@ -11,8 +11,8 @@ const INTRODUCTION: &str = "\
 # What the virtual arm's behaviour rests on
 
 Facts about the real arm, and choices of ours where none is known. The letters are those of the firmware profile;
-sections are those of the reference model of the arm, E numbers those of the errata to the protocol, and (none) is what
-neither has a word about.
+sections are those of the [reference model of the arm](MODEL.md), E numbers those of the
+[errata to the protocol](ERRATA.md), and (none) is what neither has a word about.
 
 `magician sim --fidelity` tells at its end what the answers rested on. A strict arm (`magician sim --strict`, or
 `strict = true` under `[fidelity]` in a profile) does the same as ever where it has a fact, and refuses where it has
@@ -45,7 +45,11 @@ fn page() -> String {
             "| | section | what the virtual arm does |\n|---|---|---|\n"
         };
         for basis in bases {
-            let (name, section, says) = (basis.name(), basis.section(), basis.says());
+            let (name, says) = (basis.name(), basis.says());
+            let section = match basis.authority().link() {
+                Some(link) => format!("[{}]({link})", basis.section()),
+                None => basis.section().to_owned(),
+            };
             let _ = write!(page, "| {name} | {section} | {says} |");
             let _ = match basis.strictness() {
                 Strictness::Fact => writeln!(page),

@@ -2,6 +2,7 @@
 
 mod alarms;
 mod bench;
+mod citations;
 mod dissector;
 mod dist;
 mod exports;

@@ -282,11 +282,18 @@ fn a_strict_arm_refuses_choices_and_tells_what_its_answers_rested_on() {
     let log = served.log();
     let told = |what: &str| log.iter().any(|line| line.contains(what));
     assert!(
-        told("HOMEParams not carried out: it rests on a choice (15a): "),
+        told("HOMEParams not carried out: it rests on a choice (model 15a): "),
         "{log:?}"
     );
-    assert!(told(" M  11     homing turns J1 to its switch"), "{log:?}");
-    assert!(told(" G  15a    HOMEParams before any were set"), "{log:?}");
+    assert!(
+        told(" M  model 11   homing turns J1 to its switch"),
+        "{log:?}"
+    );
+    assert!(
+        told(" G  model 15a  HOMEParams before any were set"),
+        "{log:?}"
+    );
+    assert!(told("docs/MODEL.md section N"), "{log:?}");
 }
 
 #[test]
@@ -309,11 +316,10 @@ fn what_answers_rested_on_is_an_object_for_those_who_want_one() {
     let output = child.wait_with_output().expect("it ends");
     let told: serde_json::Value = serde_json::from_slice(&output.stderr).expect("an object");
     let bases = told["fidelity"].as_array().expect("a list");
-    assert!(
-        bases
-            .iter()
-            .any(|basis| basis["basis"] == "ResetAlarm" && basis["uses"] == 1)
-    );
+    let alarm = bases.iter().find(|basis| basis["basis"] == "ResetAlarm");
+    let alarm = alarm.expect("it is there");
+    assert_eq!(alarm["uses"], 1);
+    assert_eq!(alarm["page"], "docs/MODEL.md#section-11");
 }
 
 /// A pen over paper.

@@ -16,7 +16,8 @@ pub struct Case {
     pub id: String,
     /// What it shows, in a sentence.
     pub title: String,
-    /// Who says that an arm does so: a section of the document or of the reference model, an erratum, a vector.
+    /// Who says that an arm does so: a section of the document or of the model (`docs/MODEL.md`), an erratum or a habit
+    /// of hosts (both in `docs/ERRATA.md`), a recorded frame (`vector`) or pose.
     pub source: String,
     /// How sure that is.
     pub confidence: Confidence,

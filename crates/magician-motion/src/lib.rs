@@ -1,7 +1,8 @@
 //! Kinematics, limits, paths and speed laws of the Dobot Magician arm.
 //!
 //! Pure mathematics: no clock, no input or output, no allocation, and the same results on every platform. Lengths
-//! are mm, angles degrees, times seconds, and in trajectories whole microseconds.
+//! are mm, angles degrees, times seconds, and in trajectories whole microseconds. The model whose sections are cited is
+//! `docs/MODEL.md` of the repository.
 //!
 //! ```
 //! use magician_motion::{Geometry, JointAngles, Limits, ToolBias};

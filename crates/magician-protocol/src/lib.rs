@@ -11,7 +11,8 @@
 //!   command to programs that learn of it at run time (command line, JSON, documentation).
 //! * [`Alarm`] and [`AlarmSet`] name the controller's alarms, with cause and cure.
 //!
-//! Lengths are mm, angles degrees, everywhere.
+//! Lengths are mm, angles degrees, everywhere. "Document" is the vendor's description of the protocol, its errata (E37)
+//! are in `docs/ERRATA.md` of the repository.
 //!
 //! ```
 //! use magician_protocol::{Ctrl, Deframer, Event, FrameBuf, Layout, commands::Pose};

@@ -5,6 +5,8 @@
 //! power-up, and every choice where nothing is documented, stands in a [`Profile`]; what lies outside the arm is a
 //! [`World`].
 //!
+//! What is cited as an erratum (E37) is in `docs/ERRATA.md` of the repository, a model section in `docs/MODEL.md`.
+//!
 //! ```
 //! use magician_sim::{Controller, LinkId, Profile};
 //!

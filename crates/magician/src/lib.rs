@@ -7,7 +7,8 @@
 //! * [`connection`] is the engine under both handles, without I/O and without a clock.
 //! * [`proxy`] lets several programs share one arm.
 //!
-//! Lengths are mm, angles degrees, times seconds unless a name says otherwise.
+//! Lengths are mm, angles degrees, times seconds unless a name says otherwise. An erratum (E37) that is cited is in
+//! `docs/ERRATA.md` of the repository, a model section in `docs/MODEL.md`.
 //!
 //! This is a convenience, not a safety function. The protocol has no heartbeat: an arm whose host
 //! dies without a word finishes what is in its queue.

@@ -60,8 +60,8 @@ impl fmt::Display for InWords<'_> {
                     Confidence::Choice => "a choice",
                     _ => "a fact",
                 };
-                let (section, says) = (basis.section(), basis.says());
-                write!(f, "rests on {kind} ({section}): {says}")
+                let (authority, says) = (basis.authority(), basis.says());
+                write!(f, "rests on {kind} ({authority}): {says}")
             }
             Event::AlarmRaised { code } => write!(f, "alarm {} raised", Code(code)),
             Event::ToolUnknown { code } => write!(f, "{}: {}", Code(code), Alarm::TOOL_UNKNOWN),
@@ -96,8 +96,8 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::OnlyAChoice(basis) => {
-                let (section, says) = (basis.section(), basis.says());
-                return write!(f, "it rests on a choice ({section}): {says}");
+                let (authority, says) = (basis.authority(), basis.says());
+                return write!(f, "it rests on a choice ({authority}): {says}");
             }
             Self::Parameters => "its parameter count fits no accepted form",
             Self::Unplannable => "its motion cannot be planned",

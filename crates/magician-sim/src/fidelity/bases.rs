@@ -126,7 +126,7 @@ list_bases! {
         kept "that both move is known, this decides only how fast";
     RailRamps Choice "15a" "the rail moves at 100 mm/s and 100 mm/s2 unless it is set"
         kept "that it moves is known, this decides only how fast";
-    RailHome Choice "12" "homing takes the rail to its 0 while J1 looks for its switch"
+    RailHome Choice "11" "homing takes the rail to its 0 while J1 looks for its switch"
         kept "that it is homed is known, this decides only when and how fast";
     RailEnds Choice "15a" "a place beyond the rail's ends is its end, without an alarm" refused;
 

@@ -9,6 +9,8 @@ mod rules;
 
 pub use bases::Basis;
 
+use std::fmt;
+
 use crate::core::Core;
 use crate::event::{Event, Refusal};
 
@@ -61,6 +63,48 @@ pub enum Strictness {
     Kept(&'static str),
 }
 
+/// Where it is written down what something rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Authority {
+    /// A section of the reference model of the arm: `docs/MODEL.md` of the repository.
+    Model(&'static str),
+    /// An erratum to the vendor's protocol document: `docs/ERRATA.md` of the repository.
+    Erratum(&'static str),
+    /// Nobody has a word about it.
+    Nobody,
+}
+
+impl Authority {
+    const fn of(section: &'static str) -> Self {
+        match section.as_bytes() {
+            [b'0'..=b'9', ..] => Self::Model(section),
+            [b'E', ..] => Self::Erratum(section),
+            _ => Self::Nobody,
+        }
+    }
+
+    /// Page and anchor within the directory `docs` of the repository: `MODEL.md#section-7`, `ERRATA.md#e07`.
+    #[must_use]
+    pub fn link(self) -> Option<String> {
+        match self {
+            Self::Model(section) => Some(format!("MODEL.md#section-{section}")),
+            Self::Erratum(number) => Some(format!("ERRATA.md#{}", number.to_lowercase())),
+            Self::Nobody => None,
+        }
+    }
+}
+
+impl fmt::Display for Authority {
+    /// As it is cited: `model 7`, `errata E07`, `no source`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&match self {
+            Self::Model(section) => format!("model {section}"),
+            Self::Erratum(number) => format!("errata {number}"),
+            Self::Nobody => "no source".to_owned(),
+        })
+    }
+}
+
 macro_rules! list_bases {
     ($( $name:ident $confidence:ident $section:literal $says:literal $($strict:ident $($why:literal)?)?; )+) => {
         /// Something that the virtual arm's behaviour rests on.
@@ -91,6 +135,12 @@ macro_rules! list_bases {
             #[must_use]
             pub const fn section(self) -> &'static str {
                 match self { $( Self::$name => $section, )+ }
+            }
+
+            /// Where it is written down.
+            #[must_use]
+            pub const fn authority(self) -> $crate::fidelity::Authority {
+                $crate::fidelity::Authority::of(self.section())
             }
 
             /// What the virtual arm does, in a sentence without a full stop.

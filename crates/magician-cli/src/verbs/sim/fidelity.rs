@@ -6,6 +6,11 @@ use magician_sim::fidelity::{Basis, Confidence, Fidelity};
 use magician_sim::serve::Handle;
 use serde_json::json;
 
+/// Where the numbers lead that stand in the third column.
+const LEGEND: &str = "\
+model N: docs/MODEL.md section N; errata E..: docs/ERRATA.md; the letters and all that there is: docs/FIDELITY.md
+";
+
 /// What there is to say of each arm: lines, or with `json` an object for each.
 pub(super) async fn report(arms: &[Handle], numbered: bool, json: bool) -> String {
     let mut report = String::new();
@@ -22,6 +27,9 @@ pub(super) async fn report(arms: &[Handle], numbered: bool, json: bool) -> Strin
             lines(&fidelity, number)
         };
     }
+    if !json && !report.is_empty() {
+        report += LEGEND;
+    }
     report
 }
 
@@ -36,9 +44,9 @@ fn lines(fidelity: &Fidelity, number: Option<u32>) -> String {
         let _ = writeln!(text, "{arm}the answers rested on {count} {title}");
         bases.sort_by_key(|(_, uses)| std::cmp::Reverse(*uses));
         for (basis, uses) in bases {
-            let (letter, section) = (basis.confidence().letter(), basis.section());
+            let (letter, authority) = (basis.confidence().letter(), basis.authority());
             let says = basis.says();
-            let _ = writeln!(text, "{uses:>9}  {letter:<2} {section:<6} {says}");
+            let _ = writeln!(text, "{uses:>9}  {letter:<2} {authority:<10} {says}");
         }
     }
     text
@@ -52,6 +60,7 @@ fn object(fidelity: &Fidelity, number: Option<u32>) -> String {
                 "basis": basis.name(),
                 "confidence": basis.confidence().letter(),
                 "section": basis.section(),
+                "page": basis.authority().link().map(|link| format!("docs/{link}")),
                 "uses": uses,
                 "says": basis.says(),
             })

@@ -1,0 +1,187 @@
+//! Citations of errata (`E07`) and of sections of the model (`model section 7`): where they stand in a text, and the links that lead on.
+//!
+//! The pages that are written from tables take their links from here, and a test holds every citation in the repository
+//! against the anchors of `docs/ERRATA.md` and `docs/MODEL.md`.
+
+use std::ops::Range;
+
+/// What a text refers to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// `E07`, an erratum to the vendor's document.
+    Erratum(String),
+    /// `7` or `15a`, a section of the model.
+    Section(String),
+}
+
+impl Place {
+    /// Its page in `docs` and its anchor there.
+    pub(crate) fn target(&self) -> (&'static str, String) {
+        match self {
+            Self::Erratum(number) => ("ERRATA.md", number.to_lowercase()),
+            Self::Section(number) => ("MODEL.md", format!("section-{number}")),
+        }
+    }
+}
+
+/// A number in a text that stands for a place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Citation {
+    /// Where the number is.
+    pub(crate) range: Range<usize>,
+    pub(crate) place: Place,
+}
+
+/// The text with each citation a link, for a page in `docs`.
+pub(crate) fn linked(text: &str) -> String {
+    let mut page = String::with_capacity(text.len());
+    let mut done = 0;
+    for Citation { range, place } in citations(text) {
+        let (file, anchor) = place.target();
+        page += &text[done..range.start];
+        page += &format!("[{}]({file}#{anchor})", &text[range.clone()]);
+        done = range.end;
+    }
+    page + &text[done..]
+}
+
+/// Every citation of a text, in order: `E07`, `erratum 7`, `model 7`, `model sections 4, 6 and 7`, across lines and in
+/// comments. A number as in `E10.5`, `0xE10` or `1E10` is none.
+pub(crate) fn citations(text: &str) -> Vec<Citation> {
+    let words = words(text);
+    let mut found = Vec::new();
+    let mut at = 0;
+    while let Some(word) = words.get(at) {
+        at += 1;
+        let subject: fn(&str) -> Option<Place> = if is_one_of(word, &["model"]) {
+            |number| Some(Place::Section(number.to_owned()))
+        } else if is_one_of(word, &["erratum", "errata"]) {
+            |number| {
+                Some(Place::Erratum(format!(
+                    "E{:02}",
+                    number.parse::<u32>().ok()?
+                )))
+            }
+        } else {
+            errata(word, &mut found);
+            continue;
+        };
+        let section = words.get(at);
+        if section.is_some_and(|word| is_one_of(word, &["section", "sections"])) {
+            at += 1;
+        }
+        at = list(&words, at, subject, &mut found);
+    }
+    found
+}
+
+/// A run of characters without a space, and where it begins.
+struct Word<'a> {
+    start: usize,
+    text: &'a str,
+}
+
+/// The words of a text without the marks that begin a line of a comment.
+fn words(text: &str) -> Vec<Word<'_>> {
+    const MARKS: [&str; 7] = ["///", "//!", "//", "#", "*", "--", "|"];
+    let base = text.as_ptr().addr();
+    let words = text.split_whitespace();
+    let words = words.filter(|word| !MARKS.contains(word));
+    let place = |word: &str| word.as_ptr().addr() - base;
+    words
+        .map(|text| Word {
+            start: place(text),
+            text,
+        })
+        .collect()
+}
+
+/// Whether a word is one of these, whatever brackets and quotes stand before it.
+fn is_one_of(word: &Word<'_>, names: &[&str]) -> bool {
+    let bare = (word.text).trim_start_matches(|c: char| !c.is_alphanumeric());
+    names.iter().any(|name| bare.eq_ignore_ascii_case(name))
+}
+
+/// Numbers after their subject: one, or several with commas, `and`, `or`, `to` between them. The word behind them.
+fn list(
+    words: &[Word<'_>],
+    mut at: usize,
+    subject: fn(&str) -> Option<Place>,
+    found: &mut Vec<Citation>,
+) -> usize {
+    while let Some(word) = words.get(at) {
+        let number = word.text.trim_start_matches(['(', '[']);
+        let start = word.start + word.text.len() - number.len();
+        let Some(length) = length_of_number(number) else {
+            break;
+        };
+        let (number, rest) = number.split_at(length);
+        let Some(place) = subject(number) else { break };
+        found.push(Citation {
+            range: start..start + length,
+            place,
+        });
+        at += 1;
+        // A link has its target behind the number.
+        let rest = rest
+            .split_once(')')
+            .filter(|_| rest.starts_with("]("))
+            .map_or(rest, |(_, rest)| rest);
+        let joined = (words.get(at)).is_some_and(|word| ["and", "or", "to"].contains(&word.text));
+        match rest {
+            "" if joined => at += 1,
+            "," => at += usize::from(joined),
+            _ => break,
+        }
+    }
+    at
+}
+
+/// How much of a word is a number of a section: one or two digits, a letter perhaps, and no decimals or unit behind it.
+fn length_of_number(word: &str) -> Option<usize> {
+    let digits = word.bytes().take_while(u8::is_ascii_digit).count();
+    let letter = word[digits..]
+        .bytes()
+        .take_while(u8::is_ascii_lowercase)
+        .count();
+    let rest = &word[digits + letter..];
+    let more = rest.starts_with(char::is_alphanumeric)
+        || rest.starts_with('.') && rest[1..].starts_with(|c: char| c.is_ascii_digit());
+    ((1..=2).contains(&digits) && letter <= 1 && !more).then_some(digits + letter)
+}
+
+/// The errata that a word names as `E07`.
+fn errata(word: &Word<'_>, found: &mut Vec<Citation>) {
+    // Most words name none.
+    if !word.text.as_bytes().contains(&b'E') {
+        return;
+    }
+    for (number, range) in numbered(word.text, &['E']) {
+        if range.len() == 3 {
+            found.push(Citation {
+                range: word.start + range.start..word.start + range.end,
+                place: Place::Erratum(number.to_owned()),
+            });
+        }
+    }
+}
+
+/// The parts of a text that are one of these letters and a number of one or two digits, standing alone.
+pub(crate) fn numbered<'a>(text: &'a str, letters: &[char]) -> Vec<(&'a str, Range<usize>)> {
+    let alone = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || "_.-+%$\\".contains(c));
+    let found = text.match_indices(letters).filter_map(|(at, letter)| {
+        let from = at + letter.len();
+        let digits = text[from..].bytes().take_while(u8::is_ascii_digit).count();
+        let (before, behind) = (&text[..at], &text[from + digits..]);
+        let decimals =
+            behind.starts_with('.') && behind[1..].starts_with(|c: char| c.is_ascii_digit());
+        let end = behind.chars().next();
+        let ends = !end.is_some_and(|c| c.is_alphanumeric() || c == '_') && !decimals;
+        ((1..=2).contains(&digits) && alone(before.chars().next_back()) && ends)
+            .then(|| (&text[at..from + digits], at..from + digits))
+    });
+    found.collect()
+}
+
+#[cfg(test)]
+mod tests;

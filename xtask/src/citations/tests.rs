@@ -1,0 +1,319 @@
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use magician_sim::fidelity::{Authority, Basis};
+
+use super::*;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn read(path: &str) -> String {
+    fs::read_to_string(root().join(path)).expect("a file of the repository")
+}
+
+/// What is between `before` and `after`, everywhere in a text.
+fn between<'a>(text: &'a str, before: &str, after: &str) -> Vec<&'a str> {
+    let parts = text.split(before).skip(1);
+    parts
+        .filter_map(|part| Some(part.split_once(after)?.0))
+        .collect()
+}
+
+/// The anchors of a page; each is there once.
+fn anchors(page: &str) -> BTreeSet<String> {
+    let text = read(page);
+    let ids = between(&text, "<a id=\"", "\"></a>");
+    let set: BTreeSet<String> = ids.iter().map(|id| (*id).to_owned()).collect();
+    assert_eq!(set.len(), ids.len(), "{page} has an anchor twice");
+    set
+}
+
+/// Every text of the repository, by its path there; not what is built, fetched, or a sample.
+fn texts() -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let mut open = vec![root()];
+    while let Some(directory) = open.pop() {
+        for entry in fs::read_dir(directory).expect("a directory") {
+            let path = entry.expect("an entry").path();
+            let name = path
+                .file_name()
+                .expect("a name")
+                .to_string_lossy()
+                .into_owned();
+            let hidden = name.starts_with('.') && name != ".ci";
+            if path.is_dir() && !path.is_symlink() && !hidden {
+                let passed_by = ["target", "node_modules", "corpus", "samples", "__pycache__"];
+                if !passed_by.contains(&name.as_str()) {
+                    open.push(path);
+                }
+            } else if path.is_file() && !hidden && !name.ends_with(".svg") && name != "Cargo.lock" {
+                let Ok(text) = fs::read_to_string(&path) else {
+                    continue;
+                };
+                let place = path.strip_prefix(root()).expect("under the root");
+                found.push((place.to_string_lossy().replace('\\', "/"), text));
+            }
+        }
+    }
+    assert!(found.len() > 1000, "{} files", found.len());
+    found
+}
+
+fn line_of(text: &str, at: usize) -> usize {
+    text[..at].matches('\n').count() + 1
+}
+
+/// Every citation of a file that leads nowhere.
+fn astray(path: &str, text: &str, places: &BTreeMap<&str, BTreeSet<String>>) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for Citation { range, place } in citations(text) {
+        let (page, anchor) = place.target();
+        if !places[page].contains(&anchor) {
+            let (line, said) = (line_of(text, range.start), &text[range]);
+            wrong.push(format!("{path}:{line}: {said} is not in docs/{page}"));
+        }
+    }
+    wrong
+}
+
+fn places() -> BTreeMap<&'static str, BTreeSet<String>> {
+    let pages = [
+        ("ERRATA.md", "docs/ERRATA.md"),
+        ("MODEL.md", "docs/MODEL.md"),
+    ];
+    pages.map(|(page, path)| (page, anchors(path))).into()
+}
+
+#[test]
+fn every_cited_erratum_and_section_exists() {
+    let places = places();
+    let mut wrong = Vec::new();
+    let mut count = 0;
+    for (path, text) in texts() {
+        count += citations(&text).len();
+        wrong.extend(astray(&path, &text, &places));
+    }
+    assert!(count > 1000, "{count} citations");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_citation_that_leads_nowhere_is_found() {
+    let places = places();
+    let none = |text: &str| assert_eq!(astray("a", text, &places), [""; 0], "{text}");
+    none(&format!("errata {}07, model sections 6 and 15a", 'E'));
+    for text in [
+        format!("// ({}99)", 'E'),
+        format!("errata {}07, {}60", 'E', 'E'),
+        format!("see {} 77", "erratum"),
+        format!("({} section 17)", "model"),
+        format!("/// ({}\n    /// sections 6, 7\n    /// and 15b)", "model"),
+    ] {
+        assert_eq!(astray("a", &text, &places).len(), 1, "{text}");
+    }
+}
+
+#[test]
+fn all_forms_of_a_citation_are_known() {
+    let cited = |text: &str| -> Vec<String> {
+        let all = citations(text).into_iter();
+        all.map(|citation| citation.place.target().1).collect()
+    };
+    for (text, targets) in [
+        ("model section 7", &["section-7"][..]),
+        (
+            "the arm's model (model sections 4, 6 and 7).",
+            &["section-4", "section-6", "section-7"],
+        ),
+        (
+            "source = \"model 11, 15a; errata E37\"",
+            &["section-11", "section-15a", "e37"],
+        ),
+        (
+            "//! goes on (model\n//! section 15, errata E45).",
+            &["section-15", "e45"],
+        ),
+        ("Model section 15a outranks it", &["section-15a"]),
+        ("errata E18 to E20", &["e18", "e20"]),
+        (
+            "[model section 7](MODEL.md#section-7), E07",
+            &["section-7", "e07"],
+        ),
+        ("erratum 7", &["e07"]),
+        (
+            "0xE10, 1E10, E10.5, E741, -E12, SE10, model 2.5, model 800, the model, 7, models 7",
+            &[],
+        ),
+    ] {
+        assert_eq!(cited(text), targets, "{text}");
+    }
+}
+
+#[test]
+fn citations_become_links() {
+    for (text, page) in [
+        (
+            "Alarms (errata E18 to E20).",
+            "Alarms (errata [E18](ERRATA.md#e18) to [E20](ERRATA.md#e20)).",
+        ),
+        (
+            "see model sections 6 and 15a",
+            "see model sections [6](MODEL.md#section-6) and [15a](MODEL.md#section-15a)",
+        ),
+        ("none", "none"),
+    ] {
+        assert_eq!(linked(text), page);
+    }
+}
+
+/// What the virtual arm rests on is counted with a section or an erratum each.
+#[test]
+fn every_basis_leads_to_its_anchor() {
+    let places = places();
+    for basis in Basis::ALL {
+        let authority = basis.authority();
+        if let Some(link) = authority.link() {
+            let (page, anchor) = link.split_once('#').expect("an anchor");
+            assert!(places[page].contains(anchor), "{}: {link}", basis.name());
+        } else {
+            assert_eq!(authority, Authority::Nobody, "{}", basis.name());
+        }
+    }
+}
+
+/// The numbers of the firmware profile stand bare behind their letter: `# V 15: shown by ..`, `# M S9, T S11: ..`.
+#[test]
+fn every_number_of_the_firmware_profile_exists() {
+    let profile = read("crates/magician-sim/profiles/magician-3.6.14.toml");
+    let anchors = anchors("docs/MODEL.md");
+    let mut count = 0;
+    for line in profile.lines() {
+        let comment = line.split_once('#').map_or("", |(_, comment)| comment);
+        let words: Vec<&str> = comment.split([' ', ',', ':', ';']).collect();
+        for pair in words.windows(2) {
+            let [letter, number] = [pair[0], pair[1]];
+            if !["M", "V", "VL", "T", "G"].contains(&letter) {
+                continue;
+            }
+            let anchor = match length_of_number(number) {
+                Some(length) if length == number.len() => format!("section-{number}"),
+                _ if numbered(number, &['S']).len() == 1 => {
+                    format!("source-{}", number.to_lowercase())
+                }
+                _ => continue,
+            };
+            count += 1;
+            assert!(anchors.contains(&anchor), "{line}: {anchor}");
+        }
+    }
+    assert!(count > 50, "{count} numbers");
+}
+
+/// Each source that the model names is in its table.
+#[test]
+fn every_source_of_the_model_exists() {
+    let anchors = anchors("docs/MODEL.md");
+    let page = read("docs/MODEL.md");
+    for (source, _) in numbered(&page, &['S']) {
+        let listed = anchors.contains(&format!("source-{}", source.to_lowercase()));
+        assert!(
+            listed || page.contains(&format!("There is no {source}.")),
+            "{source}"
+        );
+    }
+}
+
+/// Conformance cases name recorded frames, streams, poses and habits of hosts besides.
+#[test]
+fn every_source_of_a_conformance_case_exists() {
+    let vectors = read("crates/magician-protocol/tests/data/vectors.toml");
+    let poses = read("crates/magician-motion/tests/data/poses.toml");
+    let recorded: BTreeSet<&str> = between(&vectors, "id = \"", "\"").into_iter().collect();
+    let posed: BTreeSet<&str> = between(&poses, "id = \"", "\"").into_iter().collect();
+    let hosts = anchors("docs/ERRATA.md");
+    let mut counts = [0; 3];
+    for (path, text) in texts() {
+        if !path.starts_with("crates/magician-conform/cases/") {
+            continue;
+        }
+        for source in between(&text, "source = \"", "\"") {
+            let words: Vec<&str> = source.split([' ', ',', ';', '(', ')']).collect();
+            for (at, word) in words.iter().enumerate() {
+                let behind = words.get(at + 1).copied().unwrap_or_default();
+                let digits = word.trim_start_matches(|c: char| c.is_ascii_uppercase());
+                if word.starts_with('S')
+                    && !digits.is_empty()
+                    && digits.bytes().all(|c| c.is_ascii_digit())
+                {
+                    counts[0] += 1;
+                    assert!(recorded.contains(word), "{path}: {source}: {word}");
+                } else if *word == "pose" {
+                    counts[1] += 1;
+                    assert!(posed.contains(behind), "{path}: {source}: {behind}");
+                } else if *word == "hosts" && behind.bytes().all(|c| c.is_ascii_digit()) {
+                    counts[2] += 1;
+                    assert!(
+                        hosts.contains(&format!("hosts-{behind}")),
+                        "{path}: {source}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(counts.iter().all(|count| *count > 10), "{counts:?}");
+}
+
+/// What measures and tries the goals names them by number; docs/MEASUREMENTS.md says what they are.
+#[test]
+fn every_cited_goal_exists() {
+    let goals = anchors("docs/MEASUREMENTS.md");
+    let measuring = [
+        "docs/MEASUREMENTS.md",
+        "docs/GUARANTEES.md",
+        "xtask/src/bench/",
+        "xtask/src/soak/",
+        "crates/magician-cli/src/verbs/bench/",
+        "crates/magician-sim/benches/",
+    ];
+    let mut cited = BTreeSet::new();
+    for (path, text) in texts() {
+        if !measuring.iter().any(|place| path.starts_with(place)) {
+            continue;
+        }
+        for (goal, range) in numbered(&text, &['H', 'R', 'S']) {
+            let line = line_of(&text, range.start);
+            assert!(
+                goals.contains(&goal.to_lowercase()),
+                "{path}:{line}: {goal}"
+            );
+            cited.insert(goal.to_owned());
+        }
+    }
+    assert!(cited.len() > 10, "{cited:?}");
+}
+
+/// An anchor stands right above the heading that has its number.
+#[test]
+fn anchors_stand_above_what_they_name() {
+    for page in ["docs/ERRATA.md", "docs/MODEL.md"] {
+        let text = read(page);
+        for part in text.split("\n<a id=\"").skip(1) {
+            let (id, rest) = part
+                .split_once("\"></a>\n\n")
+                .expect("an empty line behind the anchor");
+            let heading = rest.lines().next().unwrap_or_default().to_lowercase();
+            let number = id.replace('-', " ");
+            let title = heading.trim_start_matches(['#', ' ']);
+            let follows = title
+                .strip_prefix(&number)
+                .is_some_and(|rest| rest.starts_with(['.', ':']));
+            assert!(
+                heading.starts_with('#') && follows,
+                "{page}: {id}: {heading}"
+            );
+        }
+    }
+}
