@@ -8,7 +8,7 @@ use serde_json::json;
 
 /// Where the numbers lead that stand in the third column.
 const LEGEND: &str = "\
-model N: docs/MODEL.md section N; errata E..: docs/ERRATA.md; the letters and all that there is: docs/FIDELITY.md
+in the repository: model N is docs/MODEL.md section N, errata are docs/ERRATA.md, letters and the whole list docs/FIDELITY.md
 ";
 
 /// What there is to say of each arm: lines, or with `json` an object for each.
