@@ -50,9 +50,12 @@ fn page() -> String {
 }
 
 fn command(page: &mut String, row: &Row) {
-    let doc = linked(row.doc);
-    let _ = writeln!(page, "\n### {} (id {})\n\n{doc}\n", row.name, row.id);
-    let _ = writeln!(page, "{}.", facts(row).join("; "));
+    let facts = linked(&facts(row).join("; "));
+    let _ = writeln!(
+        page,
+        "\n### {} (id {})\n\n{}\n\n{facts}.",
+        row.name, row.id, row.doc
+    );
     if let Some(query) = row.query.filter(|query| !query.fields.is_empty()) {
         layout(page, &format!("{} asks with", row.get_name), query);
     }
@@ -85,6 +88,9 @@ fn facts(row: &Row) -> Vec<String> {
         "" | "none" => source.to_owned(),
         section => format!("{source}, section {section}"),
     }];
+    if !row.errata.is_empty() {
+        facts.push(format!("errata {}", row.errata));
+    }
     let set = row.set.is_some();
     if set {
         facts.push(format!("effect {}", row.effect.name()));

@@ -285,6 +285,9 @@ fn source(row: &Row) -> String {
     if !matches!(row.section, "" | "none") {
         let _ = write!(source, " section {}", row.section);
     }
+    if !row.errata.is_empty() {
+        let _ = write!(source, ", errata {}", row.errata);
+    }
     if row.dangerous && row.set.is_some() {
         source += "; dangerous: it is only set with ``allow_dangerous=True``";
     }

@@ -28,7 +28,7 @@ commands! {
         device_name: Text, "text", [at most 64 "bytes"], "Name.";
     }
 
-    2 "DeviceVersion" "Version of the controller's firmware (errata E16)." [Info "1.3.3" Document High]
+    2 "DeviceVersion" "Version of the controller's firmware." [Info "1.3.3" Document High, errata "E16"]
     [queue no, resend yes, danger no, effect Look]
     state DeviceVersion {
         major_version: u8, "count", [], "First number of the version.";
@@ -37,7 +37,7 @@ commands! {
         extra: Bytes, "bytes", [], "What newer firmware adds; a hardware version is among it.";
     }
 
-    3 "DeviceWithL" "Whether the arm stands on a sliding rail (errata E15)." [Info "1.3.4" Document High]
+    3 "DeviceWithL" "Whether the arm stands on a sliding rail." [Info "1.3.4" Document High, errata "E15"]
     [queue yes, resend yes, danger no, effect Setting]
     state DeviceWithL {
         with_l: Flag, "flag", [0..=1], "Whether the rail is in use.";
@@ -53,7 +53,7 @@ commands! {
         g_systick: u32, "ms", [], "Time since power-up; begins again at 2^32.";
     }
 
-    5 "DeviceID" "Unique id of the controller's processor (errata E14)." [Info "1.3.6" Document High]
+    5 "DeviceID" "Unique id of the controller's processor." [Info "1.3.6" Document High, errata "E14"]
     [queue no, resend yes, danger no, effect Look]
     state DeviceId {
         device_id: [u32; 3], "id", [], "The id, least significant word first.";
@@ -77,7 +77,7 @@ commands! {
         joint_angle: [f32; 4], "deg", [], "J1 base, J2 rear arm, J3 forearm, J4 end effector.";
     }
 
-    11 "ResetPose" "Sets the angles of rear arm and forearm anew (errata E23)." [Pose "1.4.2" Document High]
+    11 "ResetPose" "Sets the angles of rear arm and forearm anew." [Pose "1.4.2" Document High, errata "E23"]
     [queue no, resend no, danger yes, effect Setting]
     action ResetPose named "ResetPose" {
         manual: Flag, "flag", [0..=1], "0 takes the angles from the sensors, 1 those given here.";
@@ -98,7 +98,7 @@ commands! {
         pose_l: f32, "mm", [], "Rail position.";
     }
 
-    20 "AlarmsState" "Alarms that stand, one bit each (errata E18 to E20)." [Alarm "1.5.1" Document High]
+    20 "AlarmsState" "Alarms that stand, one bit each." [Alarm "1.5.1" Document High, errata "E18 to E20"]
     [queue no, resend yes, danger no, effect Queue]
     state AlarmsState {
         alarms_state: AlarmSet, "bitmap", [], "Alarm n is bit n % 8 of byte n / 8.";
@@ -106,7 +106,7 @@ commands! {
     action ClearAlarmsState named "ClearAllAlarmsState" {
     }
 
-    21 "ClearAllAlarmsState" "Clears the alarms under the document's id; hosts use 20 with rw = 1 (errata E19)." [Alarm "1.5.2" Document Medium]
+    21 "ClearAllAlarmsState" "Clears the alarms under the document's id; hosts use 20 with rw = 1." [Alarm "1.5.2" Document Medium, errata "E19"]
     [queue no, resend yes, danger no, effect Queue]
     action ClearAllAlarmsState named "ClearAllAlarmsState" {
     }
@@ -120,7 +120,7 @@ commands! {
         r: f32, "deg", [], "Home rotation.";
     }
 
-    31 "HOMECmd" "Homes the arm: finds the reference of J1 and goes to the home point (errata E22)." [Home "1.6.2" Document High]
+    31 "HOMECmd" "Homes the arm: finds the reference of J1 and goes to the home point." [Home "1.6.2" Document High, errata "E22"]
     [queue yes, resend no, danger no, effect Motion]
     action HomeCmd {
         reserved: u32 = 0, "reserved", [0..=0], "Reserved.";
@@ -130,7 +130,7 @@ commands! {
         3 Zeros "shortened payload (E22)"
     ]
 
-    32 "AutoLeveling" "Levels the arm by its sensors (errata E21)." [Home "1.6.3" Document High]
+    32 "AutoLeveling" "Levels the arm by its sensors." [Home "1.6.3" Document High, errata "E21"]
     [queue yes, resend no, danger no, effect Motion]
     state AutoLeveling {
         result: f32, "deg (unconfirmed)", [], "Precision reached.";
@@ -140,7 +140,7 @@ commands! {
         accuracy: f32, "deg (unconfirmed)", [], "Precision wanted.";
     }
 
-    40 "HHTTrigMode" "When hand teaching reports a point (errata E24)." [Teach "1.7.1" Document High]
+    40 "HHTTrigMode" "When hand teaching reports a point." [Teach "1.7.1" Document High, errata "E24"]
     [queue no, resend yes, danger no, effect Setting]
     param HhtTrigMode {
         mode: TeachTrigger, "enum", [0..=1], "When to report.";
@@ -226,14 +226,14 @@ commands! {
         acceleration_ratio: f32, "percent", [1..=100 capped], "Share of the set acceleration.";
     }
 
-    73 "JOGCmd" "Moves one axis until told to stop (errata E25)." [Jog "1.9.4" Document High]
+    73 "JOGCmd" "Moves one axis until told to stop." [Jog "1.9.4" Document High, errata "E25"]
     [queue yes, resend no, danger no, effect Jog]
     action JogCmd {
         is_joint: Flag, "flag", [0..=1], "0 jogs a coordinate, 1 a joint.";
         cmd: JogCommand, "enum", [0..=10], "Axis and direction; 0 stops.";
     }
 
-    74 "JOGLParams" "Speeds of jogging on the rail (errata E25)." [Jog "1.9.5" Document High]
+    74 "JOGLParams" "Speeds of jogging on the rail." [Jog "1.9.5" Document High, errata "E25"]
     [queue yes, resend yes, danger no, effect Setting]
     param JogLParams {
         velocity: f32, "mm/s", [above 0], "Speed on the rail.";
@@ -256,7 +256,7 @@ commands! {
         r_acceleration: f32, "deg/s^2", [above 0], "Acceleration of rotation.";
     }
 
-    82 "PTPJumpParams" "How high a jump lifts (errata E30)." [Ptp "1.10.3" Document High]
+    82 "PTPJumpParams" "How high a jump lifts." [Ptp "1.10.3" Document High, errata "E30"]
     [queue yes, resend yes, danger no, effect Setting]
     param PtpJumpParams {
         jump_height: f32, "mm", [], "Lift above the higher end.";
@@ -270,7 +270,7 @@ commands! {
         acceleration_ratio: f32, "percent", [1..=100 capped], "Share of the set acceleration.";
     }
 
-    84 "PTPCmd" "Moves the arm to a point (errata E28)." [Ptp "1.10.5" Document High]
+    84 "PTPCmd" "Moves the arm to a point." [Ptp "1.10.5" Document High, errata "E28"]
     [queue yes, resend no, danger no, effect Motion]
     action PtpCmd {
         ptp_mode: PtpMode, "enum", [0..=9], "How to travel, and what the numbers mean.";
@@ -280,7 +280,7 @@ commands! {
         r: f32, "deg", [], "Rotation, or J4 in the angle modes.";
     }
 
-    85 "PTPLParams" "Speeds on the rail in point-to-point moves (errata E26)." [Ptp "1.10.6" Document High]
+    85 "PTPLParams" "Speeds on the rail in point-to-point moves." [Ptp "1.10.6" Document High, errata "E26"]
     [queue yes, resend yes, danger no, effect Setting]
     param PtpLParams {
         velocity: f32, "mm/s", [above 0], "Speed on the rail.";
@@ -298,7 +298,7 @@ commands! {
         l: f32, "mm", [0..=1000 where absolute], "Rail position, or way on the rail in the incremental modes.";
     }
 
-    87 "PTPJump2Params" "How high a jump lifts, each end for itself (errata E27)." [Ptp "1.10.8" Document High]
+    87 "PTPJump2Params" "How high a jump lifts, each end for itself." [Ptp "1.10.8" Document High, errata "E27"]
     [queue yes, resend yes, danger no, effect Setting]
     param PtpJump2Params {
         start_jump_height: f32, "mm", [], "Lift above the start.";
@@ -306,7 +306,7 @@ commands! {
         z_limit: f32, "mm", [], "Highest z of the transfer.";
     }
 
-    88 "PTPPOCmd" "Moves the arm to a point and switches outputs on the way (errata E29)." [Ptp "1.10.9" Document High]
+    88 "PTPPOCmd" "Moves the arm to a point and switches outputs on the way." [Ptp "1.10.9" Document High, errata "E29"]
     [queue yes, resend no, danger no, effect Motion, may burn]
     action PtpPoCmd {
         ptp_mode: PtpMode, "enum", [0..=9], "How to travel, and what the numbers mean.";
@@ -317,7 +317,7 @@ commands! {
         po: PoList, "percent : EIO address : level", [at most 57 "outputs"], "Outputs to switch.";
     }
 
-    89 "PTPPOWithLCmd" "Moves the arm and the rail to a point and switches outputs on the way (errata E29)." [Ptp "1.10.10" Document High]
+    89 "PTPPOWithLCmd" "Moves the arm and the rail to a point and switches outputs on the way." [Ptp "1.10.10" Document High, errata "E29"]
     [queue yes, resend no, danger no, effect Motion, may burn]
     action PtpPoWithLCmd {
         ptp_mode: PtpMode, "enum", [0..=9], "How to travel, and what the numbers mean.";
@@ -329,7 +329,7 @@ commands! {
         po: PoList, "percent : EIO address : level", [at most 56 "outputs"], "Outputs to switch.";
     }
 
-    90 "CPParams" "Speeds of continuous path (errata E31)." [Cp "1.11.1" Document High]
+    90 "CPParams" "Speeds of continuous path." [Cp "1.11.1" Document High, errata "E31"]
     [queue yes, resend yes, danger no, effect Setting]
     param CpParams {
         plan_acc: f32, "mm/s^2", [above 0], "Most acceleration along the path.";
@@ -338,7 +338,7 @@ commands! {
         real_time_track: Flag, "flag", [0..=1], "1 when the host clocks the path.";
     }
 
-    91 "CPCmd" "Adds a straight segment to the continuous path (errata E32)." [Cp "1.11.2" Document High]
+    91 "CPCmd" "Adds a straight segment to the continuous path." [Cp "1.11.2" Document High, errata "E32"]
     [queue yes, resend no, danger no, effect Motion]
     action CpCmd {
         cp_mode: CpMode, "enum", [0..=1], "What the numbers count from.";
@@ -348,7 +348,7 @@ commands! {
         velocity_or_power: f32, "reserved", [], "Reserved.";
     } forms [ 14 Zeros "one byte instead of the last number (E32)" ]
 
-    92 "CPLECmd" "Adds a straight segment with laser power to the continuous path (errata E32)." [Cp "1.11.3" Document High]
+    92 "CPLECmd" "Adds a straight segment with laser power to the continuous path." [Cp "1.11.3" Document High, errata "E32"]
     [queue yes, resend no, danger no, effect Motion, may burn]
     action CpLeCmd {
         cp_mode: CpMode, "enum", [0..=1], "What the numbers count from.";
@@ -380,14 +380,14 @@ commands! {
         r_acceleration: f32, "deg/s^2", [above 0], "Acceleration of rotation.";
     }
 
-    101 "ARCCmd" "Moves the arm along an arc through a point to a point (errata E33)." [Arc "1.12.2" Document High]
+    101 "ARCCmd" "Moves the arm along an arc through a point to a point." [Arc "1.12.2" Document High, errata "E33"]
     [queue yes, resend no, danger no, effect Motion]
     action ArcCmd {
         cir_point: [f32; 4], "mm for x, y, z; deg for r", [], "A point on the arc: x, y, z, r.";
         to_point: [f32; 4], "mm for x, y, z; deg for r", [], "End of the arc: x, y, z, r.";
     }
 
-    102 "CircleCmd" "Moves the arm round a circle through two points, back to where it began (errata E33)." [Arc "none" Header Medium]
+    102 "CircleCmd" "Moves the arm round a circle through two points, back to where it began." [Arc "none" Header Medium, errata "E33"]
     [queue yes, resend no, danger no, effect Motion]
     action CircleCmd {
         cir_point: [f32; 4], "mm for x, y, z; deg for r", [], "A point on the circle: x, y, z, r.";
@@ -402,13 +402,13 @@ commands! {
         acceleration_ratio: f32, "percent", [1..=100 capped], "Share of the set acceleration.";
     }
 
-    110 "WAITCmd" "Makes the queue wait (errata E34)." [Wait "1.13.1" Document High]
+    110 "WAITCmd" "Makes the queue wait." [Wait "1.13.1" Document High, errata "E34"]
     [queue yes, resend yes, danger no, effect Wait]
     action WaitCmd {
         timeout: u32, "ms", [], "How long to wait.";
     }
 
-    120 "TRIGCmd" "Makes the queue wait for an input (errata E35)." [Trigger "1.14.1" Document High]
+    120 "TRIGCmd" "Makes the queue wait for an input." [Trigger "1.14.1" Document High, errata "E35"]
     [queue yes, resend no, danger no, effect Wait]
     action TrigCmd {
         address: u8, "EIO address", [1..=20], "Input to look at.";
@@ -417,7 +417,7 @@ commands! {
         threshold: u16, "level or counts", [mode 0 "levels" 0..=1, mode 1 "analog values" 0..=4095], "What to compare with.";
     }
 
-    130 "IOMultiplexing" "What an EIO pin does (errata E39, E40)." [Io "1.15.1" Document High]
+    130 "IOMultiplexing" "What an EIO pin does." [Io "1.15.1" Document High, errata "E39, E40"]
     [queue yes, resend yes, danger no, effect Setting]
     query GetIoMultiplexing {
         address: Option<u8> | required, "EIO address", [1..=20], "Pin.";
@@ -427,7 +427,7 @@ commands! {
         multiplex: IoFunction, "enum", [0..=6], "What it does.";
     }
 
-    131 "IODO" "Level of a digital output (errata E39)." [Io "1.15.2" Document High]
+    131 "IODO" "Level of a digital output." [Io "1.15.2" Document High, errata "E39"]
     [queue yes, resend yes, danger no, effect Setting, may burn]
     query GetIoDo {
         address: Option<u8> | required, "EIO address", [1..=20], "Pin.";
@@ -437,7 +437,7 @@ commands! {
         level: Flag, "flag", [0..=1], "0 low, 1 high.";
     }
 
-    132 "IOPWM" "Signal of a pulse-width output (errata E39)." [Io "1.15.3" Document High]
+    132 "IOPWM" "Signal of a pulse-width output." [Io "1.15.3" Document High, errata "E39"]
     [queue yes, resend yes, danger no, effect Setting, may burn]
     query GetIoPwm {
         address: Option<u8> | required, "EIO address", [1..=20], "Pin.";
@@ -448,7 +448,7 @@ commands! {
         duty_cycle: f32, "percent", [0..=100], "Share of the time that it is high.";
     }
 
-    133 "IODI" "Level of a digital input (errata E39)." [Io "1.15.4" Document High]
+    133 "IODI" "Level of a digital input." [Io "1.15.4" Document High, errata "E39"]
     [queue no, resend yes, danger no, effect Look]
     query GetIoDi {
         address: Option<u8> | required, "EIO address", [1..=20], "Pin.";
@@ -458,7 +458,7 @@ commands! {
         level: Flag, "flag", [0..=1], "0 low, 1 high.";
     }
 
-    134 "IOADC" "Value of an analog input (errata E39)." [Io "1.15.5" Document High]
+    134 "IOADC" "Value of an analog input." [Io "1.15.5" Document High, errata "E39"]
     [queue no, resend yes, danger no, effect Look]
     query GetIoAdc {
         address: Option<u8> | required, "EIO address", [1..=20], "Pin.";
@@ -468,7 +468,7 @@ commands! {
         value: u16, "counts", [0..=4095], "Value, 4095 at 3.3 V.";
     }
 
-    135 "EMotor" "Runs an external stepper, a conveyor for one (errata E41)." [Io "1.15.6" Document High]
+    135 "EMotor" "Runs an external stepper, a conveyor for one." [Io "1.15.6" Document High, errata "E41"]
     [queue yes, resend no, danger no, effect Motor]
     action EMotor {
         index: Stepper, "enum", [0..=1], "Which motor.";
@@ -476,7 +476,7 @@ commands! {
         speed: i32, "pulses/s", [], "Speed; the sign is the direction.";
     } forms [ 4 Zeros "shortened speed (E11)" ]
 
-    136 "EMotorS" "Runs an external stepper a number of pulses (errata E41)." [Io "none" Header Medium]
+    136 "EMotorS" "Runs an external stepper a number of pulses." [Io "none" Header Medium, errata "E41"]
     [queue yes, resend no, danger no, effect Motor]
     action EMotorS {
         index: Stepper, "enum", [0..=1], "Which motor.";
@@ -485,7 +485,7 @@ commands! {
         distance: u32, "pulses", [], "How far.";
     }
 
-    137 "ColorSensor" "The colour sensor (errata E42)." [Io "1.15.7" Document Medium]
+    137 "ColorSensor" "The colour sensor." [Io "1.15.7" Document Medium, errata "E42"]
     [queue yes, resend yes, danger no, effect Setting]
     query GetColorSensor {
         port: Option<Port>, "enum", [0..=3], "Connector of the sensor; most hosts leave it out.";
@@ -501,7 +501,7 @@ commands! {
         version: Option<SensorVersion>, "enum", [0..=1], "Generation of the sensor; hosts before V1.1.5 leave it out.";
     }
 
-    138 "IRSwitch" "The infrared sensor (errata E43)." [Io "1.15.8" Document Medium]
+    138 "IRSwitch" "The infrared sensor." [Io "1.15.8" Document Medium, errata "E43"]
     [queue yes, resend yes, danger no, effect Setting]
     query GetIrSwitch {
         port: Option<Port> | required, "enum", [0..=3], "Connector of the sensor.";
@@ -602,7 +602,7 @@ commands! {
         value: f32, "deg", [above 0], "Threshold.";
     }
 
-    171 "LostStepCmd" "Compares the joints with their sensors; alarms 0x50 to 0x53 tell the outcome (errata E36)." [LostStep "1.18.2" Document High]
+    171 "LostStepCmd" "Compares the joints with their sensors; alarms 0x50 to 0x53 tell the outcome." [LostStep "1.18.2" Document High, errata "E36"]
     [queue yes, resend no, danger no, effect Setting]
     action LostStepCmd {
     }
@@ -665,17 +665,17 @@ commands! {
     action QueuedCmdStartExec {
     }
 
-    241 "QueuedCmdStopExec" "Stops the queue when the running command has ended (errata E48)." [Queue "1.19.2" Document High]
+    241 "QueuedCmdStopExec" "Stops the queue when the running command has ended." [Queue "1.19.2" Document High, errata "E48"]
     [queue ignored, resend yes, danger no, effect Queue]
     action QueuedCmdStopExec {
     }
 
-    242 "QueuedCmdForceStopExec" "Stops the queue and the running command (errata E48)." [Queue "1.19.3" Document High]
+    242 "QueuedCmdForceStopExec" "Stops the queue and the running command." [Queue "1.19.3" Document High, errata "E48"]
     [queue ignored, resend yes, danger no, effect Queue]
     action QueuedCmdForceStopExec {
     }
 
-    243 "QueuedCmdStartDownload" "Begins to store a program in the arm (errata E46)." [Queue "1.19.4" Document High]
+    243 "QueuedCmdStartDownload" "Begins to store a program in the arm." [Queue "1.19.4" Document High, errata "E46"]
     [queue ignored, resend no, danger no, effect Queue]
     action QueuedCmdStartDownload {
         total_loop: u32, "loops", [], "How often the program runs.";
@@ -687,18 +687,18 @@ commands! {
     action QueuedCmdStopDownload {
     }
 
-    245 "QueuedCmdClear" "Drops what waits in the queue (errata E48)." [Queue "1.19.6" Document High]
+    245 "QueuedCmdClear" "Drops what waits in the queue." [Queue "1.19.6" Document High, errata "E48"]
     [queue ignored, resend yes, danger no, effect Queue]
     action QueuedCmdClear {
     }
 
-    246 "QueuedCmdCurrentIndex" "Index of the queued command that was finished last (errata E37)." [Queue "1.19.7" Document High]
+    246 "QueuedCmdCurrentIndex" "Index of the queued command that was finished last." [Queue "1.19.7" Document High, errata "E37"]
     [queue no, resend yes, danger no, effect Look]
     state QueuedCmdCurrentIndex {
         queued_cmd_current_index: u64, "index", [], "Index of the command finished last, 0 before the first.";
     }
 
-    247 "QueuedCmdLeftSpace" "Free places in the queue (errata E38)." [Queue "1.19.8" Document High]
+    247 "QueuedCmdLeftSpace" "Free places in the queue." [Queue "1.19.8" Document High, errata "E38"]
     [queue no, resend yes, danger no, effect Look]
     state QueuedCmdLeftSpace {
         left_space: u32, "commands", [], "Free places.";

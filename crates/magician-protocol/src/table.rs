@@ -28,6 +28,28 @@ macro_rules! writable {
     };
 }
 
+/// What the words after the description of a row say of where it is from.
+macro_rules! origin {
+    (chapter [$chapter:ident $($rest:tt)*]) => {
+        Chapter::$chapter
+    };
+    (section [$chapter:ident $section:literal $($rest:tt)*]) => {
+        $section
+    };
+    (source [$chapter:ident $section:literal $source:ident $($rest:tt)*]) => {
+        Source::$source
+    };
+    (confidence [$chapter:ident $section:literal $source:ident $confidence:ident $($rest:tt)*]) => {
+        Confidence::$confidence
+    };
+    (errata [$chapter:ident $section:literal $source:ident $confidence:ident $(, errata $errata:literal)?]) => {
+        concat!($($errata)?)
+    };
+    (words [$chapter:ident $section:literal $source:ident $confidence:ident $(, errata $errata:literal)?]) => {
+        concat!("section ", $section $(, ", errata ", $errata)?)
+    };
+}
+
 /// Whether the word of a row is the one that is asked for.
 macro_rules! is {
     (yes yes) => {
@@ -209,6 +231,7 @@ macro_rules! read_field {
 ///
 /// ```text
 /// ID "VendorName" "what it is for" [Chapter "section" Source Confidence]
+///                                   and, errata "E22" where its description is corrected
 ///     [queue yes|no|ignored, resend yes|no, danger yes|no, effect Effect]
 ///     query Args { fields }     what a get carries, when it carries something
 ///     state Value { fields }    a value that can be got
@@ -225,7 +248,7 @@ macro_rules! read_field {
 /// controller does without.
 macro_rules! commands {
     ($(
-        $id:literal $vendor:literal $doc:literal [$chapter:ident $section:literal $source:ident $confidence:ident]
+        $id:literal $vendor:literal $doc:literal $origin:tt
         [queue $queue:ident, resend $resend:ident, danger $danger:ident, effect $effect:ident $(, may $may:ident)?]
         $( query $query:ident $query_body:tt $( forms $query_forms:tt )? )?
         $( state $state:ident $state_body:tt $( forms $state_forms:tt )? )?
@@ -233,10 +256,10 @@ macro_rules! commands {
         $( action $action:ident $( named $action_name:literal )? { $($action_body:tt)* } $( forms $action_forms:tt )? )?
     )+) => {
         $(
-            $( layout! { concat!("What a get of `", $vendor, "` carries (", $section, ")."), $query $query_body $($query_forms)? } )?
-            $( layout! { concat!($doc, "\n\nId ", $id, ", section ", $section, "; the answer to a get."), $state $state_body $($state_forms)? } )?
-            $( layout! { concat!($doc, "\n\nId ", $id, ", section ", $section, "; can be got and set."), $param $param_body $($param_forms)? } )?
-            $( layout! { concat!($doc, "\n\nId ", $id, ", section ", $section, "; a set."), $action { $($action_body)* } $($action_forms)? } )?
+            $( layout! { concat!("What a get of `", $vendor, "` carries (", origin!(words $origin), ")."), $query $query_body $($query_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; the answer to a get."), $state $state_body $($state_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; can be got and set."), $param $param_body $($param_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; a set."), $action { $($action_body)* } $($action_forms)? } )?
 
             readable! { $id [ $($query)? ] [ $($state)? $($param)? ] }
             writable! { $id $queue [ $($param)? $($action)? ] }
@@ -255,10 +278,11 @@ macro_rules! commands {
             id: $id,
             name: $vendor,
             doc: $doc,
-            chapter: Chapter::$chapter,
-            section: section($section),
-            source: Source::$source,
-            confidence: Confidence::$confidence,
+            chapter: origin!(chapter $origin),
+            section: section(origin!(section $origin)),
+            source: origin!(source $origin),
+            confidence: origin!(confidence $origin),
+            errata: origin!(errata $origin),
             queueable: is!(yes $queue),
             steers: is!(ignored $queue),
             resendable: is!(yes $resend),

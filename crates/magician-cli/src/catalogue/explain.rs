@@ -62,8 +62,12 @@ fn facts(row: &Row) -> Columns {
         "" => String::new(),
         section => format!(", section {section}"),
     };
+    let errata = match row.errata {
+        "" => String::new(),
+        errata => format!(", corrected by errata {errata}"),
+    };
     let origin = format!(
-        "{}{section}; its layout is sure: {}",
+        "{}{section}{errata}; its layout is sure: {}",
         source(row),
         confidence(row)
     );

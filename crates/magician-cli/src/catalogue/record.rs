@@ -17,6 +17,8 @@ pub(crate) struct Entry {
     chapter: String,
     about: &'static str,
     section: &'static str,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    errata: &'static str,
     source: &'static str,
     confidence: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -84,6 +86,7 @@ impl Entry {
             chapter: chapter_name(row),
             about: row.doc,
             section: section(row),
+            errata: row.errata,
             source: source(row),
             confidence: confidence(row),
             layouts: None,

@@ -78,24 +78,13 @@ fn list(rows: &[&'static Row], out: &mut Output) -> Result<(), Failure> {
             &row.id.to_string(),
             &forms(row),
             &chapter_name(row),
-            &brief(row.doc),
+            row.doc,
         ]);
     }
     columns.write(out)?;
     let legend = "g can be got, s set, q queued, ! needs --yes to set";
     let summary = format!("{count}; {legend}; `magician commands NAME` explains one");
     note(&summary, out)
-}
-
-/// A sentence without its source, which the page of the command names.
-fn brief(doc: &str) -> String {
-    match doc.split_once(" (errata ") {
-        Some((sentence, rest)) => {
-            let end = rest.split_once(')').map_or("", |(_, end)| end);
-            format!("{sentence}{end}")
-        }
-        None => doc.to_owned(),
-    }
 }
 
 /// The forms of a command in four letters.

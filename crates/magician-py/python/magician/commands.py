@@ -349,9 +349,9 @@ class DeviceName(Readable, Writable):
 
 @dataclass(frozen=True, slots=True)
 class DeviceVersion(Readable):
-    """Version of the controller's firmware (errata E16).
+    """Version of the controller's firmware.
 
-    GetDeviceVersion; id 2, document V1.1.3 section 1.3.3.
+    GetDeviceVersion; id 2, document V1.1.3 section 1.3.3, errata E16.
     """
 
     ID = 2
@@ -369,9 +369,9 @@ class DeviceVersion(Readable):
 
 @dataclass(frozen=True, slots=True)
 class DeviceWithL(Readable):
-    """Whether the arm stands on a sliding rail (errata E15).
+    """Whether the arm stands on a sliding rail.
 
-    GetDeviceWithL; id 3, document V1.1.3 section 1.3.4.
+    GetDeviceWithL; id 3, document V1.1.3 section 1.3.4, errata E15.
     """
 
     ID = 3
@@ -383,9 +383,9 @@ class DeviceWithL(Readable):
 
 @dataclass(frozen=True, slots=True)
 class SetDeviceWithL(Queueable):
-    """Whether the arm stands on a sliding rail (errata E15).
+    """Whether the arm stands on a sliding rail.
 
-    SetDeviceWithL; id 3, document V1.1.3 section 1.3.4.
+    SetDeviceWithL; id 3, document V1.1.3 section 1.3.4, errata E15.
     """
 
     ID = 3
@@ -413,9 +413,9 @@ class DeviceTime(Readable):
 
 @dataclass(frozen=True, slots=True)
 class DeviceId(Readable):
-    """Unique id of the controller's processor (errata E14).
+    """Unique id of the controller's processor.
 
-    GetDeviceID; id 5, document V1.1.3 section 1.3.6.
+    GetDeviceID; id 5, document V1.1.3 section 1.3.6, errata E14.
     """
 
     ID = 5
@@ -467,9 +467,10 @@ class Pose(_meaning.PoseMeaning, Readable):
 
 @dataclass(frozen=True, slots=True)
 class ResetPose(Writable):
-    """Sets the angles of rear arm and forearm anew (errata E23).
+    """Sets the angles of rear arm and forearm anew.
 
-    ResetPose; id 11, document V1.1.3 section 1.4.2; dangerous: it is only set with ``allow_dangerous=True``.
+    ResetPose; id 11, document V1.1.3 section 1.4.2, errata E23; dangerous: it is only set with
+    ``allow_dangerous=True``.
     """
 
     ID = 11
@@ -515,9 +516,9 @@ class PoseL(Readable):
 
 @dataclass(frozen=True, slots=True)
 class AlarmsState(Readable):
-    """Alarms that stand, one bit each (errata E18 to E20).
+    """Alarms that stand, one bit each.
 
-    GetAlarmsState; id 20, document V1.1.3 section 1.5.1.
+    GetAlarmsState; id 20, document V1.1.3 section 1.5.1, errata E18 to E20.
     """
 
     ID = 20
@@ -529,9 +530,9 @@ class AlarmsState(Readable):
 
 @dataclass(frozen=True, slots=True)
 class ClearAlarmsState(Writable):
-    """Alarms that stand, one bit each (errata E18 to E20).
+    """Alarms that stand, one bit each.
 
-    ClearAllAlarmsState; id 20, document V1.1.3 section 1.5.1.
+    ClearAllAlarmsState; id 20, document V1.1.3 section 1.5.1, errata E18 to E20.
     """
 
     ID = 20
@@ -540,9 +541,9 @@ class ClearAlarmsState(Writable):
 
 @dataclass(frozen=True, slots=True)
 class ClearAllAlarmsState(Writable):
-    """Clears the alarms under the document's id; hosts use 20 with rw = 1 (errata E19).
+    """Clears the alarms under the document's id; hosts use 20 with rw = 1.
 
-    ClearAllAlarmsState; id 21, document V1.1.3 section 1.5.2.
+    ClearAllAlarmsState; id 21, document V1.1.3 section 1.5.2, errata E19.
     """
 
     ID = 21
@@ -571,9 +572,9 @@ class HomeParams(Readable, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class HomeCmd(Queueable):
-    """Homes the arm: finds the reference of J1 and goes to the home point (errata E22).
+    """Homes the arm: finds the reference of J1 and goes to the home point.
 
-    SetHOMECmd; id 31, document V1.1.3 section 1.6.2.
+    SetHOMECmd; id 31, document V1.1.3 section 1.6.2, errata E22.
     """
 
     ID = 31
@@ -585,9 +586,9 @@ class HomeCmd(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class AutoLeveling(Readable):
-    """Levels the arm by its sensors (errata E21).
+    """Levels the arm by its sensors.
 
-    GetAutoLeveling; id 32, document V1.1.3 section 1.6.3.
+    GetAutoLeveling; id 32, document V1.1.3 section 1.6.3, errata E21.
     """
 
     ID = 32
@@ -599,9 +600,9 @@ class AutoLeveling(Readable):
 
 @dataclass(frozen=True, slots=True)
 class SetAutoLeveling(Queueable):
-    """Levels the arm by its sensors (errata E21).
+    """Levels the arm by its sensors.
 
-    SetAutoLeveling; id 32, document V1.1.3 section 1.6.3.
+    SetAutoLeveling; id 32, document V1.1.3 section 1.6.3, errata E21.
     """
 
     ID = 32
@@ -615,9 +616,9 @@ class SetAutoLeveling(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class HhtTrigMode(Readable, Writable):
-    """When hand teaching reports a point (errata E24).
+    """When hand teaching reports a point.
 
-    GetHHTTrigMode, SetHHTTrigMode; id 40, document V1.1.3 section 1.7.1.
+    GetHHTTrigMode, SetHHTTrigMode; id 40, document V1.1.3 section 1.7.1, errata E24.
     """
 
     ID = 40
@@ -833,9 +834,9 @@ class JogCommonParams(Readable, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class JogCmd(Queueable):
-    """Moves one axis until told to stop (errata E25).
+    """Moves one axis until told to stop.
 
-    SetJOGCmd; id 73, document V1.1.3 section 1.9.4.
+    SetJOGCmd; id 73, document V1.1.3 section 1.9.4, errata E25.
     """
 
     ID = 73
@@ -849,9 +850,9 @@ class JogCmd(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class JogLParams(Readable, Queueable):
-    """Speeds of jogging on the rail (errata E25).
+    """Speeds of jogging on the rail.
 
-    GetJOGLParams, SetJOGLParams; id 74, document V1.1.3 section 1.9.5.
+    GetJOGLParams, SetJOGLParams; id 74, document V1.1.3 section 1.9.5, errata E25.
     """
 
     ID = 74
@@ -901,9 +902,9 @@ class PtpCoordinateParams(Readable, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class PtpJumpParams(Readable, Queueable):
-    """How high a jump lifts (errata E30).
+    """How high a jump lifts.
 
-    GetPTPJumpParams, SetPTPJumpParams; id 82, document V1.1.3 section 1.10.3.
+    GetPTPJumpParams, SetPTPJumpParams; id 82, document V1.1.3 section 1.10.3, errata E30.
     """
 
     ID = 82
@@ -933,9 +934,9 @@ class PtpCommonParams(Readable, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class PtpCmd(Queueable):
-    """Moves the arm to a point (errata E28).
+    """Moves the arm to a point.
 
-    SetPTPCmd; id 84, document V1.1.3 section 1.10.5.
+    SetPTPCmd; id 84, document V1.1.3 section 1.10.5, errata E28.
     """
 
     ID = 84
@@ -955,9 +956,9 @@ class PtpCmd(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class PtpLParams(Readable, Queueable):
-    """Speeds on the rail in point-to-point moves (errata E26).
+    """Speeds on the rail in point-to-point moves.
 
-    GetPTPLParams, SetPTPLParams; id 85, document V1.1.3 section 1.10.6.
+    GetPTPLParams, SetPTPLParams; id 85, document V1.1.3 section 1.10.6, errata E26.
     """
 
     ID = 85
@@ -995,9 +996,9 @@ class PtpWithLCmd(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class PtpJump2Params(Readable, Queueable):
-    """How high a jump lifts, each end for itself (errata E27).
+    """How high a jump lifts, each end for itself.
 
-    GetPTPJump2Params, SetPTPJump2Params; id 87, document V1.1.3 section 1.10.8.
+    GetPTPJump2Params, SetPTPJump2Params; id 87, document V1.1.3 section 1.10.8, errata E27.
     """
 
     ID = 87
@@ -1013,9 +1014,9 @@ class PtpJump2Params(Readable, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class PtpPoCmd(Queueable):
-    """Moves the arm to a point and switches outputs on the way (errata E29).
+    """Moves the arm to a point and switches outputs on the way.
 
-    SetPTPPOCmd; id 88, document V1.1.3 section 1.10.9.
+    SetPTPPOCmd; id 88, document V1.1.3 section 1.10.9, errata E29.
     """
 
     ID = 88
@@ -1037,9 +1038,9 @@ class PtpPoCmd(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class PtpPoWithLCmd(Queueable):
-    """Moves the arm and the rail to a point and switches outputs on the way (errata E29).
+    """Moves the arm and the rail to a point and switches outputs on the way.
 
-    SetPTPPOWithLCmd; id 89, document V1.1.3 section 1.10.10.
+    SetPTPPOWithLCmd; id 89, document V1.1.3 section 1.10.10, errata E29.
     """
 
     ID = 89
@@ -1063,9 +1064,9 @@ class PtpPoWithLCmd(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class CpParams(Readable, Queueable):
-    """Speeds of continuous path (errata E31).
+    """Speeds of continuous path.
 
-    GetCPParams, SetCPParams; id 90, document V1.1.3 section 1.11.1.
+    GetCPParams, SetCPParams; id 90, document V1.1.3 section 1.11.1, errata E31.
     """
 
     ID = 90
@@ -1083,9 +1084,9 @@ class CpParams(Readable, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class CpCmd(Queueable):
-    """Adds a straight segment to the continuous path (errata E32).
+    """Adds a straight segment to the continuous path.
 
-    SetCPCmd; id 91, document V1.1.3 section 1.11.2.
+    SetCPCmd; id 91, document V1.1.3 section 1.11.2, errata E32.
     """
 
     ID = 91
@@ -1105,9 +1106,9 @@ class CpCmd(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class CpLeCmd(Queueable):
-    """Adds a straight segment with laser power to the continuous path (errata E32).
+    """Adds a straight segment with laser power to the continuous path.
 
-    SetCPLECmd; id 92, document V1.1.3 section 1.11.3.
+    SetCPLECmd; id 92, document V1.1.3 section 1.11.3, errata E32.
     """
 
     ID = 92
@@ -1177,9 +1178,9 @@ class ArcParams(Readable, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class ArcCmd(Queueable):
-    """Moves the arm along an arc through a point to a point (errata E33).
+    """Moves the arm along an arc through a point to a point.
 
-    SetARCCmd; id 101, document V1.1.3 section 1.12.2.
+    SetARCCmd; id 101, document V1.1.3 section 1.12.2, errata E33.
     """
 
     ID = 101
@@ -1193,9 +1194,9 @@ class ArcCmd(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class CircleCmd(Queueable):
-    """Moves the arm round a circle through two points, back to where it began (errata E33).
+    """Moves the arm round a circle through two points, back to where it began.
 
-    SetCircleCmd; id 102, vendor headers.
+    SetCircleCmd; id 102, vendor headers, errata E33.
     """
 
     ID = 102
@@ -1227,9 +1228,9 @@ class ArcCommonParams(Readable, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class WaitCmd(Queueable):
-    """Makes the queue wait (errata E34).
+    """Makes the queue wait.
 
-    SetWAITCmd; id 110, document V1.1.3 section 1.13.1.
+    SetWAITCmd; id 110, document V1.1.3 section 1.13.1, errata E34.
     """
 
     ID = 110
@@ -1241,9 +1242,9 @@ class WaitCmd(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class TrigCmd(Queueable):
-    """Makes the queue wait for an input (errata E35).
+    """Makes the queue wait for an input.
 
-    SetTRIGCmd; id 120, document V1.1.3 section 1.14.1.
+    SetTRIGCmd; id 120, document V1.1.3 section 1.14.1, errata E35.
     """
 
     ID = 120
@@ -1261,9 +1262,9 @@ class TrigCmd(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class IoMultiplexing(Answer, Queueable):
-    """What an EIO pin does (errata E39, E40).
+    """What an EIO pin does.
 
-    GetIOMultiplexing, SetIOMultiplexing; id 130, document V1.1.3 section 1.15.1.
+    GetIOMultiplexing, SetIOMultiplexing; id 130, document V1.1.3 section 1.15.1, errata E39, E40.
     """
 
     ID = 130
@@ -1277,9 +1278,10 @@ class IoMultiplexing(Answer, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class GetIoMultiplexing(Query[IoMultiplexing]):
-    """What an EIO pin does (errata E39, E40).
+    """What an EIO pin does.
 
-    What GetIOMultiplexing is asked with, for :class:`IoMultiplexing`; id 130, document V1.1.3 section 1.15.1.
+    What GetIOMultiplexing is asked with, for :class:`IoMultiplexing`; id 130, document V1.1.3 section 1.15.1, errata
+    E39, E40.
     """
 
     ID = 130
@@ -1291,9 +1293,9 @@ class GetIoMultiplexing(Query[IoMultiplexing]):
 
 @dataclass(frozen=True, slots=True)
 class IoDo(Answer, Queueable):
-    """Level of a digital output (errata E39).
+    """Level of a digital output.
 
-    GetIODO, SetIODO; id 131, document V1.1.3 section 1.15.2.
+    GetIODO, SetIODO; id 131, document V1.1.3 section 1.15.2, errata E39.
     """
 
     ID = 131
@@ -1307,9 +1309,9 @@ class IoDo(Answer, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class GetIoDo(Query[IoDo]):
-    """Level of a digital output (errata E39).
+    """Level of a digital output.
 
-    What GetIODO is asked with, for :class:`IoDo`; id 131, document V1.1.3 section 1.15.2.
+    What GetIODO is asked with, for :class:`IoDo`; id 131, document V1.1.3 section 1.15.2, errata E39.
     """
 
     ID = 131
@@ -1321,9 +1323,9 @@ class GetIoDo(Query[IoDo]):
 
 @dataclass(frozen=True, slots=True)
 class IoPwm(Answer, Queueable):
-    """Signal of a pulse-width output (errata E39).
+    """Signal of a pulse-width output.
 
-    GetIOPWM, SetIOPWM; id 132, document V1.1.3 section 1.15.3.
+    GetIOPWM, SetIOPWM; id 132, document V1.1.3 section 1.15.3, errata E39.
     """
 
     ID = 132
@@ -1339,9 +1341,9 @@ class IoPwm(Answer, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class GetIoPwm(Query[IoPwm]):
-    """Signal of a pulse-width output (errata E39).
+    """Signal of a pulse-width output.
 
-    What GetIOPWM is asked with, for :class:`IoPwm`; id 132, document V1.1.3 section 1.15.3.
+    What GetIOPWM is asked with, for :class:`IoPwm`; id 132, document V1.1.3 section 1.15.3, errata E39.
     """
 
     ID = 132
@@ -1353,9 +1355,9 @@ class GetIoPwm(Query[IoPwm]):
 
 @dataclass(frozen=True, slots=True)
 class IoDi(_meaning.LevelMeaning, Answer):
-    """Level of a digital input (errata E39).
+    """Level of a digital input.
 
-    GetIODI; id 133, document V1.1.3 section 1.15.4.
+    GetIODI; id 133, document V1.1.3 section 1.15.4, errata E39.
     """
 
     ID = 133
@@ -1369,9 +1371,9 @@ class IoDi(_meaning.LevelMeaning, Answer):
 
 @dataclass(frozen=True, slots=True)
 class GetIoDi(Query[IoDi]):
-    """Level of a digital input (errata E39).
+    """Level of a digital input.
 
-    What GetIODI is asked with, for :class:`IoDi`; id 133, document V1.1.3 section 1.15.4.
+    What GetIODI is asked with, for :class:`IoDi`; id 133, document V1.1.3 section 1.15.4, errata E39.
     """
 
     ID = 133
@@ -1383,9 +1385,9 @@ class GetIoDi(Query[IoDi]):
 
 @dataclass(frozen=True, slots=True)
 class IoAdc(_meaning.AnalogMeaning, Answer):
-    """Value of an analog input (errata E39).
+    """Value of an analog input.
 
-    GetIOADC; id 134, document V1.1.3 section 1.15.5.
+    GetIOADC; id 134, document V1.1.3 section 1.15.5, errata E39.
     """
 
     ID = 134
@@ -1399,9 +1401,9 @@ class IoAdc(_meaning.AnalogMeaning, Answer):
 
 @dataclass(frozen=True, slots=True)
 class GetIoAdc(Query[IoAdc]):
-    """Value of an analog input (errata E39).
+    """Value of an analog input.
 
-    What GetIOADC is asked with, for :class:`IoAdc`; id 134, document V1.1.3 section 1.15.5.
+    What GetIOADC is asked with, for :class:`IoAdc`; id 134, document V1.1.3 section 1.15.5, errata E39.
     """
 
     ID = 134
@@ -1413,9 +1415,9 @@ class GetIoAdc(Query[IoAdc]):
 
 @dataclass(frozen=True, slots=True)
 class EMotor(Queueable):
-    """Runs an external stepper, a conveyor for one (errata E41).
+    """Runs an external stepper, a conveyor for one.
 
-    SetEMotor; id 135, document V1.1.3 section 1.15.6.
+    SetEMotor; id 135, document V1.1.3 section 1.15.6, errata E41.
     """
 
     ID = 135
@@ -1431,9 +1433,9 @@ class EMotor(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class EMotorS(Queueable):
-    """Runs an external stepper a number of pulses (errata E41).
+    """Runs an external stepper a number of pulses.
 
-    SetEMotorS; id 136, vendor headers.
+    SetEMotorS; id 136, vendor headers, errata E41.
     """
 
     ID = 136
@@ -1451,9 +1453,9 @@ class EMotorS(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class ColorSensor(_meaning.ColorMeaning, Answer):
-    """The colour sensor (errata E42).
+    """The colour sensor.
 
-    GetColorSensor; id 137, document V1.1.3 section 1.15.7.
+    GetColorSensor; id 137, document V1.1.3 section 1.15.7, errata E42.
     """
 
     ID = 137
@@ -1469,9 +1471,9 @@ class ColorSensor(_meaning.ColorMeaning, Answer):
 
 @dataclass(frozen=True, slots=True)
 class SetColorSensor(Queueable):
-    """The colour sensor (errata E42).
+    """The colour sensor.
 
-    SetColorSensor; id 137, document V1.1.3 section 1.15.7.
+    SetColorSensor; id 137, document V1.1.3 section 1.15.7, errata E42.
     """
 
     ID = 137
@@ -1487,9 +1489,9 @@ class SetColorSensor(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class GetColorSensor(Query[ColorSensor]):
-    """The colour sensor (errata E42).
+    """The colour sensor.
 
-    What GetColorSensor is asked with, for :class:`ColorSensor`; id 137, document V1.1.3 section 1.15.7.
+    What GetColorSensor is asked with, for :class:`ColorSensor`; id 137, document V1.1.3 section 1.15.7, errata E42.
     """
 
     ID = 137
@@ -1501,9 +1503,9 @@ class GetColorSensor(Query[ColorSensor]):
 
 @dataclass(frozen=True, slots=True)
 class IrSwitch(_meaning.InfraredMeaning, Answer):
-    """The infrared sensor (errata E43).
+    """The infrared sensor.
 
-    GetIRSwitch; id 138, document V1.1.3 section 1.15.8.
+    GetIRSwitch; id 138, document V1.1.3 section 1.15.8, errata E43.
     """
 
     ID = 138
@@ -1515,9 +1517,9 @@ class IrSwitch(_meaning.InfraredMeaning, Answer):
 
 @dataclass(frozen=True, slots=True)
 class SetIrSwitch(Queueable):
-    """The infrared sensor (errata E43).
+    """The infrared sensor.
 
-    SetIRSwitch; id 138, document V1.1.3 section 1.15.8.
+    SetIRSwitch; id 138, document V1.1.3 section 1.15.8, errata E43.
     """
 
     ID = 138
@@ -1533,9 +1535,9 @@ class SetIrSwitch(Queueable):
 
 @dataclass(frozen=True, slots=True)
 class GetIrSwitch(Query[IrSwitch]):
-    """The infrared sensor (errata E43).
+    """The infrared sensor.
 
-    What GetIRSwitch is asked with, for :class:`IrSwitch`; id 138, document V1.1.3 section 1.15.8.
+    What GetIRSwitch is asked with, for :class:`IrSwitch`; id 138, document V1.1.3 section 1.15.8, errata E43.
     """
 
     ID = 138
@@ -1759,9 +1761,9 @@ class LostStepParams(Writable):
 
 @dataclass(frozen=True, slots=True)
 class LostStepCmd(Queueable):
-    """Compares the joints with their sensors; alarms 0x50 to 0x53 tell the outcome (errata E36).
+    """Compares the joints with their sensors; alarms 0x50 to 0x53 tell the outcome.
 
-    SetLostStepCmd; id 171, document V1.1.3 section 1.18.2.
+    SetLostStepCmd; id 171, document V1.1.3 section 1.18.2, errata E36.
     """
 
     ID = 171
@@ -1908,9 +1910,9 @@ class QueuedCmdStartExec(Writable):
 
 @dataclass(frozen=True, slots=True)
 class QueuedCmdStopExec(Writable):
-    """Stops the queue when the running command has ended (errata E48).
+    """Stops the queue when the running command has ended.
 
-    SetQueuedCmdStopExec; id 241, document V1.1.3 section 1.19.2.
+    SetQueuedCmdStopExec; id 241, document V1.1.3 section 1.19.2, errata E48.
     """
 
     ID = 241
@@ -1919,9 +1921,9 @@ class QueuedCmdStopExec(Writable):
 
 @dataclass(frozen=True, slots=True)
 class QueuedCmdForceStopExec(Writable):
-    """Stops the queue and the running command (errata E48).
+    """Stops the queue and the running command.
 
-    SetQueuedCmdForceStopExec; id 242, document V1.1.3 section 1.19.3.
+    SetQueuedCmdForceStopExec; id 242, document V1.1.3 section 1.19.3, errata E48.
     """
 
     ID = 242
@@ -1930,9 +1932,9 @@ class QueuedCmdForceStopExec(Writable):
 
 @dataclass(frozen=True, slots=True)
 class QueuedCmdStartDownload(Writable):
-    """Begins to store a program in the arm (errata E46).
+    """Begins to store a program in the arm.
 
-    SetQueuedCmdStartDownload; id 243, document V1.1.3 section 1.19.4.
+    SetQueuedCmdStartDownload; id 243, document V1.1.3 section 1.19.4, errata E46.
     """
 
     ID = 243
@@ -1957,9 +1959,9 @@ class QueuedCmdStopDownload(Writable):
 
 @dataclass(frozen=True, slots=True)
 class QueuedCmdClear(Writable):
-    """Drops what waits in the queue (errata E48).
+    """Drops what waits in the queue.
 
-    SetQueuedCmdClear; id 245, document V1.1.3 section 1.19.6.
+    SetQueuedCmdClear; id 245, document V1.1.3 section 1.19.6, errata E48.
     """
 
     ID = 245
@@ -1968,9 +1970,9 @@ class QueuedCmdClear(Writable):
 
 @dataclass(frozen=True, slots=True)
 class QueuedCmdCurrentIndex(Readable):
-    """Index of the queued command that was finished last (errata E37).
+    """Index of the queued command that was finished last.
 
-    GetQueuedCmdCurrentIndex; id 246, document V1.1.3 section 1.19.7.
+    GetQueuedCmdCurrentIndex; id 246, document V1.1.3 section 1.19.7, errata E37.
     """
 
     ID = 246
@@ -1982,9 +1984,9 @@ class QueuedCmdCurrentIndex(Readable):
 
 @dataclass(frozen=True, slots=True)
 class QueuedCmdLeftSpace(Readable):
-    """Free places in the queue (errata E38).
+    """Free places in the queue.
 
-    GetQueuedCmdLeftSpace; id 247, document V1.1.3 section 1.19.8.
+    GetQueuedCmdLeftSpace; id 247, document V1.1.3 section 1.19.8, errata E38.
     """
 
     ID = 247
