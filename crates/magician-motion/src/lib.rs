@@ -46,6 +46,7 @@ mod segment_leg;
 mod speeds;
 mod state;
 mod tool_path;
+mod top_view;
 mod trajectory;
 mod wrist;
 
@@ -61,4 +62,5 @@ pub use planner::{Crossing, Move, MoveKind, Plan, Planner, Target};
 pub use profile::{Braking, Profile, Rates};
 pub use speeds::Speeds;
 pub use state::ArmState;
+pub use top_view::TopView;
 pub use trajectory::Trajectory;
