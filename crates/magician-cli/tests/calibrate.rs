@@ -311,19 +311,19 @@ mod at_a_terminal {
         assert_eq!(terminal.child.wait().expect("it ends").code(), Some(3));
 
         let mut terminal = at(&place, &served, &["calibrate", "sheet", "--tool", "pen"]);
-        terminal.until_drawn("x 260.40 mm");
+        terminal.until_drawn("x 260.40");
         types(&mut terminal, "++", "step 50");
         types(&mut terminal, "\r", "1 lower left x 260.40");
         types(&mut terminal, "\r", "point 1 was taken here");
-        types(&mut terminal, UP, "x 310.40 mm");
+        types(&mut terminal, UP, "x 310.40");
         terminal.until_drawn("stands");
         types(&mut terminal, "\r", "2 lower right x 310.40");
         types(&mut terminal, BACKSPACE, "2 lower right next");
         types(&mut terminal, "\r", "2 lower right x 310.40");
         terminal.types("\x1b[B");
-        terminal.until_drawn("x 260.40 mm");
+        terminal.until_drawn("x 260.40");
         terminal.until_drawn("stands");
-        types(&mut terminal, LEFT, "y 50.00 mm");
+        types(&mut terminal, LEFT, "y 50.00");
         terminal.until_drawn("stands");
         types(&mut terminal, "\r", "50.0 by 50.0 mm");
         terminal.types("\r");
@@ -341,7 +341,7 @@ mod at_a_terminal {
     fn who_leaves_has_saved_nothing() {
         let (place, served) = (Place::new(), served());
         let mut terminal = at(&place, &served, &["calibrate", "surface", "--tool", "pen"]);
-        terminal.until_drawn("x 260.40 mm");
+        terminal.until_drawn("x 260.40");
         types(&mut terminal, "\r", "Enter save it");
         terminal.types("q");
         terminal.until("not saved");

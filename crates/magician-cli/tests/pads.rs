@@ -77,7 +77,7 @@ impl Place {
 
 #[test]
 fn jog_steps_and_refuses_what_is_out_of_reach() {
-    let mut place = Place::at(&["jog"], "x 259.10 mm");
+    let mut place = Place::at(&["jog"], "x 259.10");
     place.terminal.types(UP);
     place.terminal.until_drawn("command 1 finished");
     assert!((place.axis("x") - 264.104).abs() < 0.001);
@@ -94,7 +94,7 @@ fn jog_steps_and_refuses_what_is_out_of_reach() {
 
 #[test]
 fn jog_goes_on_while_the_key_repeats_and_stops_when_it_does_not() {
-    let mut place = Place::at(&["jog"], "x 259.10 mm");
+    let mut place = Place::at(&["jog"], "x 259.10");
     place.shows("m", "hold: moves while held");
     // What a terminal without releases makes of a held key.
     let moved = (0..1000).any(|_| {
@@ -116,7 +116,7 @@ fn jog_goes_on_while_the_key_repeats_and_stops_when_it_does_not() {
 
 #[test]
 fn releases_end_a_jog_where_the_terminal_tells_them() {
-    let mut place = Place::at(&["jog"], "x 259.10 mm");
+    let mut place = Place::at(&["jog"], "x 259.10");
     // A release of another key shows that they are told; then the key is held, and the terminal says nothing more.
     place.shows("m\x1b[120;1:3u", "hold: moves until release");
     place.terminal.types("\x1b[1;1:1D");
@@ -145,7 +145,7 @@ fn releases_end_a_jog_where_the_terminal_tells_them() {
 
 #[test]
 fn a_pad_that_is_left_leaves_the_laser_dark() {
-    let mut place = Place::at(&["jog"], "x 259.10 mm");
+    let mut place = Place::at(&["jog"], "x 259.10");
     place.shows("l", "goggles");
     place.shows("y", "the laser burns");
     assert_eq!(place.look(&["get", "EndEffectorLaser"])["is_on"], 1);
@@ -158,7 +158,7 @@ fn a_pad_that_is_left_leaves_the_laser_dark() {
 #[test]
 fn ctrl_c_and_signals_stop_the_arm() {
     for signal in [None, Some("-TERM"), Some("-HUP")] {
-        let mut place = Place::at(&["jog"], "x 259.10 mm");
+        let mut place = Place::at(&["jog"], "x 259.10");
         place.shows("++", "step 50 mm");
         let before = place.look(&["pose"]);
         place.terminal.types("w");
@@ -188,7 +188,7 @@ impl Place {
 
 #[test]
 fn an_arm_that_goes_away_is_said_and_can_be_left() {
-    let mut place = Place::at(&["jog"], "x 259.10 mm");
+    let mut place = Place::at(&["jog"], "x 259.10");
     place.served.child.kill().expect("it lives");
     place.terminal.until_drawn("the line broke");
     place.shows("", "LINK LOST, looking for it");
@@ -215,10 +215,10 @@ fn teach_stores_points_plays_them_and_saves_them() {
         let path = dir.path().join(name);
         let file = path.to_str().expect("UTF-8");
         let rescue = dir.path().join(format!("{name}~"));
-        let mut place = Place::at(&["teach", file, "--tool", "suction"], "x 259.10 mm");
+        let mut place = Place::at(&["teach", file, "--tool", "suction"], "x 259.10");
         place.shows("\r", "P1 stored");
         place.terminal.types(UP);
-        place.terminal.until_drawn("x 264.10 mm");
+        place.terminal.until_drawn("x 264.10");
         place.terminal.until_drawn("stands");
         place.shows("\rt", "2 rows");
         place.shows("SP0.5\r", "MOVL 264.1 0.0 -8.5 suck 0.5s");
@@ -263,7 +263,7 @@ fn what_was_not_saved_is_there_the_next_time() {
     let dir = tempfile::tempdir().expect("directory");
     let path = dir.path().join("pick.playback");
     let file = path.to_str().expect("UTF-8");
-    let mut place = Place::at(&["teach", file], "x 259.10 mm");
+    let mut place = Place::at(&["teach", file], "x 259.10");
     place.shows("\r", "P1 stored");
     let id = place.terminal.child.id().to_string();
     let kill = Command::new("kill").args(["-KILL", &id]).status();
@@ -294,7 +294,7 @@ fn what_was_taught_with_another_tool_goes_on_with_that_one() {
     let dir = tempfile::tempdir().expect("directory");
     let path = dir.path().join("pick.playback");
     let file = path.to_str().expect("UTF-8");
-    let mut place = Place::at(&["teach", file], "x 259.10 mm");
+    let mut place = Place::at(&["teach", file], "x 259.10");
     place.shows("\r", "P1 stored");
     let id = place.terminal.child.id().to_string();
     let kill = Command::new("kill").args(["-KILL", &id]).status();
@@ -302,7 +302,7 @@ fn what_was_taught_with_another_tool_goes_on_with_that_one() {
     let arguments = ["teach", file, "--tool", "pen"];
     let mut place = Place::at(&arguments, "left unsaved the last time");
     place.shows("y", "the arm counts from the tool with which");
-    place.shows("", "x 259.10 mm");
+    place.shows("", "x 259.10");
     place.terminal.types("qy");
     let bias = place.look(&["get", "EndEffectorParams"]);
     assert_eq!(bias["x_bias"], 59.7);
@@ -346,7 +346,7 @@ fn a_hand_that_lets_go_of_the_key_stores_the_place() {
     teach.until_drawn("by hand too");
     sim.types("u\x1b[A\x1b[A");
     sim.until_drawn("the unlock key is held");
-    teach.until_drawn("x 269.10 mm");
+    teach.until_drawn("x 269.10");
     sim.types("u");
     teach.until_drawn("P1 stored: the arm's key was released");
     teach.until_drawn("MOVJ 269.1 0.0 -8.5");
@@ -357,7 +357,7 @@ fn a_hand_that_lets_go_of_the_key_stores_the_place() {
 
 #[test]
 fn watch_shows_an_arm_that_others_move_and_leaves_it_alone() {
-    let mut place = Place::at(&["watch"], "x 259.10 mm");
+    let mut place = Place::at(&["watch"], "x 259.10");
     let door = place.served.door("tcp");
     let moved = run(&["--port", &door, "--json", "move", "220", "40", "30"]);
     assert_eq!(moved.status, 0, "{moved:?}");

@@ -1,57 +1,92 @@
 //! Alarms in words.
 
 use magician::{Alarm, AlarmSet};
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Paragraph, Wrap};
 
-use super::Theme;
+use super::{Theme, wrapped};
 
-/// Alarms as they fit into so many columns and rows: with their causes if all of that finds room, else what to do about them.
-pub(crate) fn alarms(alarms: &AlarmSet, width: u16, room: u16, theme: Theme) -> Paragraph<'static> {
-    let (width, room) = (usize::from(width), usize::from(room));
-    let with_causes = alarm_lines(alarms, room, true, theme);
-    let fit =
-        alarms.codes().count() * 2 <= room && with_causes.iter().all(|line| line.width() <= width);
-    let lines = match fit {
-        true => with_causes,
-        false => alarm_lines(alarms, room, false, theme),
-    };
-    Paragraph::new(lines).wrap(Wrap { trim: false })
-}
-
-/// Alarms and what to do about them, each on a line, or with their causes on two.
+/// Alarms on lines of so many columns, at most so many: with their causes if all of that finds room, else what to do about
+/// them; where not even that does, how many more there are.
 pub(crate) fn alarm_lines(
     alarms: &AlarmSet,
-    room: usize,
-    causes: bool,
+    width: u16,
+    room: u16,
     theme: Theme,
 ) -> Vec<Line<'static>> {
-    let mut lines = Vec::new();
-    for code in alarms.codes().take(room) {
-        let style = match Alarm::blocks(code) {
-            true => theme.bad(),
-            false => theme.note(),
-        };
-        let Some(alarm) = Alarm::with_code(code) else {
-            lines.push(Line::styled(format!("{code:#04x}"), style));
-            continue;
-        };
-        let name = Span::styled(format!("{code:#04x} {}", alarm.name), style);
-        if causes {
-            lines.push(Line::from(vec![
-                name,
-                Span::raw(format!(": {}", alarm.cause)),
-            ]));
-            lines.push(Line::from(format!("     {}", alarm.cure)));
-        } else {
-            lines.push(Line::from(vec![
-                name,
-                Span::raw(format!(": {}", alarm.cure)),
-            ]));
-        }
+    let (width, room) = (usize::from(width), usize::from(room));
+    let told = |causes| {
+        let all = alarms.codes().map(move |code| alarm(code, causes));
+        all.map(|(name, texts)| styled(&name, &texts, width, theme.alarm(name.code)))
+            .collect::<Vec<_>>()
+    };
+    let mut all = told(true);
+    if all.iter().map(Vec::len).sum::<usize>() > room {
+        all = told(false);
     }
-    if lines.is_empty() {
-        lines.push(Line::styled("no alarm", theme.dim()));
+    if all.is_empty() {
+        return vec![Line::styled("no alarm", theme.dim())];
+    }
+    let count = all.len();
+    let mut lines: Vec<Line<'static>> = Vec::new();
+    for (nth, alarm) in all.into_iter().enumerate() {
+        let last = nth + 1 == count;
+        // One line says how many are left out.
+        let fits = lines.len() + alarm.len() + usize::from(!last) <= room;
+        if !fits && nth > 0 {
+            lines.push(Line::styled(
+                format!("and {} more", count - nth),
+                theme.dim(),
+            ));
+            return lines;
+        }
+        lines.extend(alarm);
+    }
+    lines
+}
+
+/// An alarm's code, and how it is named.
+struct Name {
+    code: u8,
+    text: String,
+}
+
+/// What there is to say of an alarm, after its name.
+fn alarm(code: u8, causes: bool) -> (Name, Vec<String>) {
+    let (text, texts) = match Alarm::with_code(code) {
+        None => (format!("{code:#04x}"), vec![String::new()]),
+        Some(alarm) => {
+            let texts = match causes {
+                true => vec![format!(": {}", alarm.cause), format!("     {}", alarm.cure)],
+                false => vec![format!(": {}", alarm.cure)],
+            };
+            (format!("{code:#04x} {}", alarm.name), texts)
+        }
+    };
+    (Name { code, text }, texts)
+}
+
+fn styled(name: &Name, texts: &[String], width: usize, style: Style) -> Vec<Line<'static>> {
+    let mut lines = Vec::new();
+    for (nth, text) in texts.iter().enumerate() {
+        let indent = text.len() - text.trim_start().len();
+        let text = match nth {
+            0 => format!("{}{text}", name.text),
+            _ => text.trim_start().to_owned(),
+        };
+        for (row, line) in wrapped(&text, width.saturating_sub(indent))
+            .into_iter()
+            .enumerate()
+        {
+            let named = line.strip_prefix(&name.text).filter(|_| nth + row == 0);
+            lines.push(match named {
+                Some(rest) => Line::from(vec![
+                    Span::styled(name.text.clone(), style),
+                    Span::raw(rest.to_owned()),
+                ]),
+                None => Line::raw(format!("{}{line}", " ".repeat(indent))),
+            });
+        }
     }
     lines
 }

@@ -5,6 +5,7 @@
 //! ([`Shown`]), so that neither a slow terminal nor a key keeps the line to the arm waiting.
 
 mod alarms;
+mod help;
 mod keyboard;
 mod panel;
 mod polled;
@@ -18,9 +19,10 @@ mod theme;
 
 use std::time::Duration;
 
-pub(crate) use alarms::{alarm_lines, alarms};
+pub(crate) use alarms::alarm_lines;
+pub(crate) use help::Help;
 pub(crate) use keyboard::{Keyboard, Waited};
-pub(crate) use panel::{fitted, help, hints, lamp, mm, panel, wrapped};
+pub(crate) use panel::{arrow, fitted, lamp, log_lines, mm, panel, said, thirds, wrapped};
 pub(crate) use polled::Polled;
 pub(crate) use screen::{Listen, LogWriter, Screen, check, take_log};
 pub(crate) use seen::{Seen, event_text, sparkline};

@@ -1,9 +1,10 @@
-//! Frames, lists of keys, and small signs.
+//! Frames, rows of keys, and small signs.
 
-use ratatui::Frame;
-use ratatui::layout::{Constraint, Flex, Layout, Rect};
+use magician_motion::TopView;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, BorderType, Clear, Paragraph};
+use ratatui::widgets::{Block, BorderType};
 
 use super::Theme;
 
@@ -50,8 +51,45 @@ pub(crate) fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// Entries of a log, given newest first, as they fit into so many columns and rows: the newest stand last, and the older ones
+/// are left out, or cut.
+pub(crate) fn log_lines<'a>(
+    newest_first: impl Iterator<Item = (String, &'a str)>,
+    width: u16,
+    room: u16,
+    theme: Theme,
+) -> Vec<Line<'static>> {
+    let (width, mut left) = (usize::from(width), usize::from(room));
+    let mut entries = Vec::new();
+    for (at, text) in newest_first {
+        let indent = at.chars().count();
+        if left == 0 {
+            break;
+        }
+        let width = width.saturating_sub(indent).max(1);
+        let mut lines = wrapped(text, width);
+        if lines.len() > left {
+            lines.truncate(left);
+            if let Some(last) = lines.last_mut() {
+                *last = last.chars().take(width.saturating_sub(1)).collect();
+                last.push('…');
+            }
+        }
+        left -= lines.len();
+        let line = |(nth, text)| {
+            let head = match nth {
+                0 => at.clone(),
+                _ => " ".repeat(indent),
+            };
+            Line::from(vec![Span::styled(head, theme.dim()), Span::raw(text)])
+        };
+        entries.push(lines.into_iter().enumerate().map(line).collect::<Vec<_>>());
+    }
+    entries.into_iter().rev().flatten().collect()
+}
+
 /// What keys do.
-pub(crate) fn hints(keys: &[(&str, &str)], theme: Theme) -> Line<'static> {
+fn hints(keys: &[(&str, &str)], theme: Theme) -> Line<'static> {
     let mut line = Line::default();
     for (key, what) in keys {
         line.push_span(Span::styled(format!(" {key}"), theme.key()));
@@ -60,43 +98,35 @@ pub(crate) fn hints(keys: &[(&str, &str)], theme: Theme) -> Line<'static> {
     line
 }
 
-/// Columns of a list of keys before what they do.
-const HANGING: usize = 13;
-
-/// The list of all keys, over the middle of what is shown.
-pub(crate) fn help(frame: &mut Frame<'_>, area: Rect, keys: &[(&str, &str)], theme: Theme) {
-    const LEAST: usize = 68;
-    let longest = keys.iter().map(|(_, what)| what.chars().count() + 16);
-    let width = longest.max().unwrap_or(0).max(LEAST);
-    let width = u16::try_from(width).unwrap_or(u16::MAX).min(area.width);
-    let room = usize::from(width).saturating_sub(2 + HANGING);
-    let lines: Vec<_> = keys
-        .iter()
-        .flat_map(|(key, what)| described(key, what, room, theme))
-        .collect();
-    let height = u16::try_from(lines.len() + 2).unwrap_or(u16::MAX);
-    let [across] = Layout::horizontal([Constraint::Length(width)])
-        .flex(Flex::Center)
-        .areas(area);
-    let [area] = Layout::vertical([Constraint::Length(height.min(area.height))])
-        .flex(Flex::Center)
-        .areas(across);
-    let block = Block::bordered()
-        .border_type(BorderType::Rounded)
-        .title(Span::styled(" keys ", theme.title()));
-    frame.render_widget(Clear, area);
-    frame.render_widget(Paragraph::new(lines).block(block), area);
+/// A message at the foot, on as many lines as it takes, up to three.
+pub(crate) fn said(text: &str, width: u16, style: Style) -> Vec<Line<'static>> {
+    const MOST: usize = 3;
+    let room = usize::from(width).saturating_sub(1).max(1);
+    let lines = wrapped(text, room).into_iter().take(MOST);
+    lines
+        .map(|text| Line::styled(format!(" {text}"), style))
+        .collect()
 }
 
-/// What a key does, on as many lines as that takes.
-fn described(key: &str, what: &str, room: usize, theme: Theme) -> Vec<Line<'static>> {
-    let lines = wrapped(what, room).into_iter().enumerate();
-    let line = |(nth, text)| {
-        let key = if nth == 0 { key } else { "" };
-        let key = format!(" {key:<width$}", width = HANGING - 1);
-        Line::from(vec![Span::styled(key, theme.key()), Span::raw(text)])
-    };
-    lines.map(line).collect()
+/// Header, middle, and so many lines of foot.
+pub(crate) fn thirds(area: Rect, foot: &[Line<'_>]) -> [Rect; 3] {
+    let foot = u16::try_from(foot.len()).unwrap_or(1);
+    Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Fill(1),
+        Constraint::Length(foot),
+    ])
+    .areas(area)
+}
+
+/// Where a direction x, y of the ground leads on the screen.
+pub(crate) fn arrow(view: TopView, way: [f64; 2]) -> char {
+    match view.project(way) {
+        [_, up] if up > 0.5 => '↑',
+        [_, up] if up < -0.5 => '↓',
+        [right, _] if right > 0.0 => '→',
+        _ => '←',
+    }
 }
 
 /// A small sign for on and off.
@@ -121,6 +151,22 @@ mod tests {
         assert_eq!(text(80), " q quit  m hold/step  ? all keys ");
         assert_eq!(text(24), " q quit  ? all keys ");
         assert_eq!(text(3), " ? all keys ");
+    }
+
+    #[test]
+    fn the_newest_of_a_log_is_whole_and_the_one_before_is_cut() {
+        let log = |room| -> Vec<String> {
+            let newest_first = [
+                ("2 ".to_owned(), "new and long"),
+                ("1 ".to_owned(), "old words"),
+            ];
+            let lines = log_lines(newest_first.into_iter(), 10, room, Theme::PLAIN);
+            lines.iter().map(Line::to_string).collect()
+        };
+        assert_eq!(log(4), ["1 old", "  words", "2 new and", "  long"]);
+        assert_eq!(log(3), ["1 old…", "2 new and", "  long"]);
+        assert_eq!(log(1), ["2 new and…"]);
+        assert_eq!(log(0), [""; 0]);
     }
 
     #[test]

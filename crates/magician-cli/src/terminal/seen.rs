@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 use magician::commands::Pose;
 use magician::{Alarm, Event, Limits, Link, Status};
 use magician_motion::Range;
-use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
@@ -17,8 +16,6 @@ use super::Theme;
 const HISTORY: usize = 600;
 /// Lines of the log that are kept.
 const LOG: usize = 200;
-/// So near to a limit a joint deserves a look, deg.
-const NEAR: f64 = 5.0;
 /// What was seen so long ago says nothing of now, or so many readings ago if they are far apart.
 const STALE: Duration = Duration::from_secs(1);
 const MISSED: f64 = 3.0;
@@ -202,32 +199,25 @@ impl Seen {
         rows.into_iter().map(row).collect()
     }
 
-    /// The latest lines of the log, the newest last.
-    pub(crate) fn log_lines(&self, room: u16, theme: Theme) -> Vec<Line<'static>> {
-        let first = self.log.len().saturating_sub(room.into());
-        let line = |(at, text): &(f64, String)| {
-            Line::from(vec![
-                Span::styled(format!("{at:>8.1}  "), theme.dim()),
-                Span::raw(text.clone()),
-            ])
-        };
-        self.log.iter().skip(first).map(line).collect()
+    /// The latest lines of the log, the newest last; long ones go on in the next line.
+    pub(crate) fn log_lines(&self, width: u16, room: u16, theme: Theme) -> Vec<Line<'static>> {
+        let log = self.log.iter().rev();
+        let log = log.map(|(at, text)| (format!("{at:>8.1}  "), text.as_str()));
+        super::log_lines(log, width, room, theme)
     }
 
     /// The alarms that stand, in words.
-    pub(crate) fn alarms(&self, area: Rect, theme: Theme) -> Paragraph<'static> {
+    pub(crate) fn alarm_lines(&self, width: u16, room: u16, theme: Theme) -> Vec<Line<'static>> {
         let alarms = self.status.as_ref().map(|status| status.alarms);
-        super::alarms(&alarms.unwrap_or_default(), area.width, area.height, theme)
+        super::alarm_lines(&alarms.unwrap_or_default(), width, room, theme)
     }
 }
 
 /// A joint: name, angle, and where that is between its limits.
 fn bar(name: &str, value: f64, range: Range, width: u16, theme: Theme) -> Line<'static> {
-    let room = (range.max - value).min(value - range.min);
-    let style = match room {
-        room if room < 0.0 => theme.bad(),
-        room if room < NEAR => theme.note(),
-        _ => theme.good(),
+    let style = match theme.near(value, range) {
+        within if within == Style::new() => theme.good(),
+        near => near,
     };
     let (low, high) = (format!("{:>5} ", range.min), format!(" {:<4}", range.max));
     let head = format!("{name:<3} {value:>7.1} ");

@@ -1,7 +1,11 @@
 //! Pictures as text, for tests.
 
+use std::sync::LazyLock;
+
 use ratatui::backend::TestBackend;
 use ratatui::{Frame, Terminal};
+
+use super::{Help, Theme};
 
 /// A terminal of that size with one frame on it.
 pub(crate) fn terminal(
@@ -31,13 +35,122 @@ pub(crate) fn shows(screen: &[String], wanted: &[&str]) {
     }
 }
 
+/// Whether a sentence can be read, on one line or on several below each other.
+pub(crate) fn reads(screen: &[String], sentence: &str) -> bool {
+    let lines: Vec<Vec<char>> = screen.iter().map(|line| line.chars().collect()).collect();
+    let words: Vec<&str> = sentence.split_whitespace().collect();
+    let Some(first) = words.first() else {
+        return true;
+    };
+    let begins = |row: usize, column: usize| {
+        let text: String = lines[row][column..].iter().collect();
+        text.starts_with(first) && read_from(&lines[row..], column, &words)
+    };
+    (0..lines.len()).any(|row| (0..lines[row].len()).any(|column| begins(row, column)))
+}
+
+/// Whether these words stand from a column on, and go on in the lines below: in the same column, or where the panel begins.
+fn read_from(lines: &[Vec<char>], column: usize, words: &[&str]) -> bool {
+    let Some(line) = lines.first() else {
+        return false;
+    };
+    let text: String = line.get(column..).unwrap_or_default().iter().collect();
+    let (mut text, mut left) = (text.as_str(), words);
+    while let Some(word) = left.first() {
+        let rest = text.trim_start().strip_prefix(word);
+        let begins = left.len() == words.len();
+        let Some(rest) = rest.filter(|_| begins || text.starts_with(' ')) else {
+            break;
+        };
+        (text, left) = (rest, &left[1..]);
+    }
+    let panel = line.iter().take(column).rposition(|sign| *sign == '│');
+    let panel = panel.map_or(0, |border| border + 1);
+    let goes_on = || {
+        [column, panel]
+            .iter()
+            .any(|at| read_from(&lines[1..], *at, left))
+    };
+    left.is_empty() || (left.len() < words.len() && goes_on())
+}
+
+/// Makes sure that no panel is cut or covered by another.
+#[track_caller]
+pub(crate) fn whole_panels(screen: &[String]) {
+    let cells: Vec<Vec<char>> = screen.iter().map(|line| line.chars().collect()).collect();
+    let mut ends = [0; 4];
+    for (row, line) in cells.iter().enumerate() {
+        for (column, sign) in line.iter().enumerate() {
+            match sign {
+                '╭' => ends[0] += 1,
+                '╮' => ends[1] += 1,
+                '╰' => ends[2] += 1,
+                '╯' => ends[3] += 1,
+                _ => continue,
+            }
+            if *sign != '╭' {
+                continue;
+            }
+            let right = (column..line.len())
+                .find(|at| line[*at] == '╮')
+                .unwrap_or(column);
+            let bottom = (row..cells.len()).find(|at| cells[*at][column] == '╰');
+            let bottom = bottom.unwrap_or(row);
+            let sides =
+                (row + 1..bottom).all(|at| cells[at][column] == '│' && cells[at][right] == '│');
+            let closed = cells[bottom][right] == '╯' && bottom > row + 1;
+            assert!(
+                sides && closed,
+                "panel at {row},{column} in\n{}",
+                screen.join("\n")
+            );
+        }
+    }
+    assert!(ends.iter().all(|count| *count == ends[0]), "{ends:?}");
+}
+
+/// A program that takes the whole terminal, in one of its states.
+pub(crate) struct Example {
+    pub(crate) name: &'static str,
+    /// Sentences that a person has to be able to read, however small the terminal is.
+    pub(crate) needs: Vec<String>,
+    /// All its keys and what they do.
+    pub(crate) keys: &'static [(&'static str, &'static str)],
+    draw: Box<dyn Fn(&mut Frame<'_>, Option<Help>)>,
+}
+
+impl Example {
+    /// `model` makes what is shown, with a page of the list of keys or without it.
+    pub(crate) fn new<M: 'static>(
+        name: &'static str,
+        needs: &[&str],
+        keys: &'static [(&'static str, &'static str)],
+        model: impl Fn(Option<Help>) -> M + 'static,
+        draw: fn(&mut Frame<'_>, &M, Theme),
+    ) -> Self {
+        Self {
+            name,
+            needs: needs.iter().map(|text| (*text).to_owned()).collect(),
+            keys,
+            draw: Box::new(move |frame, help| draw(frame, &model(help), Theme::PLAIN)),
+        }
+    }
+
+    pub(crate) fn screen(&self, width: u16, height: u16, help: Option<Help>) -> Vec<String> {
+        screen(width, height, |frame| (self.draw)(frame, help))
+    }
+}
+
 /// What a virtual arm tells after it was switched on.
 pub(crate) fn status() -> magician::Status {
-    let runtime = tokio::runtime::Builder::new_current_thread();
-    let runtime = { runtime }.enable_all().build().unwrap();
-    runtime.block_on(async {
-        let target = "sim".parse().unwrap();
-        let arm = magician::Arm::connect(&target).await.unwrap();
-        arm.state(100.0).unwrap().changed().await.unwrap()
-    })
+    static STATUS: LazyLock<magician::Status> = LazyLock::new(|| {
+        let runtime = tokio::runtime::Builder::new_current_thread();
+        let runtime = { runtime }.enable_all().build().unwrap();
+        runtime.block_on(async {
+            let target = "sim".parse().unwrap();
+            let arm = magician::Arm::connect(&target).await.unwrap();
+            arm.state(100.0).unwrap().changed().await.unwrap()
+        })
+    });
+    STATUS.clone()
 }

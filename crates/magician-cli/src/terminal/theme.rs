@@ -1,8 +1,13 @@
 //! Colours, or their lack.
 
+use magician::Alarm;
+use magician_motion::Range;
 use ratatui::style::{Color, Modifier, Style};
 
 use crate::output::Paint;
+
+/// So near to a limit a joint deserves a look, deg.
+const NEAR: f64 = 5.0;
 
 /// How a picture is painted.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +52,23 @@ impl Theme {
     /// What is wrong.
     pub(crate) fn bad(self) -> Style {
         self.style(Color::Red, Modifier::REVERSED)
+    }
+
+    /// An alarm: whether it holds the queue.
+    pub(crate) fn alarm(self, code: u8) -> Style {
+        match Alarm::blocks(code) {
+            true => self.bad(),
+            false => self.note(),
+        }
+    }
+
+    /// A joint in its range: well within, near an end, or beyond it.
+    pub(crate) fn near(self, value: f64, range: Range) -> Style {
+        match (range.max - value).min(value - range.min) {
+            room if room < 0.0 => self.bad(),
+            room if room < NEAR => self.note(),
+            _ => Style::new(),
+        }
     }
 
     /// What only accompanies.

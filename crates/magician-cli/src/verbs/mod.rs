@@ -39,6 +39,8 @@ pub(crate) mod sensor;
 pub(crate) mod set;
 pub(crate) mod shell;
 pub(crate) mod sim;
+#[cfg(test)]
+mod sizes;
 pub(crate) mod stop;
 pub(crate) mod teach;
 pub(crate) mod tools;

@@ -106,6 +106,9 @@ fn tilt(sheet: &Sheet) -> f64 {
     x.hypot(y).atan().to_degrees()
 }
 
+/// What the line is called that says with which tool it was touched.
+pub(super) const TOUCHED_BY: &str = "touched by";
+
 /// What was found, in words: names and values.
 pub(super) fn lines(found: &Found, tool: Tool) -> Vec<[String; 2]> {
     let line = |name: &str, value: String| [name.to_owned(), value];
@@ -113,7 +116,7 @@ pub(super) fn lines(found: &Found, tool: Tool) -> Vec<[String; 2]> {
         Found::Sheet(sheet) => sheet_lines(sheet, Some(tool)),
         Found::Surface(height) => vec![
             line("height", format!("z {height:.2} mm")),
-            line("touched by", tool.to_string()),
+            line(TOUCHED_BY, tool.to_string()),
         ],
         Found::Tip(tip) => tip_lines(tip, tool),
     }
@@ -144,7 +147,7 @@ pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]>
     let height = sheet.surface.at(sheet.corner);
     line("height", format!("z {height:.2} mm at the lower left"));
     if let Some(tool) = tool {
-        line("touched by", tool.to_string());
+        line(TOUCHED_BY, tool.to_string());
     }
     lines
 }

@@ -4,6 +4,7 @@ mod answer;
 mod known;
 mod paper;
 mod session;
+mod sketch;
 mod subject;
 mod view;
 
@@ -26,6 +27,9 @@ use crate::config::Config;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::mounted::{tool_of, usual_tool};
+
+#[cfg(test)]
+pub(super) use view::tests::examples;
 
 /// Find out where the paper lies and where the tool's tip is, by touching points with it
 #[derive(Args, Debug)]

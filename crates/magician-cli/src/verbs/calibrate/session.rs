@@ -175,7 +175,7 @@ fn take(desk: &mut Desk, touched: &mut Touched) {
 /// Enter and Backspace are ours, unless the pad asks or explains something.
 fn wish(key: KeyEvent, pad: &Pad) -> Wish {
     let pressed = key.kind == KeyEventKind::Press && key.modifiers == KeyModifiers::NONE;
-    if !pressed || pad.help || pad.question.is_some() {
+    if !pressed || pad.help.is_some() || pad.question.is_some() {
         return Wish::Move;
     }
     match key.code {

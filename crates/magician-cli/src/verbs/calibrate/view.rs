@@ -1,21 +1,24 @@
 //! How touching looks: what to touch at the left, the arm at the right.
 
+use magician_motion::TopView;
+use magician_program::Problem;
 use ratatui::Frame;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Paragraph, Wrap};
+use ratatui::widgets::Paragraph;
 
-use super::answer::lines as found_lines;
+use super::answer::{TOUCHED_BY, lines as found_lines};
 use super::session::{Model, Touched};
-use super::subject::Subject;
-use crate::terminal::{Theme, help, panel};
-use crate::verbs::jog::{MOVES, at_the_right, foot, thirds};
+use super::sketch::sketch;
+use super::subject::{Found, Subject};
+use crate::terminal::{Theme, panel, thirds, wrapped};
+use crate::verbs::jog::{MOVES, beside, foot};
 
 const KEYS: [(&str, &str); 12] = [
     (
         "Enter",
-        "take the point where the arm stands; in the end: save",
+        "take the point where the arm stands; in the end: save, so that drawings use it",
     ),
     ("Backspace", "take the last point back"),
     MOVES[0],
@@ -56,52 +59,109 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     let [header, middle, footer] = thirds(frame.area(), &foot);
     let program = format!("calibrate {}", touched.subject.name());
     frame.render_widget(seen.header(&program, header.width, theme), header);
-    let left = at_the_right(frame, middle, seen, pad, theme);
-    task(frame, left, touched, theme);
+    let left = beside(frame, middle, seen, pad, theme);
+    task(frame, left, touched, pad.view, theme);
     frame.render_widget(Paragraph::new(foot), footer);
-    if pad.help {
-        help(frame, middle, &KEYS, theme);
+    if let Some(help) = pad.help {
+        help.draw(frame, middle, &KEYS, theme);
     }
 }
 
-fn task(frame: &mut Frame<'_>, area: Rect, touched: &Touched, theme: Theme) {
-    let mut lines = Vec::new();
+fn task(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, theme: Theme) {
+    let block = panel(format!("touch with the tool {}", touched.tool), theme);
+    let inner = block.inner(area);
+    frame.render_widget(block, area);
+    let points = points(touched, theme);
+    let rows = u16::try_from(points.len()).unwrap_or(u16::MAX);
+    // The list has its place whatever else is shown.
+    let room = inner.height.saturating_sub(rows).min(MOST);
+    let [above, list] =
+        Layout::vertical([Constraint::Length(room), Constraint::Length(rows)]).areas(inner);
     match &touched.result {
-        None => {
-            lines.push(Line::raw(touched.subject.instruction()));
-            lines.push(Line::default());
-            lines.extend(sketch(touched, theme));
-        }
-        Some(Ok(found)) => {
-            for [name, value] in found_lines(found, touched.tool) {
-                lines.push(Line::from(vec![
-                    Span::styled(format!("{name:<11}"), theme.dim()),
-                    Span::raw(value),
-                ]));
-            }
-            lines.push(Line::default());
-            lines.push(Line::styled(
-                "Enter saves it: drawings then use it.",
-                theme.note(),
-            ));
-        }
-        Some(Err(problem)) => {
-            lines.push(Line::styled(problem.message.clone(), theme.bad()));
-            if let Some(help) = &problem.help {
-                lines.push(Line::raw(help.clone()));
-            }
-            lines.push(Line::styled(
-                "Backspace takes the last point back.",
-                theme.note(),
-            ));
+        None => to_do(frame, above, touched, view, theme),
+        Some(result) => {
+            let lines = outcome(result, touched, above.width, theme);
+            frame.render_widget(Paragraph::new(lines), above);
         }
     }
-    lines.push(Line::default());
-    lines.extend(points(touched, theme));
-    let title = format!("touch with the tool {}", touched.tool);
-    let text = Paragraph::new(lines).wrap(Wrap { trim: false });
-    frame.render_widget(text.block(panel(title, theme)), area);
+    frame.render_widget(Paragraph::new(points), list);
 }
+
+/// What is to be done in words, and how that looks: one below the other, or side by side, or the words alone.
+fn to_do(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, theme: Theme) {
+    let words = |width: u16| -> Vec<Line<'static>> {
+        let lines = wrapped(touched.subject.instruction(), width.into());
+        lines.into_iter().map(Line::raw).collect()
+    };
+    let rows = |lines: &[Line<'_>]| u16::try_from(lines.len()).unwrap_or(u16::MAX);
+    let sketch = sketch(touched, view, theme);
+    let wide = sketch.iter().map(Line::width).max().unwrap_or(0);
+    let wide = u16::try_from(wide).unwrap_or(u16::MAX).saturating_add(2);
+    let below = words(area.width);
+    let taken = rows(&below).saturating_add(rows(&sketch));
+    if taken <= area.height && wide <= area.width {
+        let [top, _, bottom] = Layout::vertical([
+            Constraint::Length(rows(&below)),
+            Constraint::Length((area.height - taken).min(1)),
+            Constraint::Fill(1),
+        ])
+        .areas(area);
+        frame.render_widget(Paragraph::new(below), top);
+        frame.render_widget(Paragraph::new(sketch), bottom);
+        return;
+    }
+    let [left, right] =
+        Layout::horizontal([Constraint::Length(wide), Constraint::Fill(1)]).areas(area);
+    let beside = words(right.width);
+    if right.width > 0 && rows(&beside).max(rows(&sketch)) <= area.height {
+        frame.render_widget(Paragraph::new(sketch), left);
+        frame.render_widget(Paragraph::new(beside), right);
+        return;
+    }
+    frame.render_widget(Paragraph::new(below), area);
+}
+
+/// What the touches came to.
+fn outcome(
+    result: &Result<Found, Problem>,
+    touched: &Touched,
+    width: u16,
+    theme: Theme,
+) -> Vec<Line<'static>> {
+    let mut lines = Vec::new();
+    let said = |text: &str, style: Style| -> Vec<Line<'static>> {
+        let text = wrapped(text, width.into()).into_iter();
+        text.map(|text| Line::styled(text, style)).collect()
+    };
+    match result {
+        Ok(found) => {
+            // With which tool is in the title.
+            let found = found_lines(found, touched.tool).into_iter();
+            for [name, value] in found.filter(|[name, _]| name != TOUCHED_BY) {
+                let values = wrapped(&value, usize::from(width).saturating_sub(NAME));
+                lines.extend(values.into_iter().enumerate().map(|(nth, value)| {
+                    let name = if nth == 0 { name.as_str() } else { "" };
+                    Line::from(vec![
+                        Span::styled(format!("{name:<NAME$}"), theme.dim()),
+                        Span::raw(value),
+                    ])
+                }));
+            }
+        }
+        Err(problem) => {
+            lines.extend(said(&problem.message, theme.bad()));
+            let help = problem.help.iter();
+            lines.extend(help.flat_map(|help| said(help, Style::new())));
+            lines.extend(said("Backspace takes the last point back.", theme.note()));
+        }
+    }
+    lines
+}
+
+/// Rows above the list: what is shown there takes no more.
+const MOST: u16 = 12;
+/// Columns of the name of what was found.
+const NAME: usize = 11;
 
 /// The points: what was taken, and which is next.
 fn points(touched: &Touched, theme: Theme) -> Vec<Line<'static>> {
@@ -124,7 +184,7 @@ fn points(touched: &Touched, theme: Theme) -> Vec<Line<'static>> {
 }
 
 /// How a point is shown: taken, next, or later.
-fn sign(touched: &Touched, nth: usize, theme: Theme) -> (&'static str, Style) {
+pub(super) fn sign(touched: &Touched, nth: usize, theme: Theme) -> (&'static str, Style) {
     match nth.cmp(&touched.touches.len()) {
         std::cmp::Ordering::Less => ("●", theme.good()),
         std::cmp::Ordering::Equal => ("▶", theme.key()),
@@ -132,62 +192,14 @@ fn sign(touched: &Touched, nth: usize, theme: Theme) -> (&'static str, Style) {
     }
 }
 
-/// The paper as it lies before the arm, its corners numbered.
-fn sketch(touched: &Touched, theme: Theme) -> Vec<Line<'static>> {
-    let corner = |nth: usize| {
-        let (sign, style) = sign(touched, nth, theme);
-        Span::styled(format!("{} {sign}", nth + 1), style)
-    };
-    let edge = || Span::styled("────────────────", theme.dim());
-    let side = |text: &str| Line::from(Span::styled(text.to_owned(), theme.dim()));
-    match touched.subject {
-        Subject::Sheet => vec![
-            Line::from(vec![
-                Span::raw("       "),
-                corner(2),
-                edge(),
-                Span::styled("┐", theme.dim()),
-            ]),
-            side("         │                │    Y"),
-            side(" ┌───┐   │     paper      │    ▲"),
-            side(" │arm│   │                │    │"),
-            side(" └───┘   │                │    └──▶ X"),
-            Line::from(vec![
-                Span::raw("       "),
-                corner(0),
-                edge(),
-                flipped(corner(1)),
-            ]),
-        ],
-        Subject::Surface => vec![
-            side("            │ tool"),
-            side("            ▼"),
-            side("   ─────────┴───────── paper or table"),
-        ],
-        Subject::Tool => vec![
-            side("     │              │"),
-            side("     └─┐          ┌─┘   turned by J4"),
-            side("       ▼          ▼"),
-            side("   ────+──────────+──── the same mark"),
-        ],
-    }
-}
-
-/// The sign before the number.
-fn flipped(corner: Span<'static>) -> Span<'static> {
-    let text: Vec<&str> = corner.content.split(' ').collect();
-    let text = text.into_iter().rev().collect::<Vec<_>>().join(" ");
-    Span::styled(text, corner.style)
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use magician_program::Tool;
 
     use super::super::subject::Touch;
     use super::*;
     use crate::terminal::Seen;
-    use crate::terminal::test::{screen, shows, status};
+    use crate::terminal::test::{Example, screen, shows, status};
     use crate::verbs::jog::{Pad, Tools};
 
     fn model(subject: Subject, touches: &[[f64; 4]]) -> Model {
@@ -204,6 +216,107 @@ mod tests {
         }
     }
 
+    /// Touching in all its forms.
+    pub(in crate::verbs) fn examples() -> Vec<Example> {
+        const CORNERS: [[f64; 4]; 3] = [
+            [150.0, -105.0, -61.0, 0.0],
+            [447.0, -105.0, -61.0, 0.0],
+            [150.0, 105.6, -61.0, 0.0],
+        ];
+        const STEEP: [[f64; 4]; 3] = [
+            [200.0, 0.0, 0.0, 0.0],
+            [280.0, 0.0, 0.0, 0.0],
+            [200.0, 80.0, 70.0, 0.0],
+        ];
+        let arm = [
+            "x 259.10",
+            "r 0.00",
+            "J2 45.0",
+            "step 5",
+            "50 %",
+            "stands",
+            "0x00 ResetOccurred:",
+            "clear the alarms",
+            "touch with the tool pen",
+        ];
+        let example = |name, subject: Subject, touches: &'static [[f64; 4]], needs: &[&str]| {
+            let shown = move |help| {
+                let mut model = model(subject, touches);
+                model.pad.help = help;
+                model
+            };
+            let needs = [&arm[..], needs].concat();
+            Example::new(name, &needs, &KEYS, shown, draw)
+        };
+        vec![
+            example(
+                "calibrate sheet",
+                Subject::Sheet,
+                &CORNERS[..1],
+                &[
+                    Subject::Sheet.instruction(),
+                    "x+ ↑",
+                    "y+ ←",
+                    "─●1",
+                    "● 1 lower left x 150.00 y -105.00 z -61.00",
+                    "▶ 2 lower right next",
+                    "○ 3 upper left",
+                    "Enter take the point",
+                    "? all keys",
+                ],
+            ),
+            example(
+                "calibrate sheet, found",
+                Subject::Sheet,
+                &CORNERS,
+                &[
+                    "size 297.0 by 210.6 mm",
+                    "paper looks like A4, landscape, 0.6 mm off",
+                    "lower left x 150.0 y -105.0",
+                    "rotation 0.0 deg to the left",
+                    "tilt 0.00 deg",
+                    "height z -61.00 mm at the lower left",
+                    "● 1 lower left x 150.00 y -105.00 z -61.00",
+                    "● 3 upper left x 150.00 y 105.60 z -61.00",
+                    "Enter save it",
+                    "q quit without saving",
+                ],
+            ),
+            example(
+                "calibrate sheet, refused",
+                Subject::Sheet,
+                &STEEP,
+                &[
+                    "the surface is tilted by 41.2 deg",
+                    "Backspace takes the last point back.",
+                    "● 3 upper left x 200.00 y 80.00 z 70.00",
+                    "? all keys",
+                ],
+            ),
+            example(
+                "calibrate surface",
+                Subject::Surface,
+                &[],
+                &[
+                    Subject::Surface.instruction(),
+                    "─────────┴───────── paper or table",
+                    "▶ 1 anywhere next",
+                ],
+            ),
+            example(
+                "calibrate tool",
+                Subject::Tool,
+                &[[230.0, 40.0, -60.0, 10.0]],
+                &[
+                    Subject::Tool.instruction(),
+                    "────+──────────+──── the same mark",
+                    "● 1 the point x 230.00 y 40.00 r 10.00",
+                    "▶ 2 turned next",
+                ],
+            ),
+        ]
+    }
+
     fn drawn(model: &Model, width: u16, height: u16) -> Vec<String> {
         screen(width, height, |frame| draw(frame, model, Theme::PLAIN))
     }
@@ -215,12 +328,31 @@ mod tests {
             let screen = drawn(&model, width, height);
             shows(
                 &screen,
-                &["touch with the tool pen", "1 ●────", "▶ 2", "3 ○"],
+                &["touch with the tool pen", "3○────", "────●1", "┌────", "▶2"],
             );
             shows(
                 &screen,
                 &["x  180.00 y  -60.00 z  -61.00", "Enter take the point"],
             );
+        }
+    }
+
+    #[test]
+    fn the_sketch_lies_where_the_keys_lead() {
+        let mut model = model(Subject::Sheet, &[]);
+        // Which corner is at the lower left and at the lower right of the screen, and the way to y.
+        for (corners, axes) in [
+            (["3○────", "────▶1"], ["x+ ↑", "y+ ←"]),
+            (["1▶────", "────○2"], ["x+ →", "y+ ↑"]),
+            (["2○────", "────┘"], ["x+ ↓", "y+ →"]),
+            (["└────", "────○3"], ["x+ ←", "y+ ↓"]),
+        ] {
+            for (width, height) in [(60, 20), (80, 24)] {
+                let screen = drawn(&model, width, height);
+                shows(&screen, &corners);
+                shows(&screen, &axes);
+            }
+            model.pad.view = model.pad.view.turned();
         }
     }
 

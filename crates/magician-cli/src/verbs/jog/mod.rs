@@ -1,6 +1,7 @@
 //! `jog`: a pad for the arm on the terminal, or one checked step.
 
 mod axis;
+mod beside;
 mod desk;
 mod hands;
 mod hold;
@@ -24,13 +25,14 @@ use crate::progress::attended;
 use crate::terminal::{self, Stage};
 
 pub(super) use axis::Axis;
+pub(super) use beside::{TIGHT_ROWS, beside, tight};
 pub(super) use desk::{Desk, End, Happened, next_of, rail_of, title, tools};
 pub(super) use hands::{Order, What};
 pub(super) use pad::{Pad, Reply, Tone, Tools};
+#[cfg(test)]
+pub(super) use tests::examples;
 use view::Model;
-pub(super) use view::{
-    MOVES, alarm_panel, at_the_right, foot, joint_bars, log_panel, said, thirds, tool_spans,
-};
+pub(super) use view::{MOVES, alarm_panel, foot, joint_bars, log_panel, tool_lines};
 
 /// Move the arm by keys on the terminal, or by one step: `jog x 10`
 #[derive(Args, Debug)]

@@ -3,11 +3,13 @@
 use std::time::Duration;
 
 use magician::{Set, words};
+use magician_motion::TopView;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::axis::{Axis, Heading};
 use super::hands::{Done, Order, What};
 use super::hold::{Hold, Turn};
+use crate::terminal::Help;
 
 /// Lengths of steps, mm or degrees.
 const STEPS: [f32; 5] = [0.1, 1.0, 5.0, 10.0, 50.0];
@@ -90,7 +92,10 @@ pub(crate) struct Pad {
     /// What moves the arm.
     pub(crate) doing: Option<What>,
     pub(crate) question: Option<Question>,
-    pub(crate) help: bool,
+    /// The list of keys, while it is shown.
+    pub(crate) help: Option<Help>,
+    /// From where the arm is seen: the arrows lead where they point.
+    pub(crate) view: TopView,
     pub(crate) message: Option<(Tone, String)>,
     /// The last move that was refused, and why.
     pub(crate) refusal: Option<String>,
@@ -109,7 +114,8 @@ impl Pad {
             hold: Hold::new(),
             doing: None,
             question: None,
-            help: false,
+            help: None,
+            view: TopView::BEHIND,
             message: None,
             refusal: None,
             wanted: tools,
@@ -132,8 +138,8 @@ impl Pad {
         if key.code == KeyCode::Char(' ') {
             return self.stop();
         }
-        if self.help {
-            self.help = false;
+        if let Some(help) = self.help {
+            self.help = help.after(key.code);
             return Reply::Nothing;
         }
         if let Some(question) = self.question.take() {
@@ -200,25 +206,47 @@ impl Pad {
 
     /// What a key moves, in the frame in force.
     pub(crate) fn heading(&self, code: KeyCode) -> Option<Heading> {
-        let (place, forward) = match code {
-            KeyCode::Up => (0, true),
-            KeyCode::Down => (0, false),
-            KeyCode::Left => (1, true),
-            KeyCode::Right => (1, false),
-            KeyCode::PageUp | KeyCode::Char('w') => (2, true),
-            KeyCode::PageDown | KeyCode::Char('s') => (2, false),
-            KeyCode::Char('a') => (3, true),
-            KeyCode::Char('d') => (3, false),
-            KeyCode::Char(']') if self.rail => (4, true),
-            KeyCode::Char('[') if self.rail => (4, false),
+        let heading = |axis, forward| Some(Heading { axis, forward });
+        let (cartesian, joint) = match code {
+            KeyCode::Up | KeyCode::Down | KeyCode::Left | KeyCode::Right => {
+                return self.arrow(code);
+            }
+            KeyCode::PageUp | KeyCode::PageDown | KeyCode::Char('w' | 's') => (Axis::Z, Axis::J3),
+            KeyCode::Char('a' | 'd') => (Axis::R, Axis::J4),
+            KeyCode::Char(']' | '[') if self.rail => (Axis::L, Axis::L),
             _ => return None,
         };
-        let axes = match self.frame {
-            Frame::Cartesian => [Axis::X, Axis::Y, Axis::Z, Axis::R, Axis::L],
-            // The arrows at the sides turn the base, as they move the tool to the sides.
-            Frame::Joints => [Axis::J2, Axis::J1, Axis::J3, Axis::J4, Axis::L],
+        let forward = matches!(code, KeyCode::PageUp | KeyCode::Char('w' | 'a' | ']'));
+        match self.frame {
+            Frame::Cartesian => heading(cartesian, forward),
+            Frame::Joints => heading(joint, forward),
+        }
+    }
+
+    /// An arrow leads where it points, as the arm is seen.
+    fn arrow(&self, code: KeyCode) -> Option<Heading> {
+        let arrow = match code {
+            KeyCode::Up => [0.0, 1.0],
+            KeyCode::Down => [0.0, -1.0],
+            KeyCode::Left => [-1.0, 0.0],
+            KeyCode::Right => [1.0, 0.0],
+            _ => return None,
         };
-        let axis = axes[place];
+        let (axis, forward) = match self.frame {
+            Frame::Cartesian => {
+                let [x, y] = self.view.unproject(arrow);
+                match x.abs() > y.abs() {
+                    true => (Axis::X, x > 0.0),
+                    false => (Axis::Y, y > 0.0),
+                }
+            }
+            // Joints have no direction on the ground. The arrows at the sides turn the base, as they move the tool to the
+            // sides for who stands behind the arm.
+            Frame::Joints => match code {
+                KeyCode::Up | KeyCode::Down => (Axis::J2, code == KeyCode::Up),
+                _ => (Axis::J1, code == KeyCode::Left),
+            },
+        };
         Some(Heading { axis, forward })
     }
 
@@ -250,7 +278,7 @@ impl Pad {
     fn stop(&mut self) -> Reply {
         self.hold.let_go();
         self.question = None;
-        self.help = false;
+        self.help = None;
         self.tools.laser = false;
         self.wanted = self.tools;
         self.say(Tone::Plain, "stopping");
@@ -274,7 +302,11 @@ impl Pad {
     fn other(&mut self, code: KeyCode) -> Reply {
         match code {
             KeyCode::Char('q') => return Reply::Quit,
-            KeyCode::Char('?') | KeyCode::F(1) => self.help = true,
+            KeyCode::Char('?') | KeyCode::F(1) => self.help = Some(Help::default()),
+            KeyCode::Char('V') => {
+                self.view = self.view.turned();
+                return self.let_go();
+            }
             KeyCode::Tab | KeyCode::BackTab => {
                 self.frame = match self.frame {
                     Frame::Cartesian => Frame::Joints,
@@ -408,6 +440,51 @@ mod tests {
     }
 
     #[test]
+    fn arrows_lead_where_the_view_shows_it() {
+        const ARROWS: [(KeyCode, [f64; 2]); 4] = [
+            (KeyCode::Up, [0.0, 1.0]),
+            (KeyCode::Down, [0.0, -1.0]),
+            (KeyCode::Left, [-1.0, 0.0]),
+            (KeyCode::Right, [1.0, 0.0]),
+        ];
+        let mut pad = pad();
+        let told = |pad: &Pad| {
+            [KeyCode::Up, KeyCode::Left].map(|code| pad.heading(code).unwrap().to_string())
+        };
+        assert_eq!(told(&pad), ["x+", "y+"]);
+        for seen in [["y+", "x-"], ["x-", "y-"], ["y-", "x+"], ["x+", "y+"]] {
+            letter(&mut pad, 'V');
+            assert_eq!(told(&pad), seen);
+            for (code, arrow) in ARROWS {
+                let heading = pad.heading(code).unwrap();
+                let by = f64::from(heading.signed(1.0));
+                let way = match heading.axis {
+                    Axis::X => [by, 0.0],
+                    _ => [0.0, by],
+                };
+                assert_eq!(pad.view.project(way), arrow, "{code:?}");
+            }
+        }
+        // A key that is held leads elsewhere after the turn: it has to be pressed anew.
+        letter(&mut pad, 'm');
+        press(&mut pad, KeyCode::Up);
+        assert_eq!(letter(&mut pad, 'V'), Reply::Order(Order::EndJog));
+        // Joints are not of the ground.
+        press(&mut pad, KeyCode::Tab);
+        assert_eq!(told(&pad), ["j2+", "j1+"]);
+    }
+
+    #[test]
+    fn arrows_turn_pages_of_the_help_and_move_nothing() {
+        let mut pad = pad();
+        letter(&mut pad, '?');
+        assert_eq!(press(&mut pad, KeyCode::Down), Reply::Nothing);
+        assert_ne!(pad.help, Some(Help::default()));
+        assert_eq!(letter(&mut pad, 'q'), Reply::Nothing);
+        assert_eq!(pad.help, None);
+    }
+
+    #[test]
     fn a_refusal_is_kept_until_the_next_one() {
         let mut pad = pad();
         let outcome = Err(Failure::invalid(
@@ -437,7 +514,7 @@ mod tests {
         for key in ['h', 'l', '?'] {
             letter(&mut pad, key);
             assert_eq!(letter(&mut pad, ' '), Reply::Order(Order::Stop));
-            assert!(pad.question.is_none() && !pad.help);
+            assert!(pad.question.is_none() && pad.help.is_none());
         }
     }
 

@@ -8,8 +8,8 @@ use super::axis::{Axis, Heading};
 use super::hands::What;
 use super::pad::{self, Pad, Question, Tools, Way};
 use super::view::{Model, draw};
-use crate::terminal::test::{screen, shows};
-use crate::terminal::{Seen, Theme};
+use crate::terminal::test::{Example, screen, shows};
+use crate::terminal::{Help, Seen, Theme};
 
 fn model() -> Model {
     let mut seen = Seen::new("arm at a port".to_owned(), 32);
@@ -18,6 +18,79 @@ fn model() -> Model {
         seen,
         pad: Pad::new(50.0, Tools::default(), false),
     }
+}
+
+/// The pad in several states.
+pub(in crate::verbs) fn examples() -> Vec<Example> {
+    fn example(name: &'static str, needs: &[&str], change: fn(&mut Model)) -> Example {
+        let shown = move |help| {
+            let mut model = model();
+            change(&mut model);
+            model.pad.help = help;
+            model
+        };
+        Example::new(name, needs, &super::view::KEYS, shown, draw)
+    }
+    let always = ["magician jog | arm at a port", "link up"];
+    let stands = [
+        "x 259.10",
+        "y 0.00",
+        "z -8.49",
+        "r 0.00",
+        "J1 0.0",
+        "J2 45.0",
+        "J3 45.0",
+        "J4 0.0",
+        "2-3 0.0",
+        "step 5",
+        "50 %",
+        "stands 0.0 mm/s",
+        "○ suction ○ gripper ○ laser",
+        "0x00 ResetOccurred:",
+        "clear the alarms",
+        "? all keys",
+    ];
+    let need = |more: &[&'static str]| [&always[..], more].concat();
+    vec![
+        example("jog", &need(&stands), |_| {}),
+        example(
+            "jog with a rail, its laser on, refused",
+            &need(&[
+                "l 125.50",
+                "jogs j3-",
+                "joints",
+                "hold",
+                "laser ON",
+                "x+: joint 2 would be at 91.3 deg, limit 90.0 deg: move it the other way",
+                "J2 45.0",
+                "0x00 ResetOccurred",
+            ]),
+            |model| {
+                model.seen.rail = Some(125.5);
+                model.pad.rail = true;
+                model.pad.frame = pad::Frame::Joints;
+                model.pad.way = Way::Hold;
+                model.pad.tools.laser = true;
+                model.pad.tools.grips = Some(true);
+                let (axis, forward) = (Axis::J3, false);
+                model.pad.doing = Some(What::Jog(Heading { axis, forward }));
+                let why = "x+: joint 2 would be at 91.3 deg, limit 90.0 deg: move it the other way";
+                model.pad.refusal = Some(why.to_owned());
+                model.seen.note(why);
+            },
+        ),
+        example(
+            "jog that asks",
+            &need(&[
+                "home: the base turns to its end and back, half a minute. Way free? y/n",
+                "x 259.10",
+                "J4 0.0",
+                "○ suction ○ gripper ○ laser",
+                "0x00 ResetOccurred",
+            ]),
+            |model| model.pad.question = Some(Question::Home),
+        ),
+    ]
 }
 
 fn picture(model: &Model, width: u16, height: u16) -> Vec<String> {
@@ -48,6 +121,20 @@ fn a_pad_on_a_narrow_and_on_a_wide_terminal() {
 }
 
 #[test]
+fn the_keys_beside_the_coordinates_turn_with_the_view() {
+    let mut model = model();
+    model.pad.view = model.pad.view.turned();
+    shows(
+        &picture(&model, 80, 24),
+        &["x    259.10 mm  right left", "y      0.00 mm  up down"],
+    );
+    shows(
+        &picture(&model, 60, 20),
+        &["x   259.10 →←", "y     0.00 ↑↓"],
+    );
+}
+
+#[test]
 fn what_is_done_and_asked_and_refused() {
     let mut model = model();
     model.pad.frame = pad::Frame::Joints;
@@ -67,7 +154,7 @@ fn what_is_done_and_asked_and_refused() {
             " home: the base turns",
         ],
     );
-    model.pad.help = true;
+    model.pad.help = Some(Help::default());
     shows(&picture(&model, 80, 24), &["stop, whatever moves"]);
 }
 
@@ -93,7 +180,7 @@ fn a_narrow_terminal_shows_whole_messages_and_where_the_keys_are() {
     let long = "x+: joint 2 would be at 91.3 deg, limit 90.0 deg, and this is the end";
     model.pad.say(pad::Tone::Bad, long);
     shows(&picture(&model, 40, 20), &["and this is the end"]);
-    model.pad.help = true;
+    model.pad.help = Some(Help::default());
     shows(
         &picture(&model, 60, 30),
         &["move; hold: it", "moves while held"],

@@ -1,15 +1,17 @@
 //! How the pad looks.
 
 use ratatui::Frame;
+use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Paragraph, Wrap};
+use ratatui::widgets::Paragraph;
 
-use super::axis::Axis;
+use super::axis::{Axis, Heading};
+use super::beside::{TIGHT_ROWS, TITLE, tight};
 use super::hands::What;
 use super::pad::{self, Pad, Tone, Tools, Way};
-use crate::terminal::{Seen, Theme, fitted, help, lamp, mm, panel, wrapped};
+use crate::terminal::{Seen, Theme, fitted, lamp, mm, panel, said, thirds, wrapped};
 
 /// What is shown.
 #[derive(Clone, Debug)]
@@ -20,14 +22,17 @@ pub(crate) struct Model {
 
 /// Keys that move, whatever the program.
 pub(crate) const MOVES: [(&str, &str); 6] = [
-    ("arrows", "x and y; as joints J2 and J1"),
+    (
+        "arrows  V",
+        "x and y; as joints J2 and J1; V turns the view, arrows with it",
+    ),
     ("w s PgUp/Dn", "z up and down; J3"),
     ("a d", "r left and right; J4"),
     ("[ ]", "the rail, if there is one"),
     ("space", "stop, whatever moves"),
     ("tab", "coordinates or joints"),
 ];
-const KEYS: [(&str, &str); 17] = [
+pub(super) const KEYS: [(&str, &str); 17] = [
     MOVES[0],
     MOVES[1],
     MOVES[2],
@@ -65,30 +70,58 @@ const HINTS: [(&str, &str); 7] = [
     ("?", "all keys"),
 ];
 
+/// On fewer rows there is no room for bars of joints.
+const LEAST_ROWS: u16 = 24;
+
 /// Draws one frame.
 pub(crate) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     let Model { seen, pad } = model;
     let foot = foot(pad, &HINTS, frame.area().width, theme);
     let [header, middle, footer] = thirds(frame.area(), &foot);
     frame.render_widget(seen.header("jog", header.width, theme), header);
+    match frame.area().height < LEAST_ROWS {
+        true => small(frame, middle, seen, pad, theme),
+        false => large(frame, middle, seen, pad, theme),
+    }
+    frame.render_widget(Paragraph::new(foot), footer);
+    if let Some(help) = pad.help {
+        help.draw(frame, middle, &KEYS, theme);
+    }
+}
+
+fn large(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
+    let mut lines = pad_lines(seen, pad, area.width.saturating_sub(2), theme);
+    lines.extend(refusal(pad, area.width.saturating_sub(2), theme));
     let [top, pads, alarms, log] = Layout::vertical([
         Constraint::Length(7),
-        Constraint::Length(7),
-        Constraint::Length(if middle.height > 28 { 6 } else { 4 }),
+        Constraint::Length(u16::try_from(lines.len() + 2).unwrap_or(7)),
+        Constraint::Length(if area.height > 28 { 6 } else { 4 }),
         Constraint::Fill(1),
     ])
-    .areas(middle);
+    .areas(area);
     let [place, joints] =
         Layout::horizontal([Constraint::Length(30), Constraint::Fill(1)]).areas(top);
     pose(frame, place, seen, pad, theme);
     joint_bars(frame, joints, seen, theme);
-    state(frame, pads, seen, pad, theme);
+    frame.render_widget(Paragraph::new(lines).block(panel("pad", theme)), pads);
     alarm_panel(frame, alarms, seen, theme);
     log_panel(frame, log, seen, theme);
-    frame.render_widget(Paragraph::new(foot), footer);
-    if pad.help {
-        help(frame, middle, &KEYS, theme);
-    }
+}
+
+/// The joints as figures; what was refused last is in the log.
+fn small(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
+    let [top, alarms, log] = Layout::vertical([
+        Constraint::Length(TIGHT_ROWS),
+        Constraint::Length(4),
+        Constraint::Fill(1),
+    ])
+    .areas(area);
+    let [place, pads] =
+        Layout::horizontal([Constraint::Length(30), Constraint::Fill(1)]).areas(top);
+    tight(frame, place, TITLE, seen, Some(pad), theme);
+    pad_panel(frame, pads, seen, pad, theme);
+    alarm_panel(frame, alarms, seen, theme);
+    log_panel(frame, log, seen, theme);
 }
 
 /// Where the tool is, and the keys that move it.
@@ -97,19 +130,18 @@ pub(crate) fn pose(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, th
     let cartesian = pad.frame == pad::Frame::Cartesian;
     if let Some(status) = &seen.status {
         let p = &status.pose;
-        let keys: [(Axis, f32, &str, &str); 4] = [
-            (Axis::X, p.x, "up down", "left right"),
-            (Axis::Y, p.y, "left right", "up down"),
-            (Axis::Z, p.z, "w s", "w s"),
-            (Axis::R, p.r, "a d", "a d"),
-        ];
-        for (axis, value, key, _) in keys {
-            let key = if cartesian { key } else { "" };
-            lines.push(row(axis, value, key, moves(pad, axis), theme));
+        for (axis, value) in [
+            (Axis::X, p.x),
+            (Axis::Y, p.y),
+            (Axis::Z, p.z),
+            (Axis::R, p.r),
+        ] {
+            lines.push(row(axis, value, &keys(pad, axis), moves(pad, axis), theme));
         }
     }
     if let Some(rail) = seen.rail {
-        lines.push(row(Axis::L, rail, "] [", moves(pad, Axis::L), theme));
+        let moves = moves(pad, Axis::L);
+        lines.push(row(Axis::L, rail, &keys(pad, Axis::L), moves, theme));
     }
     let title = match cartesian {
         true => "tool: arrows move it",
@@ -130,7 +162,39 @@ fn row(axis: Axis, value: f32, key: &str, moves: bool, theme: Theme) -> Line<'st
     ])
 }
 
-fn moves(pad: &Pad, axis: Axis) -> bool {
+/// The keys that move an axis forward and back, as the pad stands.
+fn keys(pad: &Pad, axis: Axis) -> String {
+    const NAMES: [(KeyCode, &str); 10] = [
+        (KeyCode::Up, "up"),
+        (KeyCode::Down, "down"),
+        (KeyCode::Left, "left"),
+        (KeyCode::Right, "right"),
+        (KeyCode::Char('w'), "w"),
+        (KeyCode::Char('s'), "s"),
+        (KeyCode::Char('a'), "a"),
+        (KeyCode::Char('d'), "d"),
+        (KeyCode::Char(']'), "]"),
+        (KeyCode::Char('['), "["),
+    ];
+    key_names(pad, axis, &NAMES).join(" ")
+}
+
+/// The names of the keys that move an axis forward and back, if they do.
+pub(super) fn key_names(
+    pad: &Pad,
+    axis: Axis,
+    names: &[(KeyCode, &'static str)],
+) -> Vec<&'static str> {
+    let name = |forward| {
+        let wanted = Some(Heading { axis, forward });
+        let mut names = names.iter();
+        let found = names.find(|(code, _)| pad.heading(*code) == wanted);
+        found.map(|(_, name)| *name)
+    };
+    [true, false].into_iter().filter_map(name).collect()
+}
+
+pub(super) fn moves(pad: &Pad, axis: Axis) -> bool {
     matches!(pad.doing, Some(What::Jog(heading) | What::Step(heading)) if heading.axis == axis)
 }
 
@@ -141,92 +205,97 @@ pub(crate) fn joint_bars(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: 
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// How much room there is for words.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Placing {
-    Narrow,
-    Wide,
-}
-
 /// How keys move, what is done, what the tools do.
-pub(crate) fn pad_panel(
-    frame: &mut Frame<'_>,
-    area: Rect,
-    seen: &Seen,
-    pad: &Pad,
-    placing: Placing,
-    theme: Theme,
-) {
-    let lines = pad_lines(seen, pad, placing, theme);
+pub(super) fn pad_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
+    let lines = pad_lines(seen, pad, area.width.saturating_sub(2), theme);
     frame.render_widget(Paragraph::new(lines).block(panel("pad", theme)), area);
 }
 
-fn state(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
-    let mut lines = pad_lines(seen, pad, Placing::Wide, theme);
-    let refusal = match &pad.refusal {
-        Some(why) => Line::from(vec![
-            Span::styled("refused ", theme.note()),
-            Span::raw(why.clone()),
-        ]),
-        None => Line::styled("nothing was refused", theme.dim()),
+/// What was refused last, and why.
+fn refusal(pad: &Pad, width: u16, theme: Theme) -> Vec<Line<'static>> {
+    const REFUSED: &str = "refused ";
+    let Some(why) = &pad.refusal else {
+        return vec![Line::styled("nothing was refused", theme.dim())];
     };
-    lines.push(refusal);
-    let text = Paragraph::new(lines).wrap(Wrap { trim: false });
-    frame.render_widget(text.block(panel("pad", theme)), area);
+    let lines = wrapped(&format!("{REFUSED}{why}"), width.into());
+    let line = |text: String| match text.strip_prefix(REFUSED) {
+        Some(rest) => Line::from(vec![
+            Span::styled(REFUSED, theme.note()),
+            Span::raw(rest.to_owned()),
+        ]),
+        None => Line::raw(text),
+    };
+    lines.into_iter().map(line).collect()
 }
 
-fn pad_lines(seen: &Seen, pad: &Pad, placing: Placing, theme: Theme) -> Vec<Line<'static>> {
-    let (narrow, wide) = match pad.frame {
-        pad::Frame::Cartesian => ("x y z r", "coordinates"),
-        pad::Frame::Joints => ("joints", "joints J2 J1 J3 J4"),
-    };
-    let speed = format!("{} %", mm(f64::from(pad.speed)));
-    let step = mm(f64::from(pad.step));
-    let first = match placing {
-        Placing::Narrow => {
-            let way = match pad.way {
-                Way::Step => format!("step {step}"),
-                Way::Hold => "hold".to_owned(),
-            };
-            Line::styled(format!("{narrow}  {way}  {speed}"), theme.title())
-        }
-        Placing::Wide => {
-            let way = match pad.way {
-                Way::Step => format!("step {step} mm or deg"),
-                Way::Hold if pad.hold.tells_releases() => "hold: moves until release".to_owned(),
-                Way::Hold => "hold: moves while held".to_owned(),
-            };
-            Line::from(vec![
-                Span::styled("moves ", theme.dim()),
-                Span::styled(wide, theme.title()),
-                Span::styled("  by ", theme.dim()),
-                Span::styled(way, theme.title()),
-                Span::styled("  speed ", theme.dim()),
-                Span::styled(speed, theme.title()),
-            ])
-        }
-    };
-    let (doing, tools) = (doing(seen, pad), tool_spans(pad.tools, theme));
+/// The same on lines so wide.
+pub(super) fn pad_lines(seen: &Seen, pad: &Pad, width: u16, theme: Theme) -> Vec<Line<'static>> {
+    let roomy = roomy_line(pad, theme);
+    let is_roomy = roomy.width() <= usize::from(width);
+    let label = |text| is_roomy.then(|| Span::styled(text, theme.dim()));
     let style = match pad.doing.is_none() && seen.stands() {
         true => theme.dim(),
         false => theme.good(),
     };
     let doing = [
-        Span::styled(doing, style),
+        Span::styled(doing(seen, pad), style),
         Span::styled(format!("  {:.1} mm/s", seen.speed().tool), theme.dim()),
     ];
-    let label = |text| match placing {
-        Placing::Narrow => None,
-        Placing::Wide => Some(Span::styled(text, theme.dim())),
-    };
-    vec![
-        first,
-        label("arm   ").into_iter().chain(doing).collect(),
-        label("tools ").into_iter().chain(tools).collect(),
-    ]
+    let tools = tool_lines(pad.tools, width.saturating_sub(6), theme);
+    let mut lines = vec![match is_roomy {
+        true => roomy,
+        false => mode_line(pad, theme),
+    }];
+    lines.push(label("arm   ").into_iter().chain(doing).collect());
+    match is_roomy {
+        true => lines.extend((tools.into_iter().enumerate()).map(|(nth, tools)| {
+            let label = label(if nth == 0 { "tools " } else { "      " });
+            label.into_iter().chain(tools).collect()
+        })),
+        false => lines.extend(tool_lines(pad.tools, width, theme)),
+    }
+    lines
 }
 
-fn doing(seen: &Seen, pad: &Pad) -> String {
+/// How keys move, in a few words.
+pub(super) fn mode_line(pad: &Pad, theme: Theme) -> Line<'static> {
+    let frame = match pad.frame {
+        pad::Frame::Cartesian => "x y z r",
+        pad::Frame::Joints => "joints",
+    };
+    let way = match pad.way {
+        Way::Step => format!("step {}", mm(f64::from(pad.step))),
+        Way::Hold => "hold".to_owned(),
+    };
+    Line::styled(
+        format!("{frame}  {way}  {} %", mm(f64::from(pad.speed))),
+        theme.title(),
+    )
+}
+
+fn roomy_line(pad: &Pad, theme: Theme) -> Line<'static> {
+    let frame = match pad.frame {
+        pad::Frame::Cartesian => "coordinates",
+        pad::Frame::Joints => "joints J2 J1 J3 J4",
+    };
+    let way = match pad.way {
+        Way::Step => format!("step {} mm or deg", mm(f64::from(pad.step))),
+        Way::Hold if pad.hold.tells_releases() => "hold: moves until release".to_owned(),
+        Way::Hold => "hold: moves while held".to_owned(),
+    };
+    let speed = format!("{} %", mm(f64::from(pad.speed)));
+    Line::from(vec![
+        Span::styled("moves ", theme.dim()),
+        Span::styled(frame, theme.title()),
+        Span::styled("  by ", theme.dim()),
+        Span::styled(way, theme.title()),
+        Span::styled("  speed ", theme.dim()),
+        Span::styled(speed, theme.title()),
+    ])
+}
+
+/// What the arm does.
+pub(super) fn doing(seen: &Seen, pad: &Pad) -> String {
     match pad.doing {
         Some(What::Jog(heading)) => format!("jogs {heading}"),
         Some(What::Step(heading)) => format!("steps {heading}"),
@@ -239,8 +308,17 @@ fn doing(seen: &Seen, pad: &Pad) -> String {
     }
 }
 
-/// What the tools do.
-pub(crate) fn tool_spans(tools: Tools, theme: Theme) -> [Span<'static>; 3] {
+/// What the tools do, on one line, or on two where it is narrow: a laser that is on is seen.
+pub(crate) fn tool_lines(tools: Tools, width: u16, theme: Theme) -> Vec<Line<'static>> {
+    let [suction, gripper, laser] = tool_spans(tools, theme);
+    let line = Line::from(vec![suction.clone(), gripper.clone(), laser.clone()]);
+    match line.width() <= usize::from(width) {
+        true => vec![line],
+        false => vec![Line::from(vec![suction, gripper]), Line::from(laser)],
+    }
+}
+
+fn tool_spans(tools: Tools, theme: Theme) -> [Span<'static>; 3] {
     let gripper = match tools.grips {
         None => "gripper",
         Some(true) => "closed",
@@ -272,14 +350,16 @@ pub(crate) fn tool_spans(tools: Tools, theme: Theme) -> [Span<'static>; 3] {
 /// The alarms that stand.
 pub(crate) fn alarm_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: Theme) {
     let block = panel("alarms", theme);
-    let text = seen.alarms(block.inner(area), theme);
-    frame.render_widget(text.block(block), area);
+    let inner = block.inner(area);
+    let lines = seen.alarm_lines(inner.width, inner.height, theme);
+    frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
 /// What has happened.
 pub(crate) fn log_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: Theme) {
     let block = panel("log", theme);
-    let lines = seen.log_lines(block.inner(area).height, theme);
+    let inner = block.inner(area);
+    let lines = seen.log_lines(inner.width, inner.height, theme);
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
@@ -296,60 +376,4 @@ pub(crate) fn foot(
         (_, Some((Tone::Plain, text))) => said(text, width, theme.note()),
         _ => vec![fitted(keys, width, theme)],
     }
-}
-
-/// A message at the foot, on as many lines as it takes, up to three.
-pub(crate) fn said(text: &str, width: u16, style: Style) -> Vec<Line<'static>> {
-    const MOST: usize = 3;
-    let room = usize::from(width).saturating_sub(1).max(1);
-    let lines = wrapped(text, room).into_iter().take(MOST);
-    lines
-        .map(|text| Line::styled(format!(" {text}"), style))
-        .collect()
-}
-
-/// From here on there is room beside something else for the pad as it is alone.
-const WIDE: u16 = 120;
-
-/// Draws the arm and its pad at the right, and gives what is left of the area to something else.
-pub(crate) fn at_the_right(
-    frame: &mut Frame<'_>,
-    area: Rect,
-    seen: &Seen,
-    pad: &Pad,
-    theme: Theme,
-) -> Rect {
-    let (placing, width) = match area.width >= WIDE {
-        true => (Placing::Wide, Constraint::Percentage(45)),
-        false => (Placing::Narrow, Constraint::Length(30)),
-    };
-    let [left, right] = Layout::horizontal([Constraint::Fill(1), width]).areas(area);
-    let rail = u16::from(seen.rail.is_some());
-    let [place, joints, pads, alarms, log] = Layout::vertical([
-        Constraint::Length(6 + rail),
-        Constraint::Length(7),
-        Constraint::Length(5),
-        Constraint::Length(if area.height > 30 { 6 } else { 4 }),
-        Constraint::Fill(1),
-    ])
-    .areas(right);
-    pose(frame, place, seen, pad, theme);
-    joint_bars(frame, joints, seen, theme);
-    pad_panel(frame, pads, seen, pad, placing, theme);
-    alarm_panel(frame, alarms, seen, theme);
-    if log.height > 2 {
-        log_panel(frame, log, seen, theme);
-    }
-    left
-}
-
-/// Header, middle, and so many lines of foot.
-pub(crate) fn thirds(area: Rect, foot: &[Line<'_>]) -> [Rect; 3] {
-    let foot = u16::try_from(foot.len()).unwrap_or(1);
-    Layout::vertical([
-        Constraint::Length(1),
-        Constraint::Fill(1),
-        Constraint::Length(foot),
-    ])
-    .areas(area)
 }

@@ -25,6 +25,9 @@ use crate::serving::{DOORS, create, pty, say_ready};
 use log::Log;
 use tui::{Dashboard, Feed, Subject};
 
+#[cfg(test)]
+pub(super) use tui::examples;
+
 /// Serve a virtual arm to other programs
 #[derive(Args, Debug)]
 #[command(after_help = "\

@@ -89,7 +89,7 @@ impl Classroom {
         now: Duration,
     ) -> Turn {
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
-        if key.kind == KeyEventKind::Release || pad.question.is_some() || pad.help {
+        if key.kind == KeyEventKind::Release || pad.question.is_some() || pad.help.is_some() {
             return Turn::Pad(pad.key(key, now));
         }
         if control {

@@ -28,6 +28,9 @@ use file::{Rescue, UNNAMED};
 use lesson::{Lesson, Row};
 use view::Model;
 
+#[cfg(test)]
+pub(super) use view::tests::examples;
+
 /// Teach the arm points by keys or by hand, edit them, play them, keep them in a file
 #[derive(Args, Debug)]
 #[command(after_help = "\

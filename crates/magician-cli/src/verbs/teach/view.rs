@@ -8,8 +8,8 @@ use ratatui::widgets::Paragraph;
 
 use super::classroom::Classroom;
 use super::lesson::Row;
-use crate::terminal::{Seen, Theme, help, panel};
-use crate::verbs::jog::{MOVES, Pad, at_the_right, foot, said, thirds};
+use crate::terminal::{Seen, Theme, panel, said, thirds, wrapped};
+use crate::verbs::jog::{MOVES, Pad, beside, foot};
 
 /// What is shown.
 #[derive(Clone, Debug)]
@@ -73,11 +73,11 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     };
     let [header, middle, footer] = thirds(frame.area(), &foot);
     frame.render_widget(seen.header("teach", header.width, theme), header);
-    let left = at_the_right(frame, middle, seen, pad, theme);
+    let left = beside(frame, middle, seen, pad, theme);
     list(frame, left, room, theme);
     frame.render_widget(Paragraph::new(foot), footer);
-    if pad.help {
-        help(frame, middle, &KEYS, theme);
+    if let Some(help) = pad.help {
+        help.draw(frame, middle, &KEYS, theme);
     }
 }
 
@@ -96,26 +96,36 @@ fn list(frame: &mut Frame<'_>, area: Rect, room: &Classroom, theme: Theme) {
         format!("{}{star}: {count} rows{tool}{follows}", lesson.title),
         theme,
     );
-    let height = usize::from(block.inner(area).height);
+    let inner = block.inner(area);
+    let width = usize::from(inner.width);
+    let chosen = lesson.rows.get(lesson.selected);
+    let chosen = chosen.map_or_else(Vec::new, |row| {
+        whole(row, lesson.selected, width, area.width >= ROOMY)
+    });
+    // Rows that have a place beside what is begun and what the one that is chosen takes more.
+    let more = chosen.len().saturating_sub(1) + usize::from(lesson.via.is_some());
+    let height = usize::from(inner.height).saturating_sub(more);
     let mut lines = Vec::new();
-    // The row that is chosen stays in sight.
+    // The row that is chosen stays in sight, with all that there is to say of it.
     let first = (lesson.selected + 1).saturating_sub(height.max(1));
     for (nth, row) in lesson.rows.iter().enumerate().skip(first).take(height) {
-        let text = format!("{:>2} {}", nth + 1, describe(row, area.width >= ROOMY));
-        let style = match (nth == lesson.selected, room.playing == Some(nth)) {
+        let texts = match nth == lesson.selected {
+            true => chosen.clone(),
+            false => vec![numbered(nth, &describe(row, area.width >= ROOMY))],
+        };
+        let plays = room.playing == Some(nth);
+        let style = match (nth == lesson.selected, plays) {
             (_, true) => theme.good(),
             (true, _) => theme.bar(),
             _ => ratatui::style::Style::new(),
         };
-        let sign = if room.playing == Some(nth) {
-            "▶"
-        } else {
-            " "
-        };
-        lines.push(Line::from(vec![
-            Span::styled(sign, theme.good()),
-            Span::styled(text, style),
-        ]));
+        for (line, text) in texts.into_iter().enumerate() {
+            let sign = if plays && line == 0 { "▶" } else { " " };
+            lines.push(Line::from(vec![
+                Span::styled(sign, theme.good()),
+                Span::styled(text, style),
+            ]));
+        }
     }
     if let Some([x, y, z, _]) = lesson.via {
         let text = format!("    arc through {x:.1} {y:.1} {z:.1} to ...");
@@ -133,9 +143,39 @@ fn list(frame: &mut Frame<'_>, area: Rect, room: &Classroom, theme: Theme) {
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
+fn numbered(nth: usize, text: &str) -> String {
+    format!("{:>2} {text}", nth + 1)
+}
+
+/// A row with its whole name and place, on more lines where one is too narrow.
+fn whole(row: &Row, nth: usize, width: usize, roomy: bool) -> Vec<String> {
+    let kept = if roomy { LONG } else { SHORT };
+    let short = numbered(nth, &describe(row, roomy));
+    if row.name.chars().count() <= kept && short.chars().count() < width {
+        return vec![short];
+    }
+    let text = format!("{} {}", row.name, motion(row, true));
+    let lines = wrapped(&text, width.saturating_sub(5)).into_iter();
+    let line = |(line, text): (usize, String)| match line {
+        0 => numbered(nth, &text),
+        _ => format!("   {text}"),
+    };
+    lines.enumerate().map(line).collect()
+}
+
+/// Letters of a name that a row shows, where there is little room and where there is more.
+const SHORT: usize = 7;
+const LONG: usize = 16;
+
 /// A row in a line: name, way, place, what is done there.
 fn describe(row: &Row, roomy: bool) -> String {
-    let name: String = row.name.chars().take(if roomy { 16 } else { 7 }).collect();
+    let kept = if roomy { LONG } else { SHORT };
+    let name: String = row.name.chars().take(kept).collect();
+    format!("{name:<kept$} {}", motion(row, roomy))
+}
+
+/// How its place is reached, where it is, what is done there.
+fn motion(row: &Row, roomy: bool) -> String {
     let way = |by: &Travel| match by {
         Travel::Joints => "MOVJ",
         Travel::Line => "MOVL",
@@ -161,10 +201,7 @@ fn describe(row: &Row, roomy: bool) -> String {
         Some(other) => other.command().row().set_name.to_owned(),
         None => "there".to_owned(),
     };
-    let mut text = match roomy {
-        true => format!("{name:<16} {motion}"),
-        false => format!("{name:<7} {motion}"),
-    };
+    let mut text = motion;
     text.push_str(match row.gripper {
         Some(Grip::Close) => " grip",
         Some(Grip::Open) => " open",
@@ -183,11 +220,11 @@ fn describe(row: &Row, roomy: bool) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::classroom::Prompt;
     use super::super::lesson::Lesson;
     use super::*;
-    use crate::terminal::test::{screen, shows, status};
+    use crate::terminal::test::{Example, screen, shows, status};
     use crate::verbs::jog::Tools;
 
     fn model() -> Model {
@@ -204,6 +241,72 @@ mod tests {
             pad: Pad::new(50.0, Tools::default(), false),
             room: Classroom::new(lesson, true),
         }
+    }
+
+    /// A lesson in several states.
+    pub(in crate::verbs) fn examples() -> Vec<Example> {
+        fn example(name: &'static str, needs: &[&str], change: fn(&mut Model)) -> Example {
+            let shown = move |help| {
+                let mut model = model();
+                change(&mut model);
+                model.pad.help = help;
+                model
+            };
+            Example::new(name, needs, &KEYS, shown, draw)
+        }
+        vec![
+            example(
+                "teach",
+                &[
+                    "magician teach | arm at a port",
+                    "pick.playback*: 1 rows",
+                    "1 P1 MOVJ 259.1 0.0 -8.5",
+                    "suck 0.5s",
+                    "arc through 220.0 10.0 0.0 to ...",
+                    "x 259.10",
+                    "r 0.00",
+                    "J2 45.0",
+                    "J4 0.0",
+                    "step 5",
+                    "50 %",
+                    "stands",
+                    "○ suction ○ gripper ○ laser",
+                    "0x00 ResetOccurred:",
+                    "clear the alarms",
+                    "Enter store",
+                    "? all keys",
+                ],
+                |_| {},
+            ),
+            example(
+                "teach nothing yet",
+                &[
+                    "Move the arm with the arrow keys, w s and a d,",
+                    "or by hand with its unlock key held;",
+                    "Enter stores where it stands.",
+                ],
+                |model| model.room = Classroom::new(Lesson::new("new", None), false),
+            ),
+            example(
+                "teach a row with a long name, among many",
+                &[
+                    "from the tray at the back MOVJ 259.1 0.0 -8.5 0.0 grip suck 12.5s",
+                    "laser ON",
+                    "not saved. Save it? y saves, n leaves without, any other key stays",
+                ],
+                |model| {
+                    let pose = model.seen.status.as_ref().unwrap().pose;
+                    let lesson = &mut model.room.lesson;
+                    (0..40).for_each(|_| drop(lesson.store(&pose)));
+                    lesson.rename("from the tray at the back").unwrap();
+                    lesson.next_grip().unwrap();
+                    lesson.next_suction().unwrap();
+                    lesson.pause("12.5").unwrap();
+                    model.room.prompt = Some(Prompt::Leave);
+                    model.pad.tools.laser = true;
+                },
+            ),
+        ]
     }
 
     fn picture(model: &Model, width: u16, height: u16) -> Vec<String> {
@@ -223,8 +326,8 @@ mod tests {
                     " MOVJ  259.1    0.0   -8.5",
                     " suck 0.5s",
                     "arc through 220.0 10.0 0.0",
-                    "x    259.10 mm",
-                    "J2     45.0",
+                    "259.10",
+                    "45.0",
                     "0x00 ResetOccurred",
                     "Enter store",
                     "? all keys",

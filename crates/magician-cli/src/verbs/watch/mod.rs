@@ -15,11 +15,14 @@ use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModif
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::terminal::{self, Seen, Stage, Told, event_text, take_log};
+use crate::terminal::{self, Help, Seen, Stage, Told, event_text, take_log};
 use crate::verbs::jog::{AT_SIGHT, next_of, rail_of, title};
 use crate::verbs::pose::rate;
 use line::State;
 use view::Model;
+
+#[cfg(test)]
+pub(super) use view::tests::examples;
 
 /// Watch an arm at work: pose, joints, queue, pins, alarms, tools, speeds, the line
 #[derive(Args, Debug)]
@@ -119,19 +122,24 @@ enum Press {
     Interrupt,
 }
 
-fn press(key: KeyEvent, help: &mut bool) -> Press {
+fn press(key: KeyEvent, help: &mut Option<Help>) -> Press {
     let control = key.modifiers.contains(KeyModifiers::CONTROL);
-    match key.code {
-        _ if key.kind == KeyEventKind::Release => Press::Nothing,
-        KeyCode::Char('c') if control => Press::Interrupt,
-        _ if std::mem::take(help) => Press::Nothing,
-        KeyCode::Char('q') => Press::Quit,
-        KeyCode::Char('?') | KeyCode::F(1) => {
-            *help = true;
-            Press::Nothing
-        }
-        _ => Press::Nothing,
+    if key.kind == KeyEventKind::Release {
+        return Press::Nothing;
     }
+    if control && key.code == KeyCode::Char('c') {
+        return Press::Interrupt;
+    }
+    if let Some(shown) = *help {
+        *help = shown.after(key.code);
+        return Press::Nothing;
+    }
+    match key.code {
+        KeyCode::Char('q') => return Press::Quit,
+        KeyCode::Char('?') | KeyCode::F(1) => *help = Some(Help::default()),
+        _ => {}
+    }
+    Press::Nothing
 }
 
 #[cfg(test)]
@@ -140,10 +148,10 @@ mod tests {
 
     #[test]
     fn keys_show_help_and_end_it() {
-        let mut help = false;
+        let mut help = None;
         let mut letter = |letter, modifiers| {
             let press = press(KeyEvent::new(KeyCode::Char(letter), modifiers), &mut help);
-            (press, help)
+            (press, help.is_some())
         };
         let none = KeyModifiers::NONE;
         assert_eq!(letter('?', none), (Press::Nothing, true));

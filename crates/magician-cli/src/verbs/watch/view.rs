@@ -7,9 +7,9 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::look::Around;
-use crate::terminal::{Seen, Theme, fitted, help, lamp, panel, sparkline};
+use crate::terminal::{Help, Seen, Theme, fitted, lamp, panel, sparkline};
 use crate::verbs::io::{self, PINS, Pin};
-use crate::verbs::jog::{alarm_panel, joint_bars, log_panel, tool_spans};
+use crate::verbs::jog::{TIGHT_ROWS, alarm_panel, joint_bars, log_panel, tight, tool_lines};
 
 /// What is shown.
 #[derive(Clone, Debug)]
@@ -18,7 +18,8 @@ pub(super) struct Model {
     pub(super) around: Around,
     /// The pins as far as they have been read, in their order.
     pub(super) pins: Vec<Option<Pin>>,
-    pub(super) help: bool,
+    /// The list of keys, while it is shown.
+    pub(super) help: Option<Help>,
 }
 
 impl Model {
@@ -27,7 +28,7 @@ impl Model {
             seen,
             around: Around::default(),
             pins: vec![None; PINS.into()],
-            help: false,
+            help: None,
         }
     }
 
@@ -58,6 +59,8 @@ const KEYS: [(&str, &str); 7] = [
 const HINTS: [(&str, &str); 2] = [("q", "quit"), ("?", "help")];
 /// From here on the pins are a list.
 const WIDE: u16 = 120;
+/// On fewer rows the joints are figures, and alarms and log share a panel.
+const LEAST_ROWS: u16 = 24;
 
 /// Draws one frame.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
@@ -71,12 +74,13 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     frame.render_widget(header_text, header);
     match middle.width >= WIDE && middle.height >= u16::from(PINS) + 2 {
         true => wide(frame, middle, model, theme),
+        false if frame.area().height < LEAST_ROWS => small(frame, middle, model, theme),
         false => narrow(frame, middle, model, theme),
     }
     let keys = fitted(&HINTS, footer.width, theme);
     frame.render_widget(Paragraph::new(keys), footer);
-    if model.help {
-        help(frame, middle, &KEYS, theme);
+    if let Some(help) = model.help {
+        help.draw(frame, middle, &KEYS, theme);
     }
 }
 
@@ -99,6 +103,30 @@ fn narrow(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let [alarms, log] = Layout::vertical([Constraint::Length(5), Constraint::Fill(1)]).areas(rest);
     alarm_panel(frame, alarms, &model.seen, theme);
     log_panel(frame, log, &model.seen, theme);
+}
+
+fn small(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
+    let columns = Layout::horizontal([Constraint::Length(29), Constraint::Fill(1)]);
+    let [first, second, rest] = Layout::vertical([
+        Constraint::Length(TIGHT_ROWS),
+        Constraint::Length(7),
+        Constraint::Fill(1),
+    ])
+    .areas(area);
+    let [place, speeds_area] = columns.areas(first);
+    let [queue_area, pins_area] = columns.areas(second);
+    tight(frame, place, pose_title(model), &model.seen, None, theme);
+    speeds(frame, speeds_area, model, theme);
+    queue(frame, queue_area, model, true, theme);
+    lamps(frame, pins_area, model, theme);
+    let block = panel("alarms, log", theme);
+    let inner = block.inner(rest);
+    let alarms = inner.height.saturating_sub(1).max(1);
+    let mut lines = model.seen.alarm_lines(inner.width, alarms, theme);
+    let left = usize::from(inner.height).saturating_sub(lines.len());
+    let left = u16::try_from(left).unwrap_or_default();
+    lines.extend(model.seen.log_lines(inner.width, left, theme));
+    frame.render_widget(Paragraph::new(lines).block(block), rest);
 }
 
 fn wide(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
@@ -145,12 +173,16 @@ fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     if let Some(rail) = model.seen.rail {
         lines.push(Line::from(format!("l {rail:>9.2} mm")));
     }
-    let title = match model.seen.stands() {
+    let block = panel(pose_title(model), theme);
+    frame.render_widget(Paragraph::new(lines).block(block), area);
+}
+
+fn pose_title(model: &Model) -> &'static str {
+    match model.seen.stands() {
         true => "tool stands",
         false if model.seen.answers() => "tool moves",
         false => "tool when last seen",
-    };
-    frame.render_widget(Paragraph::new(lines).block(panel(title, theme)), area);
+    }
 }
 
 fn queue(frame: &mut Frame<'_>, area: Rect, model: &Model, with_line: bool, theme: Theme) {
@@ -160,7 +192,7 @@ fn queue(frame: &mut Frame<'_>, area: Rect, model: &Model, with_line: bool, them
     if let Some(status) = &model.seen.status {
         let places = model.seen.places.max(1);
         let taken = places.saturating_sub(status.left_space);
-        let figures = format!(" {taken}/{places}");
+        let figures = format!(" {taken}/{places}, done {}", status.current.0);
         let bar = width.saturating_sub(figures.len());
         let full = (bar * taken as usize).div_ceil(places as usize).min(bar);
         lines.push(Line::from(vec![
@@ -168,9 +200,12 @@ fn queue(frame: &mut Frame<'_>, area: Rect, model: &Model, with_line: bool, them
             Span::styled("░".repeat(bar - full), theme.dim()),
             Span::raw(figures),
         ]));
-        lines.push(Line::from(format!("done {}", status.current.0)));
     }
-    lines.push(tool_spans(model.around.tools, theme).into_iter().collect());
+    lines.extend(tool_lines(
+        model.around.tools,
+        block.inner(area).width,
+        theme,
+    ));
     if with_line {
         lines.extend(line_lines(model));
     }
@@ -264,9 +299,9 @@ fn shade(pin: Option<&Pin>, theme: Theme) -> Style {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
-    use crate::terminal::test::{screen, shows, status};
+    use crate::terminal::test::{Example, screen, shows, status};
 
     fn model() -> Model {
         let mut seen = Seen::new("arm at a port".to_owned(), 32);
@@ -281,6 +316,62 @@ mod tests {
         let mut model = Model::new(seen);
         model.note(Pin::analog(9, 2048));
         model
+    }
+
+    /// An arm that is watched, in several states.
+    pub(in crate::verbs) fn examples() -> Vec<Example> {
+        fn example(name: &'static str, needs: &[&str], change: fn(&mut Model)) -> Example {
+            let shown = move |help| {
+                let mut model = model();
+                change(&mut model);
+                model.help = help;
+                model
+            };
+            Example::new(name, needs, &KEYS, shown, draw)
+        }
+        vec![
+            example(
+                "watch",
+                &[
+                    "magician watch | arm at a port",
+                    "tool moves",
+                    "x 264.10",
+                    "y 0.00",
+                    "z -8.49",
+                    "r 0.00",
+                    "J1 0.0",
+                    "J2 45.0",
+                    "2-3 0.0",
+                    "16/32",
+                    "done 0",
+                    "tool 50.0 mm/s",
+                    "J4 0.0 deg/s",
+                    "○ suction ○ gripper ○ laser",
+                    "sent 0, again 0",
+                    "late 0, noise 0",
+                    "0x00 ResetOccurred:",
+                    "clear the alarms",
+                    "alarm 0x12 is gone",
+                    "q quit ? help",
+                ],
+                |_| {},
+            ),
+            example(
+                "watch an arm that burns",
+                &[
+                    "l 125.50",
+                    "● closed",
+                    "● laser ON",
+                    "sent 0, again 0",
+                    "late 0, noise 0",
+                ],
+                |model| {
+                    model.seen.rail = Some(125.5);
+                    model.around.tools.laser = true;
+                    model.around.tools.grips = Some(true);
+                },
+            ),
+        ]
     }
 
     fn picture(model: &Model, width: u16, height: u16) -> Vec<String> {
@@ -316,7 +407,7 @@ mod tests {
     fn every_size_has_a_picture() {
         let mut model = model();
         for help in [false, true] {
-            model.help = help;
+            model.help = help.then(Help::default);
             for width in [1, 2, 5, 10, 29, 50, 80, 119, 120, 300] {
                 for height in [1, 2, 3, 5, 10, 21, 23, 24, 60] {
                     assert_eq!(picture(&model, width, height).len(), usize::from(height));

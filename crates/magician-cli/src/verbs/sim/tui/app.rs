@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use magician_motion::Limits;
+use magician_motion::{Limits, TopView};
 use magician_protocol::Alarm;
 use magician_sim::scenario::{Conveyor, Table};
 use magician_sim::serve::{Ended, Handle};
@@ -11,6 +11,7 @@ use magician_sim::{Happening, Runner};
 use super::feed::{Feed, Told};
 use super::keys::{self, Action, Axis, Mode, Nudge, Question};
 use super::look::{Cursor, Look, Push, pushed};
+use crate::terminal::Help;
 
 /// An arm that can be watched.
 #[derive(Clone, Debug)]
@@ -62,6 +63,8 @@ pub(super) struct App {
     subjects: Vec<Subject>,
     shown: usize,
     pub(super) mode: Mode,
+    /// From where the arm is seen: the arrows lead where they point.
+    pub(super) view: TopView,
     /// What the last key came to.
     pub(super) message: Option<String>,
     pub(super) joint: u8,
@@ -83,6 +86,7 @@ impl App {
             subjects,
             shown: 0,
             mode: Mode::Watch,
+            view: TopView::BEHIND,
             message: None,
             joint: 1,
             fine: false,
@@ -189,7 +193,12 @@ impl App {
     /// What a key does to the picture alone.
     fn follow_key(&mut self, action: Action) {
         match (action, &mut self.mode) {
-            (Action::Help, mode) => *mode = Mode::Help,
+            (Action::Help, mode) => *mode = Mode::Help(Help::default()),
+            (Action::Page(code), mode) => {
+                let Mode::Help(help) = *mode else { return };
+                *mode = help.after(code).map_or(Mode::Watch, Mode::Help);
+            }
+            (Action::View, _) => self.view = self.view.turned(),
             (Action::Leave, mode) => *mode = Mode::Watch,
             (Action::Inputs, mode) => {
                 let (address, typed) = (1, false);
@@ -215,9 +224,10 @@ impl App {
 
     /// Shows another arm of several.
     fn turn(&mut self, by: isize) {
-        let (count, shown) = (self.subjects.len(), self.shown);
+        let (count, shown, view) = (self.subjects.len(), self.shown, self.view);
         let subjects = std::mem::take(&mut self.subjects);
         *self = Self::new(subjects);
+        self.view = view;
         self.shown = shown.wrapping_add_signed(by).wrapping_add(count) % count.max(1);
     }
 
@@ -241,9 +251,13 @@ impl App {
     fn nudge(&mut self, nudge: Nudge) -> Result<(), Ended> {
         let (mm, degrees) = if self.fine { FINE } else { COARSE };
         let sign = if nudge.forward { 1.0 } else { -1.0 };
+        let flat = |way: [f64; 2]| {
+            let [x, y] = self.view.unproject(way.map(|part| part * sign * mm));
+            Push::Tool([x, y, 0.0])
+        };
         let push = match nudge.axis {
-            Axis::X => Push::Tool([sign * mm, 0.0, 0.0]),
-            Axis::Y => Push::Tool([0.0, sign * mm, 0.0]),
+            Axis::Right => flat([1.0, 0.0]),
+            Axis::Ahead => flat([0.0, 1.0]),
             Axis::Z => Push::Tool([0.0, 0.0, sign * mm]),
             Axis::Joint => Push::Joint(self.joint, sign * degrees),
         };

@@ -3,13 +3,15 @@
 use magician_sim::world::Press;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
+use crate::terminal::Help;
+
 /// What the keyboard is for at the moment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
     /// Keys act at once.
     Watch,
     /// The list of keys is shown.
-    Help,
+    Help(Help),
     /// A line is being typed.
     Ask {
         /// What it is to say.
@@ -45,8 +47,10 @@ pub(super) struct Nudge {
 /// Where a hand pushes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axis {
-    X,
-    Y,
+    /// Where the screen's right is, seen from above.
+    Right,
+    /// Where the screen's upper edge is, seen from above.
+    Ahead,
     Z,
     /// The joint that was chosen.
     Joint,
@@ -60,6 +64,10 @@ pub(super) enum Action {
     Interrupt,
     Redraw,
     Help,
+    /// The list of keys, one page further or back, or no more.
+    Page(KeyCode),
+    /// From another side.
+    View,
     /// Back to watching.
     Leave,
     /// Another arm of several, so many further.
@@ -98,7 +106,7 @@ pub(super) fn action(mode: &Mode, unlocked: bool, key: KeyEvent) -> Action {
         };
     }
     match mode {
-        Mode::Help => Action::Leave,
+        Mode::Help(_) => Action::Page(key.code),
         Mode::Ask { .. } => asked(key.code),
         Mode::Inputs { .. } => inputs(key.code),
         Mode::Watch => match guiding(key.code).filter(|_| unlocked) {
@@ -120,6 +128,7 @@ fn watching(code: KeyCode) -> Action {
         KeyCode::Char('a') => Action::Ask(Question::Alarm),
         KeyCode::Char('s') => Action::Ask(Question::Slip),
         KeyCode::Char('i') => Action::Inputs,
+        KeyCode::Char('V') => Action::View,
         KeyCode::Tab => Action::Turn(1),
         KeyCode::BackTab => Action::Turn(-1),
         _ => Action::Nothing,
@@ -130,10 +139,10 @@ fn watching(code: KeyCode) -> Action {
 fn guiding(code: KeyCode) -> Option<Action> {
     let nudge = |axis, forward| Action::Nudge(Nudge { axis, forward });
     Some(match code {
-        KeyCode::Up => nudge(Axis::X, true),
-        KeyCode::Down => nudge(Axis::X, false),
-        KeyCode::Left => nudge(Axis::Y, true),
-        KeyCode::Right => nudge(Axis::Y, false),
+        KeyCode::Up => nudge(Axis::Ahead, true),
+        KeyCode::Down => nudge(Axis::Ahead, false),
+        KeyCode::Left => nudge(Axis::Right, false),
+        KeyCode::Right => nudge(Axis::Right, true),
         KeyCode::PageUp => nudge(Axis::Z, true),
         KeyCode::PageDown => nudge(Axis::Z, false),
         KeyCode::Char('+' | '=') => nudge(Axis::Joint, true),
@@ -249,8 +258,8 @@ mod tests {
     fn a_hand_has_keys_of_its_own_and_the_others_stay() {
         let nudge = |axis, forward| Action::Nudge(Nudge { axis, forward });
         for (code, wanted) in [
-            (KeyCode::Up, nudge(Axis::X, true)),
-            (KeyCode::Left, nudge(Axis::Y, true)),
+            (KeyCode::Up, nudge(Axis::Ahead, true)),
+            (KeyCode::Left, nudge(Axis::Right, false)),
             (KeyCode::PageDown, nudge(Axis::Z, false)),
             (KeyCode::Char('3'), Action::Joint(3)),
             (KeyCode::Char('-'), nudge(Axis::Joint, false)),
@@ -281,7 +290,7 @@ mod tests {
         let text = String::new();
         let question = Question::Slip;
         let ask = Mode::Ask { question, text };
-        for mode in [Mode::Watch, Mode::Help, ask, INPUTS] {
+        for mode in [Mode::Watch, Mode::Help(Help::default()), ask, INPUTS] {
             assert_eq!(action(&mode, false, key), Action::Interrupt);
         }
         let released = KeyEvent::new_with_kind(key.code, key.modifiers, KeyEventKind::Release);

@@ -27,6 +27,9 @@ use app::End;
 pub(super) use app::Subject;
 pub(super) use feed::Feed;
 
+#[cfg(test)]
+pub(in crate::verbs) use view::tests::examples;
+
 /// Whether there is a terminal for the picture and one for the keys.
 pub(super) fn check() -> Result<(), Failure> {
     let without = "without --tui the log goes to stderr, wherever that leads";

@@ -12,10 +12,11 @@ use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 
 use super::View;
 use super::reach::{outline, ring};
+use crate::terminal::arrow;
 use crate::verbs::sim::tui::look::{Figure, Item};
 
-/// What is in sight from above, mm: from where to where across (minus y), and forward (x).
-const ABOVE: [[f64; 2]; 2] = [[-350.0, 350.0], [-260.0, 360.0]];
+/// What is in sight from above, mm: opposite corners of the ground, x and y.
+const ABOVE: [[f64; 2]; 2] = [[-260.0, -350.0], [360.0, 350.0]];
 /// What is in sight from the side, mm: out (r) and up (z).
 const BESIDE: [[f64; 2]; 2] = [[-75.0, 365.0], [-165.0, 195.0]];
 /// Where the foot of the arm is drawn when nobody says how high the table is: the middle of what reported heights of
@@ -41,14 +42,27 @@ const INK: Color = Color::Magenta;
 impl View<'_> {
     pub(super) fn seen_from_above(self, frame: &mut Frame<'_>, area: Rect) {
         let rail = self.look.rail();
-        let [[left, right], forward] = ABOVE;
-        let in_sight = [[left - rail, right - rail], forward];
-        self.draw(frame, area, "from above", in_sight, |pen| {
-            let mut pen = Above(Pen { pen, view: self });
-            pen.surroundings();
-            pen.ink();
-            pen.arm();
-        });
+        let [a, b] = ABOVE.map(|[x, y]| self.app.view.project([x, y + rail]));
+        let in_sight = [0, 1].map(|axis| [a[axis].min(b[axis]), a[axis].max(b[axis])]);
+        self.draw(
+            frame,
+            area,
+            &format!("from above: {}", self.axes()),
+            in_sight,
+            |pen| {
+                let mut pen = Above(Pen { pen, view: self });
+                pen.surroundings();
+                pen.ink();
+                pen.arm();
+            },
+        );
+    }
+
+    /// Where the axes lead in the view from above, and the arrows with them.
+    pub(super) fn axes(self) -> String {
+        let names = [("x+", [1.0, 0.0]), ("y+", [0.0, 1.0])];
+        let names = names.map(|(name, way)| format!("{name} {}", arrow(self.app.view, way)));
+        names.join(" ")
     }
 
     pub(super) fn seen_from_the_side(self, frame: &mut Frame<'_>, area: Rect) {
@@ -172,16 +186,18 @@ impl Pen<'_, '_, '_> {
     }
 }
 
-/// From above: x is up, y is to the left.
+/// From above, as the view has it.
 struct Above<'a, 'b, 'c>(Pen<'a, 'b, 'c>);
 
-/// A point x, y on the canvas.
-fn above([x, y]: [f64; 2]) -> [f64; 2] {
-    [-y, x]
-}
-
 impl Above<'_, '_, '_> {
+    /// A point x, y on the canvas.
+    fn seen(&self) -> impl Fn([f64; 2]) -> [f64; 2] + Copy + use<> {
+        let view = self.0.view.app.view;
+        move |point| view.project(point)
+    }
+
     fn surroundings(&mut self) {
+        let above = self.seen();
         let View { app, look, .. } = self.0.view;
         self.reach();
         if let Some(belt) = &app.subject().conveyor {
@@ -223,6 +239,7 @@ impl Above<'_, '_, '_> {
 
     /// Where the tool can be at the height at which it is.
     fn reach(&mut self) {
+        let above = self.seen();
         let View { app, look, .. } = self.0.view;
         let limits = &app.subject().limits;
         let figure = look.figure();
@@ -246,6 +263,7 @@ impl Above<'_, '_, '_> {
     }
 
     fn ink(&mut self) {
+        let above = self.seen();
         let View { app, .. } = self.0.view;
         for stroke in &app.ink {
             self.0.lines(stroke.iter().copied().map(above), INK);
@@ -255,6 +273,7 @@ impl Above<'_, '_, '_> {
     }
 
     fn arm(&mut self) {
+        let above = self.seen();
         let look = self.0.view.look;
         let rail = look.rail();
         let base = (0..=SAMPLES).map(|step| {
@@ -271,6 +290,7 @@ impl Above<'_, '_, '_> {
     }
 
     fn links(&mut self, figure: &Figure, arm: Color, tool: Color) {
+        let above = self.seen();
         let shoulder = above([0.0, self.0.view.look.rail()]);
         let [elbow, wrist, tip] = [
             figure.elbow_above(),

@@ -9,7 +9,17 @@ use ratatui::widgets::Paragraph;
 
 use super::View;
 use super::arm::nearest;
+use crate::terminal;
 use crate::verbs::sim::tui::look::Item;
+
+/// How exactly it is told where something is.
+#[derive(Clone, Copy)]
+enum Digits {
+    /// x, y and z to a tenth.
+    Tenths,
+    /// x and y to a mm.
+    Whole,
+}
 
 impl View<'_> {
     /// The objects, in the order of the scenario.
@@ -19,13 +29,20 @@ impl View<'_> {
             None => "objects".to_owned(),
         };
         let block = self.panel(title);
-        let room = usize::from(block.inner(area).height);
+        let inner = block.inner(area);
+        let room = usize::from(inner.height);
         let items = &self.look.items;
-        let mut lines: Vec<_> = items
-            .iter()
-            .take(room)
-            .map(|item| self.item(item))
-            .collect();
+        // As exact as there is room for: where it rests is told in any case.
+        let lines = |digits| -> Vec<Line<'static>> {
+            let items = items.iter().take(room);
+            items.map(|item| self.item(item, digits)).collect()
+        };
+        let fits = |lines: &Vec<Line<'_>>| {
+            let width = usize::from(inner.width);
+            lines.iter().all(|line| line.width() <= width)
+        };
+        let exact = Some(lines(Digits::Tenths)).filter(fits);
+        let mut lines = exact.unwrap_or_else(|| lines(Digits::Whole));
         if items.len() > room
             && let Some(last) = lines.last_mut()
         {
@@ -35,7 +52,7 @@ impl View<'_> {
         frame.render_widget(Paragraph::new(lines).block(block), area);
     }
 
-    fn item(self, item: &Item) -> Line<'static> {
+    fn item(self, item: &Item, digits: Digits) -> Line<'static> {
         let rest = match item.rest {
             Rest::Table => "on the table".to_owned(),
             Rest::Belt => "on the belt".to_owned(),
@@ -55,38 +72,32 @@ impl View<'_> {
         };
         let color = Style::new().fg(self.theme.ink(nearest(item.color)));
         let place = item.place;
-        Line::from(vec![
-            Span::styled("■ ", color),
-            Span::styled(
-                format!(
-                    "{:<10} {:>6.1} {:>6.1} {:>6.1}  {rest}",
-                    item.name, place.x, place.y, place.z
-                ),
-                style,
+        let text = match digits {
+            Digits::Tenths => format!(
+                "{:<10} {:>6.1} {:>6.1} {:>6.1}  {rest}",
+                item.name, place.x, place.y, place.z
             ),
-        ])
+            Digits::Whole => {
+                format!(
+                    "{:<10} {:>4.0} {:>5.0}  {rest}",
+                    item.name, place.x, place.y
+                )
+            }
+        };
+        Line::from(vec![Span::styled("■ ", color), Span::styled(text, style)])
     }
 
     pub(super) fn log(self, frame: &mut Frame<'_>, area: Rect) {
         let block = self.panel("log");
-        let room = usize::from(block.inner(area).height);
-        let lines: Vec<_> = self.log_lines(room);
+        let inner = block.inner(area);
+        let lines = self.log_lines(inner.width, inner.height);
         frame.render_widget(Paragraph::new(lines).block(block), area);
     }
 
     /// The latest lines, the newest last.
-    pub(super) fn log_lines(self, room: usize) -> Vec<Line<'static>> {
-        let lines = &self.app.told.lines;
-        let first = lines.len().saturating_sub(room);
-        lines
-            .iter()
-            .skip(first)
-            .map(|line| {
-                Line::from(vec![
-                    Span::styled(format!("{:>8.2}  ", line.at), self.theme.dim()),
-                    Span::raw(line.text.clone()),
-                ])
-            })
-            .collect()
+    pub(super) fn log_lines(self, width: u16, room: u16) -> Vec<Line<'static>> {
+        let lines = self.app.told.lines.iter().rev();
+        let lines = lines.map(|line| (format!("{:>8.2}  ", line.at), line.text.as_str()));
+        terminal::log_lines(lines, width, room, self.theme)
     }
 }

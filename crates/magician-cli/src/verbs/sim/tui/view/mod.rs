@@ -6,7 +6,7 @@ mod pins;
 mod reach;
 mod status;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -24,12 +24,15 @@ const LEAST: (u16, u16) = (72, 20);
 const WIDE: u16 = 120;
 
 /// What the keys do.
-const KEYS: [(&str, &str); 16] = [
+const KEYS: [(&str, &str); 17] = [
     ("q, Ctrl-C", "end: no longer serve the arm"),
     ("space, k", "base key: run the stored program, or stop it"),
     ("K", "base key, held: home the arm"),
     ("u", "hold the unlock key, or release it: teach"),
-    ("  arrows", "  guide the tool forward, back, left, right"),
+    (
+        "  arrows",
+        "  guide the tool where they point, seen from above",
+    ),
     ("  PgUp PgDn", "  guide the tool up and down"),
     ("  1-4 + -", "  choose a joint and turn it"),
     ("  f", "  steps of 0.5 mm and 0.2 deg, or 5 mm and 2 deg"),
@@ -38,6 +41,7 @@ const KEYS: [(&str, &str); 16] = [
     ("a", "raise an alarm"),
     ("s", "let a joint slip"),
     ("i", "choose an input and drive it high or low"),
+    ("V", "turn the view from above, and the arrows with it"),
     ("Tab", "the next of several arms"),
     ("Ctrl-L", "draw everything anew"),
     ("", "Alarms are cleared by the host, as on the real arm."),
@@ -57,21 +61,17 @@ pub(super) fn draw(frame: &mut Frame<'_>, app: &App, theme: Theme) {
         return;
     };
     let view = View { app, look, theme };
-    let [header, middle, footer] = Layout::vertical([
-        Constraint::Length(1),
-        Constraint::Fill(1),
-        Constraint::Length(1),
-    ])
-    .areas(frame.area());
+    let foot = view.footer(frame.area().width);
+    let [header, middle, footer] = terminal::thirds(frame.area(), &foot);
     frame.render_widget(view.header(header.width), header);
     if middle.width < LEAST.0 || middle.height < LEAST.1 {
         view.brief(frame, middle);
     } else {
         view.panels(frame, middle);
     }
-    frame.render_widget(view.footer(), footer);
-    if app.mode == Mode::Help {
-        terminal::help(frame, middle, &KEYS, theme);
+    frame.render_widget(Paragraph::new(foot), footer);
+    if let Mode::Help(help) = app.mode {
+        help.draw(frame, middle, &KEYS, theme);
     }
 }
 
@@ -121,79 +121,89 @@ impl View<'_> {
     fn brief(self, frame: &mut Frame<'_>, area: Rect) {
         let mut lines = self.pose_lines();
         lines.push(self.queue_line());
-        lines.extend(self.alarm_lines(usize::from(area.height)));
-        lines.extend(self.tool_lines());
-        lines.push(self.line_line());
-        let room = usize::from(area.height).saturating_sub(lines.len());
-        lines.extend(self.log_lines(room));
+        let rest = self.tool_lines().into_iter().chain([self.line_line()]);
+        let rest: Vec<_> = rest.collect();
+        let left = |taken: usize| {
+            let taken = u16::try_from(taken).unwrap_or(u16::MAX);
+            area.height.saturating_sub(taken)
+        };
+        let room = left(lines.len() + rest.len());
+        let alarms = &self.look.state.alarms;
+        lines.extend(terminal::alarm_lines(alarms, area.width, room, self.theme));
+        lines.extend(rest);
+        lines.extend(self.log_lines(area.width, left(lines.len())));
         frame.render_widget(Paragraph::new(lines), area);
     }
 
     /// Which arm, where it is served, and at the right the arm's clock.
     fn header(self, width: u16) -> Paragraph<'static> {
         let app = self.app;
-        let mut text = String::from(" ");
         let (number, count) = app.number();
-        if count > 1 {
-            text.push_str(&format!("{number} of {count}: "));
-        }
-        text.push_str(&app.subject().title);
-        for door in &app.told.doors {
-            text.push_str(" | ");
-            text.push_str(door);
-        }
+        let number = match count {
+            0 | 1 => String::new(),
+            _ => format!("{number} of {count}: "),
+        };
+        let doors = app.told.doors.join(" | ");
+        let title = &app.subject().title;
+        let text = match doors.is_empty() {
+            true => format!(" {number}{title}"),
+            false => format!(" {number}{title} | {doors}"),
+        };
         let seconds = self.look.state.now / 1_000_000;
         let clock = format!(" {}:{:02} ", seconds / 60, seconds % 60);
         let room = usize::from(width).saturating_sub(clock.len());
+        // Where there is little room it matters more where it is served than what it is called.
+        let text = match text.chars().count() <= room || doors.is_empty() {
+            true => text,
+            false => format!(" {number}{doors}"),
+        };
         let text: String = text.chars().take(room).collect();
         Paragraph::new(format!("{text:<room$}{clock}")).style(self.theme.bar())
     }
 
-    /// What a key came to; else what the keys do at the moment.
-    fn footer(self) -> Paragraph<'static> {
+    /// What a key came to, or what is asked; else what the keys do at the moment.
+    fn footer(self, width: u16) -> Vec<Line<'static>> {
         let app = self.app;
-        let keys = |keys: &[(&str, &str)]| terminal::hints(keys, self.theme);
+        let fitted = |keys: &[(&str, &str)], width| terminal::fitted(keys, width, self.theme);
         let line = match (&app.message, &app.mode) {
-            (Some(message), _) => Line::styled(format!(" {message}"), self.theme.note()),
-            (_, Mode::Help) => keys(&[("any key", "back")]),
-            (_, Mode::Ask { question, text }) => Line::from(vec![
-                Span::styled(format!(" {}", question.prompt()), self.theme.key()),
-                Span::raw(format!("{text}_  ")),
-                Span::styled(question.meaning(text), self.theme.dim()),
-            ]),
+            (Some(message), _) => return terminal::said(message, width, self.theme.note()),
+            (_, Mode::Help(_)) => fitted(&[("any key", "back")], width),
+            (_, Mode::Ask { question, text }) => {
+                let (asked, meaning) = (question.prompt(), question.meaning(text));
+                let text = format!("{asked}{text}_  {meaning}");
+                return terminal::said(&text, width, self.theme.key());
+            }
             (_, Mode::Inputs { address, .. }) => {
                 let mut line = Line::styled(format!(" input {address} "), self.theme.key());
-                line.extend(
-                    keys(&[
-                        ("digits arrows", "choose"),
-                        ("space", "toggle"),
-                        ("esc", "back"),
-                    ])
-                    .spans,
-                );
+                let keys = [
+                    ("digits arrows", "choose"),
+                    ("space", "toggle"),
+                    ("esc", "back"),
+                ];
+                line.extend(fitted(&keys, width).spans);
                 line
             }
             (_, Mode::Watch) if app.unlocked() => {
                 let step = if app.fine { "fine" } else { "coarse" };
-                let mut line = keys(&[
-                    ("arrows", "x y"),
+                let told = format!(" J{} {step}", app.joint);
+                let room = u16::try_from(told.len()).unwrap_or(u16::MAX);
+                let axes = self.axes();
+                let keys = [
+                    ("arrows", axes.as_str()),
                     ("pgup/dn", "z"),
                     ("1-4", "joint"),
                     ("+ -", "turn"),
                     ("f", "fine"),
                     ("u", "lock"),
                     ("?", "help"),
-                ]);
-                line.push_span(Span::styled(
-                    format!(" J{} {step}", app.joint),
-                    self.theme.note(),
-                ));
+                ];
+                let mut line = fitted(&keys, width.saturating_sub(room));
+                line.push_span(Span::styled(told, self.theme.note()));
                 line
             }
             (_, Mode::Watch) => {
                 let mut all = vec![
                     ("q", "quit"),
-                    ("?", "help"),
                     ("k K", "key"),
                     ("u", "unlock"),
                     ("p", "cable"),
@@ -201,14 +211,15 @@ impl View<'_> {
                     ("a", "alarm"),
                     ("s", "slip"),
                     ("i", "input"),
+                    ("?", "help"),
                 ];
                 if app.number().1 > 1 {
-                    all.insert(2, ("tab", "next arm"));
+                    all.insert(1, ("tab", "next arm"));
                 }
-                keys(&all)
+                fitted(&all, width)
             }
         };
-        Paragraph::new(line)
+        vec![line]
     }
 
     /// A frame with a name.

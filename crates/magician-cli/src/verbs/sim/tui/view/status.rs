@@ -204,12 +204,7 @@ impl View<'_> {
         let block = self.panel(title);
         let inner = block.inner(area);
         let alarms = &self.look.state.alarms;
-        let text = terminal::alarms(alarms, inner.width, inner.height, self.theme);
-        frame.render_widget(text.block(block), area);
-    }
-
-    /// Alarms and what to do about them, each on a line.
-    pub(super) fn alarm_lines(self, room: usize) -> Vec<Line<'static>> {
-        terminal::alarm_lines(&self.look.state.alarms, room, false, self.theme)
+        let lines = terminal::alarm_lines(alarms, inner.width, inner.height, self.theme);
+        frame.render_widget(Paragraph::new(lines).block(block), area);
     }
 }

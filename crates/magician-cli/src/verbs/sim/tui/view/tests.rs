@@ -1,5 +1,6 @@
 //! Pictures of arms in known states, as text.
 
+use magician_motion::TopView;
 use magician_protocol::commands::{PtpCmd, QueuedCmdStartExec, WaitCmd};
 use magician_protocol::{Ctrl, FrameBuf, PtpMode, Set};
 use magician_sim::scenario::Scenario;
@@ -7,15 +8,16 @@ use magician_sim::serve::Server;
 use magician_sim::{Controller, Happening, LinkId, Profile, World};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 
 use super::super::app::{App, Subject};
 use super::super::feed::{Feed, Line};
-use super::super::keys::{Mode, Question};
+use super::super::keys::{Mode, Question, action};
 use super::super::look::{Cursor, Look};
 use super::draw;
-use crate::terminal::Theme;
-use crate::terminal::test::{self, shows};
+use crate::terminal::test::{self, Example, shows};
+use crate::terminal::{Help, Theme};
 
 const SORTING: &str = include_str!("../../../../../../magician-sim/scenarios/pick_and_sort.toml");
 
@@ -63,6 +65,89 @@ fn dots(screen: &[String]) -> usize {
         .count()
 }
 
+/// An arm that is served, in several states.
+pub(in crate::verbs) fn examples() -> Vec<Example> {
+    fn example(
+        name: &'static str,
+        needs: &[&str],
+        change: fn(&mut Controller, &mut App),
+    ) -> Example {
+        let shown = move |help: Option<Help>| {
+            let mut arm = sorting();
+            let mut app = app(&arm);
+            app.told.doors = vec!["UDP 127.0.0.1:8899".to_owned(), "PTY ./arm".to_owned()];
+            let text =
+                "a line that is longer than a log is wide beside all the other panels".to_owned();
+            app.told.say(Line { at: 1.5, text });
+            change(&mut arm, &mut app);
+            app.see(Look::at(&arm, Cursor::default()));
+            if let Some(help) = help {
+                app.mode = Mode::Help(help);
+            }
+            app
+        };
+        Example::new(name, needs, &super::KEYS, shown, draw)
+    }
+    let always = [
+        "virtual arm | UDP 127.0.0.1:8899 | PTY ./arm",
+        "0:00",
+        "x 259.1 y 0.0",
+        "z -8.5 r 0.0",
+        "J1 0.0 J2 45.0",
+        "J3 45.0 J4 0.0",
+        "○ suction ○ gripper",
+        "○ laser",
+        "cable in, 0 clients",
+        "a line that is longer than a log is wide beside all the other panels",
+    ];
+    let need = |more: &[&'static str]| [&always[..], more].concat();
+    vec![
+        example(
+            "sim",
+            &need(&[
+                "at rest, not homed",
+                "empty",
+                "0x00 ResetOccurred:",
+                "clear the alarms",
+                "q quit",
+                "? help",
+            ]),
+            |_, _| {},
+        ),
+        example(
+            "sim, unlocked",
+            &need(&[
+                "unlocked, not homed",
+                "arrows x+ ↑ y+ ←",
+                "? help J1 coarse",
+            ]),
+            |arm, _| arm.inject(Happening::Unlock(true)),
+        ),
+        example(
+            "sim that asks",
+            &need(&[
+                "raise alarm 0x12_ PlanInvLimit: the target would take a joint beyond its limit",
+            ]),
+            |_, app| {
+                app.mode = Mode::Ask {
+                    question: Question::Alarm,
+                    text: "12".to_owned(),
+                };
+            },
+        ),
+        example(
+            "sim, an input",
+            &need(&["input 7 digits arrows choose space toggle esc back"]),
+            |_, app| {
+                app.mode = Mode::Inputs {
+                    address: 7,
+                    typed: false,
+                };
+            },
+        ),
+    ]
+}
+
 #[test]
 fn an_arm_at_power_up_on_a_narrow_terminal() {
     let mut app = app(&Controller::default());
@@ -81,7 +166,8 @@ fn an_arm_at_power_up_on_a_narrow_terminal() {
             "0/32",
             "stopped, done 0",
             "alarms: 1",
-            "0x00 ResetOccurred: clear the alarms",
+            "0x00 ResetOccurred:",
+            "clear the alarms",
             "○ suction  ○ gripper",
             "cable in, 0 clients",
             "16 ○ 17 ○ 18 ○ 19 ○ 20 ○",
@@ -137,8 +223,33 @@ fn a_world_on_a_wide_terminal() {
     arm.inject(Happening::Unlock(true));
     shows(
         &screen(&app(&arm), 160, 50),
-        &["unlocked, not homed", "arrows x y"],
+        &["unlocked, not homed", "arrows x+ ↑ y+ ←"],
     );
+}
+
+#[test]
+fn arrows_lead_where_the_view_shows_it_from_every_side() {
+    let mut app = app(&Controller::default());
+    // Where the tip is drawn: the tool stands ahead of the arm, at y 0.
+    let tip = |app: &App| {
+        let screen = screen(app, 80, 24);
+        let rows = screen.iter().enumerate().skip(2).take(11);
+        let mut found = rows.filter_map(|(row, line)| {
+            let at = line.chars().take(26).position(|sign| sign == 'o')?;
+            Some([at as f64 - 13.0, 7.0 - row as f64])
+        });
+        found.next().unwrap()
+    };
+    for axes in ["x+ ↑ y+ ←", "x+ → y+ ↑", "x+ ↓ y+ →", "x+ ← y+ ↓"] {
+        shows(&screen(&app, 80, 24), &[&format!("from above: {axes}")]);
+        let [right, up] = app.view.project([1.0, 0.0]);
+        let [column, row] = tip(&app);
+        assert!(column * right + row * up > 2.0, "{axes}: {column} {row}");
+        let key = KeyEvent::new(KeyCode::Char('V'), KeyModifiers::NONE);
+        let turned = app.act(action(&app.mode, false, key));
+        assert!(matches!(turned, Ok(None)));
+    }
+    assert_eq!(app.view, TopView::BEHIND);
 }
 
 #[test]
@@ -182,7 +293,7 @@ fn what_is_asked_is_answered_in_the_last_line() {
         text,
     };
     shows(&screen(&app, 80, 24), &["PlanInvLimit: the target would"]);
-    app.mode = Mode::Help;
+    app.mode = Mode::Help(Help::default());
     shows(
         &screen(&app, 80, 24),
         &["pull the cable, or plug it in", "draw everything anew"],
@@ -213,7 +324,7 @@ fn every_size_has_a_picture() {
         address: 20,
         typed: true,
     };
-    for mode in [Mode::Watch, Mode::Help, ask, inputs] {
+    for mode in [Mode::Watch, Mode::Help(Help::default()), ask, inputs] {
         app.mode = mode;
         for width in [1, 2, 5, 10, 29, 71, 72, 80, 119, 120, 300] {
             for height in [1, 2, 3, 5, 10, 21, 22, 23, 24, 30, 37, 43, 60, 120] {

@@ -1,0 +1,138 @@
+//! The list of all keys, over what is shown.
+
+use ratatui::Frame;
+use ratatui::crossterm::event::KeyCode;
+use ratatui::layout::{Constraint, Flex, Layout, Rect};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, BorderType, Clear, Paragraph};
+
+use super::{Theme, wrapped};
+
+/// Columns of the list before what a key does.
+const HANGING: usize = 13;
+/// The list is at least so wide where there is room.
+const LEAST: usize = 68;
+
+/// The list of keys while it is shown: a page of it, where the screen has not room for all.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Help {
+    /// Pages from the first, either way round: how many there are depends on the screen.
+    page: isize,
+}
+
+impl Help {
+    /// The list after a key; none if the key closes it.
+    pub(crate) fn after(self, code: KeyCode) -> Option<Self> {
+        let by = match code {
+            KeyCode::Down | KeyCode::Right | KeyCode::PageDown => 1,
+            KeyCode::Up | KeyCode::Left | KeyCode::PageUp => -1,
+            _ => return None,
+        };
+        let page = self.page.wrapping_add(by);
+        Some(Self { page })
+    }
+
+    /// Draws it over the middle of an area.
+    pub(crate) fn draw(
+        self,
+        frame: &mut Frame<'_>,
+        area: Rect,
+        keys: &[(&str, &str)],
+        theme: Theme,
+    ) {
+        let longest = keys.iter().map(|(_, what)| what.chars().count() + 16);
+        let width = longest.max().unwrap_or(0).max(LEAST);
+        let width = u16::try_from(width).unwrap_or(u16::MAX).min(area.width);
+        let room = usize::from(width).saturating_sub(2 + HANGING);
+        let height = usize::from(area.height).saturating_sub(2).max(1);
+        let pages = pages(keys, room, height, theme);
+        let count = isize::try_from(pages.len()).unwrap_or(isize::MAX).max(1);
+        let shown = self.page.rem_euclid(count);
+        let foot = match count {
+            1 => " any key closes ".to_owned(),
+            _ => format!(
+                " page {} of {count}: arrows turn pages, any other key closes ",
+                shown + 1
+            ),
+        };
+        let lines = pages
+            .into_iter()
+            .nth(shown.unsigned_abs())
+            .unwrap_or_default();
+        let height = u16::try_from(lines.len() + 2).unwrap_or(u16::MAX);
+        let [across] = Layout::horizontal([Constraint::Length(width)])
+            .flex(Flex::Center)
+            .areas(area);
+        let [area] = Layout::vertical([Constraint::Length(height.min(area.height))])
+            .flex(Flex::Center)
+            .areas(across);
+        let block = Block::bordered()
+            .border_type(BorderType::Rounded)
+            .title(Span::styled(" keys ", theme.title()))
+            .title_bottom(Span::styled(foot, theme.dim()));
+        frame.render_widget(Clear, area);
+        frame.render_widget(Paragraph::new(lines).block(block), area);
+    }
+}
+
+/// The lines of each page; what a key does is not torn apart.
+fn pages(
+    keys: &[(&str, &str)],
+    room: usize,
+    height: usize,
+    theme: Theme,
+) -> Vec<Vec<Line<'static>>> {
+    let mut pages: Vec<Vec<Line<'static>>> = vec![Vec::new()];
+    for (key, what) in keys {
+        let lines = described(key, what, room, theme);
+        match pages.last_mut() {
+            Some(page) if page.is_empty() || page.len() + lines.len() <= height => {
+                page.extend(lines);
+            }
+            _ => pages.push(lines),
+        }
+    }
+    pages
+}
+
+/// What a key does, on as many lines as that takes.
+fn described(key: &str, what: &str, room: usize, theme: Theme) -> Vec<Line<'static>> {
+    let lines = wrapped(what, room).into_iter().enumerate();
+    let line = |(nth, text)| {
+        let key = if nth == 0 { key } else { "" };
+        let key = format!(" {key:<width$}", width = HANGING - 1);
+        Line::from(vec![Span::styled(key, theme.key()), Span::raw(text)])
+    };
+    lines.map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::terminal::test::{screen, shows};
+
+    #[test]
+    fn pages_are_turned_round_and_round_and_any_other_key_closes() {
+        let keys: Vec<_> = (0..9).map(|_| ("key", "what it does")).collect();
+        let drawn = |help: Help, height| {
+            screen(60, height, |frame| {
+                help.draw(frame, frame.area(), &keys, Theme::PLAIN);
+            })
+        };
+        let first = Help::default();
+        shows(&drawn(first, 12), &["any key closes"]);
+        shows(&drawn(first, 7), &["page 1 of 2: arrows turn pages"]);
+        let second = first.after(KeyCode::Down).unwrap();
+        shows(&drawn(second, 7), &["page 2 of 2"]);
+        assert_eq!(
+            drawn(first.after(KeyCode::Up).unwrap(), 7),
+            drawn(second, 7)
+        );
+        shows(
+            &drawn(second.after(KeyCode::PageDown).unwrap(), 7),
+            &["1 of"],
+        );
+        assert_eq!(second.after(KeyCode::Esc), None);
+        assert_eq!(second.after(KeyCode::Char('?')), None);
+    }
+}

@@ -1,0 +1,142 @@
+//! Where the points are, drawn with letters.
+
+use magician_motion::TopView;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::session::Touched;
+use super::subject::Subject;
+use super::view::sign;
+use crate::terminal::{Theme, arrow};
+
+/// How it looks.
+pub(super) fn sketch(touched: &Touched, view: TopView, theme: Theme) -> Vec<Line<'static>> {
+    let side = |text: &&str| Line::styled((*text).to_owned(), theme.dim());
+    match touched.subject {
+        Subject::Sheet => paper(touched, view, theme),
+        Subject::Surface => [
+            "            │ tool",
+            "            ▼",
+            "   ─────────┴───────── paper or table",
+        ]
+        .iter()
+        .map(side)
+        .collect(),
+        Subject::Tool => [
+            "     │              │",
+            "     └─┐          ┌─┘   turned by J4",
+            "       ▼          ▼",
+            "   ────+──────────+──── the same mark",
+        ]
+        .iter()
+        .map(side)
+        .collect(),
+    }
+}
+
+/// Columns and rows of the paper's sketch.
+const SIZE: [usize; 2] = [27, 6];
+/// The corners to touch, as directions from the paper's middle: in the arm's coordinates the drawing stands upright.
+const CORNERS: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]];
+
+/// A box by its first and its last column, and its first and its last row.
+#[derive(Clone, Copy)]
+struct Place {
+    columns: [usize; 2],
+    rows: [usize; 2],
+}
+
+impl Place {
+    /// The cell so far to the right of the middle and above it; 1 is at the edge.
+    fn at(self, [right, up]: [f64; 2]) -> [usize; 2] {
+        let along = |[first, last]: [usize; 2], share: f64| {
+            let (middle, half) = ((first + last) as f64 / 2.0, (last - first) as f64 / 2.0);
+            (middle + share * half).round() as usize
+        };
+        [along(self.columns, right), along(self.rows, -up)]
+    }
+}
+
+/// Letters in rows, each with its style.
+struct Canvas {
+    cells: Vec<Vec<(char, Style)>>,
+}
+
+impl Canvas {
+    fn write(&mut self, [column, row]: [usize; 2], text: &str, style: Style) {
+        let cells = self.cells.get_mut(row).into_iter().flatten();
+        for (cell, letter) in cells.skip(column).zip(text.chars()) {
+            *cell = (letter, style);
+        }
+    }
+
+    fn frame(&mut self, place: Place, style: Style) {
+        let ([left, right], [top, bottom]) = (place.columns, place.rows);
+        let edge = "─".repeat(right - left - 1);
+        self.write([left, top], &format!("┌{edge}┐"), style);
+        self.write([left, bottom], &format!("└{edge}┘"), style);
+        for row in top + 1..bottom {
+            self.write([left, row], "│", style);
+            self.write([right, row], "│", style);
+        }
+    }
+
+    fn lines(self) -> Vec<Line<'static>> {
+        let spans = |row: Vec<(char, Style)>| {
+            let spans = row.into_iter();
+            spans
+                .map(|(letter, style)| Span::styled(letter.to_string(), style))
+                .collect()
+        };
+        self.cells.into_iter().map(spans).collect()
+    }
+}
+
+/// The paper as it lies before the arm, its corners numbered, as the view shows it.
+fn paper(touched: &Touched, view: TopView, theme: Theme) -> Vec<Line<'static>> {
+    let dim = theme.dim();
+    let mut canvas = Canvas {
+        cells: vec![vec![(' ', Style::new()); SIZE[0]]; SIZE[1]],
+    };
+    let ahead = view.project([1.0, 0.0]);
+    let (paper, arm) = places(ahead);
+    canvas.frame(paper, dim);
+    canvas.frame(arm, dim);
+    let [column, row] = arm.at([0.0, 0.0]);
+    canvas.write([column - 1, row], "arm", dim);
+    let [column, row] = paper.at([0.0, 0.0]);
+    canvas.write([column - 2, row], "paper", dim);
+    for (nth, corner) in CORNERS.into_iter().enumerate() {
+        let (sign, style) = sign(touched, nth, theme);
+        let to = view.project(corner);
+        let [column, row] = paper.at(to);
+        let number = (nth + 1).to_string();
+        canvas.write([column, row], sign, style);
+        match to[0] > 0.0 {
+            true => canvas.write([column + 1, row], &number, style),
+            false => canvas.write([column - 1, row], &number, style),
+        }
+    }
+    for (nth, (name, way)) in [("x+", [1.0, 0.0]), ("y+", [0.0, 1.0])]
+        .into_iter()
+        .enumerate()
+    {
+        let text = format!("{name} {}", arrow(view, way));
+        canvas.write([SIZE[0] - 4, nth], &text, theme.title());
+    }
+    canvas.lines()
+}
+
+/// Where paper and arm are, if what is ahead of the arm is there.
+fn places([right, up]: [f64; 2]) -> (Place, Place) {
+    let place = |columns, rows| Place { columns, rows };
+    if up > 0.5 {
+        (place([3, 19], [0, 3]), place([8, 14], [4, 5]))
+    } else if up < -0.5 {
+        (place([3, 19], [2, 5]), place([8, 14], [0, 1]))
+    } else if right > 0.0 {
+        (place([8, 20], [0, 5]), place([0, 4], [2, 4]))
+    } else {
+        (place([1, 13], [0, 5]), place([16, 20], [2, 4]))
+    }
+}

@@ -1,0 +1,192 @@
+//! The arm and its pad beside something else.
+
+use magician::{Limits, commands::Pose};
+use ratatui::Frame;
+use ratatui::crossterm::event::KeyCode;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use super::axis::Axis;
+use super::pad::Pad;
+use super::view::{
+    alarm_panel, doing, joint_bars, key_names, log_panel, mode_line, moves, pad_lines, pad_panel,
+    pose, tool_lines,
+};
+use crate::terminal::{Seen, Theme, panel};
+
+/// From so many columns on there is room beside something else for the pad as it is alone.
+const WIDE: u16 = 120;
+/// On fewer columns than this the pad is below, not beside.
+const NARROW: u16 = 80;
+/// From so many rows on the joints have bars.
+const TALL: u16 = 28;
+/// Rows of the panel that has coordinates and joints.
+pub(crate) const TIGHT_ROWS: u16 = 7;
+
+/// What the panel is called that has both.
+pub(super) const TITLE: &str = "tool: mm, joints: deg";
+
+/// Draws the arm and its pad at the right or, on a narrow terminal, below, and gives what is left of the area to something
+/// else.
+pub(crate) fn beside(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    seen: &Seen,
+    pad: &Pad,
+    theme: Theme,
+) -> Rect {
+    if area.width < NARROW {
+        return below(frame, area, seen, pad, theme);
+    }
+    let width = match area.width >= WIDE {
+        true => Constraint::Percentage(45),
+        false => Constraint::Length(30),
+    };
+    let [left, mut right] = Layout::horizontal([Constraint::Fill(1), width]).areas(area);
+    if area.height >= TALL {
+        let rail = u16::from(seen.rail.is_some());
+        let [place, joints, rest] = Layout::vertical([
+            Constraint::Length(6 + rail),
+            Constraint::Length(7),
+            Constraint::Fill(1),
+        ])
+        .areas(right);
+        pose(frame, place, seen, pad, theme);
+        joint_bars(frame, joints, seen, theme);
+        right = rest;
+    } else {
+        let [place, rest] =
+            Layout::vertical([Constraint::Length(TIGHT_ROWS), Constraint::Fill(1)]).areas(right);
+        tight(frame, place, TITLE, seen, Some(pad), theme);
+        right = rest;
+    }
+    let lines = pad_lines(seen, pad, right.width.saturating_sub(2), theme);
+    let lines = u16::try_from(lines.len()).unwrap_or(u16::MAX);
+    let [pads, rest] = Layout::vertical([
+        Constraint::Length(lines.saturating_add(2)),
+        Constraint::Fill(1),
+    ])
+    .areas(right);
+    pad_panel(frame, pads, seen, pad, theme);
+    // Two lines of log in a frame, or none.
+    let alarms = match rest.height {
+        0..8 => rest.height,
+        8..14 => 4,
+        _ => 6,
+    };
+    let [alarms, log] =
+        Layout::vertical([Constraint::Length(alarms), Constraint::Fill(1)]).areas(rest);
+    alarm_panel(frame, alarms, seen, theme);
+    if log.height > 2 {
+        log_panel(frame, log, seen, theme);
+    }
+    left
+}
+
+/// The same below: coordinates and joints at the left, the pad and the alarms in one panel at the right.
+fn below(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) -> Rect {
+    let [top, bottom] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(TIGHT_ROWS)]).areas(area);
+    let [place, pads] =
+        Layout::horizontal([Constraint::Length(30), Constraint::Fill(1)]).areas(bottom);
+    tight(frame, place, TITLE, seen, Some(pad), theme);
+    let block = panel(format!("pad: {}", doing(seen, pad)), theme);
+    let inner = block.inner(pads);
+    let mut lines = vec![mode_line(pad, theme)];
+    lines.extend(tool_lines(pad.tools, inner.width, theme));
+    let used = u16::try_from(lines.len()).unwrap_or(u16::MAX);
+    let room = inner.height.saturating_sub(used);
+    lines.extend(seen.alarm_lines(inner.width, room, theme));
+    frame.render_widget(Paragraph::new(lines).block(block), pads);
+    top
+}
+
+/// Coordinates and joints as figures, with the keys of a pad.
+pub(crate) fn tight(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    title: &'static str,
+    seen: &Seen,
+    pad: Option<&Pad>,
+    theme: Theme,
+) {
+    let block = panel(title, theme);
+    let lines = match &seen.status {
+        Some(status) => rows(&status.pose, seen.rail, pad, theme),
+        None => Vec::new(),
+    };
+    frame.render_widget(Paragraph::new(lines).block(block), area);
+}
+
+fn rows(pose: &Pose, rail: Option<f32>, pad: Option<&Pad>, theme: Theme) -> Vec<Line<'static>> {
+    let limits = Limits::CONTROLLER;
+    let [j1, j2, j3, j4] = pose.joint_angle.map(f64::from);
+    let coordinates = [
+        Some((Axis::X, pose.x)),
+        Some((Axis::Y, pose.y)),
+        Some((Axis::Z, pose.z)),
+        Some((Axis::R, pose.r)),
+        rail.map(|rail| (Axis::L, rail)),
+    ];
+    let joints = [
+        ("J1", j1, limits.j1, Some(Axis::J1)),
+        ("J2", j2, limits.j2, Some(Axis::J2)),
+        ("J3", j3, limits.j3, Some(Axis::J3)),
+        ("J4", j4, limits.j4, Some(Axis::J4)),
+        ("2-3", j2 - j3, limits.j2_minus_j3, None),
+    ];
+    let row = |(coordinate, (name, angle, range, axis)): (Option<(Axis, f32)>, _)| {
+        let mut spans = match coordinate {
+            Some((axis, value)) => figure(
+                format!("{:<2}{value:>8.2} ", axis.name()),
+                Some(axis),
+                pad,
+                theme,
+                Style::new(),
+            ),
+            None => vec![Span::raw(" ".repeat(13))],
+        };
+        spans.push(Span::raw(" "));
+        let near = theme.near(angle, range);
+        let text = format!("{name:<3}{angle:>7.1} ");
+        spans.extend(figure(text, axis, pad, theme, near));
+        Line::from(spans)
+    };
+    coordinates.into_iter().zip(joints).map(row).collect()
+}
+
+/// A figure, and the two keys that move what it is of.
+fn figure(
+    text: String,
+    axis: Option<Axis>,
+    pad: Option<&Pad>,
+    theme: Theme,
+    style: Style,
+) -> Vec<Span<'static>> {
+    const SIGNS: [(KeyCode, &str); 10] = [
+        (KeyCode::Up, "↑"),
+        (KeyCode::Down, "↓"),
+        (KeyCode::Left, "←"),
+        (KeyCode::Right, "→"),
+        (KeyCode::Char('w'), "w"),
+        (KeyCode::Char('s'), "s"),
+        (KeyCode::Char('a'), "a"),
+        (KeyCode::Char('d'), "d"),
+        (KeyCode::Char(']'), "]"),
+        (KeyCode::Char('['), "["),
+    ];
+    let moved = pad.zip(axis);
+    let keys = moved.map_or_else(String::new, |(pad, axis)| {
+        key_names(pad, axis, &SIGNS).concat()
+    });
+    let style = match moved {
+        Some((pad, axis)) if moves(pad, axis) => theme.good(),
+        _ => style,
+    };
+    vec![
+        Span::styled(text, style),
+        Span::styled(format!("{keys:<2}"), theme.key()),
+    ]
+}
