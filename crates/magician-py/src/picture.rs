@@ -3,7 +3,7 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use magician::commands::{EndEffectorParams, Pose};
-use magician::sim::world::{self, Drawing, Stroke, StrokeKind};
+use magician::sim::world::{self, Drawing, PictureOptions, Stroke, StrokeKind};
 use magician::{Error, Geometry, JointAngles, ToolBias};
 use magician_program::preview::{PictureError, Snapshot, Standing, fitting, to_png};
 use pyo3::exceptions::PyIndexError;
@@ -179,13 +179,21 @@ impl Ink {
         self.drawing.strokes() == other.drawing.strokes()
     }
 
-    fn svg(&self, py: Python<'_>) -> String {
-        py.detach(|| self.drawing.to_svg())
+    fn svg(&self, py: Python<'_>, whole: bool) -> String {
+        let options = PictureOptions::default().whole(whole);
+        py.detach(|| self.drawing.to_svg_with(&options))
     }
 
-    fn png<'py>(&self, py: Python<'py>, scale: f64) -> PyResult<Bound<'py, PyBytes>> {
+    fn png<'py>(
+        &self,
+        py: Python<'py>,
+        scale: f64,
+        whole: bool,
+    ) -> PyResult<Bound<'py, PyBytes>> {
         let too_large = |error: &_| matches!(error, world::PictureError::Size { .. });
-        let png = py.detach(|| fitting(scale, too_large, |scale| self.drawing.to_png(scale)));
+        let options = PictureOptions::default().whole(whole);
+        let draw = |scale| self.drawing.to_png_with(scale, &options);
+        let png = py.detach(|| fitting(scale, too_large, draw));
         let invalid = |error: world::PictureError| Error::invalid(error.to_string());
         let png = png.map_err(|error| errors::raise(py, &invalid(error)))?;
         Ok(PyBytes::new(py, &png))

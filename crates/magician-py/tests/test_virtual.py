@@ -137,7 +137,12 @@ def test_a_pen_leaves_its_drawing(scenarios: Path, samples: Path, tmp_path: Path
     assert len(cell.drawing) == 6 and not any(stroke.burnt for stroke in cell.drawing)
     (x0, y0), (x1, y1) = cell.drawing.bounds or ((0, 0), (0, 0))
     assert (x1 - x0, y1 - y0) == pytest.approx((50, 50), abs=0.2)
-    assert cell.drawing.svg.count("<path") == 7
+    assert cell.drawing.svg.count("<path") == 6
+    # Cropped to what was left; the base is shown on demand.
+    left = cell.drawing.save(tmp_path / "left.svg").read_text()
+    whole = cell.drawing.save(tmp_path / "whole.svg", whole=True).read_text()
+    assert left == cell.drawing.svg and "<circle" not in left and "<circle" in whole
+    assert len(cell.drawing.png(1.0)) < len(cell.drawing.png(1.0, whole=True))
     picture = cell.picture(tmp_path / "cell.png")
     assert (tmp_path / "cell.png").read_bytes().startswith(b"\x89PNG")
     assert picture.svg == in_notebook(cell) and ">Drawing<" in picture.svg

@@ -8,6 +8,7 @@ use magician_program::formats::playback::Playback;
 use magician_program::raster::Engrave;
 use magician_program::rehearse::{RehearseOptions, rehearse};
 use magician_program::{Action, NoteCode, Plan, Problem, Travel, Work};
+use magician_sim::world::PictureOptions;
 use serde::Serialize;
 
 use super::job::options::{Beam, File, Look, Pen, Place, Way};
@@ -148,7 +149,7 @@ fn write(kind: Kind, plan: &Plan, path: &Path, source: &Source) -> Result<Vec<Pr
                 return Err(Failure::invalid(format!("{}: {what}", source.name)).hint(hint));
             }
             let picture = Picture::at(path.to_owned()).map_err(Failure::usage)?;
-            picture.keep(&done.drawing)?;
+            picture.keep(&done.drawing, &PictureOptions::default())?;
             Ok(lost(
                 "a picture has the lines that are drawn, and neither speeds nor ways between them",
             ))

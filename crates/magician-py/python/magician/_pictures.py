@@ -114,20 +114,21 @@ class Drawing(Sequence[Stroke]):
 
     @property
     def svg(self) -> str:
-        """As SVG, in true size, seen from above: X to the right, Y up."""
-        return self._native.svg()
+        """As SVG, in true size, seen from above: X to the right, Y up; what was left, with a margin."""
+        return self._native.svg(False)
 
-    def png(self, scale: float = SCALE) -> bytes:
-        """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large."""
-        return self._native.png(number("scale", scale, above=0, unit="pixels/mm"))
+    def png(self, scale: float = SCALE, *, whole: bool = False) -> bytes:
+        """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large. ``whole`` shows the arm's base too."""
+        return self._native.png(number("scale", scale, above=0, unit="pixels/mm"), whole)
 
-    def save(self, path: str | os.PathLike[str], *, scale: float = SCALE) -> Path:
+    def save(self, path: str | os.PathLike[str], *, scale: float = SCALE, whole: bool = False) -> Path:
         """Writes it to a ``.svg`` or ``.png`` file and returns the path.
 
+        :param whole: Whether the picture shows the arm's base too, and not only what was left.
         :raises InvalidInputError: The name ends otherwise.
         :raises OSError: The file cannot be written.
         """
-        return _save(path, lambda: self.svg, lambda: self.png(scale))
+        return _save(path, lambda: self._native.svg(whole), lambda: self.png(scale, whole=whole))
 
     def _repr_svg_(self) -> str:
         return self.svg

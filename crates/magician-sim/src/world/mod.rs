@@ -39,6 +39,7 @@ pub use picture::PictureError;
 pub use place::Place;
 pub(crate) use place::{Footprint, rotate};
 pub use scene::Rest;
+pub use svg::PictureOptions;
 
 use state::State;
 

@@ -3,7 +3,7 @@
 use tiny_skia::{Color, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Transform};
 
 use super::drawing::{Drawing, Stroke, StrokeKind};
-use super::svg::{BURN_WIDTH, INK_WIDTH, MARK};
+use super::svg::{BURN_WIDTH, INK_WIDTH, MARK, PictureOptions, seen};
 
 /// Why a picture cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -39,12 +39,24 @@ impl Drawing {
     /// [`PictureError`] if the scale makes no sense, or the picture would have more than
     /// [`MOST_PIXELS`](Self::MOST_PIXELS).
     pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+        self.to_png_with(pixels_per_mm, &PictureOptions::default())
+    }
+
+    /// The same with what [`to_svg_with`](Self::to_svg_with) shows.
+    ///
+    /// # Errors
+    /// As [`to_png`](Self::to_png).
+    pub fn to_png_with(
+        &self,
+        pixels_per_mm: f64,
+        options: &PictureOptions,
+    ) -> Result<Vec<u8>, PictureError> {
         if !(pixels_per_mm > 0.0 && pixels_per_mm.is_finite()) {
             return Err(PictureError::Scale(pixels_per_mm));
         }
-        let [[left, bottom], [right, top]] = self.frame();
-        let width = ((right - left) * pixels_per_mm).ceil();
-        let height = ((top - bottom) * pixels_per_mm).ceil();
+        let [[left, bottom], [right, top]] = self.frame(options);
+        let pixels = |mm: f64| (mm * pixels_per_mm).round().max(1.0);
+        let [width, height] = [right - left, top - bottom].map(pixels);
         let most = Self::MOST_PIXELS;
         let size = PictureError::Size {
             width,
@@ -65,7 +77,10 @@ impl Drawing {
             (-left * pixels_per_mm) as f32,
             (top * pixels_per_mm) as f32,
         );
-        if let Some(path) = mark() {
+        if let Some(path) = options.sheet.as_deref().and_then(outline) {
+            line(&mut picture, &path, [153, 153, 153, 255], 0.3, onto);
+        }
+        if let Some(path) = mark().filter(|_| self.shows_base(options)) {
             line(&mut picture, &path, [153, 153, 153, 255], 0.3, onto);
         }
         for stroke in self.strokes() {
@@ -84,7 +99,7 @@ fn draw(picture: &mut Pixmap, stroke: &Stroke, onto: Transform) {
         StrokeKind::Burn => ([74, 37, 8, (stroke.power * 2.55) as u8], BURN_WIDTH),
     };
     if let [point] = stroke.points.as_slice() {
-        let [x, y] = point.map(|value| value as f32);
+        let [x, y] = seen(*point).map(|value| value as f32);
         if let Some(dot) = PathBuilder::from_circle(x, y, width as f32 / 2.0) {
             let paint = paint(color);
             picture.fill_path(&dot, &paint, tiny_skia::FillRule::Winding, onto, None);
@@ -93,7 +108,7 @@ fn draw(picture: &mut Pixmap, stroke: &Stroke, onto: Transform) {
     }
     let mut path = PathBuilder::new();
     for (nth, point) in stroke.points.iter().enumerate() {
-        let [x, y] = point.map(|value| value as f32);
+        let [x, y] = seen(*point).map(|value| value as f32);
         if nth == 0 {
             path.move_to(x, y);
         } else {
@@ -103,6 +118,20 @@ fn draw(picture: &mut Pixmap, stroke: &Stroke, onto: Transform) {
     if let Some(path) = path.finish() {
         line(picture, &path, color, width, onto);
     }
+}
+
+/// Corners, joined all round.
+fn outline(corners: &[[f64; 2]]) -> Option<Path> {
+    let mut path = PathBuilder::new();
+    for (nth, corner) in corners.iter().enumerate() {
+        let [x, y] = seen(*corner).map(|value| value as f32);
+        match nth {
+            0 => path.move_to(x, y),
+            _ => path.line_to(x, y),
+        }
+    }
+    path.close();
+    path.finish()
 }
 
 fn mark() -> Option<Path> {

@@ -16,6 +16,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use magician::sim::Controller;
+use magician::sim::world::PictureOptions;
 use magician::words::Preflight;
 use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, burns};
 use magician_program::raster::Size;
@@ -163,7 +164,9 @@ impl Job {
         };
         let outcome = go(&self.drive(made, Some(pace), false, context), context);
         // What was drawn is there however it ended.
-        let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing())));
+        let mut options = PictureOptions::default().whole(self.way.whole);
+        options.sheet = made.setup.sheet.and_then(|sheet| show::corners(&sheet));
+        let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing(), &options)));
         let done = outcome?;
         drawn.transpose()?;
         self.tell(&done, made, context)

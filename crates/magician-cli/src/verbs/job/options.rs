@@ -145,9 +145,12 @@ pub(crate) struct Way {
     /// written any more the work goes on, and the exit status is 4
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) record: Option<PathBuf>,
-    /// On a virtual arm: write what pen or laser left to a .svg or .png file
+    /// On a virtual arm: write what pen or laser left, and the sheet if it is known, to a .svg or .png file
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) picture: Option<PathBuf>,
+    /// With --picture: the arm's base too
+    #[arg(long, requires = "picture")]
+    pub(super) whole: bool,
     /// Run what an earlier program left in the queue first
     #[arg(long)]
     pub(super) keep: bool,

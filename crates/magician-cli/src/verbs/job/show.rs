@@ -198,7 +198,7 @@ impl Shown<'_> {
     }
 }
 
-fn corners(sheet: &Sheet) -> Option<Vec<[f64; 2]>> {
+pub(super) fn corners(sheet: &Sheet) -> Option<Vec<[f64; 2]>> {
     let [width, height] = sheet.size?;
     let (sin, cos) = sheet.rotation.to_radians().sin_cos();
     let [x, y] = sheet.corner;

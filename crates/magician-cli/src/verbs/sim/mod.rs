@@ -12,6 +12,7 @@ use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
 use magician_motion::ToolBias;
 use magician_sim::serve::{self, Discovery, Handle, Server, serve_all};
+use magician_sim::world::PictureOptions;
 use magician_sim::{
     Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World, document,
 };
@@ -100,6 +101,9 @@ pub(crate) struct Sim {
     /// At the end, what pen and laser have drawn: .svg in true size, or .png
     #[arg(long, value_name = "FILE", requires = "scenario", value_parser = PathBufValueParser::new().try_map(picture::Picture::at))]
     picture: Option<picture::Picture>,
+    /// With --picture: as far as the arm's base, not only what was drawn
+    #[arg(long, requires = "picture")]
+    whole: bool,
     /// Tool that was chosen before the arm was switched on: none (an arm that was never told of one), suction, gripper, pen,
     /// laser, or its bias X,Y,Z in mm; that of the scenario or the profile, else suction, if not given
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
@@ -180,7 +184,8 @@ impl Sim {
                     rested_on = fidelity::report(&handles, self.arms.is_some(), json).await;
                 }
                 if let Some(picture) = &self.picture {
-                    drawn = picture.write(&handles, self.arms.is_some()).await;
+                    let options = PictureOptions::default().whole(self.whole);
+                    drawn = picture.write(&handles, self.arms.is_some(), &options).await;
                 }
             };
             serve_all(servers, end).await.map_err(Failure::from)?;

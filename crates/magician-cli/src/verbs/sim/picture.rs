@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use magician_program::preview::fitting;
 use magician_sim::serve::{self, Handle};
-use magician_sim::world::{Drawing, PictureError};
+use magician_sim::world::{Drawing, PictureError, PictureOptions};
 
 use crate::failure::Failure;
 
@@ -52,7 +52,12 @@ impl Picture {
     }
 
     /// Writes what the arms have drawn, a file for each. What cannot be written where it belongs is saved elsewhere.
-    pub(super) async fn write(&self, arms: &[Handle], numbered: bool) -> Result<(), Failure> {
+    pub(super) async fn write(
+        &self,
+        arms: &[Handle],
+        numbered: bool,
+        options: &PictureOptions,
+    ) -> Result<(), Failure> {
         let mut outcome = Ok(());
         for (number, arm) in (1..).zip(arms) {
             let drawing = arm.with(|runner| runner.controller().drawing());
@@ -65,18 +70,25 @@ impl Picture {
                 false => self.path.clone(),
             };
             // The other arms have drawn too.
-            outcome = outcome.and(self.save(&drawing, &path));
+            outcome = outcome.and(self.save(&drawing, options, &path));
         }
         outcome
     }
 
     /// Writes a drawing.
-    pub(crate) fn keep(&self, drawing: &Drawing) -> Result<(), Failure> {
-        self.save(drawing, &self.path)
+    pub(crate) fn keep(&self, drawing: &Drawing, options: &PictureOptions) -> Result<(), Failure> {
+        self.save(drawing, options, &self.path)
     }
 
-    fn save(&self, drawing: &Drawing, path: &Path) -> Result<(), Failure> {
-        let bytes = self.bytes(drawing).map_err(|error| wrong(path, &error))?;
+    fn save(
+        &self,
+        drawing: &Drawing,
+        options: &PictureOptions,
+        path: &Path,
+    ) -> Result<(), Failure> {
+        let bytes = self
+            .bytes(drawing, options)
+            .map_err(|error| wrong(path, &error))?;
         std::fs::write(path, &bytes).map_err(|error| {
             let failure = wrong(path, &error);
             match elsewhere(&std::env::temp_dir(), path, &bytes) {
@@ -95,13 +107,15 @@ impl Picture {
         name.into()
     }
 
-    fn bytes(&self, drawing: &Drawing) -> Result<Vec<u8>, PictureError> {
+    fn bytes(&self, drawing: &Drawing, options: &PictureOptions) -> Result<Vec<u8>, PictureError> {
         let Format::Png = self.format else {
-            return Ok(drawing.to_svg().into_bytes());
+            return Ok(drawing.to_svg_with(options).into_bytes());
         };
         // One along a rail, for instance.
         let too_large = |error: &_| matches!(error, PictureError::Size { .. });
-        fitting(PIXELS_PER_MM, too_large, |scale| drawing.to_png(scale))
+        fitting(PIXELS_PER_MM, too_large, |scale| {
+            drawing.to_png_with(scale, options)
+        })
     }
 }
 

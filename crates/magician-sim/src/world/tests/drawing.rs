@@ -2,7 +2,7 @@
 
 use super::{Arm, SECOND, posture};
 use crate::Micros;
-use crate::world::{Course, Drawing, Stroke, StrokeKind};
+use crate::world::{Course, Drawing, PictureOptions, Stroke, StrokeKind};
 
 fn pen() -> Arm {
     let text = "[tool]\nkind = \"pen\"\n[table]\nheight = -60\n";
@@ -52,9 +52,31 @@ fn a_square_is_one_stroke_of_four_sides() {
         "{svg}"
     );
     assert!(
-        svg.contains("width=\"253mm\" height=\"53mm\" viewBox=\"-8 -45 253 53\""),
+        svg.contains("width=\"50mm\" height=\"50mm\" viewBox=\"195 -45 50 50\""),
         "{svg}"
     );
+    assert!(!svg.contains("circle"), "the base is far away: {svg}");
+    // Only on demand the base, and the sheet where it is known.
+    let view = |options: PictureOptions| {
+        let svg = drawing.to_svg_with(&options);
+        let view = svg.split("viewBox=\"").nth(1).unwrap();
+        let told = (svg.contains("<circle"), svg.contains("class=\"sheet\""));
+        (view.split('"').next().unwrap().to_owned(), told)
+    };
+    let options = PictureOptions::default;
+    let sheet = [[150.0, -30.0], [250.0, -30.0], [250.0, 60.0], [150.0, 60.0]];
+    let (cropped, on_sheet, whole, both) = (
+        view(options()),
+        view(options().sheet(sheet)),
+        view(options().whole(true)),
+        view(options().sheet(sheet).whole(true)),
+    );
+    assert_eq!(cropped, ("195 -45 50 50".to_owned(), (false, false)));
+    assert_eq!(on_sheet, ("145 -65 110 100".to_owned(), (false, true)));
+    assert_eq!(whole, ("-8 -45 253 53".to_owned(), (true, false)));
+    assert_eq!(both, ("-8 -65 263 100".to_owned(), (true, true)));
+    // Where nothing was left there is nothing else to show.
+    assert!(Drawing::default().to_svg().contains("<circle"));
 }
 
 #[test]
@@ -287,7 +309,7 @@ fn other_tools_leave_nothing() {
 #[cfg(feature = "picture")]
 mod png {
     use super::{SECOND, pen};
-    use crate::world::{Drawing, PictureError};
+    use crate::world::{Drawing, PictureError, PictureOptions};
 
     #[test]
     fn the_picture_has_ink_where_the_pen_was() {
@@ -296,14 +318,18 @@ mod png {
         arm.go([240.0, 20.0, -60.0, 0.0], SECOND);
         let png = arm.world.drawing().unwrap().to_png(4.0).unwrap();
         let picture = tiny_skia::Pixmap::decode_png(&png).unwrap();
-        // From -8 to 245 and from -8 to 25 mm.
-        assert_eq!((picture.width(), picture.height()), (253 * 4, 33 * 4));
+        // From 195 to 245 and from 15 to 25 mm.
+        assert_eq!((picture.width(), picture.height()), (50 * 4, 10 * 4));
+        let whole = PictureOptions::default().whole(true);
+        let png = arm.world.drawing().unwrap().to_png_with(4.0, &whole);
+        let whole = tiny_skia::Pixmap::decode_png(&png.unwrap()).unwrap();
+        assert_eq!((whole.width(), whole.height()), (253 * 4, 33 * 4));
         let dark = |x: f64, y: f64| {
-            let (column, row) = ((x + 8.0) * 4.0, (25.0 - y) * 4.0);
+            let (column, row) = ((x - 195.0) * 4.0, (25.0 - y) * 4.0);
             picture.pixel(column as u32, row as u32).unwrap().red() < 128
         };
         assert!(dark(210.0, 20.0) && dark(239.0, 20.0));
-        assert!(!dark(210.0, 18.0) && !dark(190.0, 20.0) && !dark(242.0, 20.0));
+        assert!(!dark(210.0, 18.0) && !dark(197.0, 20.0) && !dark(242.0, 20.0));
     }
 
     #[test]
