@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::ops::Range;
 
-use magician_motion::{Geometry, JointAngles, Limits};
+use magician_motion::{Geometry, JointAngles, Limits, TopView};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -91,28 +91,33 @@ fn panel(
     Ok(())
 }
 
+/// A place of the ground as a picture of paper shows it.
+fn seen(place: [f64; 2]) -> (f64, f64) {
+    let [right, up] = TopView::PAPER.project(place);
+    (right, up)
+}
+
 fn from_above(area: &Area<'_>, looks: &[Look]) -> Drawn {
-    // Y to the left, so that the picture is the arm as one sees it from behind.
     let (near, far) = (46.2, 269.0);
     let turn = Limits::CONTROLLER.j1;
     let arc = |radius: f64| {
         (0..=90).map(move |step| {
             let angle = turn.min + (turn.max - turn.min) * f64::from(step) / 90.0;
             let (sin, cos) = angle.to_radians().sin_cos();
-            (-radius * sin, radius * cos)
+            seen([radius * cos, radius * sin])
         })
     };
     let inner: Vec<_> = arc(near).collect();
     let ground = arc(far).chain(inner.into_iter().rev()).collect();
     let track = looks
         .iter()
-        .map(|look| (-look.pose.y, look.pose.x))
+        .map(|look| seen([look.pose.x, look.pose.y]))
         .collect();
-    let ranges = fitted(-290.0..290.0, -200.0..290.0, 1.12);
+    let ranges = fitted(-210.0..290.0, -290.0..290.0, 1.12);
     panel(
         area,
         "from above",
-        ("-y / mm", "x / mm"),
+        ("x / mm", "y / mm"),
         ranges,
         ground,
         track,

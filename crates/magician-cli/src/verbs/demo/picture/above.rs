@@ -1,6 +1,6 @@
 //! The run from above.
 
-use magician_motion::Limits;
+use magician_motion::{Limits, TopView};
 
 use super::super::scene::{ARM, CUBE, CUBES, TOP, home};
 use super::marks::{haloed, marker, rectangle, tracks};
@@ -8,18 +8,25 @@ use super::panel::{Panel, Scale};
 use super::svg::{Svg, number, path};
 use super::{BODY, CARRYING, CUBE_FILL, FAINT, INK, REACH_EDGE, REACH_FILL, Sample, workspace};
 
-/// From above: y to the left, x upwards.
+/// From above, as on paper.
 const ABOVE: Scale = Scale {
     left: 60.0,
     top: 116.0,
     per_mm: 1.4,
-    across: (240.0, -240.0),
-    up: (-70.0, 340.0),
+    across: (-90.0, 340.0),
+    up: (-240.0, 240.0),
 };
+
+/// Where a place x, y lies in the picture.
+fn at(x: f64, y: f64) -> (f64, f64) {
+    let [right, up] = TopView::PAPER.project([x, y]);
+    ABOVE.at(right, up)
+}
+
 /// Draws it.
 pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
     let section = workspace::section(&ARM, &Limits::CONTROLLER);
-    let panel = Panel::begin(svg, ABOVE, "above", "From above", "y / mm", "x / mm");
+    let panel = Panel::begin(svg, ABOVE, "above", "From above", "x / mm", "y / mm");
     let (near, far) = section
         .iter()
         .fold((f64::MAX, 0.0_f64), |(near, far), point| {
@@ -35,13 +42,13 @@ pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
         square_from_above(svg, errand.from, false);
         square_from_above(svg, errand.to, true);
     }
-    tracks(svg, samples, |sample| ABOVE.at(sample.y, sample.x));
-    for (at, errand) in CUBES.iter().enumerate() {
-        number_from_above(svg, errand.from, at + 1);
-        number_from_above(svg, errand.to, at + 1);
+    tracks(svg, samples, |sample| at(sample.x, sample.y));
+    for (nth, errand) in CUBES.iter().enumerate() {
+        number_from_above(svg, errand.from, nth + 1);
+        number_from_above(svg, errand.to, nth + 1);
     }
     let at_home = home();
-    let spot = ABOVE.at(at_home.y, at_home.x);
+    let spot = at(at_home.x, at_home.y);
     marker(svg, spot, "home", (10.0, -9.0));
     panel.end(svg);
 }
@@ -53,8 +60,12 @@ fn reach_from_above(svg: &mut Svg, near: f64, far: f64, fill: &str, dashes: &str
     let angle = |step: u32| {
         (turn.min + (turn.max - turn.min) * f64::from(step) / f64::from(steps)).to_radians()
     };
-    let on =
-        |radius: f64, step| ABOVE.at(radius * f64::sin(angle(step)), radius * angle(step).cos());
+    let on = |radius: f64, step| {
+        at(
+            radius * f64::cos(angle(step)),
+            radius * f64::sin(angle(step)),
+        )
+    };
     let outer = (0..=steps).map(|step| on(far, step));
     let inner = (0..=steps).rev().map(|step| on(near, step));
     let data = path(outer.chain(inner), true);
@@ -71,15 +82,8 @@ fn reach_from_above(svg: &mut Svg, near: f64, far: f64, fill: &str, dashes: &str
 /// The base's footprint, 158 mm square, and its axis.
 fn base_from_above(svg: &mut Svg) {
     const HALF: f64 = 79.0;
-    rectangle(
-        svg,
-        ABOVE.at(HALF, HALF),
-        ABOVE.at(-HALF, -HALF),
-        BODY,
-        FAINT,
-        "8",
-    );
-    let (x, y) = ABOVE.at(0.0, 0.0);
+    rectangle(svg, at(HALF, HALF), at(-HALF, -HALF), BODY, FAINT, "8");
+    let (x, y) = at(0.0, 0.0);
     let (x, y) = (number(x), number(y));
     svg.leaf(
         "circle",
@@ -90,7 +94,7 @@ fn base_from_above(svg: &mut Svg) {
         ("fill", INK),
         ("text-anchor", "middle"),
     ];
-    let (x, y) = ABOVE.at(0.0, -32.0);
+    let (x, y) = at(0.0, -32.0);
     svg.text((x, y), "base", &label);
 }
 
@@ -103,8 +107,8 @@ fn square_from_above(svg: &mut Svg, (x, y): (f64, f64), placed: bool) {
     };
     rectangle(
         svg,
-        ABOVE.at(y + HALF, x + HALF),
-        ABOVE.at(y - HALF, x - HALF),
+        at(x + HALF, y + HALF),
+        at(x - HALF, y - HALF),
         fill,
         stroke,
         "3",
@@ -113,7 +117,7 @@ fn square_from_above(svg: &mut Svg, (x, y): (f64, f64), placed: bool) {
 
 /// The number of a cube, on top of everything.
 fn number_from_above(svg: &mut Svg, (x, y): (f64, f64), number: usize) {
-    let (px, py) = ABOVE.at(y, x);
+    let (px, py) = at(x, y);
     let label = [
         ("font-size", "13"),
         ("fill", INK),

@@ -5,7 +5,7 @@ use super::{CARRYING, CUBE_FILL, EMPTY, FAINT, INK, REACH_EDGE, REACH_FILL};
 
 /// Draws it.
 pub(super) fn draw(svg: &mut Svg) {
-    const Y: f64 = 748.0;
+    const Y: f64 = 856.0;
     let text = [("font-size", "14"), ("fill", INK)];
     let mut x = 60.0;
     for (colour, label, width) in [

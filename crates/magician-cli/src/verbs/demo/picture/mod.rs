@@ -26,8 +26,8 @@ impl Sample {
     }
 }
 
-const WIDTH: f64 = 1340.0;
-const HEIGHT: f64 = 772.0;
+const WIDTH: f64 = 1302.0;
+const HEIGHT: f64 = 880.0;
 const INK: &str = "#1f2933";
 const FAINT: &str = "#7b8794";
 const EMPTY: &str = "#3b7dd8";

@@ -20,15 +20,14 @@ pub(super) struct Scale {
 impl Scale {
     /// Where a point lies.
     pub(super) fn at(&self, across: f64, up: f64) -> (f64, f64) {
-        let sign = (self.across.1 - self.across.0).signum();
         (
-            self.left + (across - self.across.0) * sign * self.per_mm,
+            self.left + (across - self.across.0) * self.per_mm,
             self.top + (self.up.1 - up) * self.per_mm,
         )
     }
 
     fn size(&self) -> (f64, f64) {
-        let width = (self.across.1 - self.across.0).abs();
+        let width = self.across.1 - self.across.0;
         (width * self.per_mm, (self.up.1 - self.up.0) * self.per_mm)
     }
 }
@@ -127,8 +126,7 @@ impl Panel {
 }
 
 fn lines(range: (f64, f64)) -> impl Iterator<Item = f64> {
-    let (low, high) = (range.0.min(range.1), range.0.max(range.1));
-    let first = (low / f64::from(GRID)).ceil() as i32;
-    let last = (high / f64::from(GRID)).floor() as i32;
+    let first = (range.0 / f64::from(GRID)).ceil() as i32;
+    let last = (range.1 / f64::from(GRID)).floor() as i32;
     (first..=last).map(|line| f64::from(line * GRID))
 }

@@ -10,7 +10,7 @@ use super::{BODY, CARRYING, CUBE_FILL, FAINT, REACH_EDGE, REACH_FILL, Sample, wo
 
 /// From the side: radius to the right, z upwards.
 const SIDE: Scale = Scale {
-    left: 790.0,
+    left: 752.0,
     top: 116.0,
     per_mm: 1.4,
     across: (0.0, 350.0),
