@@ -49,9 +49,9 @@ impl Help {
         let count = isize::try_from(pages.len()).unwrap_or(isize::MAX).max(1);
         let shown = self.page.rem_euclid(count);
         let foot = match count {
-            1 => " any key closes ".to_owned(),
+            1 => " ? closes ".to_owned(),
             _ => format!(
-                " page {} of {count}: arrows turn pages, any other key closes ",
+                " page {} of {count}: arrows turn pages, ? closes ",
                 shown + 1
             ),
         };
@@ -112,7 +112,7 @@ mod tests {
     use crate::terminal::test::{screen, shows};
 
     #[test]
-    fn pages_are_turned_round_and_round_and_any_other_key_closes() {
+    fn arrows_turn_pages_round_and_round_and_any_other_key_closes() {
         let keys: Vec<_> = (0..9).map(|_| ("key", "what it does")).collect();
         let drawn = |help: Help, height| {
             screen(60, height, |frame| {
@@ -120,7 +120,7 @@ mod tests {
             })
         };
         let first = Help::default();
-        shows(&drawn(first, 12), &["any key closes"]);
+        shows(&drawn(first, 12), &["? closes"]);
         shows(&drawn(first, 7), &["page 1 of 2: arrows turn pages"]);
         let second = first.after(KeyCode::Down).unwrap();
         shows(&drawn(second, 7), &["page 2 of 2"]);

@@ -109,6 +109,9 @@ pub(crate) fn whole_panels(screen: &[String]) {
     assert!(ends.iter().all(|count| *count == ends[0]), "{ends:?}");
 }
 
+/// Draws a state, with a page of the list of keys or without it.
+type Draw = dyn Fn(&mut Frame<'_>, Option<Help>);
+
 /// A program that takes the whole terminal, in one of its states.
 pub(crate) struct Example {
     pub(crate) name: &'static str,
@@ -116,7 +119,7 @@ pub(crate) struct Example {
     pub(crate) needs: Vec<String>,
     /// All its keys and what they do.
     pub(crate) keys: &'static [(&'static str, &'static str)],
-    draw: Box<dyn Fn(&mut Frame<'_>, Option<Help>)>,
+    draw: Box<Draw>,
 }
 
 impl Example {

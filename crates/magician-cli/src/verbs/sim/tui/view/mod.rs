@@ -167,7 +167,7 @@ impl View<'_> {
         let fitted = |keys: &[(&str, &str)], width| terminal::fitted(keys, width, self.theme);
         let line = match (&app.message, &app.mode) {
             (Some(message), _) => return terminal::said(message, width, self.theme.note()),
-            (_, Mode::Help(_)) => fitted(&[("any key", "back")], width),
+            (_, Mode::Help(_)) => fitted(&[("arrows", "pages"), ("?", "back")], width),
             (_, Mode::Ask { question, text }) => {
                 let (asked, meaning) = (question.prompt(), question.meaning(text));
                 let text = format!("{asked}{text}_  {meaning}");
