@@ -100,6 +100,16 @@ fn a_page_is_drawn_on_the_sheet_that_was_touched() {
         let off = (left[0] - wanted[0]).hypot(left[1] - wanted[1]);
         assert!(off < 0.05, "{left:?} {wanted:?}");
     }
+    // The picture has the sheet; the base is there on demand alone.
+    let ran = place.run(&[&drawn[..], &["--picture", "whole.svg", "--whole"]].concat());
+    assert_eq!(ran.status, 0, "{}", ran.err);
+    for (name, base) in [("left.svg", false), ("whole.svg", true)] {
+        let picture = place.text(name);
+        assert!(picture.contains("class=\"sheet\""), "{picture}");
+        assert_eq!(picture.contains("<circle"), base, "{picture}");
+    }
+    let ran = place.run(&["draw", "page.svg", "--port", "sim", "--whole"]);
+    assert_eq!(ran.status, 2, "{}", ran.err);
 
     // The tip follows the surface.
     let ran = place.run(&["convert", "page.svg", "page.plan.json", "--no-order"]);
