@@ -118,7 +118,10 @@ class Drawing(Sequence[Stroke]):
         return self._native.svg(False)
 
     def png(self, scale: float = SCALE, *, whole: bool = False) -> bytes:
-        """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large. ``whole`` shows the arm's base too."""
+        """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large.
+
+        :param whole: Whether the picture shows the arm's base too, and not only what was left.
+        """
         return self._native.png(number("scale", scale, above=0, unit="pixels/mm"), whole)
 
     def save(self, path: str | os.PathLike[str], *, scale: float = SCALE, whole: bool = False) -> Path:

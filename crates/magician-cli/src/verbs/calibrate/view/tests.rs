@@ -1,0 +1,203 @@
+//! What is shown, at every size.
+
+use magician_program::Tool;
+
+use super::super::subject::Touch;
+use super::*;
+use crate::terminal::Seen;
+use crate::terminal::test::{Example, screen, shows, status};
+use crate::verbs::jog::{Pad, Tools};
+
+fn model(subject: Subject, touches: &[[f64; 4]]) -> Model {
+    let mut seen = Seen::new("sim".to_owned(), 32);
+    seen.see(status());
+    let mut touched = Touched::new(subject, Tool::Pen);
+    for pose in touches {
+        touched.take(Touch { pose: *pose });
+    }
+    Model {
+        seen,
+        pad: Pad::new(50.0, Tools::default(), false),
+        touched,
+    }
+}
+
+/// Touching in all its forms.
+pub(in crate::verbs) fn examples() -> Vec<Example> {
+    const CORNERS: [[f64; 4]; 3] = [
+        [150.0, -105.0, -61.0, 0.0],
+        [447.0, -105.0, -61.0, 0.0],
+        [150.0, 105.6, -61.0, 0.0],
+    ];
+    const STEEP: [[f64; 4]; 3] = [
+        [200.0, 0.0, 0.0, 0.0],
+        [280.0, 0.0, 0.0, 0.0],
+        [200.0, 80.0, 70.0, 0.0],
+    ];
+    let arm = [
+        "x 259.10",
+        "r 0.00",
+        "J2 45.0",
+        "step 5",
+        "50 %",
+        "stands",
+        "0x00 ResetOccurred:",
+        "clear the alarms",
+        "touch with the tool pen",
+    ];
+    let example = |name, subject: Subject, touches: &'static [[f64; 4]], needs: &[&str]| {
+        let shown = move |help| {
+            let mut model = model(subject, touches);
+            model.pad.help = help;
+            model
+        };
+        let needs = [&arm[..], needs].concat();
+        Example::new(name, &needs, &KEYS, shown, draw)
+    };
+    vec![
+        example(
+            "calibrate sheet",
+            Subject::Sheet,
+            &CORNERS[..1],
+            &[
+                Subject::Sheet.instruction(),
+                "x+ ↑",
+                "y+ ←",
+                "─●1",
+                "● 1 lower left x 150.00 y -105.00 z -61.00",
+                "▶ 2 lower right next",
+                "○ 3 upper left",
+                "Enter take the point",
+                "? all keys",
+            ],
+        ),
+        example(
+            "calibrate sheet, found",
+            Subject::Sheet,
+            &CORNERS,
+            &[
+                "size 297.0 by 210.6 mm",
+                "paper looks like A4, landscape, 0.6 mm off",
+                "lower left x 150.0 y -105.0",
+                "rotation 0.0 deg to the left",
+                "tilt 0.00 deg",
+                "height z -61.00 mm at the lower left",
+                "● 1 lower left x 150.00 y -105.00 z -61.00",
+                "● 3 upper left x 150.00 y 105.60 z -61.00",
+                "Enter save it",
+                "q quit without saving",
+            ],
+        ),
+        example(
+            "calibrate sheet, refused",
+            Subject::Sheet,
+            &STEEP,
+            &[
+                "the surface is tilted by 41.2 deg",
+                "Backspace takes the last point back.",
+                "● 3 upper left x 200.00 y 80.00 z 70.00",
+                "? all keys",
+            ],
+        ),
+        example(
+            "calibrate surface",
+            Subject::Surface,
+            &[],
+            &[
+                Subject::Surface.instruction(),
+                "─────────┴───────── paper or table",
+                "▶ 1 anywhere next",
+            ],
+        ),
+        example(
+            "calibrate tool",
+            Subject::Tool,
+            &[[230.0, 40.0, -60.0, 10.0]],
+            &[
+                Subject::Tool.instruction(),
+                "────+──────────+──── the same mark",
+                "● 1 the point x 230.00 y 40.00 r 10.00",
+                "▶ 2 turned next",
+            ],
+        ),
+    ]
+}
+
+fn drawn(model: &Model, width: u16, height: u16) -> Vec<String> {
+    screen(width, height, |frame| draw(frame, model, Theme::PLAIN))
+}
+
+#[test]
+fn the_sketch_says_which_corner_is_next() {
+    for (width, height) in [(80, 24), (200, 50)] {
+        let model = model(Subject::Sheet, &[[180.0, -60.0, -61.0, 0.0]]);
+        let screen = drawn(&model, width, height);
+        shows(
+            &screen,
+            &["touch with the tool pen", "3○────", "────●1", "┌────", "▶2"],
+        );
+        shows(
+            &screen,
+            &["x  180.00 y  -60.00 z  -61.00", "Enter take the point"],
+        );
+    }
+}
+
+#[test]
+fn the_sketch_lies_where_the_keys_lead() {
+    let mut model = model(Subject::Sheet, &[]);
+    // Which corner is at the lower left and at the lower right of the screen, and the way to y.
+    for (corners, axes) in [
+        (["3○────", "────▶1"], ["x+ ↑", "y+ ←"]),
+        (["1▶────", "────○2"], ["x+ →", "y+ ↑"]),
+        (["2○────", "────┘"], ["x+ ↓", "y+ →"]),
+        (["└────", "────○3"], ["x+ ←", "y+ ↓"]),
+    ] {
+        for (width, height) in [(60, 20), (80, 24)] {
+            let screen = drawn(&model, width, height);
+            shows(&screen, &corners);
+            shows(&screen, &axes);
+        }
+        model.pad.view = model.pad.view.turned();
+    }
+}
+
+#[test]
+fn what_was_found_is_shown_before_it_is_saved() {
+    let touches = [
+        [150.0, -105.0, -61.0, 0.0],
+        [447.0, -105.0, -61.0, 0.0],
+        [150.0, 105.6, -61.0, 0.0],
+    ];
+    let screen = drawn(&model(Subject::Sheet, &touches), 80, 24);
+    shows(
+        &screen,
+        &[
+            "looks like A4, landscape, 0.6 mm off",
+            "Enter save it",
+            "0.0 deg to the left",
+        ],
+    );
+    let steep = [
+        [200.0, 0.0, 0.0, 0.0],
+        [280.0, 0.0, 0.0, 0.0],
+        [200.0, 80.0, 70.0, 0.0],
+    ];
+    let screen = drawn(&model(Subject::Sheet, &steep), 80, 24);
+    shows(
+        &screen,
+        &[
+            "the surface is tilted by 41.2 deg",
+            "Backspace takes the last point back",
+        ],
+    );
+}
+
+#[test]
+fn a_tool_is_touched_twice() {
+    let screen = drawn(&model(Subject::Tool, &[[230.0, 40.0, -60.0, 10.0]]), 80, 24);
+    shows(
+        &screen,
+        &["turned by J4", "● 1 the point", "r   10.00", "▶ 2 turned"],
+    );
+}

@@ -1,0 +1,117 @@
+//! What is shown, at every size.
+
+use super::*;
+use crate::terminal::test::{Example, screen, shows, status};
+
+fn model() -> Model {
+    let mut seen = Seen::new("arm at a port".to_owned(), 32);
+    let first = status();
+    let mut second = first.clone();
+    second.pose.x += 5.0;
+    second.left_space = 16;
+    second.at = first.at + std::time::Duration::from_millis(100);
+    seen.see(first);
+    seen.see(second);
+    seen.note("alarm 0x12 is gone");
+    let mut model = Model::new(seen);
+    model.note(Pin::analog(9, 2048));
+    model
+}
+
+/// An arm that is watched, in several states.
+pub(in crate::verbs) fn examples() -> Vec<Example> {
+    fn example(name: &'static str, needs: &[&str], change: fn(&mut Model)) -> Example {
+        let shown = move |help| {
+            let mut model = model();
+            change(&mut model);
+            model.help = help;
+            model
+        };
+        Example::new(name, needs, &KEYS, shown, draw)
+    }
+    vec![
+        example(
+            "watch",
+            &[
+                "magician watch | arm at a port",
+                "tool moves",
+                "x 264.10",
+                "y 0.00",
+                "z -8.49",
+                "r 0.00",
+                "J1 0.0",
+                "J2 45.0",
+                "2-3 0.0",
+                "16/32",
+                "done 0",
+                "tool 50.0 mm/s",
+                "J4 0.0 deg/s",
+                "○ suction ○ gripper ○ laser",
+                "sent 0, again 0",
+                "late 0, noise 0",
+                "0x00 ResetOccurred:",
+                "clear the alarms",
+                "alarm 0x12 is gone",
+                "q quit ? help",
+            ],
+            |_| {},
+        ),
+        example(
+            "watch an arm that burns",
+            &[
+                "l 125.50",
+                "● closed",
+                "● laser ON",
+                "sent 0, again 0",
+                "late 0, noise 0",
+            ],
+            |model| {
+                model.seen.rail = Some(125.5);
+                model.around.tools.laser = true;
+                model.around.tools.grips = Some(true);
+            },
+        ),
+    ]
+}
+
+fn picture(model: &Model, width: u16, height: u16) -> Vec<String> {
+    screen(width, height, |frame| draw(frame, model, Theme::PLAIN))
+}
+
+#[test]
+fn an_arm_on_a_narrow_and_on_a_wide_terminal() {
+    let both = [
+        "magician watch | arm at a port",
+        "tool moves",
+        "x    264.10 mm",
+        "J2     45.0",
+        "16/32",
+        "done 0",
+        "tool   50.0 mm/s",
+        "J4      0.0 deg/s",
+        "0x00 ResetOccurred",
+        "alarm 0x12 is gone",
+        "sent 0, again 0",
+        "q quit",
+    ];
+    let (narrow, wide) = (picture(&model(), 80, 24), picture(&model(), 200, 50));
+    shows(&narrow, &both);
+    shows(&wide, &both);
+    shows(&narrow, &[" 8 ○  9a● 10 ○"]);
+    shows(&wide, &[" 9 ● analog-input            2048 of 4095"]);
+    // The latest speed is the highest, at the right.
+    assert!(narrow.iter().any(|line| line.contains("█│")));
+}
+
+#[test]
+fn every_size_has_a_picture() {
+    let mut model = model();
+    for help in [false, true] {
+        model.help = help.then(Help::default);
+        for width in [1, 2, 5, 10, 29, 50, 80, 119, 120, 300] {
+            for height in [1, 2, 3, 5, 10, 21, 23, 24, 60] {
+                assert_eq!(picture(&model, width, height).len(), usize::from(height));
+            }
+        }
+    }
+}
