@@ -13,7 +13,7 @@ use tokio::time::timeout;
 
 use crate::args::{Cli, Global};
 use crate::config::Config;
-use crate::debts::Debts;
+use crate::debts::{Access, Debts, Settled};
 use crate::failure::{Failure, Kind, incomplete};
 use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
@@ -215,9 +215,10 @@ impl Context {
     /// Works with the arm, connecting first if need be. Ctrl-C ends the work.
     pub(crate) fn with_arm<T>(
         &mut self,
+        access: Access,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        self.work(None, work)
+        self.work(None, Some(access), work, async |_, _| None)
     }
 
     /// Works with the arm on something that moves it and waits until it stands: Ctrl-C stops it.
@@ -227,11 +228,15 @@ impl Context {
         sim: Option<Sim>,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        self.moving_to_an_end(sim, work, async |_, _| None)
+        self.sets_going(true);
+        let done = self.work(sim, Some(Access::Sets), work, async |_, _| None)?;
+        self.going = false;
+        Ok(done)
     }
 
-    /// As [`moving`](Self::moving), for what has an end of its own: when a signal has stopped the arm, `end` is done before the
-    /// settings are given back, and what it says is told. A second signal stops the arm at once, whatever `end` does.
+    /// As [`moving`](Self::moving), for what has a beginning and an end of its own: it settles what others have left of itself,
+    /// and when a signal has stopped the arm, `end` is done before the settings are given back, and what it says is told. A
+    /// second signal stops the arm at once, whatever `end` does.
     pub(crate) fn moving_to_an_end<T>(
         &mut self,
         sim: Option<Sim>,
@@ -239,7 +244,7 @@ impl Context {
         end: impl AsyncFnOnce(&Arm, &Stood) -> Option<String>,
     ) -> Result<T, Failure> {
         self.sets_going(true);
-        let done = self.work_to_an_end(sim, work, end)?;
+        let done = self.work(sim, None, work, end)?;
         self.going = false;
         Ok(done)
     }
@@ -304,7 +309,7 @@ impl Context {
         sim: Sim,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        self.work(Some(sim), work)
+        self.work(Some(sim), Some(Access::Reads), work, async |_, _| None)
     }
 
     /// From here on Ctrl-C stops the arm, if `going`: the verb sets something going that lasts, and the connection
@@ -318,17 +323,11 @@ impl Context {
         self.going = false;
     }
 
+    /// `access` is what becomes of the debts of others, if anything does.
     fn work<T>(
         &mut self,
         sim: Option<Sim>,
-        work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
-    ) -> Result<T, Failure> {
-        self.work_to_an_end(sim, work, async |_, _| None)
-    }
-
-    fn work_to_an_end<T>(
-        &mut self,
-        sim: Option<Sim>,
+        access: Option<Access>,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
         end: impl AsyncFnOnce(&Arm, &Stood) -> Option<String>,
     ) -> Result<T, Failure> {
@@ -353,10 +352,20 @@ impl Context {
                 let arm = &self.arm.insert(arm).arm;
                 let timeout = self.global.timeout;
                 arm.set_timeout(timeout.unwrap_or(Options::default().timeout));
-                match self.burns {
+                let settled = match access {
+                    Some(access) => Debts::settle(arm, access).await,
+                    None => Settled::Nothing,
+                };
+                self.out.settled(&settled, self.global.json);
+                let done = match self.burns {
                     true => work(&arm.allowing_laser(), &mut self.out).await,
                     false => work(arm, &mut self.out).await,
+                }?;
+                if let Settled::Later(_) = settled {
+                    let settled = Debts::settle(arm, Access::Sets).await;
+                    self.out.settled(&settled, self.global.json);
                 }
+                Ok(done)
             };
             tokio::select! {
                 outcome = work => match outcome {
@@ -382,7 +391,8 @@ impl Context {
             Pin<&mut dyn Future<Output = ()>>,
         ) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        let arm = self.work(Some(sim), async |arm, _| Ok(arm.clone()))?;
+        let clone = async |arm: &Arm, _: &mut Output| Ok(arm.clone());
+        let arm = self.work(Some(sim), Some(Access::Reads), clone, async |_, _| None)?;
         let runtime = self.runtime()?;
         let out = &mut self.out;
         let (outcome, terminated) = runtime.block_on(async {
@@ -447,7 +457,7 @@ impl Context {
             _ => Ok(("interrupted".to_owned(), None)),
         };
         self.going = false;
-        self.debts.forget();
+        self.debts.leave();
         let message = match failure {
             Ok((message, stood)) => {
                 self.stood = stood;

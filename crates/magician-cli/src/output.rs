@@ -2,13 +2,18 @@
 
 use std::fmt::{self, Display};
 use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
+use std::mem;
 
 use clap::builder::StyledStr;
+use magician_program::{NoteCode, Origin, Problem};
 use magician_protocol::{is_deceptive, visible_lines};
 use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter};
+use serde_json::{Value, json};
 
+use crate::debts::Settled;
 use crate::failure::Failure;
+use crate::verbs::job::Note;
 
 /// Whether this is a terminal that obeys escape sequences. Windows consoles do when told to, which this does.
 pub(crate) fn obeys(to: &impl IsTerminal) -> bool {
@@ -209,11 +214,25 @@ impl From<String> for Text {
     }
 }
 
+/// An object with notes besides its own; what is none is as it is.
+fn with_notes(value: &impl Serialize, notes: Vec<Note>) -> Result<Value, serde_json::Error> {
+    let mut value = serde_json::to_value(value)?;
+    if let Value::Object(object) = &mut value {
+        let told = object.entry("notes").or_insert_with(|| json!([]));
+        if let Value::Array(told) = told {
+            told.extend(notes.iter().map(|note| json!(note)));
+        }
+    }
+    Ok(value)
+}
+
 /// Where results go.
 pub(crate) struct Output {
     to: BufWriter<Stdout>,
     pub(crate) paint: Paint,
     width: Option<usize>,
+    /// What the next object in JSON says besides.
+    notes: Vec<Note>,
 }
 
 impl Output {
@@ -224,6 +243,7 @@ impl Output {
             paint: Paint::wanted(&stdout),
             width: width.filter(|_| stdout.is_terminal()),
             to: BufWriter::with_capacity(1 << 16, stdout),
+            notes: Vec::new(),
         }
     }
 
@@ -240,8 +260,33 @@ impl Output {
 
     /// Writes one object on a line.
     pub(crate) fn json(&mut self, value: &impl Serialize) -> Result<(), Failure> {
+        match mem::take(&mut self.notes) {
+            notes if notes.is_empty() => self.event(value),
+            notes => self.event(&with_notes(value, notes)?),
+        }
+    }
+
+    /// Writes one object of those that come while the verb is at it: notes are for its result.
+    pub(crate) fn event(&mut self, value: &impl Serialize) -> Result<(), Failure> {
         write_json(&mut self.to, value)?;
         self.line("")
+    }
+
+    /// A person is told now; who reads JSON finds it in the next object.
+    pub(crate) fn settled(&mut self, settled: &Settled, json: bool) {
+        let Some(text) = settled.text() else {
+            return;
+        };
+        let note = Problem::new(Origin::NONE, text).coded(NoteCode::Speed);
+        match json {
+            true => self.notes.extend(Note::all([&note])),
+            false => {
+                let paint = Paint::for_stderr();
+                let text = visible_lines(&note.message);
+                // A stderr that nobody reads is no reason to stop.
+                let _ = writeln!(io::stderr(), "{} {text}", paint.note("note:"));
+            }
+        }
     }
 
     /// Writes text that clap has styled.

@@ -5,6 +5,7 @@ use std::io::{self, IsTerminal, Write};
 use magician::{Set, Target, burns};
 
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 
 /// What a person is told who is asked.
@@ -59,9 +60,11 @@ impl Context {
         if self.laser_is_allowed() || self.is_virtual()? {
             return Ok(());
         }
-        let refused = self.with_arm(async |arm, _| match arm.permit_queue().await {
-            Err(error) if error.wants_laser() => Ok(true),
-            other => Ok(other.map(|()| false)?),
+        let refused = self.with_arm(Access::Reads, async |arm, _| {
+            match arm.permit_queue().await {
+                Err(error) if error.wants_laser() => Ok(true),
+                other => Ok(other.map(|()| false)?),
+            }
         })?;
         match refused {
             true => {

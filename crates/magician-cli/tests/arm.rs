@@ -319,6 +319,10 @@ fn the_demonstration_places_six_cubes_and_draws_them() {
     let drawing = std::fs::read_to_string(&picture).expect("a picture");
     assert!(drawing.starts_with("<svg") && drawing.trim_end().ends_with("</svg>"));
     assert!(drawing.contains("From the side"));
+    // Also at full speed the picture shows the way that the arm went, not chords between a few places on it.
+    let seconds = summary["arm_seconds"].as_f64().expect("seconds");
+    let poses = number("poses") as f64;
+    assert!(seconds > 20.0 && poses > 20.0 * seconds, "{summary}");
 }
 
 #[test]

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::columns::note;
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -37,14 +38,15 @@ impl Alarms {
         if self.clear {
             context.permit_queue()?;
         }
-        let (alarms, tool_unknown) = context.with_arm(async |arm, _| {
-            if self.clear {
-                arm.clear_alarms().await?;
-            }
-            let alarms = arm.alarms().await?;
-            let tool_unknown = arm.tool_is_unknown(&alarms).await?;
-            Ok((alarms, tool_unknown))
-        })?;
+        let (alarms, tool_unknown) =
+            context.with_arm(Access::sets_if(self.clear), async |arm, _| {
+                if self.clear {
+                    arm.clear_alarms().await?;
+                }
+                let alarms = arm.alarms().await?;
+                let tool_unknown = arm.tool_is_unknown(&alarms).await?;
+                Ok((alarms, tool_unknown))
+            })?;
         let list = List {
             alarms: entries(&alarms),
             tool_unknown,

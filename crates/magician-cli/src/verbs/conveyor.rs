@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::args::number;
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 use crate::progress::attended;
 
@@ -108,7 +109,9 @@ fn within(value: f32, most: f64, unit: &'static str) -> Result<f32, Failure> {
 
 fn turn(context: &mut Context, motor: u8, output: Stepper, speed: f32) -> Result<Answer, Failure> {
     let command = words::conveyor(output, speed);
-    context.with_arm(async |arm, _| Ok(arm.set_any(&command).await?))?;
+    context.with_arm(Access::Sets, async |arm, _| {
+        Ok(arm.set_any(&command).await?)
+    })?;
     Ok(Answer {
         motor,
         speed: Some(speed),

@@ -4,6 +4,7 @@ use serde::Serialize;
 use super::set::{refuse_danger, writable};
 use crate::catalogue::Wanted;
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 use crate::values;
 
@@ -51,7 +52,7 @@ impl Enqueue {
         if self.start {
             context.permit_queue()?;
         }
-        let index = context.with_arm(async |arm, _| {
+        let index = context.with_arm(Access::Sets, async |arm, _| {
             if self.start {
                 arm.check_dark().await?;
             }

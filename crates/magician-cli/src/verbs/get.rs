@@ -3,6 +3,7 @@ use magician_protocol::{Ctrl, Direction, Row, describe};
 
 use crate::catalogue::{self, Wanted};
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 use crate::values;
 
@@ -33,7 +34,7 @@ impl Get {
             None => Vec::new(),
         };
         let json = context.global.json;
-        context.with_arm(async |arm, out| {
+        context.with_arm(Access::Reads, async |arm, out| {
             let reply = arm.raw(row.id, Ctrl::GET, &params).await?;
             let frame = reply.frame();
             let answer = describe(&frame, Direction::Reply);

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::queue::finished;
 use crate::columns::Columns;
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 
 /// Show who the arm is and how it is
@@ -30,7 +31,7 @@ struct Answer {
 
 impl Info {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let answer = context.with_arm(async |arm, _| read(arm).await)?;
+        let answer = context.with_arm(Access::Reads, async |arm, _| read(arm).await)?;
         context.show(&answer, |out| {
             let mut columns = Columns::default();
             columns.row(["port", &answer.port]);

@@ -11,6 +11,7 @@ use crate::args::number;
 use crate::catalogue::kebab;
 use crate::columns::{Columns, note};
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -187,7 +188,7 @@ impl Io {
         {
             context.leaves_lit();
         }
-        let pins = context.with_arm(async |arm, _| act(arm, action).await)?;
+        let pins = context.with_arm(action.access(), async |arm, _| act(arm, action).await)?;
         match (pins.as_slice(), action) {
             (_, Action::List { all }) => {
                 let list = List { pins };
@@ -200,6 +201,13 @@ impl Io {
 }
 
 impl Action {
+    fn access(self) -> Access {
+        match self {
+            Self::List { .. } | Self::Get { .. } | Self::Adc { .. } => Access::Reads,
+            Self::Set { .. } | Self::Mux { .. } | Self::Pwm { .. } => Access::Sets,
+        }
+    }
+
     /// What it tells an output, if it does.
     fn command(self) -> Option<Set> {
         match self {

@@ -14,6 +14,7 @@ use super::jog::AT_SIGHT;
 use super::tools::{Switch, show};
 use crate::args::seconds;
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
 use crate::permission::Asks;
@@ -59,7 +60,9 @@ impl Laser {
         if lasts {
             return self.burn(context);
         }
-        context.with_arm(async |arm, _| Ok(arm.set_any(&words::laser(true)).await?))?;
+        context.with_arm(Access::Sets, async |arm, _| {
+            Ok(arm.set_any(&words::laser(true)).await?)
+        })?;
         match self.keep_on {
             true => context.keeps_laser = true,
             false => context.lights(true),
@@ -71,7 +74,7 @@ impl Laser {
         if self.time.is_some() || self.keep_on {
             return Err(Failure::usage("--for and --keep-on are for `laser on`"));
         }
-        context.with_arm(async |arm, _| Ok(arm.darken().await?))?;
+        context.with_arm(Access::Stops, async |arm, _| Ok(arm.darken().await?))?;
         context.lights(false);
         context.keeps_laser = false;
         show(context, "laser", Switch::Off)

@@ -8,6 +8,7 @@ use tokio::time::MissedTickBehavior;
 
 use crate::columns::Columns;
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 use crate::output::{Output, obeys};
 
@@ -61,7 +62,7 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
 impl Pose {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let json = context.global.json;
-        context.with_arm(async |arm, out| {
+        context.with_arm(Access::Reads, async |arm, out| {
             if self.watch {
                 return self.go_on(arm, json, out).await;
             }

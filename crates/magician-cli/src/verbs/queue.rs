@@ -3,6 +3,7 @@ use serde::Serialize;
 
 use crate::columns::Columns;
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 
 /// Look at the arm's command queue, start, stop or clear it
@@ -38,23 +39,26 @@ impl Queue {
             context.permit_queue()?;
         }
         context.sets_going(starts);
-        let (status, capacity) = context.with_arm(async |arm, _| {
-            match action {
-                Action::Status => (),
-                Action::Start => {
-                    arm.check_dark().await?;
-                    arm.start_queue().await?;
+        let (status, capacity) = context.with_arm(
+            Access::sets_if(!matches!(action, Action::Status)),
+            async |arm, _| {
+                match action {
+                    Action::Status => (),
+                    Action::Start => {
+                        arm.check_dark().await?;
+                        arm.start_queue().await?;
+                    }
+                    Action::Stop => arm.stop_gentle().await?,
+                    Action::Clear => arm.clear_queue().await?,
                 }
-                Action::Stop => arm.stop_gentle().await?,
-                Action::Clear => arm.clear_queue().await?,
-            }
-            let status = Status {
-                current_index: arm.current_index().await?.0,
-                left_space: arm.left_space().await?,
-            };
-            let (_, capacity) = arm.stats().await?;
-            Ok((status, capacity))
-        })?;
+                let status = Status {
+                    current_index: arm.current_index().await?.0,
+                    left_space: arm.left_space().await?,
+                };
+                let (_, capacity) = arm.stats().await?;
+                Ok((status, capacity))
+            },
+        )?;
         context.show(&status, |out| {
             let taken = capacity.saturating_sub(status.left_space);
             let mut columns = Columns::default();

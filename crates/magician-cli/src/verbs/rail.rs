@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::args::number;
 use crate::context::Context;
-use crate::debts::Debts;
+use crate::debts::{Access, Debts};
 use crate::failure::Failure;
 use crate::progress::attended;
 
@@ -73,7 +73,7 @@ impl Rail {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let (quiet, debts) = (context.global.json, context.debts.clone());
         let answer = match self.action {
-            None => context.with_arm(async |arm, _| look(arm).await)?,
+            None => context.with_arm(Access::Reads, async |arm, _| look(arm).await)?,
             Some(Action::On { version }) => tell(context, true, version)?,
             Some(Action::Off) => tell(context, false, 2)?,
             Some(Action::To { place, how }) => context.moving(None, async |arm, _| {
@@ -93,7 +93,7 @@ impl Rail {
 
 fn tell(context: &mut Context, on: bool, version: u8) -> Result<Answer, Failure> {
     let command = words::rail(on, RailVersion::from(version.saturating_sub(1)));
-    context.with_arm(async |arm, _| {
+    context.with_arm(Access::Sets, async |arm, _| {
         arm.set_any(&command).await?;
         look(arm).await
     })
@@ -132,7 +132,7 @@ async fn go(
         let before = arm.get::<PtpLParams>().await?;
         commands.insert(0, words::rail_speed(speed, before.acceleration));
         commands.push(before.into());
-        debts.owe(before);
+        debts.owe(arm, before).await;
     }
     let check = arm.preflight_for(&commands).await?;
     check.clone().program(&commands)?;

@@ -12,6 +12,7 @@ use tokio::time::{MissedTickBehavior, interval};
 
 use super::pose::rate;
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 
 /// Look what a sensor sees, switching it on first
@@ -98,7 +99,7 @@ enum Seen {
 impl Sensor {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let json = context.global.json;
-        context.with_arm(async |arm, out| {
+        context.with_arm(Access::Sets, async |arm, out| {
             self.switch(arm).await?;
             let mut ticks = interval(Duration::from_secs_f64(1.0 / self.rate));
             ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);

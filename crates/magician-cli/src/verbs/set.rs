@@ -1,9 +1,11 @@
 use clap::Args;
 use magician::{Ctrl, Set as Command, sets_in_motion};
 use magician_protocol::{LayoutInfo, Row};
+use serde_json::json;
 
 use crate::catalogue::{self, Wanted};
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 use crate::values;
 
@@ -40,15 +42,14 @@ impl Set {
             context.permit_queue()?;
         }
         let begins = sets_in_motion(&command);
-        let json = context.global.json;
-        context.with_arm(async |arm, out| {
+        context.with_arm(Access::Sets, async |arm, _| {
             if begins {
                 arm.check_dark().await?;
             }
-            arm.raw(row.id, Ctrl::SET, &params).await?;
-            // The answer to a set carries nothing.
-            if json { out.line("{}") } else { Ok(()) }
-        })
+            Ok(arm.raw(row.id, Ctrl::SET, &params).await?)
+        })?;
+        // The answer to a set carries nothing.
+        context.show(&json!({}), |_| Ok(()))
     }
 }
 

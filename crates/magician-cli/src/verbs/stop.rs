@@ -3,6 +3,7 @@ use magician::commands;
 
 use super::pose::Answer;
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 
 /// Stop the arm: motion, queue and laser
@@ -18,7 +19,7 @@ pub(crate) struct Stop {
 
 impl Stop {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let pose = context.with_arm(async |arm, _| {
+        let pose = context.with_arm(Access::Stops, async |arm, _| {
             match self.gentle {
                 true => arm.stop_gentle().await?,
                 false => arm.stop().await?,

@@ -5,6 +5,7 @@ use magician::{Set, words};
 use serde::Serialize;
 
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 
 /// Switch the suction cup
@@ -66,7 +67,9 @@ fn switch<T>(context: &mut Context, name: &str, state: T, command: Set) -> Resul
 where
     T: Copy + Serialize + ValueEnum,
 {
-    context.with_arm(async |arm, _| Ok(arm.set_any(&command).await?))?;
+    context.with_arm(Access::Sets, async |arm, _| {
+        Ok(arm.set_any(&command).await?)
+    })?;
     show(context, name, state)
 }
 

@@ -10,7 +10,7 @@ use tokio::sync::Notify;
 use super::pose::Answer;
 use crate::args::number;
 use crate::context::Context;
-use crate::debts::Debts;
+use crate::debts::{Access, Debts};
 use crate::failure::Failure;
 use crate::progress::attended;
 
@@ -93,7 +93,9 @@ impl Move {
         if self.no_wait {
             context.sets_going(true);
             let index = context
-                .with_arm(async |arm, _| self.hand_over(arm, &debts).await)?
+                .with_arm(Access::Sets, async |arm, _| {
+                    self.hand_over(arm, &debts).await
+                })?
                 .0;
             return context.show(&Taken { index }, |out| {
                 out.line(format_args!("index {index}"))
@@ -175,7 +177,7 @@ impl Move {
             check.check(command)?;
         }
         if let Some(before) = before {
-            debts.owe(before);
+            debts.owe(arm, before).await;
         }
         let end = check.arm().map(|end| [end.pose.x, end.pose.y, end.pose.z]);
         Ok((commands, end))

@@ -34,6 +34,13 @@ pub(crate) fn command() -> Command {
     }
     // No file at all: an empty one that nobody writes.
     command.env("MAGICIAN_CONFIG", "/dev/null");
+    // What commands leave for each other is theirs alone, not the person's.
+    let state = format!(
+        "{}/state-{}",
+        env!("CARGO_TARGET_TMPDIR"),
+        std::process::id()
+    );
+    command.env("XDG_STATE_HOME", state);
     command
 }
 

@@ -8,6 +8,7 @@ use magician_protocol::commands::{
 
 use super::Arm;
 use crate::Result;
+use crate::words::{Preflight, Readings};
 
 /// Settings of an arm that a program changes for its own time, as they were before: what the arm gets back however the
 /// program ends.
@@ -64,6 +65,21 @@ impl Owed {
         self.0.extend(other.0);
     }
 
+    /// What was kept outside the process, as [`settings`](Self::settings) gave it; none of it where something is there that no
+    /// program owes an arm, or a number that no arm takes.
+    #[must_use]
+    pub fn from_kept(settings: Vec<Set>) -> Option<Self> {
+        let mut check = Preflight::new(&Readings::default());
+        let mut sound = |setting: &Set| is_owed(setting) && check.check(setting).is_ok();
+        settings.iter().all(&mut sound).then_some(Self(settings))
+    }
+
+    /// The settings, in the order in which they are given back.
+    #[must_use]
+    pub fn settings(&self) -> &[Set] {
+        &self.0
+    }
+
     /// Whether nothing is owed.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -80,6 +96,25 @@ impl Owed {
         }
         Ok(())
     }
+}
+
+/// Whether it is one of the settings that verbs and programs change for their own time: none of them moves anything.
+const fn is_owed(setting: &Set) -> bool {
+    matches!(
+        setting,
+        Set::PtpJointParams(_)
+            | Set::PtpCoordinateParams(_)
+            | Set::PtpCommonParams(_)
+            | Set::PtpJumpParams(_)
+            | Set::PtpJump2Params(_)
+            | Set::PtpLParams(_)
+            | Set::CpParams(_)
+            | Set::ArcParams(_)
+            | Set::JogCommonParams(_)
+            | Set::EndEffectorParams(_)
+            | Set::HhtTrigMode(_)
+            | Set::HhtTrigOutputEnabled(_)
+    )
 }
 
 /// The setting that a command changes, as it is now.
@@ -132,6 +167,24 @@ mod tests {
             words::speed(15.0, 16.0),
             words::line_to(220.0, 0.0, 50.0, 0.0),
         ]
+    }
+
+    #[tokio::test]
+    async fn what_was_kept_is_settings_that_an_arm_takes() {
+        let arm = arm().await;
+        let owed = Owed::read(&arm, &changes()).await.unwrap();
+        let kept = Owed::from_kept(owed.settings().to_vec()).expect("sound");
+        assert_eq!(kept.settings(), owed.settings());
+        for foreign in [
+            words::laser(true),
+            words::line_to(220.0, 0.0, 50.0, 0.0),
+            words::speed(f32::NAN, 50.0),
+            words::path_speed(-1.0, 50.0),
+        ] {
+            let mut settings = owed.settings().to_vec();
+            settings.push(foreign);
+            assert!(Owed::from_kept(settings).is_none(), "{foreign:?}");
+        }
     }
 
     #[tokio::test]

@@ -12,6 +12,7 @@ use magician::{SimSpeed, Target};
 
 use crate::args::seconds;
 use crate::context::{Context, Sim};
+use crate::debts::Access;
 use crate::failure::Failure;
 use figures::Figures;
 
@@ -107,7 +108,7 @@ impl Bench {
             });
             if stops.is_err() {
                 // What it changes it gives back itself, but not when it is interrupted.
-                let _ = context.with_arm(async |arm, _| Ok(arm.set(&speeds).await?));
+                let _ = context.with_arm(Access::Sets, async |arm, _| Ok(arm.set(&speeds).await?));
             }
             figures.stops(&stops?);
         }

@@ -59,7 +59,7 @@ pub(super) async fn measure(
     }
     let ring = Ring::here(arm, DENSE.0, DENSE.1).await?;
     let speeds = arm.get::<CpParams>().await?;
-    debts.owe(speeds);
+    debts.owe(arm, speeds).await;
     let drawing = Drawing {
         arm,
         quiet,

@@ -25,6 +25,7 @@ use super::jog::{AT_SIGHT, for_a_person};
 use crate::args::number;
 use crate::config::Config;
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 use crate::mounted::{tool_of, usual_tool};
 
@@ -169,7 +170,9 @@ fn find(
     }
     if let (Found::Tip(tip), true) = (&found, tell) {
         let command = words::tool(tip.bias);
-        context.with_arm(async |arm, _| Ok(arm.set_any(&command).await?))?;
+        context.with_arm(Access::Sets, async |arm, _| {
+            Ok(arm.set_any(&command).await?)
+        })?;
         answer.told = Some(true);
     }
     match context.global.json {
@@ -224,9 +227,9 @@ fn tool_of_points(
 ) -> Result<Tool, Failure> {
     match (mounted.tool, subject) {
         (Some(tool), _) => Ok(tool),
-        (None, Subject::Tool) => {
-            context.with_arm(async |arm, _| Ok(tool_of(&arm.get::<EndEffectorParams>().await?)))
-        }
+        (None, Subject::Tool) => context.with_arm(Access::Reads, async |arm, _| {
+            Ok(tool_of(&arm.get::<EndEffectorParams>().await?))
+        }),
         (None, _) => Ok(usual.unwrap_or(Tool::Pen)),
     }
 }

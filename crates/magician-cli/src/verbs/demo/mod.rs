@@ -15,7 +15,8 @@ use clap::Args;
 use magician::commands::{
     DeviceTime, DeviceVersion, EndEffectorParams, Pose, PtpCommonParams, PtpJump2Params,
 };
-use magician::{Arm, SimSpeed, Target, words};
+use magician::sim::Controller;
+use magician::{Arm, Owed, SimSpeed, Target, VirtualArm, words};
 use serde::Serialize;
 
 use crate::columns::wrap;
@@ -25,7 +26,7 @@ use crate::failure::Failure;
 use crate::output::Output;
 use display::Display;
 use place::Place;
-use recorder::Recorder;
+use recorder::{ARM_PAUSE, PAUSE, Recorder};
 use scene::CUBES;
 
 /// Speed of the virtual arm's clock unless told.
@@ -83,6 +84,11 @@ impl Demo {
             let message = format!("the arm at {target} would move; nothing was sent");
             return Err(Failure::usage(message).hint("clear its reach and give --yes"));
         }
+        if let Target::Sim(SimSpeed::Max) = target {
+            // Time is the arm's: it waits for readings, and they show the way that it went.
+            let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(1.0));
+            context.put_up_in_arm_time(arm);
+        }
         let place = Place::open(&self.out)?;
         let quiet = context.global.json;
         let debts = context.debts.clone();
@@ -109,8 +115,12 @@ impl Demo {
         arm.home().await?;
         display.end(&arm.get::<Pose>().await?)?;
         let commands = program::commands();
+        let pause = match target {
+            Target::Sim(SimSpeed::Max) => ARM_PAUSE,
+            _ => PAUSE,
+        };
         program::check(arm, &commands).await?;
-        let mut recorder = Recorder::new(&commands);
+        let mut recorder = Recorder::new(&commands, pause);
         owe(arm, debts).await?;
         let ran = recorder.run(arm, &commands, &mut display).await?;
         arm.set_any(&words::pump_off()).await?;
@@ -156,9 +166,11 @@ async fn title(arm: &Arm, target: &Target) -> Result<String, Failure> {
 
 /// What the demonstration changes and gives back.
 async fn owe(arm: &Arm, debts: &Debts) -> Result<(), Failure> {
-    debts.owe(arm.get::<EndEffectorParams>().await?);
-    debts.owe(arm.get::<PtpJump2Params>().await?);
-    debts.owe(arm.get::<PtpCommonParams>().await?);
+    let mut owed = Owed::default();
+    owed.owe(arm.get::<EndEffectorParams>().await?);
+    owed.owe(arm.get::<PtpJump2Params>().await?);
+    owed.owe(arm.get::<PtpCommonParams>().await?);
+    debts.owe_all(arm, owed).await;
     Ok(())
 }
 

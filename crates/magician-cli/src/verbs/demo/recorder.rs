@@ -11,17 +11,20 @@ use super::picture::Sample;
 use crate::failure::Failure;
 
 /// Pause between readings: the arm's own work comes first.
-const PAUSE: Duration = Duration::from_millis(3);
+pub(super) const PAUSE: Duration = Duration::from_millis(3);
+/// The same by the clock of a virtual arm that everybody waits for.
+pub(super) const ARM_PAUSE: Duration = Duration::from_millis(20);
 
 /// The readings of a run.
 pub(super) struct Recorder {
     readings: Vec<(Pose, u64)>,
     /// For each command whether the arm carries a cube when it has finished.
     carrying: Vec<bool>,
+    pause: Duration,
 }
 
 impl Recorder {
-    pub(super) fn new(commands: &[Set]) -> Self {
+    pub(super) fn new(commands: &[Set], pause: Duration) -> Self {
         let carrying = commands.iter().scan(false, |carrying, command| {
             if let Set::SetEndEffectorSuctionCup(cup) = command {
                 *carrying = cup.suck.is_on();
@@ -31,6 +34,7 @@ impl Recorder {
         Self {
             readings: Vec::new(),
             carrying: carrying.collect(),
+            pause,
         }
     }
 
@@ -48,7 +52,7 @@ impl Recorder {
         let watch = async {
             loop {
                 self.read(arm, first.get(), display).await?;
-                tokio::time::sleep(PAUSE).await;
+                tokio::time::sleep(self.pause).await;
             }
         };
         let ran = tokio::select! {
@@ -137,7 +141,7 @@ mod tests {
     #[test]
     fn a_cube_counts_when_it_has_been_let_go() {
         let commands = commands();
-        let recorder = Recorder::new(&commands);
+        let recorder = Recorder::new(&commands, PAUSE);
         assert_eq!(recorder.placed(0), 0);
         assert_eq!(recorder.placed(8), 0);
         assert_eq!(recorder.placed(9), 1);

@@ -13,6 +13,7 @@ use magician::{RawLine, Target};
 use tokio::time::timeout;
 
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::{Failure, Kind};
 use crate::progress::attended;
 use report::{Finding, Report};
@@ -73,7 +74,9 @@ impl Doctor {
             target,
             Target::Serial(_) | Target::Usb { .. } | Target::Arm(_)
         );
-        context.with_arm(async |arm, out| arm::examine(arm, self.count, serial, report, out).await)
+        context.with_arm(Access::Reads, async |arm, out| {
+            arm::examine(arm, self.count, serial, report, out).await
+        })
     }
 }
 

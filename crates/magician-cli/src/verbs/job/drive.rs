@@ -16,7 +16,7 @@ use magician_program::{Report, Rest, Timetable};
 use super::journal::Journal;
 use super::tell::Teller;
 use super::{Made, needs_start, report};
-use crate::debts::Debts;
+use crate::debts::{Access, Debts};
 use crate::failure::{Failure, Kind};
 use crate::output::{Output, Paint};
 use crate::recording::{Clock, Options, Recorder};
@@ -134,6 +134,8 @@ impl Drive<'_> {
         if self.made.start.is_some() && self.made.program.depends_on_start(from) {
             return Err(needs_start());
         }
+        let settled = Debts::settle(arm, Access::Sets).await;
+        out.settled(&settled, self.json);
         if !self.keep {
             // A run of nothing says whether commands of others wait: better than a check from a start that nobody knows.
             arm.run([], |_| {}).await?;
@@ -168,7 +170,8 @@ impl Drive<'_> {
             }
             Err(failure) => return Err(failure),
         };
-        debts.owe_all(Owed::read(arm, ahead.rest.changes()).await?);
+        let owed = Owed::read(arm, ahead.rest.changes()).await?;
+        debts.owe_all(arm, owed).await;
         *self.state.borrow_mut() = State {
             journal: Some(journal),
             tally: Tally::new(ahead.rest.lead(), self.passes_over(arm)).from_rest(rests_at),

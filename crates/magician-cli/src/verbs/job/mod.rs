@@ -32,6 +32,7 @@ use self::drive::{Done, Drive, State};
 use self::options::{Beam, File, Look, Pen, Place, Way};
 use self::reading::Read;
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::{Failure, Kind, incomplete};
 use crate::output::Paint;
 use crate::permission::Asks;
@@ -378,7 +379,9 @@ impl Made {
     /// What the arm at the port says of itself.
     fn start_here(&self, context: &mut Context) -> Result<Preflight, Failure> {
         let kinds = self.program.kinds();
-        context.with_arm(async |arm, _| Ok(arm.preflight_for(&kinds).await?))
+        context.with_arm(Access::Reads, async |arm, _| {
+            Ok(arm.preflight_for(&kinds).await?)
+        })
     }
 }
 

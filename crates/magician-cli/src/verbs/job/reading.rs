@@ -9,6 +9,7 @@ use magician_program::{
 
 use super::{Job, Where, notes};
 use crate::context::Context;
+use crate::debts::Access;
 use crate::failure::Failure;
 use crate::source::Source;
 
@@ -134,7 +135,9 @@ impl Job {
         }
         let (begins, virtually) = match place {
             Where::Arm => {
-                let begins = context.with_arm(async |arm, _| Ok(arm.preflight_for(&[]).await?))?;
+                let begins = context.with_arm(Access::Reads, async |arm, _| {
+                    Ok(arm.preflight_for(&[]).await?)
+                })?;
                 (begins, false)
             }
             _ => (virtual_start(anywhere.as_ref(), &setup, tool)?, true),

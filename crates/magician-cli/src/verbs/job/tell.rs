@@ -81,7 +81,7 @@ impl<'o> Teller<'o> {
             };
             // Nobody who reads is no reason to stop an arm; the last object will tell.
             if let Ok(mut out) = self.out.try_borrow_mut() {
-                let _ = out.json(&object).and_then(|()| out.flush());
+                let _ = out.event(&object).and_then(|()| out.flush());
             }
             return;
         }

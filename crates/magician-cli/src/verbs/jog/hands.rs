@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use magician::commands::{JogCommonParams, PtpCommonParams};
 use magician::words::Guards;
-use magician::{Arm, ErrorKind, Jog, JogOptions, Progress, RunOptions, Set};
+use magician::{Arm, ErrorKind, Jog, JogOptions, Owed, Progress, RunOptions, Set};
 
 use super::axis::Heading;
 use super::pad::plain;
@@ -281,11 +281,10 @@ impl Hands {
     }
 
     fn speed(&mut self, percent: f32) -> Option<Done> {
-        if !self.changed {
-            self.changed = true;
-            self.debts.owe(self.ratios.jog);
-            self.debts.owe(self.ratios.moves);
-        }
+        let first = !std::mem::replace(&mut self.changed, true);
+        let mut before = Owed::default();
+        before.owe(self.ratios.jog);
+        before.owe(self.ratios.moves);
         let jog = JogCommonParams {
             velocity_ratio: percent,
             ..self.ratios.jog
@@ -294,8 +293,11 @@ impl Hands {
             velocity_ratio: percent,
             ..self.ratios.moves
         };
-        let arm = self.arm.clone();
+        let (arm, debts) = (self.arm.clone(), self.debts.clone());
         let work = async move {
+            if first {
+                debts.owe_all(&arm, before).await;
+            }
             arm.set(&jog).await?;
             arm.set(&moves).await?;
             Ok(None)

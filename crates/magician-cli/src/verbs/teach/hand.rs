@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::{HhtTrigMode, HhtTrigOutput, HhtTrigOutputEnabled, Pose};
 use magician::protocol::{Flag, TeachTrigger};
-use magician::{Arm, ErrorKind};
+use magician::{Arm, ErrorKind, Owed};
 
 use crate::debts::Debts;
 use crate::failure::Failure;
@@ -27,8 +27,10 @@ pub(super) async fn follow(arm: &Arm, debts: &Debts) -> Result<Option<Polled<Pos
         }
         Err(_) => return Ok(None),
     };
-    debts.owe(mode);
-    debts.owe(enabled);
+    let mut owed = Owed::default();
+    owed.owe(mode);
+    owed.owe(enabled);
+    debts.owe_all(arm, owed).await;
     arm.set(&HhtTrigMode {
         mode: TeachTrigger::OnRelease,
     })

@@ -1,0 +1,315 @@
+//! What verbs owe arms, in files: one for each process and arm, there while something is owed.
+//!
+//! The file is locked by the process that owes, so that the end of the process, however it comes, unlocks it. Of several that
+//! owe the same setting all keep what it was before the first of them.
+
+use std::ffi::OsStr;
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process;
+use std::time::SystemTime;
+
+use magician::{Ctrl, FrameBuf, Owed, Set};
+use magician_protocol::Row;
+use serde::{Deserialize, Serialize};
+
+/// The form that is written now.
+const VERSION: u32 = 1;
+/// No file of ours is as long.
+const LONGEST: u64 = 1 << 16;
+/// How files end that are whole; others are being written.
+const ENDING: &str = "json";
+
+/// Where the files are.
+#[derive(Clone, Debug)]
+pub(super) struct Ledger(PathBuf);
+
+/// The file of this process for one arm. Dropped, it stays and is unlocked: what is owed is for others to give back.
+#[derive(Debug)]
+pub(super) struct Entry {
+    path: PathBuf,
+    serial: String,
+    /// Open as long as the file is this process's.
+    _lock: File,
+}
+
+/// What earlier processes have left for an arm.
+#[derive(Debug, Default)]
+pub(super) struct Left {
+    /// Each with what it owes; nothing where its file is damaged.
+    pub(super) entries: Vec<(Entry, Option<Owed>)>,
+    /// Whether a process that lives owes the arm something as well.
+    pub(super) others: bool,
+}
+
+/// What a file says.
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Page {
+    version: u32,
+    serial: String,
+    settings: Vec<Line>,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Line {
+    name: String,
+    params: Vec<u8>,
+}
+
+impl Ledger {
+    pub(super) fn at(path: PathBuf) -> Self {
+        Self(path)
+    }
+
+    /// Whether nobody owes any arm anything, as far as can be told without reading.
+    pub(super) fn is_empty(&self) -> bool {
+        self.files().next().is_none()
+    }
+
+    /// Keeps that this process owes the arm of this serial number these settings. What other files say of the same settings
+    /// goes before: it is from before they were changed first.
+    pub(super) fn keep(
+        &self,
+        serial: &str,
+        owed: &Owed,
+        before: Option<Entry>,
+    ) -> io::Result<Entry> {
+        let own = before.as_ref().map(|entry| entry.path.clone());
+        let elder = self.of(serial).filter(|path| Some(path) != own.as_ref());
+        let elder: Vec<Set> = elder
+            .filter_map(|path| read(&mut File::open(path).ok()?, serial))
+            .flat_map(|owed| owed.settings().to_vec())
+            .collect();
+        let mut settings: Vec<Set> = Vec::new();
+        for setting in owed.settings() {
+            let same = |other: &&Set| other.row().id == setting.row().id;
+            if settings.iter().find(same).is_none() {
+                settings.push(*elder.iter().find(same).unwrap_or(setting));
+            }
+        }
+        let path = own.unwrap_or_else(|| {
+            let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+            let now = now.map_or(0, |now| now.as_nanos());
+            let name = format!("{}-{}-{now}.{ENDING}", plain(serial), process::id());
+            self.0.join(name)
+        });
+        let page = Page {
+            version: VERSION,
+            serial: serial.to_owned(),
+            settings: settings.iter().map(Line::of).collect::<io::Result<_>>()?,
+        };
+        fs::create_dir_all(&self.0)?;
+        let fresh = path.with_extension("new");
+        let mut lock = File::create(&fresh)?;
+        lock.try_lock()?;
+        lock.write_all(&serde_json::to_vec(&page)?)?;
+        fs::rename(&fresh, &path)?;
+        Ok(Entry {
+            path,
+            serial: serial.to_owned(),
+            _lock: lock,
+        })
+    }
+
+    /// What is left for the arm of this serial number. It is this process's from now on.
+    pub(super) fn left(&self, serial: &str) -> Left {
+        let mut left = Left::default();
+        for path in self.of(serial) {
+            let Ok(mut lock) = File::open(&path) else {
+                continue;
+            };
+            match lock.try_lock() {
+                Ok(()) => {}
+                // Where nobody can tell whether the process lives it counts as living.
+                Err(TryLockError::WouldBlock | TryLockError::Error(_)) => {
+                    left.others = true;
+                    continue;
+                }
+            }
+            // Somebody else has dealt with it between the look and the lock.
+            if !path.exists() {
+                continue;
+            }
+            let owed = read(&mut lock, serial);
+            let serial = serial.to_owned();
+            let entry = Entry {
+                path,
+                serial,
+                _lock: lock,
+            };
+            left.entries.push((entry, owed));
+        }
+        left
+    }
+
+    /// The files that may be of this arm: those of an arm with another serial number are no more than read.
+    fn of(&self, serial: &str) -> impl Iterator<Item = PathBuf> {
+        let prefix = format!("{}-", plain(serial));
+        let mut of: Vec<PathBuf> = self
+            .files()
+            .filter(|path| {
+                let name = path.file_name().and_then(OsStr::to_str);
+                let digits = name
+                    .and_then(|name| name.strip_prefix(&prefix))
+                    .and_then(|rest| rest.strip_suffix(&format!(".{ENDING}")));
+                // A serial number that goes on behind this one is another.
+                digits.is_some_and(|rest| rest.split('-').count() == 2)
+            })
+            .collect();
+        of.sort();
+        of.into_iter()
+    }
+
+    fn files(&self) -> impl Iterator<Item = PathBuf> + use<> {
+        let files = fs::read_dir(&self.0).into_iter().flatten();
+        let files = files.filter_map(|file| Some(file.ok()?.path()));
+        files.filter(|path| path.extension() == Some(OsStr::new(ENDING)))
+    }
+}
+
+impl Entry {
+    /// What it says is given back.
+    pub(super) fn remove(self) -> io::Result<()> {
+        // Still locked: nobody takes it for another's.
+        fs::remove_file(&self.path)
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub(super) fn is_of(&self, serial: &str) -> bool {
+        self.serial == serial
+    }
+}
+
+impl Line {
+    fn of(setting: &Set) -> io::Result<Self> {
+        let frame = FrameBuf::set(setting, Ctrl::SET).map_err(io::Error::other)?;
+        Ok(Self {
+            name: setting.row().name.to_owned(),
+            params: frame.frame().params().to_vec(),
+        })
+    }
+
+    fn setting(&self) -> Option<Set> {
+        let row = Row::find_writable(&self.name).ok()?;
+        Set::decode(row.id, &self.params).ok()
+    }
+}
+
+/// What a file says that this arm is owed.
+fn read(file: &mut File, serial: &str) -> Option<Owed> {
+    let mut text = Vec::new();
+    file.take(LONGEST).read_to_end(&mut text).ok()?;
+    let page: Page = serde_json::from_slice(&text).ok()?;
+    if page.version != VERSION || page.serial != serial {
+        return None;
+    }
+    Owed::from_kept(
+        page.settings
+            .iter()
+            .map(Line::setting)
+            .collect::<Option<_>>()?,
+    )
+}
+
+/// A serial number as a part of a file's name.
+fn plain(serial: &str) -> String {
+    let plain = |sign: char| match sign.is_ascii_alphanumeric() {
+        true => sign,
+        false => '_',
+    };
+    serial.chars().map(plain).take(60).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use magician::words;
+
+    use super::*;
+
+    fn owed(settings: &[Set]) -> Owed {
+        Owed::from_kept(settings.to_vec()).expect("settings that are owed")
+    }
+
+    fn of(left: &Left) -> Vec<Option<Vec<Set>>> {
+        let settings = |owed: &Option<Owed>| owed.as_ref().map(|owed| owed.settings().to_vec());
+        left.entries
+            .iter()
+            .map(|(_, owed)| settings(owed))
+            .collect()
+    }
+
+    #[test]
+    fn what_a_process_owes_is_left_when_it_ends_and_not_before() {
+        let dir = tempfile::tempdir().expect("directory");
+        let ledger = Ledger::at(dir.path().join("debts"));
+        assert!(ledger.is_empty());
+        let (slow, fast) = (words::speed(20.0, 20.0), words::path_speed(90.0, 100.0));
+        let entry = ledger.keep("A1", &owed(&[slow]), None).expect("kept");
+        let entry = ledger.keep("A1", &owed(&[slow, fast]), Some(entry));
+        let entry = entry.expect("kept again");
+        assert!(!ledger.is_empty());
+        let left = ledger.left("A1");
+        assert!(left.others && left.entries.is_empty());
+        drop(entry);
+        for other in ["A", "A1-1", "A2", ""] {
+            assert_eq!(of(&ledger.left(other)), [], "{other}");
+        }
+        let left = ledger.left("A1");
+        assert_eq!(of(&left), [Some(vec![slow, fast])]);
+        // Two that look at the same time: one has it.
+        assert!(ledger.left("A1").others);
+        for (entry, _) in left.entries {
+            entry.remove().expect("removed");
+        }
+        assert!(ledger.is_empty());
+    }
+
+    #[test]
+    fn who_comes_second_keeps_what_was_before_the_first() {
+        let dir = tempfile::tempdir().expect("directory");
+        let ledger = Ledger::at(dir.path().into());
+        let (first, second) = (words::speed(50.0, 50.0), words::speed(20.0, 20.0));
+        let line = words::path_speed(90.0, 100.0);
+        let one = ledger.keep("A1", &owed(&[first]), None).expect("kept");
+        let two = ledger
+            .keep("A1", &owed(&[second, line]), None)
+            .expect("kept");
+        one.remove().expect("removed");
+        drop(two);
+        assert_eq!(of(&ledger.left("A1")), [Some(vec![first, line])]);
+    }
+
+    #[test]
+    fn a_damaged_file_owes_nothing() {
+        let dir = tempfile::tempdir().expect("directory");
+        let ledger = Ledger::at(dir.path().into());
+        let speed = words::speed(50.0, 50.0);
+        let entry = ledger.keep("A1", &owed(&[speed]), None).expect("kept");
+        let (path, whole) = (entry.path.clone(), fs::read(&entry.path).expect("read"));
+        drop(entry);
+        let text = String::from_utf8(whole.clone()).expect("UTF-8");
+        let long = " ".repeat(1 << 17) + &text;
+        for bytes in [
+            b"".to_vec(),
+            b"\xff\x00[[[[".to_vec(),
+            whole[..whole.len() / 2].to_vec(),
+            long.into_bytes(),
+            text.replace("\"version\":1", "\"version\":2").into_bytes(),
+            text.replace("\"A1\"", "\"A2\"").into_bytes(),
+            text.replace("PTPCommonParams", "EndEffectorLaser")
+                .into_bytes(),
+            text.replace("PTPCommonParams", "PTPCmd").into_bytes(),
+        ] {
+            fs::write(&path, &bytes).expect("written");
+            assert_eq!(of(&ledger.left("A1")), [None], "{:?}", bytes.get(..40));
+        }
+        fs::write(&path, &whole).expect("written");
+        assert_eq!(of(&ledger.left("A1")), [Some(vec![speed])]);
+    }
+}

@@ -1,0 +1,221 @@
+//! What a verb that was killed owes the arm: settings of before, which the next one that moves or sets gives back.
+#![cfg(unix)]
+
+mod magician;
+
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+
+use magician::command;
+use magician::served::Served;
+use serde_json::Value;
+
+const BEFORE: &str = "given back now: PTPCommonParams";
+const OWED: &str = "the next command that moves or sets gives back: PTPCommonParams";
+const LATER: &str = "the first command after the arm's queue is empty";
+
+/// Virtual arms in another process, and a directory for what outlives a command.
+struct Place {
+    dir: tempfile::TempDir,
+    served: Served,
+}
+
+impl Place {
+    fn new(arguments: &[&str], doors: usize) -> Self {
+        let dir = tempfile::tempdir().expect("directory");
+        let arguments: Vec<String> = arguments
+            .iter()
+            .map(|word| word.replace("DIR", dir.path().to_str().expect("UTF-8")))
+            .collect();
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let served = Served::start(&[&["--speed", "2", "-v"], &arguments[..]].concat(), doors);
+        Self { dir, served }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    /// Moves and waits, slower than the arm is used to.
+    fn program(&self) -> String {
+        let steps: Vec<String> = (0..40)
+            .map(|nth| format!("{{\"move\":[230,{nth},20,0],\"by\":\"line\"}},{{\"wait\":0.05}}"))
+            .collect();
+        let steps = steps.join(",\n");
+        let text = format!(
+            r#"{{"format":"magician-plan","version":1,"title":"waits","tool":"none","steps":[
+{{"command":"PTPCommonParams","values":{{"velocity_ratio":21,"acceleration_ratio":22}}}},
+{steps}]}}"#
+        );
+        let path = self.path("waits.plan.json");
+        std::fs::write(&path, text).expect("written");
+        path.to_str().expect("UTF-8").to_owned()
+    }
+
+    fn command(&self, door: &str, arguments: &[&str]) -> Command {
+        let mut command = command();
+        command.args(["--port", door]).args(arguments);
+        command.env("XDG_STATE_HOME", self.path("state"));
+        command
+    }
+
+    /// Runs it: stdout, stderr.
+    fn run(&self, door: &str, arguments: &[&str]) -> (String, String) {
+        let output: Output = self.command(door, arguments).output().expect("it runs");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let (out, err) = (text(&output.stdout), text(&output.stderr));
+        assert!(output.status.success(), "{arguments:?}: {out}{err}");
+        (out, err)
+    }
+
+    fn ratio(&self, door: &str) -> f64 {
+        let (out, _) = self.run(door, &["get", "PTPCommonParams", "--json"]);
+        let answer: Value = serde_json::from_str(&out).expect("an object");
+        answer["velocity_ratio"]
+            .as_f64()
+            .or_else(|| answer["value"]["velocity_ratio"].as_f64())
+            .unwrap_or_else(|| panic!("{out}"))
+    }
+
+    fn start(&self, door: &str, arguments: &[&str]) -> Child {
+        let mut command = self.command(door, arguments);
+        command.stdout(Stdio::null()).stderr(Stdio::null());
+        command.spawn().expect("it starts")
+    }
+
+    /// The arm at its usual 77 percent, and a run at 21 that is killed under way.
+    fn killed(&mut self, door: &str) {
+        self.run(door, &["alarms", "--clear"]);
+        let usual = ["velocity_ratio=77", "acceleration_ratio=66"];
+        self.run(door, &["set", "PTPCommonParams", usual[0], usual[1]]);
+        let program = self.program();
+        let mut child = self.start(door, &["run", &program]);
+        for _ in 0..3 {
+            self.served
+                .until(|line| line.ends_with(" WAITCmd finished"));
+        }
+        child.kill().expect("killed");
+        child.wait().expect("it ends");
+    }
+
+    fn files(&self) -> usize {
+        let files = std::fs::read_dir(self.path("state/magician/debts"));
+        files.map_or(0, |files| files.count())
+    }
+}
+
+#[test]
+fn a_killed_run_leaves_its_speeds_to_the_next_verb_that_moves_or_sets() {
+    let mut place = Place::new(&["--pty", "DIR/arm"], 1);
+    let door = place.path("arm").to_str().expect("UTF-8").to_owned();
+    place.killed(&door);
+    assert_eq!(place.files(), 1);
+    // Verbs that only look change nothing and say it.
+    for look in [&["info"][..], &["pose"], &["queue"], &["alarms"], &["io"]] {
+        let (_, err) = place.run(&door, look);
+        assert!(err.contains(OWED), "{look:?}: {err}");
+    }
+    let (out, err) = place.run(&door, &["info", "--json"]);
+    assert_eq!(err, "");
+    let answer: Value = serde_json::from_str(&out).expect("an object");
+    assert_eq!(answer["notes"][0]["code"], "speed", "{answer}");
+    assert_eq!(place.ratio(&door), 21.0);
+    // What waits in the queue may change them yet.
+    let (_, err) = place.run(&door, &["suction", "off"]);
+    assert!(err.contains(LATER), "{err}");
+    assert_eq!((place.ratio(&door), place.files()), (21.0, 1));
+    // Nothing comes before a stop.
+    let (_, err) = place.run(&door, &["stop"]);
+    assert!(!err.contains("note:"), "{err}");
+    let (_, err) = place.run(&door, &["suction", "off"]);
+    assert!(err.contains(BEFORE), "{err}");
+    assert_eq!((place.ratio(&door), place.files()), (77.0, 0));
+    let (_, err) = place.run(&door, &["suction", "off"]);
+    assert!(!err.contains("note:"), "{err}");
+}
+
+#[test]
+fn a_run_that_goes_on_gives_back_the_speeds_of_before_the_killed_one() {
+    let mut place = Place::new(&["--tcp", "127.0.0.1:0"], 1);
+    let door = place.served.door("tcp");
+    place.killed(&door);
+    let program = place.program();
+    let (out, err) = place.run(&door, &["run", &program, "--resume", "--json"]);
+    let answer: Value = serde_json::from_str(out.lines().last().unwrap_or_default()).expect("JSON");
+    let notes = answer["notes"].to_string();
+    assert!(notes.contains(BEFORE), "{out}{err}");
+    assert_eq!((place.ratio(&door), place.files()), (77.0, 0));
+}
+
+#[test]
+fn a_damaged_file_is_told_of_and_nothing_of_it_is_sent() {
+    let mut place = Place::new(&["--tcp", "127.0.0.1:0"], 1);
+    let door = place.served.door("tcp");
+    place.killed(&door);
+    place.run(&door, &["stop"]);
+    let dir = place.path("state/magician/debts");
+    let file = std::fs::read_dir(dir).expect("a directory").next();
+    let file = file.expect("a file").expect("readable").path();
+    let text = std::fs::read_to_string(&file).expect("text");
+    let harm = text.replace("\"PTPCommonParams\"", "\"EndEffectorSuctionCup\"");
+    assert_ne!(text, harm);
+    std::fs::write(&file, harm).expect("written");
+    for (verb, left) in [(&["info"][..], 1), (&["suction", "off"], 0)] {
+        let (_, err) = place.run(&door, verb);
+        assert!(err.contains("is damaged"), "{verb:?}: {err}");
+        assert_eq!((place.ratio(&door), place.files()), (21.0, left));
+    }
+}
+
+#[test]
+fn each_arm_has_its_own_debts_and_a_living_process_keeps_its_own() {
+    let mut place = Place::new(&["--arms", "2", "--pty", "DIR/arm"], 2);
+    let [one, two] = ["arm.1", "arm.2"].map(|name| place.path(name).display().to_string());
+    place.killed(&one);
+    place.run(&one, &["stop"]);
+    let (_, err) = place.run(&two, &["suction", "off"]);
+    assert!(!err.contains("note:"), "another arm: {err}");
+    // The same arm at another port.
+    place.run(&two, &["alarms", "--clear"]);
+    let program = place.program();
+    let mut child = place.start(&two, &["run", &program]);
+    place
+        .served
+        .until(|line| line.ends_with(" WAITCmd finished"));
+    assert_eq!(place.files(), 2, "one for each arm");
+    let (_, err) = place.run(&one, &["suction", "off"]);
+    assert!(err.contains(BEFORE), "{err}");
+    assert_eq!(place.files(), 1, "that of the living is not touched");
+    child.kill().expect("killed");
+    child.wait().expect("it ends");
+    let (_, err) = place.run(&two, &["info"]);
+    assert!(err.contains(OWED), "{err}");
+}
+
+#[test]
+fn a_run_is_done_also_where_nothing_can_be_kept() {
+    let place = Place::new(&["--tcp", "127.0.0.1:0"], 1);
+    let door = place.served.door("tcp");
+    place.run(&door, &["alarms", "--clear"]);
+    // A file where the directory should be: it cannot be written by root either.
+    std::fs::write(place.path("state"), "").expect("written");
+    let (_, err) = place.run(&door, &["move", "220", "0", "40", "--speed-ratio", "90"]);
+    assert!(err.contains("cannot be kept"), "{err}");
+    let (_, err) = place.run(&door, &["info"]);
+    assert!(!err.contains("note:"), "{err}");
+}
+
+#[test]
+fn nothing_is_kept_for_an_arm_that_ends_with_the_process() {
+    let place = Place::new(&["--tcp", "127.0.0.1:0"], 1);
+    place.run(
+        "sim:max",
+        &["move", "220", "0", "40", "--speed-ratio", "90"],
+    );
+    assert!(!place.path("state/magician/debts").exists());
+    let door = place.served.door("tcp");
+    place.run(&door, &["alarms", "--clear"]);
+    place.run(&door, &["move", "220", "0", "40", "--speed-ratio", "90"]);
+    assert_eq!(place.files(), 0, "given back");
+    assert!(place.path("state/magician/debts").exists());
+}
