@@ -419,3 +419,35 @@ fn a_real_arm_is_not_told_to_guess_how_high_the_paper_lies() {
             .success()
     );
 }
+
+#[test]
+fn a_line_that_was_cut_short_goes_on_where_the_pen_stopped() {
+    let place = Place::new(&[]);
+    let steps = r#"{"format":"magician-plan","version":1,"title":"a line","tool":"pen","steps":[
+        {"command":"CPParams","values":{"plan_acc":100,"junction_vel":10,"acc_or_period":100,"real_time_track":0}},
+        {"move":[220,-40,0,0],"by":"line"},
+        {"path":[220,40,0]},
+        {"move":[220,40,20,0],"by":"line"}]}"#;
+    let file = place.write("line.plan.json", steps);
+    let at = || {
+        let pose = report(&place.run(&["pose"]));
+        ["x", "y"].map(|axis| pose[axis].as_f64().expect("a number"))
+    };
+    let child = place.start(&["run", &file]);
+    while !matches!(at(), [x, y] if x < 221.0 && (-30.0..30.0).contains(&y)) {}
+    signal("-INT", &child);
+    let output = child.wait_with_output().expect("it ends");
+    let told = error(&output).to_string();
+    assert!(
+        told.contains("goes on where it stopped, in step 3"),
+        "{told}"
+    );
+    let [_, stood] = at();
+    assert!((-30.0..40.0).contains(&stood), "{stood}");
+    let done = place.run(&["run", &file, "--resume"]);
+    assert!(done.status.success(), "{done:?}");
+    let done = report(&done);
+    assert_eq!(done["first_step"], 3);
+    let drawn = done["drawn_mm"].as_f64().expect("a length");
+    assert!((drawn - (40.0 - stood)).abs() < 0.2, "{drawn} from {stood}");
+}

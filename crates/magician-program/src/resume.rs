@@ -144,7 +144,7 @@ impl Tally {
 }
 
 /// How far a run has come: what is kept while it lasts, and after it ended badly. Steps are counted over all loops.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mark {
     /// Of this form.
@@ -166,6 +166,9 @@ pub struct Mark {
     pub clock: u32,
     /// Whether the driver may have put commands of its own between the steps, or passed over indices.
     pub mixed: bool,
+    /// Where the step behind so many goes on, if not at its beginning: x, y, z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<(u64, [f64; 3])>,
     /// The run has ended and said so: `finished` is exact.
     pub ended: Option<Ended>,
 }
@@ -252,6 +255,13 @@ impl Mark {
             return doubt(span);
         }
         settle(span.least, stands_after)
+    }
+
+    /// Where the step behind so many goes on, if not at its beginning.
+    #[must_use]
+    pub fn place_after(&self, steps: u64) -> Option<[f64; 3]> {
+        let (behind, place) = self.within?;
+        (behind == steps).then_some(place)
     }
 
     /// The run is over: its mark from now on is where it goes on.

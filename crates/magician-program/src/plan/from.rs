@@ -1,6 +1,7 @@
 //! A plan from one of its steps on: to begin later, or to go on after a stop.
 
 mod settings;
+pub(crate) mod within;
 
 use magician::words::{self, Preflight};
 use magician::{Error, JointAngles, Set};
@@ -66,6 +67,16 @@ impl Plan {
     /// A [`Problem`] if there is no such step, a step before it cannot be done, nobody knows where it begins (behind a
     /// homing to a point that is not known, say), or the arm cannot get there.
     pub fn from_step(&self, step: usize, start: &Preflight) -> Result<Continuation, Problem> {
+        self.from_within(step, None, start)
+    }
+
+    /// As [`from_step`](Self::from_step); the step itself, if it leads straight on through this place, goes on from there.
+    pub(crate) fn from_within(
+        &self,
+        step: usize,
+        at: Option<[f64; 3]>,
+        start: &Preflight,
+    ) -> Result<Continuation, Problem> {
         if step >= self.steps.len() && step > 0 {
             let message = format!(
                 "there is no step {}: the plan has {}",
@@ -75,11 +86,16 @@ impl Plan {
             return Err(Problem::of_file(message));
         }
         let mut plan = self.clone();
-        if step > 0 {
-            let mut lead = Lead::to(self, step, start)?;
+        if step > 0 || at.is_some() {
+            let mut lead = Lead::to(self, step, at, start)?;
             lead.make(start)?;
             plan.steps = lead.steps;
-            plan.steps.extend(self.steps.iter().skip(step).cloned());
+            let later = self.steps.iter().skip(step).cloned();
+            plan.steps.extend(later);
+            let begun = plan.steps.len() - (self.steps.len() - step);
+            if let (Some(left), Some(first)) = (lead.left, plan.steps.get_mut(begun)) {
+                first.action = left;
+            }
         }
         let added = plan.steps.len() - (self.steps.len() - step);
         let steps = std::iter::repeat_n(step, added).chain(step..self.steps.len());
@@ -173,11 +189,18 @@ struct Lead<'p> {
     /// The highest z so far.
     height: f64,
     steps: Vec<Step>,
+    /// What is left of the step, where it goes on from within and has to be told so.
+    left: Option<Action>,
 }
 
 impl<'p> Lead<'p> {
-    /// Follows the plan up to the step.
-    fn to(plan: &'p Plan, step: usize, start: &Preflight) -> Result<Self, Problem> {
+    /// Follows the plan up to the step, or to a place within it.
+    fn to(
+        plan: &'p Plan,
+        step: usize,
+        within: Option<[f64; 3]>,
+        start: &Preflight,
+    ) -> Result<Self, Problem> {
         let mut arm = start.clone().summing();
         let mut settings = Settings::default();
         let mut height = Height::default();
@@ -212,12 +235,20 @@ impl<'p> Lead<'p> {
             let help = "begin with a step that sends it to a place on the rail, or with the first";
             return Err(plan.problem_at(step, message).help(help));
         }
+        let begins = at.pose;
+        let action = plan.steps.get(step).map(|step| &step.action);
+        let (at, left) = action
+            .zip(within)
+            .and_then(|(action, place)| within::from_there(action, &arm, place))
+            .unwrap_or((*at, None));
+        height.most = height.most.max(begins.z);
         Ok(Self {
             plan,
             step,
             settings,
             place: at.pose,
             joints: at.joints,
+            left,
             height: height.most.max(at.pose.z + LIFT),
             steps: Vec::new(),
         })

@@ -19,6 +19,7 @@ use magician_protocol::Set;
 pub use action::{Action, Grip, Travel};
 pub use file::PLAN_SCHEMA;
 pub use from::Continuation;
+pub(crate) use from::within;
 pub use pallet::Pallet;
 pub use step::{Step, Tool};
 

@@ -7,7 +7,8 @@ use magician::commands::Pose;
 use magician::words::{Guards, Preflight};
 
 use super::{Program, Timetable};
-use crate::resume::Tally;
+use crate::plan::within;
+use crate::resume::{Tally, Verdict};
 use crate::{Plan, Problem, Report};
 
 /// How far from where it should an arm may stand, mm: no further than a gap in a line may be, for what was cut off so near
@@ -26,6 +27,8 @@ pub struct Rest {
     /// Commands that stand among the steps of the first part, before the one that it is from.
     added: u64,
     from: u64,
+    /// The place within its first step that it begins at.
+    within: Option<[f64; 3]>,
     pub(super) whole: Arc<Plan>,
     /// Rounds that follow; none is for ever.
     pub(super) follow: Option<u64>,
@@ -37,7 +40,12 @@ pub struct Rest {
 }
 
 impl Rest {
-    pub(super) fn of(program: &Program, from: u64, start: Preflight) -> Result<Self, Problem> {
+    pub(super) fn of(
+        program: &Program,
+        from: u64,
+        at: Option<[f64; 3]>,
+        start: Preflight,
+    ) -> Result<Self, Problem> {
         let mut told = start.clone();
         for setting in &program.settings {
             let taken = told.check(setting);
@@ -46,11 +54,11 @@ impl Rest {
         let round = program.round().max(1);
         let (done, step) = (from / round, from % round);
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
-            0 => Arc::clone(&program.plan),
-            step => Arc::new(program.plan.from_step(step, &told)?.plan),
+            0 if at.is_none() => Arc::clone(&program.plan),
+            step => Arc::new(program.plan.from_within(step, at, &told)?.plan),
         };
         let added = match step {
-            0 => 0,
+            0 if at.is_none() => 0,
             step => (first.steps.len() as u64).saturating_sub(round.saturating_sub(step)),
         };
         Ok(Self {
@@ -58,6 +66,7 @@ impl Rest {
             first,
             added,
             from,
+            within: at,
             whole: Arc::clone(&program.plan),
             follow: (program.rounds).map(|rounds| rounds.saturating_sub(done.saturating_add(1))),
             stays: program.stays,
@@ -194,6 +203,37 @@ impl Rest {
         };
         let lead = usize::try_from(self.lead()).unwrap_or(usize::MAX);
         Timetable::new(all, lead, first, round)
+    }
+
+    /// Where a run goes on that ended like this and left the arm there: the steps that are finished, and the place within the
+    /// next, if it goes on from within. It does not where the step that was cut short leads nowhere straight, or the arm
+    /// stands beside its line.
+    #[must_use]
+    pub fn goes_on(&self, verdict: Verdict, pose: &Pose) -> Option<(u64, Option<[f64; 3]>)> {
+        match verdict {
+            // It has not come to where it was to begin.
+            Verdict::After(steps) if steps == self.from => Some((steps, self.within)),
+            Verdict::After(steps) => Some((steps, None)),
+            Verdict::Again(steps) => Some(match self.place_after(steps, pose) {
+                Some((steps, at)) => (steps, Some(at)),
+                None => (steps, None),
+            }),
+            Verdict::Doubt(_) => None,
+        }
+    }
+
+    /// The place where the arm stands within the steps that follow so many.
+    fn place_after(&self, steps: u64, pose: &Pose) -> Option<(u64, [f64; 3])> {
+        let done = steps.checked_sub(self.from)?.saturating_add(self.lead());
+        let done = usize::try_from(done).ok()?;
+        let mut course = self.start.clone().guards(Guards::NONE);
+        let mut commands = self.commands();
+        for command in commands.by_ref().take(done) {
+            // What could not be checked was not sent.
+            let _ = course.check(&command);
+        }
+        let (passed, at) = within::place_on(&mut course, commands, pose)?;
+        Some((steps + passed, at))
     }
 
     /// Whether an arm that stands there stands where so many finished steps of the program leave it; not known where the

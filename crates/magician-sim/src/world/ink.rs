@@ -8,8 +8,9 @@ use crate::scenario::{Scenario, ToolKind};
 
 /// A drawn line is never farther from the tool's way than this, mm.
 const FLATNESS: f64 = 0.02;
-/// So much above the paper is at the paper: a rounding error, mm.
-const AT_PAPER: f64 = 1e-3;
+/// So much above the paper is at the paper, mm: nib and paper give, and an arm that brakes in its joints leaves its line upwards
+/// by less.
+const AT_PAPER: f64 = 0.02;
 /// A line goes on that begins so near to where the last one ended, mm.
 const JOINED: f64 = 1e-3;
 /// Where a stretch is compared with its chord, as shares of its time. They are in no simple ratio, so that a tool that

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use magician::commands::{DeviceTime, Pose};
 use magician::{Arm, Error, ErrorKind};
 use magician_program::Rest;
-use magician_program::resume::{Seen, Span, Verdict, settle};
+use magician_program::resume::{Mark, Seen, Span, Verdict, settle};
 use tokio::time::{sleep, timeout};
 
 use super::drive::{Drive, State};
@@ -176,13 +176,23 @@ impl Drive<'_> {
                 most: from + span.most,
             }),
         };
+        let goes_on = (state.rest.as_ref()).and_then(|rest| rest.goes_on(verdict, &stood.pose));
+        let (verdict, within) = match goes_on {
+            Some((steps, Some(place))) => (Verdict::Again(steps), Some((steps, place))),
+            _ => (verdict, None),
+        };
+        journal.mark.within = within;
         journal.ends(verdict);
-        self.advice(verdict, &command)
+        self.advice(verdict, within.is_some(), &command)
     }
 
-    fn advice(&self, verdict: Verdict, command: &str) -> String {
+    fn advice(&self, verdict: Verdict, within: bool, command: &str) -> String {
         let of = self.of();
         match verdict {
+            Verdict::Again(steps) if within => format!(
+                "{steps}{of} steps are done and the next was cut short; {command} goes on where it stopped, in step {}",
+                steps + 1
+            ),
             Verdict::After(steps) => format!(
                 "{steps}{of} steps are done; {command} goes on with step {}",
                 steps + 1
@@ -195,8 +205,12 @@ impl Drive<'_> {
         }
     }
 
-    /// The step at which an earlier run of the same goes on.
-    pub(super) async fn resumed(&self, arm: &Arm, journal: &Journal) -> Result<u64, Failure> {
+    /// The steps behind which an earlier run of the same goes on, and the place within the next, if it is not at its beginning.
+    pub(super) async fn resumed(
+        &self,
+        arm: &Arm,
+        journal: &Journal,
+    ) -> Result<(u64, Option<[f64; 3]>), Failure> {
         let mark = journal.left()?;
         if mark.ended.is_none() {
             self.settled(arm).await?;
@@ -209,34 +223,48 @@ impl Drive<'_> {
         let start = arm.preflight_for(&self.made.program.kinds()).await?;
         let whole = self.made.program.rest(0, start).ok();
         let seen = self.lasting.then_some(seen);
-        let verdict = mark.verdict(seen, |steps| whole?.stands_after(steps, &pose, false));
-        let steps = match verdict {
-            Verdict::After(steps) => steps,
-            Verdict::Again(steps) => {
-                self.say(&format!(
-                    "step {} was cut short, or nobody knows how it ended: it is done again",
-                    steps + 1
-                ));
-                steps
-            }
-            Verdict::Doubt(span) => {
-                let message = match mark.ended {
-                    Some(_) => "it is not certain how far the last run came",
-                    None => {
-                        "nobody can tell how far the last run came: the arm was switched off, or others have used it"
-                    }
-                };
-                let failure = Failure::new(Kind::Driver(ErrorKind::Uncertain), message);
-                return Err(failure.hint(self.in_doubt(span)));
-            }
+        let verdict = mark.verdict(seen, |steps| {
+            whole.as_ref()?.stands_after(steps, &pose, false)
+        });
+        // An arm that was stopped and has said nothing of it stands where it was stopped still, if it stands on that line.
+        let stopped = matches!(verdict, Verdict::Again(_)) && mark.ended.is_none();
+        let standing = whole.as_ref().filter(|_| stopped);
+        let standing = standing.and_then(|whole| whole.goes_on(verdict, &pose));
+        let (steps, within) = match (verdict, standing) {
+            (_, Some((steps, Some(place)))) => (steps, Some(place)),
+            (Verdict::After(steps) | Verdict::Again(steps), _) => (steps, mark.place_after(steps)),
+            (Verdict::Doubt(span), _) => return Err(self.doubtful(&mark, span)),
         };
+        match (verdict, within) {
+            (_, Some(_)) => self.say(&format!(
+                "step {} was cut short: it goes on where it stopped",
+                steps + 1
+            )),
+            (Verdict::Again(_), None) => self.say(&format!(
+                "step {} was cut short, or nobody knows how it ended: it is done again",
+                steps + 1
+            )),
+            _ => {}
+        }
         if self.made.program.steps().is_some_and(|all| steps >= all) {
             journal.remove();
             return Err(Failure::invalid(
                 "there is nothing to resume: all steps are done",
             ));
         }
-        Ok(steps)
+        Ok((steps, within))
+    }
+
+    /// Nobody knows where to go on.
+    fn doubtful(&self, mark: &Mark, span: Span) -> Failure {
+        let message = match mark.ended {
+            Some(_) => "it is not certain how far the last run came",
+            None => {
+                "nobody can tell how far the last run came: the arm was switched off, or others have used it"
+            }
+        };
+        let failure = Failure::new(Kind::Driver(ErrorKind::Uncertain), message);
+        failure.hint(self.in_doubt(span))
     }
 
     /// Waits until the arm has done what a run that died has left in its queue.

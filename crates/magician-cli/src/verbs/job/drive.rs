@@ -127,9 +127,9 @@ impl Drive<'_> {
         }
         arm.check_ready(&first, guards).await?;
         let mut journal = self.journal(arm).await;
-        let from = match (self.resume, self.from) {
+        let (from, within) = match (self.resume, self.from) {
             (true, _) => self.resumed(arm, &journal).await?,
-            (false, from) => from.map_or(0, |step| step - 1),
+            (false, from) => (from.map_or(0, |step| step - 1), None),
         };
         if self.made.start.is_some() && self.made.program.depends_on_start(from) {
             return Err(needs_start());
@@ -141,10 +141,13 @@ impl Drive<'_> {
             arm.run([], |_| {}).await?;
         }
         let begun = Begun::now(arm).await?;
-        journal.begins(from, begun.clock, at_rest(arm).await?);
+        journal.begins((from, within), begun.clock, at_rest(arm).await?);
         let rests_at = journal.mark.rest;
         let start = arm.preflight_for(&self.made.program.kinds()).await?;
-        let rest = self.made.program.rest(from, start);
+        let rest = match within {
+            Some(place) => self.made.program.rest_within(from, place, start),
+            None => self.made.program.rest(from, start),
+        };
         let rest = rest.map_err(|problem| self.made.source.failure(&problem))?;
         let report = rest.check();
         if !report.is_good() {

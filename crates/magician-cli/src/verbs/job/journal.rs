@@ -55,9 +55,16 @@ impl Journal {
         })
     }
 
-    /// A run begins behind so many steps, when the arm's clock shows this, ms, and its index this, if it is at rest.
-    pub(super) fn begins(&mut self, finished: u64, clock: u32, rest: Option<u64>) {
+    /// A run begins behind so many steps, at that place within the next if there is one, when the arm's clock shows this, ms,
+    /// and its index this, if it is at rest.
+    pub(super) fn begins(
+        &mut self,
+        (finished, within): (u64, Option<[f64; 3]>),
+        clock: u32,
+        rest: Option<u64>,
+    ) {
         (self.mark.finished, self.mark.handed) = (finished, finished);
+        self.mark.within = within.map(|place| (finished, place));
         (self.mark.clock, self.mark.rest) = (clock, rest);
     }
 

@@ -1,0 +1,165 @@
+//! Steps that were begun and stopped: where on their line they go on.
+
+use magician::words::{self, Preflight};
+use magician::{ArmState, Set, commands};
+use magician_motion::Pose;
+use magician_protocol::{CpMode, PtpMode};
+
+use super::Action;
+
+/// How far beside its line a pen may stand and is on it, mm: no further than a gap in a line may be.
+const BESIDE: f64 = 0.2;
+/// So far a pen may run on when it is stopped, mm: a path goes through its corners, and so does what brakes on it.
+const RUN_ON: f64 = 2.0;
+
+/// A straight way, from one pose to another.
+struct Line {
+    from: Pose,
+    to: Pose,
+}
+
+impl Line {
+    fn length(&self) -> f64 {
+        self.from.distance_to(&self.to)
+    }
+
+    /// The share of it up to the point nearest to a place on its endless line, and how far that is.
+    fn nearest(&self, place: [f64; 3]) -> (f64, f64) {
+        let (from, to) = (xyz(&self.from), xyz(&self.to));
+        let way = [0, 1, 2].map(|axis| to[axis] - from[axis]);
+        let off = [0, 1, 2].map(|axis| place[axis] - from[axis]);
+        let dot = |one: [f64; 3], other: [f64; 3]| -> f64 {
+            one.into_iter()
+                .zip(other)
+                .map(|(one, other)| one * other)
+                .sum()
+        };
+        let square = dot(way, way);
+        let share = if square > 0.0 {
+            dot(way, off) / square
+        } else {
+            0.0
+        };
+        (share, distance(self.at(share), place))
+    }
+
+    fn at(&self, share: f64) -> [f64; 3] {
+        let (from, to) = (xyz(&self.from), xyz(&self.to));
+        [0, 1, 2].map(|axis| from[axis] + share * (to[axis] - from[axis]))
+    }
+}
+
+fn xyz(pose: &Pose) -> [f64; 3] {
+    [pose.x, pose.y, pose.z]
+}
+
+fn distance(one: [f64; 3], other: [f64; 3]) -> f64 {
+    let off = one.into_iter().zip(other).map(|(one, other)| one - other);
+    off.map(|off| off * off).sum::<f64>().sqrt()
+}
+
+/// Whether the tool goes straight to the end of a command.
+fn is_straight(command: &Set) -> bool {
+    match command {
+        Set::CpCmd(_) | Set::CpLeCmd(_) => true,
+        Set::PtpCmd(ptp) => matches!(ptp.ptp_mode, PtpMode::MovlXyz | PtpMode::MovlXyzInc),
+        _ => false,
+    }
+}
+
+/// Where an arm stands on the lines of what comes next, of which the first was under way when it was stopped: so many are
+/// passed, and the place on the one after them. The arm may have run on, over short lines to others, or beyond a corner.
+pub(crate) fn place_on(
+    course: &mut Preflight,
+    commands: impl Iterator<Item = Set>,
+    pose: &commands::Pose,
+) -> Option<(u64, [f64; 3])> {
+    let place = [pose.x, pose.y, pose.z].map(f64::from);
+    let mut best: Option<(f64, (u64, [f64; 3]))> = None;
+    let (mut beyond, mut passed) = (0.0, 0);
+    for command in commands.take_while(is_straight) {
+        let from = course.arm()?.pose;
+        course.check(&command).ok()?;
+        let line = Line {
+            from,
+            to: course.arm()?.pose,
+        };
+        let (share, off) = line.nearest(place);
+        let within = share.clamp(0.0, 1.0);
+        let at = line.at(within);
+        let away = distance(at, place);
+        if away <= BESIDE && best.is_none_or(|(least, _)| away < least) {
+            best = Some((away, (passed, at)));
+        }
+        let ran_on = (share - 1.0) * line.length();
+        if passed == 0 && off <= BESIDE && (0.0..=RUN_ON).contains(&ran_on) && best.is_none() {
+            // The next line may pass nearer: this is how far it is beyond the corner.
+            best = Some((BESIDE, (passed, line.at(1.0))));
+        }
+        if passed > 0 {
+            beyond += line.length();
+        }
+        passed += 1;
+        if beyond > RUN_ON {
+            break;
+        }
+    }
+    best.map(|(_, found)| found)
+}
+
+/// How the arm stands at a place on the line of an action that begins where the course is, and what is left of the action
+/// from there, if that is not the action itself. Nothing if the place is not on its line.
+pub(super) fn from_there(
+    action: &Action,
+    course: &Preflight,
+    place: [f64; 3],
+) -> Option<(ArmState, Option<Action>)> {
+    let command = action.command();
+    let from = course.arm()?.pose;
+    let mut whole = course.clone();
+    whole.check(&command).ok()?;
+    let line = Line {
+        from,
+        to: whole.arm()?.pose,
+    };
+    let (share, _) = line.nearest(place);
+    let share = share.clamp(0.0, 1.0);
+    let at = line.at(share);
+    if !is_straight(&command) || distance(at, place) > BESIDE {
+        return None;
+    }
+    let left = |axis: usize| (1.0 - share) * (xyz(&line.to)[axis] - xyz(&line.from)[axis]);
+    let left = [left(0), left(1), left(2)].map(|left| left as f32);
+    let turn = line.to.r - from.r;
+    let [x, y, z] = at.map(|at| at as f32);
+    let (there, rest) = match command {
+        Set::CpCmd(segment) => {
+            let rest = (segment.cp_mode == CpMode::Relative).then(|| {
+                let [x, y, z] = left;
+                Set::from(commands::CpCmd { x, y, z, ..segment })
+            });
+            (words::path_to(x, y, z), rest)
+        }
+        Set::CpLeCmd(segment) => {
+            let rest = (segment.cp_mode == CpMode::Relative).then(|| {
+                let [x, y, z] = left;
+                Set::from(commands::CpLeCmd { x, y, z, ..segment })
+            });
+            (words::path_to(x, y, z), rest)
+        }
+        Set::PtpCmd(ptp) => {
+            let rest = (ptp.ptp_mode == PtpMode::MovlXyzInc).then(|| {
+                let ([x, y, z], r) = (left, (1.0 - share) * turn);
+                words::line_by(x, y, z, r as f32)
+            });
+            (
+                words::line_to(x, y, z, (from.r + share * turn) as f32),
+                rest,
+            )
+        }
+        _ => return None,
+    };
+    let mut there_on = course.clone();
+    there_on.check(&there).ok()?;
+    Some((*there_on.arm()?, rest.map(Action::from)))
+}
