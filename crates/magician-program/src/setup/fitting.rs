@@ -143,6 +143,8 @@ impl Setup {
         }
         notes.extend(laid);
         let placed = self.places() || !matches!(content, Content::Plan(_));
+        // A large drawing is in memory twice by now.
+        drop(content);
         let placed = placed.then(|| {
             let [x, y, _] = middle(&plan);
             let rounded = |value: f64| (value * 1e4).round() / 1e4;

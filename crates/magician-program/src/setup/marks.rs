@@ -21,12 +21,11 @@ pub(super) struct Marks {
 impl Marks {
     pub(super) fn of(plan: &Plan, pen_z: Option<f64>) -> Result<Self, Problem> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
-        let all = segments(plan);
-        let works = |segment: &&Segment| !laser || segment.lit;
+        // Followed again for each question: a drawing has a million of them, and they are much larger than its points.
+        let working = || segments(plan).filter(|segment| !laser || segment.lit);
         let lowest = |across: bool| {
-            let found = all.iter().filter(works);
-            let found = found.filter(|segment| !across || segment.goes_across());
-            found.map(Segment::low).reduce(f64::min)
+            let found = working().filter(|segment| !across || segment.goes_across());
+            found.map(|segment| segment.low()).reduce(f64::min)
         };
         let Some(lowest) = lowest(true).or(lowest(false)) else {
             let message =
@@ -35,10 +34,10 @@ impl Marks {
         };
         let touch = pen_z.unwrap_or(lowest);
         // Where all lines only come down to it, as in reliefs and arcs through Z, they are what it draws.
-        let slants = !laser && !all.iter().any(|segment| segment.touches(touch));
+        let slants = !laser && !working().any(|segment| segment.touches(touch));
         let mut strokes: Vec<Stroke> = Vec::new();
         let mut last = None;
-        for segment in all.iter().filter(works) {
+        for segment in working() {
             let ends = [segment.from, segment.to];
             let touches = segment.touches(touch) || slants && segment.low() <= touch + TOUCH;
             if !laser && !touches {
@@ -125,30 +124,24 @@ fn round(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<Vec<[f64; 2]>> {
 }
 
 /// All ways of the tool at work, in their order.
-fn segments(plan: &Plan) -> Vec<Segment> {
+fn segments(plan: &Plan) -> impl Iterator<Item = Segment> + '_ {
     let mut at: Option<[f64; 3]> = None;
-    let mut segments = Vec::new();
-    for step in &plan.steps {
-        let Some(to) = step.action.target().map(|to| to.map(f64::from)) else {
-            continue;
+    plan.steps.iter().filter_map(move |step| {
+        let to = step.action.target()?.map(f64::from);
+        let from = at.replace(to).filter(|_| step.action.marks())?;
+        let (via, lit) = match &step.action {
+            Action::Arc {
+                via: [x, y, z, _], ..
+            } => (Some([*x, *y, *z].map(f64::from)), false),
+            Action::Burn { power, .. } => (None, *power > 0.0),
+            _ => (None, false),
         };
-        if let Some(from) = at.filter(|_| step.action.marks()) {
-            let (via, lit) = match &step.action {
-                Action::Arc {
-                    via: [x, y, z, _], ..
-                } => (Some([*x, *y, *z].map(f64::from)), false),
-                Action::Burn { power, .. } => (None, *power > 0.0),
-                _ => (None, false),
-            };
-            segments.push(Segment {
-                from,
-                via,
-                to,
-                lit,
-                origin: step.origin,
-            });
-        }
-        at = Some(to);
-    }
-    segments
+        Some(Segment {
+            from,
+            via,
+            to,
+            lit,
+            origin: step.origin,
+        })
+    })
 }

@@ -1,0 +1,55 @@
+//! How much memory a large drawing takes. A process of its own: the most that it has taken is counted.
+#![cfg(target_os = "linux")]
+
+use magician::words::Preflight;
+use magician::{JointAngles, ToolBias};
+use magician_program::{Artwork, Content, Format, Origin, Program, Setup, Stroke, Surface};
+
+const STROKES: u32 = 600;
+const POINTS: u32 = 400;
+/// Bytes for each point of a drawing, at most: its steps take 56, its points 16 wherever they are kept.
+const MOST: u64 = 230;
+
+/// The most that the process has taken, bytes.
+fn peak() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").expect("readable");
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"));
+    let number = line.and_then(|line| line.split_whitespace().nth(1));
+    1024 * number
+        .and_then(|number| number.parse::<u64>().ok())
+        .expect("a number")
+}
+
+#[test]
+fn a_large_drawing_is_fitted_and_checked_in_few_bytes_for_each_point() {
+    let before = peak();
+    let stroke = |nth: u32| {
+        let [x, y] = [nth % 30, nth / 30].map(|at| 12.0 * f64::from(at));
+        let points = (0..POINTS).map(|at| {
+            let (sin, cos) = (f64::from(at) * 0.1).sin_cos();
+            let radius = 1.0 + f64::from(at) * 0.01;
+            [x + radius * cos, y + radius * sin]
+        });
+        Stroke {
+            points: points.collect(),
+            origin: Origin::NONE,
+        }
+    };
+    let artwork = Artwork {
+        strokes: (0..STROKES).map(stroke).collect(),
+        ..Artwork::default()
+    };
+    let mut setup = Setup::default();
+    setup.surface = Some(Surface::level(-60.0));
+    setup.placing.fit = true;
+    let made = setup.plan(Format::Svg, Content::Artwork(artwork));
+    let made = made.expect("it is made to fit");
+    assert!(made.misfit.is_none() && made.plan.steps.len() > 200_000);
+    let program = Program::new(made.plan, Some(1));
+    assert!(program.kinds().len() < 10);
+    let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
+    let rest = program.rest(0, start).expect("it can be done");
+    assert!(rest.check().is_good());
+    let each = (peak() - before) / u64::from(STROKES * POINTS);
+    assert!(each <= MOST, "{each} bytes");
+}
