@@ -8,6 +8,15 @@ const STRAIGHT: f64 = 1e-12;
 /// Which points stay so that none is farther from the line that remains than the tolerance (after Ramer, Douglas and Peucker).
 /// The first and the last do.
 pub(crate) fn kept<const N: usize>(points: &[[f64; N]], tolerance: f64) -> Vec<bool> {
+    kept_where(points, tolerance, off_chord)
+}
+
+/// The same by another measure of how far a point is from what stands for it between two others.
+pub(crate) fn kept_where<P: Copy>(
+    points: &[P],
+    tolerance: f64,
+    off: impl Fn(P, P, P) -> f64,
+) -> Vec<bool> {
     let mut stays = vec![false; points.len()];
     let Some(last) = points.len().checked_sub(1) else {
         return stays;
@@ -20,7 +29,7 @@ pub(crate) fn kept<const N: usize>(points: &[[f64; N]], tolerance: f64) -> Vec<b
         spans.push([from, end]);
     }
     while let Some([from, to]) = spans.pop() {
-        let off = |point| off_chord(point, points[from], points[to]);
+        let off = |point| off(point, points[from], points[to]);
         if let Some((at, off)) = farthest(points, [from, to], off)
             && off > tolerance
         {
@@ -64,10 +73,10 @@ fn corners(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
 }
 
 /// The point between two others that is farthest, and how far.
-fn farthest<const N: usize>(
-    points: &[[f64; N]],
+fn farthest<P: Copy>(
+    points: &[P],
     [from, to]: [usize; 2],
-    far: impl Fn([f64; N]) -> f64,
+    far: impl Fn(P) -> f64,
 ) -> Option<(usize, f64)> {
     let between = points.iter().enumerate().take(to).skip(from + 1);
     let far = between.map(|(at, point)| (at, far(*point)));

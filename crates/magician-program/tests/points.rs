@@ -6,7 +6,13 @@ use magician_program::{
 };
 
 fn points(text: &str) -> Result<(Plan, Vec<String>), Problem> {
-    let reading = read(Format::Points, text.as_bytes(), &ReadOptions::default())?;
+    resampled(text, None)
+}
+
+fn resampled(text: &str, resample: Option<f64>) -> Result<(Plan, Vec<String>), Problem> {
+    let mut options = ReadOptions::default();
+    options.resample = resample;
+    let reading = read(Format::Points, text.as_bytes(), &options)?;
     let Content::Plan(plan) = reading.content else {
         panic!("points are a plan");
     };
@@ -245,15 +251,18 @@ fn recording(seconds: f64, rate: f64) -> String {
 
 #[test]
 fn a_recording_takes_as_long_as_it_took() {
-    for (seconds, rate) in [
-        (7.7, 20.0),
-        (7.7, 10.0),
-        (7.7, 50.0),
-        (7.7, 240.0),
-        (12.0, 20.0),
+    for (seconds, rate, resample) in [
+        (7.7, 20.0, None),
+        (7.7, 10.0, None),
+        (7.7, 50.0, None),
+        (7.7, 240.0, None),
+        (12.0, 20.0, None),
+        (7.7, 50.0, Some(0.5)),
+        (7.7, 20.0, Some(0.1)),
     ] {
-        let (plan, notes) = points(&recording(seconds, rate)).unwrap();
-        assert_eq!(notes.len(), 1, "its own columns are known: {notes:?}");
+        let (plan, notes) = resampled(&recording(seconds, rate), resample).unwrap();
+        let told = 1 + usize::from(resample.is_some());
+        assert_eq!(notes.len(), told, "its own columns are known: {notes:?}");
         // From where it begins.
         let mut there = Plan::new("there");
         there.push(plan.steps[0].action.clone(), magician_program::Origin::NONE);
@@ -270,6 +279,51 @@ fn a_recording_takes_as_long_as_it_took() {
         assert!(done.is_good(), "{:?}", done.alarms);
         let waits = (plan.steps.iter()).filter(|step| matches!(step.action, Action::Wait(_)));
         assert!(waits.count() >= 1, "it rests in its middle");
+    }
+}
+
+#[test]
+fn resampling_leaves_out_what_is_near_the_line_and_keeps_the_times() {
+    // Along a line with a hand that trembles, and a rest on it.
+    let mut rows = String::from("t,x,y,z\n");
+    for nth in 0..=200 {
+        let t = f64::from(nth) * 0.05;
+        let way = 10.0 * (t.min(4.0) + (t - 6.0).max(0.0));
+        let trembles = if nth % 2 == 0 { 0.1 } else { -0.1 };
+        rows += &format!("{t:.2},{:.4},{trembles},10\n", 180.0 + way);
+    }
+    let (plan, notes) = resampled(&rows, Some(0.3)).unwrap();
+    assert!(
+        notes[1].ends_with("of 201 points are left out: they are nearer than 0.3 mm to the line"),
+        "{notes:?}"
+    );
+    let waits = plan.steps.iter().filter_map(|step| match step.action {
+        Action::Wait(milliseconds) => Some(milliseconds),
+        _ => None,
+    });
+    let waits: Vec<u32> = waits.collect();
+    assert!(
+        matches!(waits[..], [rest] if rest.abs_diff(2000) <= 60),
+        "{waits:?}"
+    );
+    let across = plan.steps.iter().filter_map(|step| match step.action {
+        Action::Path { to: [_, y, _] } => Some(y),
+        _ => None,
+    });
+    let across: Vec<f32> = across.collect();
+    let turns = across.windows(3);
+    let turns = turns.filter(|three| (three[1] - three[0]) * (three[2] - three[1]) < 0.0);
+    assert!(
+        across.len() > 200 && turns.count() < 5,
+        "it trembles no more"
+    );
+    // What has no times cannot be thinned so that they stay.
+    for other in ["x,y,z\n200,0,0\n", "{}"] {
+        let problem = resampled(other, Some(0.5)).unwrap_err();
+        assert!(
+            problem.to_string().contains("recording"),
+            "{other}: {problem}"
+        );
     }
 }
 

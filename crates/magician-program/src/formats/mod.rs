@@ -59,6 +59,8 @@ pub struct ReadOptions {
     pub white: White,
     /// Whether what lies beyond the page of a drawing is cut off.
     pub clip_page: bool,
+    /// Points of a recording that are nearer to the line than this are left out, mm; the times of the others stay.
+    pub resample: Option<f64>,
 }
 
 /// What becomes of filled shapes without a line in a drawing.
@@ -102,6 +104,7 @@ impl Default for ReadOptions {
             fills: Fills::default(),
             white: White::default(),
             clip_page: false,
+            resample: None,
         }
     }
 }
@@ -132,6 +135,9 @@ pub struct Reading<T = Content> {
 /// # Errors
 /// The first [`Problem`] that makes it unreadable, with its place.
 pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+    if format != Format::Points {
+        only_recordings(options.resample)?;
+    }
     let mut reading = match format {
         Format::Plan => file::read(bytes, options).map(Reading::of_plan),
         Format::Playback => playback::read(bytes, options),
@@ -148,6 +154,17 @@ pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Readi
         reading.notes.extend(note);
     }
     Ok(reading)
+}
+
+/// Refuses to thin what is no recording.
+fn only_recordings(resample: Option<f64>) -> Result<(), Problem> {
+    match resample {
+        None => Ok(()),
+        Some(_) => Err(Problem::of_file(
+            "only a recording can be resampled: a CSV file with t, x, y, z, or an MCAP file with /pose",
+        )
+        .help("leave out --resample")),
+    }
 }
 
 /// What is no farther beyond the edge of a page is on it, mm: numbers are rounded.

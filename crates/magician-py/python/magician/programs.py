@@ -259,7 +259,8 @@ class Plan:
             "by": text("by", by),
             "r": number("r", r, unit="deg"),
             "lift": number("lift", lift, least=0, unit="mm"),
-            "speed": number("speed", speed, above=0, unit="mm/s"),
+            "resample": number("resample", resample, above=0, unit="mm"),
+        "speed": number("speed", speed, above=0, unit="mm/s"),
             "acceleration": number("acceleration", acceleration, above=0, unit="mm/s2"),
             "power": number("power", one, least=0, most=100, unit="%"),
         }
@@ -538,6 +539,7 @@ def load(
     turn: bool = True,
     mirror: bool = False,
     clip_page: bool = False,
+    resample: float | None = None,
     white: Literal["skip", "draw"] = "skip",
     move: tuple[float, float, float] = (0.0, 0.0, 0.0),
     start: tuple[float, float, float] | None = None,
@@ -583,6 +585,8 @@ def load(
     :param turn: Whether ``fit`` may turn it by 90 degrees, where that lets it be larger.
     :param mirror: Whether it is mirrored, left to right.
     :param clip_page: Whether what lies beyond the page of a drawing is cut off.
+    :param resample: Points of a recording that are nearer than this to the line are left out, mm; the times of the others
+        stay.
     :param white: White lines and shapes of an SVG: ``"skip"`` leaves them out, but on darker shapes and where nothing
         else would be drawn; ``"draw"`` draws them all.
     :param move: By how much it is moved then, mm.

@@ -37,6 +37,7 @@ struct Wanted {
     turn: bool,
     mirror: bool,
     clip_page: bool,
+    resample: Option<f64>,
     white: Option<String>,
     by: [f64; 3],
     speed: Option<f64>,
@@ -160,6 +161,7 @@ impl Wanted {
         };
         options.gcode.s_max = self.s_max;
         options.clip_page = self.clip_page;
+        options.resample = self.resample;
         if let Some(white) = &self.white {
             options.white = white.parse()?;
         }

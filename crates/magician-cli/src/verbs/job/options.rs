@@ -36,6 +36,9 @@ pub(crate) struct File {
         hide_default_value = true
     )]
     pub(super) white: White,
+    /// Leave out points of a recording that are nearer than this to the line, mm; the times of the others stay
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub(super) resample: Option<f64>,
 }
 
 /// How strong what burns is.

@@ -90,6 +90,7 @@ impl Job {
         options.tolerance = self.pen.tolerance.unwrap_or(options.tolerance);
         options.white = self.file.white;
         options.clip_page = self.place.clip_page;
+        options.resample = self.file.resample;
         options
     }
 

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::recording;
 use super::row::{Field, Row, plan};
+use super::{only_recordings, recording};
 use crate::{Lines, NoteCode, Plan, Problem, Reading};
 
 /// Between cells, the usual one first.
@@ -22,7 +22,7 @@ pub(super) fn is_one(text: &str) -> bool {
     (0..3).all(|axis| fields.contains(&Field::Place(axis)))
 }
 
-pub(super) fn read(text: &str) -> Result<Reading<Plan>, Problem> {
+pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Reading<Plan>, Problem> {
     let places = Lines::new(text);
     let mut lines = lines(text);
     let (start, header) = lines.next().unwrap_or_default();
@@ -88,6 +88,7 @@ pub(super) fn read(text: &str) -> Result<Reading<Plan>, Problem> {
         rows.push(row);
     }
     if !fields.contains(&Field::Time) {
+        only_recordings(resample)?;
         return plan(rows, &fields, notes);
     }
     // The last row of a recording that was cut off is not whole.
@@ -99,7 +100,7 @@ pub(super) fn read(text: &str) -> Result<Reading<Plan>, Problem> {
         );
         notes.push(Problem::of_file(what).coded(NoteCode::LeftOut));
     }
-    let mut reading = recording::plan(&seen)?;
+    let mut reading = recording::plan(&seen, resample)?;
     reading.notes.splice(0..0, notes);
     Ok(reading)
 }

@@ -87,7 +87,7 @@ struct Found {
     seen: Vec<Seen>,
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
+pub(super) fn read(bytes: &[u8], resample: Option<f64>) -> Result<Reading<Plan>, Problem> {
     let mut records = Bytes(bytes.get(MAGIC.len()..).unwrap_or_default());
     let mut found = Found::default();
     while let Some((kind, content)) = records.record() {
@@ -101,7 +101,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
             "there is no /pose in it: no way of the tool was recorded",
         ));
     }
-    let mut reading = recording::plan(&found.seen)?;
+    let mut reading = recording::plan(&found.seen, resample)?;
     // Behind its last record a whole file has its magic bytes once more.
     if records.0 != MAGIC {
         let note = Problem::of_file("the recording is cut off: it is followed as far as it goes");

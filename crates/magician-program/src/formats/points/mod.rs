@@ -17,13 +17,13 @@ mod recording;
 mod row;
 mod strokes;
 
-use super::{Content, ReadOptions, Reading};
+use super::{Content, ReadOptions, Reading, only_recordings};
 use crate::{Lines, Origin, Problem};
 
 /// Reads a list of points of any of the three kinds.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
     if bytes.starts_with(mcap::MAGIC) {
-        let mut reading = mcap::read(bytes)?;
+        let mut reading = mcap::read(bytes, options.resample)?;
         reading.content.title.clone_from(&options.title);
         return Ok(Reading {
             content: Content::Plan(reading.content),
@@ -39,9 +39,15 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
     let mut reading = match text.trim_start() {
         "" => return Err(Problem::of_file("there are no points in it")),
-        json if json.starts_with('{') => json::read(bytes)?,
-        _ if strokes::is_one(text) => strokes::read(text)?,
-        _ => csv::read(text)?,
+        json if json.starts_with('{') => {
+            only_recordings(options.resample)?;
+            json::read(bytes)?
+        }
+        _ if strokes::is_one(text) => {
+            only_recordings(options.resample)?;
+            strokes::read(text)?
+        }
+        _ => csv::read(text, options.resample)?,
     };
     reading.content.title.clone_from(&options.title);
     Ok(Reading {

@@ -7,6 +7,7 @@ use magician::commands::CpParams;
 use magician_motion::{Pose, Speeds};
 use magician_protocol::Flag;
 
+use crate::simplify::kept_where;
 use crate::trail::{HELD, LONGEST};
 use crate::{Action, NoteCode, Origin, Plan, Problem, Reading, Travel};
 
@@ -37,8 +38,9 @@ pub(super) struct Seen {
     pub(super) origin: Origin,
 }
 
-/// The program that repeats it: to where it begins, and along it.
-pub(super) fn plan(rows: &[Seen]) -> Result<Reading<Plan>, Problem> {
+/// The program that repeats it: to where it begins, and along it. Rows that are nearer than `resample` to where the tool is at
+/// their time without them are left out: between those that stay it goes straight, at an even speed.
+pub(super) fn plan(rows: &[Seen], resample: Option<f64>) -> Result<Reading<Plan>, Problem> {
     let mut last = f64::NEG_INFINITY;
     for row in rows {
         if row.t < last {
@@ -51,7 +53,11 @@ pub(super) fn plan(rows: &[Seen]) -> Result<Reading<Plan>, Problem> {
         return Err(Problem::of_file("there are no rows in the recording"));
     };
     let period = period(rows);
-    let even = evenly(rows, period)?;
+    let thinned = resample.map(|nearer| thinned(rows, nearer));
+    let even = match &thinned {
+        Some(rows) => evenly(rows, period, Between::Straight)?,
+        None => evenly(rows, period, Between::Smooth)?,
+    };
     let mut replay = Replay::at(first, period * (1.0 - lag(&even, period)));
     let mut at = 0;
     while at + 1 < even.len() {
@@ -73,6 +79,13 @@ pub(super) fn plan(rows: &[Seen]) -> Result<Reading<Plan>, Problem> {
         end.t - first.t
     );
     let mut notes = vec![Problem::of_file(what).coded(NoteCode::Assumed)];
+    if let (Some(nearer), Some(thinned)) = (resample, &thinned) {
+        let (left_out, all) = (rows.len() - thinned.len(), rows.len());
+        let what = format!(
+            "{left_out} of {all} points are left out: they are nearer than {nearer} mm to the line"
+        );
+        notes.push(Problem::of_file(what).coded(NoteCode::LeftOut));
+    }
     if replay.turned > HELD {
         let what = format!(
             "J4 turns by up to {:.0} degrees during a motion; a continuous path cannot turn it, so it turns at the end of the motion",
@@ -103,9 +116,31 @@ fn step(pair: &[Seen]) -> Option<f64> {
     }
 }
 
-/// The rows after each period. Between those that were seen every coordinate goes on smoothly, and not beyond them: by the cubic
-/// of Fritsch and Carlson.
-fn evenly(rows: &[Seen], period: f64) -> Result<Vec<Seen>, Problem> {
+/// How the tool goes from one row to the next.
+#[derive(Clone, Copy)]
+enum Between {
+    /// Every coordinate goes on smoothly, and not beyond the rows: by the cubic of Fritsch and Carlson.
+    Smooth,
+    /// Straight, at an even speed.
+    Straight,
+}
+
+/// The rows without which the tool is nowhere farther than this from where it was seen at the time. By the line alone a rest on it
+/// would be lost.
+fn thinned(rows: &[Seen], nearer: f64) -> Vec<Seen> {
+    let off = |row: Seen, from: Seen, to: Seen| {
+        let straight = from.straight(&to);
+        let there = from.towards(&to, [&straight, &straight], row.t);
+        let turned = (there.pose[3] - row.pose[3]).abs();
+        there.apart(&row).max(turned)
+    };
+    let stays = kept_where(rows, nearer, off);
+    let kept = rows.iter().zip(stays).filter(|(_, stays)| *stays);
+    kept.map(|(row, _)| *row).collect()
+}
+
+/// The rows after each period.
+fn evenly(rows: &[Seen], period: f64, between: Between) -> Result<Vec<Seen>, Problem> {
     // Of two rows at the same time the first counts.
     let mut rows = rows.to_vec();
     rows.dedup_by(|later, earlier| later.t <= earlier.t);
@@ -127,9 +162,13 @@ fn evenly(rows: &[Seen], period: f64) -> Result<Vec<Seen>, Problem> {
         }
         let ends = [at, at + 1].map(|nth| rows.get(nth).zip(slopes.get(nth)));
         match ends {
-            [Some((before, leaving)), Some((after, arriving))] => {
-                before.towards(after, [leaving, arriving], t)
-            }
+            [Some((before, leaving)), Some((after, arriving))] => match between {
+                Between::Smooth => before.towards(after, [leaving, arriving], t),
+                Between::Straight => {
+                    let straight = before.straight(after);
+                    before.towards(after, [&straight, &straight], t)
+                }
+            },
             _ => Seen { t, ..*last },
         }
     });
@@ -179,10 +218,23 @@ impl Seen {
         Pose::from(self.pose).distance_to(&Pose::from(other.pose))
     }
 
+    /// How fast each coordinate changes on the straight way to a later row.
+    fn straight(&self, later: &Self) -> [f64; 4] {
+        let step = later.t - self.t;
+        [0, 1, 2, 3].map(|axis| match step > 0.0 {
+            true => (later.pose[axis] - self.pose[axis]) / step,
+            false => 0.0,
+        })
+    }
+
     /// Between this row and a later one, with the speeds at both.
     fn towards(&self, later: &Self, [leaving, arriving]: [&[f64; 4]; 2], t: f64) -> Self {
         let step = later.t - self.t;
-        let share = ((t - self.t) / step).clamp(0.0, 1.0);
+        // Rows at the same time have no way between them.
+        let share = match step > 0.0 {
+            true => ((t - self.t) / step).clamp(0.0, 1.0),
+            false => 0.0,
+        };
         let (square, cube) = (share * share, share * share * share);
         let pose = [0, 1, 2, 3].map(|axis| {
             let (from, to) = (self.pose[axis], later.pose[axis]);
