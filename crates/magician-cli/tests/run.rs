@@ -14,6 +14,15 @@ fn sample(name: &str) -> String {
     path.to_str().expect("UTF-8").to_owned()
 }
 
+/// The value that a message says behind a flag.
+fn said_after<T: std::str::FromStr>(flag: &str, text: &str) -> T {
+    let rest = text.split_once(flag);
+    let (_, rest) = rest.unwrap_or_else(|| panic!("{flag}: {text}"));
+    let said = rest.split_whitespace().next().unwrap_or_default();
+    let said = said.trim_end_matches([',', ';', '.']).parse();
+    said.unwrap_or_else(|_| panic!("{flag}: {text}"))
+}
+
 /// A directory for what is written.
 struct Place(tempfile::TempDir);
 
@@ -174,11 +183,20 @@ fn complaints_have_their_place_in_the_file() {
     assert!(number(&complaint["value"]) > number(&complaint["limit"]));
     assert_eq!(complaint["beyond"], 71.0);
     let scale = number(&object["would_fit"]["scale"]);
-    let scaled = |scale: f64| {
-        let scale = format!("{scale:.3}");
-        run(&["run", &file, "--check", "--scale", &scale]).status
+    let turn = number(&object["would_fit"]["rotate"]);
+    let scaled = |turn: f64, scale: f64| {
+        let (turn, scale) = (turn.to_string(), format!("{scale:.3}"));
+        run(&[
+            "run", &file, "--check", "--rotate", &turn, "--scale", &scale,
+        ])
+        .status
     };
-    assert_eq!((scaled(scale), scaled(scale + 0.002)), (0, 10), "{scale}");
+    assert_eq!((turn, scaled(turn, scale)), (90.0, 0), "{object}");
+    // As it lies the hint names the largest.
+    let straight: f64 = said_after("--scale ", &run(&["run", &file, "--check"]).err);
+    assert!(straight < scale, "{straight} {scale}");
+    let scaled = [straight, straight + 0.002].map(|scale| scaled(0.0, scale));
+    assert_eq!(scaled, [0, 10], "{straight}");
     let refused = run(&["--port", "sim", "run", &file, "--json"]);
     assert_eq!((refused.status, refused.out.as_str()), (3, ""));
     assert_eq!(refused.error()["kind"], "unreachable");
@@ -981,4 +999,57 @@ fn a_recording_runs_like_any_file_and_takes_as_long() {
         let check = run(&["run", &cut, "--check"]);
         assert!([0, 3].contains(&check.status), "{share} {}", check.err);
     }
+}
+
+/// What a refusal says would do, does.
+#[test]
+fn where_another_place_or_turn_would_do_the_refusal_names_it() {
+    let dir = tempfile::tempdir().expect("directory");
+    let write = |name: &str, text: &str| {
+        let path = dir.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        path.to_str().expect("UTF-8").to_owned()
+    };
+    let svg = |width: u32, height: u32| {
+        format!(
+            "<svg xmlns='http://www.w3.org/2000/svg' width='{width}mm' height='{height}mm' viewBox='0 0 {width} {height}' \
+             stroke='black' fill='none'><path d='M0 0H{width}V{height}H0Z'/></svg>"
+        )
+    };
+    let small = write("small.svg", &svg(60, 40));
+    let points = write(
+        "points.csv",
+        "x,y,z\n300,0,0\n360,0,0\n360,40,0\n300,40,0\n",
+    );
+    let steps = r#"{"format":"magician-plan","version":1,"title":"a","tool":"pen","steps":[
+        {"move":[300,0,0,0],"by":"line"},{"path":[360,0,0]},{"path":[360,60,0]},{"path":[300,60,0]}]}"#;
+    let plan = write("a.plan.json", steps);
+    for base in [
+        &["draw", &small, "--at", "330,0"][..],
+        &["run", &points],
+        &["run", &plan],
+        &["run", &plan, "--at", "330,0"],
+    ] {
+        let refused = run(&[base, &["--check"]].concat());
+        assert_eq!(refused.status, 10, "{base:?}: {refused:?}");
+        let at = said_after::<String>("--at ", &refused.err);
+        let asked = base
+            .iter()
+            .copied()
+            .filter(|word| *word != "--at" && *word != "330,0");
+        let passes: Vec<&str> = asked.chain(["--at", &at, "--check"]).collect();
+        let passes = run(&passes);
+        assert_eq!(passes.status, 0, "{base:?} {at}: {passes:?}");
+    }
+    // Wide, where there is room for what is high.
+    let wide = write("wide.csv", "x,y,z\n130,0,0\n330,0,0\n");
+    let refused = run(&["run", &wide, "--check"]);
+    assert_eq!(refused.status, 10, "{refused:?}");
+    let turn: String = said_after("--rotate ", &refused.err);
+    let passes = run(&["run", &wide, "--rotate", &turn, "--check"]);
+    assert_eq!(passes.status, 0, "{turn}: {passes:?}");
+    let refused = run(&["run", &wide, "--check", "--json"]);
+    let answer: Value =
+        serde_json::from_str(refused.out.lines().next().unwrap_or_default()).expect("JSON");
+    assert_eq!(answer["would_fit"]["rotate"], 90.0, "{answer}");
 }

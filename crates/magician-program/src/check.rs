@@ -16,7 +16,7 @@ use beyond::beyond;
 pub(crate) use beyond::reaches;
 use pen::Pen;
 use way::{corners, length, point};
-pub use would_fit::would_fit;
+pub use would_fit::{would_do_at, would_fit, would_fit_turned};
 
 /// As many complaints are kept; the others are counted.
 const MOST_COMPLAINTS: usize = 100;

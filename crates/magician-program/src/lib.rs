@@ -44,7 +44,7 @@ mod trail;
 
 pub use artwork::{Artwork, Stroke, WouldFit};
 pub use calibrate::Tip;
-pub use check::{Complaint, Report, check, would_fit};
+pub use check::{Complaint, Report, check, would_do_at, would_fit, would_fit_turned};
 pub use ending::Ending;
 pub use formats::{Content, Fills, Format, ReadOptions, Reading, White, read};
 pub use origin::{Lines, Origin};

@@ -475,8 +475,27 @@ fn extent(plan: &Plan) -> Option<[[f64; 3]; 2]> {
 
 /// Brought where all of it is reached, and made smaller if that is wanted and need be: how much.
 fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Problem> {
-    let Some([least, most]) = extent(&plan) else {
+    let Some(Placement { scale, offset }) = place_of(&plan, fit)? else {
         return Ok((plan, 1.0));
+    };
+    let [x, y] = offset;
+    let scaled = match scale {
+        1.0 => plan,
+        scale => plan.scaled_xy(scale, [0.0, 0.0])?,
+    };
+    Ok((scaled.moved([x, y, 0.0])?, scale))
+}
+
+/// By how much a plan would have to be moved for all of it to be reached as it is.
+pub(crate) fn offset_within_reach(plan: &Plan) -> Option<[f64; 2]> {
+    let place = place_of(plan, Fit::TrueSize).ok()??;
+    Some(place.offset)
+}
+
+/// The best place for all the places to which a plan leads; none if it leads nowhere.
+fn place_of(plan: &Plan, fit: Fit) -> Result<Option<Placement>, Problem> {
+    let Some([least, most]) = extent(plan) else {
+        return Ok(None);
     };
     let tool = plan.tool.map_or(UNSAID, Tool::bias);
     let reach = Reach::new(tool, Surface::level(least[2]), most[2] - least[2]);
@@ -486,13 +505,7 @@ fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Problem> {
         .filter_map(|step| step.action.target())
         .map(|[x, y, _]| [f64::from(x), f64::from(y)])
         .collect();
-    let Placement { scale, offset } = reach.best_place(&points, fit)?;
-    let [x, y] = offset;
-    let scaled = match scale {
-        1.0 => plan,
-        scale => plan.scaled_xy(scale, [0.0, 0.0])?,
-    };
-    Ok((scaled.moved([x, y, 0.0])?, scale))
+    reach.best_place(&points, fit).map(Some)
 }
 
 /// Where the middle of an image goes, and how it is turned there, as far as that was said: on a sheet its lower left corner

@@ -8,7 +8,7 @@ mod place;
 pub use mark::Marking;
 pub use order::{Order, Saving};
 pub use place::{Layout, Placed, Sheet, WouldFit};
-pub(crate) use place::{Misfit, rotated};
+pub(crate) use place::{Misfit, rotated, rounded};
 
 use crate::Origin;
 

@@ -340,6 +340,9 @@ impl<'a> Placer<'a> {
     /// Why it does not fit, and what would.
     fn misfit(&self, most: Option<f64>, [near, far]: [f64; 2]) -> Misfit {
         let turned = self.turned_by_90();
+        let elsewhere = self
+            .elsewhere()
+            .map(|[x, y]| format!("--at {x},{y} would do"));
         let size = |scale: f64| {
             let [width, height] = self.size.map(|side| scale * side);
             format!("{width:.0} by {height:.0} mm")
@@ -356,8 +359,9 @@ impl<'a> Placer<'a> {
             };
             let would_fit = turned.map(|scale| WouldFit::new(scale, self.layout.rotate + 90.0));
             return Misfit {
-                problem: Problem::of_file(message)
-                    .help("place it elsewhere, with --at X,Y for one"),
+                problem: Problem::of_file(message).help(
+                    elsewhere.unwrap_or("place it elsewhere, with --at X,Y for one".to_owned()),
+                ),
                 would_fit: would_fit.filter(WouldFit::is_any),
             };
         };
@@ -369,6 +373,9 @@ impl<'a> Placer<'a> {
         let message = format!("the drawing is {own}, {}", place.replace("{}", &size(most)));
         let mut would_fit = WouldFit::new(most, self.layout.rotate);
         let mut help = format!("--fit shrinks it, --scale {} would do", would_fit.scale);
+        if let Some(elsewhere) = elsewhere {
+            help += &format!(", {elsewhere} in this size");
+        }
         if let Some(other) = turned.filter(|other| *other > most * 1.001) {
             let rotate = self.layout.rotate + 90.0;
             would_fit = WouldFit::new(other, rotate);
@@ -378,6 +385,19 @@ impl<'a> Placer<'a> {
             problem: Problem::new(self.worst(), message).help(help),
             would_fit: Some(would_fit).filter(WouldFit::is_any),
         }
+    }
+
+    /// Another place where it would fit in this size and turn; where none was said every place was tried.
+    fn elsewhere(&self) -> Option<[f64; 2]> {
+        if (self.layout.at, self.layout.sheet) == (None, None) {
+            return None;
+        }
+        let wanted = self.layout.scale;
+        let corners = self.hull.iter();
+        let corners: Vec<_> = corners.map(|corner| corner.map(|at| wanted * at)).collect();
+        let place = self.reach.best_place(&corners, Fit::TrueSize).ok()?;
+        let at = place.offset.map(rounded);
+        self.is_within(at, wanted).then_some(at)
     }
 
     /// The largest size that would fit if it were turned.
@@ -402,6 +422,12 @@ impl<'a> Placer<'a> {
         let first = lines.find(|(points, _)| beyond(points));
         first.map_or(Origin::NONE, |(_, stroke)| stroke.origin)
     }
+}
+
+/// A coordinate as it is told and can be said again.
+pub(crate) fn rounded(at: f64) -> f64 {
+    // Without a minus before a zero.
+    (at * 10.0).round() / 10.0 + 0.0
 }
 
 /// A point turned counter-clockwise about the origin.

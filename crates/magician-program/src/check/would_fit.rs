@@ -1,10 +1,10 @@
-//! The size in which a plan would be within reach where it lies.
+//! In which size, or where, a plan would be within reach that is not.
 
 use magician::Geometry;
 use magician::words::Preflight;
 
 use super::{check, reaches};
-use crate::artwork::WouldFit;
+use crate::artwork::{WouldFit, rounded};
 use crate::reach::bisect;
 use crate::{Plan, Tool};
 
@@ -13,6 +13,39 @@ const HALVINGS: usize = 12;
 /// What does not pass the check is made smaller by this share at a time, so often.
 const SHRINK: f64 = 0.98;
 const SHRINKING: usize = 8;
+/// The other way to lay a sheet, deg.
+const QUARTER: f64 = 90.0;
+/// Turned is better if it is larger by this share.
+const LARGER: f64 = 1.001;
+
+/// The same turned by another 90 degrees, if it may be larger so than as it lies, where `straight` is its largest size.
+#[must_use]
+pub fn would_fit_turned(
+    plan: &Plan,
+    start: &Preflight,
+    (scale, rotate): (f64, f64),
+    straight: Option<WouldFit>,
+) -> Option<WouldFit> {
+    let [x, y, _] = crate::setup::middle(plan);
+    let turned = plan.rotated(QUARTER, [x, y]).ok()?;
+    let rotate = rotate + QUARTER;
+    let would_fit = match check(&turned, start).is_good() {
+        true => Some(WouldFit::new(scale, rotate)),
+        false => would_fit(&turned, start, scale, rotate),
+    };
+    let least = straight.map_or(0.0, |straight| LARGER * straight.scale);
+    would_fit.filter(|would_fit| would_fit.scale > least)
+}
+
+/// The middle of what it draws, where the check passes a plan in its size and turn that it refuses where it lies.
+#[must_use]
+pub fn would_do_at(plan: &Plan, start: &Preflight) -> Option<[f64; 2]> {
+    let [x, y, _] = crate::setup::middle(plan);
+    let [dx, dy] = crate::setup::offset_within_reach(plan)?;
+    let at = [x + dx, y + dy].map(rounded);
+    let moved = plan.moved([at[0] - x, at[1] - y, 0.0]).ok()?;
+    check(&moved, start).is_good().then_some(at)
+}
 
 /// The largest size in which the check passes a plan that it refuses, scaled about its middle. The plan has this scale and turn
 /// by now.

@@ -151,8 +151,8 @@ impl Drive<'_> {
         let rest = rest.map_err(|problem| self.made.source.failure(&problem))?;
         let report = rest.check();
         if !report.is_good() {
-            let would_fit = self.made.would_fit(&rest);
-            return Err(report::failure(self.made, &report, false, would_fit));
+            let way_out = self.made.way_out(&rest);
+            return Err(report::failure(self.made, &report, false, way_out));
         }
         self.made.ending.check(&rest)?;
         let ahead = Ahead {

@@ -1,7 +1,9 @@
 //! What a check has found, for people and for programs.
 
 use magician::ErrorKind;
-use magician_program::{Complaint, Format, Problem, Report, Rest, WouldFit, would_fit};
+use magician_program::{
+    Complaint, Format, Problem, Report, Rest, WouldFit, would_do_at, would_fit, would_fit_turned,
+};
 use miette::Severity;
 use serde::Serialize;
 
@@ -182,34 +184,71 @@ fn figures(error: &magician::Error) -> Figures {
     }
 }
 
+/// What a person can do about a file that is out of reach where it lies.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct WayOut {
+    /// In which size it would fit there,
+    straight: Option<WouldFit>,
+    /// and turned, if it may be larger then.
+    turned: Option<WouldFit>,
+    /// Where it would fit in its size and turn.
+    at: Option<[f64; 2]>,
+}
+
+impl WayOut {
+    /// In which size and turn it would fit there: the largest there is.
+    pub(super) fn would_fit(&self) -> Option<WouldFit> {
+        self.turned.or(self.straight)
+    }
+}
+
 impl Made {
-    /// In which size it would fit where it lies.
-    pub(super) fn would_fit(&self, rest: &Rest) -> Option<WouldFit> {
+    /// What would do for the rest of it, which is refused.
+    pub(super) fn way_out(&self, rest: &Rest) -> WayOut {
         let placing = &self.setup.placing;
-        match self.misfit.is_some() || placing.fit {
-            true => self.would_fit,
-            false => would_fit(rest.first(), rest.start(), placing.scale, placing.rotate),
+        if self.misfit.is_some() || placing.fit {
+            // The misfit says it itself.
+            return WayOut {
+                straight: self.would_fit,
+                ..WayOut::default()
+            };
+        }
+        let (plan, start) = (rest.first(), rest.start());
+        // G-code in the arm's coordinates would be laid on a surface as well, with its Z.
+        let moves = self.format != Format::Gcode || self.setup.places();
+        let lies = (placing.scale, placing.rotate);
+        let straight = would_fit(plan, start, lies.0, lies.1);
+        WayOut {
+            straight,
+            turned: would_fit_turned(plan, start, lies, straight),
+            at: moves.then(|| would_do_at(plan, start)).flatten(),
         }
     }
 
-    /// What a person can do about steps that are refused where they lie; a misfit says it itself.
-    fn way_out(&self, would_fit: Option<WouldFit>) -> Option<String> {
-        let WouldFit { scale, .. } = would_fit.filter(|_| self.misfit.is_none())?;
-        Some(format!(
-            "--scale {scale} would fit there; --fit chooses place and size"
-        ))
+    /// What a person is told of it; a misfit says it itself.
+    fn told(&self, way_out: WayOut) -> Option<String> {
+        if self.misfit.is_some() {
+            return None;
+        }
+        let at = (way_out.at).map(|[x, y]| format!("--at {x},{y} would do in this size"));
+        let size = |would_fit: WouldFit| format!("--scale {} would fit there", would_fit.scale);
+        let straight = way_out.straight.map(size);
+        let turned = way_out.turned.map(|turned| {
+            let WouldFit { scale, rotate, .. } = turned;
+            match scale < self.setup.placing.scale {
+                true => format!("--rotate {rotate} --scale {scale} too"),
+                false => format!("--rotate {rotate} would do in this size"),
+            }
+        });
+        let ways: Vec<String> = straight.into_iter().chain(turned).chain(at).collect();
+        (!ways.is_empty()).then(|| format!("{}; --fit chooses place and size", ways.join("; ")))
     }
 }
 
 /// Why it is refused, as a failure: that it does not fit and the first complaints, drawn for people, the first of all for
 /// programs. Of kind `check` if it was only looked at.
-pub(super) fn failure(
-    made: &Made,
-    report: &Report,
-    check: bool,
-    would_fit: Option<WouldFit>,
-) -> Failure {
-    let way_out = made.way_out(would_fit);
+pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut) -> Failure {
+    let way_out = made.told(way_out);
     let source = &made.source;
     let problem = |complaint: &Complaint| Problem {
         message: sentence(made, report, complaint),

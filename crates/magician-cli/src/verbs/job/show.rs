@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 
 use super::drive::{Done, End};
 use super::options::Look;
-use super::report::{Estimate, Refusal, SHOWN, failure};
+use super::report::{Estimate, Refusal, SHOWN, WayOut, failure};
 use super::tell::clock;
 use super::{Made, Note, notes};
 use crate::context::Context;
@@ -83,14 +83,14 @@ impl Shown<'_> {
         notes(source, &warnings, context);
         let parks = self.made.ending.check(&rest);
         let is_good = report.is_good() && self.made.misfit.is_none();
-        let would_fit = match is_good {
-            true => None,
-            false => self.made.would_fit(&rest),
+        let way_out = match is_good {
+            true => WayOut::default(),
+            false => self.made.way_out(&rest),
         };
         let answer = Answer {
             ok: self.look.check.then_some(is_good && parks.is_ok()),
             refused: self.look.check.then_some(report.refused),
-            would_fit: (self.look.check && !is_good).then_some(would_fit),
+            would_fit: (self.look.check && !is_good).then_some(way_out.would_fit()),
             ..self.answer(&report, &warnings)
         };
         context.show(&answer, |out| self.lines(&answer, out))?;
@@ -102,7 +102,7 @@ impl Shown<'_> {
                 }
                 failure
             }),
-            false => Err(failure(self.made, &report, self.look.checks(), would_fit)),
+            false => Err(failure(self.made, &report, self.look.checks(), way_out)),
         }
     }
 
