@@ -67,11 +67,11 @@ impl Plan {
     /// A [`Problem`] if there is no such step, a step before it cannot be done, nobody knows where it begins (behind a
     /// homing to a point that is not known, say), or the arm cannot get there.
     pub fn from_step(&self, step: usize, start: &Preflight) -> Result<Continuation, Problem> {
-        self.from_within(step, None, start)
+        self.continued(step, None, start)
     }
 
     /// As [`from_step`](Self::from_step); the step itself, if it leads straight on through this place, goes on from there.
-    pub(crate) fn from_within(
+    pub(crate) fn continued(
         &self,
         step: usize,
         at: Option<[f64; 3]>,

@@ -55,7 +55,7 @@ impl Rest {
         let (done, step) = (from / round, from % round);
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
             0 if at.is_none() => Arc::clone(&program.plan),
-            step => Arc::new(program.plan.from_within(step, at, &told)?.plan),
+            step => Arc::new(program.plan.continued(step, at, &told)?.plan),
         };
         let added = match step {
             0 if at.is_none() => 0,
