@@ -184,11 +184,8 @@ impl Stream {
             self.pace(now);
             return;
         }
-        let complete = match self.group {
-            Some(left) => left == 0,
-            None => self.blocked(),
-        };
-        match complete {
+        // What may go has gone: where there is no group to complete, nothing can be added to what is in.
+        match self.group.is_none_or(|left| left == 0) {
             true => {
                 self.group = None;
                 self.phase = Phase::Start;
@@ -209,14 +206,6 @@ impl Stream {
         } else {
             self.pace(now);
         }
-    }
-
-    /// Whether nothing can be added to what is in the stopped queue.
-    fn blocked(&self) -> bool {
-        let next = self.next().and_then(|next| self.entries.get(next));
-        next.is_none_or(|next| {
-            self.is_held(next) || self.credit() == 0 || !self.within_horizon(next)
-        })
     }
 
     /// Whether commands go in while the arm runs.

@@ -283,6 +283,8 @@ impl Stream {
         let waiting = self.waiting().count();
         self.found = 0;
         self.events.push(StreamEvent::Resumed { found, waiting });
+        // Those that were found may have been the last.
+        self.tell_progress();
     }
 
     /// Where the arm stands after the command of this index, when that is known.

@@ -1,7 +1,9 @@
 //! What a network may double.
 
-use super::rig::{START, burnt, increment, jump, laser, segment, wait};
+use super::rig::{Rig, SECOND, START, burnt, increment, jump, laser, path, segment, wait};
+use crate::connection::Settings;
 use crate::stream::item::Entry;
+use crate::stream::{Stream, StreamSettings};
 
 #[test]
 fn only_what_leads_to_a_place_of_its_own_bears_doubling() {
@@ -25,4 +27,25 @@ fn only_what_leads_to_a_place_of_its_own_bears_doubling() {
     }
     // What sets something is no motion, but a dark one under a laser that is lit burns.
     assert!(!Entry::new(segment(there, 1000), true).bears_doubling());
+}
+
+#[test]
+fn what_is_left_over_stands_in_the_order_of_its_indices_also_after_a_doubled_command() {
+    for taken in [1, 2, 7] {
+        let program = path(taken, 1.5, SECOND / 4);
+        let settings = StreamSettings {
+            start: false,
+            ..StreamSettings::default()
+        };
+        let mut rig = Rig::new(Settings::ORDERED, settings, &program);
+        while rig.told < taken as u64 {
+            rig.turn(SECOND);
+        }
+        let next = rig.stream.last_index().unwrap() + 1;
+        assert!(rig.stream.doubled(next, next));
+        let stream = std::mem::replace(&mut rig.stream, Stream::new(settings));
+        let leftover = stream.leftover();
+        let indices: Vec<_> = leftover.items().map(|(index, _)| index).collect();
+        assert_eq!(indices, (1..=next).map(Some).collect::<Vec<_>>());
+    }
 }

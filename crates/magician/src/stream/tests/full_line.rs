@@ -115,6 +115,8 @@ struct Host {
     starved: u64,
     /// Bytes of readings sent.
     polled: usize,
+    /// Readings of left space among them.
+    left: u64,
 }
 
 impl Host {
@@ -137,6 +139,7 @@ impl Host {
         while let Some(frame) = self.connection.poll_transmit(now) {
             let poll = frame.frame().ctrl() == Ctrl::GET;
             self.polled += frame.bytes().len() * usize::from(poll);
+            self.left += u64::from(frame.frame().id() == QueuedCmdLeftSpace::ROW.id);
             to_arm.put(now, frame);
         }
         while let Some(event) = self.stream.poll_event() {
@@ -170,18 +173,28 @@ fn segment(count: u64, time: Micros) -> Item {
     }
 }
 
-/// Sends so many segments of `each` us, with a host that does nothing for `pause` us once a second. How long the arm had
-/// no work in between, how often the stream said so, and the share of
-/// the line that readings took.
-fn draw(count: u64, each: Micros, pause: Micros) -> (Micros, u64, f64) {
+/// How a drawing went.
+struct Drawn {
+    /// How long the arm had no work in between, us.
+    dry: Micros,
+    /// How often the stream said so.
+    starved: u64,
+    /// The share of the line that readings took.
+    polls: f64,
+    /// How often left space was read in a second.
+    left: f64,
+}
+
+/// Sends so many segments of `each` us in this window, with a host that does nothing for `pause` us once a second.
+fn draw(window: usize, count: u64, each: Micros, pause: Micros) -> Drawn {
     let settings = Settings {
-        window: 4,
+        window,
         ..Settings::ORDERED
     };
     let mut host = Host {
         connection: Connection::new(settings),
         stream: Stream::new(StreamSettings {
-            window: 4,
+            window,
             ..StreamSettings::default()
         }),
         count,
@@ -189,6 +202,7 @@ fn draw(count: u64, each: Micros, pause: Micros) -> (Micros, u64, f64) {
         time: each,
         starved: 0,
         polled: 0,
+        left: 0,
     };
     let mut arm = Arm {
         each,
@@ -213,14 +227,23 @@ fn draw(count: u64, each: Micros, pause: Micros) -> (Micros, u64, f64) {
         }
     }
     assert_eq!(arm.given, count);
-    let share = host.polled as f64 * 1e7 / 115_200.0 / now as f64;
-    (arm.dry, host.starved, share)
+    Drawn {
+        dry: arm.dry,
+        starved: host.starved,
+        polls: host.polled as f64 * 1e7 / 115_200.0 / now as f64,
+        left: host.left as f64 * 1e6 / now as f64,
+    }
 }
 
 #[test]
 fn short_segments_keep_coming_although_the_host_pauses() {
     for (rate, pause) in [(450, 10_000), (200, 50_000)] {
-        let (dry, starved, polls) = draw(60 * rate, SECOND / rate, pause);
+        let Drawn {
+            dry,
+            starved,
+            polls,
+            ..
+        } = draw(4, 60 * rate, SECOND / rate, pause);
         println!("{rate}/s: dry for {dry} us, starved {starved} times, readings {polls:.3}");
         assert_eq!((dry, starved), (0, 0), "{rate}/s");
         assert!(polls < 0.06, "{polls}");
@@ -229,7 +252,19 @@ fn short_segments_keep_coming_although_the_host_pauses() {
 
 #[test]
 fn an_arm_that_is_faster_than_the_line_runs_dry_and_it_is_said() {
-    let (dry, starved, _) = draw(2_000, SECOND / 1_000, 0);
-    assert!(dry > 0);
-    assert!(starved > 0);
+    let drawn = draw(4, 2_000, SECOND / 1_000, 0);
+    assert!(drawn.dry > 0);
+    assert!(drawn.starved > 0);
+}
+
+#[test]
+fn readings_leave_a_full_line_to_the_commands() {
+    // There is always room, and every reading takes the place of a command. In a window they are of use to the connection.
+    let drawn = draw(1, 4_000, SECOND / 1_000, 0);
+    println!(
+        "readings {:.4}, left space {:.2}/s",
+        drawn.polls, drawn.left
+    );
+    assert!(drawn.polls < 0.006, "{}", drawn.polls);
+    assert!(drawn.left < 1.1, "{}", drawn.left);
 }

@@ -4,6 +4,7 @@ mod doubled;
 mod flow;
 mod full_line;
 mod laser;
+mod others;
 mod recovery;
 mod resuming;
 mod rig;

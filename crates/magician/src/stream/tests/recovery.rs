@@ -1,9 +1,11 @@
+use magician_protocol::commands::QueuedCmdStartExec;
 use magician_protocol::{Ctrl, FrameBuf};
 use magician_sim::LinkId;
 
 use super::rig::{Rig, SECOND, START, increment, path, segment, wait};
-use crate::connection::{Failure, Settings};
+use crate::connection::{Failure, Request, Settings};
 use crate::pair::{Dice, Faults};
+use crate::stream::drive::Phase;
 use crate::stream::line::off;
 use crate::stream::{Item, STRAIGHT, StreamEvent, StreamFailure, StreamSettings};
 
@@ -92,6 +94,7 @@ fn a_loss_between_others_leaves_the_line() {
         rig.run(120 * SECOND).unwrap();
         same_line(&rig.done(&program), &program);
         assert_eq!(recoveries(&rig), 1, "{request} {after}");
+        assert_eq!(rig.told, program.len() as u64);
     }
 }
 
@@ -273,6 +276,32 @@ fn a_line_that_breaks_at_any_instant_of_a_path_is_gone_on_from() {
         turns += 9;
     }
     assert!(turns > 200, "{turns}");
+}
+
+#[test]
+fn an_arm_that_is_reset_while_its_queue_drains_gets_no_more_of_the_program() {
+    let program = quick();
+    let mut rig = four(&program);
+    // It has done something, so that it can count lower; and it stands where it stands after a reset.
+    let start = Request::set(&QueuedCmdStartExec {}).unwrap();
+    rig.pair.ask(start, SECOND).unwrap();
+    let wait = Request::raw(110, Ctrl::QUEUED, &[10, 0, 0, 0]).unwrap();
+    rig.pair.ask(wait, SECOND).unwrap();
+    rig.pair.run_until(SECOND);
+    rig.pair.accepted.clear();
+    while rig.pair.accepted.len() < 10 || rig.stream.flying() < 4 {
+        rig.turn(60 * SECOND);
+    }
+    rig.pair.lose_next_request();
+    while !matches!(rig.stream.phase, Phase::Drain { .. }) {
+        rig.turn(60 * SECOND);
+    }
+    rig.pair.power_cycle();
+    let heard = rig.pair.heard.len();
+    let failure = rig.run(60 * SECOND).unwrap_err();
+    assert!(matches!(failure, StreamFailure::Reset { .. }), "{failure}");
+    let sets = |frame: &FrameBuf| frame.frame().ctrl().write();
+    assert!(!rig.pair.heard[heard..].iter().any(sets));
 }
 
 #[test]

@@ -45,6 +45,7 @@ fn a_program_interrupted_at_any_instant_goes_on_with_every_command_once_and_in_o
         match outcome {
             Ok(()) => {
                 assert_eq!(done, all, "turn {turn}");
+                assert_eq!(rig.told, program.len() as u64, "turn {turn}");
                 whole += 1;
             }
             Err(failure) => println!("turn {turn}: {failure}"),

@@ -23,6 +23,8 @@ pub(super) struct Rig {
     /// What the caller still has to offer.
     pub(super) feed: VecDeque<Item>,
     pub(super) events: Vec<StreamEvent>,
+    /// How many commands of the program the controller has taken, as was told last.
+    pub(super) told: u64,
     /// Indices in the order in which the arm began them.
     pub(super) started: Vec<u64>,
 }
@@ -35,6 +37,7 @@ impl Rig {
             settings,
             feed: program.iter().copied().collect(),
             events: Vec::new(),
+            told: 0,
             started: Vec::new(),
         }
     }
@@ -53,7 +56,7 @@ impl Rig {
         self.advance();
     }
 
-    fn advance(&mut self) {
+    pub(super) fn advance(&mut self) {
         while self.stream.room() > 0
             && let Some(item) = self.feed.pop_front()
         {
@@ -64,6 +67,9 @@ impl Rig {
         }
         self.stream.advance(self.pair.now, &mut self.pair.host);
         while let Some(event) = self.stream.poll_event() {
+            if let StreamEvent::Sent { accepted, .. } = event {
+                self.told = accepted;
+            }
             self.events.push(event);
         }
     }
