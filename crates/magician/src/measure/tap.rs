@@ -103,6 +103,10 @@ impl Transport for Tap {
         Poll::Ready(Ok(count))
     }
 
+    fn ask(&mut self) {
+        self.inner.ask();
+    }
+
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         let count = ready!(self.inner.poll_write(cx, bytes))?;
         self.wrote(bytes.get(..count).unwrap_or_default());

@@ -22,6 +22,11 @@ pub(crate) struct Away {
 }
 
 impl Away {
+    /// The next look asks the system, as if nobody had looked for a while.
+    pub(crate) fn ask(&mut self) {
+        self.asks = true;
+    }
+
     /// What a look at the line finds: what the reactor `told`, or else what `ask` reads from the system without waiting,
     /// `None` when there is nothing.
     pub(crate) fn look(

@@ -232,6 +232,10 @@ impl Transport for Faulty {
         Poll::Ready(Ok(count))
     }
 
+    fn ask(&mut self) {
+        self.inner.ask();
+    }
+
     /// Takes everything at once. The timer is left to [`poll_read`](Transport::poll_read), because
     /// a last write may come when the runtime has gone.
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {

@@ -44,6 +44,9 @@ pub(crate) trait Transport: Send {
     /// reactor (`away.rs`): read until it is pending before you act on a timeout.
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>>;
 
+    /// The next look at the line asks the system and not only the reactor, whoever looked last.
+    fn ask(&mut self) {}
+
     /// Takes bytes from the front of one frame.
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>>;
 

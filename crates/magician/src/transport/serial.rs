@@ -69,6 +69,11 @@ impl Transport for Serial {
         told
     }
 
+    #[cfg(unix)]
+    fn ask(&mut self) {
+        self.away.ask();
+    }
+
     fn poll_write(
         &mut self,
         cx: &mut std::task::Context<'_>,

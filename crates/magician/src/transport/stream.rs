@@ -40,6 +40,11 @@ impl Transport for Tcp {
         told
     }
 
+    #[cfg(unix)]
+    fn ask(&mut self) {
+        self.away.ask();
+    }
+
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         self.stream.poll_write(cx, bytes)
     }

@@ -132,6 +132,10 @@ impl Transport for Traced {
         count
     }
 
+    fn ask(&mut self) {
+        self.inner.ask();
+    }
+
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         let count = self.inner.poll_write(cx, bytes);
         self.record(Direction::Request, bytes, &count);

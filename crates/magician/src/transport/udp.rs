@@ -103,6 +103,11 @@ impl Transport for Udp {
         Poll::Ready(Ok(count))
     }
 
+    #[cfg(unix)]
+    fn ask(&mut self) {
+        self.away.ask();
+    }
+
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         match ready!(self.socket.poll_send(cx, bytes)) {
             Err(error) if passing(&error) => Poll::Ready(Ok(bytes.len())),

@@ -1,5 +1,9 @@
 //! The handle for programs without a runtime.
 
+use std::net::{SocketAddr, UdpSocket};
+use std::panic::AssertUnwindSafe;
+use std::time::Duration;
+
 use magician::commands::{AlarmsState, Pose, PtpCommonParams};
 use magician::protocol::FrameBuf;
 use magician::{Ctrl, ErrorKind, Options, Target, words};
@@ -45,35 +49,53 @@ fn the_blocking_handle_works_from_several_threads() {
         .unwrap();
 }
 
+/// Far beyond what a call takes, so that no deadline comes into it.
+const DEADLINE: Duration = Duration::from_secs(600);
+
+/// The far end of a network: answers with this place all that is asked until the call has ended, however often it is asked.
+fn answering<T: Send>(arm: &UdpSocket, x: f32, call: impl FnOnce() -> T + Send) -> (T, SocketAddr) {
+    let bell = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let (over, address) = (bell.local_addr().unwrap(), arm.local_addr().unwrap());
+    std::thread::scope(|scope| {
+        let call = scope.spawn(move || {
+            let outcome = std::panic::catch_unwind(AssertUnwindSafe(call));
+            // It comes behind all that was asked.
+            bell.send_to(&[], address).unwrap();
+            outcome.unwrap()
+        });
+        let (mut host, mut bytes) = (None, [0; 64]);
+        loop {
+            let (_, from) = arm.recv_from(&mut bytes).unwrap();
+            if from == over {
+                return (call.join().unwrap(), host.unwrap());
+            }
+            host = Some(from);
+            arm.send_to(pose(x).bytes(), from).unwrap();
+        }
+    })
+}
+
+fn pose(x: f32) -> FrameBuf {
+    FrameBuf::encode(10, Ctrl::GET, &pose_at(x)).unwrap()
+}
+
 #[test]
 fn an_answer_that_came_between_two_blocking_calls_is_not_taken_for_the_next() {
-    // Real time, as short as can be: what a blocking handle misses it misses while nothing runs.
-    let socket = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
-    let target: Target = format!("udp:{}", socket.local_addr().unwrap())
+    let far = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let target: Target = format!("udp:{}", far.local_addr().unwrap())
         .parse()
         .unwrap();
-    let answer = |request: &[u8], x: f32| {
-        let pose = pose_at(x);
-        let mut reply = FrameBuf::encode(10, Ctrl::GET, &pose).unwrap();
-        if request[3] != 10 {
-            reply = FrameBuf::new(request[3], Ctrl(request[4]), &[0; 12]).unwrap();
-        }
-        reply
-    };
-    let options = Options::default().probe(false);
-    let arm = std::thread::spawn(move || {
+    let options = Options::default().probe(false).timeout(DEADLINE);
+    let ((arm, first), host) = answering(&far, 1.0, || {
         let arm = magician::blocking::Arm::connect_with(&target, options).unwrap();
         let first = arm.get::<Pose>().unwrap().x;
         (arm, first)
     });
-    let mut bytes = [0; 64];
-    let (_, host) = socket.recv_from(&mut bytes).unwrap();
-    // The network doubles the answer, and the double comes when the call has ended.
-    socket.send_to(answer(&bytes, 1.0).bytes(), host).unwrap();
-    let (arm, first) = arm.join().unwrap();
-    socket.send_to(answer(&bytes, 1.0).bytes(), host).unwrap();
-    let second = std::thread::spawn(move || arm.get::<Pose>().unwrap().x);
-    socket.recv_from(&mut bytes).unwrap();
-    socket.send_to(answer(&bytes, 2.0).bytes(), host).unwrap();
-    assert_eq!((first, second.join().unwrap()), (1.0, 2.0));
+    assert_eq!(first, 1.0);
+    for next in [2.0, 3.0, 4.0] {
+        // The network doubles the answer, and the double comes when the call has ended.
+        far.send_to(pose(next - 1.0).bytes(), host).unwrap();
+        let (second, _) = answering(&far, next, || arm.get::<Pose>().unwrap().x);
+        assert_eq!(second, next);
+    }
 }

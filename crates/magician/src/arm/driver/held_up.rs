@@ -1,12 +1,13 @@
 //! A process that is held up, and a reactor that does not tell what came meanwhile.
 
 use std::io;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 
 use magician_protocol::commands::{DeviceTime, Pose, QueuedCmdLeftSpace};
+use magician_protocol::{Ctrl, FrameBuf, Readable};
 use tokio::task::yield_now;
 use tokio::time::{Instant, advance, sleep};
 
@@ -36,6 +37,70 @@ impl Transport for Deaf {
 
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         self.sim.poll_write(cx, bytes)
+    }
+}
+
+/// Datagrams of which the reactor tells when the next one has gone out, and the system when it is asked.
+struct Tardy {
+    sim: Sim,
+    away: Away,
+    come: Arc<Mutex<Vec<u8>>>,
+    told: bool,
+}
+
+impl Transport for Tardy {
+    fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
+        let mut take = || {
+            let come = std::mem::take(&mut *self.come.lock().unwrap());
+            bytes[..come.len()].copy_from_slice(&come);
+            Some(come.len()).filter(|count| *count > 0)
+        };
+        let told = match std::mem::take(&mut self.told).then(&mut take).flatten() {
+            Some(count) => Poll::Ready(Ok(count)),
+            None => Poll::Pending,
+        };
+        let found = self.away.look(told, take);
+        match found.is_ready() {
+            true => found,
+            false => self.sim.poll_read(cx, bytes),
+        }
+    }
+
+    fn ask(&mut self) {
+        self.away.ask();
+    }
+
+    fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
+        self.told = true;
+        self.sim.poll_write(cx, bytes)
+    }
+}
+
+/// The double of an answer that has come before a call is not taken for the answer to that call.
+#[tokio::test(start_paused = true)]
+async fn what_has_come_is_read_before_a_wish_is_taken_up() {
+    let come = Arc::new(Mutex::new(Vec::new()));
+    let line = Line {
+        transport: Box::new(Tardy {
+            sim: Sim::new(VirtualArm::default()),
+            away: Away::default(),
+            come: Arc::clone(&come),
+            told: false,
+        }),
+        settings: Settings::DATAGRAMS,
+        name: "a tardy line".to_owned(),
+        tried: "a tardy line",
+        in_process: false,
+    };
+    let options = Options::default().probe(false);
+    let arm = Arm::greet(line, None, options).await.unwrap();
+    for nth in 0..20 {
+        let before = arm.get::<Pose>().await.unwrap();
+        let other = Pose { x: 1.0, ..before };
+        let double = FrameBuf::encode(Pose::ROW.id, Ctrl::GET, &other).unwrap();
+        come.lock().unwrap().extend(double.bytes());
+        let pose = arm.get::<Pose>().await.unwrap();
+        assert_eq!(pose, before, "{nth}");
     }
 }
 

@@ -9,7 +9,7 @@ use tokio::time::Instant;
 
 use super::explain::{explain, halts, sets_going, stops_at_once};
 use super::jog::JogStart;
-use super::{Driver, Program, To, Waiting, micros};
+use super::{Driver, Ended, Program, To, Waiting, micros};
 use crate::Result;
 use crate::arm::jog::Why;
 use crate::arm::shared::Mishap;
@@ -36,28 +36,52 @@ pub(in crate::arm) enum Message {
 }
 
 impl Driver {
-    /// Ready when the handles are gone.
-    pub(super) fn take_messages(&mut self, cx: &mut Context<'_>) -> Poll<()> {
-        while let Poll::Ready(message) = self.messages.poll_recv(cx) {
-            match message {
-                None | Some(Message::Close) => return Poll::Ready(()),
-                Some(Message::Nudge) => {}
-                Some(Message::Run(program)) => self.take_program(program),
-                Some(Message::Jog(start)) => self.start_jog(start),
-                Some(Message::Stats(reply)) => {
-                    let answer = (self.connection.stats(), self.connection.capacity());
-                    let _ = reply.send(answer);
-                }
-                Some(Message::Submit {
-                    request,
-                    deadline,
-                    stops,
-                    reply,
-                }) => self.take_request(request, deadline, stops, reply),
-            }
+    /// Takes up what the handles wish; whether the task's round ends with that.
+    pub(super) fn take_messages(&mut self, cx: &mut Context<'_>) -> Option<Ended> {
+        loop {
+            let message = match self.held.take() {
+                Some(held) => held,
+                None => match self.messages.poll_recv(cx) {
+                    Poll::Pending => break,
+                    Poll::Ready(None | Some(Message::Close)) => return Some(Ended::Left),
+                    Poll::Ready(Some(message)) if self.may_be_preceded() => {
+                        self.held = Some(message);
+                        if let Some(wire) = self.line.wire() {
+                            wire.ask();
+                        }
+                        return Some(Ended::Away);
+                    }
+                    Poll::Ready(Some(message)) => message,
+                },
+            };
+            self.take_message(message);
         }
         self.take_halts();
-        Poll::Pending
+        None
+    }
+
+    /// Whether something may lie unread that came before a wish that comes now: nobody waits for it, so it would be taken
+    /// for the answer to what is wished. What comes later than the wish cannot be told from that.
+    fn may_be_preceded(&self) -> bool {
+        self.link_is_up() && self.connection.is_owed() && self.connection.is_idle()
+    }
+
+    fn take_message(&mut self, message: Message) {
+        match message {
+            Message::Nudge | Message::Close => {}
+            Message::Run(program) => self.take_program(program),
+            Message::Jog(start) => self.start_jog(start),
+            Message::Stats(reply) => {
+                let answer = (self.connection.stats(), self.connection.capacity());
+                let _ = reply.send(answer);
+            }
+            Message::Submit {
+                request,
+                deadline,
+                stops,
+                reply,
+            } => self.take_request(request, deadline, stops, reply),
+        }
     }
 
     fn take_request(

@@ -89,7 +89,7 @@ enum To {
 
 /// Why the task's round ended.
 enum Ended {
-    /// Nobody looked at the line for a while; the system is to be asked what has come.
+    /// Nobody looked at the line for a while, or since a wish came; the system is to be asked what has come.
     Away,
     /// The handles are gone.
     Left,
@@ -101,6 +101,8 @@ pub(super) struct Driver {
     connection: Connection,
     line: State,
     messages: mpsc::Receiver<Message>,
+    /// A wish that is taken up when the line was looked at since it came.
+    held: Option<Message>,
     shared: Arc<Shared>,
     waiting: Vec<Waiting>,
     /// The program that runs.
@@ -151,6 +153,7 @@ impl Driver {
             connection: Connection::new(settings),
             line: State::up(line.transport, opener),
             messages,
+            held: None,
             shared,
             waiting: Vec::new(),
             program: None,
@@ -201,8 +204,12 @@ impl Driver {
             // All that has come comes first: it may be what a timeout is about to give up.
             let read = self.read_all(cx);
             self.let_time_pass();
-            if !self.leaving && self.take_messages(cx).is_ready() {
-                return Poll::Ready(Ended::Left);
+            if !self.leaving
+                && let Some(ended) = self.take_messages(cx)
+            {
+                // After an `Away` the system was asked: what is held comes up with the line read.
+                self.looked = true;
+                return Poll::Ready(ended);
             }
             self.let_time_pass();
             self.withdraw(cx);
@@ -223,9 +230,8 @@ impl Driver {
         Poll::Pending
     }
 
-    /// Whether an answer that nobody waits for any more may lie unread, to be taken for the answer
-    /// to what is asked next. A task that shares its thread is woken by a wish before the runtime
-    /// has asked the system what came meanwhile.
+    /// Whether an answer that nobody waits for any more may lie unread, to be taken for the answer to what this task asks
+    /// next by itself. A task that shares its thread is woken before the runtime has asked the system what came meanwhile.
     fn was_away(&mut self) -> bool {
         let now = self.now();
         let idle = now.saturating_sub(std::mem::replace(&mut self.served, now));

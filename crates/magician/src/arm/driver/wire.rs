@@ -72,6 +72,11 @@ impl Wire {
         }
     }
 
+    /// As [`Transport::ask`].
+    pub(super) fn ask(&mut self) {
+        self.transport.ask();
+    }
+
     /// As [`Transport::lead`].
     pub(super) fn lead(&mut self, leads: bool) -> bool {
         self.transport.lead(leads)
