@@ -216,7 +216,8 @@ impl From<String> for Text {
 
 /// An object with notes besides its own; what is none is as it is.
 fn with_notes(value: &impl Serialize, notes: Vec<Note>) -> Result<Value, serde_json::Error> {
-    let mut value = serde_json::to_value(value)?;
+    // By way of the text: a value in memory makes long decimals of single-precision numbers.
+    let mut value = serde_json::from_str(&json(value))?;
     if let Value::Object(object) = &mut value {
         let told = object.entry("notes").or_insert_with(|| json!([]));
         if let Value::Array(told) = told {
@@ -333,6 +334,28 @@ mod tests {
         // Without colours not even ours are obeyed: nobody has sent them.
         let ours = Paint { on: false }.harmless("\x1b[1mbold");
         assert_eq!(ours, r"\u{1b}[1mbold");
+    }
+
+    /// Numbers of the wire have their shortest form beside notes too.
+    #[test]
+    fn notes_leave_the_rest_of_an_object_as_it_is() {
+        #[derive(Serialize)]
+        struct Pose {
+            x: f32,
+            r: f32,
+            index: u64,
+            y: f64,
+        }
+        let pose = Pose {
+            x: 259.1039,
+            r: -0.000_035_188_45,
+            index: u64::MAX,
+            y: 0.1 + 0.2,
+        };
+        let alone = json(&pose);
+        let told = json(&with_notes(&pose, Vec::new()).expect("an object"));
+        let same = alone.replace('}', ",\"notes\":[]}");
+        assert_eq!(told, same);
     }
 
     #[test]

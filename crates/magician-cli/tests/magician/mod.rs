@@ -34,11 +34,12 @@ pub(crate) fn command() -> Command {
     }
     // No file at all: an empty one that nobody writes.
     command.env("MAGICIAN_CONFIG", "/dev/null");
-    // What commands leave for each other is theirs alone, not the person's.
+    // What commands leave for each other is the test's alone: arms of other tests have the same serial number.
     let state = format!(
-        "{}/state-{}",
+        "{}/state-{}-{:?}",
         env!("CARGO_TARGET_TMPDIR"),
-        std::process::id()
+        std::process::id(),
+        std::thread::current().id()
     );
     command.env("XDG_STATE_HOME", state);
     command
