@@ -279,7 +279,10 @@ class Wire(threading.Thread):
                 os.write(self.master, reply)
 
     def close(self):
+        # Nobody holds the other end any more, which ends the thread. With the master closed before, it might read on from the
+        # next one, which gets the same number.
         os.close(self.slave)
+        self.join(10)
         os.close(self.master)
 
 

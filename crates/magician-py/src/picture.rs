@@ -184,12 +184,7 @@ impl Ink {
         py.detach(|| self.drawing.to_svg_with(&options))
     }
 
-    fn png<'py>(
-        &self,
-        py: Python<'py>,
-        scale: f64,
-        whole: bool,
-    ) -> PyResult<Bound<'py, PyBytes>> {
+    fn png<'py>(&self, py: Python<'py>, scale: f64, whole: bool) -> PyResult<Bound<'py, PyBytes>> {
         let too_large = |error: &_| matches!(error, world::PictureError::Size { .. });
         let options = PictureOptions::default().whole(whole);
         let draw = |scale| self.drawing.to_png_with(scale, &options);
