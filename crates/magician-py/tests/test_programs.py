@@ -88,6 +88,16 @@ def test_an_unreadable_file_is_refused_with_its_place() -> None:
         magician.load("no/such/file.svg")
 
 
+def test_a_recording_is_resampled_on_request() -> None:
+    rows = "".join(f"{nth * 0.05:.2f},{200 + nth * 0.5:.1f},{0.1 * (-1) ** nth},10\n" for nth in range(81))
+    recording = ("t,x,y,z\n" + rows).encode()
+    whole = magician.load(_named("way.csv", recording))
+    thinned = magician.load(_named("way.csv", recording), resample=0.3)
+    assert not any("points are left out" in note.message for note in whole.notes)
+    assert any("points are left out" in note.message for note in thinned.notes)
+    assert thinned.check().seconds == pytest.approx(whole.check().seconds, rel=0.05)
+
+
 def test_arguments_of_load_that_make_no_sense_are_told(samples: Path) -> None:
     house = samples / "house.svg"
     with pytest.raises(InvalidInputError, match="scale is -1; it takes a number above 0"):

@@ -259,8 +259,7 @@ class Plan:
             "by": text("by", by),
             "r": number("r", r, unit="deg"),
             "lift": number("lift", lift, least=0, unit="mm"),
-            "resample": number("resample", resample, above=0, unit="mm"),
-        "speed": number("speed", speed, above=0, unit="mm/s"),
+            "speed": number("speed", speed, above=0, unit="mm/s"),
             "acceleration": number("acceleration", acceleration, above=0, unit="mm/s2"),
             "power": number("power", one, least=0, most=100, unit="%"),
         }
@@ -585,8 +584,8 @@ def load(
     :param turn: Whether ``fit`` may turn it by 90 degrees, where that lets it be larger.
     :param mirror: Whether it is mirrored, left to right.
     :param clip_page: Whether what lies beyond the page of a drawing is cut off.
-    :param resample: Points of a recording that are nearer than this to the line are left out, mm; the times of the others
-        stay.
+    :param resample: Points of a recording that are nearer than this to the line are left out, mm; the others keep their
+        times.
     :param white: White lines and shapes of an SVG: ``"skip"`` leaves them out, but on darker shapes and where nothing
         else would be drawn; ``"draw"`` draws them all.
     :param move: By how much it is moved then, mm.
@@ -648,6 +647,7 @@ def load(
         "travel_speed": number("travel_speed", travel_speed, above=0, unit="mm/s"),
         "lift": number("lift", lift, above=0, unit="mm"),
         "tolerance": number("tolerance", tolerance, above=0, unit="mm"),
+        "resample": number("resample", resample, above=0, unit="mm"),
         "white": text("white", white),
         "dialect": text("dialect", dialect),
         "s_max": number("s_max", s_max, above=0),
