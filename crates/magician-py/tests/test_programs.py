@@ -128,7 +128,7 @@ def test_help_speaks_of_arguments(samples: Path) -> None:
         magician.load(samples / "house.svg", scale=10)
     (note,) = magician.load(samples / "house.svg").notes
     assert note.help == "order=False keeps the order of the file" and note.help in str(note)
-    with pytest.raises(InvalidInputError, match=r"at=\(x, y\) for one"):
+    with pytest.raises(InvalidInputError, match=r"at=\([0-9.]+, -?[0-9.]+\) would do"):
         magician.load(samples / "house.svg", at=(0, 0), fit=True)
 
 
