@@ -119,10 +119,16 @@ impl Effect {
         }
     }
 
-    /// Whether something turns or travels: the arm or an external motor.
+    /// Whether the arm moves.
+    #[must_use]
+    pub const fn moves_arm(self) -> bool {
+        matches!(self, Self::Motion | Self::Jog)
+    }
+
+    /// Whether something moves: the arm or an external motor.
     #[must_use]
     pub const fn moves(self) -> bool {
-        matches!(self, Self::Motion | Self::Jog | Self::Motor)
+        self.moves_arm() || matches!(self, Self::Motor)
     }
 }
 
@@ -337,6 +343,12 @@ impl Row {
     pub const fn only_looks(&self, ctrl: Ctrl) -> bool {
         let consumes = matches!(self.effect, Effect::Consume);
         self.value.is_some() && !self.sets(ctrl) && ctrl.destination() == 0 && !consumes
+    }
+
+    /// Whether a set leaves a value that the same set once more does not change.
+    #[must_use]
+    pub const fn is_idempotent(&self) -> bool {
+        matches!(self.effect, Effect::Setting) && self.resendable
     }
 
     /// Whether it steers the queue (`queue ignored` in the table): it acts at once and is never queued itself.

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use magician_protocol::{CpMode, Effect, PtpMode, Set};
+use magician_protocol::{CpMode, PtpMode, Set};
 
 use super::{Action, Plan};
 use crate::{Problem, Step, Surface, Tool};
@@ -403,7 +403,7 @@ impl Map {
                 Outcome::Refused("changes where the arm takes itself to be")
             }
             // It moves the arm in a way that nothing here knows.
-            other if matches!(other.row().effect, Effect::Motion | Effect::Jog) => {
+            other if other.row().effect.moves_arm() => {
                 Outcome::Refused("moves the arm to a place that cannot be told")
             }
             _ => Outcome::Done,

@@ -3,14 +3,14 @@ use magician_protocol::commands::{
     QueuedCmdStopExec, SetEndEffectorLaser,
 };
 use magician_protocol::{
-    Ctrl, Effect, Frame, FrameBuf, JogCommand, Layout, QueuedCmdIndex, Readable, Row, Set, Writable,
+    Ctrl, Frame, FrameBuf, JogCommand, Layout, QueuedCmdIndex, Readable, Row, Set, Writable,
 };
 
 use crate::burning::{LASER_POWER, LASER_SUPPLY, frame_burns, raises_laser_pin};
 
-/// Whether a command moves the arm.
+/// Whether the command of an id moves the arm.
 pub(super) fn moves(id: u8) -> bool {
-    Row::with_id(id).is_some_and(|row| matches!(row.effect, Effect::Motion | Effect::Jog))
+    Row::with_id(id).is_some_and(|row| row.effect.moves_arm())
 }
 
 /// Whether a command that is done at once moves the arm, or lets a queue do so that stands.
@@ -19,7 +19,7 @@ pub fn sets_in_motion(command: &Set) -> bool {
     match command {
         Set::JogCmd(jog) => jog.cmd != JogCommand::Stop,
         Set::QueuedCmdStartExec(_) => true,
-        command => moves(command.row().id),
+        command => command.row().effect.moves_arm(),
     }
 }
 

@@ -8,7 +8,6 @@ use magician_protocol::commands::{Pose, PoseL, QueuedCmdCurrentIndex};
 use tokio::time::{Instant, sleep};
 
 use super::Arm;
-use super::exposure::moves;
 use crate::{Error, ErrorKind, QueueIndex, Result};
 
 /// How soon the first look follows, and how far apart looks are at most.
@@ -73,7 +72,7 @@ impl Pace {
             Set::HomeCmd(_) => Self::Home,
             Set::TrigCmd(_) => Self::Trigger,
             Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_) => Self::Rail,
-            other if moves(other.row().id) => Self::Motion,
+            other if other.row().effect.moves_arm() => Self::Motion,
             _ => Self::Moment,
         }
     }

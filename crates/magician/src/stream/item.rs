@@ -1,5 +1,5 @@
 use magician_protocol::commands::{PtpCmd, PtpWithLCmd, SetEndEffectorLaser};
-use magician_protocol::{CpMode, Effect, Flag, PtpMode, Set};
+use magician_protocol::{CpMode, Flag, PtpMode, Set};
 
 use crate::connection::{Micros, Ticket};
 
@@ -197,7 +197,7 @@ fn is_repeatable(command: &Set) -> bool {
 /// Whether a second copy right behind the first changes nothing: what is repeatable, and what sets something to a value.
 fn bears_doubling(command: &Set) -> bool {
     let row = command.row();
-    let sets = row.effect == Effect::Setting && row.resendable && !row.may_burn;
+    let sets = row.is_idempotent() && !row.may_burn;
     sets || is_repeatable(command)
 }
 

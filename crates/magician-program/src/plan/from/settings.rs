@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use magician::{Set, words};
 use magician_protocol::commands::EMotor;
-use magician_protocol::{Effect, PoList, PtpMode, Row, Writable};
+use magician_protocol::{PoList, PtpMode, Row, Writable};
 
 /// What can be set to one value at a time: a command, of a pin, a motor or a connector if it has several.
 type Slot = (u8, u8);
@@ -134,6 +134,6 @@ fn slot(command: &Set) -> Option<Slot> {
         Set::IoPwm(pin) => Some((row.id, pin.address)),
         Set::SetColorSensor(sensor) => Some((row.id, sensor.port.into())),
         Set::SetIrSwitch(sensor) => Some((row.id, sensor.port.into())),
-        _ => (row.effect == Effect::Setting && row.resendable).then_some((row.id, 0)),
+        _ => row.is_idempotent().then_some((row.id, 0)),
     }
 }
