@@ -7,6 +7,7 @@ mod dissector;
 mod dist;
 mod exports;
 mod fidelity;
+mod fields;
 mod gallery;
 mod library;
 mod plan_schema;

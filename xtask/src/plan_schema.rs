@@ -8,6 +8,8 @@ use magician_protocol::commands::TABLE;
 use magician_protocol::{Bounds, Field, FieldType, LayoutInfo, Range, Scalar};
 use serde_json::{Map, Value, json};
 
+use crate::fields::described;
+
 /// The schema; all but what is made here is written by hand.
 const FILE: &str = "crates/magician-program/plan.schema.json";
 
@@ -64,13 +66,6 @@ fn values(doc: &str, layout: &LayoutInfo) -> Value {
 }
 
 fn property(field: &Field) -> Value {
-    let mut about = field.doc.trim_end_matches('.').to_owned();
-    if !matches!(field.unit, "" | "flag" | "enum" | "text" | "bytes") {
-        about = format!("{about}; {}", field.unit);
-    }
-    if !field.range.is_any() {
-        about = format!("{about}; {}", field.range);
-    }
     let mut schema = match field.ty {
         FieldType::Scalar(scalar) => number(scalar, field.range),
         FieldType::Array(scalar, count) => json!({
@@ -97,7 +92,7 @@ fn property(field: &Field) -> Value {
         schema.insert(keyword.to_owned(), most.into());
     }
     if let Some(schema) = schema.as_object_mut() {
-        schema.insert("description".to_owned(), about.into());
+        schema.insert("description".to_owned(), described(field).into());
     }
     schema
 }

@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use magician_protocol::commands::TABLE;
 use magician_protocol::{Alarm, EnumInfo, Field, FieldType, LayoutInfo, Row, Scalar, Source};
 
+use crate::fields::described;
+
 const HEAD: &str = r#"#
 # Made by `cargo xtask python` of the protocol's table, which the driver and the virtual arm are made of too.
 """Every command of the protocol, as values.
@@ -304,19 +306,8 @@ fn line(page: &mut String, field: &Field) {
         (false, Some(default)) => (ty, format!(" = {default}")),
         (false, None) => (ty, String::new()),
     };
-    let mut about = field.doc.trim_end_matches('.').to_owned();
-    if !matches!(
-        field.unit,
-        "" | "flag" | "enum" | "text" | "bytes" | "count" | "id" | "reserved"
-    ) {
-        let _ = write!(about, "; {}", field.unit);
-    }
-    let counts = !matches!(field.ty, FieldType::Enum(_) | FieldType::Flag);
-    if !field.range.is_any() && counts {
-        let _ = write!(about, "; {}", field.range);
-    }
     let _ = writeln!(page, "    {}: {ty}{default}", field.name);
-    doc(page, &format!("{about}."));
+    doc(page, &format!("{}.", described(field)));
 }
 
 /// A docstring, in lines of at most 120 columns.
