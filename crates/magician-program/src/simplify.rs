@@ -98,11 +98,11 @@ fn minus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
     std::array::from_fn(|axis| a[axis] - b[axis])
 }
 
-fn dot<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
+pub(crate) fn dot<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-fn length<const N: usize>(way: [f64; N]) -> f64 {
+pub(crate) fn length<const N: usize>(way: [f64; N]) -> f64 {
     dot(way, way).sqrt()
 }
 

@@ -1,15 +1,18 @@
 //! Drawings that are stopped at any instant: the pen goes up, and the next run goes on without a gap or a stray line.
 
+mod interrupted;
+
 use std::time::Duration;
 
 use magician::commands::Pose;
 use magician::sim::Happening;
 use magician::sim::world::{Drawing, Stroke};
-use magician::{Arm, Options, RunOptions, SimSpeed, VirtualArm, words};
-use magician_program::rehearse::{RehearseOptions, stage};
-use magician_program::resume::{Tally, Verdict, settle};
+use magician::{Arm, words};
+use magician_program::resume::Verdict;
 use magician_program::{Ending, Format, Program, ReadOptions, Setup, Surface, read};
 use tokio::time::sleep;
+
+use interrupted::{place, run_until};
 
 const PAPER: f64 = -60.0;
 const LIFT: f64 = 10.0;
@@ -25,14 +28,6 @@ fn program() -> Program {
     Program::new(made.plan, Some(1))
 }
 
-/// An arm at its own speed, on a clock of the test's.
-async fn place(program: &Program) -> (VirtualArm, Arm) {
-    let arm = stage(program.plan(), &RehearseOptions::default()).expect("a stage");
-    let cell = VirtualArm::new(arm, SimSpeed::Times(1.0));
-    let arm = Arm::simulated(cell.clone(), Options::default()).await;
-    (cell, arm.expect("a virtual arm"))
-}
-
 fn xyz(pose: &Pose) -> [f64; 3] {
     [pose.x, pose.y, pose.z].map(f64::from)
 }
@@ -44,28 +39,7 @@ async fn run(
     from: u64,
     stop: Option<Duration>,
 ) -> Option<([f64; 3], u64)> {
-    let start = arm.preflight_for(&program.kinds()).await.expect("read");
-    let rest = program.rest(from, start).expect("within reach");
-    assert!(rest.check().is_good());
-    let mut tally = Tally::new(rest.lead(), false);
-    let run = arm.begin(rest.commands(), RunOptions::default());
-    let mut run = run.along(rest.start().clone());
-    let all = run.finish(|progress| tally.note(progress.sent, progress.last.0));
-    tokio::select! {
-        ran = all => {
-            ran.expect("it runs");
-            return None;
-        }
-        () = async { match stop { Some(stop) => sleep(stop).await, None => std::future::pending().await } } => {}
-    }
-    arm.stop().await.expect("it stands");
-    let pose: Pose = arm.get().await.expect("a pose");
-    let index = arm.current_index().await.expect("an index").0;
-    let span = tally.finished(index);
-    assert_eq!(span.least, span.most);
-    let verdict = settle(from + span.least, |steps| {
-        rest.stands_after(steps, &pose, true)
-    });
+    let (_, verdict, pose) = run_until(arm, program, (from, None), stop).await?;
     let (Verdict::After(steps) | Verdict::Again(steps)) = verdict else {
         panic!("{verdict:?}");
     };

@@ -1,15 +1,16 @@
 //! A line that is stopped at any instant goes on where the pen stood: neither gap nor double stroke.
 
+mod interrupted;
+
 use std::time::Duration;
 
-use magician::commands::{CpCmd, Pose};
+use magician::commands::CpCmd;
 use magician::sim::world::{Drawing, Stroke};
-use magician::{Arm, Options, RunOptions, SimSpeed, VirtualArm, words};
-use magician_program::rehearse::{RehearseOptions, stage};
-use magician_program::resume::{Tally, settle};
+use magician::{Arm, VirtualArm, words};
 use magician_program::{Action, Origin, Plan, Program, Surface, Tool, Travel};
 use magician_protocol::CpMode;
-use tokio::time::sleep;
+
+use interrupted::{place, run_until};
 
 const PAPER: f64 = -60.0;
 const UP: f32 = -45.0;
@@ -88,46 +89,14 @@ fn plan(kind: Kind) -> Plan {
     plan
 }
 
-async fn place(program: &Program) -> (VirtualArm, Arm) {
-    let arm = stage(program.plan(), &RehearseOptions::default()).expect("a stage");
-    let cell = VirtualArm::new(arm, SimSpeed::Times(1.0));
-    let arm = Arm::simulated(cell.clone(), Options::default()).await;
-    (cell, arm.expect("a virtual arm"))
-}
-
 /// Runs it from there on, to its end or until it is stopped; where it goes on then.
 async fn run(
     arm: &Arm,
     program: &Program,
-    (from, at): (u64, Option<[f64; 3]>),
+    from: (u64, Option<[f64; 3]>),
     stop: Option<Duration>,
 ) -> Option<(u64, Option<[f64; 3]>)> {
-    let start = arm.preflight_for(&program.kinds()).await.expect("read");
-    let rest = match at {
-        Some(at) => program.rest_within(from, at, start),
-        None => program.rest(from, start),
-    };
-    let rest = rest.expect("within reach");
-    assert!(rest.check().is_good());
-    let mut tally = Tally::new(rest.lead(), false);
-    let run = arm.begin(rest.commands(), RunOptions::default());
-    let mut run = run.along(rest.start().clone());
-    let all = run.finish(|progress| tally.note(progress.sent, progress.last.0));
-    tokio::select! {
-        ran = all => {
-            ran.expect("it runs");
-            return None;
-        }
-        () = async { match stop { Some(stop) => sleep(stop).await, None => std::future::pending().await } } => {}
-    }
-    arm.stop().await.expect("it stands");
-    let pose: Pose = arm.get().await.expect("a pose");
-    let index = arm.current_index().await.expect("an index").0;
-    let span = tally.finished(index);
-    assert_eq!(span.least, span.most);
-    let verdict = settle(from + span.least, |steps| {
-        rest.stands_after(steps, &pose, true)
-    });
+    let (rest, verdict, pose) = run_until(arm, program, from, stop).await?;
     let next = rest.goes_on(verdict, &pose);
     assert!(next.is_some(), "{verdict:?}");
     next

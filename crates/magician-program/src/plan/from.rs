@@ -86,18 +86,17 @@ impl Plan {
             return Err(Problem::of_file(message));
         }
         let mut plan = self.clone();
+        let mut added = 0;
         if step > 0 || at.is_some() {
             let mut lead = Lead::to(self, step, at, start)?;
             lead.make(start)?;
+            added = lead.steps.len();
             plan.steps = lead.steps;
-            let later = self.steps.iter().skip(step).cloned();
-            plan.steps.extend(later);
-            let begun = plan.steps.len() - (self.steps.len() - step);
-            if let (Some(left), Some(first)) = (lead.left, plan.steps.get_mut(begun)) {
+            plan.steps.extend(self.steps.iter().skip(step).cloned());
+            if let (Some(left), Some(first)) = (lead.left, plan.steps.get_mut(added)) {
                 first.action = left;
             }
         }
-        let added = plan.steps.len() - (self.steps.len() - step);
         let steps = std::iter::repeat_n(step, added).chain(step..self.steps.len());
         Ok(Continuation {
             plan,

@@ -162,18 +162,22 @@ impl Program {
     /// # Errors
     /// As [`has`](Self::has), and as [`Plan::from_step`].
     pub fn rest(&self, from: u64, start: Preflight) -> Result<Rest, Problem> {
-        self.has(from)?;
-        Rest::of(self, from, None, start)
+        self.rest_within(from, None, start)
     }
 
-    /// As [`rest`](Self::rest), for a run that was stopped within that step: where the step leads straight on through this
-    /// place, it goes on from there, and else from its beginning. [`Rest::goes_on`] tells the two.
+    /// As [`rest`](Self::rest), for a run that may have been stopped within that step: where the step leads straight on through
+    /// the place `at`, it goes on from there, and else from its beginning. [`Rest::goes_on`] tells the two.
     ///
     /// # Errors
     /// As [`rest`](Self::rest).
-    pub fn rest_within(&self, from: u64, at: [f64; 3], start: Preflight) -> Result<Rest, Problem> {
+    pub fn rest_within(
+        &self,
+        from: u64,
+        at: Option<[f64; 3]>,
+        start: Preflight,
+    ) -> Result<Rest, Problem> {
         self.has(from)?;
-        Rest::of(self, from, Some(at), start)
+        Rest::of(self, from, at, start)
     }
 
     /// A name for it: the same for what does the same, whatever it is called.

@@ -144,10 +144,7 @@ impl Drive<'_> {
         journal.begins((from, within), begun.clock, at_rest(arm).await?);
         let rests_at = journal.mark.rest;
         let start = arm.preflight_for(&self.made.program.kinds()).await?;
-        let rest = match within {
-            Some(place) => self.made.program.rest_within(from, place, start),
-            None => self.made.program.rest(from, start),
-        };
+        let rest = self.made.program.rest_within(from, within, start);
         let rest = rest.map_err(|problem| self.made.source.failure(&problem))?;
         let report = rest.check();
         if !report.is_good() {

@@ -6,6 +6,7 @@ use magician_motion::Pose;
 use magician_protocol::{CpMode, PtpMode};
 
 use super::Action;
+use crate::simplify::{dot, length};
 
 /// How far beside its line a pen may stand and is on it, mm: no further than a gap in a line may be.
 const BESIDE: f64 = 0.2;
@@ -19,6 +20,14 @@ struct Line {
 }
 
 impl Line {
+    /// The way of a command from where the course is, which it follows.
+    fn of(command: &Set, course: &mut Preflight) -> Option<Self> {
+        let from = course.arm()?.pose;
+        course.check(command).ok()?;
+        let to = course.arm()?.pose;
+        Some(Self { from, to })
+    }
+
     fn length(&self) -> f64 {
         self.from.distance_to(&self.to)
     }
@@ -28,12 +37,6 @@ impl Line {
         let (from, to) = (xyz(&self.from), xyz(&self.to));
         let way = [0, 1, 2].map(|axis| to[axis] - from[axis]);
         let off = [0, 1, 2].map(|axis| place[axis] - from[axis]);
-        let dot = |one: [f64; 3], other: [f64; 3]| -> f64 {
-            one.into_iter()
-                .zip(other)
-                .map(|(one, other)| one * other)
-                .sum()
-        };
         let square = dot(way, way);
         let share = if square > 0.0 {
             dot(way, off) / square
@@ -54,8 +57,7 @@ fn xyz(pose: &Pose) -> [f64; 3] {
 }
 
 fn distance(one: [f64; 3], other: [f64; 3]) -> f64 {
-    let off = one.into_iter().zip(other).map(|(one, other)| one - other);
-    off.map(|off| off * off).sum::<f64>().sqrt()
+    length([0, 1, 2].map(|axis| one[axis] - other[axis]))
 }
 
 /// Whether the tool goes straight to the end of a command.
@@ -78,12 +80,7 @@ pub(crate) fn place_on(
     let mut best: Option<(f64, (u64, [f64; 3]))> = None;
     let (mut beyond, mut passed) = (0.0, 0);
     for command in commands.take_while(is_straight) {
-        let from = course.arm()?.pose;
-        course.check(&command).ok()?;
-        let line = Line {
-            from,
-            to: course.arm()?.pose,
-        };
+        let line = Line::of(&command, course)?;
         let (share, off) = line.nearest(place);
         let within = share.clamp(0.0, 1.0);
         let at = line.at(within);
@@ -115,13 +112,7 @@ pub(super) fn from_there(
     place: [f64; 3],
 ) -> Option<(ArmState, Option<Action>)> {
     let command = action.command();
-    let from = course.arm()?.pose;
-    let mut whole = course.clone();
-    whole.check(&command).ok()?;
-    let line = Line {
-        from,
-        to: whole.arm()?.pose,
-    };
+    let line = Line::of(&command, &mut course.clone())?;
     let (share, _) = line.nearest(place);
     let share = share.clamp(0.0, 1.0);
     let at = line.at(share);
@@ -130,7 +121,7 @@ pub(super) fn from_there(
     }
     let left = |axis: usize| (1.0 - share) * (xyz(&line.to)[axis] - xyz(&line.from)[axis]);
     let left = [left(0), left(1), left(2)].map(|left| left as f32);
-    let turn = line.to.r - from.r;
+    let turn = line.to.r - line.from.r;
     let [x, y, z] = at.map(|at| at as f32);
     let (there, rest) = match command {
         Set::CpCmd(segment) => {
@@ -153,7 +144,7 @@ pub(super) fn from_there(
                 words::line_by(x, y, z, r as f32)
             });
             (
-                words::line_to(x, y, z, (from.r + share * turn) as f32),
+                words::line_to(x, y, z, (line.from.r + share * turn) as f32),
                 rest,
             )
         }

@@ -1,0 +1,53 @@
+//! Programs on a virtual arm that are stopped while they run.
+
+use std::time::Duration;
+
+use magician::commands::Pose;
+use magician::{Arm, Options, RunOptions, SimSpeed, VirtualArm};
+use magician_program::rehearse::{RehearseOptions, stage};
+use magician_program::resume::{Tally, Verdict, settle};
+use magician_program::{Program, Rest};
+use tokio::time::sleep;
+
+/// An arm at its own speed, on a clock of the test's.
+pub(crate) async fn place(program: &Program) -> (VirtualArm, Arm) {
+    let arm = stage(program.plan(), &RehearseOptions::default()).expect("a stage");
+    let cell = VirtualArm::new(arm, SimSpeed::Times(1.0));
+    let arm = Arm::simulated(cell.clone(), Options::default()).await;
+    (cell, arm.expect("a virtual arm"))
+}
+
+/// Runs it from a step on, or from a place within it, to its end or until it is stopped: what was run, how it ended, and where
+/// the arm stands then.
+pub(crate) async fn run_until(
+    arm: &Arm,
+    program: &Program,
+    (from, at): (u64, Option<[f64; 3]>),
+    stop: Option<Duration>,
+) -> Option<(Rest, Verdict, Pose)> {
+    let start = arm.preflight_for(&program.kinds()).await.expect("read");
+    let rest = program.rest_within(from, at, start).expect("within reach");
+    assert!(rest.check().is_good());
+    let mut tally = Tally::new(rest.lead(), false);
+    let run = arm.begin(rest.commands(), RunOptions::default());
+    let mut run = run.along(rest.start().clone());
+    let all = run.finish(|progress| tally.note(progress.sent, progress.last.0));
+    tokio::select! {
+        ran = all => {
+            ran.expect("it runs");
+            return None;
+        }
+        () = async { match stop { Some(stop) => sleep(stop).await, None => std::future::pending().await } } => {}
+    }
+    arm.stop().await.expect("it stands");
+    let pose: Pose = arm.get().await.expect("a pose");
+    let index = arm.current_index().await.expect("an index").0;
+    let span = tally.finished(index);
+    assert_eq!(span.least, span.most);
+    let verdict = settle(from + span.least, |steps| {
+        rest.stands_after(steps, &pose, true)
+    });
+    // It borrows the rest.
+    drop(run);
+    Some((rest, verdict, pose))
+}
