@@ -2,7 +2,6 @@
 
 use magician::{Limits, commands::Pose};
 use ratatui::Frame;
-use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
@@ -165,21 +164,9 @@ fn figure(
     theme: Theme,
     style: Style,
 ) -> Vec<Span<'static>> {
-    const SIGNS: [(KeyCode, &str); 10] = [
-        (KeyCode::Up, "↑"),
-        (KeyCode::Down, "↓"),
-        (KeyCode::Left, "←"),
-        (KeyCode::Right, "→"),
-        (KeyCode::Char('w'), "w"),
-        (KeyCode::Char('s'), "s"),
-        (KeyCode::Char('a'), "a"),
-        (KeyCode::Char('d'), "d"),
-        (KeyCode::Char(']'), "]"),
-        (KeyCode::Char('['), "["),
-    ];
     let moved = pad.zip(axis);
     let keys = moved.map_or_else(String::new, |(pad, axis)| {
-        key_names(pad, axis, &SIGNS).concat()
+        key_names(pad, axis).map(|(_, sign)| sign).collect()
     });
     let style = match moved {
         Some((pad, axis)) if moves(pad, axis) => theme.good(),

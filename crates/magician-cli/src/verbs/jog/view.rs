@@ -164,34 +164,33 @@ fn row(axis: Axis, value: f32, key: &str, moves: bool, theme: Theme) -> Line<'st
 
 /// The keys that move an axis forward and back, as the pad stands.
 fn keys(pad: &Pad, axis: Axis) -> String {
-    const NAMES: [(KeyCode, &str); 10] = [
-        (KeyCode::Up, "up"),
-        (KeyCode::Down, "down"),
-        (KeyCode::Left, "left"),
-        (KeyCode::Right, "right"),
-        (KeyCode::Char('w'), "w"),
-        (KeyCode::Char('s'), "s"),
-        (KeyCode::Char('a'), "a"),
-        (KeyCode::Char('d'), "d"),
-        (KeyCode::Char(']'), "]"),
-        (KeyCode::Char('['), "["),
-    ];
-    key_names(pad, axis, &NAMES).join(" ")
+    let names: Vec<_> = key_names(pad, axis).map(|(name, _)| name).collect();
+    names.join(" ")
 }
 
-/// The names of the keys that move an axis forward and back, if they do.
+/// The keys that move an axis forward and back, if any do: the name of each, and its sign of one column.
 pub(super) fn key_names(
     pad: &Pad,
     axis: Axis,
-    names: &[(KeyCode, &'static str)],
-) -> Vec<&'static str> {
-    let name = |forward| {
+) -> impl Iterator<Item = (&'static str, &'static str)> {
+    const KEYS: [(KeyCode, &str, &str); 10] = [
+        (KeyCode::Up, "up", "↑"),
+        (KeyCode::Down, "down", "↓"),
+        (KeyCode::Left, "left", "←"),
+        (KeyCode::Right, "right", "→"),
+        (KeyCode::Char('w'), "w", "w"),
+        (KeyCode::Char('s'), "s", "s"),
+        (KeyCode::Char('a'), "a", "a"),
+        (KeyCode::Char('d'), "d", "d"),
+        (KeyCode::Char(']'), "]", "]"),
+        (KeyCode::Char('['), "[", "["),
+    ];
+    [true, false].into_iter().filter_map(move |forward| {
         let wanted = Some(Heading { axis, forward });
-        let mut names = names.iter();
-        let found = names.find(|(code, _)| pad.heading(*code) == wanted);
-        found.map(|(_, name)| *name)
-    };
-    [true, false].into_iter().filter_map(name).collect()
+        let mut keys = KEYS.into_iter();
+        let found = keys.find(|(code, ..)| pad.heading(*code) == wanted);
+        found.map(|(_, name, sign)| (name, sign))
+    })
 }
 
 pub(super) fn moves(pad: &Pad, axis: Axis) -> bool {
