@@ -214,7 +214,7 @@ impl From<String> for Text {
     }
 }
 
-/// An object with notes besides its own; what is none is as it is.
+/// Adds notes to an object; any other value stays unchanged.
 fn with_notes(value: &impl Serialize, notes: Vec<Note>) -> Result<Value, serde_json::Error> {
     // By way of the text: a value in memory makes long decimals of single-precision numbers.
     let mut value = serde_json::from_str(&json(value))?;
@@ -282,10 +282,8 @@ impl Output {
         match json {
             true => self.notes.extend(Note::all([&note])),
             false => {
-                let paint = Paint::for_stderr();
-                let text = visible_lines(&note.message);
-                // A stderr that nobody reads is no reason to stop.
-                let _ = writeln!(io::stderr(), "{} {text}", paint.note("note:"));
+                let label = Paint::for_stderr().note("note:");
+                tell(format_args!("{label} {}", visible_lines(&note.message)));
             }
         }
     }

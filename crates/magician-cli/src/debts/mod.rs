@@ -49,7 +49,7 @@ impl Access {
 /// What came of the debts of processes that have ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Settled {
-    /// There are none, or nobody can tell.
+    /// Nothing is owed, or the arm does not tell its serial number.
     Nothing,
     /// These settings are given back.
     GivenBack(Vec<&'static str>),
@@ -175,7 +175,7 @@ impl Debts {
 }
 
 impl Settled {
-    /// What a person is told of it.
+    /// The note for the user.
     pub(crate) fn text(&self) -> Option<String> {
         let before = "an earlier command ended without giving back the arm's settings";
         Some(match self {

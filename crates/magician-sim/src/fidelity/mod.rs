@@ -70,7 +70,7 @@ pub enum Authority {
     Model(&'static str),
     /// An erratum to the vendor's protocol document: `docs/ERRATA.md` of the repository.
     Erratum(&'static str),
-    /// Nobody has a word about it.
+    /// No source: a choice of ours.
     Nobody,
 }
 

@@ -44,7 +44,7 @@ pub(crate) trait Transport: Send {
     /// reactor (`away.rs`): read until it is pending before you act on a timeout.
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>>;
 
-    /// The next look at the line asks the system and not only the reactor, whoever looked last.
+    /// The next read asks the system and not only the reactor, however recent the last one was.
     fn ask(&mut self) {}
 
     /// Takes bytes from the front of one frame.

@@ -255,7 +255,7 @@ impl Drive<'_> {
         Ok((steps, within))
     }
 
-    /// Nobody knows where to go on.
+    /// The error when the step to resume at is not known.
     fn doubtful(&self, mark: &Mark, span: Span) -> Failure {
         let message = match mark.ended {
             Some(_) => "it is not certain how far the last run came",

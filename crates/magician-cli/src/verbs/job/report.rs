@@ -225,7 +225,7 @@ impl Made {
         }
     }
 
-    /// What a person is told of it; a misfit says it itself.
+    /// The hint for the user; a drawing that does not fit brings its own.
     fn told(&self, way_out: WayOut) -> Option<String> {
         if self.misfit.is_some() {
             return None;
