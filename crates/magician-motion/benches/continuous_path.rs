@@ -6,7 +6,7 @@ use std::hint::black_box;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use magician_motion::{
-    ArmState, CpSegment, CpSpeeds, Geometry, Jog, JogAxis, LookAhead, Planner, Pose, Rates,
+    ArmModel, ArmState, CpSegment, Geometry, Jog, JogAxis, LookAhead, Planner, Pose, Rates,
     ToolBias,
 };
 
@@ -43,7 +43,11 @@ fn segments(points: &[[f64; 3]]) -> Vec<CpSegment> {
 /// The exit of the running segment with 32 behind it, all of which count: so short that the end is in sight.
 #[divan::bench]
 fn look_ahead_over_32(bencher: Bencher) {
-    let look_ahead = LookAhead::new(&CpSpeeds::POWER_UP).expect("speeds");
+    let look_ahead = LookAhead::new(
+        &ArmModel::MAGICIAN.power_up.path,
+        &ArmModel::MAGICIAN.ceilings,
+    )
+    .expect("speeds");
     let segments = segments(&circle(1024 + 34, 0.2));
     let at = Cell::new(0);
     bencher.bench_local(|| {
@@ -57,7 +61,11 @@ fn look_ahead_over_32(bencher: Bencher) {
 /// A million segments of 0.2 mm from rest to rest.
 #[divan::bench]
 fn times_of_a_million(bencher: Bencher) {
-    let look_ahead = LookAhead::new(&CpSpeeds::POWER_UP).expect("speeds");
+    let look_ahead = LookAhead::new(
+        &ArmModel::MAGICIAN.power_up.path,
+        &ArmModel::MAGICIAN.ceilings,
+    )
+    .expect("speeds");
     let segments = segments(&circle(1_000_001, 0.2));
     let mut room = vec![0.0; segments.len()];
     bencher

@@ -7,8 +7,8 @@ use std::hint::black_box;
 
 use divan::Bencher;
 use magician_motion::{
-    ArmState, Geometry, JointAngles, JumpHeights, Limits, Move, MoveKind, Planner, Pose, Target,
-    ToolBias, Transfer,
+    ArmModel, ArmState, Geometry, JointAngles, Move, MoveKind, Planner, Pose, Target, ToolBias,
+    Transfer,
 };
 
 const ARM: Geometry = Geometry::magician(ToolBias::SUCTION);
@@ -71,7 +71,7 @@ fn inverse(bencher: Bencher) {
 #[divan::bench]
 fn inverse_within_limits(bencher: Bencher) {
     let poses = Round::new(spread().iter().map(|joints| ARM.forward(joints)).collect());
-    bencher.bench_local(|| ARM.inverse_within(black_box(poses.next()), &Limits::CONTROLLER));
+    bencher.bench_local(|| ARM.inverse_within(black_box(poses.next()), &ArmModel::MAGICIAN.limits));
 }
 
 fn planner() -> Planner {
@@ -148,7 +148,7 @@ fn plan_arc(bencher: Bencher) {
 fn plan_jump(bencher: Bencher) {
     plan(
         bencher,
-        MoveKind::Jump(JumpHeights::POWER_UP, Transfer::Joint),
+        MoveKind::Jump(ArmModel::MAGICIAN.power_up.jump, Transfer::Joint),
     );
 }
 

@@ -6,7 +6,8 @@ use crate::leg::Leg;
 use crate::line_leg::LineLeg;
 use crate::profile::{Profile, Rates};
 use crate::{
-    ArmState, Crossing, MotionError, Plan, Planner, Pose, Range, SpeedQuantity, Speeds, Trajectory,
+    ArmState, Ceilings, Crossing, MotionError, Plan, Planner, Pose, Range, SpeedQuantity, Speeds,
+    Trajectory,
 };
 
 /// What a jog moves.
@@ -85,20 +86,28 @@ impl JogAxis {
 }
 
 impl Speeds {
-    /// How fast these settings let an axis jog: each value up to the arm's ceiling, times its ratio up to 100 %
-    /// (model section 6). The ratio of the acceleration is to be 100, which is how the arm jogs.
+    /// How fast these settings let an axis jog: each value up to its ceiling, times its ratio up to 100 % (model section 6).
+    /// The ratio of the acceleration is to be 100, which is how the arm jogs.
     ///
     /// # Errors
     ///
     /// [`MotionError::Speed`] for a value that is NaN, zero or negative.
-    pub fn jog(&self, axis: JogAxis) -> Result<Rates, MotionError> {
-        match axis {
-            JogAxis::J1 => self.joint(0),
-            JogAxis::J2 => self.joint(1),
-            JogAxis::J3 => self.joint(2),
-            JogAxis::J4 => self.joint(3),
-            JogAxis::X | JogAxis::Y | JogAxis::Z => self.linear(),
-            JogAxis::R => self.rotation(),
+    pub fn jog(&self, axis: JogAxis, ceilings: &Ceilings) -> Result<Rates, MotionError> {
+        match axis.joint() {
+            Some(_) if axis == JogAxis::R => self.rotation(ceilings),
+            Some(joint) => self.joint(joint, ceilings),
+            None => self.linear(ceilings),
+        }
+    }
+}
+
+impl Ceilings {
+    /// These rates of a jog, each up to its ceiling.
+    fn jog(&self, axis: JogAxis, rates: Rates) -> Result<Rates, MotionError> {
+        match axis.joint() {
+            Some(_) if axis == JogAxis::R => self.rotation(rates),
+            Some(joint) => self.joint(joint, rates),
+            None => self.linear(rates),
         }
     }
 }
@@ -122,7 +131,7 @@ impl Planner {
         rates: Rates,
         entry: f64,
     ) -> Result<Plan, MotionError> {
-        let rates = Speeds::unscaled(rates).jog(jog.axis)?;
+        let rates = self.ceilings.jog(jog.axis, rates)?;
         if libm::fabs(entry) > FASTEST || entry.is_nan() {
             return Err(MotionError::Speed {
                 quantity: jog.axis.velocity_quantity(),

@@ -1,6 +1,6 @@
 //! The corners of a jump (model section 7).
 
-use crate::{Geometry, MotionError, Pose, Unreachable};
+use crate::{ArmModel, Geometry, MotionError, Pose, Unreachable};
 
 /// How high a jump goes, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,9 +14,6 @@ pub struct JumpHeights {
 }
 
 impl JumpHeights {
-    /// The settings at power-up: 20 mm, up to z = 100 (model section 6).
-    pub const POWER_UP: Self = Self::even(20.0, 100.0);
-
     /// The same height at start and end: both corners are as high above the higher of the two.
     #[must_use]
     pub const fn even(height: f64, z_limit: f64) -> Self {
@@ -52,9 +49,9 @@ impl JumpHeights {
 }
 
 impl Default for JumpHeights {
-    /// The settings at power-up.
+    /// The settings at power-up of firmware 3.6.14.
     fn default() -> Self {
-        Self::POWER_UP
+        ArmModel::MAGICIAN.power_up.jump
     }
 }
 

@@ -5,13 +5,13 @@
 //! `docs/MODEL.md` of the repository.
 //!
 //! ```
-//! use magician_motion::{Geometry, JointAngles, Limits, ToolBias};
+//! use magician_motion::{ArmModel, Geometry, JointAngles, ToolBias};
 //!
 //! let arm = Geometry::magician(ToolBias::SUCTION);
 //! let pose = arm.forward(&JointAngles::HOME);
 //! assert!((pose.x - 259.104).abs() < 1e-3);
 //!
-//! let joints = arm.inverse_within(&pose, &Limits::CONTROLLER)?;
+//! let joints = arm.inverse_within(&pose, &ArmModel::MAGICIAN.limits)?;
 //! assert!((joints.j2 - 45.0).abs() < 1e-9);
 //! # Ok::<(), magician_motion::MotionError>(())
 //! ```
@@ -38,6 +38,7 @@ mod leg;
 mod limits;
 mod line_leg;
 mod look_ahead;
+mod model;
 mod planner;
 mod profile;
 mod roots;
@@ -58,6 +59,7 @@ pub use kinematics::{JointAngles, Pose};
 pub use law::Law;
 pub use limits::{Bound, LIMIT_TOLERANCE, Limits, Range};
 pub use look_ahead::{CpSegment, CpSpeeds, LookAhead};
+pub use model::{ArmModel, Ceilings, Homing, PowerUp};
 pub use planner::{Crossing, Move, MoveKind, Plan, Planner, Target};
 pub use profile::{Braking, Profile, Rates};
 pub use speeds::Speeds;

@@ -1,6 +1,6 @@
 //! The ten joint bounds: four joints, and the coupling of rear arm and forearm, each with two sides.
 
-use crate::{JointAngles, MotionError};
+use crate::{ArmModel, JointAngles, MotionError};
 
 /// How far beyond a bound an angle still counts as on it, degrees: room for rounding, a ten-millionth of a
 /// motor step.
@@ -113,25 +113,6 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The controller's soft limits, at which it stops and raises an alarm (model section 4).
-    pub const CONTROLLER: Self = Self {
-        j1: Range::new(-135.0, 135.0),
-        j2: Range::new(-5.0, 90.0),
-        j3: Range::new(-15.0, 90.0),
-        j4: Range::new(-150.0, 150.0),
-        j2_minus_j3: Range::new(-70.0, 55.0),
-    };
-
-    /// The range that the vendor guarantees, a strict profile (model section 4); the coupling, which the vendor
-    /// does not print, is the controller's.
-    pub const GUARANTEED: Self = Self {
-        j1: Range::new(-90.0, 90.0),
-        j2: Range::new(0.0, 85.0),
-        j3: Range::new(-10.0, 90.0),
-        j4: Range::new(-90.0, 90.0),
-        j2_minus_j3: Range::new(-70.0, 55.0),
-    };
-
     /// The angle at which this bound stands, degrees.
     #[must_use]
     pub fn at(&self, bound: Bound) -> f64 {
@@ -238,8 +219,8 @@ impl Limits {
 }
 
 impl Default for Limits {
-    /// The controller's soft limits.
+    /// The controller's limits of firmware 3.6.14.
     fn default() -> Self {
-        Self::CONTROLLER
+        ArmModel::MAGICIAN.limits
     }
 }

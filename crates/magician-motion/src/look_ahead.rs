@@ -10,7 +10,7 @@ use crate::leg::SHORTEST_MOVE;
 use crate::profile::Rates;
 use crate::speeds::positive;
 use crate::trajectory::microseconds;
-use crate::{MotionError, SpeedQuantity, Speeds};
+use crate::{ArmModel, Ceilings, MotionError, SpeedQuantity};
 
 /// The settings of a continuous path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,21 +27,10 @@ pub struct CpSpeeds {
     pub whole_periods: bool,
 }
 
-impl CpSpeeds {
-    /// The settings at power-up (model sections 6 and 8).
-    pub const POWER_UP: Self = Self {
-        plan_acceleration: 100.0,
-        junction_velocity: 100.0,
-        period_s: 0.02,
-        real_time: false,
-        whole_periods: false,
-    };
-}
-
 impl Default for CpSpeeds {
-    /// The settings at power-up.
+    /// The settings at power-up of firmware 3.6.14.
     fn default() -> Self {
-        Self::POWER_UP
+        ArmModel::MAGICIAN.power_up.path
     }
 }
 
@@ -101,17 +90,16 @@ pub struct LookAhead {
 }
 
 impl LookAhead {
-    /// The look-ahead with these settings, each up to the arm's ceiling.
+    /// The look-ahead with these settings, each up to its ceiling.
     ///
     /// # Errors
     ///
     /// [`MotionError::Speed`] for a setting that is NaN, zero or negative.
-    pub fn new(speeds: &CpSpeeds) -> Result<Self, MotionError> {
-        let rates = Speeds::unscaled(Rates {
+    pub fn new(speeds: &CpSpeeds, ceilings: &Ceilings) -> Result<Self, MotionError> {
+        let rates = ceilings.linear(Rates {
             velocity: speeds.junction_velocity,
             acceleration: speeds.plan_acceleration,
-        })
-        .linear()?;
+        })?;
         let period = positive(SpeedQuantity::Period, speeds.period_s)?;
         // v = a period / (2 sin(t / 2)), squared, with 2 sin2(t / 2) = 1 - cos(t).
         let straight = rates.acceleration * period;

@@ -6,8 +6,8 @@ use crate::leg::{Leg, SHORTEST_MOVE};
 use crate::line_leg::LineLeg;
 use crate::profile::{Profile, Rates};
 use crate::{
-    ArmState, Geometry, JointAngles, JumpHeights, Limits, MotionError, Pose, Speeds, Trajectory,
-    Transfer, Unreachable,
+    ArmState, Ceilings, Geometry, JointAngles, JumpHeights, Limits, MotionError, Pose, Speeds,
+    Trajectory, Transfer, Unreachable,
 };
 
 /// Where a motion leads. Increments count from where it starts.
@@ -87,13 +87,15 @@ impl Plan {
     }
 }
 
-/// All that a plan depends on besides start and request.
+/// All that a plan depends on besides start and request; [`ArmModel::planner`](crate::ArmModel::planner) makes one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Planner {
     /// The arm's measures, with the tool bias in force.
     pub geometry: Geometry,
     /// The limits in force.
     pub limits: Limits,
+    /// The most that a speed counts as.
+    pub ceilings: Ceilings,
     /// The speeds set.
     pub speeds: Speeds,
 }
@@ -122,7 +124,7 @@ impl Planner {
     /// A motion braked next to a limit may still run into it, which the plan tells.
     #[must_use]
     pub fn brake(&self, motion: &Trajectory, at_us: u64, factor: f64) -> Plan {
-        let deceleration = |joint| match self.speeds.joint(joint) {
+        let deceleration = |joint| match self.speeds.joint(joint, &self.ceilings) {
             Ok(rates) if factor > 0.0 => factor * rates.acceleration,
             _ => f64::INFINITY,
         };
@@ -290,7 +292,8 @@ impl Planner {
         }
         let lengths = sweeps.map(libm::fabs);
         let [s1, s2, s3, s4] = sweeps;
-        let [p1, p2, p3, p4] = synchronised(lengths, |joint| self.speeds.joint(joint))?;
+        let [p1, p2, p3, p4] =
+            synchronised(lengths, |joint| self.speeds.joint(joint, &self.ceilings))?;
         let axis = |sweep, profile| Axis::Travelling(libm::copysign(1.0, sweep), profile);
         Ok(Leg::Joints(JointLeg {
             from: *from,
@@ -302,8 +305,8 @@ impl Planner {
     /// The laws of a tool that goes `way` mm along its path and turns by `turn` degrees meanwhile.
     pub(crate) fn tool_laws(&self, way: f64, turn: f64) -> Result<[Profile; 2], MotionError> {
         synchronised([way, libm::fabs(turn)], |axis| match axis {
-            0 => self.speeds.linear(),
-            _ => self.speeds.rotation(),
+            0 => self.speeds.linear(&self.ceilings),
+            _ => self.speeds.rotation(&self.ceilings),
         })
     }
 

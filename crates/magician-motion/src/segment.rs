@@ -5,14 +5,14 @@ use crate::leg::{Leg, SHORTEST_MOVE};
 use crate::profile::Rates;
 use crate::segment_leg::SegmentLeg;
 use crate::speeds::finite_speed;
-use crate::{ArmState, MotionError, Plan, Planner, Pose, SpeedQuantity, Speeds, Trajectory};
+use crate::{ArmState, MotionError, Plan, Planner, Pose, SpeedQuantity, Trajectory};
 
 impl Planner {
     /// Plans one straight segment of a continuous path, which ends exactly at `to` (x, y, z) while joint 4 stands
     /// still, so that r goes along with joint 1.
     ///
     /// The speed is `entry` at first and `exit` at the end, or what of it can be gained on the way; a segment too
-    /// short to come down to `exit` brakes harder than `rates` allow. The rates count up to the arm's ceilings.
+    /// short to come down to `exit` brakes harder than `rates` allow. The rates count up to the ceilings.
     /// [`LookAhead`](crate::LookAhead) tells exit and rates. The segment must end within reach and limits; where it
     /// leaves them on the way it ends, and the plan tells where. One shorter than 0.0001 mm takes no time.
     ///
@@ -28,7 +28,7 @@ impl Planner {
         exit: f64,
         rates: Rates,
     ) -> Result<Plan, MotionError> {
-        let rates = Speeds::unscaled(rates).linear()?;
+        let rates = self.ceilings.linear(rates)?;
         let entry = finite_speed(SpeedQuantity::LinearVelocity, entry)?;
         let exit = finite_speed(SpeedQuantity::LinearVelocity, exit)?;
         from.check_invertible(&self.geometry)?;
@@ -64,7 +64,7 @@ impl Planner {
         exit: f64,
         rates: Rates,
     ) -> Result<Option<Plan>, MotionError> {
-        let rates = Speeds::unscaled(rates).linear()?;
+        let rates = self.ceilings.linear(rates)?;
         let exit = finite_speed(SpeedQuantity::LinearVelocity, exit)?;
         let Some((Leg::Segment(leg), t)) = running.under_way(at_us) else {
             return Ok(None);

@@ -1,7 +1,7 @@
 //! How fast a motion may be: what has been set, the ratio, and the arm's ceilings.
 
 use crate::profile::Rates;
-use crate::{MotionError, SpeedQuantity};
+use crate::{ArmModel, Ceilings, MotionError, SpeedQuantity};
 
 /// The point-to-point speed settings as they stand, in the values of the protocol: nothing clamped or checked.
 ///
@@ -28,129 +28,86 @@ pub struct Speeds {
 }
 
 impl Speeds {
-    /// The settings at power-up (model section 6).
-    pub const POWER_UP: Self = Self {
-        joint_velocity: [200.0; 4],
-        joint_acceleration: [200.0; 4],
-        linear_velocity: 200.0,
-        linear_acceleration: 200.0,
-        rotation_velocity: 100.0,
-        rotation_acceleration: 100.0,
-        velocity_ratio: 50.0,
-        acceleration_ratio: 50.0,
-    };
-
-    /// The fastest the arm goes whatever has been set (model section 6); r turns as fast as the servo of J4.
-    pub const CEILINGS: Self = Self {
-        joint_velocity: [320.0, 320.0, 320.0, 480.0],
-        joint_acceleration: [300.0; 4],
-        linear_velocity: 300.0,
-        linear_acceleration: 400.0,
-        rotation_velocity: 480.0,
-        rotation_acceleration: 300.0,
-        velocity_ratio: 100.0,
-        acceleration_ratio: 100.0,
-    };
-
-    /// The speeds of the last part of homing, which no setting scales (model section 11).
-    pub const HOMING: Self = Self {
-        joint_velocity: [30.0, 50.0, 50.0, 50.0],
-        joint_acceleration: [30.0, 50.0, 50.0, 50.0],
-        velocity_ratio: 100.0,
-        acceleration_ratio: 100.0,
-        ..Self::POWER_UP
-    };
-
-    /// The same rates on every axis, at no ratio.
-    pub(crate) fn unscaled(rates: Rates) -> Self {
-        Self {
-            joint_velocity: [rates.velocity; 4],
-            joint_acceleration: [rates.acceleration; 4],
-            linear_velocity: rates.velocity,
-            linear_acceleration: rates.acceleration,
-            rotation_velocity: rates.velocity,
-            rotation_acceleration: rates.acceleration,
-            velocity_ratio: 100.0,
-            acceleration_ratio: 100.0,
-        }
-    }
-
     /// Velocity and acceleration of a joint, its index from 0.
-    pub(crate) fn joint(&self, index: usize) -> Result<Rates, MotionError> {
-        let name = u8::try_from(index + 1).unwrap_or(u8::MAX);
+    pub(crate) fn joint(&self, index: usize, ceilings: &Ceilings) -> Result<Rates, MotionError> {
         let of = |values: [f64; 4]| values.get(index).copied().unwrap_or(f64::NAN);
-        self.rates(
-            Setting {
-                quantity: SpeedQuantity::JointVelocity(name),
-                value: of(self.joint_velocity),
-                ceiling: of(Self::CEILINGS.joint_velocity),
-            },
-            Setting {
-                quantity: SpeedQuantity::JointAcceleration(name),
-                value: of(self.joint_acceleration),
-                ceiling: of(Self::CEILINGS.joint_acceleration),
-            },
-        )
+        let set = Rates {
+            velocity: of(self.joint_velocity),
+            acceleration: of(self.joint_acceleration),
+        };
+        self.scaled(|| ceilings.joint(index, set))
     }
 
     /// Velocity and acceleration along a straight line.
-    pub(crate) fn linear(&self) -> Result<Rates, MotionError> {
-        self.rates(
-            Setting {
-                quantity: SpeedQuantity::LinearVelocity,
-                value: self.linear_velocity,
-                ceiling: Self::CEILINGS.linear_velocity,
-            },
-            Setting {
-                quantity: SpeedQuantity::LinearAcceleration,
-                value: self.linear_acceleration,
-                ceiling: Self::CEILINGS.linear_acceleration,
-            },
-        )
+    pub(crate) fn linear(&self, ceilings: &Ceilings) -> Result<Rates, MotionError> {
+        let set = Rates {
+            velocity: self.linear_velocity,
+            acceleration: self.linear_acceleration,
+        };
+        self.scaled(|| ceilings.linear(set))
     }
 
     /// Velocity and acceleration of r along a straight line.
-    pub(crate) fn rotation(&self) -> Result<Rates, MotionError> {
-        self.rates(
-            Setting {
-                quantity: SpeedQuantity::RotationVelocity,
-                value: self.rotation_velocity,
-                ceiling: Self::CEILINGS.rotation_velocity,
-            },
-            Setting {
-                quantity: SpeedQuantity::RotationAcceleration,
-                value: self.rotation_acceleration,
-                ceiling: Self::CEILINGS.rotation_acceleration,
-            },
-        )
+    pub(crate) fn rotation(&self, ceilings: &Ceilings) -> Result<Rates, MotionError> {
+        let set = Rates {
+            velocity: self.rotation_velocity,
+            acceleration: self.rotation_acceleration,
+        };
+        self.scaled(|| ceilings.rotation(set))
     }
 
-    fn rates(&self, velocity: Setting, acceleration: Setting) -> Result<Rates, MotionError> {
+    fn scaled(
+        &self,
+        capped: impl FnOnce() -> Result<Rates, MotionError>,
+    ) -> Result<Rates, MotionError> {
         let velocity_ratio = ratio(SpeedQuantity::VelocityRatio, self.velocity_ratio)?;
         let acceleration_ratio = ratio(SpeedQuantity::AccelerationRatio, self.acceleration_ratio)?;
+        let capped = capped()?;
         Ok(Rates {
-            velocity: velocity.capped()? * velocity_ratio,
-            acceleration: acceleration.capped()? * acceleration_ratio,
+            velocity: capped.velocity * velocity_ratio,
+            acceleration: capped.acceleration * acceleration_ratio,
         })
     }
 }
 
 impl Default for Speeds {
-    /// The settings at power-up.
+    /// The settings at power-up of firmware 3.6.14.
     fn default() -> Self {
-        Self::POWER_UP
+        ArmModel::MAGICIAN.power_up.speeds
     }
 }
 
-struct Setting {
-    quantity: SpeedQuantity,
-    value: f64,
-    ceiling: f64,
-}
+impl Ceilings {
+    /// These rates of a joint (its index from 0), each up to its ceiling.
+    pub(crate) fn joint(&self, index: usize, rates: Rates) -> Result<Rates, MotionError> {
+        let name = u8::try_from(index + 1).unwrap_or(u8::MAX);
+        let of = |values: [f64; 4]| values.get(index).copied().unwrap_or(f64::NAN);
+        Ok(Rates {
+            velocity: positive(SpeedQuantity::JointVelocity(name), rates.velocity)?
+                .min(of(self.joint_velocity)),
+            acceleration: positive(SpeedQuantity::JointAcceleration(name), rates.acceleration)?
+                .min(of(self.joint_acceleration)),
+        })
+    }
 
-impl Setting {
-    fn capped(&self) -> Result<f64, MotionError> {
-        positive(self.quantity, self.value).map(|value| value.min(self.ceiling))
+    /// These rates along a path, each up to its ceiling.
+    pub(crate) fn linear(&self, rates: Rates) -> Result<Rates, MotionError> {
+        Ok(Rates {
+            velocity: positive(SpeedQuantity::LinearVelocity, rates.velocity)?
+                .min(self.linear_velocity),
+            acceleration: positive(SpeedQuantity::LinearAcceleration, rates.acceleration)?
+                .min(self.linear_acceleration),
+        })
+    }
+
+    /// These rates of r along a path, each up to its ceiling.
+    pub(crate) fn rotation(&self, rates: Rates) -> Result<Rates, MotionError> {
+        Ok(Rates {
+            velocity: positive(SpeedQuantity::RotationVelocity, rates.velocity)?
+                .min(self.rotation_velocity),
+            acceleration: positive(SpeedQuantity::RotationAcceleration, rates.acceleration)?
+                .min(self.rotation_acceleration),
+        })
     }
 }
 

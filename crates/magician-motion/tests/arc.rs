@@ -3,8 +3,8 @@
 mod support;
 
 use magician_motion::{
-    ArmState, Geometry, JointAngles, Limits, MotionError, Planner, Pose, Range, SpeedQuantity,
-    Speeds, ToolBias, Unreachable,
+    ArmModel, ArmState, Ceilings, Geometry, JointAngles, Limits, MotionError, Planner, Pose, Range,
+    SpeedQuantity, Speeds, ToolBias, Unreachable,
 };
 use proptest::prelude::*;
 use support::*;
@@ -17,7 +17,7 @@ const ARC_SET: Speeds = Speeds {
     rotation_acceleration: 200.0,
     velocity_ratio: 100.0,
     acceleration_ratio: 100.0,
-    ..Speeds::POWER_UP
+    ..ArmModel::MAGICIAN.power_up.speeds
 };
 
 fn at(planner: &Planner, pose: &Pose) -> ArmState {
@@ -496,8 +496,8 @@ proptest! {
         let geometry = if plain { Geometry::default() } else { Geometry::magician(ToolBias::new(tool[0], tool[1], tool[2])) };
         let squeezed = |pose: [f64; 4]| Pose::from(if scale == 0.0 { pose } else { pose.map(|value| value.to_bits() as f64 / u64::MAX as f64 * scale) });
         let (via, to) = (squeezed(via), squeezed(to));
-        for limits in [Limits::CONTROLLER, WITHOUT_LIMITS] {
-            let planner = Planner { geometry, limits, speeds: Speeds::POWER_UP };
+        for limits in [ArmModel::MAGICIAN.limits, WITHOUT_LIMITS] {
+            let planner = Planner { geometry, limits, ceilings: Ceilings::default(), speeds: ArmModel::MAGICIAN.power_up.speeds };
             let from = ArmState::at_joints(&geometry, &from);
             for plan in [planner.arc(&from, &via, &to), planner.circle(&from, &via, &to, count)].into_iter().flatten() {
                 let motion = plan.trajectory;

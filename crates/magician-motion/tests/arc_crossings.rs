@@ -2,7 +2,9 @@
 
 mod support;
 
-use magician_motion::{ArmState, Bound, JointAngles, Limits, MotionError, Planner, Pose, Range};
+use magician_motion::{
+    ArmModel, ArmState, Bound, JointAngles, Limits, MotionError, Planner, Pose, Range,
+};
 use proptest::prelude::*;
 use support::*;
 
@@ -32,7 +34,7 @@ fn neighbours() -> impl Strategy<Value = [JointAngles; 3]> {
         .prop_filter("within limits", |places| {
             places
                 .iter()
-                .all(|joints| Limits::CONTROLLER.check(joints).is_ok())
+                .all(|joints| ArmModel::MAGICIAN.limits.check(joints).is_ok())
         })
 }
 
@@ -82,7 +84,7 @@ proptest! {
         let tight = Limits {
             j1: Range::new(-135.0 * shrink, 135.0 * shrink),
             j2: Range::new(-5.0, 90.0 * shrink),
-            ..Limits::CONTROLLER
+            ..ArmModel::MAGICIAN.limits
         };
         let planner = Planner { limits: tight, ..planner };
         let [from, via, to] = places.map(|joints| ArmState::at_joints(&planner.geometry, &joints));
@@ -148,7 +150,7 @@ fn arcs_round_the_base_that_hug_a_bound() {
     let eased = Planner {
         limits: Limits {
             j2: Range::new(-5.0, 90.0 + 1e-7),
-            ..Limits::CONTROLLER
+            ..ArmModel::MAGICIAN.limits
         },
         ..planner
     };

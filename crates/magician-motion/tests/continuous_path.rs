@@ -5,8 +5,8 @@ mod support;
 use std::collections::VecDeque;
 
 use magician_motion::{
-    ArmState, CpSegment, CpSpeeds, Geometry, JointAngles, LookAhead, MotionError, Planner, Pose,
-    Rates, ToolBias, Trajectory, Unreachable,
+    ArmModel, ArmState, CpSegment, CpSpeeds, Geometry, JointAngles, LookAhead, MotionError,
+    Planner, Pose, Rates, ToolBias, Trajectory, Unreachable,
 };
 use proptest::prelude::*;
 use support::*;
@@ -112,7 +112,7 @@ impl Run {
         let pose = Pose::new(START[0], START[1], START[2], 20.0);
         Self {
             planner,
-            look_ahead: LookAhead::new(settings).expect("speeds"),
+            look_ahead: LookAhead::new(settings, &ArmModel::MAGICIAN.ceilings).expect("speeds"),
             acceleration: settings.plan_acceleration,
             forced: false,
             state: ArmState::at_pose(&planner.geometry, &pose, &planner.limits).expect("in reach"),
@@ -454,7 +454,7 @@ fn near(planner: &Planner, state: &ArmState) -> bool {
 
 #[test]
 fn a_straight_line_in_pieces_takes_the_time_of_the_whole() {
-    let settings = CpSpeeds::POWER_UP;
+    let settings = ArmModel::MAGICIAN.power_up.path;
     let mut run = Run::new(ToolBias::NONE, &settings);
     let pieces = 120u32;
     for piece in 1..=pieces {
@@ -484,7 +484,7 @@ fn a_straight_line_in_pieces_takes_the_time_of_the_whole() {
 #[test]
 fn a_fed_queue_is_never_slower_than_its_look_ahead_allows() {
     // Four segments of 2 mm in sight at most: 8 mm to brake in, sqrt(2 * 100 * 8) = 40 mm/s.
-    let mut run = Run::new(ToolBias::NONE, &CpSpeeds::POWER_UP);
+    let mut run = Run::new(ToolBias::NONE, &ArmModel::MAGICIAN.power_up.path);
     let mut next = 0;
     let mut feed = |run: &mut Run| {
         while run.queue.len() < 4 && next < 40 {

@@ -3,8 +3,8 @@
 mod support;
 
 use magician_motion::{
-    ArmState, Bound, Geometry, JointAngles, Limits, MotionError, Planner, Pose, Target, ToolBias,
-    Unreachable,
+    ArmModel, ArmState, Bound, Geometry, JointAngles, Limits, MotionError, Planner, Pose, Target,
+    ToolBias, Unreachable,
 };
 use proptest::prelude::*;
 use support::*;
@@ -60,7 +60,7 @@ proptest! {
         let tight = Limits {
             j1: magician_motion::Range::new(-135.0 * shrink, 135.0 * shrink),
             j2: magician_motion::Range::new(-5.0, 90.0 * shrink),
-            ..Limits::CONTROLLER
+            ..ArmModel::MAGICIAN.limits
         };
         if tight.check(&to).is_err() {
             return Ok(());
@@ -249,7 +249,7 @@ fn from_beyond_a_limit_the_way_is_back_in() {
 fn a_motion_that_has_come_back_within_a_bound_stops_where_it_would_leave_it_again() {
     let limits = Limits {
         j1: magician_motion::Range::new(-135.0, 50.0),
-        ..Limits::CONTROLLER
+        ..ArmModel::MAGICIAN.limits
     };
     let planner = Planner {
         limits,
@@ -268,8 +268,8 @@ fn a_motion_that_has_come_back_within_a_bound_stops_where_it_would_leave_it_agai
             45.0,
         )
     };
-    let from =
-        ArmState::at_pose(&planner.geometry, &at(155.0), &Limits::CONTROLLER).expect("there");
+    let from = ArmState::at_pose(&planner.geometry, &at(155.0), &ArmModel::MAGICIAN.limits)
+        .expect("there");
     assert_eq!(
         limits.violations(&from.joints).collect::<Vec<_>>(),
         [Bound::J1Max]

@@ -3,8 +3,8 @@
 mod support;
 
 use magician_motion::{
-    ArmState, Bound, Geometry, Jog, JogAxis, LIMIT_TOLERANCE, Limits, MotionError, Planner, Pose,
-    Range, Rates, SpeedQuantity, Speeds, ToolBias,
+    ArmModel, ArmState, Bound, Geometry, Jog, JogAxis, LIMIT_TOLERANCE, Limits, MotionError,
+    Planner, Pose, Range, Rates, SpeedQuantity, Speeds, ToolBias,
 };
 use proptest::prelude::*;
 use support::*;
@@ -166,10 +166,12 @@ fn rates_that_are_none_are_refused() {
     let settings = Speeds {
         linear_velocity: 1000.0,
         velocity_ratio: 50.0,
-        ..Speeds::POWER_UP
+        ..ArmModel::MAGICIAN.power_up.speeds
     };
     // The ceiling counts before the ratio.
-    let rates = settings.jog(JogAxis::X).expect("speeds");
+    let rates = settings
+        .jog(JogAxis::X, &ArmModel::MAGICIAN.ceilings)
+        .expect("speeds");
     assert_eq!(rates.velocity, 150.0);
 }
 
@@ -393,7 +395,7 @@ proptest! {
 fn limits_of_any_width_end_a_jog() {
     let narrow = |min: f64, max: f64| Limits {
         j1: Range::new(min, max),
-        ..Limits::CONTROLLER
+        ..ArmModel::MAGICIAN.limits
     };
     let rates = Rates {
         velocity: 300.0,

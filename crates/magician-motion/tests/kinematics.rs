@@ -3,7 +3,7 @@
 mod support;
 
 use magician_motion::{
-    Bound, Geometry, JointAngles, Limits, MotionError, Pose, ToolBias, Unreachable,
+    ArmModel, Bound, Geometry, JointAngles, Limits, MotionError, Pose, ToolBias, Unreachable,
 };
 use proptest::prelude::*;
 use serde::Deserialize;
@@ -54,7 +54,7 @@ fn poses_of_real_arms_are_met() {
         let (joints, pose) = (JointAngles::from(row.joints_deg), Pose::from(row.xyzr));
         let forward = arm.forward(&joints);
         let inverse = arm
-            .inverse_within(&pose, &Limits::CONTROLLER)
+            .inverse_within(&pose, &ArmModel::MAGICIAN.limits)
             .expect(&row.id);
         let full_precision = row.printed_resolution < 1e-4;
         // hm01's joints are the documented home, not a printout; its pose is good to the same 0.03 mm.
@@ -89,7 +89,7 @@ fn reachable() -> impl Strategy<Value = JointAngles> {
             JointAngles::new(j1, j2, j3, j4)
         })
         .prop_filter("within limits", |joints| {
-            Limits::CONTROLLER.check(joints).is_ok()
+            ArmModel::MAGICIAN.limits.check(joints).is_ok()
         })
 }
 
@@ -114,7 +114,7 @@ proptest! {
     fn inverse_undoes_forward(joints in reachable(), tool in bias()) {
         let arm = Geometry::magician(tool);
         let pose = arm.forward(&joints);
-        let back = arm.inverse_within(&pose, &Limits::CONTROLLER).expect("reachable");
+        let back = arm.inverse_within(&pose, &ArmModel::MAGICIAN.limits).expect("reachable");
         prop_assert!(angular(&back, &joints) < 1e-9, "{joints:?} {back:?}");
         prop_assert!(distance(&arm.forward(&back), &pose) < 1e-9);
     }
@@ -136,8 +136,8 @@ proptest! {
         if let Ok(joints) = arm.inverse(&Pose::from(a)) {
             prop_assert!(joints.is_finite());
         }
-        let _ = arm.inverse_within(&arm.forward(&JointAngles::from(a)), &Limits::GUARANTEED);
-        let _ = Limits::CONTROLLER.check(&JointAngles::from(a));
+        let _ = arm.inverse_within(&arm.forward(&JointAngles::from(a)), &ArmModel::MAGICIAN.guaranteed);
+        let _ = ArmModel::MAGICIAN.limits.check(&JointAngles::from(a));
     }
 }
 
@@ -189,7 +189,7 @@ fn out_of_reach_says_which_way() {
 
 #[test]
 fn every_bound_is_named_with_both_values() {
-    let limits = Limits::GUARANTEED;
+    let limits = ArmModel::MAGICIAN.guaranteed;
     let cases = [
         (
             [-90.5, 45.0, 45.0, 0.0],
@@ -249,7 +249,7 @@ fn every_bound_is_named_with_both_values() {
         assert_eq!(error.to_string(), message);
         assert_eq!(limits.violations(&joints).collect::<Vec<_>>(), [expected]);
     }
-    assert_eq!(Limits::default(), Limits::CONTROLLER);
+    assert_eq!(Limits::default(), ArmModel::MAGICIAN.limits);
     assert!(limits.check(&JointAngles::HOME).is_ok());
 }
 

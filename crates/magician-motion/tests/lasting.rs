@@ -3,7 +3,7 @@
 mod support;
 
 use magician_motion::{
-    ArmState, JumpHeights, LIMIT_TOLERANCE, Move, MoveKind, Planner, Pose, Target, Trajectory,
+    ArmModel, ArmState, LIMIT_TOLERANCE, Move, MoveKind, Planner, Pose, Target, Trajectory,
     Transfer,
 };
 use proptest::prelude::*;
@@ -13,8 +13,14 @@ fn kind() -> impl Strategy<Value = MoveKind> {
     prop_oneof![
         Just(MoveKind::Joint),
         Just(MoveKind::Line),
-        Just(MoveKind::Jump(JumpHeights::POWER_UP, Transfer::Joint)),
-        Just(MoveKind::Jump(JumpHeights::POWER_UP, Transfer::Line)),
+        Just(MoveKind::Jump(
+            ArmModel::MAGICIAN.power_up.jump,
+            Transfer::Joint
+        )),
+        Just(MoveKind::Jump(
+            ArmModel::MAGICIAN.power_up.jump,
+            Transfer::Line
+        )),
     ]
 }
 

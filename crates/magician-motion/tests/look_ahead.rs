@@ -1,10 +1,14 @@
 //! How fast a continuous path may be at its corners, by hand (model section 8).
 
-use magician_motion::{CpSegment, CpSpeeds, LookAhead, MotionError, SpeedQuantity};
+use magician_motion::{ArmModel, CpSegment, CpSpeeds, LookAhead, MotionError, SpeedQuantity};
 
 #[test]
 fn corners_count_by_the_closed_form() {
-    let look_ahead = LookAhead::new(&CpSpeeds::POWER_UP).expect("speeds");
+    let look_ahead = LookAhead::new(
+        &ArmModel::MAGICIAN.power_up.path,
+        &ArmModel::MAGICIAN.ceilings,
+    )
+    .expect("speeds");
     let along = CpSegment::between([0.0; 3], [50.0, 0.0, 0.0]);
     let turned = |degrees: f64| {
         let angle = degrees.to_radians();
@@ -46,9 +50,9 @@ fn in_real_time_a_segment_takes_a_period() {
         junction_velocity: 300.0,
         period_s: 0.05,
         real_time: true,
-        ..CpSpeeds::POWER_UP
+        ..ArmModel::MAGICIAN.power_up.path
     };
-    let look_ahead = LookAhead::new(&settings).expect("speeds");
+    let look_ahead = LookAhead::new(&settings, &ArmModel::MAGICIAN.ceilings).expect("speeds");
     let piece = |from: f64, to: f64| CpSegment::between([from, 0.0, 0.0], [to, 0.0, 0.0]);
     let path: Vec<CpSegment> = (0..40u32)
         .map(|n| piece(f64::from(n), f64::from(n + 1)))
@@ -63,11 +67,14 @@ fn in_real_time_a_segment_takes_a_period() {
     let aside = CpSegment::between([1.0, 0.0, 0.0], [1.0, 1.0, 0.0]);
     assert_eq!(look_ahead.exit_speed(&path[0], [&aside]), 20.0);
     // Whole periods, but with corners: the option of the model.
-    let look_ahead = LookAhead::new(&CpSpeeds {
-        real_time: false,
-        whole_periods: true,
-        ..settings
-    })
+    let look_ahead = LookAhead::new(
+        &CpSpeeds {
+            real_time: false,
+            whole_periods: true,
+            ..settings
+        },
+        &ArmModel::MAGICIAN.ceilings,
+    )
     .expect("speeds");
     assert_eq!(look_ahead.rates(&path[0]).velocity, 20.0);
     assert!(look_ahead.exit_speed(&path[0], [&aside]) < 20.0);
@@ -75,12 +82,12 @@ fn in_real_time_a_segment_takes_a_period() {
 
 #[test]
 fn settings_that_are_none_are_refused() {
-    let refused = |settings| match LookAhead::new(&settings) {
+    let refused = |settings| match LookAhead::new(&settings, &ArmModel::MAGICIAN.ceilings) {
         Err(MotionError::Speed { quantity, .. }) => quantity,
         other => panic!("{other:?}"),
     };
     for bad in [0.0, -1.0, f64::NAN] {
-        let settings = CpSpeeds::POWER_UP;
+        let settings = ArmModel::MAGICIAN.power_up.path;
         assert_eq!(
             refused(CpSpeeds {
                 plan_acceleration: bad,
@@ -109,11 +116,14 @@ fn settings_that_are_none_are_refused() {
     };
     assert_eq!(error.to_string(), "period is 0 s, it must be above 0 s");
     // The ceilings of the arm.
-    let fast = LookAhead::new(&CpSpeeds {
-        plan_acceleration: 1e9,
-        junction_velocity: 1e9,
-        ..CpSpeeds::POWER_UP
-    })
+    let fast = LookAhead::new(
+        &CpSpeeds {
+            plan_acceleration: 1e9,
+            junction_velocity: 1e9,
+            ..ArmModel::MAGICIAN.power_up.path
+        },
+        &ArmModel::MAGICIAN.ceilings,
+    )
     .expect("speeds");
     let rates = fast.rates(&CpSegment::between([0.0; 3], [1.0; 3]));
     assert_eq!((rates.velocity, rates.acceleration), (300.0, 400.0));

@@ -2,7 +2,7 @@
 
 mod support;
 
-use magician_motion::{ArmState, Limits, Planner, Profile, Rates, Speeds, Target};
+use magician_motion::{ArmModel, ArmState, Planner, Profile, Rates, Speeds, Target};
 use proptest::prelude::*;
 use rsruckig::prelude::*;
 use support::*;
@@ -34,7 +34,7 @@ proptest! {
     #[test]
     fn four_joints(from in reachable(), to in reachable(), speeds in speeds()) {
         let planner = Planner { limits: WITHOUT_LIMITS, speeds, ..Planner::default() };
-        prop_assert!(Limits::CONTROLLER.check(&to).is_ok());
+        prop_assert!(ArmModel::MAGICIAN.limits.check(&to).is_ok());
         let start = ArmState::at_joints(&planner.geometry, &from);
         let plan = planner.plan(&start, &joint_move(Target::Joints(to))).expect("planned");
         let ours = plan.trajectory.duration_us() as f64 / 1e6;

@@ -2,7 +2,7 @@
 
 use magician::Set;
 use magician::words::{self, Preflight};
-use magician_motion::{Speeds, ToolBias};
+use magician_motion::{ArmModel, ToolBias};
 
 use crate::artwork::{Layout, Marking, Misfit, Order, Sheet, rotated};
 use crate::raster::{Engrave, Grid, Size, Trace};
@@ -548,7 +548,7 @@ fn above_ceiling(plan: &Plan) -> Option<Problem> {
         _ => None,
     });
     let fastest = speeds.fold(0.0, f64::max);
-    let ceiling = Speeds::CEILINGS.linear_velocity;
+    let ceiling = ArmModel::MAGICIAN.ceilings.linear_velocity;
     (fastest > ceiling).then(|| {
         let what = format!(
             "speed {fastest:.0} mm/s is above the arm's ceiling: it goes at {ceiling:.0} mm/s at most"

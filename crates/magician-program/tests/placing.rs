@@ -2,7 +2,9 @@
 
 use magician::words::Preflight;
 use magician::{JointAngles, ToolBias};
-use magician_motion::{ArmState, Geometry, Limits, Move, MoveKind, Planner, Pose, Speeds, Target};
+use magician_motion::{
+    ArmModel, ArmState, Ceilings, Geometry, Move, MoveKind, Planner, Pose, Target,
+};
 use magician_program::artwork::{Layout, Marking, Sheet};
 use magician_program::{Action, Artwork, Origin, Stroke, Surface, Tool, Travel, check};
 
@@ -281,8 +283,9 @@ fn the_first_way_never_leads_through_the_paper() {
     let geometry = Geometry::magician(ToolBias::PEN);
     let planner = Planner {
         geometry,
-        limits: Limits::CONTROLLER,
-        speeds: Speeds::POWER_UP,
+        limits: ArmModel::MAGICIAN.limits,
+        ceilings: Ceilings::default(),
+        speeds: ArmModel::MAGICIAN.power_up.speeds,
     };
     let mut tried = 0;
     for surface in [-100.0, -60.0, -30.0, 0.0, 40.0] {
@@ -293,7 +296,7 @@ fn the_first_way_never_leads_through_the_paper() {
                 z,
                 angle.to_degrees(),
             );
-            ArmState::at_pose(&geometry, &pose, &Limits::CONTROLLER).ok()
+            ArmState::at_pose(&geometry, &pose, &ArmModel::MAGICIAN.limits).ok()
         };
         let radii = || (100..350).step_by(10).map(f64::from);
         for (from, to) in radii().flat_map(|from| radii().map(move |to| (from, to))) {

@@ -1,6 +1,6 @@
 //! The controller as those who hold it see it.
 
-use magician_motion::{JointAngles, ToolBias};
+use magician_motion::{ArmModel, JointAngles, ToolBias};
 use magician_protocol::{Event as Found, Frame, FrameBuf, Row};
 
 use crate::core::Core;
@@ -111,6 +111,12 @@ impl Controller {
     #[must_use]
     pub fn now(&self) -> Micros {
         self.core.now
+    }
+
+    /// The numbers by which it plans motions.
+    #[must_use]
+    pub fn arm_model(&self) -> &ArmModel {
+        &self.core.model
     }
 
     /// The world around the arm.

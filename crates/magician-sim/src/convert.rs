@@ -39,57 +39,45 @@ pub(crate) fn tool_to_wire(tool: ToolBias) -> commands::EndEffectorParams {
 }
 
 impl Core {
-    /// The arm with the tool bias that is set now.
-    pub(crate) fn geometry(&self) -> Geometry {
+    /// The tool bias that is set now.
+    pub(crate) fn tool(&self) -> ToolBias {
         let bias = &self.settings.bias;
         let [x, y, z] = from_wire([bias.x_bias, bias.y_bias, bias.z_bias]);
-        Geometry::magician(ToolBias::new(x, y, z))
+        ToolBias::new(x, y, z)
     }
 
-    /// The point-to-point speeds that are set now, up to the profile's ceilings.
+    /// The arm with the tool bias that is set now.
+    pub(crate) fn geometry(&self) -> Geometry {
+        self.model.geometry(self.tool())
+    }
+
+    /// The point-to-point speeds that are set now; the planner knows their ceilings.
     pub(crate) fn ptp_speeds(&self) -> Speeds {
         let (joint, space) = (&self.settings.ptp_joint, &self.settings.ptp_coordinate);
-        let (ratio, most) = (&self.settings.ptp_common, &self.profile.ceilings);
-        let [mut v, mut a] = [from_wire(joint.velocity), from_wire(joint.acceleration)];
-        for (value, ceiling) in v.iter_mut().zip(most.joint_velocity) {
-            *value = capped(*value, ceiling);
-        }
-        for value in &mut a {
-            *value = capped(*value, most.joint_acceleration);
-        }
+        let ratio = &self.settings.ptp_common;
         Speeds {
-            joint_velocity: v,
-            joint_acceleration: a,
-            linear_velocity: capped(space.xyz_velocity.into(), most.linear_velocity),
-            linear_acceleration: capped(space.xyz_acceleration.into(), most.linear_acceleration),
-            rotation_velocity: capped(space.r_velocity.into(), most.rotation_velocity),
-            rotation_acceleration: capped(space.r_acceleration.into(), most.rotation_acceleration),
+            joint_velocity: from_wire(joint.velocity),
+            joint_acceleration: from_wire(joint.acceleration),
+            linear_velocity: space.xyz_velocity.into(),
+            linear_acceleration: space.xyz_acceleration.into(),
+            rotation_velocity: space.r_velocity.into(),
+            rotation_acceleration: space.r_acceleration.into(),
             velocity_ratio: ratio.velocity_ratio.into(),
             acceleration_ratio: ratio.acceleration_ratio.into(),
         }
     }
 
-    /// The speeds of arcs that are set now, up to the profile's ceilings; no joint moves by itself.
+    /// The speeds of arcs that are set now; no joint moves by itself.
     pub(crate) fn arc_speeds(&self) -> Speeds {
         let (arc, ratio) = (&self.settings.arc, &self.settings.arc_common);
-        let most = &self.profile.ceilings;
         Speeds {
-            linear_velocity: capped(arc.xyz_velocity.into(), most.linear_velocity),
-            linear_acceleration: capped(arc.xyz_acceleration.into(), most.linear_acceleration),
-            rotation_velocity: capped(arc.r_velocity.into(), most.rotation_velocity),
-            rotation_acceleration: capped(arc.r_acceleration.into(), most.rotation_acceleration),
+            linear_velocity: arc.xyz_velocity.into(),
+            linear_acceleration: arc.xyz_acceleration.into(),
+            rotation_velocity: arc.r_velocity.into(),
+            rotation_acceleration: arc.r_acceleration.into(),
             velocity_ratio: ratio.velocity_ratio.into(),
             acceleration_ratio: ratio.acceleration_ratio.into(),
             ..self.ptp_speeds()
-        }
-    }
-
-    /// The speeds of the move that ends homing; no ratio scales them.
-    pub(crate) fn homing_speeds(&self) -> Speeds {
-        Speeds {
-            joint_velocity: self.profile.home.velocity,
-            joint_acceleration: self.profile.home.acceleration,
-            ..Speeds::HOMING
         }
     }
 

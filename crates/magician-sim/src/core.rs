@@ -1,5 +1,6 @@
 //! The controller behind its links: everything that a command can look at or change.
 
+use magician_motion::ArmModel;
 use magician_protocol::{
     Alarm, Ctrl, DecodeError, EncodeError, Frame, FrameBuf, QueuedCmdIndex, Request, Row, Set,
 };
@@ -25,6 +26,8 @@ use crate::{LineState, LinkId, Micros, Profile, World};
 pub(crate) struct Core {
     pub(crate) now: Micros,
     pub(crate) profile: Profile,
+    /// The profile as motions are planned with it.
+    pub(crate) model: ArmModel,
     pub(crate) settings: Settings,
     pub(crate) queue: Queue,
     pub(crate) alarms: Alarms,
@@ -88,6 +91,7 @@ impl Core {
             restarted: false,
             log: Log::default(),
             fidelity: Fidelity::default(),
+            model: profile.arm_model(),
             profile,
         };
         if core.profile.power_up.reset_alarm {

@@ -157,7 +157,7 @@ impl Core {
 
     /// The controller was switched on while the arm really stood there.
     pub(crate) fn stood_at(&mut self, joints: JointAngles) {
-        let usual = JointAngles::from(self.profile.power_up.joints);
+        let usual = self.model.power_up.joints;
         let really = self.bent_to(joints, usual);
         self.wake_at(really);
         self.homed = false;
@@ -166,7 +166,7 @@ impl Core {
     /// Where the joints come to when they are bent to given angles: no further than the limits, and what is not a
     /// number stays as it was.
     pub(crate) fn bent_to(&self, joints: JointAngles, before: JointAngles) -> JointAngles {
-        let limits = self.profile.limits_in_force();
+        let limits = self.model.limits;
         let within = |range: Range, angle: f64| angle.max(range.min).min(range.max);
         let or = |angle: f64, before: f64| if angle.is_finite() { angle } else { before };
         let Range { min, max } = limits.j2_minus_j3;

@@ -45,7 +45,7 @@ fn what_is_too_large_is_not_read_to_its_end() {
 
 #[test]
 fn profiles_and_flashes_are_refused_in_one_line() {
-    let profile = format!("{}\n[zzz]\n", Profile::BUILT_IN);
+    let profile = format!("{}\n[zzz]\n", Profile::pattern());
     let error = Profile::from_toml(&profile).unwrap_err().to_string();
     let line = profile.lines().count();
     assert!(

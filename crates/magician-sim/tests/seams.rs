@@ -172,6 +172,37 @@ fn jogs_keep_to_the_ceilings_before_the_ratio() {
     assert!((speed - 20.0).abs() < 1e-6, "half of 40, not {speed}");
 }
 
+/// The most that a setting counts as is the profile's, higher than the known firmware's too.
+#[test]
+fn a_profile_that_raises_a_ceiling_raises_it() {
+    let seconds = |linear_velocity: f64| {
+        let mut bench = arm_with(|profile| {
+            profile.ceilings.linear_velocity = linear_velocity;
+            profile.ceilings.linear_acceleration = 1e5;
+        });
+        bench.set(&QueuedCmdStartExec {});
+        bench.set(&PtpCommonParams {
+            velocity_ratio: 100.0,
+            acceleration_ratio: 100.0,
+        });
+        bench.set(&PtpCoordinateParams {
+            xyz_velocity: 1000.0,
+            r_velocity: 1000.0,
+            xyz_acceleration: 1e5,
+            r_acceleration: 1e5,
+        });
+        bench.set(&ptp(2, [220.0, -120.0, 20.0, 0.0]));
+        bench.rest();
+        let begun = bench.state().now;
+        bench.set(&ptp(2, [220.0, 120.0, 20.0, 0.0]));
+        bench.rest();
+        (bench.state().now - begun) as f64 / 1e6
+    };
+    assert!((seconds(300.0) - 0.803).abs() < 1e-3, "{}", seconds(300.0));
+    assert!((seconds(600.0) - 0.406).abs() < 1e-3, "{}", seconds(600.0));
+    assert!((seconds(2000.0) - 0.25).abs() < 1e-3, "{}", seconds(2000.0));
+}
+
 #[test]
 fn two_negative_speeds_make_no_positive_one() {
     let mut bench = running_arm();

@@ -430,7 +430,7 @@ mod tests {
 
     #[test]
     fn a_limit_has_both_values() {
-        let limits = magician_motion::Limits::CONTROLLER;
+        let limits = magician_motion::ArmModel::MAGICIAN.limits;
         let joints = magician_motion::JointAngles::new(0.0, 91.3, 45.0, 0.0);
         let error = Error::from(limits.check(&joints).unwrap_err());
         assert_eq!(error.kind(), ErrorKind::Unreachable);

@@ -58,7 +58,9 @@ pub use arm::{
 };
 pub use burning::burns;
 pub use error::{Error, ErrorKind, Result};
-pub use magician_motion::{ArmState, Geometry, JointAngles, Law, Limits, ToolBias, Trajectory};
+pub use magician_motion::{
+    ArmModel, ArmState, Geometry, JointAngles, Law, Limits, ToolBias, Trajectory,
+};
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
 };

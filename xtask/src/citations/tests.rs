@@ -187,7 +187,7 @@ fn every_basis_leads_to_its_anchor() {
 /// The numbers of the firmware profile stand bare behind their letter: `# V 15: shown by ..`, `# M S9, T S11: ..`.
 #[test]
 fn every_number_of_the_firmware_profile_exists() {
-    let profile = read("crates/magician-sim/profiles/magician-3.6.14.toml");
+    let profile = read("crates/magician-sim/src/profile/pattern.txt");
     let anchors = anchors("docs/MODEL.md");
     let mut count = 0;
     for line in profile.lines() {

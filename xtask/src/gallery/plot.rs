@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::ops::Range;
 
-use magician_motion::{Geometry, JointAngles, Limits, TopView};
+use magician_motion::{ArmModel, Geometry, JointAngles, TopView};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -99,7 +99,7 @@ fn seen(place: [f64; 2]) -> (f64, f64) {
 
 fn from_above(area: &Area<'_>, looks: &[Look]) -> Drawn {
     let (near, far) = (46.2, 269.0);
-    let turn = Limits::CONTROLLER.j1;
+    let turn = ArmModel::MAGICIAN.limits.j1;
     let arc = |radius: f64| {
         (0..=90).map(move |step| {
             let angle = turn.min + (turn.max - turn.min) * f64::from(step) / 90.0;
@@ -136,7 +136,7 @@ fn from_the_side(area: &Area<'_>, looks: &[Look]) -> Drawn {
 
 /// The outline of what the wrist reaches in a plane through the axis: J2 and J3 along their bounds.
 fn section() -> Vec<(f64, f64)> {
-    let (limits, arm) = (Limits::CONTROLLER, Geometry::default());
+    let (limits, arm) = (ArmModel::MAGICIAN.limits, Geometry::default());
     let mut outline = Vec::new();
     let mut add = |j2: f64, j3: f64| {
         let pose = arm.forward(&JointAngles::from([0.0, j2, j3, 0.0]));

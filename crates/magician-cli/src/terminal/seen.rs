@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use magician::commands::Pose;
-use magician::{Alarm, Event, Limits, Link, Status};
-use magician_motion::Range;
+use magician::{Alarm, Event, Link, Status};
+use magician_motion::{ArmModel, Range};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
@@ -186,7 +186,7 @@ impl Seen {
         let Some(status) = &self.status else {
             return Vec::new();
         };
-        let limits = Limits::CONTROLLER;
+        let limits = ArmModel::MAGICIAN.limits;
         let [j1, j2, j3, j4] = status.pose.joint_angle.map(f64::from);
         let rows = [
             ("J1", j1, limits.j1),

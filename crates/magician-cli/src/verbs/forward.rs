@@ -1,5 +1,5 @@
 use clap::Args;
-use magician_motion::{Geometry, JointAngles, Limits};
+use magician_motion::{ArmModel, Geometry, JointAngles};
 use serde::Serialize;
 
 use crate::args::{ToolOption, number};
@@ -53,7 +53,7 @@ impl Forward {
                 columns.row([name, &format!("{value:10.4}"), unit]);
             }
             columns.write(out)?;
-            if let Err(beyond) = Limits::CONTROLLER.check(&joints) {
+            if let Err(beyond) = ArmModel::MAGICIAN.limits.check(&joints) {
                 let note = format!("note: the arm cannot stand there, {beyond}");
                 out.line(out.paint.note(note))?;
             }

@@ -1,5 +1,5 @@
 use clap::Args;
-use magician_motion::{Geometry, Limits, Pose};
+use magician_motion::{ArmModel, Geometry, Pose};
 use serde::Serialize;
 
 use crate::args::{ToolOption, number};
@@ -37,7 +37,8 @@ struct Answer {
 impl Inverse {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let pose = Pose::new(self.x, self.y, self.z, self.r);
-        let joints = Geometry::magician(self.of.tool).inverse_within(&pose, &Limits::CONTROLLER)?;
+        let joints =
+            Geometry::magician(self.of.tool).inverse_within(&pose, &ArmModel::MAGICIAN.limits)?;
         let [j1, j2, j3, j4] = joints.to_array().map(|value| value + 0.0);
         context.show(&Answer { j1, j2, j3, j4 }, |out| {
             let mut columns = Columns::default();

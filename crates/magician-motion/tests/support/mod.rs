@@ -2,8 +2,8 @@
 #![allow(dead_code)]
 
 use magician_motion::{
-    ArmState, Bound, Geometry, JointAngles, LIMIT_TOLERANCE, Limits, MotionError, Move, MoveKind,
-    Plan, Planner, Pose, Range, Speeds, Target, ToolBias,
+    ArmModel, ArmState, Bound, Ceilings, Geometry, JointAngles, LIMIT_TOLERANCE, Limits,
+    MotionError, Move, MoveKind, Plan, Planner, Pose, Range, Speeds, Target, ToolBias,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -23,7 +23,7 @@ pub(crate) fn full_speed() -> Speeds {
     Speeds {
         velocity_ratio: 100.0,
         acceleration_ratio: 100.0,
-        ..Speeds::POWER_UP
+        ..ArmModel::MAGICIAN.power_up.speeds
     }
 }
 
@@ -50,7 +50,7 @@ pub(crate) fn reachable() -> impl Strategy<Value = JointAngles> {
     (-135.0..135.0, -5.0..90.0, -15.0..90.0, -150.0..150.0)
         .prop_map(|(j1, j2, j3, j4)| JointAngles::new(j1, j2, j3, j4))
         .prop_filter("within limits", |joints| {
-            Limits::CONTROLLER.check(joints).is_ok()
+            ArmModel::MAGICIAN.limits.check(joints).is_ok()
         })
 }
 
@@ -87,7 +87,8 @@ pub(crate) fn speeds() -> impl Strategy<Value = Speeds> {
 pub(crate) fn planner() -> impl Strategy<Value = Planner> {
     (bias(), speeds()).prop_map(|(tool, speeds)| Planner {
         geometry: Geometry::magician(tool),
-        limits: Limits::CONTROLLER,
+        limits: ArmModel::MAGICIAN.limits,
+        ceilings: Ceilings::default(),
         speeds,
     })
 }

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use magician::{Geometry, Limits};
-use magician_motion::Pose;
+use magician::Geometry;
+use magician_motion::{ArmModel, Pose};
 
 /// A place farther off is not looked for, mm.
 const FARTHEST: f64 = 1e6;
@@ -17,7 +17,9 @@ pub(crate) fn reaches(geometry: &Geometry, [x, y, z]: [f64; 3]) -> bool {
     // Straight on from the base the servo stands near its middle.
     let r = y.atan2(x).to_degrees();
     let pose = Pose::new(x, y, z, r);
-    geometry.inverse_within(&pose, &Limits::CONTROLLER).is_ok()
+    geometry
+        .inverse_within(&pose, &ArmModel::MAGICIAN.limits)
+        .is_ok()
 }
 
 /// The distance at its height to the nearest place in reach, rounded up to mm; none if it is in reach, or there is nothing near.

@@ -63,11 +63,15 @@ fn edge(arm: &Geometry, a: [f64; 2], b: [f64; 2]) -> Vec<[f64; 2]> {
 mod tests {
     use super::*;
     use magician::ToolBias;
+    use magician_motion::ArmModel;
 
     /// Figures of model section 5.
     #[test]
     fn the_section_has_the_known_extent() {
-        let section = section(&Geometry::magician(ToolBias::NONE), &Limits::CONTROLLER);
+        let section = section(
+            &Geometry::magician(ToolBias::NONE),
+            &ArmModel::MAGICIAN.limits,
+        );
         let extent = |axis: usize| {
             let values = section.iter().map(|point| point[axis]);
             values.fold((f64::MAX, f64::MIN), |(low, high), value| {

@@ -1,6 +1,7 @@
 //! The view from the side: everything at its distance from the base axis.
 
-use magician::{Geometry, Limits};
+use magician::Geometry;
+use magician_motion::ArmModel;
 
 use super::panel::{Extent, Panel};
 use super::section::section;
@@ -23,7 +24,7 @@ pub(super) fn part(trip: &Trip) -> [[f64; 2]; 2] {
 /// Draws it.
 pub(super) fn draw(svg: &mut Svg, panel: &Panel, trip: &Trip, arm: &Geometry) {
     panel.begin(svg);
-    let edge = section(arm, &Limits::CONTROLLER).into_iter();
+    let edge = section(arm, &ArmModel::MAGICIAN.limits).into_iter();
     let look = [
         ("fill", REACH),
         ("stroke", REACH_EDGE),

@@ -275,7 +275,8 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use magician::{Limits, ToolBias};
+    use magician::ToolBias;
+    use magician_motion::ArmModel;
 
     use super::*;
     use crate::Surface;
@@ -349,7 +350,7 @@ mod tests {
             Reach::new(ToolBias::LASER, tilted, 5.0),
             reach().rotated_to(120.0),
             Reach::new(ToolBias::new(60.0, 25.0, 10.0), Surface::level(0.0), 30.0),
-            reach().limits(Limits::GUARANTEED),
+            reach().limits(ArmModel::MAGICIAN.guaranteed),
         ] {
             let place = reach.best_place(&SHEET, Fit::Shrink).unwrap();
             lies_within(&reach, &SHEET, &place);

@@ -6,7 +6,7 @@ mod outline;
 mod ways;
 
 use magician::{Error, Geometry, JointAngles, Limits, ToolBias};
-use magician_motion::{ArmState, Move, MoveKind, Planner, Pose, Speeds, Target};
+use magician_motion::{ArmModel, ArmState, Ceilings, Move, MoveKind, Planner, Pose, Target};
 
 use crate::Surface;
 pub(crate) use hull::of as hull;
@@ -93,7 +93,7 @@ impl Reach {
     pub fn new(tool: ToolBias, surface: Surface, lift: f64) -> Self {
         Self {
             geometry: Geometry::magician(tool),
-            limits: Limits::CONTROLLER,
+            limits: ArmModel::MAGICIAN.limits,
             surface,
             lift,
             r: 0.0,
@@ -106,7 +106,7 @@ impl Reach {
         Self { r, ..self }
     }
 
-    /// Within other limits, [`Limits::GUARANTEED`] for one.
+    /// Within other limits, [`ArmModel::MAGICIAN.guaranteed`] for one.
     #[must_use]
     pub fn limits(self, limits: Limits) -> Self {
         Self { limits, ..self }
@@ -180,7 +180,8 @@ impl Reach {
         let planner = Planner {
             geometry: self.geometry,
             limits: self.limits,
-            speeds: Speeds::POWER_UP,
+            ceilings: Ceilings::default(),
+            speeds: ArmModel::MAGICIAN.power_up.speeds,
         };
         let request = Move {
             target: Target::Pose(self.pose(to, lift)),

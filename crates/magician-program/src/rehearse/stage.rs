@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use magician::sim::{Controller, Profile, Scenario, World};
 use magician::words::{self, Preflight};
-use magician::{Error, FrameBuf, Geometry, JointAngles, Limits, Set};
-use magician_motion::Pose;
+use magician::{Error, FrameBuf, Geometry, JointAngles, Set};
+use magician_motion::{ArmModel, Pose};
 use magician_protocol::Ctrl;
 use magician_protocol::commands::ClearAllAlarmsState;
 
@@ -111,7 +111,7 @@ fn above(table: f64, tool: Tool) -> Option<JointAngles> {
     if home.z >= raised.z {
         return None;
     }
-    let limits = Limits::CONTROLLER;
+    let limits = ArmModel::MAGICIAN.limits;
     let mut places = [raised, aside].into_iter();
     places.find_map(|place| geometry.inverse_within(&place, &limits).ok())
 }

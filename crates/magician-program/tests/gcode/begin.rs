@@ -3,8 +3,8 @@
 use std::slice;
 use std::time::Duration;
 
-use magician::{Geometry, JointAngles, Limits, ToolBias};
-use magician_motion::Pose;
+use magician::{Geometry, JointAngles, ToolBias};
+use magician_motion::{ArmModel, Pose};
 use magician_program::rehearse::{Rehearsal, RehearseOptions, rehearse};
 use magician_program::{
     Action, Content, Format, Frame, Lack, Plan, Problem, ReadOptions, Setup, Surface, Tool, Travel,
@@ -293,7 +293,7 @@ fn standing() -> JointAngles {
     let [x, y, z] = START;
     let geometry = Geometry::magician(ToolBias::PEN);
     let pose = Pose::new(x, y, z, 0.0);
-    let joints = geometry.inverse_within(&pose, &Limits::CONTROLLER);
+    let joints = geometry.inverse_within(&pose, &ArmModel::MAGICIAN.limits);
     joints.expect("it can stand there")
 }
 

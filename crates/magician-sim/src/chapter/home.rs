@@ -10,7 +10,7 @@ use crate::dispatch::{Apply, Report, Step, Turn};
 impl Report for HomeParams {
     fn report(core: &mut Core, _: &NoArgs) -> Self {
         core.settings.home.unwrap_or_else(|| {
-            let joints = core.profile.home_joints();
+            let joints = core.model.homing.joints;
             let [x, y, z, r] = to_wire(core.geometry().forward(&joints).to_array());
             Self { x, y, z, r }
         })

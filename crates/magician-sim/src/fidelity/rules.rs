@@ -2,6 +2,7 @@
 //!
 //! Every row has its line here: a new one that has none does not compile.
 
+use magician_motion::Ceilings;
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Get, JogCommand, PtpMode, Readable, Request, Set};
 
@@ -10,7 +11,6 @@ use crate::core::Core;
 use crate::dispatch::Turn;
 use crate::flash::Flash;
 use crate::motion::Purpose;
-use crate::profile::Ceilings;
 use crate::queue::Busy;
 
 /// The pins of laser, valve and pump.
@@ -240,7 +240,7 @@ impl Core {
                 bases.add(Basis::ForceStopStops);
             }
             Set::QueuedCmdClear(_) => self.clear_bases(&mut bases),
-            _ => bases.add_if(beyond(set, &self.profile.ceilings), Basis::BeyondCeilings),
+            _ => bases.add_if(beyond(set, &self.model.ceilings), Basis::BeyondCeilings),
         }
         bases
     }
@@ -474,12 +474,12 @@ fn finite(numbers: &[f32], bases: &mut Bases) {
 /// Whether a parameter is beyond what motions are planned with.
 fn beyond(set: &Set, most: &Ceilings) -> bool {
     let above = |values: &[f32], ceiling: f64| values.iter().any(|v| f64::from(*v) > ceiling);
+    let any_above = |values: &[f32; 4], ceilings: [f64; 4]| {
+        let mut pairs = values.iter().zip(ceilings);
+        pairs.any(|(value, ceiling)| f64::from(*value) > ceiling)
+    };
     let joints = |velocity: &[f32; 4], acceleration: &[f32; 4]| {
-        let pairs = velocity.iter().zip(most.joint_velocity);
-        pairs
-            .into_iter()
-            .any(|(v, ceiling)| f64::from(*v) > ceiling)
-            || above(acceleration, most.joint_acceleration)
+        any_above(velocity, most.joint_velocity) || any_above(acceleration, most.joint_acceleration)
     };
     let space = |velocity: f32, acceleration: f32| {
         above(&[velocity], most.linear_velocity) || above(&[acceleration], most.linear_acceleration)

@@ -56,7 +56,7 @@ impl Core {
 
     /// The first stage takes the carriage on the rail to its end, and lasts until it is there.
     fn search(&mut self, stage: Stage) -> Step {
-        let rules = &self.profile.home;
+        let rules = &self.model.homing;
         let [creep, touch] = rules.creep;
         let (target, velocity) = match stage {
             Stage::Seek => (rules.switch, rules.search),
@@ -69,7 +69,7 @@ impl Core {
             target: Target::JointIncrement(JointAngles::from([way, 0.0, 0.0, 0.0])),
             kind: MoveKind::Joint,
         };
-        let mut speeds = self.homing_speeds();
+        let mut speeds = self.model.homing.speeds();
         speeds.joint_velocity[0] = velocity;
         let planner = Planner {
             limits: ANYWHERE,
@@ -87,7 +87,7 @@ impl Core {
     /// What comes after a stage. The switch is felt, not counted: a base that has slipped away from it goes on, and
     /// one that has slipped past it tries again.
     pub(super) fn search_on(&mut self, stage: Stage) -> Step {
-        let off = self.posture().joints.j1 - self.profile.home.switch;
+        let off = self.posture().joints.j1 - self.model.homing.switch;
         match stage {
             Stage::Seek if off > AT_SWITCH => self.search(Stage::Seek),
             Stage::Seek => self.search(Stage::BackOff),
@@ -105,7 +105,7 @@ impl Core {
     /// The base stands at its switch, and J2 and J3 are where their sensors say: no step counts as lost any more.
     fn set_base(&mut self) {
         let really = self.posture().joints;
-        let j1 = self.profile.home.switch;
+        let j1 = self.model.homing.switch;
         self.place_at(JointAngles { j1, ..really });
         self.motion.forget_slip();
         self.homed = true;
@@ -114,7 +114,7 @@ impl Core {
     /// The end of homing: a joint move to the home point. One out of reach is passed over for the joints at which homing
     /// ends when none is set: the vendor's own demonstration sets such a point and goes on (model section 15a).
     fn go_home(&mut self) -> Step {
-        let usual = Target::Joints(self.profile.home_joints());
+        let usual = Target::Joints(self.model.homing.joints);
         let target = self.home_point().unwrap_or(usual);
         let planned = match self.plan_home(target) {
             Err(MotionError::Unreachable(_) | MotionError::Limit { .. }) if target != usual => {
@@ -141,7 +141,7 @@ impl Core {
             target,
             kind: MoveKind::Joint,
         };
-        let plan = (self.planner(self.homing_speeds())).plan(&self.arm(), &request)?;
+        let plan = (self.planner(self.model.homing.speeds())).plan(&self.arm(), &request)?;
         let alarm = alarm_on_the_way(&request, plan.crossing);
         Ok((plan, alarm))
     }

@@ -152,21 +152,21 @@ impl Core {
         Step::Done
     }
 
-    /// The speeds of jogging an axis, each up to the profile's ceiling: the ratio scales the velocity and not the
+    /// The speeds of jogging an axis, each up to its ceiling: the ratio scales the velocity and not the
     /// acceleration. A ratio that is none leaves no speed.
     fn jog_rates(&self, axis: JogAxis) -> Rates {
         let (joint, space) = (&self.settings.jog_joint, &self.settings.jog_coordinate);
         let ([v1, v2, v3, v4], [a1, a2, a3, a4]) = (joint.velocity, joint.acceleration);
         let ([vx, vy, vz, vr], [ax, ay, az, ar]) = (space.velocity, space.acceleration);
-        let most = &self.profile.ceilings;
-        let ([m1, m2, m3, m4], turning) = (most.joint_velocity, most.joint_acceleration);
+        let most = &self.model.ceilings;
+        let ([m1, m2, m3, m4], [n1, n2, n3, n4]) = (most.joint_velocity, most.joint_acceleration);
         let (along, linear) = (most.linear_velocity, most.linear_acceleration);
         let (round, rotation) = (most.rotation_velocity, most.rotation_acceleration);
         let (velocity, fastest, acceleration, steepest) = match axis {
-            JogAxis::J1 => (v1, m1, a1, turning),
-            JogAxis::J2 => (v2, m2, a2, turning),
-            JogAxis::J3 => (v3, m3, a3, turning),
-            JogAxis::J4 => (v4, m4, a4, turning),
+            JogAxis::J1 => (v1, m1, a1, n1),
+            JogAxis::J2 => (v2, m2, a2, n2),
+            JogAxis::J3 => (v3, m3, a3, n3),
+            JogAxis::J4 => (v4, m4, a4, n4),
             JogAxis::X => (vx, along, ax, linear),
             JogAxis::Y => (vy, along, ay, linear),
             JogAxis::Z => (vz, along, az, linear),

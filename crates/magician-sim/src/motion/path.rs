@@ -6,7 +6,7 @@ use magician_protocol::{CpMode, Flag, Set};
 
 use super::plan::alarm_on_a_path;
 use super::{Outputs, Purpose};
-use crate::convert::{capped, from_wire};
+use crate::convert::from_wire;
 use crate::core::Core;
 use crate::dispatch::{Step, Turn};
 use crate::queue::Order;
@@ -76,7 +76,7 @@ impl Core {
         power: f32,
         turn: Turn,
     ) -> Step {
-        let look_ahead = match LookAhead::new(&self.cp_speeds()) {
+        let look_ahead = match LookAhead::new(&self.cp_speeds(), &self.model.ceilings) {
             Ok(look_ahead) => look_ahead,
             Err(error) => return self.unplannable(id, &error),
         };
@@ -127,7 +127,7 @@ impl Core {
             return;
         };
         // With speeds that are none the next one would not begin.
-        let exit = match LookAhead::new(&self.cp_speeds()) {
+        let exit = match LookAhead::new(&self.cp_speeds(), &self.model.ceilings) {
             Ok(_) => self.exit_speed(&segment),
             Err(_) => 0.0,
         };
@@ -230,21 +230,21 @@ impl Core {
         }
     }
 
-    /// The speeds of continuous paths that are set now, up to the profile's ceilings.
+    /// The speeds of continuous paths that are set now.
     fn cp_speeds(&self) -> CpSpeeds {
-        let (cp, most) = (&self.settings.cp, &self.profile.ceilings);
+        let cp = &self.settings.cp;
         let real_time = cp.real_time_track != Flag::OFF;
-        let rules = &self.profile.path;
+        let own = &self.model.power_up.path;
         CpSpeeds {
-            plan_acceleration: capped(cp.plan_acc.into(), most.linear_acceleration),
-            junction_velocity: capped(cp.junction_vel.into(), most.linear_velocity),
+            plan_acceleration: cp.plan_acc.into(),
+            junction_velocity: cp.junction_vel.into(),
             period_s: if real_time {
                 f64::from(cp.acc_or_period) / 1000.0
             } else {
-                rules.period
+                own.period_s
             },
             real_time,
-            whole_periods: rules.whole_periods,
+            whole_periods: own.whole_periods,
         }
     }
 }

@@ -13,16 +13,12 @@ use crate::fidelity::Basis;
 
 impl Core {
     pub(crate) fn planner(&self, speeds: Speeds) -> Planner {
-        Planner {
-            geometry: self.geometry(),
-            limits: self.profile.limits_in_force(),
-            speeds,
-        }
+        self.model.planner(self.tool(), speeds)
     }
 
     /// The planner for jogs and paths, which are told their rates one by one.
     pub(crate) fn planner_told_rates(&self) -> Planner {
-        self.planner(Speeds::POWER_UP)
+        self.planner(self.model.power_up.speeds)
     }
 
     /// What the arm would do about a move from where it is, at the speeds set now.

@@ -11,7 +11,7 @@ use crate::fidelity::Basis;
 impl Core {
     /// Whether the joints stand at the limit that an alarm is about: its cause stands.
     pub(crate) fn limit_stands(&self, code: u8) -> bool {
-        let limits = self.profile.limits_in_force();
+        let limits = self.model.limits;
         let joints = self.arm().joints;
         Bound::ALL
             .into_iter()
@@ -45,7 +45,7 @@ impl Core {
             return;
         }
         let (standing, now) = (self.alarms.standing(), self.now);
-        let limits = self.profile.limits_in_force();
+        let limits = self.model.limits;
         let from = motion.elapsed(now);
         let leaving = |trajectory: &Trajectory| {
             let leaves = |bound: Bound| {

@@ -1,7 +1,5 @@
 //! Whether the values of a profile make sense.
 
-use magician_motion::Speeds;
-
 use super::{
     Ceilings, Defaults, LimitSet, MAX_LINES, MAX_NAME, MAX_SERIAL, PINS, Profile, ProfileError,
     QueueRules,
@@ -95,40 +93,15 @@ impl Profile {
             rotation_velocity,
             rotation_acceleration,
         } = self.ceilings;
-        let most = Speeds::CEILINGS;
-        ceiling(
-            "ceilings.joint_velocity",
-            &joint_velocity,
-            &most.joint_velocity,
-        )?;
-        for (name, value, most) in [
-            (
-                "ceilings.joint_acceleration",
-                joint_acceleration,
-                most.joint_acceleration[0],
-            ),
-            (
-                "ceilings.linear_velocity",
-                linear_velocity,
-                most.linear_velocity,
-            ),
-            (
-                "ceilings.linear_acceleration",
-                linear_acceleration,
-                most.linear_acceleration,
-            ),
-            (
-                "ceilings.rotation_velocity",
-                rotation_velocity,
-                most.rotation_velocity,
-            ),
-            (
-                "ceilings.rotation_acceleration",
-                rotation_acceleration,
-                most.rotation_acceleration,
-            ),
+        positive("ceilings.joint_velocity", &joint_velocity)?;
+        for (name, value) in [
+            ("ceilings.joint_acceleration", joint_acceleration),
+            ("ceilings.linear_velocity", linear_velocity),
+            ("ceilings.linear_acceleration", linear_acceleration),
+            ("ceilings.rotation_velocity", rotation_velocity),
+            ("ceilings.rotation_acceleration", rotation_acceleration),
         ] {
-            ceiling(name, &[value], &[most])?;
+            positive(name, &[value])?;
         }
         positive("home.velocity", &self.home.velocity)?;
         positive("home.acceleration", &self.home.acceleration)?;
@@ -255,14 +228,6 @@ fn finite(name: &'static str, values: &[f64]) -> Result<(), ProfileError> {
 fn positive(name: &'static str, values: &[f64]) -> Result<(), ProfileError> {
     let good = values.iter().all(|value| value.is_finite() && *value > 0.0);
     rule(good, name, format!("{values:?}"), "above 0")
-}
-
-/// A profile can lower what the planner caps at, and not raise it.
-fn ceiling(name: &'static str, values: &[f64], most: &[f64]) -> Result<(), ProfileError> {
-    positive(name, values)?;
-    let good = values.iter().zip(most).all(|(value, most)| value <= most);
-    let wanted = "at most what the built-in profile has: a profile can only lower a ceiling";
-    rule(good, name, format!("{values:?}"), wanted)
 }
 
 fn positive32(name: &'static str, values: &[f32]) -> Result<(), ProfileError> {

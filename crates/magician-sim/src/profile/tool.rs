@@ -4,10 +4,19 @@ use std::fmt;
 
 use magician_motion::ToolBias;
 use serde::de::{Deserializer, Error, SeqAccess, Unexpected, Visitor};
+use serde::{Serialize, Serializer};
 
 /// Reads `"suction"` or `[59.7, 0.0, 0.0]`.
 pub(super) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ToolBias, D::Error> {
     deserializer.deserialize_any(ToolVisitor)
+}
+
+/// Writes the first name that fits, else the bias.
+pub(super) fn write<S: Serializer>(tool: &ToolBias, serializer: S) -> Result<S::Ok, S::Error> {
+    match ToolBias::NAMED.iter().find(|(_, bias)| bias == tool) {
+        Some((name, _)) => serializer.serialize_str(name),
+        None => [tool.x, tool.y, tool.z].serialize(serializer),
+    }
 }
 
 struct ToolVisitor;

@@ -101,14 +101,22 @@ impl Arm {
         Self::greet(line, Some(again), options).await
     }
 
-    /// Talks to a virtual arm of the caller's making: a [`VirtualArm`](crate::VirtualArm), or what becomes one.
+    /// Talks to a virtual arm of the caller's making: a [`VirtualArm`](crate::VirtualArm), or what becomes one. Commands are
+    /// checked by that arm's own numbers.
     ///
     /// # Errors
     /// As [`connect`](Self::connect).
     #[cfg(feature = "sim")]
     pub async fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
+        let arm = arm.into();
+        let model = arm.with(|controller| *controller.arm_model());
         let breaks = options.faults.unplug > 0.0;
-        Self::go(transport::Way::to_virtual(arm.into()), breaks, options).await
+        Self::go(
+            transport::Way::to_virtual(arm),
+            breaks,
+            options.model(model),
+        )
+        .await
     }
 
     pub(crate) async fn greet(

@@ -1,5 +1,7 @@
 use std::time::Duration;
 
+use magician_motion::ArmModel;
+
 use crate::faults::Faults;
 #[cfg(feature = "trace")]
 use crate::transport::Tracer;
@@ -36,6 +38,9 @@ pub struct Options {
     /// Whether a laser may be wired to the arm's pins EIO 2 and 4: `false` for an arm that has none, so that these pins may
     /// drive something else. On at first.
     pub laser_pins: bool,
+    /// The firmware's numbers, by which commands are checked: those of the known one at first. A virtual arm of the caller's
+    /// own ([`Arm::simulated`](crate::Arm::simulated)) brings its own.
+    pub model: ArmModel,
     /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
     pub faults: Faults,
     /// Where what passes on the line is written to, as this program says and hears it: not over a stream that the
@@ -54,6 +59,7 @@ impl Default for Options {
             echo: Duration::from_millis(100),
             allow_laser: false,
             laser_pins: true,
+            model: ArmModel::MAGICIAN,
             faults: Faults::default(),
             #[cfg(feature = "trace")]
             trace: None,
@@ -108,6 +114,13 @@ impl Options {
     #[must_use]
     pub fn laser_pins(mut self, laser: bool) -> Self {
         self.laser_pins = laser;
+        self
+    }
+
+    /// Sets [`model`](Self::model).
+    #[must_use]
+    pub fn model(mut self, model: ArmModel) -> Self {
+        self.model = model;
         self
     }
 

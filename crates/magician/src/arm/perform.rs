@@ -135,7 +135,7 @@ impl Arm {
         let waits = room < capacity;
         let pose = self.get::<Pose>().await?;
         read.pose = (!waits && pose == before).then_some(pose);
-        Ok(Preflight::new(&read))
+        Ok(Preflight::new(&read).model(self.inner.options.model))
     }
 
     /// Homes the arm, waits until it is done, and clears the alarms (document 1.6.2). It takes up to

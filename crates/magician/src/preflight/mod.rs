@@ -13,7 +13,7 @@ mod way;
 
 use std::time::Duration;
 
-use magician_motion::{ArmState, JointAngles, Limits, ToolBias};
+use magician_motion::{ArmModel, ArmState, JointAngles, Limits, ToolBias};
 use magician_protocol::Set;
 use magician_protocol::commands::EndEffectorParams;
 
@@ -54,7 +54,7 @@ const FOREVER: u64 = u64::MAX;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Preflight {
-    limits: Limits,
+    model: ArmModel,
     guards: Guards,
     /// The settings in force by then.
     now: Readings,
@@ -99,7 +99,7 @@ impl Preflight {
         });
         let home = readings.home;
         Self {
-            limits: Limits::CONTROLLER,
+            model: ArmModel::MAGICIAN,
             guards: Guards::default(),
             now: *readings,
             at,
@@ -123,14 +123,21 @@ impl Preflight {
             tool,
             ..Readings::default()
         });
-        check.at = Some(ArmState::at_joints(&check.now.geometry(), &joints));
+        check.at = Some(ArmState::at_joints(&check.geometry(), &joints));
         check
     }
 
-    /// Checks against other limits than the controller's, [`Limits::GUARANTEED`] for one.
+    /// Checks for another firmware than the known one.
+    #[must_use]
+    pub fn model(mut self, model: ArmModel) -> Self {
+        self.model = model;
+        self
+    }
+
+    /// Checks against other limits than the controller's, [`ArmModel::guaranteed`] for one.
     #[must_use]
     pub fn limits(mut self, limits: Limits) -> Self {
-        self.limits = limits;
+        self.model.limits = limits;
         self
     }
 

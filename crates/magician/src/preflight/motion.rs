@@ -11,8 +11,6 @@ use super::guards::refuse;
 use super::{FOREVER, Preflight};
 use crate::{Error, ErrorKind, Result};
 
-/// The J1 that homing looks for, deg (model section 15a).
-const HOME_SWITCH: f64 = -135.0;
 /// No stepper follows faster pulses, pulses/s.
 const FASTEST_PULSES: f64 = 1e6;
 
@@ -76,7 +74,7 @@ impl Preflight {
             }
             Set::EndEffectorParams(_) => {
                 self.now.note(command);
-                let (joints, geometry) = (self.at.map(|at| at.joints), self.now.geometry());
+                let (joints, geometry) = (self.at.map(|at| at.joints), self.geometry());
                 self.at = joints.map(|at| ArmState::at_joints(&geometry, &at));
                 // A home that nobody has set stays at its joints, and which it is does not show.
                 let home = self.now.home.filter(|_| self.home_is_set);
@@ -103,11 +101,7 @@ impl Preflight {
     }
 
     pub(super) fn planner(&self, speeds: Speeds) -> Planner {
-        Planner {
-            geometry: self.now.geometry(),
-            limits: self.limits,
-            speeds,
-        }
+        self.model.planner(self.now.tool(), speeds)
     }
 
     fn ptp(&mut self, ptp: &Ptp) -> Result<u64> {
@@ -163,7 +157,7 @@ impl Preflight {
             Target::JointIncrement(by) => from.joints.offset_by(&by),
             Target::Pose(_) | Target::PoseIncrement(_) => return Ok(()),
         };
-        self.reached(self.limits.check(&end)).map(drop)
+        self.reached(self.model.limits.check(&end)).map(drop)
     }
 
     /// The arm gets there, or something is in the way; how long it takes, us.
@@ -205,10 +199,10 @@ impl Preflight {
             self.unknown_way("which way it will go")?;
         }
         let end = match &request.target {
-            Target::Pose(pose) => ArmState::at_pose(&self.now.geometry(), pose, &self.limits),
+            Target::Pose(pose) => ArmState::at_pose(&self.geometry(), pose, &self.model.limits),
             Target::Joints(joints) => {
-                let state = ArmState::at_joints(&self.now.geometry(), joints);
-                self.limits.check(joints).map(|()| state)
+                let state = ArmState::at_joints(&self.geometry(), joints);
+                self.model.limits.check(joints).map(|()| state)
             }
             Target::PoseIncrement(_) | Target::JointIncrement(_) => {
                 self.unknown_way("where it will end")?;
@@ -222,7 +216,7 @@ impl Preflight {
 
     /// A segment of a continuous path: straight, with J4 at rest.
     fn segment(&mut self, mode: CpMode, point: [f32; 3]) -> Result<u64> {
-        let look_ahead = LookAhead::new(&self.now.cp_speeds())?;
+        let look_ahead = LookAhead::new(&self.now.cp_speeds(&self.model), &self.model.ceilings)?;
         let to = point.map(f64::from);
         let Some(from) = self.at else {
             self.unknown_way("which way the path begins")?;
@@ -249,7 +243,7 @@ impl Preflight {
             velocity: 100.0,
             acceleration: 100.0,
         };
-        let plan = (self.planner(Speeds::POWER_UP)).segment(&from, to, 0.0, 0.0, rates);
+        let plan = (self.planner(self.model.power_up.speeds)).segment(&from, to, 0.0, 0.0, rates);
         self.arrive_by(plan)?;
         Ok(self.path.add(look_ahead, way))
     }
@@ -280,10 +274,10 @@ impl Preflight {
 
     /// Points that the arm passes and does not stay at.
     fn check_points<const N: usize>(&self, points: [[f32; 4]; N]) -> Result<()> {
-        let geometry = self.now.geometry();
+        let geometry = self.geometry();
         for point in points {
             let pose = point.map(f64::from).into();
-            self.reached(geometry.inverse_within(&pose, &self.limits))?;
+            self.reached(geometry.inverse_within(&pose, &self.model.limits))?;
         }
         Ok(())
     }
@@ -296,11 +290,11 @@ impl Preflight {
             return Ok(self.homed());
         };
         // An arm that cannot get to its home point ends at the joints at which it ends without one (model section 15a).
-        let reached = self.now.geometry().inverse_within(&home, &self.limits);
+        let reached = self.geometry().inverse_within(&home, &self.model.limits);
         let request = Move {
             target: match reached {
                 Ok(_) => Target::Pose(home),
-                Err(_) => Target::Joints(JointAngles::HOME),
+                Err(_) => Target::Joints(self.model.homing.joints),
             },
             kind: MoveKind::Joint,
         };
@@ -308,10 +302,10 @@ impl Preflight {
             None => self.arrive(&request)?,
             Some(at) => {
                 let joints = JointAngles {
-                    j1: HOME_SWITCH,
+                    j1: self.model.homing.switch,
                     ..at.joints
                 };
-                let planner = self.planner(Speeds::HOMING);
+                let planner = self.planner(self.model.homing.speeds());
                 let from = ArmState::at_joints(&planner.geometry, &joints);
                 self.arrive_by(planner.plan(&from, &request))?;
             }

@@ -1,12 +1,9 @@
-use magician_motion::{CpSpeeds, Geometry, JumpHeights, Rates, Speeds, ToolBias};
+use magician_motion::{ArmModel, CpSpeeds, JumpHeights, PowerUp, Rates, Speeds, ToolBias};
 use magician_protocol::commands::{
     ArcCommonParams, ArcParams, CpParams, EndEffectorLaser, EndEffectorParams, HomeParams, Pose,
     PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpJump2Params, PtpLParams,
 };
 use magician_protocol::{Flag, Set};
-
-/// The 20 ms by which the arm limits the corners of a path (model section 8), seconds.
-const PERIOD: f64 = 0.02;
 
 /// What an arm says of itself before a program: where it is, and what decides how it will move.
 ///
@@ -47,12 +44,30 @@ pub struct Readings {
 
 impl Default for Readings {
     fn default() -> Self {
+        Self::at_power_up(&ArmModel::MAGICIAN)
+    }
+}
+
+impl Readings {
+    /// The settings of an arm of this firmware that has just been switched on, at a place that is not known.
+    #[must_use]
+    pub fn at_power_up(model: &ArmModel) -> Self {
+        let PowerUp {
+            speeds,
+            arc,
+            path,
+            jump,
+            rail,
+            ..
+        } = &model.power_up;
+        let wire = |value: f64| value as f32;
+        let tool = model.geometry.tool;
         Self {
             pose: None,
             tool: EndEffectorParams {
-                x_bias: ToolBias::SUCTION.x as f32,
-                y_bias: 0.0,
-                z_bias: 0.0,
+                x_bias: wire(tool.x),
+                y_bias: wire(tool.y),
+                z_bias: wire(tool.z),
             },
             laser: EndEffectorLaser {
                 is_ctrl_enabled: Flag::OFF,
@@ -60,51 +75,50 @@ impl Default for Readings {
             },
             home: None,
             joint_speeds: PtpJointParams {
-                velocity: [200.0; 4],
-                acceleration: [200.0; 4],
+                velocity: speeds.joint_velocity.map(wire),
+                acceleration: speeds.joint_acceleration.map(wire),
             },
             line_speeds: PtpCoordinateParams {
-                xyz_velocity: 200.0,
-                r_velocity: 100.0,
-                xyz_acceleration: 200.0,
-                r_acceleration: 100.0,
+                xyz_velocity: wire(speeds.linear_velocity),
+                r_velocity: wire(speeds.rotation_velocity),
+                xyz_acceleration: wire(speeds.linear_acceleration),
+                r_acceleration: wire(speeds.rotation_acceleration),
             },
             ratios: PtpCommonParams {
-                velocity_ratio: 50.0,
-                acceleration_ratio: 50.0,
+                velocity_ratio: wire(speeds.velocity_ratio),
+                acceleration_ratio: wire(speeds.acceleration_ratio),
             },
             jump: PtpJump2Params {
-                start_jump_height: 20.0,
-                end_jump_height: 20.0,
-                z_limit: 100.0,
+                start_jump_height: wire(jump.start),
+                end_jump_height: wire(jump.end),
+                z_limit: wire(jump.z_limit),
             },
             arc_speeds: ArcParams {
-                xyz_velocity: 200.0,
-                r_velocity: 200.0,
-                xyz_acceleration: 200.0,
-                r_acceleration: 200.0,
+                xyz_velocity: wire(arc.linear_velocity),
+                r_velocity: wire(arc.rotation_velocity),
+                xyz_acceleration: wire(arc.linear_acceleration),
+                r_acceleration: wire(arc.rotation_acceleration),
             },
             arc_ratios: ArcCommonParams {
-                velocity_ratio: 100.0,
-                acceleration_ratio: 100.0,
+                velocity_ratio: wire(arc.velocity_ratio),
+                acceleration_ratio: wire(arc.acceleration_ratio),
             },
             path_speeds: CpParams {
-                plan_acc: 100.0,
-                junction_vel: 100.0,
+                plan_acc: wire(path.plan_acceleration),
+                junction_vel: wire(path.junction_velocity),
+                // A host reads 100 there, which does nothing unless the host clocks the path.
                 acc_or_period: 100.0,
-                real_time_track: Flag::OFF,
+                real_time_track: Flag::from(path.real_time),
             },
             with_rail: false,
             rail: None,
             rail_speeds: PtpLParams {
-                velocity: 100.0,
-                acceleration: 100.0,
+                velocity: wire(rail.velocity),
+                acceleration: wire(rail.acceleration),
             },
         }
     }
-}
 
-impl Readings {
     /// Follows a command that sets one of them, but for what moves.
     pub(super) fn note(&mut self, command: &Set) {
         match command {
@@ -131,13 +145,13 @@ impl Readings {
         }
     }
 
-    pub(super) fn geometry(&self) -> Geometry {
+    pub(super) fn tool(&self) -> ToolBias {
         let EndEffectorParams {
             x_bias,
             y_bias,
             z_bias,
         } = self.tool;
-        Geometry::magician(ToolBias::new(x_bias.into(), y_bias.into(), z_bias.into()))
+        ToolBias::new(x_bias.into(), y_bias.into(), z_bias.into())
     }
 
     pub(super) fn jump_heights(&self) -> JumpHeights {
@@ -178,8 +192,8 @@ impl Readings {
     }
 
     /// The speeds of continuous paths.
-    pub(super) fn cp_speeds(&self) -> CpSpeeds {
-        let path = &self.path_speeds;
+    pub(super) fn cp_speeds(&self, model: &ArmModel) -> CpSpeeds {
+        let (path, own) = (&self.path_speeds, &model.power_up.path);
         let real_time = path.real_time_track.is_on();
         CpSpeeds {
             plan_acceleration: path.plan_acc.into(),
@@ -187,10 +201,10 @@ impl Readings {
             period_s: if real_time {
                 f64::from(path.acc_or_period) / 1000.0
             } else {
-                PERIOD
+                own.period_s
             },
             real_time,
-            whole_periods: false,
+            whole_periods: own.whole_periods,
         }
     }
 

@@ -1,6 +1,6 @@
 //! How fast the tool is on each segment of continuous paths.
 
-use magician_motion::{CpSegment, Law, LookAhead};
+use magician_motion::{ArmModel, CpSegment, Law, LookAhead};
 use magician_protocol::{CpMode, Set};
 
 use super::Readings;
@@ -28,6 +28,7 @@ use super::path::Path;
 /// ```
 #[derive(Clone, Debug)]
 pub struct PathLaws {
+    model: ArmModel,
     settings: Readings,
     /// Where the tool is, as far as the commands have said.
     at: Option<[f64; 3]>,
@@ -40,6 +41,7 @@ impl PathLaws {
     #[must_use]
     pub fn of(commands: &[Set]) -> Vec<Option<Law>> {
         let mut course = Self {
+            model: ArmModel::MAGICIAN,
             settings: Readings::default(),
             at: None,
             path: Path::keeping_laws(),
@@ -75,7 +77,7 @@ impl PathLaws {
             return false;
         };
         let way = CpSegment::between(from, to);
-        match LookAhead::new(&self.settings.cp_speeds()) {
+        match LookAhead::new(&self.settings.cp_speeds(&self.model), &self.model.ceilings) {
             Ok(look_ahead) if !way.is_empty() => {
                 self.path.add(look_ahead, way);
                 true

@@ -10,7 +10,7 @@ impl Preflight {
     /// The arm's measures, with the tool bias in force after the commands checked so far.
     #[must_use]
     pub fn geometry(&self) -> Geometry {
-        self.now.geometry()
+        self.model.geometry(self.now.tool())
     }
 
     /// The motion that a point-to-point, arc or circle command would be from where the arm stands so, at the speeds in

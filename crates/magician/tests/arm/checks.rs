@@ -4,6 +4,7 @@ use magician::commands::EndEffectorParams;
 use magician::protocol::CpMode;
 use magician::words::Guards;
 use magician::{ErrorKind, words};
+use magician_motion::ArmModel;
 
 use crate::bench::{fast, real_time};
 
@@ -31,7 +32,7 @@ async fn checks_before_a_byte_is_sent() {
 
 #[test]
 fn the_check_follows_the_arm() {
-    use magician::{JointAngles, Limits, ToolBias, words::Preflight};
+    use magician::{JointAngles, ToolBias, words::Preflight};
 
     let mut check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     check.check(&words::line_by(0.0, 50.0, 0.0, 0.0)).unwrap();
@@ -60,7 +61,7 @@ fn the_check_follows_the_arm() {
     };
     assert!(check.check(&segment.into()).is_err());
     let strict = Preflight::at(JointAngles::HOME, ToolBias::NONE);
-    let mut strict = strict.limits(Limits::GUARANTEED);
+    let mut strict = strict.limits(ArmModel::MAGICIAN.guaranteed);
     let error = strict
         .check(&words::move_joints(100.0, 45.0, 45.0, 0.0))
         .unwrap_err();

@@ -16,8 +16,12 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new() -> Self {
+        Self::with(Profile::default())
+    }
+
+    pub(crate) fn with(firmware: Profile) -> Self {
         Self {
-            arm: Controller::new(Profile::default()),
+            arm: Controller::new(firmware),
             now: 0,
         }
     }

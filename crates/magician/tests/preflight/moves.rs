@@ -5,6 +5,7 @@ use magician::commands::{ClearAlarmsState, EndEffectorParams, Pose, PtpCmd, PtpJ
 use magician::protocol::PtpMode;
 use magician::words::{Preflight, Readings};
 use magician::{Limits, Set};
+use magician_motion::ArmModel;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -23,7 +24,7 @@ struct Case {
 }
 
 fn joints() -> impl Strategy<Value = [f32; 4]> {
-    let Limits { j1, j2, j3, j4, .. } = Limits::CONTROLLER;
+    let Limits { j1, j2, j3, j4, .. } = ArmModel::MAGICIAN.limits;
     let range = |range: magician_motion::Range| range.min as f32..range.max as f32;
     (range(j1), range(j2), range(j3), range(j4)).prop_map(|(a, b, c, d)| [a, b, c, d])
 }

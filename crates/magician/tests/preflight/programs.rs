@@ -5,7 +5,8 @@ use magician::commands::{ArcCmd, CircleCmd, CpCmd, CpLeCmd, PtpCmd};
 use magician::protocol::{CpMode, PtpMode, RailVersion};
 use magician::sim::Profile;
 use magician::words::{self, Guards, Output, Preflight};
-use magician::{Geometry, JointAngles, Limits, Set, ToolBias};
+use magician::{Geometry, JointAngles, Set, ToolBias};
+use magician_motion::ArmModel;
 
 use crate::bench::{Bench, Dice};
 
@@ -28,7 +29,7 @@ fn posture(dice: &mut Dice) -> [f32; 4] {
     loop {
         let joints = joints(dice);
         let angles = JointAngles::from(joints.map(f64::from));
-        if Limits::CONTROLLER.check(&angles).is_ok() {
+        if ArmModel::MAGICIAN.limits.check(&angles).is_ok() {
             return joints;
         }
     }
@@ -279,12 +280,38 @@ impl Tally {
     }
 }
 
+/// A firmware with other ceilings, limits, homing and paths, higher ones among them.
+fn another_firmware(dice: &mut Dice) -> Profile {
+    let mut profile = Profile::default();
+    let mut times = |value: &mut f64| *value *= dice.between(0.5, 3.0);
+    let ceilings = &mut profile.ceilings;
+    ceilings.joint_velocity.iter_mut().for_each(&mut times);
+    times(&mut ceilings.joint_acceleration);
+    times(&mut ceilings.linear_velocity);
+    times(&mut ceilings.linear_acceleration);
+    times(&mut ceilings.rotation_velocity);
+    times(&mut ceilings.rotation_acceleration);
+    profile.home.velocity.iter_mut().for_each(&mut times);
+    profile.home.acceleration.iter_mut().for_each(&mut times);
+    times(&mut profile.path.period);
+    profile.path.whole_periods = dice.roll(2) == 0;
+    profile.home.joints[1] = dice.between(20.0, 60.0);
+    for side in &mut profile.limits.controller.j1 {
+        *side *= dice.between(0.7, 1.1);
+    }
+    profile
+}
+
 #[test]
 fn what_passes_raises_no_alarm_and_what_is_refused_would() {
     let mut tally = Tally::default();
     let mut dice = Dice::new(SEED);
-    for _ in 0..PROGRAMS {
-        let mut bench = Bench::new();
+    for nth in 0..PROGRAMS {
+        let mut bench = match nth % 4 {
+            3 => Bench::with(another_firmware(&mut dice)),
+            _ => Bench::new(),
+        };
+        let model = *bench.arm.arm_model();
         bench.start();
         for _ in 0..3 {
             let set = setting(&mut dice);
@@ -301,7 +328,9 @@ fn what_passes_raises_no_alarm_and_what_is_refused_would() {
             continue;
         }
         let guards = Guards::default().laser(false);
-        let mut check = Preflight::new(&bench.readings()).guards(guards);
+        let mut check = Preflight::new(&bench.readings())
+            .guards(guards)
+            .model(model);
         for _ in 0..LENGTH {
             let from = check.arm().expect("it is known").pose.to_array();
             let geometry = Geometry::magician(bench.arm.state().tool);

@@ -52,7 +52,7 @@ pub(super) fn home() -> Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use magician_motion::Limits;
+    use magician_motion::ArmModel;
 
     #[test]
     fn every_place_and_the_point_above_it_is_within_the_guaranteed_reach() {
@@ -60,7 +60,7 @@ mod tests {
             for (x, y) in [errand.from, errand.to] {
                 for z in [TOP, TOP + LIFT] {
                     let pose = Pose::new(x, y, z, 0.0);
-                    let joints = ARM.inverse_within(&pose, &Limits::GUARANTEED);
+                    let joints = ARM.inverse_within(&pose, &ArmModel::MAGICIAN.guaranteed);
                     assert!(joints.is_ok(), "{pose:?}: {joints:?}");
                 }
             }

@@ -1,6 +1,7 @@
 //! The arm and its pad beside something else.
 
-use magician::{Limits, commands::Pose};
+use magician::commands::Pose;
+use magician_motion::ArmModel;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -120,7 +121,7 @@ pub(crate) fn tight(
 }
 
 fn rows(pose: &Pose, rail: Option<f32>, pad: Option<&Pad>, theme: Theme) -> Vec<Line<'static>> {
-    let limits = Limits::CONTROLLER;
+    let limits = ArmModel::MAGICIAN.limits;
     let [j1, j2, j3, j4] = pose.joint_angle.map(f64::from);
     let coordinates = [
         Some((Axis::X, pose.x)),

@@ -140,9 +140,10 @@ fn discovery(text: String) -> Discovery {
 impl Sim {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         if self.profile.as_deref() == Some(Path::new("-")) {
-            let profile = Profile::BUILT_IN.trim_end();
-            let text = Text::from(profile.to_owned());
-            return context.show(&text, |out| out.line(profile));
+            let pattern = Profile::pattern();
+            let pattern = pattern.trim_end();
+            let text = Text::from(pattern.to_owned());
+            return context.show(&text, |out| out.line(pattern));
         }
         if self.udp.is_none() && self.tcp.is_none() && self.pty.is_none() {
             return Err(Failure::usage("the virtual arm would have no door").hint(DOORS));
@@ -228,7 +229,7 @@ impl Sim {
                 handle: handle.clone(),
                 feed,
                 title: log::title(&identity, self.speed),
-                limits: profile.limits_in_force(),
+                limits: profile.arm_model().limits,
                 table: scenario.table().copied(),
                 conveyor: scenario.conveyor().copied(),
             }

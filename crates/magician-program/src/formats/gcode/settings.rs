@@ -1,6 +1,6 @@
 //! What a line sets: the motion that follows, units, distances, speed.
 
-use magician_motion::Speeds;
+use magician_motion::ArmModel;
 
 use super::arc::Plane;
 use super::block::{Block, Code};
@@ -11,7 +11,7 @@ use crate::formats::flaw::Flaw;
 use crate::{NoteCode, Origin};
 
 /// The arm's fastest speed along a line, mm/s (model section 6).
-pub(super) const FASTEST: f64 = Speeds::CEILINGS.linear_velocity;
+pub(super) const FASTEST: f64 = ArmModel::MAGICIAN.ceilings.linear_velocity;
 
 impl Machine<'_> {
     pub(super) fn settings(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {

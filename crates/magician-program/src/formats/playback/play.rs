@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use magician_motion::{
-    ArmState, Geometry, JointAngles, Limits, MotionError, Planner, Pose, Speeds,
+    ArmModel, ArmState, Ceilings, Geometry, JointAngles, MotionError, Planner, Pose,
 };
 
 use super::{Playback, Point, Row, Way};
@@ -125,8 +125,9 @@ fn no_circle(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str
     let [from, via, to] = [from, via, to].map(|pose| Pose::from(pose.map(f64::from)));
     let planner = Planner {
         geometry: Geometry::default(),
-        limits: Limits::CONTROLLER,
-        speeds: Speeds::POWER_UP,
+        limits: ArmModel::MAGICIAN.limits,
+        ceilings: Ceilings::default(),
+        speeds: ArmModel::MAGICIAN.power_up.speeds,
     };
     // Only the three points are asked about: whether the arm gets there depends on its tool, and is for the check.
     let from = ArmState {

@@ -4,7 +4,7 @@
 //! 1.11.1, errata E31): a segment takes a period, so that rows come after even times. Where it stands it waits as long.
 
 use magician::commands::CpParams;
-use magician_motion::{Pose, Speeds};
+use magician_motion::{ArmModel, Pose};
 use magician_protocol::Flag;
 
 use crate::simplify::kept_where;
@@ -263,7 +263,8 @@ fn lag(rows: &[Seen], period: f64) -> f64 {
     let late = speeds.windows(2).map(|pair| match pair {
         [before, after] => {
             let change = after - before;
-            change * change / (2.0 * Speeds::CEILINGS.linear_acceleration * before.max(*after))
+            change * change
+                / (2.0 * ArmModel::MAGICIAN.ceilings.linear_acceleration * before.max(*after))
         }
         _ => 0.0,
     });
@@ -346,8 +347,8 @@ impl Replay {
             return;
         }
         let params = CpParams {
-            plan_acc: Speeds::CEILINGS.linear_acceleration as f32,
-            junction_vel: Speeds::CEILINGS.linear_velocity as f32,
+            plan_acc: ArmModel::MAGICIAN.ceilings.linear_acceleration as f32,
+            junction_vel: ArmModel::MAGICIAN.ceilings.linear_velocity as f32,
             acc_or_period: (self.period * 1000.0) as f32,
             real_time_track: Flag::ON,
         };

@@ -1,6 +1,7 @@
 //! The arm from the side: everything at its distance from the base axis.
 
-use magician::{Geometry, JointAngles, Limits};
+use magician::{Geometry, JointAngles};
+use magician_motion::ArmModel;
 
 use super::super::panel::Panel;
 use super::super::section::section;
@@ -28,7 +29,7 @@ pub(super) fn draw(
         id: "side",
     };
     panel.begin(svg);
-    let edge = section(arm, &Limits::CONTROLLER).into_iter();
+    let edge = section(arm, &ArmModel::MAGICIAN.limits).into_iter();
     let look = [
         ("fill", REACH),
         ("stroke", REACH_EDGE),

@@ -1,6 +1,6 @@
 //! The run from above.
 
-use magician_motion::{Limits, TopView};
+use magician_motion::{ArmModel, TopView};
 
 use super::super::scene::{ARM, CUBE, CUBES, TOP, home};
 use super::marks::{haloed, marker, rectangle, tracks};
@@ -25,7 +25,7 @@ fn at(x: f64, y: f64) -> (f64, f64) {
 
 /// Draws it.
 pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
-    let section = workspace::section(&ARM, &Limits::CONTROLLER);
+    let section = workspace::section(&ARM, &ArmModel::MAGICIAN.limits);
     let panel = Panel::begin(svg, ABOVE, "above", "From above", "x / mm", "y / mm");
     let (near, far) = section
         .iter()
@@ -55,7 +55,7 @@ pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
 
 /// A sector between two radii, as wide as J1 turns.
 fn reach_from_above(svg: &mut Svg, near: f64, far: f64, fill: &str, dashes: &str) {
-    let turn = Limits::CONTROLLER.j1;
+    let turn = ArmModel::MAGICIAN.limits.j1;
     let steps = 90_u32;
     let angle = |step: u32| {
         (turn.min + (turn.max - turn.min) * f64::from(step) / f64::from(steps)).to_radians()

@@ -1,6 +1,6 @@
 //! The run from the side: everything at its distance from the base axis.
 
-use magician_motion::{JointAngles, Limits};
+use magician_motion::{ArmModel, JointAngles};
 
 use super::super::scene::{ARM, CUBE, CUBES, TABLE, home};
 use super::marks::{marker, rectangle, tracks};
@@ -27,7 +27,7 @@ pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
         "distance from the base axis / mm",
         "z / mm",
     );
-    let section = workspace::section(&ARM, &Limits::CONTROLLER);
+    let section = workspace::section(&ARM, &ArmModel::MAGICIAN.limits);
     let data = path(
         section.into_iter().map(|(radius, z)| SIDE.at(radius, z)),
         true,

@@ -25,11 +25,15 @@ pub(super) fn radii_at(section: &[(f64, f64)], z: f64) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use magician_motion::ArmModel;
     use magician_motion::ToolBias;
 
     #[test]
     fn a_height_beyond_the_section_has_no_radii() {
-        let section = section(&Geometry::magician(ToolBias::SUCTION), &Limits::CONTROLLER);
+        let section = section(
+            &Geometry::magician(ToolBias::SUCTION),
+            &ArmModel::MAGICIAN.limits,
+        );
         assert!(radii_at(&section, 0.0).is_some());
         assert_eq!(radii_at(&section, 500.0), None);
     }

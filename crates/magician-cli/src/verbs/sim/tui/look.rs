@@ -245,7 +245,7 @@ pub(super) enum Push {
 
 #[cfg(test)]
 mod tests {
-    use magician_motion::Limits;
+    use magician_motion::ArmModel;
     use magician_protocol::commands::{PtpCmd, QueuedCmdStartExec};
     use magician_protocol::{Ctrl, FrameBuf, PtpMode, Set};
     use magician_sim::{LinkId, Profile, Scenario, World};
@@ -273,7 +273,7 @@ mod tests {
     #[test]
     fn a_hand_pushes_the_tool_or_a_joint_as_far_as_the_arm_gives_way() {
         let state = look().state;
-        let limits = Profile::default().limits_in_force();
+        let limits = Profile::default().arm_model().limits;
         let joints = pushed(&state, &limits, Push::Tool([0.0, 10.0, 0.0])).unwrap();
         let geometry = Geometry::magician(state.tool);
         let (before, after) = (
@@ -287,7 +287,11 @@ mod tests {
         assert_eq!(joints.j3, state.true_joints.j3 + 2.0);
         let refused = pushed(&state, &limits, Push::Joint(2, 100.0)).unwrap_err();
         assert!(refused.contains("joint 2"), "{refused}");
-        let refused = pushed(&state, &Limits::CONTROLLER, Push::Tool([500.0, 0.0, 0.0]));
+        let refused = pushed(
+            &state,
+            &ArmModel::MAGICIAN.limits,
+            Push::Tool([500.0, 0.0, 0.0]),
+        );
         assert!(refused.is_err());
     }
 

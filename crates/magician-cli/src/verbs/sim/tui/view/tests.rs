@@ -28,7 +28,7 @@ fn app(controller: &Controller) -> App {
         handle: Server::new(Controller::default()).handle(),
         feed: Feed::new(),
         title: "virtual arm".to_owned(),
-        limits: Profile::default().limits_in_force(),
+        limits: Profile::default().arm_model().limits,
         table: scenario.table().copied(),
         conveyor: scenario.conveyor().copied(),
     };
