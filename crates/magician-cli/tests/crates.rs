@@ -5,13 +5,23 @@ use std::path::Path;
 use std::process::Command;
 
 /// What each crate depends on among ours, in any section but dev-dependencies: all of it, and nothing else.
-const DEPENDENCIES: [(&str, &[&str]); 13] = [
+const DEPENDENCIES: [(&str, &[&str]); 14] = [
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
     ("magician-sim", &["magician-protocol", "magician-motion"]),
+    // The simulator is for its feature `pair`.
+    (
+        "magician-host",
+        &["magician-protocol", "magician-motion", "magician-sim"],
+    ),
     (
         "magician",
-        &["magician-protocol", "magician-motion", "magician-sim"],
+        &[
+            "magician-protocol",
+            "magician-motion",
+            "magician-host",
+            "magician-sim",
+        ],
     ),
     (
         "magician-conform",
@@ -22,8 +32,8 @@ const DEPENDENCIES: [(&str, &[&str]); 13] = [
         &[
             "magician-protocol",
             "magician-motion",
+            "magician-host",
             "magician-sim",
-            "magician",
         ],
     ),
     (

@@ -1,6 +1,6 @@
 //! Where the paper really lies, and where the tool's tip really is, from points that somebody touched with it.
 
-use magician::ToolBias;
+use magician_host::ToolBias;
 
 use crate::artwork::Sheet;
 use crate::{Problem, Surface};

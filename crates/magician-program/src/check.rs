@@ -8,8 +8,8 @@ mod would_fit;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use magician::words::Preflight;
-use magician::{Error, Geometry, Set};
+use magician_host::words::Preflight;
+use magician_host::{Error, Geometry, Set};
 
 use crate::{Action, NoteCode, Origin, Plan, Problem};
 use beyond::beyond;

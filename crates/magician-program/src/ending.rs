@@ -1,12 +1,12 @@
 //! What the arm does when a program has ended, or was stopped.
 
-use magician::words::move_to;
-use magician::{Error, Result};
+use magician_host::words::move_to;
+use magician_host::{Error, Result};
 
 use crate::{Plan, Rest};
 
 /// What becomes of pen and arm at the end of a program. What needs the arm is the driver's:
-/// [`Arm::lift`](magician::Arm::lift) and [`Arm::park`](magician::Arm::park).
+/// `Arm::lift` and `Arm::park`.
 ///
 /// ```
 /// use magician_program::{Action, Ending, Origin, Plan, Tool};
@@ -75,7 +75,7 @@ impl Ending {
     /// Whether the arm gets to where it is parked from where the program ends.
     ///
     /// # Errors
-    /// [`ErrorKind::Unreachable`](magician::ErrorKind::Unreachable) with value and limit if it does not.
+    /// [`ErrorKind::Unreachable`](magician_host::ErrorKind::Unreachable) with value and limit if it does not.
     pub fn check(&self, rest: &Rest) -> Result<()> {
         let Some(place) = self.park else {
             return Ok(());

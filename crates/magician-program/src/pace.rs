@@ -1,6 +1,6 @@
 //! Speeds that a person asks for, instead of a plan's own.
 
-use magician::words;
+use magician_host::words;
 use magician_protocol::Set;
 
 use crate::{Action, Plan, Step};

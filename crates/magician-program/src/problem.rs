@@ -157,7 +157,7 @@ impl fmt::Display for Problem {
 impl std::error::Error for Problem {}
 
 /// As an error of the driver: invalid input.
-impl From<Problem> for magician::Error {
+impl From<Problem> for magician_host::Error {
     fn from(problem: Problem) -> Self {
         Self::invalid(problem.to_string())
     }

@@ -1,7 +1,7 @@
 //! What was in a file becomes a plan for this arm: where it lies, with which tool, how fast.
 
-use magician::Set;
-use magician::words::{self, Preflight};
+use magician_host::Set;
+use magician_host::words::{self, Preflight};
 use magician_motion::{ArmModel, ToolBias};
 
 use crate::artwork::{Layout, Marking, Misfit, Order, Sheet, rotated};

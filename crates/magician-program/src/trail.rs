@@ -1,6 +1,6 @@
 //! A motion that somebody led the arm through, as a program that repeats it.
 
-use magician::words;
+use magician_host::words;
 
 use crate::simplify::kept;
 use crate::{Action, Origin, Plan, Tool, Travel};

@@ -33,31 +33,24 @@
 
 mod arm;
 pub mod blocking;
-mod burning;
-pub mod connection;
 pub mod discovery;
-mod error;
-pub mod faults;
 pub mod measure;
-#[cfg(any(test, feature = "pair"))]
-pub mod pair;
 mod ports;
-mod preflight;
-pub mod proxy;
 mod raw;
-pub mod stream;
 mod target;
 mod transport;
 #[cfg(feature = "sim")]
 mod virtual_arm;
-pub mod words;
 
 pub use arm::{
     Arm, Event, Events, Jog, JogOptions, Level, Lifted, Link, Options, Owed, Pin, Progress, Ran,
     Run, RunOptions, StateOptions, StateWatch, Status, Stopper, sets_in_motion,
 };
-pub use burning::burns;
-pub use error::{Error, ErrorKind, Result};
+#[cfg(any(test, feature = "pair"))]
+pub use magician_host::pair;
+pub use magician_host::{
+    Error, ErrorKind, Result, burns, connection, faults, proxy, stream, words,
+};
 pub use magician_motion::{
     ArmModel, ArmState, Geometry, JointAngles, Law, Limits, ToolBias, Trajectory,
 };

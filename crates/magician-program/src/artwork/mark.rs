@@ -1,6 +1,6 @@
 //! How a drawing becomes what the arm does: with a pen that is put down and lifted, or a laser that is lit and darkened.
 
-use magician::words;
+use magician_host::words;
 
 use super::{Placed, Stroke};
 use crate::reach::{APPROACH, Above};

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use magician::Geometry;
+use magician_host::Geometry;
 use magician_motion::{ArmModel, Pose};
 
 /// A place farther off is not looked for, mm.
@@ -49,7 +49,7 @@ pub(super) fn beyond(geometry: &Geometry, [x, y, z]: [f64; 3]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use magician::ToolBias;
+    use magician_host::ToolBias;
 
     use super::*;
 

@@ -1,6 +1,6 @@
 //! Whether the tool leaves a line.
 
-use magician::{ArmState, Set};
+use magician_host::{ArmState, Set};
 use magician_protocol::PtpMode;
 
 use crate::{Plan, Surface, Tool};

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use magician::{ArmState, Set};
+use magician_host::{ArmState, Set};
 
 type Point = [f64; 3];
 

@@ -11,7 +11,7 @@ mod picture;
 mod source;
 mod tones;
 
-use magician::sim::world::Drawing;
+use magician_sim::world::Drawing;
 
 pub use picture::{Frame, Picture};
 pub use source::svg_lines;

@@ -1,6 +1,6 @@
 //! How dark a laser has left each part of a surface, beside how dark an image is there.
 
-use magician::sim::world::{Drawing, StrokeKind};
+use magician_sim::world::{Drawing, StrokeKind};
 
 use crate::Raster;
 

@@ -1,4 +1,4 @@
-use magician::words;
+use magician_host::words;
 use magician_protocol::{MAX_PARAMS, PtpMode, Set, Writer};
 
 /// Which way a point-to-point move goes.

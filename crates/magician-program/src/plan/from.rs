@@ -3,8 +3,8 @@
 mod settings;
 pub(crate) mod within;
 
-use magician::words::{self, Preflight};
-use magician::{Error, JointAngles, Set};
+use magician_host::words::{self, Preflight};
+use magician_host::{Error, JointAngles, Set};
 use magician_motion::Pose;
 use magician_protocol::PtpMode;
 
@@ -48,7 +48,7 @@ impl Plan {
     /// high as it can be. Homing is not repeated: an arm that has been switched off in between is to be homed before.
     ///
     /// ```
-    /// use magician::{JointAngles, ToolBias, words::Preflight};
+    /// use magician_host::{JointAngles, ToolBias, words::Preflight};
     /// use magician_program::{Action, Origin, Plan, Travel};
     ///
     /// let mut plan = Plan::new("two strokes");

@@ -31,7 +31,7 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use magician::words;
+    use magician_host::words;
 
     use super::*;
     use crate::{Action, Surface, Tool};

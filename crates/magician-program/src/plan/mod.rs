@@ -13,7 +13,7 @@ mod transform;
 
 use std::collections::BTreeMap;
 
-use magician::words;
+use magician_host::words;
 use magician_protocol::Set;
 
 pub use action::{Action, Grip, Travel};
@@ -82,7 +82,7 @@ impl Plan {
         self.preamble().into_iter().chain(steps)
     }
 
-    /// One command of each kind: what [`Arm::preflight_for`](magician::Arm::preflight_for) has to read of an arm depends on
+    /// One command of each kind: what `Arm::preflight_for` has to read of an arm depends on
     /// nothing else.
     #[must_use]
     pub fn kinds(&self) -> Vec<Set> {
@@ -103,7 +103,7 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use magician::commands::CpLeCmd;
+    use magician_host::commands::CpLeCmd;
     use magician_protocol::CpMode;
 
     use super::*;

@@ -70,7 +70,7 @@ fn draws_along(action: &Action) -> bool {
 mod tests {
     use std::slice;
 
-    use magician::words;
+    use magician_host::words;
 
     use super::*;
     use crate::{Origin, Surface};

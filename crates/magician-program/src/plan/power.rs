@@ -1,7 +1,7 @@
 //! The powers of a plan's burns: in proportion to speed (M4), and as a person wants them.
 
-use magician::words::PathLaws;
-use magician::{Law, Set};
+use magician_host::words::PathLaws;
+use magician_host::{Law, Set};
 
 use super::{Action, Plan, Step};
 use crate::{NoteCode, Power, Problem, Reading};
@@ -248,7 +248,7 @@ fn unreached(steps: &[Step], laws: &[Option<Law>]) -> Option<Problem> {
 
 #[cfg(test)]
 mod tests {
-    use magician::words;
+    use magician_host::words;
 
     use super::*;
     use crate::Origin;

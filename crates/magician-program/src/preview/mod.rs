@@ -22,8 +22,8 @@ mod trip;
 mod walk;
 mod work;
 
-use magician::Geometry;
-use magician::words::Preflight;
+use magician_host::Geometry;
+use magician_host::words::Preflight;
 
 use legend::Legend;
 use panel::{Panel, TICKS};
@@ -83,7 +83,7 @@ impl PreviewOptions {
 /// The picture of a plan.
 ///
 /// ```
-/// use magician::{JointAngles, ToolBias, words::Preflight};
+/// use magician_host::{JointAngles, ToolBias, words::Preflight};
 /// use magician_program::preview::{Preview, PreviewOptions};
 /// use magician_program::{Action, Origin, Plan, Surface, Tool, Travel, check};
 ///

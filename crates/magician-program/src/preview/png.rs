@@ -46,7 +46,7 @@ impl std::fmt::Display for PictureError {
 impl std::error::Error for PictureError {}
 
 /// As an error of the driver: invalid input.
-impl From<PictureError> for magician::Error {
+impl From<PictureError> for magician_host::Error {
     fn from(error: PictureError) -> Self {
         Self::invalid(error.to_string())
     }

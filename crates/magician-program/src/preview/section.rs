@@ -2,7 +2,7 @@
 //!
 //! Within the limits the arm has no singularity (model section 5), so the edge of the one is the edge of the other.
 
-use magician::{Geometry, JointAngles, Limits};
+use magician_host::{Geometry, JointAngles, Limits};
 
 /// Largest step along a limit, degrees.
 const STEP: f64 = 2.0;
@@ -62,7 +62,7 @@ fn edge(arm: &Geometry, a: [f64; 2], b: [f64; 2]) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use magician::ToolBias;
+    use magician_host::ToolBias;
     use magician_motion::ArmModel;
 
     /// Figures of model section 5.

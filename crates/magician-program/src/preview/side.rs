@@ -1,6 +1,6 @@
 //! The view from the side: everything at its distance from the base axis.
 
-use magician::Geometry;
+use magician_host::Geometry;
 use magician_motion::ArmModel;
 
 use super::panel::{Extent, Panel};

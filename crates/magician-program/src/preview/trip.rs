@@ -1,6 +1,6 @@
 //! The tool's way through a plan, sorted by what it leaves.
 
-use magician::words::Preflight;
+use magician_host::words::Preflight;
 
 use super::marks::Mark;
 use super::track::Track;

@@ -1,7 +1,7 @@
 //! Step by step through a plan, as the tool would go.
 
-use magician::words::Preflight;
-use magician::{ArmState, JointAngles, Set};
+use magician_host::words::Preflight;
+use magician_host::{ArmState, JointAngles, Set};
 use magician_motion::Pose;
 use magician_protocol::{CpMode, PtpMode};
 

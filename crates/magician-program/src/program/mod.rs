@@ -16,8 +16,8 @@ mod timetable;
 
 use std::sync::Arc;
 
-use magician::words::Preflight;
-use magician::{Ctrl, FrameBuf, Set};
+use magician_host::words::Preflight;
+use magician_host::{Ctrl, FrameBuf, Set};
 
 pub use rest::Rest;
 pub use timetable::Timetable;
@@ -30,7 +30,7 @@ const MOST_STEPS: u64 = i64::MAX.unsigned_abs();
 /// What is run: a plan, once, several times or for ever.
 ///
 /// ```
-/// use magician::{JointAngles, ToolBias, words::Preflight};
+/// use magician_host::{JointAngles, ToolBias, words::Preflight};
 /// use magician_program::{Action, Origin, Plan, Program, Travel};
 ///
 /// let mut plan = Plan::new("to and fro");
@@ -148,7 +148,7 @@ impl Program {
         Err(Problem::of_file(message))
     }
 
-    /// One command of each kind: what [`Arm::preflight_for`](magician::Arm::preflight_for) has to read of an arm depends on
+    /// One command of each kind: what `Arm::preflight_for` has to read of an arm depends on
     /// nothing else.
     #[must_use]
     pub fn kinds(&self) -> Vec<Set> {

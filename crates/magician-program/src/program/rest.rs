@@ -2,9 +2,9 @@ use std::iter::{self, repeat_n};
 use std::sync::Arc;
 use std::time::Duration;
 
-use magician::Set;
-use magician::commands::Pose;
-use magician::words::{Guards, Preflight};
+use magician_host::Set;
+use magician_host::commands::Pose;
+use magician_host::words::{Guards, Preflight};
 
 use super::{Program, Timetable};
 use crate::plan::within;
@@ -81,7 +81,7 @@ impl Rest {
         self.from
     }
 
-    /// Where the arm stands before all of it, for [`Run::along`](magician::Run::along).
+    /// Where the arm stands before all of it, for `Run::along`.
     #[must_use]
     pub fn start(&self) -> &Preflight {
         &self.start
@@ -177,7 +177,7 @@ impl Rest {
         &self.whole
     }
 
-    /// The commands that change settings of the arm, for [`Owed::read`](magician::Owed::read).
+    /// The commands that change settings of the arm, for `Owed::read`.
     pub fn changes(&self) -> impl Iterator<Item = &Set> {
         let later = Some(&self.whole).filter(|_| self.follow != Some(0));
         let plans = iter::once(&self.first).chain(later);
@@ -274,7 +274,7 @@ fn sums(course: &mut Preflight, commands: impl Iterator<Item = Set>) -> Vec<f64>
 
 #[cfg(test)]
 pub(super) mod tests {
-    use magician::{JointAngles, ToolBias, words};
+    use magician_host::{JointAngles, ToolBias, words};
 
     use super::*;
     use crate::{Action, Origin, Tool, Travel};

@@ -1,6 +1,6 @@
 //! What a check makes of all rounds of a program.
 
-use magician::words::Preflight;
+use magician_host::words::Preflight;
 
 use super::Rest;
 use crate::check::widen;
@@ -82,8 +82,8 @@ fn add(report: &mut Report, round: Report, times: u64, steps: usize) {
 
 #[cfg(test)]
 mod tests {
-    use magician::Set;
-    use magician::commands::PtpCmd;
+    use magician_host::Set;
+    use magician_host::commands::PtpCmd;
     use magician_protocol::PtpMode;
 
     use super::super::Program;

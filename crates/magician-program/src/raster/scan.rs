@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use magician::words;
+use magician_host::words;
 
 use super::tone::Powers;
 use super::{Engrave, Grid};

@@ -275,7 +275,7 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use magician::ToolBias;
+    use magician_host::ToolBias;
     use magician_motion::ArmModel;
 
     use super::*;

@@ -5,7 +5,7 @@ mod hull;
 mod outline;
 mod ways;
 
-use magician::{Error, Geometry, JointAngles, Limits, ToolBias};
+use magician_host::{Error, Geometry, JointAngles, Limits, ToolBias};
 use magician_motion::{ArmModel, ArmState, Ceilings, Move, MoveKind, Planner, Pose, Target};
 
 use crate::Surface;
@@ -16,7 +16,7 @@ pub(crate) use ways::{APPROACH, Above};
 /// limits as the check before a run.
 ///
 /// ```
-/// use magician::ToolBias;
+/// use magician_host::ToolBias;
 /// use magician_program::{Fit, Reach, Surface};
 ///
 /// let reach = Reach::new(ToolBias::PEN, Surface::level(-60.0), 20.0);
@@ -115,7 +115,7 @@ impl Reach {
     /// Whether the tool can be at a point of the surface and above it.
     ///
     /// # Errors
-    /// [`Unreachable`](magician::ErrorKind::Unreachable) with value and limit: what is in the way, and by how much.
+    /// [`Unreachable`](magician_host::ErrorKind::Unreachable) with value and limit: what is in the way, and by how much.
     pub fn contains(&self, point: [f64; 2]) -> Result<(), Error> {
         self.heights(point).try_for_each(|lift| {
             let reached = self.state(point, lift).map(drop);

@@ -8,12 +8,12 @@ mod stage;
 
 use std::time::Duration;
 
-use magician::sim::world::Drawing;
-use magician::sim::{Controller, Event, LinkId};
-use magician::{AlarmSet, Error, JointAngles, Set};
+use magician_host::{AlarmSet, Error, JointAngles, Set};
 use magician_motion::Pose;
 use magician_protocol::Ctrl;
 use magician_protocol::commands::QueuedCmdStartExec;
+use magician_sim::world::Drawing;
+use magician_sim::{Controller, Event, LinkId};
 
 use crate::Plan;
 pub(crate) use stage::kind_of;
@@ -74,7 +74,7 @@ impl Rehearsal {
 /// assert!(done.is_good());
 /// let [from, to] = done.drawing.bounds().unwrap();
 /// assert!((to[0] - from[0] - 40.0).abs() < 1e-6);
-/// # Ok::<(), magician::Error>(())
+/// # Ok::<(), magician_host::Error>(())
 /// ```
 ///
 /// # Errors

@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use magician::sim::{Controller, Profile, Scenario, World};
-use magician::words::{self, Preflight};
-use magician::{Error, FrameBuf, Geometry, JointAngles, Set};
+use magician_host::words::{self, Preflight};
+use magician_host::{Error, FrameBuf, Geometry, JointAngles, Set};
 use magician_motion::{ArmModel, Pose};
 use magician_protocol::Ctrl;
 use magician_protocol::commands::ClearAllAlarmsState;
+use magician_sim::{Controller, Profile, Scenario, World};
 
 use super::HOST;
 use crate::{Action, Plan, Tool};
@@ -79,7 +79,7 @@ impl RehearseOptions {
 /// it is lower elsewhere.
 ///
 /// # Errors
-/// [`InvalidInput`](magician::ErrorKind::InvalidInput) for a table at no height.
+/// [`InvalidInput`](magician_host::ErrorKind::InvalidInput) for a table at no height.
 pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error> {
     let tool = tool_of(plan, options);
     let scenario = scenario(plan, options, tool)?;

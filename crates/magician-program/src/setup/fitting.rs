@@ -1,7 +1,7 @@
 //! What is made to fit: as large as it can be, turned where that helps, and never refused by the check.
 
-use magician::JointAngles;
-use magician::words::{Guards, Preflight};
+use magician_host::JointAngles;
+use magician_host::words::{Guards, Preflight};
 use serde::Serialize;
 
 use super::{Frame, Placing, Setup, UNSAID, middle};

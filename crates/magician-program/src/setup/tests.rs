@@ -1,7 +1,7 @@
 //! How what a person says becomes a plan.
 
-use magician::JointAngles;
-use magician::words::Preflight;
+use magician_host::JointAngles;
+use magician_host::words::Preflight;
 
 use super::*;
 use crate::{Action, Origin, Stroke, Travel, check};

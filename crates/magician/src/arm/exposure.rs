@@ -6,7 +6,7 @@ use magician_protocol::{
     Ctrl, Frame, FrameBuf, JogCommand, Layout, QueuedCmdIndex, Readable, Row, Set, Writable,
 };
 
-use crate::burning::{LASER_POWER, LASER_SUPPLY, frame_burns, raises_laser_pin};
+use magician_host::{LASER_POWER, LASER_SUPPLY, frame_burns, raises_laser_pin};
 
 /// Whether the command of an id moves the arm.
 pub(super) fn moves(id: u8) -> bool {

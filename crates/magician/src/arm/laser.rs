@@ -7,10 +7,10 @@ use magician_protocol::commands::{
 use magician_protocol::{Flag, Frame, IoFunction, Set};
 
 use super::{Arm, Shared};
-use crate::burning::{LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_releases_queue};
 use crate::connection::Request;
 use crate::words;
 use crate::{Error, ErrorKind, Result};
+use magician_host::{LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_releases_queue};
 
 /// The laser's pins.
 const PINS: [u8; 2] = [LASER_SUPPLY, LASER_POWER];

@@ -8,8 +8,7 @@ use magician_protocol::{Alarm, Set};
 use super::Arm;
 use super::run::{Ran, RunOptions};
 use crate::connection::Request;
-use crate::preflight::{Needs, refuse};
-use crate::words::{Guards, Preflight, Readings};
+use crate::words::{Guards, Needs, Preflight, Readings, refuse};
 use crate::{ErrorKind, Result};
 
 impl Arm {
@@ -102,16 +101,14 @@ impl Arm {
 
     async fn read(&self, needs: Needs, on_rail: bool) -> Result<Preflight> {
         let before = self.get::<Pose>().await?;
-        let mut read = Readings {
-            tool: self.get().await?,
-            laser: self.get().await?,
-            joint_speeds: self.get().await?,
-            line_speeds: self.get().await?,
-            ratios: self.get().await?,
-            jump: self.get().await?,
-            with_rail: on_rail,
-            ..Readings::default()
-        };
+        let mut read = Readings::default();
+        read.tool = self.get().await?;
+        read.laser = self.get().await?;
+        read.joint_speeds = self.get().await?;
+        read.line_speeds = self.get().await?;
+        read.ratios = self.get().await?;
+        read.jump = self.get().await?;
+        read.with_rail = on_rail;
         if needs.home {
             read.home = match self.get().await {
                 Ok(home) => Some(home),

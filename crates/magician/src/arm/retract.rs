@@ -7,7 +7,7 @@ use magician_protocol::{Alarm, Set};
 
 use super::{Arm, Owed, RunOptions};
 use crate::words::{Preflight, line_to, move_to};
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, Result};
 
 /// What came of a [`lift`](Arm::lift).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,14 +134,5 @@ impl fmt::Display for Lifted {
         } else {
             write!(f, "the pen is up by {by:.1} mm")
         }
-    }
-}
-
-impl ErrorKind {
-    /// Whether a pen is lifted from its paper after a run that failed so, once the arm has been stopped: not when the line is
-    /// gone, when an alarm holds the arm, and when somebody else has stopped it or it was reset.
-    #[must_use]
-    pub const fn lifts(self) -> bool {
-        !matches!(self, Self::Port | Self::Alarm | Self::Closed)
     }
 }

@@ -1,6 +1,6 @@
 //! What the robot's own blocks set and switch: speeds, tools, pins, motors, sensors.
 
-use magician::words;
+use magician_host::words;
 use magician_motion::ToolBias;
 use magician_protocol::commands::{LostStepParams, PtpCoordinateParams, SetDeviceWithL};
 use magician_protocol::{Flag, IoFunction, Port, RailVersion, SensorVersion, Set, Stepper};

@@ -1,6 +1,6 @@
 //! The steps that a program's motions become.
 
-use magician::words;
+use magician_host::words;
 use magician_protocol::Set;
 
 use super::arc::Arc;

@@ -1,6 +1,6 @@
 //! One taught point, and the row that says it.
 
-use magician::Set;
+use magician_host::Set;
 
 use crate::{Action, Grip, Origin, Travel};
 

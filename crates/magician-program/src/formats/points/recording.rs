@@ -3,7 +3,7 @@
 //! A recording is rows of a time and a place. While the tool moves it follows a continuous path in real-time mode (document
 //! 1.11.1, errata E31): a segment takes a period, so that rows come after even times. Where it stands it waits as long.
 
-use magician::commands::CpParams;
+use magician_host::commands::CpParams;
 use magician_motion::{ArmModel, Pose};
 use magician_protocol::Flag;
 

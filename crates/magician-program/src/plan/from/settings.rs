@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use magician::{Set, words};
+use magician_host::{Set, words};
 use magician_protocol::commands::EMotor;
 use magician_protocol::{PoList, PtpMode, Row, Writable};
 

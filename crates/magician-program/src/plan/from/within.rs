@@ -1,7 +1,7 @@
 //! Steps that were begun and stopped: where on their line they go on.
 
-use magician::words::{self, Preflight};
-use magician::{ArmState, Set, commands};
+use magician_host::words::{self, Preflight};
+use magician_host::{ArmState, Set, commands};
 use magician_motion::Pose;
 use magician_protocol::{CpMode, PtpMode};
 

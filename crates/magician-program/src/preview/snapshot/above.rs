@@ -1,7 +1,7 @@
 //! The arm from above.
 
-use magician::sim::world::StrokeKind;
-use magician::{Geometry, JointAngles};
+use magician_host::{Geometry, JointAngles};
+use magician_sim::world::StrokeKind;
 
 use super::super::panel::Panel;
 use super::super::svg::{Anchor, Number, Svg, Type, path};
@@ -176,7 +176,7 @@ fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
 /// The links, from the axis of the base to the tip of the tool.
 fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
     let wrist = Geometry {
-        tool: magician::ToolBias::NONE,
+        tool: magician_host::ToolBias::NONE,
         ..*arm
     }
     .forward(joints);

@@ -3,11 +3,11 @@
 mod above;
 mod side;
 
-use magician::sim::Controller;
-use magician::sim::scenario::{Color, ToolKind};
-use magician::sim::world::{Drawing, Rest};
-use magician::{AlarmSet, Geometry, JointAngles, ToolBias};
+use magician_host::{AlarmSet, Geometry, JointAngles, ToolBias};
 use magician_motion::Pose;
+use magician_sim::Controller;
+use magician_sim::scenario::{Color, ToolKind};
+use magician_sim::world::{Drawing, Rest};
 
 use super::png::{self, PictureError};
 use super::svg::{Anchor, Number, Svg, Type, signed};
@@ -40,7 +40,7 @@ pub struct Standing {
 /// The picture of an arm as it stands.
 ///
 /// ```
-/// use magician::JointAngles;
+/// use magician_host::JointAngles;
 /// use magician_program::preview::{Snapshot, Standing};
 ///
 /// let mut arm = Standing::default();
@@ -215,7 +215,7 @@ fn head(svg: &mut Svg, left: f64, standing: &Standing, pose: &Pose) {
     let alarms = standing
         .alarms
         .codes()
-        .map(|code| match magician::Alarm::with_code(code) {
+        .map(|code| match magician_host::Alarm::with_code(code) {
             Some(alarm) => format!("alarm {code:#04x} {}", alarm.name),
             None => format!("alarm {code:#04x}"),
         });

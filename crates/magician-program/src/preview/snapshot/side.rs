@@ -1,6 +1,6 @@
 //! The arm from the side: everything at its distance from the base axis.
 
-use magician::{Geometry, JointAngles};
+use magician_host::{Geometry, JointAngles};
 use magician_motion::ArmModel;
 
 use super::super::panel::Panel;
@@ -120,7 +120,7 @@ fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
         [pose.x, pose.z]
     };
     let wrist = end(&Geometry {
-        tool: magician::ToolBias::NONE,
+        tool: magician_host::ToolBias::NONE,
         ..*arm
     });
     let points = [[0.0, 0.0], elbow, wrist].map(|point| panel.at(point));

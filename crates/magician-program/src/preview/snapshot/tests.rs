@@ -1,5 +1,5 @@
 use super::*;
-use magician::sim::{Profile, Scenario, World};
+use magician_sim::{Profile, Scenario, World};
 
 #[test]
 fn a_world_shows_its_objects_by_name() {

@@ -1,7 +1,7 @@
 //! A virtual arm that engraves, and what it leaves as a picture.
 
-use magician::JointAngles;
-use magician::words::Preflight;
+use magician_host::JointAngles;
+use magician_host::words::Preflight;
 use magician_protocol::commands::{ClearAllAlarmsState, QueuedCmdStartExec};
 use magician_protocol::{Ctrl, FrameBuf, Set};
 use magician_sim::world::{Stroke, StrokeKind};

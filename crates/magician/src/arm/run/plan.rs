@@ -5,9 +5,9 @@ use magician_protocol::Set;
 use super::Run;
 use crate::Result;
 use crate::arm::driver::micros;
-use crate::burning::raises_laser_pin;
 use crate::stream::Item;
 use crate::words::{Guards, Preflight};
+use magician_host::raises_laser_pin;
 
 /// So few are in the arm whatever they take: their times are of no use.
 const ALWAYS: usize = 2;

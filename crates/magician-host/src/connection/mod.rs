@@ -135,7 +135,7 @@ use doubt::Doubt;
 use estimator::Estimator;
 use flaw::{Flaw, planted};
 use interruption::Link;
-pub(crate) use job::is_once;
+pub use job::is_once;
 use job::{Job, Purpose};
 use law::Witness;
 pub use law::{Breach, Law};

@@ -7,7 +7,7 @@
 //! and the same pushes give the same bytes.
 //!
 //! ```
-//! use magician::faults::{Faults, Injector, Passed};
+//! use magician_host::faults::{Faults, Injector, Passed};
 //!
 //! let faults: Faults = "drop=1,seed=7".parse()?;
 //! let mut line = Injector::new(faults, faults.seed);
@@ -17,7 +17,7 @@
 //! let mut line = Injector::new(Faults::default(), 7);
 //! line.push(0, b"as it is");
 //! assert_eq!(line.poll(0), Some(Passed::Bytes(b"as it is".to_vec())));
-//! # Ok::<(), magician::Error>(())
+//! # Ok::<(), magician_host::Error>(())
 //! ```
 
 mod dice;

@@ -105,7 +105,8 @@ impl Job {
 }
 
 /// Whether a request that was not answered may have been done, and must not be done again.
-pub(crate) fn is_once(request: &Frame<'_>) -> bool {
+#[must_use]
+pub fn is_once(request: &Frame<'_>) -> bool {
     policy(request.id(), request.ctrl()) != Policy::Resend
 }
 

@@ -39,11 +39,11 @@ pub fn move_with_rail(x: f32, y: f32, z: f32, r: f32, l: f32) -> Set {
 /// the move switches stay.
 ///
 /// ```
-/// use magician::words;
+/// use magician_host::words;
 ///
 /// let over_there = words::with_rail(words::jump_to(220.0, 0.0, -20.0, 0.0), 600.0)?;
 /// assert!(words::with_rail(words::suction(true), 600.0).is_err());
-/// # Ok::<(), magician::Error>(())
+/// # Ok::<(), magician_host::Error>(())
 /// ```
 ///
 /// # Errors

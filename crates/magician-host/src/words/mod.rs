@@ -1,13 +1,11 @@
 //! What people say to a robot arm, as commands.
 //!
-//! A word returns a command as a value and does nothing else: [`Arm::perform`](crate::Arm::perform)
-//! checks and runs them, [`Arm::run`](crate::Arm::run) runs them,
-//! [`Arm::enqueue_set`](crate::Arm::enqueue_set) takes them one at a time, and programs may keep them
-//! in lists. Lengths are mm, angles degrees; the frame is the arm's: origin where the base axis meets the
+//! A word returns a command as a value and does nothing else: the driver's `Arm::perform` checks and runs them, `Arm::run`
+//! runs them, `Arm::enqueue_set` takes them one at a time, and programs may keep them in lists. Lengths are mm, angles degrees; the frame is the arm's: origin where the base axis meets the
 //! shoulder axis, X forward, Y to the arm's left, Z up. The table is below z = 0.
 //!
 //! ```
-//! use magician::words;
+//! use magician_host::words;
 //!
 //! let pick = [
 //!     words::jump_to(220.0, 40.0, -30.0, 0.0),
@@ -27,7 +25,7 @@ mod sensor;
 mod speed;
 mod tool;
 
-pub use crate::preflight::{Guards, Lift, PathLaws, Preflight, Readings, Step};
+pub use crate::preflight::{Guards, Lift, Needs, PathLaws, Preflight, Readings, Step, refuse};
 pub use conveyor::*;
 pub use io::*;
 pub use motion::*;

@@ -18,8 +18,8 @@ impl Preflight {
     /// for a motion that cannot be planned.
     ///
     /// ```
-    /// use magician::words::{self, Preflight};
-    /// use magician::{ArmState, JointAngles, ToolBias};
+    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::{ArmState, JointAngles, ToolBias};
     ///
     /// let course = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     /// let from = ArmState::at_joints(&course.geometry(), &JointAngles::HOME);

@@ -17,12 +17,10 @@ use magician_motion::{ArmModel, ArmState, JointAngles, Limits, ToolBias};
 use magician_protocol::Set;
 use magician_protocol::commands::EndEffectorParams;
 
-pub use guards::Guards;
-pub(crate) use guards::refuse;
+pub use guards::{Guards, refuse};
 use laser::Laser;
 use path::Path;
-pub(crate) use readings::Needs;
-pub use readings::Readings;
+pub use readings::{Needs, Readings};
 pub use retract::Lift;
 pub use speeds::PathLaws;
 
@@ -40,8 +38,8 @@ const FOREVER: u64 = u64::MAX;
 /// the tool in force by then.
 ///
 /// ```
-/// use magician::words::{self, Preflight};
-/// use magician::{ErrorKind, JointAngles, ToolBias};
+/// use magician_host::words::{self, Preflight};
+/// use magician_host::{ErrorKind, JointAngles, ToolBias};
 ///
 /// let mut check = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
 /// let step = check.check(&words::line_to(250.0, 50.0, 20.0, 0.0))?;
@@ -50,7 +48,7 @@ const FOREVER: u64 = u64::MAX;
 /// let error = check.check(&words::line_to(400.0, 0.0, 0.0, 0.0)).unwrap_err();
 /// assert_eq!(error.kind(), ErrorKind::Unreachable);
 /// assert!(error.value() > error.limit());
-/// # Ok::<(), magician::Error>(())
+/// # Ok::<(), magician_host::Error>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Preflight {
@@ -223,8 +221,8 @@ impl Preflight {
     ///
     /// ```
     /// use std::time::Duration;
-    /// use magician::words::{self, Preflight};
-    /// use magician::{JointAngles, ToolBias};
+    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::{JointAngles, ToolBias};
     ///
     /// let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     /// let there_and_back = [
@@ -234,7 +232,7 @@ impl Preflight {
     /// ];
     /// let time = check.estimate(&there_and_back)?;
     /// assert_eq!(time, Duration::from_millis(2000 + 500 + 2000));
-    /// # Ok::<(), magician::Error>(())
+    /// # Ok::<(), magician_host::Error>(())
     /// ```
     ///
     /// # Errors

@@ -81,8 +81,8 @@ pub trait Sensed {
     /// What was sensed.
     ///
     /// ```
-    /// use magician::commands::{ColorSensor, IoAdc};
-    /// use magician::words::{Color, Sensed};
+    /// use magician_host::commands::{ColorSensor, IoAdc};
+    /// use magician_host::words::{Color, Sensed};
     ///
     /// assert_eq!(ColorSensor { r: 10, g: 200, b: 12 }.sensed(), Some(Color::Green));
     /// assert_eq!(ColorSensor { r: 0, g: 0, b: 0 }.sensed(), None);

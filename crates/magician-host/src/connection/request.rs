@@ -87,7 +87,7 @@ impl Request {
     ///
     /// # Errors
     /// None in practice; as [`Request::raw`].
-    pub(crate) fn dark() -> Result<[Self; 3], EncodeError> {
+    pub fn dark() -> Result<[Self; 3], EncodeError> {
         let all = [
             Self::set(&LASER_OFF)?,
             Self::set(&QueuedCmdStopExec {})?,
@@ -96,7 +96,9 @@ impl Request {
         Ok(all.map(|request| request.priority(Priority::Stop)))
     }
 
-    pub(crate) fn of(frame: FrameBuf) -> Self {
+    /// A request of a whole frame. Its priority is that of its kind: queued commands and sets before readings.
+    #[must_use]
+    pub fn of(frame: FrameBuf) -> Self {
         let priority = match frame.frame().ctrl() {
             ctrl if ctrl.write() || ctrl.queued() => Priority::Stream,
             _ => Priority::Poll,
@@ -141,7 +143,7 @@ impl Request {
 
 /// Why a request ended without an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Failure {
     /// No answer by the deadline, and nothing was done or it does not matter whether it was.
     Timeout {

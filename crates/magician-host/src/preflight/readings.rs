@@ -225,15 +225,21 @@ impl Readings {
 
 /// What a program depends on besides what every program does.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Needs {
-    pub(crate) home: bool,
-    pub(crate) arc: bool,
-    pub(crate) path: bool,
-    pub(crate) rail: bool,
+pub struct Needs {
+    /// Where homing leads.
+    pub home: bool,
+    /// Speeds on arcs.
+    pub arc: bool,
+    /// Speeds on continuous paths.
+    pub path: bool,
+    /// The rail: whether it is in use, where the carriage is, its speeds.
+    pub rail: bool,
 }
 
 impl Needs {
-    pub(crate) fn of(commands: &[Set]) -> Self {
+    /// What these commands depend on.
+    #[must_use]
+    pub fn of(commands: &[Set]) -> Self {
         let mut needs = Self::default();
         for command in commands {
             match command {

@@ -4,9 +4,9 @@ use magician_protocol::commands::{ClearAlarmsState, ClearAllAlarmsState, QueuedC
 use magician_protocol::{Frame, PoList, Row, Set, Writable};
 
 /// EIO address of the laser's supply (model section 13).
-pub(crate) const LASER_SUPPLY: u8 = 2;
+pub const LASER_SUPPLY: u8 = 2;
 /// EIO address of the laser's modulation (model section 13).
-pub(crate) const LASER_POWER: u8 = 4;
+pub const LASER_POWER: u8 = 4;
 
 /// Whether a command may light the laser: `SetEndEffectorLaser` enabled and on, `CpLeCmd` with a power above 0, and what
 /// raises one of the laser's pins: `IoPwm` on EIO 4, `IoDo` on EIO 2 or 4, `PtpPoCmd` and `PtpPoWithLCmd` that switch these
@@ -14,7 +14,7 @@ pub(crate) const LASER_POWER: u8 = 4;
 /// pins drive something else.
 ///
 /// ```
-/// use magician::{burns, words};
+/// use magician_host::{burns, words};
 ///
 /// assert!(burns(&words::laser(true), true));
 /// assert!(!burns(&words::laser(false), true));
@@ -31,7 +31,7 @@ pub fn burns(command: &Set, laser_pins: bool) -> bool {
 }
 
 /// Whether a command switches one of the laser's pins on.
-pub(crate) fn raises_laser_pin(command: &Set) -> bool {
+pub fn raises_laser_pin(command: &Set) -> bool {
     let is_laser = |address: u16| {
         [LASER_SUPPLY, LASER_POWER]
             .map(u16::from)
@@ -55,7 +55,7 @@ fn is_above_zero(share: f32) -> bool {
 }
 
 /// As [`burns`], for a frame. One that can burn and cannot be read counts as one that does.
-pub(crate) fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
+pub fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
     let row = Row::with_id(frame.id());
     if !acts(frame) || !row.is_some_and(|row| row.may_burn) {
         return false;
@@ -65,7 +65,7 @@ pub(crate) fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
 }
 
 /// Whether a frame may let a queue run that stands: what waits in it begins, whoever put it there.
-pub(crate) fn frame_releases_queue(frame: &Frame<'_>) -> bool {
+pub fn frame_releases_queue(frame: &Frame<'_>) -> bool {
     let releases = [
         QueuedCmdStartExec::ROW.id,
         ClearAlarmsState::ROW.id,

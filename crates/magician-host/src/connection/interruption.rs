@@ -86,7 +86,7 @@ impl Connection {
     }
 
     /// The queue was cleared by another connection on the line that is there again, before this one went on.
-    pub(crate) fn was_cleared(&mut self) {
+    pub fn was_cleared(&mut self) {
         self.note_clear();
     }
 

@@ -46,8 +46,8 @@ pub fn motor_by(index: Stepper, speed: i32, distance: u32) -> Set {
 /// is told otherwise, and the queue goes on at once.
 ///
 /// ```
-/// use magician::protocol::Stepper;
-/// use magician::words;
+/// use magician_host::protocol::Stepper;
+/// use magician_host::words;
 ///
 /// let feed = [
 ///     words::conveyor(Stepper::Stepper1, 50.0),

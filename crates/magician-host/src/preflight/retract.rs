@@ -38,8 +38,8 @@ impl Preflight {
     /// for heights up to 150 mm, whatever speeds are in force.
     ///
     /// ```
-    /// use magician::words::{self, Preflight};
-    /// use magician::{JointAngles, ToolBias};
+    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::{JointAngles, ToolBias};
     ///
     /// let mut arm = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     /// arm.check(&words::line_to(250.0, 0.0, -40.0, 0.0))?;
@@ -47,7 +47,7 @@ impl Preflight {
     /// // Higher than the arm reaches there.
     /// let lift = arm.lift(500.0)?;
     /// assert!((139.0..140.0).contains(&lift.by), "{lift:?}");
-    /// # Ok::<(), magician::Error>(())
+    /// # Ok::<(), magician_host::Error>(())
     /// ```
     ///
     /// # Errors

@@ -51,6 +51,13 @@ impl ErrorKind {
             Self::Closed => "closed",
         }
     }
+
+    /// Whether a pen is lifted from its paper after a run that failed so, once the arm has been stopped: not when the line is
+    /// gone, when an alarm holds the arm, and when somebody else has stopped it or it was reset.
+    #[must_use]
+    pub const fn lifts(self) -> bool {
+        !matches!(self, Self::Port | Self::Alarm | Self::Closed)
+    }
 }
 
 impl fmt::Display for ErrorKind {
@@ -62,11 +69,11 @@ impl fmt::Display for ErrorKind {
 /// Why something could not be done: a sentence for people, and the parts of it for programs.
 ///
 /// ```
-/// use magician::{ErrorKind, Target};
+/// use magician_host::{ErrorKind, words};
 ///
-/// let error = "udp:".parse::<Target>().unwrap_err();
+/// let error = words::tool_named("hammer").unwrap_err();
 /// assert_eq!(error.kind(), ErrorKind::InvalidInput);
-/// assert!(error.to_string().contains("udp:HOST"));
+/// assert!(error.to_string().contains("suction"));
 /// ```
 pub struct Error(Box<Details>);
 
@@ -142,8 +149,8 @@ impl Error {
     /// switched off.
     ///
     /// ```
-    /// use magician::words::{self, Preflight};
-    /// use magician::{JointAngles, ToolBias};
+    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::{JointAngles, ToolBias};
     ///
     /// let mut start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     /// let error = start.program(&[words::laser(true)]).unwrap_err();
@@ -216,32 +223,34 @@ impl Error {
     }
 
     /// The end would be reachable, but not the way there.
-    pub(crate) fn on_the_way(mut self, percent: f64) -> Self {
+    pub fn on_the_way(mut self, percent: f64) -> Self {
         self.0.message = format!("{:.0} % of the way there: {}", percent, self.0.message);
         self
     }
 
-    pub(crate) fn with_source(mut self, source: io::Error) -> Self {
+    /// With the error of the system that caused it.
+    #[must_use]
+    pub fn with_source(mut self, source: io::Error) -> Self {
         self.0.source = Some(source);
         self
     }
 
     /// Refused by the guard of this name.
-    pub(crate) fn guarded(guard: &'static str, message: String) -> Self {
+    pub fn guarded(guard: &'static str, message: String) -> Self {
         let mut error = Self::invalid(message);
         error.0.guard = Some(guard);
         error
     }
 
     /// What was not sent because the laser would or could burn.
-    pub(crate) fn burning(message: impl Into<String>) -> Self {
+    pub fn burning(message: impl Into<String>) -> Self {
         let mut error = Self::invalid(message);
         error.0.wants_laser = true;
         error
     }
 
     /// A command that may or may not have been taken.
-    pub(crate) fn uncertain(from: Option<u64>, to: Option<u64>) -> Self {
+    pub fn uncertain(from: Option<u64>, to: Option<u64>) -> Self {
         let which = match (from, to) {
             (Some(from), Some(to)) => span(from, to),
             _ => String::new(),
@@ -257,13 +266,13 @@ impl Error {
     }
 
     /// The queue indices that it is about, as far as they are known.
-    pub(crate) fn between(mut self, from: Option<u64>, to: Option<u64>) -> Self {
+    pub fn between(mut self, from: Option<u64>, to: Option<u64>) -> Self {
         (self.0.from, self.0.to) = (from, to);
         self
     }
 
     /// Alarms that hold the queue; `tool_unknown` is whether they may come from a tool that the arm was never told of.
-    pub(crate) fn alarm(alarms: AlarmSet, tool_unknown: bool) -> Self {
+    pub fn alarm(alarms: AlarmSet, tool_unknown: bool) -> Self {
         let mut message = String::from("the arm stopped with an alarm");
         for code in alarms.codes().filter(|code| Alarm::blocks(*code)) {
             match Alarm::with_code(code) {
@@ -287,7 +296,7 @@ impl Error {
     }
 
     /// The queue stands although no alarm does.
-    pub(crate) fn held() -> Self {
+    pub fn held() -> Self {
         let message = "the arm stands still with commands in its queue, and no alarm stands now. Most \
                        often an alarm that has gone by itself still holds it: `magician alarms \
                        --clear` lets it go on. If another program has stopped the queue, `magician \
@@ -298,7 +307,7 @@ impl Error {
     }
 
     /// The arm forgot its queue.
-    pub(crate) fn reset(gone: Option<(u64, u64)>) -> Self {
+    pub fn reset(gone: Option<(u64, u64)>) -> Self {
         let (which, from, to) = match gone {
             Some((from, u64::MAX)) => (format!(" (from queue index {from} on)"), Some(from), None),
             Some((from, to)) => (span(from, to), Some(from), Some(to)),
@@ -314,7 +323,7 @@ impl Error {
     }
 
     /// More was queued than this program sent.
-    pub(crate) fn unaccounted(from: u64, to: u64) -> Self {
+    pub fn unaccounted(from: u64, to: u64) -> Self {
         let message = format!(
             "the arm has taken more commands than this program sent (up to queue index {to}): the network \
              doubled one, or another program uses the arm; look at the arm before you go on"
@@ -324,17 +333,19 @@ impl Error {
         error
     }
 
-    pub(crate) fn closed() -> Self {
+    /// The connection has ended.
+    #[must_use]
+    pub fn closed() -> Self {
         Self::new(ErrorKind::Closed, "the connection is closed")
     }
 
     /// The task that owns the line takes no wishes.
-    pub(crate) fn stuck() -> Self {
+    pub fn stuck() -> Self {
         Self::new(ErrorKind::Timeout, "the connection is stuck")
     }
 
     /// The line failed while in use.
-    pub(crate) fn gone(name: &str, source: io::Error) -> Self {
+    pub fn gone(name: &str, source: io::Error) -> Self {
         let message = format!(
             "the connection to {name} broke off: {source}; look at the cable and at the arm's power, \
              then connect again"

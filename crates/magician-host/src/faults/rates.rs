@@ -30,14 +30,14 @@ use crate::{Error, Result};
 /// | `seed` | where chance comes from (0) |
 ///
 /// ```
-/// use magician::faults::Faults;
+/// use magician_host::faults::Faults;
 ///
 /// let faults: Faults = "flip=1e-4, drop=0.05, seed=7".parse()?;
 /// assert_eq!((faults.flip, faults.drop, faults.seed), (1e-4, 0.05, 7));
 /// assert_eq!(faults.to_string(), "flip=1e-4,drop=5e-2,seed=7");
 /// let error = "flop=1".parse::<Faults>().unwrap_err();
 /// assert!(error.to_string().contains("flip"));
-/// # Ok::<(), magician::Error>(())
+/// # Ok::<(), magician_host::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faults {

@@ -119,9 +119,9 @@ const SPARE: usize = 8;
 /// A queued program on its way to the arm; see the [module](self).
 ///
 /// ```
-/// use magician::connection::{Connection, Settings};
-/// use magician::stream::{Item, Stream, StreamSettings};
-/// use magician::words;
+/// use magician_host::connection::{Connection, Settings};
+/// use magician_host::stream::{Item, Stream, StreamSettings};
+/// use magician_host::words;
 ///
 /// let mut connection = Connection::new(Settings::ORDERED);
 /// let mut stream = Stream::new(StreamSettings::default());
@@ -136,7 +136,7 @@ const SPARE: usize = 8;
 /// // It looks at the arm before it sends anything.
 /// let first = connection.poll_transmit(0).unwrap();
 /// assert!(!first.frame().ctrl().write());
-/// # Ok::<(), magician::stream::Refused>(())
+/// # Ok::<(), magician_host::stream::Refused>(())
 /// ```
 #[derive(Debug)]
 pub struct Stream {

@@ -11,7 +11,7 @@ use super::path::Path;
 /// [`Preflight`](super::Preflight) tells their times, without a check of what can be reached.
 ///
 /// ```
-/// use magician::words::{self, PathLaws};
+/// use magician_host::words::{self, PathLaws};
 ///
 /// let commands = [
 ///     words::path_speed(20.0, 100.0),

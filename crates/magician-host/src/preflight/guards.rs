@@ -7,7 +7,7 @@ use crate::{Error, Result};
 /// refused whatever is switched off here.
 ///
 /// ```
-/// use magician::words::Guards;
+/// use magician_host::words::Guards;
 ///
 /// // A program that pierces: the laser burns while the arm waits.
 /// let guards = Guards::default().laser(false);
@@ -70,8 +70,11 @@ macro_rules! setters {
 
 setters! { reach unknown_start jog laser alarms require_homed }
 
-/// A refusal that the guard of this name has made, if it is on.
-pub(crate) fn refuse(on: bool, name: &'static str, why: impl std::fmt::Display) -> Result<()> {
+/// Refuses in the name of a guard, if it is on.
+///
+/// # Errors
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) with [`Error::guard`].
+pub fn refuse(on: bool, name: &'static str, why: impl std::fmt::Display) -> Result<()> {
     if on {
         Err(Error::guarded(name, why.to_string()))
     } else {

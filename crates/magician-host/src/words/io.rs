@@ -108,8 +108,8 @@ pub fn pwm(address: u8, frequency: f32, duty_cycle: f32) -> Set {
 /// is the most. Multiplex the pin to [`IoFunction::Pwm`] first (model section 13: EIO 8, 6 and 4 have driven servos).
 ///
 /// ```
-/// use magician::protocol::IoFunction;
-/// use magician::words;
+/// use magician_host::protocol::IoFunction;
+/// use magician_host::words;
 ///
 /// let middle = [words::multiplex(8, IoFunction::Pwm), words::servo(8, 1.5)];
 /// assert_eq!(middle[1], words::pwm(8, 50.0, 7.5));
@@ -122,11 +122,11 @@ pub fn servo(address: u8, pulse_ms: f32) -> Set {
 /// An output that a move switches on its way.
 ///
 /// ```
-/// use magician::words::{self, Output};
+/// use magician_host::words::{self, Output};
 ///
 /// let at_the_top = Output { percent: 50, address: 17, high: true };
 /// let jump = words::with_outputs(words::jump_to(220.0, 0.0, 20.0, 0.0), &[at_the_top])?;
-/// # Ok::<(), magician::Error>(())
+/// # Ok::<(), magician_host::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Output {

@@ -1,0 +1,34 @@
+//! The host's side of a Dobot Magician arm, without I/O and without a clock.
+//!
+//! * [`connection`] sends requests and tells which answer is whose; [`stream`] keeps any number of queued commands flowing over
+//!   it; [`proxy`] gives several programs one arm.
+//! * [`words`] makes commands of intentions, and checks them before a byte is sent.
+//! * [`faults`] (feature) is what a bad line does, from a seed; [`pair`] (feature) a host and a virtual arm on one virtual clock.
+//!
+//! The crate `magician` drives these over real lines and re-exports them. Lengths are mm, angles degrees, times microseconds
+//! unless a name says otherwise. An erratum (E37) that is cited is in `docs/ERRATA.md` of the repository, a model section in
+//! `docs/MODEL.md`.
+#![forbid(unsafe_code)]
+
+mod burning;
+pub mod connection;
+mod error;
+#[cfg(any(test, feature = "faults"))]
+pub mod faults;
+#[cfg(any(test, feature = "pair"))]
+pub mod pair;
+mod preflight;
+pub mod proxy;
+pub mod stream;
+pub mod words;
+
+pub use burning::{
+    LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_releases_queue, raises_laser_pin,
+};
+pub use error::{Error, ErrorKind, Result};
+pub use magician_motion::{
+    ArmModel, ArmState, Geometry, JointAngles, Law, Limits, ToolBias, Trajectory,
+};
+pub use magician_protocol::{
+    self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
+};
