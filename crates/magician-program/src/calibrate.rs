@@ -31,7 +31,7 @@ impl Sheet {
         let along = [right[0] - origin[0], right[1] - origin[1]];
         let across = [up[0] - origin[0], up[1] - origin[1]];
         for (side, name) in [(along, "lower edge"), (across, "left edge")] {
-            let length = side[0].hypot(side[1]);
+            let length = libm::hypot(side[0], side[1]);
             if length < APART {
                 let message = format!(
                     "the {name} is {length:.1} mm long by the touched points, it takes {APART} mm to tell how it runs"
@@ -39,8 +39,8 @@ impl Sheet {
                 return Err(Problem::of_file(message).help("touch corners that are farther apart"));
             }
         }
-        let rotation = along[1].atan2(along[0]).to_degrees();
-        let angle = turn(across[1].atan2(across[0]).to_degrees() - rotation);
+        let rotation = libm::atan2(along[1], along[0]).to_degrees();
+        let angle = turn(libm::atan2(across[1], across[0]).to_degrees() - rotation);
         if (angle - 90.0).abs() > SKEW {
             let message =
                 format!("the corner at the first point has {angle:.1} deg, one of a sheet has 90");
@@ -48,7 +48,7 @@ impl Sheet {
             return Err(Problem::of_file(message).help(help));
         }
         let surface = plane(corners);
-        let tilt = surface.slope[0].hypot(surface.slope[1]).atan().to_degrees();
+        let tilt = libm::atan(libm::hypot(surface.slope[0], surface.slope[1])).to_degrees();
         if tilt > TILT {
             let message =
                 format!("the surface is tilted by {tilt:.1} deg, at most {TILT} is drawn on");
@@ -56,12 +56,12 @@ impl Sheet {
                 Problem::of_file(message).help("touch the paper each time, not the air above it")
             );
         }
-        let height = across[0].hypot(across[1]) * angle.to_radians().sin();
+        let height = libm::hypot(across[0], across[1]) * libm::sin(angle.to_radians());
         Ok(Self {
             corner: [origin[0], origin[1]],
             rotation,
             surface,
-            size: Some([along[0].hypot(along[1]), height]),
+            size: Some([libm::hypot(along[0], along[1]), height]),
         })
     }
 }
@@ -124,12 +124,12 @@ impl Tip {
                 .help("turn it by half a turn and touch the same point again"));
         }
         // Each pose plus the offset, turned by r, is the same point: (R(r1) - R(r2)) offset = p2 - p1.
-        let [(sin1, cos1), (sin2, cos2)] = [r1, r2].map(|r: f64| r.to_radians().sin_cos());
+        let [(sin1, cos1), (sin2, cos2)] = [r1, r2].map(|r: f64| libm::sincos(r.to_radians()));
         let (c, s) = (cos1 - cos2, sin1 - sin2);
         let (dx, dy) = (x2 - x1, y2 - y1);
         let det = c * c + s * s;
         let offset = [(c * dx + s * dy) / det, (c * dy - s * dx) / det];
-        let off = offset[0].hypot(offset[1]);
+        let off = libm::hypot(offset[0], offset[1]);
         if off > FAR {
             let message = format!(
                 "the tip would be {off:.0} mm from where the tool in force has it, at most {FAR} is believed"
@@ -156,7 +156,7 @@ mod tests {
             height: -61.0,
             slope: [0.01, -0.02],
         };
-        let (sin, cos) = rotation.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(rotation.to_radians());
         let at = |u: f64, v: f64| {
             let [x, y] = [corner[0] + u * cos - v * sin, corner[1] + u * sin + v * cos];
             [x, y, surface.at([x, y])]
@@ -192,7 +192,7 @@ mod tests {
     fn a_tip_beside_the_axis_is_found() {
         let (point, offset) = ([230.0, 40.0], [3.0, -1.5]);
         let touch = |r: f64| {
-            let (sin, cos) = r.to_radians().sin_cos();
+            let (sin, cos) = libm::sincos(r.to_radians());
             let [x, y] = [
                 offset[0] * cos - offset[1] * sin,
                 offset[0] * sin + offset[1] * cos,

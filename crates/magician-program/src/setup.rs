@@ -518,7 +518,7 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
     if let Some(at) = layout.at {
         return Ok(Some((at, turn)));
     }
-    let (sin, cos) = layout.rotate.to_radians().sin_cos();
+    let (sin, cos) = libm::sincos(layout.rotate.to_radians());
     let [width, height] = size;
     let taken = [[cos, sin], [sin, cos]].map(|[x, y]| width * x.abs() + height * y.abs());
     if let Some(room) = sheet.size

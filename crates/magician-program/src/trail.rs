@@ -248,7 +248,7 @@ fn along(from: &Mark, to: &Mark) -> f64 {
 
 /// The same with J4: a degree counts as a millimetre.
 fn apart(from: &Mark, to: &Mark) -> f64 {
-    along(from, to).hypot(to.j4 - from.j4)
+    libm::hypot(along(from, to), to.j4 - from.j4)
 }
 
 /// First, last, and as few between as leave none farther away than the tolerance.
@@ -280,7 +280,7 @@ mod tests {
     }
 
     fn circle(t: f64) -> ([f64; 4], f64) {
-        let (sin, cos) = (t * std::f64::consts::TAU / 10.0).sin_cos();
+        let (sin, cos) = libm::sincos(t * std::f64::consts::TAU / 10.0);
         ([220.0 + 30.0 * cos, 30.0 * sin, -20.0, 0.0], 5.0)
     }
 
@@ -299,7 +299,7 @@ mod tests {
         // In the middle of a chord the circle is farthest from it.
         for pair in points.windows(2) {
             let [x, y] = [0, 1].map(|axis| f64::from(pair[0][axis] + pair[1][axis]) / 2.0);
-            let off = 30.0 - (x - 220.0).hypot(y);
+            let off = 30.0 - libm::hypot(x - 220.0, y);
             assert!((-0.01..0.6).contains(&off), "{off}");
         }
         let circumference = 30.0 * std::f64::consts::TAU;

@@ -105,7 +105,7 @@ impl Preflight {
     pub fn way_to_park(&self, place: [f64; 3]) -> Result<Vec<Set>> {
         let from = self.stands()?.pose;
         let [x, y, z] = place;
-        let turned = y.atan2(x) - from.y.atan2(from.x);
+        let turned = libm::atan2(y, x) - libm::atan2(from.y, from.x);
         let to = Pose {
             x,
             y,

@@ -120,7 +120,7 @@ mod tests {
         ];
         // A spiral of short segments, more than the queue holds, with corners and a point that comes twice.
         for nth in 0..150_u8 {
-            let (sin, cos) = (f32::from(nth) * 0.3).sin_cos();
+            let (sin, cos) = libm::sincosf(f32::from(nth) * 0.3);
             let far = 5.0 + f32::from(nth) * 0.2;
             let power = f32::from(nth % 7);
             commands.push(words::engrave_to(220.0 + far * cos, far * sin, 20.0, power));

@@ -190,5 +190,10 @@ fn on_the_way(start: [f64; 4], whole: CpLeCmd, share: f64) -> [f64; 4] {
         y0 + way[1] * share,
         z0 + way[2] * share,
     ];
-    [x, y, z, r0 + (y.atan2(x) - y0.atan2(x0)).to_degrees()]
+    [
+        x,
+        y,
+        z,
+        r0 + (libm::atan2(y, x) - libm::atan2(y0, x0)).to_degrees(),
+    ]
 }

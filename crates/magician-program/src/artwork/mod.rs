@@ -83,7 +83,7 @@ pub(crate) fn circle_through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<([
     if !centre.iter().all(|side| side.is_finite()) {
         return None;
     }
-    let angle = |[x, y]: [f64; 2]| (y - centre[1]).atan2(x - centre[0]).to_degrees();
+    let angle = |[x, y]: [f64; 2]| libm::atan2(y - centre[1], x - centre[0]).to_degrees();
     let round = (angle(c) - angle([0.0; 2])).rem_euclid(360.0);
     let sweep = if turn > 0.0 { round } else { round - 360.0 };
     Some(([a[0] + centre[0], a[1] + centre[1]], sweep))
@@ -91,5 +91,5 @@ pub(crate) fn circle_through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<([
 
 /// Between two points.
 pub(crate) fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
-    (other[0] - one[0]).hypot(other[1] - one[1])
+    libm::hypot(other[0] - one[0], other[1] - one[1])
 }

@@ -438,7 +438,7 @@ pub(crate) fn rotated([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
         90.0 => (1.0, 0.0),
         180.0 => (0.0, -1.0),
         270.0 => (-1.0, 0.0),
-        other => other.to_radians().sin_cos(),
+        other => libm::sincos(other.to_radians()),
     };
     [x * cos - y * sin, x * sin + y * cos]
 }

@@ -15,7 +15,7 @@ const DIRECTIONS: u32 = 240;
 /// Whether a tool can be at a place, however it is turned.
 pub(crate) fn reaches(geometry: &Geometry, [x, y, z]: [f64; 3]) -> bool {
     // Straight on from the base the servo stands near its middle.
-    let r = y.atan2(x).to_degrees();
+    let r = libm::atan2(y, x).to_degrees();
     let pose = Pose::new(x, y, z, r);
     geometry
         .inverse_within(&pose, &ArmModel::MAGICIAN.limits)
@@ -29,14 +29,14 @@ pub(super) fn beyond(geometry: &Geometry, [x, y, z]: [f64; 3]) -> Option<f64> {
     }
     let tool = geometry.tool;
     let longest = geometry.rear_arm + geometry.forearm + tool.x.abs() + tool.y.abs();
-    let nearest = (x.hypot(y) - longest - SLACK).max(0.0);
+    let nearest = (libm::hypot(x, y) - longest - SLACK).max(0.0);
     if nearest.is_nan() || nearest >= FARTHEST {
         return None;
     }
     let mut distance = nearest.floor() + 1.0;
     while distance <= nearest + 2.0 * longest {
         let mut ring = (0..DIRECTIONS).map(|nth| {
-            let (sin, cos) = (TAU * f64::from(nth) / f64::from(DIRECTIONS)).sin_cos();
+            let (sin, cos) = libm::sincos(TAU * f64::from(nth) / f64::from(DIRECTIONS));
             [x + distance * cos, y + distance * sin, z]
         });
         if ring.any(|place| reaches(geometry, place)) {
@@ -57,7 +57,7 @@ mod tests {
     fn it_is_the_distance_to_the_nearest_place_in_reach() {
         let arm = Geometry::magician(ToolBias::PEN);
         let edge = |heading: f64| {
-            let (sin, cos) = heading.to_radians().sin_cos();
+            let (sin, cos) = libm::sincos(heading.to_radians());
             let mut radius = 250.0;
             while reaches(&arm, [radius * cos, radius * sin, -40.0]) {
                 radius += 0.01;
@@ -65,7 +65,7 @@ mod tests {
             radius
         };
         for heading in [0.0, 40.0, -90.0, 130.0] {
-            let (sin, cos) = f64::to_radians(heading).sin_cos();
+            let (sin, cos) = libm::sincos(f64::to_radians(heading));
             let far = edge(heading) + 117.4;
             assert_eq!(beyond(&arm, [far * cos, far * sin, -40.0]), Some(118.0));
         }

@@ -62,9 +62,9 @@ impl Arc {
         let (first, second) = (way(from, via), way(via, to));
         let normal = cross(first, second);
         // At the second point the way has turned by half of what it turns in all.
-        let half = norm(normal).atan2(dot(first, second));
+        let half = libm::atan2(norm(normal), dot(first, second));
         let chord = way(from, to);
-        let radius = norm(chord) / (2.0 * half.sin());
+        let radius = norm(chord) / (2.0 * libm::sin(half));
         if half <= 0.0 || !radius.is_finite() {
             return None;
         }
@@ -72,7 +72,7 @@ impl Arc {
         // To the left of the chord by what is left of the radius there, to the right of a long way round.
         let left = cross(normal, scaled(chord, 1.0 / norm(chord)));
         let middle = sum(from, scaled(chord, 0.5));
-        let centre = sum(middle, scaled(left, radius * half.cos()));
+        let centre = sum(middle, scaled(left, radius * libm::cos(half)));
         let start = way(centre, from);
         Some(Self {
             centre,
@@ -85,12 +85,16 @@ impl Arc {
     /// The points at which a coordinate is least or greatest on the way.
     fn extremes(&self) -> impl Iterator<Item = Point> {
         let [[ax, ay, az], [bx, by, bz]] = self.axes;
-        let turns = [bx.atan2(ax), by.atan2(ay), bz.atan2(az)];
+        let turns = [
+            libm::atan2(bx, ax),
+            libm::atan2(by, ay),
+            libm::atan2(bz, az),
+        ];
         let turns = turns.into_iter().flat_map(|turn| [turn, turn + PI]);
         let turns = turns.map(|turn| turn.rem_euclid(TAU));
         turns.filter(|turn| *turn <= self.sweep).map(|turn| {
             let [first, second] = self.axes;
-            let (sin, cos) = turn.sin_cos();
+            let (sin, cos) = libm::sincos(turn);
             sum(self.centre, sum(scaled(first, cos), scaled(second, sin)))
         })
     }
@@ -129,7 +133,7 @@ mod tests {
         for degrees in [1.0f64, 45.0, 180.0, 270.0, 359.0] {
             // On a slant: two directions at right angles, one of them up and across.
             let at = |share: f64| {
-                let (sin, cos) = (share * degrees.to_radians()).sin_cos();
+                let (sin, cos) = libm::sincos(share * degrees.to_radians());
                 [200.0 + 30.0 * cos, 24.0 * sin, 18.0 * sin]
             };
             let arc = Arc::through(at(0.0), at(0.3), at(1.0)).unwrap();

@@ -9,7 +9,7 @@ pub(super) fn field(picture: &Picture) -> Vec<f32> {
     let [width, height] = picture.frame().size();
     let columns = columns(picture.inked(), [width, height]);
     let per_mm = picture.frame().pixels_per_mm();
-    let farthest = (width as f64).hypot(height as f64);
+    let farthest = libm::hypot(width as f64, height as f64);
     let mut field = Vec::with_capacity(columns.len());
     let mut envelope = Envelope::default();
     for row in columns.chunks(width.max(1)) {
@@ -116,7 +116,7 @@ mod tests {
             let apart = |other: &usize| {
                 let [dx, dy] = [at % width, at / width].map(|value| value as f64);
                 let [x, y] = [other % width, other / width].map(|value| value as f64);
-                (dx - x).hypot(dy - y) / 5.0
+                libm::hypot(dx - x, dy - y) / 5.0
             };
             let nearest = inked.iter().map(apart).fold(f64::MAX, f64::min);
             assert!((f64::from(distance) - nearest).abs() < 1e-5, "{at}");

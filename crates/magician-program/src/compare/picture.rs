@@ -124,7 +124,7 @@ impl Picture {
 
     fn line(&mut self, from: [f64; 2], to: [f64; 2]) {
         let way = [to[0] - from[0], to[1] - from[1]];
-        let length = way[0].hypot(way[1]);
+        let length = libm::hypot(way[0], way[1]);
         // Not a number is not below anything.
         let near = length < LONGEST * self.frame.pixels_per_mm;
         if !near {

@@ -90,7 +90,9 @@ fn cut(path: &resvg::tiny_skia::Path, lines: &mut Vec<Vec<[f64; 2]>>) {
 fn curve(line: &mut Vec<[f64; 2]>, corners: &[Point]) {
     let corners: Vec<_> = corners.iter().map(|corner| flat(*corner)).collect();
     let sides = corners.iter().zip(corners.iter().skip(1));
-    let hull: f64 = sides.map(|(a, b)| (b[0] - a[0]).hypot(b[1] - a[1])).sum();
+    let hull: f64 = sides
+        .map(|(a, b)| libm::hypot(b[0] - a[0], b[1] - a[1]))
+        .sum();
     let pieces = (PIECES + hull / PIXELS / PIECE).min(MOST_PIECES).ceil();
     for nth in 1..=pieces as u64 {
         let share = nth as f64 / pieces;

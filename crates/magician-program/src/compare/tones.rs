@@ -100,7 +100,7 @@ impl Tones {
     /// Adds a line, in cells, that darkens a cell by so much for each cell that it is long.
     fn burn(&mut self, from: [f64; 2], to: [f64; 2], darkness: f64) {
         let way = [to[0] - from[0], to[1] - from[1]];
-        let length = way[0].hypot(way[1]);
+        let length = libm::hypot(way[0], way[1]);
         let steps = (length / STEP).ceil().clamp(1.0, 1e7);
         for nth in 0..steps as u64 {
             let share = (nth as f64 + 0.5) / steps;

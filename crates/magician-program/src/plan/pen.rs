@@ -48,7 +48,7 @@ impl Plan {
         let before = steps.find(|action| !matches!(action, Action::Wait(_)));
         let before = before.and_then(Action::target);
         before.is_some_and(|[from_x, from_y, from_z]| {
-            let aside = f64::from(x - from_x).hypot(f64::from(y - from_y));
+            let aside = libm::hypot(f64::from(x - from_x), f64::from(y - from_y));
             aside < SAME && f64::from(z - from_z) > SAME
         })
     }

@@ -300,7 +300,7 @@ mod tests {
             .map(|nth| [200.0 + f32::from(nth), 40.0 * f32::from(nth % 2)])
             .collect();
         let curve: Vec<[f32; 2]> = (0..=200_u8)
-            .map(|nth| (f32::from(nth) / 20.0).sin_cos())
+            .map(|nth| libm::sincosf(f32::from(nth) / 20.0))
             .map(|(sin, cos)| [230.0 + 15.0 * cos, 15.0 * sin])
             .collect();
         for (points, lines) in [

@@ -233,7 +233,7 @@ fn cos_sin(degrees: f64) -> [f64; 2] {
         180.0 => [-1.0, 0.0],
         270.0 => [0.0, -1.0],
         other => {
-            let (sin, cos) = other.to_radians().sin_cos();
+            let (sin, cos) = libm::sincos(other.to_radians());
             [cos, sin]
         }
     }

@@ -54,7 +54,7 @@ fn edge(arm: &Geometry, a: [f64; 2], b: [f64; 2]) -> Vec<[f64; 2]> {
         let share = f64::from(step) / f64::from(steps);
         let [j2, j3] = [0, 1].map(|axis| a[axis] + (b[axis] - a[axis]) * share);
         let pose = arm.forward(&JointAngles::new(0.0, j2, j3, 0.0));
-        [pose.x.hypot(pose.y), pose.z]
+        [libm::hypot(pose.x, pose.y), pose.z]
     };
     (0..steps).map(at).collect()
 }

@@ -17,7 +17,7 @@ pub(super) fn part(trip: &Trip) -> [[f64; 2]; 2] {
         points.for_each(|point| extent.show(*point));
     }
     let ends = trip.ends.into_iter().flatten();
-    ends.for_each(|[x, y, z]| extent.show([x.hypot(y), z]));
+    ends.for_each(|[x, y, z]| extent.show([libm::hypot(x, y), z]));
     extent.part()
 }
 
@@ -42,7 +42,7 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, trip: &Trip, arm: &Geometry) {
     svg.path(&path(axis, false), &look);
     let data = |layer: &Layer| super::svg::tracks(&layer.side, |point| panel.at(point));
     layers::draw(svg, &trip.layers, data);
-    let beside = |[x, y, z]: [f64; 3]| panel.at([x.hypot(y), z]);
+    let beside = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
     for mark in &trip.marks {
         symbols::spot(svg, beside(mark.at));
     }

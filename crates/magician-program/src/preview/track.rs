@@ -104,7 +104,7 @@ impl Track {
 impl Cone {
     /// Takes a point into account; `false` if a straight line cannot pass it and those before.
     fn take(&mut self, way: [f64; 2], tolerance: f64) -> bool {
-        let distance = way[0].hypot(way[1]);
+        let distance = libm::hypot(way[0], way[1]);
         if distance < self.reach - tolerance {
             return false;
         }
@@ -162,7 +162,7 @@ mod tests {
         let square = way[0] * way[0] + way[1] * way[1];
         let share = (to[0] * way[0] + to[1] * way[1]) / square.max(1e-30);
         let share = share.clamp(0.0, 1.0);
-        (to[0] - share * way[0]).hypot(to[1] - share * way[1])
+        libm::hypot(to[0] - share * way[0], to[1] - share * way[1])
     }
 
     #[test]
@@ -184,7 +184,7 @@ mod tests {
         let points: Vec<[f64; 2]> = (0..5000)
             .map(|nth| {
                 let t = f64::from(nth) * 0.003;
-                [20.0 * (1.7 * t).sin() + t, 15.0 * (2.3 * t).cos()]
+                [20.0 * libm::sin(1.7 * t) + t, 15.0 * libm::cos(2.3 * t)]
             })
             .collect();
         let kept = thinned(&points, tolerance);

@@ -223,7 +223,7 @@ impl Walk {
             return;
         };
         let (start, end) = (way.start().pose, way.end().pose);
-        let apart = (end.x - start.x).hypot(end.y - start.y) + (end.z - start.z).abs();
+        let apart = libm::hypot(end.x - start.x, end.y - start.y) + (end.z - start.z).abs();
         let round = matches!(command, Set::CircleCmd(_));
         let [least, most] = CORNERS;
         let corners = if round {
@@ -305,7 +305,7 @@ impl Walk {
             return;
         };
         let flat = |[x, y, _]: [f64; 3]| [x, y];
-        let beside = |[x, y, z]: [f64; 3]| [x.hypot(y), z];
+        let beside = |[x, y, z]: [f64; 3]| [libm::hypot(x, y), z];
         layer.above.begin(flat(from));
         layer.above.line_to(flat(to));
         if trip.has_side {

@@ -32,7 +32,7 @@ impl Grid {
     /// if wanted. Not turned, its right is the arm's +X and its top the arm's +Y.
     #[must_use]
     pub fn centred(size: [f64; 2], centre: [f64; 2], turn: f64, mirror: bool) -> Self {
-        let (sin, cos) = turn.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(turn.to_radians());
         let [width, height] = [if mirror { -size[0] } else { size[0] }, size[1]];
         let across = [width * cos, width * sin];
         let down = [height * sin, -height * cos];
@@ -68,7 +68,7 @@ impl Grid {
     /// Its width and height, mm.
     #[must_use]
     pub fn size(&self) -> [f64; 2] {
-        [self.across, self.down].map(|[x, y]| x.hypot(y))
+        [self.across, self.down].map(|[x, y]| libm::hypot(x, y))
     }
 
     /// Its corners, clockwise from the upper left one as the image has them.

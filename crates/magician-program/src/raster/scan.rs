@@ -235,7 +235,7 @@ impl<'e> Scan<'e> {
 
     /// J4 stays at 0, as it does on the path: turning it back would cost time.
     fn travel(&mut self, [x, y, z]: [f32; 3], by: Travel, origin: Origin) {
-        let to = [x, y, z, y.atan2(x).to_degrees()];
+        let to = [x, y, z, libm::atan2f(y, x).to_degrees()];
         self.plan.push(Action::Move { to, by }, origin);
     }
 

@@ -74,7 +74,7 @@ fn map(cells: &mut [u8], make: impl Fn(u8) -> u8) {
 fn table(engrave: &Engrave, make: impl Fn(f64) -> u8) -> [u8; 256] {
     let mut table = [0; 256];
     for (darkness, made) in table.iter_mut().enumerate().skip(1) {
-        *made = make((darkness as f64 / 255.0).powf(engrave.gamma));
+        *made = make(libm::pow(darkness as f64 / 255.0, engrave.gamma));
     }
     table
 }

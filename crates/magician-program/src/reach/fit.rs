@@ -191,7 +191,7 @@ impl Search<'_> {
         let grid = (-2 * most..=most).flat_map(|x| (-most..=most).map(move |y| (x, y)));
         let mut places: Vec<[f64; 2]> = grid
             .map(|(x, y)| [ahead + f64::from(x) * GRID, f64::from(y) * GRID])
-            .filter(|[x, y]| y.atan2(*x).to_degrees().abs() <= within)
+            .filter(|[x, y]| libm::atan2(*y, *x).to_degrees().abs() <= within)
             .collect();
         places.sort_by(|a, b| distance(*a, self.wish).total_cmp(&distance(*b, self.wish)));
         places
@@ -335,7 +335,10 @@ mod tests {
         lies_within(&reach(), &small, &place);
         assert!(place.scale > 100.0, "{place:?}");
         let ends = small.map(|corner| place.of(corner));
-        let room = ends.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
+        let room = ends
+            .iter()
+            .map(|[x, y]| libm::hypot(*x, *y))
+            .fold(0.0, f64::max);
         let [_, far] = reach().ahead().unwrap();
         assert!(far - room < 0.1, "{room} of {far}");
     }
@@ -359,8 +362,8 @@ mod tests {
             assert!(!outline.is_empty());
             for [x, y] in outline.concat() {
                 let inwards = |by: f64| {
-                    let (distance, heading) = (x.hypot(y) + by, y.atan2(x));
-                    reach.has([distance * heading.cos(), distance * heading.sin()])
+                    let (distance, heading) = (libm::hypot(x, y) + by, libm::atan2(y, x));
+                    reach.has([distance * libm::cos(heading), distance * libm::sin(heading)])
                 };
                 assert!(inwards(0.01) || inwards(-0.01) || inwards(0.0), "{x} {y}");
             }
@@ -389,7 +392,9 @@ mod tests {
     fn the_outline_is_one_area_as_wide_as_the_base_turns() {
         let outline = reach().outline();
         assert_eq!(outline.len(), 1);
-        let headings = outline[0].iter().map(|[x, y]| y.atan2(*x).to_degrees());
+        let headings = outline[0]
+            .iter()
+            .map(|[x, y]| libm::atan2(*y, *x).to_degrees());
         let widest = headings.map(f64::abs).fold(0.0, f64::max);
         assert!((widest - 135.0).abs() < 0.01, "{widest}");
         assert_eq!(outline[0].first(), outline[0].last());

@@ -134,8 +134,8 @@ impl Reach {
             rear_arm, forearm, ..
         } = self.geometry;
         let (j2, j3) = (self.limits.j2, self.limits.j3);
-        let elbow = [j2.min, j2.max].map(|angle| rear_arm * angle.to_radians().cos());
-        let turned = [j3.min, j3.max].map(|angle| -forearm * angle.to_radians().sin());
+        let elbow = [j2.min, j2.max].map(|angle| rear_arm * libm::cos(angle.to_radians()));
+        let turned = [j3.min, j3.max].map(|angle| -forearm * libm::sin(angle.to_radians()));
         let wrist = self.geometry.tool.z + self.surface.at(point);
         let between = 0.0..self.lift;
         let nearest = [0.0].into_iter().chain(elbow).chain(turned);

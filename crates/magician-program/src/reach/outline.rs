@@ -47,7 +47,7 @@ impl Reach {
 
     /// From which to which distance the tool can be in one direction, mm.
     fn spans(&self, heading: f64) -> Vec<[f64; 2]> {
-        let (sin, cos) = heading.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(heading.to_radians());
         let inside = |distance: f64| self.has([distance * cos, distance * sin]);
         let mut spans = Vec::new();
         let (mut at, mut was, mut begun) = (0.0, inside(0.0), 0.0);
@@ -112,7 +112,7 @@ impl Ring {
     }
 
     fn add(&mut self, heading: f64, [near, far]: [f64; 2]) {
-        let (sin, cos) = heading.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(heading.to_radians());
         self.near.push([near * cos, near * sin]);
         self.far.push([far * cos, far * sin]);
     }

@@ -45,7 +45,7 @@ impl Reach {
 
     /// Whether there is a straight way from one height to another.
     pub(crate) fn slants(&self, from: Above, to: Above) -> bool {
-        let count = (distance(from.0, to.0).hypot(to.1 - from.1) / PIECE).ceil();
+        let count = (libm::hypot(distance(from.0, to.0), to.1 - from.1) / PIECE).ceil();
         let count = count.clamp(1.0, MOST_PIECES);
         (0..=count as u32).all(|nth| {
             let share = f64::from(nth) / count;
@@ -77,11 +77,11 @@ impl Reach {
     ) -> Option<Vec<[f64; 2]>> {
         let [near, far] = self.ahead()?;
         let radius = f64::midpoint(near, far);
-        let [begin, end] = [from, to].map(|[x, y]| y.atan2(x));
+        let [begin, end] = [from, to].map(|[x, y]| libm::atan2(y, x));
         let count = ((end - begin).abs().to_degrees() / TURN).ceil().max(1.0);
         let corners: Vec<_> = (0..=count as u32)
             .map(|nth| {
-                let (sin, cos) = (begin + (end - begin) * f64::from(nth) / count).sin_cos();
+                let (sin, cos) = libm::sincos(begin + (end - begin) * f64::from(nth) / count);
                 [radius * cos, radius * sin]
             })
             .collect();

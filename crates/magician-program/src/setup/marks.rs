@@ -111,12 +111,12 @@ impl Segment {
 fn round(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<Vec<[f64; 2]>> {
     let (centre, sweep) = circle_through(a, b, c)?;
     let (start, radius) = (
-        (a[1] - centre[1]).atan2(a[0] - centre[0]),
+        libm::atan2(a[1] - centre[1], a[0] - centre[0]),
         distance(a, centre),
     );
     let count = (sweep.abs() / PIECE).ceil().max(1.0);
     let point = |nth: u32| {
-        let (sin, cos) = (start + sweep.to_radians() * f64::from(nth) / count).sin_cos();
+        let (sin, cos) = libm::sincos(start + sweep.to_radians() * f64::from(nth) / count);
         [centre[0] + radius * cos, centre[1] + radius * sin]
     };
     let between = (1..count as u32).map(point);

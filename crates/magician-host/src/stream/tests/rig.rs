@@ -184,7 +184,7 @@ fn item(command: impl Into<Set>, time: u64, end: Option<[f64; 3]>) -> Item {
     Item {
         command: command.into(),
         time,
-        end: end.map(|[x, y, z]| [x, y, z, y.atan2(x).to_degrees()]),
+        end: end.map(|[x, y, z]| [x, y, z, libm::atan2(y, x).to_degrees()]),
         laser: false,
     }
 }
@@ -236,7 +236,7 @@ pub(super) fn jump([x, y, z]: [f64; 3], time: u64) -> Item {
         x: x as f32,
         y: y as f32,
         z: z as f32,
-        r: y.atan2(x).to_degrees() as f32,
+        r: libm::atan2(y, x).to_degrees() as f32,
     };
     item(command, time, Some([x, y, z]))
 }
@@ -266,7 +266,7 @@ pub(super) fn along(step: f64, count: usize) -> [f64; 3] {
 fn bent(length: f64, step: f64, count: usize) -> [f64; 3] {
     let there = count as f64 * step;
     [
-        START[0] + 20.0 - (there / length).sin() * 20.0,
+        START[0] + 20.0 - libm::sin(there / length) * 20.0,
         there % 60.0,
         START[2] + there / 1000.0,
     ]

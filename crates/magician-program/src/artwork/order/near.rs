@@ -192,7 +192,7 @@ impl Near {
             return f64::INFINITY;
         };
         let beyond = |at: f64, axis: usize| (least[axis] - at).max(at - most[axis]).max(0.0);
-        beyond(x, 0).hypot(beyond(y, 1))
+        libm::hypot(beyond(x, 0), beyond(y, 1))
     }
 }
 

@@ -70,7 +70,7 @@ impl Course {
         }
         let [x, y, _] = self.at?;
         let straight = self.tool.is_none_or(|tool| tool.y == 0.0);
-        straight.then(|| y.atan2(x).to_degrees())
+        straight.then(|| libm::atan2(y, x).to_degrees())
     }
 
     /// r is what J1 and J4 turn together.

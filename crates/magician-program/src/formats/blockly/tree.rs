@@ -154,7 +154,7 @@ impl Tree {
 
     /// As Blockly does it: stacks from the top to the bottom of the workspace, those that begin at one height from the left.
     fn order(&mut self) {
-        let slope = 3.0_f64.to_radians().sin();
+        let slope = libm::sin(3.0_f64.to_radians());
         let height = |index: &usize| {
             let [x, y] = self.blocks.get(*index).map_or([0.0; 2], |block| block.at);
             y + slope * x

@@ -28,21 +28,21 @@ impl Ellipse {
     }
 
     fn at(&self, t: f64) -> Point {
-        self.centre + self.one * t.cos() + self.other * t.sin()
+        self.centre + self.one * libm::cos(t) + self.other * libm::sin(t)
     }
 
     /// Its longer half axis.
     fn radius(&self) -> f64 {
         let (one, other) = (self.one.hypot2(), self.other.hypot2());
         let half = (one - other) / 2.0;
-        ((one + other) / 2.0 + half.hypot(self.one.dot(self.other))).sqrt()
+        ((one + other) / 2.0 + libm::hypot(half, self.one.dot(self.other))).sqrt()
     }
 
     /// Its points, both ends included, so that no chord is farther from it than the tolerance. A whole one ends with the very
     /// point that it begins with.
     pub(super) fn points(&self, tolerance: f64) -> Vec<Point> {
         // A chord over an angle a of a circle is off by r (1 - cos(a / 2)), and an ellipse is a circle pressed flat.
-        let step = 4.0 * (tolerance / (2.0 * self.radius())).sqrt().min(0.19).asin();
+        let step = 4.0 * libm::asin((tolerance / (2.0 * self.radius())).sqrt().min(0.19));
         let pieces = (self.sweep.abs() / step).ceil().clamp(1.0, MOST_PIECES);
         let mut points: Vec<Point> = (0..=pieces as u32)
             .map(|nth| self.at(self.from + self.sweep * f64::from(nth) / pieces))
@@ -88,7 +88,7 @@ pub(super) fn bulge(
             one: *map * from - middle,
             other: *map * (centre + Vec2::new(-spoke.y, spoke.x)) - middle,
             from: 0.0,
-            sweep: 4.0 * bulge.atan(),
+            sweep: 4.0 * libm::atan(bulge),
         };
         let inner = arc.points(tolerance);
         let count = inner.len().saturating_sub(2);

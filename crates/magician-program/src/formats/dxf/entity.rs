@@ -74,7 +74,7 @@ fn unit(vector: [f64; 3]) -> [f64; 3] {
         return [0.0, 0.0, 1.0];
     }
     let [x, y, z] = vector.map(|value| value / greatest);
-    let length = x.hypot(y).hypot(z);
+    let length = libm::hypot(libm::hypot(x, y), z);
     [x / length, y / length, z / length]
 }
 

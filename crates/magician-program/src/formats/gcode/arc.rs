@@ -117,8 +117,8 @@ impl Arc {
                 "the arc begins {first:.3} mm from its centre and ends {last:.3} mm from it"
             ));
         }
-        let start = (ay - centre[1]).atan2(ax - centre[0]);
-        let end = (by - centre[1]).atan2(bx - centre[0]);
+        let start = libm::atan2(ay - centre[1], ax - centre[0]);
+        let end = libm::atan2(by - centre[1], bx - centre[0]);
         let mut sweep = if chord < SAME {
             TAU
         } else if ends.clockwise {
@@ -145,7 +145,7 @@ impl Arc {
         }
         let [first, last] = self.radii;
         let radius = first + (last - first) * share;
-        let (sin, cos) = (self.start + self.sweep * share).sin_cos();
+        let (sin, cos) = libm::sincos(self.start + self.sweep * share);
         let [x, y] = self.centre;
         let z = self.from[2] + (self.to[2] - self.from[2]) * share;
         let point = [x + radius * cos, y + radius * sin, z];
@@ -163,7 +163,7 @@ impl Arc {
         if self.sweep.abs() >= PI {
             return radius;
         }
-        radius * (1.0 - (self.sweep / 2.0).cos())
+        radius * (1.0 - libm::cos(self.sweep / 2.0))
     }
 
     /// The arcs that the arm can do, each with a point on the way and its end.
@@ -183,7 +183,7 @@ impl Arc {
         tolerance: f64,
     ) -> Result<impl Iterator<Item = [f64; 3]> + use<>, String> {
         let radius = self.radii[0].max(self.radii[1]);
-        let widest = 2.0 * (1.0 - tolerance / radius).clamp(-1.0, 1.0).acos();
+        let widest = 2.0 * libm::acos((1.0 - tolerance / radius).clamp(-1.0, 1.0));
         // A quarter at most, so that a small circle is not a line.
         let count = (self.sweep.abs() / widest.min(PI / 2.0)).ceil().max(1.0);
         if count > MOST_PIECES {
@@ -290,9 +290,9 @@ mod tests {
             let mut last = [30.0, 0.0];
             let mut worst = 0_f64;
             for [x, y, _] in circle.corners(tolerance).expect("few enough") {
-                assert!((x.hypot(y) - 30.0).abs() < 1e-9);
+                assert!((libm::hypot(x, y) - 30.0).abs() < 1e-9);
                 let middle = [f64::midpoint(last[0], x), f64::midpoint(last[1], y)];
-                worst = worst.max(30.0 - middle[0].hypot(middle[1]));
+                worst = worst.max(30.0 - libm::hypot(middle[0], middle[1]));
                 last = [x, y];
             }
             assert!(

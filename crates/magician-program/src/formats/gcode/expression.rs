@@ -76,7 +76,7 @@ impl Operator {
         let equal = (left - right).abs() < EQUAL;
         let (a, b) = (left != 0.0, right != 0.0);
         match self {
-            Power => left.powf(right),
+            Power => libm::pow(left, right),
             Times => left * right,
             By => left / right,
             Modulo => left.rem_euclid(right),
@@ -270,8 +270,8 @@ impl Words<'_> {
         let of = self.bracket(depth + 1)?;
         let value = match name {
             "ABS" => of.abs(),
-            "ACOS" => of.acos().to_degrees(),
-            "ASIN" => of.asin().to_degrees(),
+            "ACOS" => libm::acos(of).to_degrees(),
+            "ASIN" => libm::asin(of).to_degrees(),
             "ATAN" => {
                 self.skip_blanks();
                 let by = self.at;
@@ -281,17 +281,17 @@ impl Words<'_> {
                     let message = "ATAN takes two values: ATAN[1]/[2]";
                     return Err(Flaw::new(start..self.at, message));
                 }
-                of.atan2(self.bracket(depth + 1)?).to_degrees()
+                libm::atan2(of, self.bracket(depth + 1)?).to_degrees()
             }
-            "COS" => of.to_radians().cos(),
-            "EXP" => of.exp(),
+            "COS" => libm::cos(of.to_radians()),
+            "EXP" => libm::exp(of),
             "FIX" => of.floor(),
             "FUP" => of.ceil(),
-            "LN" => of.ln(),
+            "LN" => libm::log(of),
             "ROUND" => of.round(),
-            "SIN" => of.to_radians().sin(),
+            "SIN" => libm::sin(of.to_radians()),
             "SQRT" => of.sqrt(),
-            _ => of.to_radians().tan(),
+            _ => libm::tan(of.to_radians()),
         };
         match value.is_finite() {
             true => Ok(Some(value)),

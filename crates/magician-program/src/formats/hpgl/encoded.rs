@@ -69,7 +69,7 @@ fn gather(bytes: &[u8], items: &mut Vec<Item>) -> Result<(), End> {
                 if bits.abs() > MOST_BITS {
                     return Err(End::Damaged);
                 }
-                share = (-bits).exp2();
+                share = libm::exp2(-bits);
             }
             byte if *byte >= MORE => {
                 let point = [numbers.next()?, numbers.next()?];

@@ -90,7 +90,7 @@ impl Plotter<'_> {
         let &[radius, start, sweep, ..] = &instruction.numbers[..] else {
             return Err(needs(instruction, "a radius and two angles"));
         };
-        let ([x, y], (sin, cos)) = (self.at, start.to_radians().sin_cos());
+        let ([x, y], (sin, cos)) = (self.at, libm::sincos(start.to_radians()));
         let first = [x + radius * cos, y + radius * sin];
         let mut wedge = vec![first];
         wedge.extend(self.arc([x, y], first, sweep, instruction)?);

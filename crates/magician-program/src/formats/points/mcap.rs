@@ -187,7 +187,7 @@ impl Found {
         })?;
         let begun = *self.first.get_or_insert(time);
         let Position { x, y, z } = pose.position;
-        let r = 2.0 * pose.orientation.z.atan2(pose.orientation.w).to_degrees();
+        let r = 2.0 * libm::atan2(pose.orientation.z, pose.orientation.w).to_degrees();
         self.seen.push(Seen {
             t: time.saturating_sub(begun) as f64 / NANOS,
             pose: [x * MILLIMETRES, y * MILLIMETRES, z * MILLIMETRES, r],

@@ -28,7 +28,7 @@ pub(super) fn encloses(line: &Line) -> bool {
 /// How far a point is from the line through two others, mm.
 fn off([x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
-    ((x - a[0]) * dy - (y - a[1]) * dx).abs() / dx.hypot(dy)
+    ((x - a[0]) * dy - (y - a[1]) * dx).abs() / libm::hypot(dx, dy)
 }
 
 #[cfg(test)]
@@ -42,7 +42,7 @@ mod tests {
         let spiked = [[0.0, 0.0], [5.0, 0.0], [5.0, -9.0], [5.0, 0.0], [5.0, 5.0]];
         let circle: Line = (0..720)
             .map(|nth| f64::from(nth).to_radians() / 2.0)
-            .map(|angle| [500.0 * angle.cos(), 500.0 * angle.sin()])
+            .map(|angle| [500.0 * libm::cos(angle), 500.0 * libm::sin(angle)])
             .collect();
         for round in [&square[..], &eight, &spiked, &circle] {
             let mut line = round.to_vec();

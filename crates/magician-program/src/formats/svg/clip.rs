@@ -196,7 +196,7 @@ fn is_on(at: [f64; 2], [from, to]: [[f64; 2]; 2]) -> bool {
     } else {
         0.0
     };
-    (way[0] - share * edge[0]).hypot(way[1] - share * edge[1]) <= EDGE
+    libm::hypot(way[0] - share * edge[0], way[1] - share * edge[1]) <= EDGE
 }
 
 /// Where one way crosses another, as a share of the first.

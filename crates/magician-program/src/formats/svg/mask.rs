@@ -118,7 +118,7 @@ fn path_of(
         let does = does(stroke.paint(), stroke.opacity().get(), how)?;
         if does != Does::Nothing {
             let [a, b, c, d, ..] = to.as_coeffs();
-            let scale = a.hypot(b).max(c.hypot(d)).max(1.0) as f32;
+            let scale = libm::hypot(a, b).max(libm::hypot(c, d)).max(1.0) as f32;
             let outline = path.data().stroke(&stroke.to_tiny_skia(), scale)?;
             let outline = flatten(&curves(&outline, to), how.tolerance, true);
             let rule = usvg::FillRule::NonZero;

@@ -229,7 +229,7 @@ impl<'a> Walk<'a> {
         };
         // Dashes are measured before the transform, which may stretch them.
         let [a, b, c, d, ..] = place.to.as_coeffs();
-        let scale = a.hypot(b).max(c.hypot(d));
+        let scale = libm::hypot(a, b).max(libm::hypot(c, d));
         let own = super::lines::curves(path.data(), Affine::IDENTITY);
         let pattern: Vec<f64> = pattern.iter().map(|part| f64::from(*part)).collect();
         let offset = f64::from(stroke.dashoffset());

@@ -169,7 +169,7 @@ fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
         anchor: Anchor::Start,
         rim: true,
     };
-    let reach = length.hypot(width);
+    let reach = libm::hypot(length, width);
     svg.text(panel.at([x + reach + 4.0, y - 4.0]), &body.name, &label);
 }
 

@@ -232,7 +232,7 @@ fn head(svg: &mut Svg, left: f64, standing: &Standing, pose: &Pose) {
 }
 
 fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {
-    let (sin, cos) = degrees.to_radians().sin_cos();
+    let (sin, cos) = libm::sincos(degrees.to_radians());
     [x * cos - y * sin, x * sin + y * cos]
 }
 

@@ -67,7 +67,7 @@ pub(super) fn draw(
             [-half, 0.0, half].map(|aside| belt.at(along, aside))
         });
         let ends = points.fold([f64::MAX, 0.0_f64], |[near, far], [x, y]| {
-            [near.min(x.hypot(y)), far.max(x.hypot(y))]
+            [near.min(libm::hypot(x, y)), far.max(libm::hypot(x, y))]
         });
         let ends = [[ends[0], belt.height], [ends[1], belt.height - THICK]];
         let look = [
@@ -83,7 +83,7 @@ pub(super) fn draw(
     }
     links(svg, &panel, arm, joints);
     for [from, to] in &around.beams {
-        let beside = |[x, y, z]: [f64; 3]| panel.at([x.hypot(y), z]);
+        let beside = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
         above::beam(svg, beside(*from), beside(*to));
     }
     panel.end(svg);
@@ -93,7 +93,7 @@ pub(super) fn draw(
 fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
     let [x, y, z, _] = body.place;
     let [length, width, height] = body.size;
-    let (middle, half) = (x.hypot(y), length.max(width) / 2.0);
+    let (middle, half) = (libm::hypot(x, y), length.max(width) / 2.0);
     let fill = hex(body.color);
     let (edge, thick) = if body.held {
         (INK, "0.6")
@@ -114,7 +114,10 @@ fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
 fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
     let straight = JointAngles { j1: 0.0, ..*joints };
     let elbow = joints.j2.to_radians();
-    let elbow = [arm.rear_arm * elbow.sin(), arm.rear_arm * elbow.cos()];
+    let elbow = [
+        arm.rear_arm * libm::sin(elbow),
+        arm.rear_arm * libm::cos(elbow),
+    ];
     let end = |arm: &Geometry| {
         let pose = arm.forward(&straight);
         [pose.x, pose.z]

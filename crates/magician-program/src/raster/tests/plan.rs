@@ -47,7 +47,7 @@ fn a_line_is_run_up_to_burnt_in_runs_and_run_out_of() {
         panic!("{plan:?}")
     };
     assert_eq!(dark.action, Action::Laser(false));
-    let r = 0.5_f32.atan2(199.0).to_degrees();
+    let r = libm::atan2f(0.5_f32, 199.0).to_degrees();
     let to = [199.0, 0.5, -50.0, r];
     let by = Travel::Line;
     assert_eq!(up.action, Action::Move { to, by });

@@ -45,7 +45,7 @@ fn the_plate_is_as_it_was_drawn() {
     let off = |points: &[[f64; 2]], [x, y]: [f64; 2], radius: f64| {
         let off = points
             .iter()
-            .map(|at| ((at[0] - x).hypot(at[1] - y) - radius).abs());
+            .map(|at| (libm::hypot(at[0] - x, at[1] - y) - radius).abs());
         off.fold(0.0, f64::max)
     };
     assert!(off(&hole.points, [15.0, 25.0], 4.0) < 1e-9);

@@ -58,5 +58,5 @@ fn entity(words: &str) -> Vec<[f64; 2]> {
 }
 
 fn near(one: [f64; 2], other: [f64; 2]) -> bool {
-    (one[0] - other[0]).hypot(one[1] - other[1]) < 1e-9
+    libm::hypot(one[0] - other[0], one[1] - other[1]) < 1e-9
 }
