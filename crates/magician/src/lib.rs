@@ -33,8 +33,12 @@
 
 mod arm;
 pub mod blocking;
+#[cfg(feature = "lines")]
 pub mod discovery;
+#[cfg(feature = "lines")]
 pub mod measure;
+// Without lines there is a `Port` to name, and none to list or to find again.
+#[cfg_attr(not(feature = "lines"), allow(dead_code, unused_imports))]
 mod ports;
 mod raw;
 mod target;

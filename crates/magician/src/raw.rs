@@ -8,7 +8,9 @@ use crate::connection::Settings;
 use crate::faults::Faults;
 #[cfg(feature = "trace")]
 use crate::transport::Tracer;
-use crate::transport::{self, Line, Stream, Transport, Way};
+#[cfg(feature = "lines")]
+use crate::transport::serial_at;
+use crate::transport::{Line, Stream, Transport, Way};
 use crate::{Error, Result, Target};
 
 /// Bytes to an arm and back as they are, for programs that look at the bytes themselves: tests of
@@ -123,10 +125,11 @@ impl RawLine {
     ///
     /// # Errors
     /// As [`open`](Self::open).
+    #[cfg(feature = "lines")]
     pub async fn open_at(path: &str, baud: u32) -> Result<Self> {
         Ok(Self {
             way: None,
-            transport: Some(transport::serial_at(path, baud)?),
+            transport: Some(serial_at(path, baud)?),
             name: path.to_owned(),
             settings: Settings::ORDERED,
         })

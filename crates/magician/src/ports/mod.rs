@@ -145,13 +145,18 @@ impl fmt::Display for Port {
 /// The USB adapters behind them are known on Linux (from sysfs), macOS (from `ioreg`) and Windows
 /// (from `reg query`). docs/PLATFORMS.md says what of this has been run: Linux, Windows under Wine.
 ///
+/// None in a build without the feature `lines`.
+///
 /// # Errors
 /// [`ErrorKind::Port`] when the system does not tell.
 pub fn ports() -> Result<Vec<Port>> {
+    #[cfg(feature = "lines")]
     let paths = serial2::SerialPort::available_ports().map_err(|error| {
         let message = format!("the serial ports could not be listed: {error}");
         Error::new(ErrorKind::Port, message).with_source(error)
     })?;
+    #[cfg(not(feature = "lines"))]
+    let paths: Vec<std::path::PathBuf> = Vec::new();
     let paths = paths.iter().map(|path| path.to_string_lossy().into_owned());
     let mut ports = described(paths.filter(|path| !is_double(path)).collect());
     ports.sort_by_key(|port| (!port.likely_arm(), port.path.clone()));

@@ -4,29 +4,34 @@
 //! when the other end is gone, as far as the system knows: a pulled plug and a closed TCP
 //! connection are noticed, a datagram that nobody takes is not.
 
-#[cfg(unix)]
+#[cfg(all(unix, feature = "lines"))]
 mod away;
 #[cfg(feature = "ble")]
 mod ble;
 mod faulty;
+#[cfg(feature = "lines")]
+mod lines;
+#[cfg(feature = "lines")]
 mod search;
+#[cfg(feature = "lines")]
 mod serial;
 #[cfg(feature = "sim")]
 mod sim;
 mod stream;
+#[cfg(feature = "lines")]
+mod tcp;
 #[cfg(feature = "trace")]
 mod traced;
+#[cfg(feature = "lines")]
 mod udp;
 mod way;
 
 use std::io;
 use std::task::{Context, Poll};
-use std::time::Duration;
 
 use crate::connection::{Micros, Settings};
-use crate::{Error, ErrorKind};
 
-#[cfg(all(test, unix))]
+#[cfg(all(test, unix, feature = "lines"))]
 pub(crate) use away::Away;
 #[cfg(feature = "sim")]
 pub(crate) use sim::Sim;
@@ -34,9 +39,6 @@ pub(crate) use stream::Stream;
 #[cfg(feature = "trace")]
 pub use traced::Tracer;
 pub(crate) use way::Way;
-
-/// How long a host's name and a host's answer to a connection may take.
-const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A line to the arm. Both methods are polled from one task; what one leaves pending must wake it.
 pub(crate) trait Transport: Send {
@@ -85,12 +87,7 @@ pub(crate) struct Line {
 }
 
 /// Opens a serial port at another speed than the arm's.
+#[cfg(feature = "lines")]
 pub(crate) fn serial_at(path: &str, baud: u32) -> crate::Result<Box<dyn Transport>> {
     Ok(Box::new(serial::open_at(path, baud)?))
-}
-
-/// The name of a host that cannot be reached.
-fn unreachable_host(host: &str, port: u16, error: io::Error) -> Error {
-    let message = format!("{host} port {port} cannot be reached: {error}");
-    Error::new(ErrorKind::Port, message).with_source(error)
 }

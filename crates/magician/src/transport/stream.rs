@@ -3,12 +3,8 @@ use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::TcpStream;
 
-#[cfg(unix)]
-use super::away::{Away, read_now};
-use super::{PATIENCE, Transport, unreachable_host};
-use crate::Result;
+use super::Transport;
 
 /// Anything that reads and writes bytes in order: TCP, a pipe, a bridge of the caller's own.
 pub(crate) struct Stream<T>(pub(crate) T);
@@ -23,44 +19,4 @@ impl<T: AsyncRead + AsyncWrite + Send + Unpin> Transport for Stream<T> {
     fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         Pin::new(&mut self.0).poll_write(cx, bytes)
     }
-}
-
-/// A TCP connection.
-pub(super) struct Tcp {
-    stream: Stream<TcpStream>,
-    #[cfg(unix)]
-    away: Away,
-}
-
-impl Transport for Tcp {
-    fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
-        let told = self.stream.poll_read(cx, bytes);
-        #[cfg(unix)]
-        let told = (self.away).look(told, || read_now(&self.stream.0, bytes));
-        told
-    }
-
-    #[cfg(unix)]
-    fn ask(&mut self) {
-        self.away.ask();
-    }
-
-    fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
-        self.stream.poll_write(cx, bytes)
-    }
-}
-
-/// Connects to a TCP port; small frames are not held back.
-pub(super) async fn connect(host: &str, port: u16) -> Result<Tcp> {
-    let connecting = tokio::time::timeout(PATIENCE, TcpStream::connect((host, port))).await;
-    let connected = connecting.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
-    let stream = connected.map_err(|error| unreachable_host(host, port, error))?;
-    stream
-        .set_nodelay(true)
-        .map_err(|error| unreachable_host(host, port, error))?;
-    Ok(Tcp {
-        stream: Stream(stream),
-        #[cfg(unix)]
-        away: Away::default(),
-    })
 }

@@ -6,9 +6,10 @@ use tokio::io::ReadBuf;
 use tokio::net::{UdpSocket, lookup_host};
 use tokio::time::timeout;
 
+use super::Transport;
 #[cfg(unix)]
 use super::away::{Away, read_now};
-use super::{PATIENCE, Transport, unreachable_host};
+use super::lines::{PATIENCE, unreachable_host};
 use crate::Result;
 
 /// Datagrams to the arm's Wi-Fi module and back: one frame each from here, any cut from there.

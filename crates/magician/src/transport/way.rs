@@ -1,24 +1,24 @@
 use std::fmt;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use magician_protocol::BAUD_RATE;
 #[cfg(feature = "sim")]
 use magician_sim::Happening;
 
 #[cfg(feature = "ble")]
 use super::ble;
 use super::faulty::{Restart, Spoiler};
+#[cfg(feature = "lines")]
+use super::lines::Lines;
 #[cfg(feature = "trace")]
 use super::traced::{Traced, Tracer};
-use super::{Line, Transport, search, serial, stream, udp};
+use super::{Line, Transport};
 #[cfg(feature = "sim")]
 use super::{Sim, faulty::Blow};
 #[cfg(feature = "sim")]
 use crate::VirtualArm;
 use crate::connection::Settings;
 use crate::faults::Faults;
-use crate::ports::{self, Port, Remembered};
-#[cfg(not(all(feature = "sim", feature = "ble")))]
+#[cfg(not(all(feature = "sim", feature = "ble", feature = "lines")))]
 use crate::{Error, ErrorKind};
 use crate::{Options, Result, Target};
 
@@ -28,7 +28,8 @@ use crate::{Options, Result, Target};
 /// without a word; to the same virtual arm, for one in this process.
 pub(crate) struct Way {
     target: Target,
-    adapter: Mutex<Option<Remembered>>,
+    #[cfg(feature = "lines")]
+    lines: Lines,
     #[cfg(feature = "sim")]
     arm: Mutex<Option<VirtualArm>>,
     spoiler: Option<Spoiler>,
@@ -40,7 +41,8 @@ impl Way {
     pub(crate) fn to(target: &Target) -> Self {
         Self {
             target: target.clone(),
-            adapter: Mutex::default(),
+            #[cfg(feature = "lines")]
+            lines: Lines::default(),
             #[cfg(feature = "sim")]
             arm: Mutex::default(),
             spoiler: None,
@@ -126,21 +128,21 @@ impl Way {
                 ErrorKind::Unsupported,
                 "this build has no virtual arm: it was made without the feature `sim`",
             )),
-            Target::Serial(_) | Target::Usb { .. } | Target::Arm(_) => {
-                let settings = Settings {
-                    baud: Some(BAUD_RATE),
-                    ..Settings::ORDERED
-                };
-                Ok((Box::new(self.serial().await?), settings, "115200 baud"))
-            }
-            Target::Udp { host, port } => {
-                let socket = udp::open(host, *port).await?;
-                Ok((Box::new(socket), Settings::DATAGRAMS, "UDP"))
-            }
-            Target::Tcp { host, port } => {
-                let stream = stream::connect(host, *port).await?;
-                Ok((Box::new(stream), Settings::ORDERED, "TCP"))
-            }
+            #[cfg(feature = "lines")]
+            Target::Serial(_)
+            | Target::Usb { .. }
+            | Target::Arm(_)
+            | Target::Udp { .. }
+            | Target::Tcp { .. } => self.lines.open(&self.target).await,
+            #[cfg(not(feature = "lines"))]
+            Target::Serial(_)
+            | Target::Usb { .. }
+            | Target::Arm(_)
+            | Target::Udp { .. }
+            | Target::Tcp { .. } => Err(Error::new(
+                ErrorKind::Unsupported,
+                "this build has no lines to real arms: it was made without the feature `lines`",
+            )),
             #[cfg(feature = "ble")]
             Target::Ble(device) => {
                 let link = ble::open(device).await?;
@@ -152,27 +154,6 @@ impl Way {
                 "this build has no Bluetooth: it was made without the feature `ble`; use USB or Wi-Fi",
             )),
         }
-    }
-
-    /// A serial port, and what it takes to find its adapter again.
-    async fn serial(&self) -> Result<serial::Serial> {
-        let adapter = lock(&self.adapter).clone();
-        let present = match (&adapter, &self.target) {
-            // The name is enough, so a system that does not tell is no hindrance.
-            (None, Target::Serial(_)) => ports::ports().unwrap_or_default(),
-            _ => ports::ports()?,
-        };
-        let (path, port) = match (&self.target, &adapter) {
-            (Target::Arm(serial), _) => search::arm(serial, &in_turn(&present, &adapter)).await?,
-            (_, Some(adapter)) => open_at(adapter.find(&present)?)?,
-            (Target::Usb { .. }, None) => open_at(search::adapter(&self.target, &present)?)?,
-            (target, None) => open_at(target.to_string())?,
-        };
-        if adapter.is_none() {
-            *lock(&self.adapter) = Some(Remembered::new(&path, &present));
-        }
-        tracing::debug!(target = %self.target, path, "serial port opened");
-        Ok(port)
     }
 
     /// How to restart the controller at the end of this way; only a virtual one can be.
@@ -206,22 +187,7 @@ fn deal(arm: &VirtualArm, blow: Blow) {
     }
 }
 
-fn open_at(path: String) -> Result<(String, serial::Serial)> {
-    let port = serial::open(&path)?;
-    Ok((path, port))
-}
-
-/// Where an arm may be, the adapter that had it last before the others.
-fn in_turn(present: &[Port], adapter: &Option<Remembered>) -> Vec<Port> {
-    let last = adapter.as_ref().and_then(|one| one.find(present).ok());
-    let mut likely: Vec<Port> = (present.iter())
-        .filter(|port| port.likely_arm())
-        .cloned()
-        .collect();
-    likely.sort_by_key(|port| last.as_ref() != Some(&port.path));
-    likely
-}
-
+#[cfg(feature = "sim")]
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,0 +1,98 @@
+//! Lines to real arms.
+
+use std::io;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use magician_protocol::BAUD_RATE;
+
+use super::{Transport, search, serial, tcp, udp};
+use crate::connection::Settings;
+use crate::ports::{self, Port, Remembered};
+use crate::{Error, ErrorKind, Result, Target};
+
+/// How long a host's name and a host's answer to a connection may take.
+pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Opens lines to one arm; it keeps the adapter at which that was found.
+#[derive(Debug, Default)]
+pub(super) struct Lines {
+    adapter: Mutex<Option<Remembered>>,
+}
+
+impl Lines {
+    /// Opens a line; how to treat it, and what was tried.
+    pub(super) async fn open(
+        &self,
+        target: &Target,
+    ) -> Result<(Box<dyn Transport>, Settings, &'static str)> {
+        match target {
+            Target::Udp { host, port } => {
+                let socket = udp::open(host, *port).await?;
+                Ok((Box::new(socket), Settings::DATAGRAMS, "UDP"))
+            }
+            Target::Tcp { host, port } => {
+                let stream = tcp::connect(host, *port).await?;
+                Ok((Box::new(stream), Settings::ORDERED, "TCP"))
+            }
+            _ => {
+                let settings = Settings {
+                    baud: Some(BAUD_RATE),
+                    ..Settings::ORDERED
+                };
+                Ok((
+                    Box::new(self.serial(target).await?),
+                    settings,
+                    "115200 baud",
+                ))
+            }
+        }
+    }
+
+    /// A serial port, and what it takes to find its adapter again.
+    async fn serial(&self, target: &Target) -> Result<serial::Serial> {
+        let adapter = self.remembered().clone();
+        let present = match (&adapter, target) {
+            // The name is enough, so a system that does not tell is no hindrance.
+            (None, Target::Serial(_)) => ports::ports().unwrap_or_default(),
+            _ => ports::ports()?,
+        };
+        let (path, port) = match (target, &adapter) {
+            (Target::Arm(serial), _) => search::arm(serial, &in_turn(&present, &adapter)).await?,
+            (_, Some(adapter)) => open_at(adapter.find(&present)?)?,
+            (Target::Usb { .. }, None) => open_at(search::adapter(target, &present)?)?,
+            (target, None) => open_at(target.to_string())?,
+        };
+        if adapter.is_none() {
+            *self.remembered() = Some(Remembered::new(&path, &present));
+        }
+        tracing::debug!(target = %target, path, "serial port opened");
+        Ok(port)
+    }
+
+    fn remembered(&self) -> MutexGuard<'_, Option<Remembered>> {
+        self.adapter.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The name of a host that cannot be reached.
+pub(super) fn unreachable_host(host: &str, port: u16, error: io::Error) -> Error {
+    let message = format!("{host} port {port} cannot be reached: {error}");
+    Error::new(ErrorKind::Port, message).with_source(error)
+}
+
+fn open_at(path: String) -> Result<(String, serial::Serial)> {
+    let port = serial::open(&path)?;
+    Ok((path, port))
+}
+
+/// Where an arm may be, the adapter that had it last before the others.
+fn in_turn(present: &[Port], adapter: &Option<Remembered>) -> Vec<Port> {
+    let last = adapter.as_ref().and_then(|one| one.find(present).ok());
+    let mut likely: Vec<Port> = (present.iter())
+        .filter(|port| port.likely_arm())
+        .cloned()
+        .collect();
+    likely.sort_by_key(|port| last.as_ref() != Some(&port.path));
+    likely
+}

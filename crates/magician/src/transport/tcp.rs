@@ -1,0 +1,50 @@
+use std::io;
+use std::task::{Context, Poll};
+
+use tokio::net::TcpStream;
+
+#[cfg(unix)]
+use super::away::{Away, read_now};
+use super::lines::{PATIENCE, unreachable_host};
+use super::{Stream, Transport};
+use crate::Result;
+
+/// A TCP connection.
+pub(super) struct Tcp {
+    stream: Stream<TcpStream>,
+    #[cfg(unix)]
+    away: Away,
+}
+
+impl Transport for Tcp {
+    fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
+        let told = self.stream.poll_read(cx, bytes);
+        #[cfg(unix)]
+        let told = (self.away).look(told, || read_now(&self.stream.0, bytes));
+        told
+    }
+
+    #[cfg(unix)]
+    fn ask(&mut self) {
+        self.away.ask();
+    }
+
+    fn poll_write(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
+        self.stream.poll_write(cx, bytes)
+    }
+}
+
+/// Connects to a TCP port; small frames are not held back.
+pub(super) async fn connect(host: &str, port: u16) -> Result<Tcp> {
+    let connecting = tokio::time::timeout(PATIENCE, TcpStream::connect((host, port))).await;
+    let connected = connecting.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
+    let stream = connected.map_err(|error| unreachable_host(host, port, error))?;
+    stream
+        .set_nodelay(true)
+        .map_err(|error| unreachable_host(host, port, error))?;
+    Ok(Tcp {
+        stream: Stream(stream),
+        #[cfg(unix)]
+        away: Away::default(),
+    })
+}
