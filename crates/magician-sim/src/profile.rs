@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 mod arm;
 mod check;
+mod numbered;
 mod pattern;
 mod sections;
 mod tool;

@@ -9,11 +9,9 @@ use tokio::task::unconstrained;
 use super::arm::Arm;
 use super::bell::House;
 use super::{ServeError, Server};
-use crate::Identity;
-use crate::profile::{MAX_NAME, MAX_SERIAL};
 
 /// Serves several arms in one future, each with its own endpoints; see [`Server::number`] and
-/// [`Identity::numbered`] for arms that differ by their number alone. Every
+/// [`Identity::numbered`](crate::Identity::numbered) for arms that differ by their number alone. Every
 /// [`on_ready`](Server::on_ready) is called, in order, when every endpoint of every arm accepts.
 ///
 /// # Errors
@@ -53,86 +51,4 @@ pub fn numbered(path: &Path, number: u32) -> PathBuf {
     let mut path = OsString::from(path);
     path.push(format!(".{number}"));
     path.into()
-}
-
-impl Identity {
-    /// Arm `number` of several, counted from 1, that are otherwise alike: the name ends with the
-    /// number, the serial number counts up from this one, and so does the seed of the device id.
-    ///
-    /// ```
-    /// let [_, third] = [1, 3].map(|n| magician_sim::Profile::default().identity.numbered(n));
-    /// assert_eq!((&third.name[..], &third.serial[..]), ("Dobot 2.0 #3", "00000003"));
-    /// ```
-    #[must_use]
-    pub fn numbered(&self, number: u32) -> Self {
-        let further = number.saturating_sub(1);
-        Self {
-            version: self.version,
-            name: name(&self.name, number),
-            serial: serial(&self.serial, number, further),
-            device_id_seed: self.device_id_seed.wrapping_add(further.into()),
-        }
-    }
-}
-
-fn name(first: &str, number: u32) -> String {
-    let end = format!(" #{number}");
-    let kept = first.floor_char_boundary(MAX_NAME - end.len());
-    first[..kept].to_owned() + &end
-}
-
-/// Counts with the digits at the end; where there are none, they are the number.
-fn serial(first: &str, number: u32, further: u32) -> String {
-    let text = first.trim_end_matches(|digit: char| digit.is_ascii_digit());
-    let digits = &first[text.len()..];
-    let count = match digits.parse::<u128>() {
-        Ok(count) => count.saturating_add(further.into()),
-        Err(_) => number.into(),
-    };
-    let counted = format!("{text}{count:0width$}", width = digits.len());
-    let surplus = counted.len().saturating_sub(MAX_SERIAL);
-    counted[counted.ceil_char_boundary(surplus)..].to_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Profile;
-
-    #[test]
-    fn serial_numbers_count_up() {
-        for (first, third) in [
-            ("00000001", "00000003"),
-            ("DT99", "DT101"),
-            ("unit", "unit3"),
-            ("", "3"),
-            ("99999999999999999999999", "00000000000000000000001"),
-            ("\u{e4}bcdefghijklmnopqrstuv", "bcdefghijklmnopqrstuv3"),
-        ] {
-            assert_eq!(serial(first, 3, 2), third);
-            assert!(third.len() <= MAX_SERIAL);
-        }
-    }
-
-    #[test]
-    fn a_name_is_cut_before_its_number_is() {
-        let long = "\u{e4}".repeat(32);
-        let cut = name(&long, 1000);
-        assert!(
-            cut.ends_with("\u{e4} #1000") && cut.len() <= MAX_NAME,
-            "{cut}"
-        );
-    }
-
-    #[test]
-    fn no_two_arms_are_alike() {
-        let first = Profile::default().identity;
-        let all: Vec<Identity> = (1..=100).map(|n| first.numbered(n)).collect();
-        for (at, one) in all.iter().enumerate() {
-            for other in &all[at + 1..] {
-                assert!(one.name != other.name && one.serial != other.serial);
-                assert_ne!(one.device_id_seed, other.device_id_seed);
-            }
-        }
-    }
 }
