@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use magician::ErrorKind;
-use magician_sim::serve::{Endpoint, ServeError};
+use magician::serve::{Endpoint, ServeError};
 
 use crate::failure::{Failure, Kind};
 

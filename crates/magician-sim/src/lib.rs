@@ -24,8 +24,6 @@
 pub mod record;
 #[cfg(feature = "trace")]
 pub mod replay;
-#[cfg(feature = "serve")]
-pub mod serve;
 #[cfg(feature = "trace")]
 pub mod trace;
 

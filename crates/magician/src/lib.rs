@@ -41,6 +41,8 @@ pub mod measure;
 #[cfg_attr(not(feature = "lines"), allow(dead_code, unused_imports))]
 mod ports;
 mod raw;
+#[cfg(feature = "serve")]
+pub mod serve;
 mod target;
 mod transport;
 #[cfg(feature = "sim")]

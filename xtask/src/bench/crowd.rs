@@ -9,9 +9,9 @@ use std::sync::mpsc::channel;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use magician::serve::{Discovery, Endpoint, Server, serve_all};
 use magician_protocol::commands::{CpCmd, QueuedCmdStartExec};
 use magician_protocol::{CpMode, Ctrl, FrameBuf};
-use magician_sim::serve::{Discovery, Endpoint, Server, serve_all};
 use magician_sim::{Controller, Line, Micros, Runner, Speed};
 use tokio::net::UdpSocket;
 use tokio::runtime::{Builder, Runtime};

@@ -16,7 +16,7 @@ use magician::Target;
 use magician::blocking::Arm;
 use magician::commands::{Pose, PtpCmd, QueuedCmdStartExec};
 use magician::protocol::PtpMode;
-use magician_sim::serve::Server;
+use magician::serve::Server;
 use magician_sim::{Controller, Line, Speed};
 use tokio::runtime::Builder;
 use tokio::sync::oneshot;

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use magician::sim::serve::{Endpoint, Handle, ServeError, Server};
+use magician::serve::{Endpoint, Handle, ServeError, Server};
 use magician::sim::{Controller, Profile, Speed};
 use magician_capi::session::{Patience, Registry};
 use tokio::sync::oneshot;

@@ -39,15 +39,10 @@ use magician_protocol::{AlarmSet, FrameBuf};
 
 use crate::{Controller, LinkId, Micros, Observer, QueueState, State};
 
-#[cfg(feature = "serve")]
-mod behind;
 mod file;
 mod frames;
 mod message;
 mod readings;
-
-#[cfg(feature = "serve")]
-pub(crate) use behind::{Full, WriteBehind};
 
 pub use readings::{Reading, Readings};
 

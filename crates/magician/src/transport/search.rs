@@ -119,11 +119,11 @@ async fn exchange(
     }
 }
 
-#[cfg(all(test, unix, feature = "sim"))]
+#[cfg(all(test, unix, feature = "serve"))]
 mod tests {
     use std::path::Path;
 
-    use magician_sim::serve::Server;
+    use crate::serve::Server;
     use magician_sim::{Controller, Profile, Speed};
 
     use super::*;
@@ -182,7 +182,7 @@ mod tests {
             drop(port);
             assert!(arm("DT-ONE", &candidates).await.is_ok());
         };
-        let all = magician_sim::serve::serve_all([one, two], std::future::pending());
+        let all = crate::serve::serve_all([one, two], std::future::pending());
         tokio::select! {
             ended = all => panic!("{ended:?}"),
             () = search => {}

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use magician::discovery::Search;
 use magician::faults::{Faults, Injector, Passed};
-use magician::sim::serve::{Discovery, Endpoint};
+use magician::serve::{Discovery, Endpoint};
 use magician::{Arm, ErrorKind, QueueIndex, RawLine, Set, Target, words};
 use tokio::time::Instant;
 

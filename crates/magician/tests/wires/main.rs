@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use magician::commands::{DeviceName, Pose};
 use magician::protocol::Text;
-use magician::sim::serve::{Endpoint, Handle, ServeError, Server};
+use magician::serve::{Endpoint, Handle, ServeError, Server};
 use magician::sim::{Controller, Profile, Speed};
 use magician::{ErrorKind, Set, Target, blocking, words};
 use tokio::sync::oneshot;

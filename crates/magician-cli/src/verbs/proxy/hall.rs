@@ -2,9 +2,9 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use magician::proxy::{Chunk, Client, Proxy, Settings};
+use magician::serve::{Endpoint, Notice, Service};
 use magician_protocol::{Direction, FrameBuf};
 use magician_sim::LinkId;
-use magician_sim::serve::{Endpoint, Notice, Service};
 
 use super::log::Log;
 use super::tape::{Tape, wall_clock};

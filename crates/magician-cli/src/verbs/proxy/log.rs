@@ -6,8 +6,8 @@ use std::io::{self, Write};
 use std::time::Duration;
 
 use magician::proxy::{Client, Event};
+use magician::serve::{Endpoint, Notice};
 use magician_protocol::{Description, Direction, Frame, FrameBuf, Row, describe};
-use magician_sim::serve::{Endpoint, Notice};
 use serde_json::{Map, Value, json};
 
 use super::tape::wall_clock;

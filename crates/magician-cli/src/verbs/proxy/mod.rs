@@ -13,9 +13,9 @@ use std::time::Duration;
 use clap::Args;
 use magician::faults::Faults;
 use magician::proxy::Settings;
+use magician::serve::Doors;
 use magician::{LineOptions, RawLine, Target};
 use magician_protocol::Row;
-use magician_sim::serve::Doors;
 
 use crate::context::Context;
 use crate::failure::Failure;

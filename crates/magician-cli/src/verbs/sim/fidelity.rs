@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
+use magician::serve::Handle;
 use magician_sim::fidelity::{Basis, Confidence, Fidelity};
-use magician_sim::serve::Handle;
 use serde_json::json;
 
 /// Where the numbers lead that stand in the third column.

@@ -4,8 +4,8 @@ use std::mem::{Discriminant, discriminant};
 use std::sync::Arc;
 use std::time::Instant;
 
+use magician::serve::{Endpoint, Notice};
 use magician_protocol::visible;
-use magician_sim::serve::{Endpoint, Notice};
 use magician_sim::{Event, Identity, Scenario, Speed};
 
 use super::tui::Feed;

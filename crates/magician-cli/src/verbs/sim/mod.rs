@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
+use magician::serve::{self, Discovery, Handle, Server, serve_all};
 use magician_motion::ToolBias;
-use magician_sim::serve::{self, Discovery, Handle, Server, serve_all};
 use magician_sim::world::PictureOptions;
 use magician_sim::{
     Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World, document,

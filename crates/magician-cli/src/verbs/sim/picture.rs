@@ -5,8 +5,8 @@ use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use magician::serve::{self, Handle};
 use magician_program::preview::fitting;
-use magician_sim::serve::{self, Handle};
 use magician_sim::world::{Drawing, PictureError, PictureOptions};
 
 use crate::failure::Failure;

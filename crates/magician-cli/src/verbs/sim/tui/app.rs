@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 
+use magician::serve::{Ended, Handle};
 use magician_motion::{Limits, TopView};
 use magician_protocol::Alarm;
 use magician_sim::scenario::{Conveyor, Table};
-use magician_sim::serve::{Ended, Handle};
 use magician_sim::{Happening, Runner};
 
 use super::feed::{Feed, Told};

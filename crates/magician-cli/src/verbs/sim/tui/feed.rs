@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use magician_sim::serve::Notice;
+use magician::serve::Notice;
 
 /// Lines that are kept.
 const KEPT: usize = 256;

@@ -1,10 +1,10 @@
 //! Pictures of arms in known states, as text.
 
+use magician::serve::Server;
 use magician_motion::TopView;
 use magician_protocol::commands::{PtpCmd, QueuedCmdStartExec, WaitCmd};
 use magician_protocol::{Ctrl, FrameBuf, PtpMode, Set};
 use magician_sim::scenario::Scenario;
-use magician_sim::serve::Server;
 use magician_sim::{Controller, Happening, LinkId, Profile, World};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;

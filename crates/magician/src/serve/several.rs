@@ -11,7 +11,7 @@ use super::bell::House;
 use super::{ServeError, Server};
 
 /// Serves several arms in one future, each with its own endpoints; see [`Server::number`] and
-/// [`Identity::numbered`](crate::Identity::numbered) for arms that differ by their number alone. Every
+/// [`Identity::numbered`](magician_sim::Identity::numbered) for arms that differ by their number alone. Every
 /// [`on_ready`](Server::on_ready) is called, in order, when every endpoint of every arm accepts.
 ///
 /// # Errors

@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream, UdpSocket};
 
-use magician_sim::serve::{Endpoint, Notice, ServeError};
+use magician::serve::{Endpoint, Notice, ServeError};
 
 mod served;
 

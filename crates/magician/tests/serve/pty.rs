@@ -8,8 +8,8 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use magician::serve::{Endpoint, Notice, ServeError};
 use magician_protocol::{Deframer, Event};
-use magician_sim::serve::{Endpoint, Notice, ServeError};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::{Controller, FlashError, Micros};
+use magician_sim::{Controller, FlashError, Micros};
 
 /// A host that sets ten things at once has them written once.
 const DELAY: Micros = 500_000;
@@ -65,8 +65,9 @@ impl Keeper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Flash, LinkId};
+    use magician_protocol::commands::DeviceName;
     use magician_protocol::{Ctrl, FrameBuf};
+    use magician_sim::{Flash, LinkId, Profile, World};
 
     fn rename(controller: &mut Controller, name: &[u8]) {
         let frame = FrameBuf::new(1, Ctrl::SET, name).unwrap();
@@ -75,7 +76,12 @@ mod tests {
 
     fn name(path: &std::path::Path) -> Option<String> {
         let flash = Flash::load(path).unwrap()?;
-        Some(flash.name.device_name.as_str().unwrap().to_owned())
+        let mut arm = Controller::with_flash(Profile::default(), World::default(), flash);
+        let get = FrameBuf::new(1, Ctrl::GET, &[]).unwrap();
+        arm.receive(LinkId(0), get.bytes());
+        let reply = arm.poll_transmit(LinkId(0)).expect("an answer");
+        let name = reply.frame().read::<DeviceName>().unwrap();
+        Some(name.device_name.as_str().unwrap().to_owned())
     }
 
     #[test]

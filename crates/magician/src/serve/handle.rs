@@ -5,7 +5,7 @@ use std::task::{Context, Poll};
 
 use tokio::sync::{mpsc, oneshot};
 
-use crate::Runner;
+use magician_sim::Runner;
 
 /// Something to do on an arm's runner. What it returns is to be called when the endpoints have
 /// followed.
@@ -35,7 +35,7 @@ impl Handle {
     /// be quick: the arm waits for it.
     ///
     /// ```no_run
-    /// # use magician_sim::serve::{Ended, Handle};
+    /// # use magician::serve::{Ended, Handle};
     /// # async fn look(handle: Handle) -> Result<(), Ended> {
     /// let state = handle.with(|runner| runner.controller().state()).await?;
     /// println!("{:?}", state.pose);

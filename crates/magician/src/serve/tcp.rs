@@ -170,7 +170,7 @@ mod tests {
     use tokio::time::advance;
 
     use super::*;
-    use crate::LinkId;
+    use magician_sim::LinkId;
 
     /// Hears and says nothing; remembers what it is told.
     #[derive(Default)]

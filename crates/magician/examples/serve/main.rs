@@ -5,7 +5,7 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use magician_sim::serve::Server;
+use magician::serve::Server;
 use magician_sim::{Controller, Line, Profile, Speed};
 
 fn main() -> ExitCode {

@@ -13,8 +13,9 @@ mod on {
     use std::time::SystemTime;
 
     use super::super::ServeError;
-    use crate::record::{Full, Recorder, WriteBehind};
-    use crate::{LinkId, Runner, Speed};
+    use super::super::behind::{Full, WriteBehind};
+    use magician_sim::record::Recorder;
+    use magician_sim::{LinkId, Runner, Speed};
 
     type Shared = Arc<Mutex<Recorder<WriteBehind>>>;
 
@@ -101,7 +102,7 @@ mod off {
     use std::io;
 
     use super::super::ServeError;
-    use crate::{LinkId, Runner};
+    use magician_sim::{LinkId, Runner};
 
     #[derive(Default)]
     pub(in super::super) struct Recording(());

@@ -2,8 +2,8 @@
 
 use std::net::{SocketAddr, UdpSocket};
 
+use magician::serve::{Discovery, Endpoint, ServeError};
 use magician_sim::Profile;
-use magician_sim::serve::{Discovery, Endpoint, ServeError};
 
 mod served;
 
@@ -62,7 +62,7 @@ fn every_arm_has_a_hardware_address_of_its_own() {
     let answers = [1, 2].map(|seed| {
         let mut profile = Profile::default();
         profile.identity.device_id_seed = seed;
-        let build = |server: magician_sim::serve::Server| server.discovery(at("127.0.0.1:0"));
+        let build = |server: magician::serve::Server| server.discovery(at("127.0.0.1:0"));
         let served = serve_arm(profile, build).unwrap();
         ask(&socket(), discovery(&served))
     });
@@ -114,7 +114,7 @@ fn an_arm_on_another_port_is_not_announced() {
 #[cfg(target_os = "linux")]
 mod usual_ports {
     use super::*;
-    use magician_sim::serve::Notice;
+    use magician::serve::Notice;
     use served::own_host;
 
     #[test]

@@ -2,9 +2,9 @@
 
 use std::net::{SocketAddr, TcpStream};
 
+use magician::serve::{Endpoint, ServeError};
 use magician_protocol::Readable;
 use magician_protocol::commands::{DeviceId, DeviceName, DeviceSn};
-use magician_sim::serve::{Endpoint, ServeError};
 
 mod served;
 
@@ -135,8 +135,8 @@ mod terminals {
 
     #[test]
     fn a_server_that_is_dropped_leaves_no_path() {
+        use magician::serve::{Server, serve_all};
         use magician_sim::Controller;
-        use magician_sim::serve::{Server, serve_all};
 
         let folder = tempfile::tempdir().unwrap();
         let runtime = tokio::runtime::Builder::new_current_thread()

@@ -19,10 +19,12 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::task::Context;
 
-use crate::{Controller, Event, FlashError, Line, Speed};
+use magician_sim::{Controller, Event, FlashError, Line, Speed};
 
 mod address;
 mod arm;
+#[cfg(feature = "record")]
+mod behind;
 mod bell;
 mod discovery;
 mod door;
@@ -57,8 +59,8 @@ const READS_PER_TURN: u32 = 16;
 /// Serves one virtual arm. What is not set is real time, no pacing, no endpoint.
 ///
 /// ```no_run
-/// # async fn serve() -> Result<(), magician_sim::serve::ServeError> {
-/// use magician_sim::serve::Server;
+/// # async fn serve() -> Result<(), magician::serve::ServeError> {
+/// use magician::serve::Server;
 /// use magician_sim::{Controller, Profile};
 ///
 /// Server::new(Controller::new(Profile::default()))
@@ -133,7 +135,7 @@ pub enum Notice {
     Refused(String),
     /// A connection that had been idle was closed, because as many as the server keeps were open and a new one came.
     MadeRoom(String),
-    /// The cable was pulled ([`Runner::unplug`](crate::Runner::unplug)) and the endpoints are gone.
+    /// The cable was pulled ([`Runner::unplug`](magician_sim::Runner::unplug)) and the endpoints are gone.
     Unplugged,
     /// The cable is back, and so are the endpoints: a pseudo-terminal is another device now.
     Plugged(Vec<Endpoint>),
@@ -309,7 +311,7 @@ impl Server {
     }
 
     /// Keeps what the arm keeps without power in a file: it is written half a second after a change, and at the end.
-    /// Reading it is the caller's, before the arm is switched on ([`Flash::load`](crate::Flash::load),
+    /// Reading it is the caller's, before the arm is switched on ([`Flash::load`](magician_sim::Flash::load),
     /// [`Controller::with_flash`]).
     #[must_use]
     pub fn flash(mut self, path: impl Into<PathBuf>) -> Self {
@@ -317,7 +319,7 @@ impl Server {
         self
     }
 
-    /// Writes all that passes to a trace file ([`trace`](crate::trace)).
+    /// Writes all that passes to a trace file ([`trace`](magician_sim::trace)).
     #[cfg(feature = "trace")]
     #[must_use]
     pub fn trace(mut self, writer: impl io::Write + Send + 'static) -> Self {
@@ -325,7 +327,7 @@ impl Server {
         self
     }
 
-    /// Records what the arm does ([`record`](crate::record)); the epoch is now. A thread of its own
+    /// Records what the arm does ([`record`](magician_sim::record)); the epoch is now. A thread of its own
     /// writes to `writer`, so that a slow disk does not hold the arm up: it may fall 16 MB behind.
     /// After that the recording ends, but at [`Speed::Max`] the arm's clock waits instead.
     #[cfg(feature = "record")]

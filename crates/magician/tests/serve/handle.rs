@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream, UdpSocket};
 
-use magician_sim::serve::{Discovery, Ended, Endpoint, Notice, Server};
+use magician::serve::{Discovery, Ended, Endpoint, Notice, Server};
 use magician_sim::{Controller, Speed};
 
 mod served;
@@ -156,7 +156,7 @@ fn a_cable_pulled_and_put_back_in_one_go_was_pulled() {
 #[cfg(unix)]
 mod terminals {
     use super::*;
-    use magician_sim::serve::ServeError;
+    use magician::serve::ServeError;
     use std::fs;
     use std::path::Path;
 

@@ -10,7 +10,7 @@ const BLOCKS: usize = 256;
 
 /// What becomes of a block that finds no room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Full {
+pub(super) enum Full {
     /// The one who writes waits: nobody minds if the arm's clock does.
     Wait,
     /// Writing fails.
@@ -19,7 +19,7 @@ pub(crate) enum Full {
 
 /// Hands what is written to a thread of its own, which writes it. Flushing hands over; [`finish`](Self::finish) waits
 /// until all is written.
-pub(crate) struct WriteBehind {
+pub(super) struct WriteBehind {
     block: Vec<u8>,
     full: Full,
     blocks: Option<SyncSender<Vec<u8>>>,
@@ -27,7 +27,7 @@ pub(crate) struct WriteBehind {
 }
 
 impl WriteBehind {
-    pub(crate) fn new(out: impl Write + Send + 'static, full: Full) -> io::Result<Self> {
+    pub(super) fn new(out: impl Write + Send + 'static, full: Full) -> io::Result<Self> {
         let (blocks, waiting) = sync_channel(BLOCKS);
         let thread = thread::Builder::new().name("recording".to_owned());
         Ok(Self {
@@ -39,7 +39,7 @@ impl WriteBehind {
     }
 
     /// Waits until all that was written is in the file.
-    pub(crate) fn finish(mut self) -> io::Result<()> {
+    pub(super) fn finish(mut self) -> io::Result<()> {
         self.flush()?;
         self.end()
     }

@@ -7,7 +7,7 @@ use magician_protocol::{Direction, FrameBuf, NoArgs, Readable};
 use super::keep::Keeper;
 use super::recording::Recording;
 use super::{Notice, OnNotice, ServeError, Service};
-use crate::{FlashError, LinkId, Micros, Runner};
+use magician_sim::{FlashError, LinkId, Micros, Runner};
 
 /// What all endpoints share: the arm on the wall clock, the log and the trace.
 pub(super) struct Hub {
@@ -42,7 +42,7 @@ impl Hub {
     pub(super) fn record(
         &mut self,
         out: Box<dyn std::io::Write + Send>,
-        speed: crate::Speed,
+        speed: magician_sim::Speed,
     ) -> Result<(), ServeError> {
         self.recording = Recording::begin(out, &mut self.runner, speed)?;
         Ok(())
@@ -208,8 +208,8 @@ mod tape {
 
     use magician_protocol::Direction;
 
-    use crate::trace::{TraceLink, TraceWriter};
-    use crate::{LinkId, Micros};
+    use magician_sim::trace::{TraceLink, TraceWriter};
+    use magician_sim::{LinkId, Micros};
 
     /// The trace, if there is one.
     pub(super) struct Tape(Option<Running>);
@@ -287,7 +287,7 @@ mod tape {
 
     use magician_protocol::Direction;
 
-    use crate::{LinkId, Micros};
+    use magician_sim::{LinkId, Micros};
 
     pub(super) struct Tape;
 

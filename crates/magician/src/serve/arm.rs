@@ -7,7 +7,7 @@ use super::handle::Orders;
 use super::hub::Hub;
 use super::timer::Timer;
 use super::{Endpoint, Notice, OnReady, ServeError, Server, Service};
-use crate::Runner;
+use magician_sim::Runner;
 
 /// An arm that is being served: all its endpoints are open.
 pub(super) struct Arm {

@@ -1,7 +1,7 @@
 use magician_protocol::FrameBuf;
 
 use super::Notice;
-use crate::LinkId;
+use magician_sim::LinkId;
 
 /// What stands behind doors: it is told who comes and goes, takes bytes and gives frames. A
 /// [`Server`](super::Server) has one for a virtual arm; [`Doors`](super::Doors) lead to any other.

@@ -8,8 +8,8 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use magician::serve::{Endpoint, Handle, Notice, ServeError, Server, serve_all};
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::serve::{Endpoint, Handle, Notice, ServeError, Server, serve_all};
 use magician_sim::{Controller, Profile, Speed};
 use tokio::sync::oneshot;
 
